@@ -1,0 +1,88 @@
+"""What can go wrong, and the exit code each failure ends with.
+
+An error message is one line: where (file, line, column), what was found, what was expected.
+"""
+
+from __future__ import annotations
+
+from enum import IntEnum
+from pathlib import Path
+
+
+class Exit(IntEnum):
+    """Exit codes of the command line; they are part of the interface."""
+
+    OK = 0
+    INPUT = 1
+    NOTHING_SCORED = 2
+    CHECK_FAILED = 3
+    STOPPED_EARLY = 4
+    INTERNAL = 70
+    INTERRUPTED = 130
+
+
+class BicycleError(Exception):
+    """Base of every error this package raises on purpose; its text is one line for the user."""
+
+    exit_code = Exit.INPUT
+
+
+class InputError(BicycleError, ValueError):
+    """Input that cannot be used: unreadable, malformed, or outside the model.
+
+    Parameters
+    ----------
+    message : str
+        What was found and what was expected.
+    file, line, column
+        Where, as far as known; lines and columns count from 1.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        file: str | Path | None = None,
+        line: int | None = None,
+        column: int | None = None,
+    ) -> None:
+        self.message = message
+        self.file = None if file is None else str(file)
+        self.line = line
+        self.column = column
+        place = self.file or ""
+        if line is not None:
+            place += f":{line}" if place else f"line {line}"
+            if column is not None:
+                place += f":{column}"
+        super().__init__(f"{place}: {message}" if place else message)
+
+
+class SingularMotionError(BicycleError, ArithmeticError):
+    """The motion meets a singularity of the model before its end.
+
+    Parameters
+    ----------
+    message : str
+        What became singular.
+    time : float
+        When [s].
+    """
+
+    def __init__(self, message: str, time: float) -> None:
+        self.time = time
+        super().__init__(message)
+
+
+class UndecidedError(BicycleError, ArithmeticError):
+    """A value whose correctly rounded form the available digits do not decide."""
+
+    exit_code = Exit.CHECK_FAILED
+
+
+class DatasetError(BicycleError, ValueError):
+    """A reference folder that is missing, incomplete, damaged, or of another version."""
+
+
+class MissingPackageError(BicycleError, ImportError):
+    """An optional package that the command needs is not installed."""
