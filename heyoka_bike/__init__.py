@@ -1,3 +1,47 @@
-"""Reference solutions and scoring for the IFToMM benchmark "Uncontrolled bicycle"."""
+"""Reference solutions and scoring for the IFToMM benchmark "Uncontrolled bicycle".
+
+``load_reference()`` gives the published reference; ``reference[2].evaluate(t)`` its values at any
+time. `integrate` runs the model with heyoka. Names are loaded when first used.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from heyoka_bike.integration import integrate as integrate
+    from heyoka_bike.linear import linearise as linearise
+    from heyoka_bike.parameters import read_bicycle as read_bicycle
+    from heyoka_bike.parameters import read_maneuvers as read_maneuvers
+    from heyoka_bike.reference import load_reference as load_reference
 
 __version__ = "0.1.0"
+
+_HOME = {
+    "integrate": "integration",
+    "linearise": "linear",
+    "load_reference": "reference",
+    "read_bicycle": "parameters",
+    "read_maneuvers": "parameters",
+}
+
+__all__ = [
+    "__version__",
+    "integrate",
+    "linearise",
+    "load_reference",
+    "read_bicycle",
+    "read_maneuvers",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOME:
+        from importlib import import_module
+
+        return getattr(import_module(f"heyoka_bike.{_HOME[name]}"), name)
+    raise AttributeError(f"module 'heyoka_bike' has no attribute '{name}'")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

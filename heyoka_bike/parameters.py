@@ -4,7 +4,8 @@ A bicycle file has a table ``[parameters]`` with one entry for each of the 26 pa
 Carvallo-Whipple bicycle, named as in Meijaard, Papadopoulos, Ruina and Schwab (2007),
 doi:10.1098/rspa.2007.1857; a maneuver file has one ``[[maneuver]]`` table for each initial state.
 A value is a decimal string or an expression such as ``"pi/10"``, alone or in a table
-``{ value = "0.3", unit = "m", source = "..." }``.
+``{ value = "0.3", unit = "m", source = "..." }``. A bare TOML number is taken as the decimal that
+is written there.
 
 Axes: x forward, y to the right, z down, origin at the rear contact point, bicycle upright and
 straight. Inertia values are matrix elements about the body's own centre of mass.
@@ -12,8 +13,6 @@ straight. Inertia values are matrix elements about the body's own centre of mass
 
 from __future__ import annotations
 
-import re
-import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -21,17 +20,32 @@ from pathlib import Path
 from typing import Any
 
 from heyoka_bike.errors import InputError
-from heyoka_bike.exact import ZERO, Exact
+from heyoka_bike.exact import ZERO, Exact, quoted
+from heyoka_bike.toml_source import TomlSource, Where, kind
 
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """What a parameter is: its meaning and SI unit, and the range the model allows."""
+    """What a parameter is: its meaning and SI unit, and the range the model allows.
+
+    Attributes
+    ----------
+    description, unit
+        Its meaning and SI unit.
+    positive, nonnegative
+        Whether it must be more than zero, or zero or more.
+    takes_pi
+        Whether it may contain pi; what does not is held as a `Fraction`.
+    half_turns
+        It must be less than this multiple of pi either way.
+    """
 
     description: str
     unit: str
     positive: bool = False
     nonnegative: bool = False
+    takes_pi: bool = False
+    half_turns: Fraction | None = None
 
 
 def _body(letter: str, what: str) -> dict[str, Parameter]:
@@ -55,10 +69,12 @@ def _wheel(letter: str, what: str) -> dict[str, Parameter]:
     }
 
 
+_HALF = Fraction(1, 2)
+
 PARAMETERS: Mapping[str, Parameter] = {
     "w": Parameter("wheel base", "m", positive=True),
     "c": Parameter("trail", "m"),
-    "lam": Parameter("steer axis tilt from the vertical", "rad"),
+    "lam": Parameter("steer axis tilt from the vertical", "rad", takes_pi=True, half_turns=_HALF),
     "g": Parameter("gravity", "N/kg", nonnegative=True),
     **_wheel("R", "rear wheel"),
     **_body("B", "rear frame with rider"),
@@ -68,11 +84,15 @@ PARAMETERS: Mapping[str, Parameter] = {
 """The 26 parameters by symbol."""
 
 STATE_INPUTS: Mapping[str, Parameter] = {
-    "speed": Parameter("speed of the rear hub along the heading", "m/s"),
-    "roll_rate": Parameter("rate of the lean of the rear wheel plane, right positive", "rad/s"),
-    "roll": Parameter("lean of the rear wheel plane, right positive", "rad"),
-    "steer": Parameter("steer angle, right positive", "rad"),
-    "steer_rate": Parameter("steer rate, right positive", "rad/s"),
+    "speed": Parameter("speed of the rear hub along the heading", "m/s", takes_pi=True),
+    "roll_rate": Parameter(
+        "rate of the lean of the rear wheel plane, right positive", "rad/s", takes_pi=True
+    ),
+    "roll": Parameter(
+        "lean of the rear wheel plane, right positive", "rad", takes_pi=True, half_turns=_HALF
+    ),
+    "steer": Parameter("steer angle, right positive", "rad", takes_pi=True, half_turns=Fraction(1)),
+    "steer_rate": Parameter("steer rate, right positive", "rad/s", takes_pi=True),
     "duration": Parameter("length of the run", "s", positive=True),
     "spacing": Parameter("time between two rows", "s", positive=True),
 }
@@ -80,6 +100,7 @@ STATE_INPUTS: Mapping[str, Parameter] = {
 
 _REQUIRED = ("speed", "roll_rate", "duration", "spacing")
 _MAX_ROWS = 1_000_001
+_TOP = {"name", "source", "sources"}
 
 
 @dataclass(frozen=True)
@@ -104,10 +125,15 @@ class Bicycle:
 
     def replace(self, **changes: Exact) -> Bicycle:
         """A copy with some parameters changed, checked again."""
-        unknown = set(changes) - set(PARAMETERS)
-        if unknown:
-            raise InputError(f"unknown parameter '{min(unknown)}'")
-        return _checked_bicycle(self.name, {**self.values, **changes}, _Source.nowhere())
+        for symbol, x in changes.items():
+            if symbol not in PARAMETERS:
+                raise InputError(f"found unknown parameter {quoted(symbol)}")
+            if not isinstance(x, Exact) or not x.is_moderate:
+                found = "a magnitude out of range" if isinstance(x, Exact) else type(x).__name__
+                raise InputError(
+                    f"{symbol}: found {found}, expected an Exact, zero or from 1e-300 to 1e300"
+                )
+        return _checked_bicycle(self.name, {**self.values, **changes}, TomlSource())
 
 
 @dataclass(frozen=True)
@@ -151,18 +177,22 @@ def read_bicycle(path: str | Path) -> Bicycle:
         With file, line and column: not readable, not TOML, a parameter missing, unknown, given
         twice, not a number, in another unit, or outside the model's range.
     """
-    source = _Source.load(path)
-    source.refuse_unknown(source.tree, {"name", "source", "sources", "parameters"}, ())
+    source = TomlSource.load(path)
+    source.refuse_unknown(source.tree, _TOP | {"parameters"}, ())
     table = source.table(source.tree, "parameters", ())
-    source.refuse_unknown(table, set(PARAMETERS), ("parameters",))
+    source.refuse_unknown(table, PARAMETERS, ("parameters",))
     values = {}
     for symbol, parameter in PARAMETERS.items():
         if symbol not in table:
             raise source.error(
-                f"parameter '{symbol}' ({parameter.description}) is missing", ("parameters",)
+                f"found no entry '{symbol}', expected one ({parameter.description})",
+                ("parameters",),
             )
-        values[symbol] = source.value(table[symbol], parameter, ("parameters", symbol))
-    return _checked_bicycle(source.name(), values, source)
+        values[symbol] = _read_value(source, table[symbol], parameter, ("parameters", symbol))
+    if "name" not in source.tree:
+        raise source.error('found no name of the bicycle, expected name = "..." at the top', ())
+    name = source.line_of_text(source.tree, "name", ())
+    return _checked_bicycle(name, values, source)
 
 
 def read_maneuvers(path: str | Path) -> tuple[Maneuver, ...]:
@@ -173,226 +203,176 @@ def read_maneuvers(path: str | Path) -> tuple[Maneuver, ...]:
     InputError
         With file, line and column, as for `read_bicycle`.
     """
-    source = _Source.load(path)
-    source.refuse_unknown(source.tree, {"name", "source", "sources", "maneuver"}, ())
-    tables = source.tree.get("maneuver")
-    if not isinstance(tables, list) or not tables or not all(isinstance(t, dict) for t in tables):
-        raise source.error("found no [[maneuver]] table, expected at least one", ("maneuver",))
-    maneuvers = tuple(_read_maneuver(source, t, i) for i, t in enumerate(tables))
-    names: dict[str, int] = {}
-    for i, m in enumerate(maneuvers):
-        if m.name in names:
+    source = TomlSource.load(path)
+    source.refuse_unknown(source.tree, _TOP | {"maneuver"}, ())
+    if "name" in source.tree:
+        source.line_of_text(source.tree, "name", ())
+    tables = source.tree.get("maneuver", [])
+    if isinstance(tables, dict):
+        raise source.error(
+            "found a table [maneuver], expected [[maneuver]], with double brackets", ("maneuver",)
+        )
+    if not isinstance(tables, list):
+        raise source.error(
+            f"maneuver: found {kind(tables)}, expected tables [[maneuver]]", ("maneuver",)
+        )
+    for i, table in enumerate(tables):
+        if not isinstance(table, dict):
             raise source.error(
-                f"name '{m.name}' is already that of maneuver {names[m.name] + 1}",
+                f"maneuver: found {kind(table)}, expected tables [[maneuver]]", ("maneuver", i)
+            )
+    if not tables:
+        found = "no table [[maneuver]]" if source.text.strip() else "an empty file"
+        raise source.error(f"found {found}, expected one or more [[maneuver]]", ("maneuver",))
+    maneuvers = tuple(_read_maneuver(source, t, i) for i, t in enumerate(tables))
+    first: dict[str, int] = {}
+    for i, m in enumerate(maneuvers):
+        if m.name in first:
+            raise source.error(
+                f"name: found {quoted(m.name)}, already that of maneuver {first[m.name] + 1}, "
+                "expected different names",
                 ("maneuver", i, "name"),
             )
-        names[m.name] = i
+        first[m.name] = i
     return maneuvers
 
 
-def _read_maneuver(source: _Source, table: dict[str, Any], index: int) -> Maneuver:
+def _read_maneuver(source: TomlSource, table: dict[str, Any], index: int) -> Maneuver:
     where = ("maneuver", index)
     source.refuse_unknown(table, {"name", "source", *STATE_INPUTS}, where)
-    missing = [key for key in _REQUIRED if key not in table]
-    if missing:
-        raise source.error(f"'{missing[0]}' is missing in maneuver {index + 1}", where)
+    for key in _REQUIRED:
+        if key not in table:
+            raise source.error(
+                f"found no entry '{key}' in maneuver {index + 1}, "
+                f"expected one ({STATE_INPUTS[key].description})",
+                where,
+            )
     values = {
-        key: source.value(table[key], parameter, (*where, key))
+        key: _read_value(source, table[key], parameter, (*where, key))
         for key, parameter in STATE_INPUTS.items()
         if key in table
     }
-    for key in ("duration", "spacing"):
-        if not values[key].is_rational:
-            raise source.error(
-                f"{key}: found {values[key]}, expected a rational number", (*where, key)
-            )
+    for key, x in values.items():
+        _check_range(source, key, x, STATE_INPUTS[key], (*where, key))
     duration, spacing = values["duration"].rational, values["spacing"].rational
     steps = duration / spacing
     if steps.denominator != 1:
         raise source.error(
-            f"duration {float(duration):g} s is not a whole number of spacings "
-            f"of {float(spacing):g} s",
+            f"duration: found {_show(values['duration'])} s, "
+            f"expected a whole number of spacings of {_show(values['spacing'])} s",
             (*where, "duration"),
         )
     if steps + 1 > _MAX_ROWS:
         raise source.error(
-            f"found {int(steps) + 1} rows, expected at most {_MAX_ROWS}", (*where, "spacing")
+            f"spacing: found more than {_MAX_ROWS} rows, expected a longer spacing",
+            (*where, "spacing"),
         )
-    roll = values.get("roll", ZERO)
-    if abs(float(roll)) >= 1.5707:
-        raise source.error(
-            f"roll: found {float(roll):g} rad, expected less than pi/2 either way", (*where, "roll")
-        )
-    name = table.get("name", f"maneuver {index + 1}")
-    if not isinstance(name, str) or not name.strip() or not name.isprintable():
-        raise source.error("name: expected a line of text", (*where, "name"))
+    name = f"maneuver {index + 1}"
+    if "name" in table:
+        name = source.line_of_text(table, "name", where)
+    if "source" in table:
+        source.line_of_text(table, "source", where, limit=1000)
     return Maneuver(
         name=name, speed=values["speed"], roll_rate=values["roll_rate"],
-        duration=duration, spacing=spacing, roll=roll,
+        duration=duration, spacing=spacing, roll=values.get("roll", ZERO),
         steer=values.get("steer", ZERO), steer_rate=values.get("steer_rate", ZERO),
     )  # fmt: skip
 
 
-def _checked_bicycle(name: str, values: Mapping[str, Exact], source: _Source) -> Bicycle:
-    for symbol, x in values.items():
-        parameter = PARAMETERS[symbol]
-        low = (parameter.positive and float(x) <= 0) or (parameter.nonnegative and float(x) < 0)
-        if low:
-            bound = "a positive number" if parameter.positive else "zero or more"
+def _read_value(source: TomlSource, entry: object, parameter: Parameter, where: Where) -> Exact:
+    """A number, alone or in a table with its unit."""
+    key = where[-1]
+    if isinstance(entry, dict):
+        source.refuse_unknown(entry, {"value", "unit", "symbol", "source", "name"}, where)
+        if "value" not in entry:
+            raise source.error(f"{key}: found a table without 'value', expected one", where)
+        for note in ("name", "symbol", "source"):
+            if note in entry:
+                source.line_of_text(entry, note, where, limit=1000)
+        unit = entry.get("unit", parameter.unit)
+        if unit != parameter.unit:
+            found = f"unit {quoted(unit)}" if isinstance(unit, str) else f"{kind(unit)} as unit"
             raise source.error(
-                f"{symbol} ({parameter.description}): found {float(x):g} {parameter.unit}, "
-                f"expected {bound}",
-                ("parameters", symbol),
+                f"{key}: found {found}, expected '{parameter.unit}'", (*where, "unit")
             )
-        if symbol != "lam" and not x.is_rational:
-            raise source.error(
-                f"{symbol}: found {x}, expected a rational number (pi is for angles)",
-                ("parameters", symbol),
-            )
-    if abs(float(values["lam"])) >= 1.5707:
+        entry, where = entry["value"], (*where, "value")
+    if isinstance(entry, bool) or not isinstance(entry, int | str):
         raise source.error(
-            f"lam (steer axis tilt): found {float(values['lam']):g} rad, "
-            "expected less than pi/2 either way",
-            ("parameters", "lam"),
+            f"{key}: found {kind(entry)}, expected a number as a decimal string", where
         )
+    try:
+        return Exact.parse(str(entry))
+    except ValueError as e:
+        raise source.error(f"{key}: {e}", where) from None
+
+
+def _check_range(
+    source: TomlSource, symbol: str, x: Exact, parameter: Parameter, where: Where
+) -> None:
+    """Refuse what the model cannot use; the comparisons are exact."""
+    expected = ""
+    if not x.is_rational and not parameter.takes_pi:
+        raise source.error(
+            f"{symbol}: found {_show(x)}, expected a number without pi", (*where, "value")
+        )
+    if parameter.positive and x.sign <= 0:
+        expected = "a positive number"
+    elif parameter.nonnegative and x.sign < 0:
+        expected = "zero or more"
+    elif parameter.half_turns is not None:
+        limit = parameter.half_turns
+        below = Exact(x.rational, x.pi_multiple - limit).sign < 0
+        above = Exact(x.rational, x.pi_multiple + limit).sign > 0
+        if not (below and above):
+            expected = f"less than {'pi' if limit == 1 else 'pi/2'} either way"
+    if expected:
+        raise source.error(
+            f"{symbol} ({parameter.description}): found {_show(x)} {parameter.unit}, "
+            f"expected {expected}",
+            (*where, "value"),
+        )
+
+
+def _show(x: Exact) -> str:
+    return f"{float(x):.15g}"
+
+
+def _checked_bicycle(name: str, values: Mapping[str, Exact], source: TomlSource) -> Bicycle:
+    for symbol, x in values.items():
+        _check_range(source, symbol, x, PARAMETERS[symbol], ("parameters", symbol))
     for a, b, what in (("mR", "mB", "rear"), ("mH", "mF", "front")):
-        if values[a].rational + values[b].rational == 0:
+        if values[a].is_zero and values[b].is_zero:
             raise source.error(
-                f"the {what} assembly has no mass ({a} + {b} = 0)", ("parameters", b)
+                f"{a} and {b}: found 0 kg for both, expected a {what} assembly with mass",
+                ("parameters", b, "value"),
+            )
+    for letter in "BH":
+        xx, _, zz, xz = _inertia(values, letter)
+        if xx * zz < xz * xz:
+            raise source.error(
+                f"I{letter}xz: found {_show(Exact(xz))} kg m^2, expected at most the square root "
+                f"of I{letter}xx I{letter}zz in magnitude, as in every inertia matrix",
+                ("parameters", f"I{letter}xz", "value"),
             )
     return Bicycle(name=name, values=dict(values), warnings=tuple(_inertia_warnings(values)))
 
 
+def _inertia(values: Mapping[str, Exact], letter: str) -> tuple[Fraction, ...]:
+    return tuple(values[f"I{letter}{ij}"].rational for ij in ("xx", "yy", "zz", "xz"))
+
+
 def _inertia_warnings(values: Mapping[str, Exact]) -> Iterator[str]:
-    """What no body of positive density can have: allowed, because idealised bicycles need it."""
+    """What no solid body has: allowed, because idealised bicycles need it."""
     for letter in "BH":
-        xx, yy, zz, xz = (values[f"I{letter}{ij}"].rational for ij in ("xx", "yy", "zz", "xz"))
-        if xx * zz < xz * xz:
-            yield f"inertia matrix of {letter} is not positive semidefinite"
-        elif xx * zz == xz * xz or yy == 0:
+        xx, yy, zz, xz = _inertia(values, letter)
+        if xx * zz == xz * xz or yy == 0:
             yield f"inertia matrix of {letter} is only semidefinite"
         # Principal moments p <= q in the xz plane: p + yy >= q, and yy <= p + q.
-        elif yy > xx + zz or (xx - zz) ** 2 + 4 * xz**2 > yy**2:
+        if yy > xx + zz or (xx - zz) ** 2 + 4 * xz**2 > yy**2:
             yield f"moments of inertia of {letter} violate the triangle inequality"
     for letter in "RF":
         xx, yy = (values[f"I{letter}{ij}"].rational for ij in ("xx", "yy"))
         if xx == 0 or yy == 0:
             yield f"inertia matrix of {letter} is only semidefinite"
-        elif yy > 2 * xx:
+        if yy > 2 * xx:
             yield f"moments of inertia of {letter} violate the triangle inequality"
-
-
-class _Source:
-    """A parsed TOML file that knows where its entries stand, for error messages."""
-
-    def __init__(self, path: str | None, text: str, tree: dict[str, Any]) -> None:
-        self.path = path
-        self.text = text
-        self.tree = tree
-
-    @classmethod
-    def nowhere(cls) -> _Source:
-        return cls(None, "", {})
-
-    @classmethod
-    def load(cls, path: str | Path) -> _Source:
-        try:
-            raw = Path(path).read_bytes()
-        except OSError as e:
-            raise InputError(f"cannot be read: {e.strerror or e}", file=path) from None
-        try:
-            text = raw.decode("utf-8-sig").replace("\r\n", "\n")
-        except UnicodeDecodeError as e:
-            line = raw[: e.start].count(b"\n") + 1
-            raise InputError(
-                f"found byte 0x{raw[e.start]:02x}, expected UTF-8 text", file=path, line=line
-            ) from None
-        try:
-            # Unquoted decimals keep their text: nothing here becomes a binary float.
-            return cls(str(path), text, tomllib.loads(text, parse_float=str))
-        except (tomllib.TOMLDecodeError, RecursionError, ValueError) as e:
-            what = str(e)
-            at = re.search(r"\(at line (\d+), column (\d+)\)", what)
-            reason = what[: at.start()].strip() if at else what.partition(" (at ")[0]
-            raise InputError(
-                f"is not valid TOML: {reason}",
-                file=path,
-                line=int(at[1]) if at else text.count("\n") + 1,
-                column=int(at[2]) if at else None,
-            ) from None
-
-    def name(self) -> str:
-        name = self.tree.get("name")
-        if not isinstance(name, str) or not name.strip() or not name.isprintable():
-            raise self.error('expected a line name = "..." at the top', ("name",))
-        return name
-
-    def table(self, tree: dict[str, Any], key: str, where: tuple[Any, ...]) -> dict[str, Any]:
-        table = tree.get(key)
-        if not isinstance(table, dict):
-            raise self.error(f"found no table [{key}]", (*where, key))
-        return table
-
-    def refuse_unknown(self, tree: dict[str, Any], known: set[str], where: tuple[Any, ...]) -> None:
-        for key in tree:
-            if key not in known:
-                raise self.error(
-                    f"unknown entry '{key}', expected one of: {', '.join(sorted(known))}",
-                    (*where, key),
-                )
-
-    def value(self, entry: object, parameter: Parameter, where: tuple[Any, ...]) -> Exact:
-        key = where[-1]
-        if isinstance(entry, dict):
-            self.refuse_unknown(entry, {"value", "unit", "symbol", "source", "name"}, where)
-            unit = entry.get("unit", parameter.unit)
-            if unit != parameter.unit:
-                raise self.error(f"{key}: found unit '{unit}', expected '{parameter.unit}'", where)
-            if "value" not in entry:
-                raise self.error(f"{key}: found a table without 'value'", where)
-            entry = entry["value"]
-        if isinstance(entry, bool) or not isinstance(entry, int | str):
-            raise self.error(
-                f"{key}: found {type(entry).__name__}, expected a number as a decimal string",
-                where,
-            )
-        try:
-            exact = Exact.parse(str(entry))
-        except ValueError as e:
-            raise self.error(f"{key}: {e}", where) from None
-        if (parameter.positive and float(exact) <= 0) or (
-            parameter.nonnegative and float(exact) < 0
-        ):
-            bound = "a positive number" if parameter.positive else "zero or more"
-            raise self.error(
-                f"{key} ({parameter.description}): found {float(exact):g} {parameter.unit}, "
-                f"expected {bound}",
-                where,
-            )
-        return exact
-
-    def error(self, message: str, where: tuple[Any, ...]) -> InputError:
-        line, column = self._locate(where)
-        return InputError(message, file=self.path, line=line, column=column)
-
-    def _locate(self, where: tuple[Any, ...]) -> tuple[int | None, int | None]:
-        """Line and column of an entry: of its value where found, else of the table around it."""
-        table: tuple[Any, ...] = ()
-        counts: dict[str, int] = {}
-        best: tuple[int | None, int | None] = (None, None)
-        for number, line in enumerate(self.text.split("\n"), start=1):
-            header = re.match(r"\s*\[(\[?)\s*([\w.\"-]+)\s*\]", line)
-            if header:
-                name = header[2].strip('"')
-                if header[1]:
-                    counts[name] = counts.get(name, -1) + 1
-                    table = (name, counts[name])
-                else:
-                    table = tuple(name.split("."))
-                if table == where[: len(table)] and table:
-                    best = (number, line.index("[") + 1)
-                continue
-            entry = re.match(r"\s*\"?([\w-]+)\"?\s*=\s*", line)
-            if entry and (*table, entry[1]) == where[: len(table) + 1]:
-                return number, entry.end() + 1
-        return best

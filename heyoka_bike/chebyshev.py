@@ -1,0 +1,96 @@
+"""Evaluation of piecewise Chebyshev polynomials in double-double arithmetic (NumPy only).
+
+A double-double number is the exact sum hi + lo of two binary64 ones, about 32 digits. Error-free
+sums and products: Dekker (1971), doi:10.1007/BF01397083; recurrence: Clenshaw (1955).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Double = tuple[Array, Array]
+"""hi and lo, of the same shape."""
+
+_SPLITTER = 2.0**27 + 1.0
+
+
+def two_sum(a: Array, b: Array) -> Double:
+    """Exact sum of two binary64 numbers."""
+    s = a + b
+    v = s - a
+    return s, (a - (s - v)) + (b - v)
+
+
+def _fast_two_sum(a: Array, b: Array) -> Double:
+    s = a + b
+    return s, b - (s - a)
+
+
+def _split(a: Array) -> Double:
+    c = _SPLITTER * a
+    high = c - (c - a)
+    return high, a - high
+
+
+def two_product(a: Array, b: Array) -> Double:
+    """Exact product of two binary64 numbers (no overflow or underflow)."""
+    p = a * b
+    ah, al = _split(a)
+    bh, bl = _split(b)
+    return p, ((ah * bh - p) + ah * bl + al * bh) + al * bl
+
+
+def add(x: Double, y: Double) -> Double:
+    """Sum, to about 2^-104 of the larger term."""
+    s, e = two_sum(x[0], y[0])
+    t, f = two_sum(x[1], y[1])
+    s, e = _fast_two_sum(s, e + t)
+    return _fast_two_sum(s, e + f)
+
+
+def multiply(x: Double, y: Double) -> Double:
+    """Product, to about 2^-103."""
+    p, e = two_product(x[0], y[0])
+    return _fast_two_sum(p, e + (x[0] * y[1] + x[1] * y[0]))
+
+
+def divide(x: Double, y: Array) -> Double:
+    """Quotient by a binary64 number, to about 2^-103."""
+    q = x[0] / y
+    p, e = two_product(q, y)
+    rest = ((x[0] - p) - e + x[1]) / y
+    return _fast_two_sum(q, rest)
+
+
+def locate(breaks: Array, t: Double) -> NDArray[np.intp]:
+    """Index of the piece of each time; a break belongs to the piece on its right."""
+    piece = np.searchsorted(breaks, t[0], side="right") - 1
+    # A time rounded up to a break may lie just before it.
+    inside = np.clip(piece, 0, len(breaks) - 2)
+    before = (t[0] == breaks[inside]) & (t[1] < 0)
+    found: NDArray[np.intp] = np.clip(inside - before, 0, len(breaks) - 2)
+    return found
+
+
+def argument(breaks: Array, piece: NDArray[np.intp], t: Double) -> Double:
+    """Argument 2 (t - a) / (b - a) - 1 of each time in its piece."""
+    a, b = breaks[piece], breaks[piece + 1]
+    zero = np.zeros_like(a)
+    from_middle = add(add((2.0 * t[0], 2.0 * t[1]), (-a, zero)), (-b, zero))
+    return divide(from_middle, b - a)
+
+
+def clenshaw(hi: Array, lo: Array, piece: NDArray[np.intp], x: Double) -> Double:
+    """Sum of c_k T_k(x) with c = hi + lo of shape (P, N), each time in its piece."""
+    c_hi, c_lo = hi.T, lo.T
+    twice = (2.0 * x[0], 2.0 * x[1])
+    zero = np.zeros_like(x[0])
+    b1: Double = (zero, zero)
+    b2: Double = (zero, zero)
+    for k in range(hi.shape[1] - 1, 0, -1):
+        term = add((c_hi[k][piece], c_lo[k][piece]), (-b2[0], -b2[1]))
+        b1, b2 = add(term, multiply(twice, b1)), b1
+    rest = add((c_hi[0][piece], c_lo[0][piece]), (-b2[0], -b2[1]))
+    return add(rest, multiply(x, b1))

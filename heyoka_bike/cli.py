@@ -1,0 +1,86 @@
+"""The command line: ``heyoka-bike`` and ``python -m heyoka_bike``.
+
+Each command is a module of `commands` with ``add_parser`` and ``run``; heavy imports happen in
+``run``, so that ``--help`` is quick.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from typing import NoReturn
+
+from heyoka_bike import __version__
+from heyoka_bike.commands import bench, generate, plot
+from heyoka_bike.errors import BicycleError, Exit
+
+_COMMANDS = (generate, plot, bench)
+
+_EPILOG = """\
+exit codes:
+  0  fine
+  1  usage, unreadable input or unwritable output
+  2  nothing could be scored
+  3  a check failed
+  4  stopped early, the partial result kept and marked
+  70 internal error
+  130 interrupted
+"""
+
+
+class _Parser(argparse.ArgumentParser):
+    """argparse, with one line and exit code 1 for a usage error."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(Exit.INPUT, f"{self.prog}: {message} (see {self.prog} --help)\n")
+
+
+def parser() -> argparse.ArgumentParser:
+    """The parser of the whole command line."""
+    top = _Parser(
+        prog="heyoka-bike",
+        description='Reference solutions for the IFToMM benchmark "Uncontrolled bicycle".',
+        epilog=_EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    top.add_argument("--version", action="version", version=f"heyoka-bike {__version__}")
+    subparsers = top.add_subparsers(title="commands", metavar="COMMAND", required=True)
+    for command in _COMMANDS:
+        command.add_parser(subparsers)
+    return top
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line; returns the exit code."""
+    arguments = parser().parse_args(argv)
+    try:
+        code: int = arguments.run(arguments)
+        sys.stdout.flush()
+        return code
+    except BicycleError as e:
+        _complain(str(e))
+        return e.exit_code
+    except KeyboardInterrupt:
+        _complain("interrupted")
+        return Exit.INTERRUPTED
+    except BrokenPipeError:
+        # The reader of our output went away (head, less): not an error.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return Exit.OK
+    except MemoryError:
+        _complain("out of memory")
+        return Exit.INTERNAL
+    except Exception as e:
+        if os.environ.get("HEYOKA_BIKE_TRACEBACK"):
+            raise
+        _complain(
+            f"internal error: {type(e).__name__}: {e} (set HEYOKA_BIKE_TRACEBACK=1 for details)"
+        )
+        return Exit.INTERNAL
+
+
+def _complain(message: str) -> None:
+    line = " ".join(message.split())
+    print(f"heyoka-bike: {line}", file=sys.stderr)

@@ -1,0 +1,249 @@
+"""The reference files: from tables to the bytes of each file.
+
+- ``uncontrolled-bicycle.h5``: rows and dense output, hi + lo, as HDF5 that netCDF readers open
+- ``uncontrolled-bicycle.txt``: the 25 columns of the benchmark
+- ``uncontrolled-bicycle-50digits.txt``: the same with 50 significant digits
+- ``candidate.h5``: the trajectories themselves, as exact integers
+- ``manifest.json``
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from decimal import Context, Decimal
+from fractions import Fraction
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from heyoka_bike import candidate
+from heyoka_bike import manifest as manifest_file
+from heyoka_bike.candidate import CANDIDATE, FILTERS
+from heyoka_bike.errors import DatasetError, InputError
+from heyoka_bike.outputs import BENCHMARK_COLUMNS, COLUMNS
+from heyoka_bike.parameters import PARAMETERS, STATE_INPUTS, Bicycle, Maneuver
+from heyoka_bike.table import TEXT_DIGITS, Table
+
+HDF5 = "uncontrolled-bicycle.h5"
+TEXT = "uncontrolled-bicycle.txt"
+TEXT_50 = "uncontrolled-bicycle-50digits.txt"
+
+
+def write_dataset(
+    folder: str | Path, bicycle: Bicycle, tables: Sequence[Table], digits: int,
+    dataset_version: str,
+) -> list[str]:  # fmt: skip
+    """Write the set into a folder; returns the names of the files that changed.
+
+    Raises
+    ------
+    DatasetError
+        The folder cannot be written.
+    """
+    content = content_sha256(tables)
+    inputs = describe_inputs(bicycle, [t.maneuver for t in tables])
+    files = {
+        HDF5: _hdf5(tables, inputs, dataset_version, content),
+        CANDIDATE: candidate.render([t.trajectory for t in tables], inputs),
+        **_texts(tables),
+    }
+    document = manifest_file.render(
+        dataset_version=dataset_version,
+        content_sha256=content,
+        inputs=inputs,
+        made_by={"digits": digits, "packages": _packages()},
+        files=files,
+    )
+    return manifest_file.write_set(folder, files, document)
+
+
+def check_overwrite(
+    folder: str | Path, dataset_version: str, inputs: Mapping[str, Any], *, force: bool
+) -> None:
+    """Refuse to replace a set of another version or of other inputs.
+
+    Raises
+    ------
+    InputError
+        The folder holds such a set and `force` is not given.
+    """
+    if force or not (Path(folder) / manifest_file.MANIFEST).exists():
+        return
+    try:
+        present = manifest_file.read_manifest(folder)
+    except DatasetError as e:
+        raise InputError(f"{e}; use --force to replace it") from None
+    if present.dataset_version != dataset_version:
+        raise InputError(
+            f"{folder}: holds dataset version {present.dataset_version}, this run makes "
+            f"{dataset_version}; use --force to replace it, or another --out"
+        )
+    if present.inputs != inputs:
+        raise InputError(
+            f"{folder}: holds a set of another bicycle or other maneuvers; "
+            "use --force to replace it, or another --out"
+        )
+
+
+def describe_inputs(bicycle: Bicycle, maneuvers: Iterable[Maneuver]) -> dict[str, Any]:
+    """Bicycle and maneuvers as exact text, for the manifest and the files' attributes."""
+    return {
+        "bicycle": {
+            "name": bicycle.name,
+            "parameters": {symbol: str(bicycle[symbol]) for symbol in PARAMETERS},
+        },
+        "maneuvers": [
+            {"name": m.name, **{key: str(getattr(m, key)) for key in STATE_INPUTS}}
+            for m in maneuvers
+        ],
+    }
+
+
+def content_sha256(tables: Sequence[Table]) -> str:
+    """Hash of the published numbers: names, shapes, and hi and lo as little-endian binary64."""
+    h = hashlib.sha256()
+    for i, table in enumerate(tables, start=1):
+        arrays = {"time": table.time, "time_lo": table.time_lo}
+        arrays |= _with_lo(table.hi, table.lo)
+        arrays["dense/breaks"] = table.dense.breaks
+        arrays |= {f"dense/{n}": x for n, x in _with_lo(table.dense.hi, table.dense.lo).items()}
+        for name in sorted(arrays):
+            x = np.ascontiguousarray(arrays[name], dtype="<f8")
+            h.update(f"maneuver_{i}/{name} {x.shape}\n".encode())
+            h.update(x.tobytes())
+    return h.hexdigest()
+
+
+def _with_lo(hi: Mapping[str, Any], lo: Mapping[str, Any]) -> dict[str, Any]:
+    return dict(hi) | {f"{name}_lo": x for name, x in lo.items()}
+
+
+def _packages() -> dict[str, str]:
+    found = {}
+    for name in ("heyoka_bike", "heyoka", "python-flint", "h5py", "numpy", "mpmath"):
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = "unknown"
+    return found
+
+
+def _hdf5(
+    tables: Sequence[Table], inputs: Mapping[str, Any], dataset_version: str, content: str
+) -> bytes:
+    buffer = io.BytesIO()
+    with h5py.File(buffer, "w", libver=("v110", "v110"), track_order=True) as f:
+        f.attrs["title"] = "Reference solution of the multibody benchmark Uncontrolled bicycle"
+        f.attrs["Conventions"] = "CF-1.8"
+        f.attrs["dataset_version"] = dataset_version
+        f.attrs["content_sha256"] = content
+        f.attrs["bicycle"] = inputs["bicycle"]["name"]
+        f.attrs["parameters"] = json.dumps(inputs["bicycle"]["parameters"])
+        f.attrs["comment"] = (
+            "Each value is the correctly rounded exact one; <name>_lo is the exact value minus it, "
+            "so <name> + <name>_lo has 32 digits. Axes: x forward, y right, z down."
+        )
+        for i, table in enumerate(tables, start=1):
+            group = f.create_group(f"maneuver_{i}", track_order=True)
+            group.attrs["name"] = table.maneuver.name
+            for key, text in inputs["maneuvers"][i - 1].items():
+                if key != "name":
+                    group.attrs[key] = text
+            _write_rows(group, table)
+            _write_dense(group.create_group("dense", track_order=True), table)
+    return buffer.getvalue()
+
+
+def _write_rows(group: h5py.Group, table: Table) -> None:
+    time = group.create_dataset("time", data=table.time, **FILTERS)
+    _describe(time, "s", "time", "standard time of the rows, a multiple of the spacing")
+    time.attrs["axis"] = "T"
+    time.make_scale("time")
+    lo = group.create_dataset("time_lo", data=table.time_lo, **FILTERS)
+    _describe(lo, "s", "time, low part", "exact time minus time")
+    lo.dims[0].attach_scale(time)
+    for column in COLUMNS:
+        for suffix, values in (("", table.hi), ("_lo", table.lo)):
+            dataset = group.create_dataset(
+                column.name + suffix, data=values[column.name], **FILTERS
+            )
+            dataset.dims[0].attach_scale(time)
+            if suffix:
+                meaning = f"exact value minus {column.name}, rounded"
+                _describe(dataset, column.unit, f"{column.long_name}, low part", meaning)
+            else:
+                _describe(dataset, column.unit, column.long_name, column.meaning)
+                dataset.attrs["definition_name"] = column.definition
+                if column.positive:
+                    dataset.attrs["positive"] = column.positive
+
+
+def _write_dense(group: h5py.Group, table: Table) -> None:
+    dense = table.dense
+    group.attrs["comment"] = (
+        "Piecewise Chebyshev: on the piece [a, b] of breaks the column is sum_k c_k T_k(x), "
+        "c_0 not halved, x = 2 (t - a) / (b - a) - 1, c = <name> + <name>_lo; "
+        "a break belongs to the piece on its right, the end to the last."
+    )
+    pieces, nodes = dense.hi[COLUMNS[0].name].shape
+    breaks = group.create_dataset("breaks", data=dense.breaks, **FILTERS)
+    _describe(breaks, "s", "ends of the pieces", "exact")
+    breaks.make_scale("breaks")
+    piece = group.create_dataset("piece", data=np.arange(pieces, dtype="<i4"))
+    piece.make_scale("piece")
+    order = group.create_dataset("order", data=np.arange(nodes, dtype="<i4"))
+    order.make_scale("order")
+    for column in COLUMNS:
+        for suffix, values in (("", dense.hi), ("_lo", dense.lo)):
+            dataset = group.create_dataset(
+                column.name + suffix, data=values[column.name], **FILTERS
+            )
+            dataset.dims[0].attach_scale(piece)
+            dataset.dims[1].attach_scale(order)
+            what = "Chebyshev coefficients" + (", low part" if suffix else "")
+            _describe(dataset, column.unit, f"{column.long_name}, {what}", column.meaning)
+
+
+def _describe(dataset: h5py.Dataset, unit: str, long_name: str, definition: str) -> None:
+    dataset.attrs["units"] = unit
+    dataset.attrs["long_name"] = long_name
+    dataset.attrs["definition"] = definition
+
+
+def _texts(tables: Sequence[Table]) -> dict[str, bytes]:
+    """The text files: one of 25 columns, or one of 9 for each maneuver on a grid of its own."""
+    first = tables[0].maneuver
+    shares_grid = all(
+        (t.maneuver.rows, t.maneuver.spacing) == (first.rows, first.spacing) for t in tables
+    )
+    groups = {"": tables} if shares_grid else {f"-{i}": [t] for i, t in enumerate(tables, start=1)}
+    files = {}
+    for tag, group in groups.items():
+        times = [_exact_decimal(group[0].maneuver.time(i)) for i in range(group[0].maneuver.rows)]
+        short = [[f"{x:.17g}" for x in t.hi[name]] for t in group for name in BENCHMARK_COLUMNS]
+        long = [t.text[name] for t in group for name in BENCHMARK_COLUMNS]
+        for file, columns in ((TEXT, short), (TEXT_50, long)):
+            stem, _, suffix = file.rpartition(".")
+            lines = (" ".join(row) for row in zip(times, *columns, strict=True))
+            files[f"{stem}{tag}.{suffix}"] = ("\n".join(lines) + "\n").encode()
+    return files
+
+
+def _exact_decimal(t: Fraction) -> str:
+    """The shortest decimal that is exactly t; 50 digits if there is none."""
+    denominator = t.denominator
+    for p in (2, 5):
+        while denominator % p == 0:
+            denominator //= p
+    digits = TEXT_DIGITS
+    if denominator == 1:
+        digits = len(str(t.numerator)) + t.denominator.bit_length() + 1
+    x = Context(prec=digits).divide(Decimal(t.numerator), Decimal(t.denominator))
+    text = f"{x:f}"
+    return text.rstrip("0").rstrip(".") if "." in text else text

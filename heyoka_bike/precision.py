@@ -1,0 +1,47 @@
+"""The precisions in which a trajectory can be computed."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import ceil, log2
+
+from heyoka_bike.errors import InputError
+
+_GUARD_BITS = 4
+MAX_DIGITS = 1000
+
+
+@dataclass(frozen=True, slots=True)
+class Precision:
+    """A floating-point format: its name and the bits of its significand."""
+
+    name: str
+    bits: int
+
+    @classmethod
+    def of(cls, what: str | int) -> Precision:
+        """``binary64``, ``longdouble``, ``binary128``, or a number of decimal digits (MPFR).
+
+        Raises
+        ------
+        InputError
+            Anything else, or digits outside 10 to 1000.
+        """
+        if what in _FORMATS:
+            return _FORMATS[str(what)]
+        try:
+            digits = int(what)
+        except ValueError:
+            raise InputError(
+                f"found precision '{what}', expected {', '.join(_FORMATS)} or a number of digits"
+            ) from None
+        if not 10 <= digits <= MAX_DIGITS:
+            raise InputError(f"found {digits} digits, expected 10 to {MAX_DIGITS}")
+        return cls(f"{digits} digits", ceil(digits * log2(10)) + _GUARD_BITS)
+
+
+_FORMATS = {
+    "binary64": Precision("binary64", 53),
+    "longdouble": Precision("longdouble", 64),
+    "binary128": Precision("binary128", 113),
+}

@@ -1,0 +1,268 @@
+"""Reading the reference: rows, dense output, and evaluation at any time (NumPy and h5py only)."""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from heyoka_bike import manifest as manifest_file
+from heyoka_bike.chebyshev import Array, Double, argument, clenshaw, locate, two_sum
+from heyoka_bike.errors import DatasetError, InputError
+from heyoka_bike.exact import Exact
+from heyoka_bike.resources import reference_folder
+
+_FILE = "uncontrolled-bicycle.h5"
+
+Time = float | Fraction | str | tuple[ArrayLike, ArrayLike] | ArrayLike
+"""A time [s]: a float (meaning exactly that binary64), an exact `Fraction` or decimal string, an
+array or sequence of these, or a pair (hi, lo) of floats or arrays."""
+
+
+@dataclass(frozen=True)
+class Values:
+    """Columns at some times: ``values["roll_angle"]`` is hi, ``values.lo["roll_angle"]`` the rest.
+
+    Attributes
+    ----------
+    hi, lo : mapping of str to ndarray
+        SI units, of the shape of the times; the value is their exact sum.
+    """
+
+    hi: Mapping[str, Array]
+    lo: Mapping[str, Array]
+
+    def __getitem__(self, name: str) -> Array:
+        return self.hi[name]
+
+
+@dataclass(frozen=True)
+class ReferenceManeuver:
+    """The reference of one maneuver.
+
+    Attributes
+    ----------
+    name : str
+    inputs : mapping of str to str
+        Initial state, duration and spacing, exact.
+    time, time_lo : ndarray, shape (rows,)
+        Times of the rows [s], hi + lo.
+    rows : Values
+        Columns at the rows.
+    breaks : ndarray, shape (P + 1,)
+        Ends of the dense pieces [s].
+    dense : Values
+        Chebyshev coefficients, shape (P, N).
+    units : mapping of str to str
+    """
+
+    name: str
+    inputs: Mapping[str, str]
+    time: Array
+    time_lo: Array
+    rows: Values
+    breaks: Array
+    dense: Values
+    units: Mapping[str, str]
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Names of the columns, alternates included."""
+        return tuple(self.rows.hi)
+
+    @property
+    def duration(self) -> Fraction:
+        """End of the reference [s]."""
+        return Fraction(self.inputs["duration"])
+
+    def evaluate(self, t: Time, columns: Sequence[str] | None = None) -> Values:
+        """Columns at any time of the run, to about 31 digits of the column's scale.
+
+        Parameters
+        ----------
+        t
+            Time or times [s], see `Time`. A float means exactly that binary64: 0.07 is not 7/100;
+            write ``"0.07"`` or ``Fraction(7, 100)`` for that.
+        columns
+            Names; all by default.
+
+        Raises
+        ------
+        InputError
+            A time outside the run, not a number, or an unknown column.
+        """
+        names = self.columns if columns is None else tuple(columns)
+        for name in names:
+            if name not in self.rows.hi:
+                raise InputError(
+                    f"found column '{name}', expected one of {', '.join(self.columns)}"
+                )
+        hi, lo = _double(t)
+        shape = hi.shape
+        times: Double = (hi.ravel(), lo.ravel())
+        self._check_range(times)
+        piece = locate(self.breaks, times)
+        x = argument(self.breaks, piece, times)
+        found = {
+            name: clenshaw(self.dense.hi[name], self.dense.lo[name], piece, x) for name in names
+        }
+        return Values(
+            hi={name: v[0].reshape(shape) for name, v in found.items()},
+            lo={name: v[1].reshape(shape) for name, v in found.items()},
+        )
+
+    def _check_range(self, t: Double) -> None:
+        end = self.duration
+        end_hi = float(end)
+        end_lo = float(end - Fraction(end_hi))
+        hi, lo = t
+        bad = ~np.isfinite(hi + lo) | (hi + lo < 0)
+        bad |= (hi > end_hi) | ((hi == end_hi) & (lo > end_lo))
+        if bad.any():
+            first = int(np.flatnonzero(bad)[0])
+            raise InputError(
+                f"{self.name}: found time {_show(hi[first], lo[first])} s, "
+                f"expected 0 to {float(end):g} s (nothing is extrapolated)"
+            )
+
+
+@dataclass(frozen=True)
+class Reference(Mapping[int, ReferenceManeuver]):
+    """A reference set: ``reference[2]`` is its second maneuver.
+
+    Attributes
+    ----------
+    dataset_version, content_sha256 : str
+    bicycle : str
+        Name of the bicycle.
+    parameters : mapping of str to str
+        Its parameters, exact.
+    maneuvers : tuple of ReferenceManeuver
+    """
+
+    dataset_version: str
+    content_sha256: str
+    bicycle: str
+    parameters: Mapping[str, str]
+    maneuvers: tuple[ReferenceManeuver, ...]
+
+    def __getitem__(self, number: int) -> ReferenceManeuver:
+        if number not in self:
+            raise KeyError(f"found maneuver {number!r}, expected 1 to {len(self.maneuvers)}")
+        return self.maneuvers[number - 1]
+
+    def __contains__(self, number: object) -> bool:
+        return isinstance(number, int) and 1 <= number <= len(self.maneuvers)
+
+    def __iter__(self) -> Iterator[int]:
+        return iter(range(1, len(self.maneuvers) + 1))
+
+    def __len__(self) -> int:
+        return len(self.maneuvers)
+
+
+def load_reference(folder: str | Path | None = None) -> Reference:
+    """Load a reference set, by default the published one that comes with the package.
+
+    Raises
+    ------
+    DatasetError
+        The set is missing, incomplete or damaged; the published one must also carry the hash that
+        this version of the package knows.
+    """
+    where = reference_folder() if folder is None else Path(folder)
+    manifest = manifest_file.read_manifest(where)
+    if folder is None and manifest.sha256 != manifest_file.PUBLISHED_MANIFEST_SHA256:
+        raise DatasetError(
+            f"{where}: its manifest is not that of the published set {manifest_file.DATASET_VERSION}"
+            "; name the folder to load a set of your own"
+        )
+    raw = manifest_file.read_file(where, _FILE, manifest)
+    try:
+        with h5py.File(io.BytesIO(raw), "r") as f:
+            numbers = range(1, len(manifest.inputs["maneuvers"]) + 1)
+            return Reference(
+                dataset_version=str(f.attrs["dataset_version"]),
+                content_sha256=str(f.attrs["content_sha256"]),
+                bicycle=str(f.attrs["bicycle"]),
+                parameters=json.loads(f.attrs["parameters"]),
+                maneuvers=tuple(_read_maneuver(f[f"maneuver_{i}"]) for i in numbers),
+            )
+    except (OSError, KeyError, ValueError) as e:
+        raise DatasetError(f"{where / _FILE}: is not a reference file ({e})") from None
+
+
+def _read_maneuver(group: Any) -> ReferenceManeuver:
+    names = [n for n in group if f"{n}_lo" in group and n != "time"]
+    dense = group["dense"]
+
+    def read(dataset: Any) -> Array:
+        values: Array = dataset[:]
+        values.setflags(write=False)
+        return values
+
+    return ReferenceManeuver(
+        name=str(group.attrs["name"]),
+        inputs={k: str(v) for k, v in group.attrs.items() if k != "name"},
+        time=read(group["time"]),
+        time_lo=read(group["time_lo"]),
+        rows=Values(
+            {n: read(group[n]) for n in names}, {n: read(group[f"{n}_lo"]) for n in names}
+        ),
+        breaks=read(dense["breaks"]),
+        dense=Values(
+            {n: read(dense[n]) for n in names}, {n: read(dense[f"{n}_lo"]) for n in names}
+        ),
+        units={n: str(group[n].attrs["units"]) for n in names},
+    )
+
+
+def _show(hi: float, lo: float) -> str:
+    return f"{float(hi)!r}" + (f" + {float(lo)!r}" if lo else "")
+
+
+def _double(t: Time) -> Double:
+    """A time in any accepted form as hi + lo."""
+    if isinstance(t, tuple) and len(t) == 2:
+        hi, lo = np.broadcast_arrays(_floats(t[0]), _floats(t[1]))
+        return two_sum(np.array(hi), np.array(lo))
+    if isinstance(t, str | Fraction):
+        pair = np.array(_split(t))
+        return pair[0:1].reshape(()), pair[1:2].reshape(())
+    if isinstance(t, Sequence) and any(isinstance(x, str | Fraction) for x in t):
+        pairs = np.array([_split(x) for x in t], dtype=np.float64).reshape(-1, 2)
+        return pairs[:, 0], pairs[:, 1]
+    values = _floats(t)
+    return values, np.zeros_like(values)
+
+
+def _split(t: object) -> tuple[float, float]:
+    if isinstance(t, str):
+        try:
+            exact = Exact.parse(t).fraction()
+        except ValueError as e:
+            raise InputError(f"time: {e}") from None
+    elif isinstance(t, Fraction):
+        exact = t
+    else:
+        return float(t), 0.0  # type: ignore[arg-type]
+    try:
+        hi = float(exact)
+    except OverflowError:
+        return float("inf"), 0.0
+    return hi, float(exact - Fraction(hi))
+
+
+def _floats(x: object) -> NDArray[np.float64]:
+    try:
+        return np.asarray(x, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise InputError(f"time: found {x!r:.60}, expected numbers or decimal strings") from None

@@ -1,0 +1,178 @@
+"""A computed motion as exact piecewise polynomials.
+
+Between two breaks every state variable is a polynomial in s = (t - t0) / (t1 - t0), 0 <= s <= 1,
+with coefficients that are integers times 2^-grid. A trajectory is thus a finite list of exact
+numbers: whatever is said about it later (a value, an error bound) is about those numbers, not about
+the run that produced them.
+"""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from fractions import Fraction
+
+import flint
+
+from heyoka_bike.arithmetic import Balls
+from heyoka_bike.constants import Constants, constants
+from heyoka_bike.kinematics import front_contact_height, state_names
+from heyoka_bike.outputs import columns, energies, unfold
+from heyoka_bike.parameters import Bicycle, Maneuver
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """The motion of one maneuver.
+
+    Attributes
+    ----------
+    bicycle, maneuver
+        What was integrated.
+    precision : str
+        Name of the precision of the run.
+    bits : int
+        Bits of its significand.
+    is_regular : bool
+        Which form of the equations (see `model`).
+    order : int
+        Taylor order.
+    grid : int
+        Coefficients are integers times 2^-grid.
+    breaks : tuple of Fraction
+        Times of the piece ends [s], dyadic, P + 1 of them, from 0 to at least the duration.
+    pieces : tuple
+        Integers by piece, state variable (with the yaw last) and power of s.
+    """
+
+    bicycle: Bicycle
+    maneuver: Maneuver
+    precision: str
+    bits: int
+    is_regular: bool
+    order: int
+    grid: int
+    breaks: tuple[Fraction, ...]
+    pieces: tuple[tuple[tuple[int, ...], ...], ...]
+    _polynomials: dict[int, list[flint.arb_poly]] = field(
+        default_factory=dict, init=False, repr=False, compare=False
+    )
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of the state variables."""
+        return (*state_names(self.is_regular), "yaw")
+
+    @property
+    def steps(self) -> int:
+        return len(self.pieces)
+
+    def piece_at(self, t: Fraction) -> int:
+        """Index of the piece that holds `t` (a break belongs to the piece on its right)."""
+        return min(max(bisect_right(self.breaks, t) - 1, 0), len(self.pieces) - 1)
+
+    def state(self, t: Fraction | flint.arb, piece: int | None = None) -> list[flint.arb]:
+        """State at `t` [s] as balls at flint's current precision.
+
+        `piece` must be given when `t` is a ball.
+        """
+        if piece is None:
+            if not isinstance(t, Fraction):
+                raise TypeError("a time that is a ball needs its piece")
+            piece = self.piece_at(t)
+        a, b = self.breaks[piece], self.breaks[piece + 1]
+        if isinstance(t, Fraction):
+            s = flint.arb(_fmpq((t - a) / (b - a)))
+        else:
+            s = (t - flint.arb(_fmpq(a))) / flint.arb(_fmpq(b - a))
+        unit = flint.arb(2) ** -self.grid
+        return [p(s) * unit for p in self._piece(piece)]
+
+    def _piece(self, piece: int) -> list[flint.arb_poly]:
+        # Integers as balls: exact as long as they fit in flint's precision, else rounded outward.
+        found = self._polynomials.get(piece)
+        if found is None:
+            with flint.ctx.workprec(self.bits + 64):
+                found = [flint.arb_poly(list(c)) for c in self.pieces[piece]]
+            self._polynomials[piece] = found
+        return found
+
+
+@dataclass(frozen=True)
+class Drift:
+    """How far a run leaves what the exact motion keeps, the worst over the rows.
+
+    Attributes
+    ----------
+    energy : float
+        max abs(E - E0) / E0, in units of 2^-p.
+    contact : float
+        max abs height of the front wheel above the floor [m].
+    performance : float
+        The benchmark's eq. (1): 100 (max E - min E) / E0 [%].
+    """
+
+    energy: float
+    contact: float
+    performance: float
+
+
+def evaluator(trajectory: Trajectory, bits: int) -> Evaluator:
+    """Columns of a trajectory in ball arithmetic of `bits`."""
+    balls = Balls(bits)
+    with balls.precision():
+        return Evaluator(trajectory, balls, constants(trajectory.bicycle, balls))
+
+
+@dataclass(frozen=True)
+class Evaluator:
+    """Evaluates columns along a trajectory; use it inside ``with evaluator.balls.precision()``."""
+
+    trajectory: Trajectory
+    balls: Balls
+    constants: Constants
+
+    def columns(self, t: Fraction | flint.arb, piece: int | None = None) -> dict[str, flint.arb]:
+        """Every column by name at time `t`."""
+        return self.columns_of(self.trajectory.state(t, piece))
+
+    def columns_of(self, state: list[flint.arb]) -> dict[str, flint.arb]:
+        """Every column by name of a state."""
+        k, a = self.constants, self.balls
+        o, u = unfold(k, a, state, is_regular=self.trajectory.is_regular)
+        roll, pitch, steer, *_, yaw = state
+        return dict(columns(k, a, o, u, roll, pitch, steer, yaw))
+
+    def drift(self) -> Drift:
+        """Energy and contact drift over the rows of the maneuver."""
+        k, a, run = self.constants, self.balls, self.trajectory
+        values = []
+        contact = flint.arb(0)
+        with a.precision():
+            for t in row_times(run.maneuver):
+                state = run.state(t)
+                o, u = unfold(k, a, state, is_regular=run.is_regular)
+                e = energies(k, o, u)
+                values.append(e.potential + e.kinetic)
+                gap = abs(front_contact_height(k, a, state[0], state[1], state[2]))
+                contact = gap.max(contact)
+            start = values[0]
+            high, low = values[0], values[0]
+            for value in values:
+                high, low = high.max(value), low.min(value)
+            worst = (high - start).max(start - low) / start
+            return Drift(
+                energy=float((worst * flint.arb(2) ** run.bits).mid()),
+                contact=float(contact.mid()),
+                performance=float((100 * (high - low) / start).mid()),
+            )
+
+
+def row_times(maneuver: Maneuver) -> Iterator[Fraction]:
+    """Times of the rows [s], exactly."""
+    return (maneuver.time(i) for i in range(maneuver.rows))
+
+
+def _fmpq(value: Fraction) -> flint.fmpq:
+    return flint.fmpq(value.numerator, value.denominator)

@@ -1,0 +1,54 @@
+"""Shared inputs of the tests: the benchmark, the published set, and a longer run to judge it by."""
+
+from __future__ import annotations
+
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+
+import pytest
+
+from heyoka_bike.candidate import read_candidate
+from heyoka_bike.integration import integrate
+from heyoka_bike.parameters import Bicycle, Maneuver, read_bicycle, read_maneuvers
+from heyoka_bike.reference import Reference, load_reference
+from heyoka_bike.resources import benchmark_bicycle, benchmark_maneuvers, reference_folder
+from heyoka_bike.trajectory import Trajectory
+
+MANEUVERS = (1, 2, 3)
+
+
+@pytest.fixture(scope="session")
+def bicycle() -> Bicycle:
+    return read_bicycle(benchmark_bicycle())
+
+
+@pytest.fixture(scope="session")
+def maneuvers() -> tuple[Maneuver, ...]:
+    return read_maneuvers(benchmark_maneuvers())
+
+
+@pytest.fixture(scope="session")
+def folder() -> Path:
+    return reference_folder()
+
+
+@pytest.fixture(scope="session")
+def reference() -> Reference:
+    return load_reference()
+
+
+@pytest.fixture(scope="session")
+def candidate(folder: Path) -> tuple[Trajectory, ...]:
+    return read_candidate(folder)
+
+
+def _run(job: tuple[Bicycle, Maneuver, int]) -> Trajectory:
+    return integrate(*job)
+
+
+@pytest.fixture(scope="session")
+def long_runs(bicycle: Bicycle, maneuvers: tuple[Maneuver, ...]) -> tuple[Trajectory, ...]:
+    """The maneuvers at 110 digits, side by side; shares no digit with the published files."""
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+        return tuple(pool.map(_run, [(bicycle, m, 110) for m in maneuvers]))
