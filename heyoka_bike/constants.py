@@ -143,8 +143,9 @@ def constants(bicycle: Bicycle, a: Arithmetic) -> Constants:
         i11 = ixx * c * c - 2 * ixz * s * c + izz * s * s
         i13 = (ixx - izz) * s * c + ixz * (c * c - s * s)
         i33 = ixx * s * s + 2 * ixz * s * c + izz * c * c
-        # A front assembly concentrated on a line along the axis has no i33, and then no i13.
-        skew = 0 * i13 if xx == zz == xz == 0 else i13 / i33
+        # With all mass on a line along the axis i33 is zero, and then so is i13.
+        on_axis = zz == xz == 0 and (xx == 0 or bicycle["lam"].is_zero)
+        skew = 0 * i13 if on_axis else i13 / i33
         return Assembly(
             r=r, m=m, l1=l1, l3=l3, i11=i11, i13=i13, i33=i33, i22=iyy, spin=ja / r,
             mass_v=m + ja / (r * r), mass_q=iyy + m * (l1 * l1 + l3 * l3),

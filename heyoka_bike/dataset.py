@@ -4,15 +4,16 @@
 - ``uncontrolled-bicycle.txt``: the 25 columns of the benchmark
 - ``uncontrolled-bicycle-50digits.txt``: the same with 50 significant digits
 - ``candidate.h5``: the trajectories themselves, as exact integers
+- ``certificate.json``: what is proved
 - ``manifest.json``
 """
 
 from __future__ import annotations
 
-import hashlib
 import io
 import json
-from collections.abc import Iterable, Mapping, Sequence
+import os
+from collections.abc import Mapping, Sequence
 from decimal import Context, Decimal
 from fractions import Fraction
 from importlib.metadata import PackageNotFoundError, version
@@ -27,10 +28,11 @@ from heyoka_bike import manifest as manifest_file
 from heyoka_bike.candidate import CANDIDATE, FILTERS
 from heyoka_bike.errors import DatasetError, InputError
 from heyoka_bike.outputs import BENCHMARK_COLUMNS, COLUMNS
-from heyoka_bike.parameters import PARAMETERS, STATE_INPUTS, Bicycle, Maneuver
-from heyoka_bike.table import TEXT_DIGITS, Table
+from heyoka_bike.parameters import Bicycle, Maneuver, describe_inputs
+from heyoka_bike.proof import CERTIFICATE, HDF5, content_sha256, render_certificate, summarise
+from heyoka_bike.rows import TEXT_DIGITS, Rows
+from heyoka_bike.table import Table
 
-HDF5 = "uncontrolled-bicycle.h5"
 TEXT = "uncontrolled-bicycle.txt"
 TEXT_50 = "uncontrolled-bicycle-50digits.txt"
 
@@ -46,12 +48,15 @@ def write_dataset(
     DatasetError
         The folder cannot be written.
     """
-    content = content_sha256(tables)
+    content = _content(tables)
     inputs = describe_inputs(bicycle, [t.maneuver for t in tables])
     files = {
         HDF5: _hdf5(tables, inputs, dataset_version, content),
         CANDIDATE: candidate.render([t.trajectory for t in tables], inputs),
-        **_texts(tables),
+        **render_texts([t.maneuver for t in tables], [t.rows for t in tables]),
+        CERTIFICATE: render_certificate(
+            [summarise(t.trajectory, t.certificate, t.rows, t.dense) for t in tables], inputs
+        ),
     }
     document = manifest_file.render(
         dataset_version=dataset_version,
@@ -71,8 +76,11 @@ def check_overwrite(
     Raises
     ------
     InputError
-        The folder holds such a set and `force` is not given.
+        The folder holds such a set and `force` is not given, or it cannot be written.
     """
+    there = next(p for p in (Path(folder), *Path(folder).absolute().parents) if p.exists())
+    if not there.is_dir() or not os.access(there, os.W_OK | os.X_OK):
+        raise InputError(f"{folder}: cannot be written, {there} is not a writable folder")
     if force or not (Path(folder) / manifest_file.MANIFEST).exists():
         return
     try:
@@ -91,33 +99,15 @@ def check_overwrite(
         )
 
 
-def describe_inputs(bicycle: Bicycle, maneuvers: Iterable[Maneuver]) -> dict[str, Any]:
-    """Bicycle and maneuvers as exact text, for the manifest and the files' attributes."""
-    return {
-        "bicycle": {
-            "name": bicycle.name,
-            "parameters": {symbol: str(bicycle[symbol]) for symbol in PARAMETERS},
-        },
-        "maneuvers": [
-            {"name": m.name, **{key: str(getattr(m, key)) for key in STATE_INPUTS}}
-            for m in maneuvers
-        ],
-    }
-
-
-def content_sha256(tables: Sequence[Table]) -> str:
-    """Hash of the published numbers: names, shapes, and hi and lo as little-endian binary64."""
-    h = hashlib.sha256()
+def _content(tables: Sequence[Table]) -> str:
+    parts = {}
     for i, table in enumerate(tables, start=1):
         arrays = {"time": table.time, "time_lo": table.time_lo}
-        arrays |= _with_lo(table.hi, table.lo)
+        arrays |= _with_lo(table.rows.hi, table.rows.lo)
         arrays["dense/breaks"] = table.dense.breaks
         arrays |= {f"dense/{n}": x for n, x in _with_lo(table.dense.hi, table.dense.lo).items()}
-        for name in sorted(arrays):
-            x = np.ascontiguousarray(arrays[name], dtype="<f8")
-            h.update(f"maneuver_{i}/{name} {x.shape}\n".encode())
-            h.update(x.tobytes())
-    return h.hexdigest()
+        parts[f"maneuver_{i}"] = arrays
+    return content_sha256(parts)
 
 
 def _with_lo(hi: Mapping[str, Any], lo: Mapping[str, Any]) -> dict[str, Any]:
@@ -161,6 +151,7 @@ def _hdf5(
 
 
 def _write_rows(group: h5py.Group, table: Table) -> None:
+    rows = table.rows
     time = group.create_dataset("time", data=table.time, **FILTERS)
     _describe(time, "s", "time", "standard time of the rows, a multiple of the spacing")
     time.attrs["axis"] = "T"
@@ -169,14 +160,21 @@ def _write_rows(group: h5py.Group, table: Table) -> None:
     _describe(lo, "s", "time, low part", "exact time minus time")
     lo.dims[0].attach_scale(time)
     for column in COLUMNS:
-        for suffix, values in (("", table.hi), ("_lo", table.lo)):
+        for suffix, values in (
+            ("", rows.hi),
+            ("_lo", rows.lo),
+            ("_bound", rows.bound),
+        ):
             dataset = group.create_dataset(
                 column.name + suffix, data=values[column.name], **FILTERS
             )
             dataset.dims[0].attach_scale(time)
-            if suffix:
+            if suffix == "_lo":
                 meaning = f"exact value minus {column.name}, rounded"
                 _describe(dataset, column.unit, f"{column.long_name}, low part", meaning)
+            elif suffix == "_bound":
+                meaning = f"certified: abs(exact value - {column.name} - {column.name}_lo) <= this"
+                _describe(dataset, column.unit, f"{column.long_name}, certified bound", meaning)
             else:
                 _describe(dataset, column.unit, column.long_name, column.meaning)
                 dataset.attrs["definition_name"] = column.definition
@@ -208,6 +206,12 @@ def _write_dense(group: h5py.Group, table: Table) -> None:
             dataset.dims[1].attach_scale(order)
             what = "Chebyshev coefficients" + (", low part" if suffix else "")
             _describe(dataset, column.unit, f"{column.long_name}, {what}", column.meaning)
+        bound = group.create_dataset(
+            column.name + "_bound", data=dense.bound[column.name], **FILTERS
+        )
+        bound.dims[0].attach_scale(piece)
+        meaning = "certified: largest distance of the piece from the exact column"
+        _describe(bound, column.unit, f"{column.long_name}, certified bound", meaning)
 
 
 def _describe(dataset: h5py.Dataset, unit: str, long_name: str, definition: str) -> None:
@@ -216,18 +220,17 @@ def _describe(dataset: h5py.Dataset, unit: str, long_name: str, definition: str)
     dataset.attrs["definition"] = definition
 
 
-def _texts(tables: Sequence[Table]) -> dict[str, bytes]:
+def render_texts(maneuvers: Sequence[Maneuver], rows: Sequence[Rows]) -> dict[str, bytes]:
     """The text files: one of 25 columns, or one of 9 for each maneuver on a grid of its own."""
-    first = tables[0].maneuver
-    shares_grid = all(
-        (t.maneuver.rows, t.maneuver.spacing) == (first.rows, first.spacing) for t in tables
-    )
-    groups = {"": tables} if shares_grid else {f"-{i}": [t] for i, t in enumerate(tables, start=1)}
+    pairs = list(zip(maneuvers, rows, strict=True))
+    grids = {(m.rows, m.spacing) for m in maneuvers}
+    groups = {"": pairs} if len(grids) == 1 else {f"-{i + 1}": [p] for i, p in enumerate(pairs)}
     files = {}
     for tag, group in groups.items():
-        times = [_exact_decimal(group[0].maneuver.time(i)) for i in range(group[0].maneuver.rows)]
-        short = [[f"{x:.17g}" for x in t.hi[name]] for t in group for name in BENCHMARK_COLUMNS]
-        long = [t.text[name] for t in group for name in BENCHMARK_COLUMNS]
+        first = group[0][0]
+        times = [_exact_decimal(first.time(i)) for i in range(first.rows)]
+        short = [[f"{x:.17g}" for x in r.hi[name]] for _, r in group for name in BENCHMARK_COLUMNS]
+        long = [r.text[name] for _, r in group for name in BENCHMARK_COLUMNS]
         for file, columns in ((TEXT, short), (TEXT_50, long)):
             stem, _, suffix = file.rpartition(".")
             lines = (" ".join(row) for row in zip(times, *columns, strict=True))

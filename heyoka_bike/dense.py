@@ -1,4 +1,4 @@
-"""Dense output: every column as piecewise Chebyshev polynomials, as planetary ephemerides are shipped.
+"""Dense output: every column as piecewise Chebyshev polynomials, as ephemerides are shipped.
 
 Each piece interpolates the columns at the N Chebyshev nodes of the first kind. A piece is halved
 until its last coefficients are far below what the dense output promises, so the interpolation error
@@ -9,7 +9,7 @@ until its last coefficients are far below what the dense output promises, so the
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from math import frexp
 
@@ -38,17 +38,20 @@ class Dense:
         Ends of the pieces [s], exact.
     hi, lo : mapping of str to ndarray, shape (P, N)
         Coefficients of T_0 .. T_(N-1) by column, c_0 not halved, in the column's unit.
+    bound : mapping of str to ndarray, shape (P,)
+        Certified bound on the distance of a piece from the exact column; empty before it is proved.
     """
 
     breaks: NDArray[np.float64]
     hi: Mapping[str, NDArray[np.float64]]
     lo: Mapping[str, NDArray[np.float64]]
+    bound: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
 
 
 def interpolate(
     evaluator: Evaluator,
     scales: Mapping[str, float],
-    constant: Mapping[str, flint.arb],
+    constant: Mapping[str, flint.arb | Fraction],
     progress: Callable[[float], None] | None = None,
 ) -> Dense:
     """Chebyshev pieces of a trajectory from 0 to the end of its last piece.
@@ -92,10 +95,17 @@ class _Fit:
     """Interpolation at the Chebyshev nodes, as a matrix product in ball arithmetic."""
 
     def __init__(
-        self, evaluator: Evaluator, names: Sequence[str], constant: Mapping[str, flint.arb]
+        self,
+        evaluator: Evaluator,
+        names: Sequence[str],
+        constant: Mapping[str, flint.arb | Fraction],
     ) -> None:
-        self.evaluator, self.names, self.constant = evaluator, names, constant
+        self.evaluator, self.names = evaluator, names
         with evaluator.balls.precision():
+            self.constant = {
+                name: evaluator.balls.number(x) if isinstance(x, Fraction) else x
+                for name, x in constant.items()
+            }
             angle = [flint.fmpq(2 * j + 1, 2 * NODES) for j in range(NODES)]
             self.nodes = [flint.arb.cos_pi_fmpq(x) for x in angle]
             self.transform = flint.arb_mat(

@@ -71,11 +71,20 @@ class SingularMotionError(BicycleError, ArithmeticError):
 
     def __init__(self, message: str, time: float) -> None:
         self.time = time
-        super().__init__(message)
+        super().__init__(message, time)
+
+    def __str__(self) -> str:
+        return str(self.args[0])
 
 
 class UndecidedError(BicycleError, ArithmeticError):
     """A value whose correctly rounded form the available digits do not decide."""
+
+    exit_code = Exit.CHECK_FAILED
+
+
+class NotCertifiedError(BicycleError, ArithmeticError):
+    """A candidate that cannot be certified: the step, the time, and the inequality that failed."""
 
     exit_code = Exit.CHECK_FAILED
 

@@ -8,6 +8,7 @@ import flint
 
 from heyoka_bike.arithmetic import Balls, Multiprecision
 from heyoka_bike.constants import Constants, constants
+from heyoka_bike.dual import Duals
 from heyoka_bike.errors import InputError
 from heyoka_bike.kinematics import front_contact_height, posture, rear_rates
 from heyoka_bike.model import regular
@@ -97,4 +98,11 @@ def _pitch(bicycle: Bicycle, maneuver: Maneuver, k: Constants, balls: Balls) -> 
     )
     if not ((below > 0 and above < 0) or (below < 0 and above > 0)):
         raise unreachable
-    return flint.arb(centre, radius)
+    enclosed = flint.arb(centre, radius)
+    # ... and a slope that does not vanish there that it is the only one.
+    duals = Duals(balls)
+    (pitch_dual,) = duals.variables([enclosed])
+    slope = front_contact_height(k, duals, roll_ball, pitch_dual, steer_ball).slopes[0]
+    if not abs(slope) > 0:
+        raise unreachable
+    return enclosed

@@ -47,19 +47,19 @@ class Expressions:
         raise TypeError("constants of an expression are made by Constants.convert")
 
     def sin(self, x: Number) -> Number:
-        return _heyoka().sin(x)
+        return require_heyoka().sin(x)
 
     def cos(self, x: Number) -> Number:
-        return _heyoka().cos(x)
+        return require_heyoka().cos(x)
 
     def sqrt(self, x: Number) -> Number:
-        return _heyoka().sqrt(x)
+        return require_heyoka().sqrt(x)
 
     def atan2(self, y: Number, x: Number) -> Number:
-        return _heyoka().atan2(y, x)
+        return require_heyoka().atan2(y, x)
 
     def sum(self, terms: Iterable[Number]) -> Number:
-        hy = _heyoka()
+        hy = require_heyoka()
         return hy.sum(
             [x if isinstance(x, hy.expression) else hy.expression(float(x)) for x in terms]
         )
@@ -72,7 +72,7 @@ def right_hand_side(
 
     Every constant is the exact one, correctly rounded to the precision.
     """
-    hy = _heyoka()
+    hy = require_heyoka()
     k = _constants(bicycle, precision)
     names = state_names(is_regular)
     state = list(hy.make_vars(*names))
@@ -178,7 +178,7 @@ def _adaptive(
     bicycle: Bicycle, precision: Precision, native: _Native, state: Sequence[int], grid: int,
     tolerance: float | None, is_regular: bool,
 ) -> Any:  # fmt: skip
-    hy = _heyoka()
+    hy = require_heyoka()
     if tolerance is None:
         tol = native.from_integer(1, precision.bits + 5)
     elif 2.0**-precision.bits / 64 <= tolerance < 1:
@@ -205,7 +205,7 @@ class _Native:
     def __init__(self, precision: Precision) -> None:
         import numpy as np
 
-        hy = _heyoka()
+        hy = require_heyoka()
         self.bits = precision.bits
         self.is_mpfr = precision.name.endswith("digits")
         if self.is_mpfr:
@@ -244,7 +244,7 @@ class _Native:
         return x / scale if grid > 0 else x * scale
 
     def to_integer(self, x: Any, shift: int) -> int:
-        """x 2^shift, truncated to an integer."""
+        """The value times 2^shift, truncated to an integer."""
         if self.type is float:
             n, d = float(x).as_integer_ratio()
             return (n << shift) // d
@@ -329,7 +329,7 @@ _FLOATS = _Floats()
 
 def _constants(bicycle: Bicycle, precision: Precision) -> Constants:
     """Constants as expressions: computed in balls, each correctly rounded to the precision."""
-    hy = _heyoka()
+    hy = require_heyoka()
     native = _Native(precision)
     balls = Balls(2 * precision.bits + 64)
     with balls.precision():
@@ -364,7 +364,14 @@ def _dyadic_above(t: Fraction) -> Fraction:
     return Fraction(math.ceil(t * 2**20), 2**20)
 
 
-def _heyoka() -> Any:
+def require_heyoka() -> Any:
+    """The module heyoka.
+
+    Raises
+    ------
+    MissingPackageError
+        It is not installed.
+    """
     try:
         import heyoka
     except ImportError:

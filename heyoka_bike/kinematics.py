@@ -2,9 +2,9 @@
 
 Frames. The *roll frame* of an assembly has x along the heading of its wheel (where the wheel plane
 meets the floor), y along its axle, z = x cross y. The assembly frame e is the roll frame turned
-about the axle by ``beta``, the angle of the steer axis from the roll frame's z axis, so that e3 lies
-down the steer axis and e2 along the axle. Quantities of the front assembly end in ``_f``; its frame
-is e turned by the steer angle about e3.
+about the axle by ``beta``, the angle of the steer axis from the roll frame's z axis, so that e3
+lies down the steer axis and e2 along the axle. Quantities of the front assembly end in ``_f``; its
+frame is e turned by the steer angle about e3.
 
 State [rad, rad/s], autonomous:
 

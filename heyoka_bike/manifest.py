@@ -20,10 +20,10 @@ from heyoka_bike.errors import DatasetError
 MANIFEST = "manifest.json"
 SCHEMA_VERSION = 1
 
-DATASET_VERSION = "0.1.0"
-"""Version of the published set that this package makes: 0.x until certified."""
+DATASET_VERSION = "1.0.0"
+"""Version of the published set that this package makes."""
 
-PUBLISHED_MANIFEST_SHA256 = "e412343cf3550279923d89290fb33e5d6e37a76481048f913378d3ad180516ac"
+PUBLISHED_MANIFEST_SHA256 = "a7d78b3c2ada41809800cd61c104e341091defa82be935d1644c277c8081d796"
 """Hash of the manifest of the published set."""
 
 CUSTOM = "custom"
@@ -112,6 +112,21 @@ def read_manifest(folder: str | Path) -> Manifest:
         raise DatasetError(f"{path}: is not a manifest ({type(e).__name__}: {e})") from None
 
 
+def check_published(folder: str | Path) -> None:
+    """Refuse a folder that does not hold the published set this version of the package knows.
+
+    Raises
+    ------
+    DatasetError
+        Its manifest is missing or another one.
+    """
+    if read_manifest(folder).sha256 != PUBLISHED_MANIFEST_SHA256:
+        raise DatasetError(
+            f"{folder}: its manifest is not that of the published set {DATASET_VERSION}; "
+            "name the folder to use a set of your own"
+        )
+
+
 def read_file(folder: str | Path, name: str, manifest: Manifest) -> bytes:
     """Contents of a file of the set, checked against the manifest.
 
@@ -131,8 +146,8 @@ def read_file(folder: str | Path, name: str, manifest: Manifest) -> bytes:
     if len(data) != size or sha256(data) != digest:
         raise DatasetError(
             f"{path}: does not match {MANIFEST} (found {len(data)} bytes, sha256 "
-            f"{sha256(data)[:12]}...; expected {size} bytes, {digest[:12]}...): the file is damaged "
-            "or 'heyoka-bike generate' was interrupted; run it again"
+            f"{sha256(data)[:12]}...; expected {size} bytes, {digest[:12]}...): the file is "
+            "damaged or 'heyoka-bike generate' was interrupted; run it again"
         )
     return data
 

@@ -54,7 +54,7 @@ def _columns() -> tuple[Column, ...]:
     d = True
     return (
         Column("roll_angle", "lean", "rad", "roll angle",
-               "angle of the rear wheel plane from the vertical; second of yaw, roll, pitch", lean, d),
+               "angle of the rear wheel plane from the vertical (yaw, roll, pitch)", lean, d),
         Column("roll_rate", "lean_rate", "rad s-1", "roll angular velocity",
                "time derivative of the lean", lean, d),
         Column("forward_speed", "hub_heading", "m s-1", "forward speed",
@@ -91,7 +91,7 @@ def _columns() -> tuple[Column, ...]:
         Column("forward_speed", "hub_global_x", "m s-1", "forward speed",
                "velocity of the rear hub along the global x axis, the initial heading", ahead),
         Column("pitch", "pitch", "rad", "pitch angle",
-               "rotation of the rear frame about its axle, zero upright and straight", "nose up", d),
+               "rotation of the rear frame about its axle, zero upright", "nose up", d),
         Column("yaw", "yaw", "rad", "yaw angle",
                "direction of the heading from the initial one", lean, d),
         Column("yaw_rate", "yaw_rate", "rad s-1", "yaw rate",

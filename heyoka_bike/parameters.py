@@ -13,7 +13,7 @@ straight. Inertia values are matrix elements about the body's own centre of mass
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
@@ -127,7 +127,9 @@ class Bicycle:
         """A copy with some parameters changed, checked again."""
         for symbol, x in changes.items():
             if symbol not in PARAMETERS:
-                raise InputError(f"found unknown parameter {quoted(symbol)}")
+                raise InputError(
+                    f"found unknown parameter {quoted(symbol)}, expected one of PARAMETERS"
+                )
             if not isinstance(x, Exact) or not x.is_moderate:
                 found = "a magnitude out of range" if isinstance(x, Exact) else type(x).__name__
                 raise InputError(
@@ -235,6 +237,20 @@ def read_maneuvers(path: str | Path) -> tuple[Maneuver, ...]:
             )
         first[m.name] = i
     return maneuvers
+
+
+def describe_inputs(bicycle: Bicycle, maneuvers: Iterable[Maneuver]) -> dict[str, Any]:
+    """Bicycle and maneuvers as exact text, for the manifest and the files' attributes."""
+    return {
+        "bicycle": {
+            "name": bicycle.name,
+            "parameters": {symbol: str(bicycle[symbol]) for symbol in PARAMETERS},
+        },
+        "maneuvers": [
+            {"name": m.name, **{key: str(getattr(m, key)) for key in STATE_INPUTS}}
+            for m in maneuvers
+        ],
+    }
 
 
 def _read_maneuver(source: TomlSource, table: dict[str, Any], index: int) -> Maneuver:

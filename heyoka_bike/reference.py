@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -35,10 +35,14 @@ class Values:
     ----------
     hi, lo : mapping of str to ndarray
         SI units, of the shape of the times; the value is their exact sum.
+    bound : mapping of str to ndarray
+        Certified bound on abs(exact - (hi + lo)) of a row, or on the distance of a dense piece from
+        the exact column; empty for evaluated values.
     """
 
     hi: Mapping[str, Array]
     lo: Mapping[str, Array]
+    bound: Mapping[str, Array] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> Array:
         return self.hi[name]
@@ -180,11 +184,8 @@ def load_reference(folder: str | Path | None = None) -> Reference:
     """
     where = reference_folder() if folder is None else Path(folder)
     manifest = manifest_file.read_manifest(where)
-    if folder is None and manifest.sha256 != manifest_file.PUBLISHED_MANIFEST_SHA256:
-        raise DatasetError(
-            f"{where}: its manifest is not that of the published set {manifest_file.DATASET_VERSION}"
-            "; name the folder to load a set of your own"
-        )
+    if folder is None:
+        manifest_file.check_published(where)
     raw = manifest_file.read_file(where, _FILE, manifest)
     try:
         with h5py.File(io.BytesIO(raw), "r") as f:
@@ -205,22 +206,22 @@ def _read_maneuver(group: Any) -> ReferenceManeuver:
     dense = group["dense"]
 
     def read(dataset: Any) -> Array:
-        values: Array = dataset[:]
-        values.setflags(write=False)
-        return values
+        array: Array = dataset[:]
+        array.setflags(write=False)
+        return array
+
+    def values(where: Any) -> Values:
+        parts = ({n: read(where[n + tag]) for n in names} for tag in ("", "_lo", "_bound"))
+        return Values(*parts)
 
     return ReferenceManeuver(
         name=str(group.attrs["name"]),
         inputs={k: str(v) for k, v in group.attrs.items() if k != "name"},
         time=read(group["time"]),
         time_lo=read(group["time_lo"]),
-        rows=Values(
-            {n: read(group[n]) for n in names}, {n: read(group[f"{n}_lo"]) for n in names}
-        ),
+        rows=values(group),
         breaks=read(dense["breaks"]),
-        dense=Values(
-            {n: read(dense[n]) for n in names}, {n: read(dense[f"{n}_lo"]) for n in names}
-        ),
+        dense=values(dense),
         units={n: str(group[n].attrs["units"]) for n in names},
     )
 

@@ -12,6 +12,7 @@ from bisect import bisect_right
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
+from typing import TYPE_CHECKING, Any
 
 import flint
 
@@ -20,6 +21,9 @@ from heyoka_bike.constants import Constants, constants
 from heyoka_bike.kinematics import front_contact_height, state_names
 from heyoka_bike.outputs import columns, energies, unfold
 from heyoka_bike.parameters import Bicycle, Maneuver
+
+if TYPE_CHECKING:
+    from heyoka_bike.certificate import Certificate
 
 
 @dataclass(frozen=True)
@@ -59,6 +63,14 @@ class Trajectory:
         default_factory=dict, init=False, repr=False, compare=False
     )
 
+    def __getstate__(self) -> dict[str, Any]:
+        """For pickling: all but the polynomials in flint's form, which are made again when used."""
+        return {k: v for k, v in self.__dict__.items() if k != "_polynomials"}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        self.__dict__["_polynomials"] = {}
+
     @property
     def states(self) -> tuple[str, ...]:
         """Names of the state variables."""
@@ -67,6 +79,10 @@ class Trajectory:
     @property
     def steps(self) -> int:
         return len(self.pieces)
+
+    def piece(self, i: int) -> Piece:
+        """Piece i."""
+        return Piece(self, i, self.breaks[i], self.breaks[i + 1], self.grid, self.pieces[i])
 
     def piece_at(self, t: Fraction) -> int:
         """Index of the piece that holds `t` (a break belongs to the piece on its right)."""
@@ -100,6 +116,49 @@ class Trajectory:
 
 
 @dataclass(frozen=True)
+class Piece:
+    """A piece of a trajectory, or an exact part of one.
+
+    Attributes
+    ----------
+    run : Trajectory
+    step : int
+        Index of the piece in the trajectory.
+    t0, t1 : Fraction
+        Its ends [s].
+    grid : int
+        The coefficients in s = (t - t0) / (t1 - t0) are integers times 2^-grid.
+    rows : tuple
+        These integers, by state variable and power.
+    """
+
+    run: Trajectory
+    step: int
+    t0: Fraction
+    t1: Fraction
+    grid: int
+    rows: tuple[tuple[int, ...], ...]
+
+    @property
+    def h(self) -> Fraction:
+        return self.t1 - self.t0
+
+    def halves(self) -> tuple[Piece, Piece]:
+        """The two halves; the same polynomials exactly, in variables of their own."""
+        degree = max(len(row) for row in self.rows) - 1
+        middle = (self.t0 + self.t1) / 2
+        left = [[c << (degree - m) for m, c in enumerate(row)] for row in self.rows]
+        shift = flint.fmpz_poly([1, 1])
+        right = [[int(c) for c in flint.fmpz_poly(row)(shift).coeffs()] or [0] for row in left]
+        first, second = (tuple(map(tuple, rows)) for rows in (left, right))
+        grid = self.grid + degree
+        return (
+            Piece(self.run, self.step, self.t0, middle, grid, first),
+            Piece(self.run, self.step, middle, self.t1, grid, second),
+        )
+
+
+@dataclass(frozen=True)
 class Drift:
     """How far a run leaves what the exact motion keeps, the worst over the rows.
 
@@ -118,11 +177,17 @@ class Drift:
     performance: float
 
 
-def evaluator(trajectory: Trajectory, bits: int) -> Evaluator:
-    """Columns of a trajectory in ball arithmetic of `bits`."""
+def evaluator(
+    trajectory: Trajectory, bits: int, certificate: Certificate | None = None
+) -> Evaluator:
+    """Columns of a trajectory in ball arithmetic of `bits`.
+
+    With a certificate they are enclosures of the exact motion's columns, without one of the
+    candidate's.
+    """
     balls = Balls(bits)
     with balls.precision():
-        return Evaluator(trajectory, balls, constants(trajectory.bicycle, balls))
+        return Evaluator(trajectory, balls, constants(trajectory.bicycle, balls), certificate)
 
 
 @dataclass(frozen=True)
@@ -132,10 +197,17 @@ class Evaluator:
     trajectory: Trajectory
     balls: Balls
     constants: Constants
+    certificate: Certificate | None = None
 
     def columns(self, t: Fraction | flint.arb, piece: int | None = None) -> dict[str, flint.arb]:
-        """Every column by name at time `t`."""
-        return self.columns_of(self.trajectory.state(t, piece))
+        """Every column by name at time `t`; a time that is a ball needs its piece."""
+        if piece is None and isinstance(t, Fraction):
+            piece = self.trajectory.piece_at(t)
+        state = self.trajectory.state(t, piece)
+        if self.certificate is not None and piece is not None:
+            bounds = self.certificate.pieces[piece]
+            state = [flint.arb(x, _arb(b)) for x, b in zip(state, bounds, strict=True)]
+        return self.columns_of(state)
 
     def columns_of(self, state: list[flint.arb]) -> dict[str, flint.arb]:
         """Every column by name of a state."""
@@ -172,6 +244,11 @@ class Evaluator:
 def row_times(maneuver: Maneuver) -> Iterator[Fraction]:
     """Times of the rows [s], exactly."""
     return (maneuver.time(i) for i in range(maneuver.rows))
+
+
+def _arb(value: Fraction) -> flint.arb:
+    """A dyadic as a ball of no radius, or a slightly larger one."""
+    return flint.arb(_fmpq(value)).upper()
 
 
 def _fmpq(value: Fraction) -> flint.fmpq:

@@ -11,8 +11,8 @@ import pytest
 
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.exact import Exact
-from heyoka_bike.parameters import PARAMETERS, read_bicycle, read_maneuvers
-from heyoka_bike.resources import benchmark_bicycle, benchmark_maneuvers
+from heyoka_bike.parameters import read_bicycle, read_maneuvers
+from heyoka_bike.resources import benchmark_bicycle
 
 BICYCLE = """\
 name = "test bicycle"
@@ -82,7 +82,7 @@ BICYCLES = [
     ('mB = {', "mb = {", 13, 6, "found unknown entry 'mb', expected 'mB' or another of: "),
     ("[parameters]", "[parameter]", 2, 1, "found unknown entry 'parameter', expected 'parameters'"),
     ('unit = "kg"', 'units = "kg"', 13, 30, "found unknown entry 'units', expected 'unit'"),
-    ('c = "0.08"', 'w = "0.08"', 4, 5, "found 'w' a second time, expected it once (first in line 3)"),
+    ('c = "0.08"', 'w = "0.08"', 4, 5, "found 'w' a second time, expected it once (first in line"),
     ('c = "0.08"', '"w" = 1', 4, 7, "found 'w' a second time"),
     ('IFyy = "0.28"\n', "[parameters]\n", 28, 1, "found 'parameters' a second time"),
     ('value = "85"', 'value = "85", value = "86"', 13, 30, "found 'value' a second time"),
@@ -132,19 +132,19 @@ BICYCLES = [
     ('unit = "kg"', 'unit = "k\\ng"', 13, 29, "mB: found unit 'k\\ng', expected 'kg'"),
     ('unit = "kg"', "source = 5", 13, 31, "source: found an integer, expected one line of text"),
     # Outside the model
-    ('"85"', '"-85"', 13, 16, "mB (mass of the rear frame with rider): found -85 kg, expected zero or"),
+    ('"85"', '"-85"', 13, 16, "mB (mass of the rear frame with rider): found -85 kg, expected"),
     ('"0.3"', '"0"', 7, 6, "rR (radius of the rear wheel): found 0 m, expected a positive number"),
-    ('"0.35"', '"-0.35"', 25, 6, "rF (radius of the front wheel): found -0.35 m, expected a positive"),
+    ('"0.35"', '"-0.35"', 25, 6, "rF (radius of the front wheel): found -0.35 m, expected a"),
     ('"1.02"', '"0"', 3, 5, "w (wheel base): found 0 m, expected a positive number"),
     ('"1.02"', '"-1e-300"', 3, 5, "w (wheel base): found -1e-300 m, expected a positive number"),
     ('"9.81"', '"-9.81"', 6, 5, "g (gravity): found -9.81 N/kg, expected zero or more"),
-    ('"9.2"', '"-9.2"', 14, 8, "IBxx (roll inertia of the rear frame with rider): found -9.2 kg m^2"),
+    ('"9.2"', '"-9.2"', 14, 8, "IBxx (roll inertia of the rear frame with rider): found -9.2 kg"),
     ('"pi/10"', '"pi/2"', 5, 7, "found 1.5707963267949 rad, expected less than pi/2 either way"),
     ('"pi/10"', '"-pi/2"', 5, 7, "lam (steer axis tilt from the vertical): found -1.57"),
     ('"pi/10"', '"18"', 5, 7, "found 18 rad, expected less than pi/2 either way"),
-    ('"2.4"', '"24"', 17, 8, "IBxz: found 24 kg m^2, expected at most the square root of IBxx IBzz"),
+    ('"2.4"', '"24"', 17, 8, "IBxz: found 24 kg m^2, expected at most the square root of IBxx"),
     ('"-0.00756"', '"-0.0756"', 24, 8, "IHxz: found -0.0756 kg m^2, expected at most"),
-    (BICYCLE, BICYCLE.replace('mH = "4"', "mH = 0").replace('mF = "3"', "mF = 0"), 20, 6,
+    (BICYCLE, BICYCLE.replace('mH = "4"', "mH = 0").replace('mF = "3"', "mF = 0"), 26, 6,
      "mH and mF: found 0 kg for both, expected a front assembly with mass"),
     # TOML
     ('"1.02"', "", 3, 5, "found the end of the line, expected valid TOML (Invalid value)"),
@@ -157,13 +157,13 @@ BICYCLES = [
     ('"1.02"', '"\\q"', 3, None, "expected valid TOML (Unescaped '\\' in a string)"),
     ('"1.02"', '"\t\x07"', 3, 7, "expected valid TOML (Illegal character '\\x07')"),
     ('"1.02"', "[" * 1900, 3, 1, "found values nested too deeply, expected numbers"),
-    ('"1.02"', "{ a = " * 330, 3, 1, "found values nested too deeply, expected numbers"),
+    ('"1.02"', "{a=" * 600, 3, 1, "found values nested too deeply, expected numbers"),
     ("[parameters]", "[parameters", 2, 12, "expected valid TOML"),
     ('"1.02"', '"1.02\0"', 3, 10, "expected valid TOML (Illegal character '\\x00')"),
     ('"1.02"', '"1.02"\r#', 3, 11, "expected valid TOML"),
     ("test bicycle", "", 1, 8, "name: found '', expected one line of text"),
     ("test bicycle", "a\\nb", 1, 8, "name: found 'a\\nb', expected one line of text"),
-    ("test bicycle", "a" * 201, 1, 8, "...' (201 characters), expected one line of text, at most 200"),
+    ("test bicycle", "a" * 201, 1, 8, "...' (201 characters), expected one line of text, at most"),
     ('"test bicycle"', "1.5", 1, 8, "name: found a number, expected one line of text"),
 ]  # fmt: skip
 
@@ -172,36 +172,36 @@ MANEUVER_FILES = [
     ('roll_rate = "0.5"\n', "", 8, 1, "found no entry 'roll_rate' in maneuver 2"),
     ('roll = "0.1"', 'rol = "0.1"', 11, 7, "found unknown entry 'rol', expected 'roll' or another"),
     (MANEUVERS, "", 1, 1, "found an empty file, expected one or more [[maneuver]]"),
-    (MANEUVERS, 'name = "m"', 1, 1, "found no table [[maneuver]], expected one or more [[maneuver]]"),
+    (MANEUVERS, 'name = "m"', 1, 1, "found no table [[maneuver]], expected one or more"),
     (MANEUVERS, "maneuver = 1", 1, 12, "maneuver: found an integer, expected tables [[maneuver]]"),
-    (MANEUVERS, "maneuver = []", 1, 12, "found no table [[maneuver]], expected one or more [[maneuver]]"),
-    (MANEUVERS, "maneuver = [1]", 1, 13, "maneuver: found an integer, expected tables [[maneuver]]"),
+    (MANEUVERS, "maneuver = []", 1, 12, "found no table [[maneuver]], expected one or more"),
+    (MANEUVERS, "maneuver = [1]", 1, 13, "maneuver: found an integer, expected tables"),
     (MANEUVERS, "[maneuver]\nspeed = 1", 1, 1, "found a table [maneuver], expected [[maneuver]]"),
     (MANEUVERS, "maneuver = [{ speed = 1, speed = 2 }]", 1, 34, "found 'speed' a second time"),
     (MANEUVERS, 'maneuver = [{ speed = "x" }]', 1, 13, "found no entry 'roll_rate'"),
     (MANEUVERS, "maneuver = [\n { speed = 1 },\n]", 2, 2, "found no entry 'roll_rate'"),
     ('"4.6"', '"fast"', 9, 19, "speed: found 'fast', expected a decimal number"),
     ('"m/s"', '"km/h"', 9, 33, "speed: found unit 'km/h', expected 'm/s'"),
-    ('duration = "10"', 'duration = "0"', 6, 12, "duration (length of the run): found 0 s, expected"),
+    ('duration = "10"', 'duration = "0"', 6, 12, "duration (length of the run): found 0 s"),
     ('duration = "10"', 'duration = "-10"', 6, 12, "found -10 s, expected a positive number"),
-    ('duration = "10"', 'duration = "pi"', 6, 12, "duration: found 3.14159265358979, expected a num"),
+    ('duration = "10"', 'duration = "pi"', 6, 12, "duration: found 3.14159265358979, expected a"),
     ('duration = "10"', 'duration = "10.005"', 6, 12, "found 10.005 s, expected a whole number of"),
-    ('duration = "10"', 'duration = "0.001"', 6, 12, "found 0.001 s, expected a whole number of spaci"),
-    ('spacing = "0.01"', 'spacing = "0.03"', 6, 12, "found 10 s, expected a whole number of spacings"),
+    ('duration = "10"', 'duration = "0.001"', 6, 12, "found 0.001 s, expected a whole number of"),
+    ('spacing = "0.01"', 'spacing = "0.03"', 6, 12, "found 10 s, expected a whole number of"),
     ('spacing = "0.01"', 'spacing = "0"', 7, 11, "spacing (time between two rows): found 0 s"),
     ('spacing = "0.01"', 'spacing = "1e-6"', 7, 11, "spacing: found more than 1000001 rows"),
     ('spacing = "0.01"', 'spacing = "1e-300"', 7, 11, "spacing: found more than 1000001 rows"),
     ('"0.1"', '"pi/2"', 11, 8, "roll (lean of the rear wheel plane, right positive): found 1.57"),
-    ('"-pi/20"', '"-pi"', 12, 9, "steer (steer angle, right positive): found -3.14159265358979 rad"),
+    ('"-pi/20"', '"-pi"', 12, 9, "steer (steer angle, right positive): found -3.14159265358979"),
     ('"-pi/20"', '"180"', 12, 9, "found 180 rad, expected less than pi either way"),
     ('"first"', '"maneuver 2"', 8, 1, "name: found 'maneuver 2', already that of maneuver 1"),
-    ('[[maneuver]]\nspeed', '[[maneuver]]\nname = "first"\nspeed', 9, 8, "name: found 'first', alre"),
+    ('[[maneuver]]\nspeed', '[[maneuver]]\nname = "first"\nspeed', 9, 8, "name: found 'first'"),
     ('"first"', '" "', 3, 8, "name: found ' ', expected one line of text"),
     ('"first"', "1", 3, 8, "name: found an integer, expected one line of text"),
     ('"first"', f'"{"x" * 999}"', 3, 8, "(999 characters), expected one line of text"),
     ('"test maneuvers"', "[]", 1, 8, "name: found a list, expected one line of text"),
     ('"0.05"', "1979-05-27T07:32:00Z", 5, 13, "roll_rate: found a date or time"),
-    ('speed = "4.0"', 'speed = "4.0"\nspeed = "5"', 5, 9, "found 'speed' a second time, expected it o"),
+    ('speed = "4.0"', 'speed = "4.0"\nspeed = "5"', 5, 9, "found 'speed' a second time, expected"),
 ]  # fmt: skip
 
 
@@ -246,9 +246,7 @@ def _ids(case):
 
 def test_the_files_that_the_cases_change_are_good(tmp_path):
     bicycle = read_bicycle(_written(tmp_path, BICYCLE))
-    assert bicycle == read_bicycle(benchmark_bicycle()).replace() or bicycle.values == dict(
-        read_bicycle(benchmark_bicycle()).values
-    )
+    assert bicycle.values == read_bicycle(benchmark_bicycle()).values
     first, second = read_maneuvers(_written(tmp_path, MANEUVERS))
     assert (first.name, second.name) == ("first", "maneuver 2")
     assert second.steer == Exact(Fraction(0), Fraction(-1, 20))

@@ -73,5 +73,7 @@ def test_a_damaged_coefficient_is_seen(reference):
     damaged = replace(maneuver, dense=Values(maneuver.dense.hi, lo))
     t = Fraction(float(maneuver.breaks[5])) + Fraction(1, 100)
     good, bad = maneuver.evaluate([t]), damaged.evaluate([t])
-    shift = (bad["steer_rate"] - good["steer_rate"]) + (bad.lo["steer_rate"] - good.lo["steer_rate"])
+    shift = (bad["steer_rate"] - good["steer_rate"]) + (
+        bad.lo["steer_rate"] - good.lo["steer_rate"]
+    )
     assert abs(shift[0]) > 1e-25 * scale

@@ -71,9 +71,7 @@ def test_definitions_are_as_far_apart_as_measured(reference, definition):
                                strict=True):  # fmt: skip
         rows = reference[number].rows
         other = f"{key}_{definition}"
-        distance = np.abs(
-            (rows.hi[other] - rows.hi[key]) + (rows.lo[other] - rows.lo[key])
-        ).max()
+        distance = np.abs((rows.hi[other] - rows.hi[key]) + (rows.lo[other] - rows.lo[key])).max()
         mantissa, _, exponent = printed.partition("e")
         digits = len(mantissa.partition(".")[2])
         unit = 10.0 ** (int(exponent or 0) - digits)
@@ -81,7 +79,7 @@ def test_definitions_are_as_far_apart_as_measured(reference, definition):
 
 
 def test_the_motion_depends_mildly_on_its_start(bicycle, maneuvers):
-    """Forward in time |d state(10) / d v0| is at most about 2.7, so tens of digits are attainable."""
+    """Forward in time |d state(10) / d v0| is at most about 2.7: tens of digits can be had."""
     step = Fraction(1, 10**12)
     for m in maneuvers:
         faster = replace(m, speed=replace(m.speed, rational=m.speed.rational + step))

@@ -32,7 +32,9 @@ def test_a_changed_byte(copy):
         load_reference(copy)
 
 
-@pytest.mark.parametrize("text", ["", "{}", "[]", "null", '{"schema_version": 1}', "\x00", "[" * 9999])
+@pytest.mark.parametrize(
+    "text", ["", "{}", "[]", "null", '{"schema_version": 1}', "\x00", "[" * 9999]
+)
 def test_a_manifest_that_is_none(copy, text):
     (copy / "manifest.json").write_text(text)
     with pytest.raises(DatasetError):

@@ -1,0 +1,73 @@
+"""``heyoka-bike certify``: prove the published digits again, from the published files."""
+
+from __future__ import annotations
+
+import argparse
+from typing import Any
+
+from heyoka_bike.errors import Exit, NotCertifiedError
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add the command to the command line."""
+    p = subparsers.add_parser(
+        "certify",
+        help="prove the published digits in ball arithmetic",
+        description=(
+            "Prove, from candidate.h5 alone and in ball arithmetic, how far the exact motion may "
+            "be from the candidate; from that, that every published value is the correctly rounded "
+            "exact one and that the dense output keeps its bounds; and compare with the files and "
+            "certificate.json. Needs python-flint, not heyoka. A minute of processor time for the "
+            "published set."
+        ),
+        epilog="example: heyoka-bike certify my-reference",
+    )
+    p.add_argument("folder", nargs="?", metavar="DIR", help="folder (default: the published set)")
+    p.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Carry out the command."""
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    from heyoka_bike.dataset import render_texts
+    from heyoka_bike.manifest import check_published, read_file, read_manifest
+    from heyoka_bike.proof import decimal_above, prove_again, read_whole
+    from heyoka_bike.resources import reference_folder
+    from heyoka_bike.side_by_side import progress_bars, side_by_side
+
+    folder = args.folder or reference_folder()
+    if args.folder is None:
+        check_published(folder)
+    runs = read_whole(folder)
+    maneuvers = [run.maneuver for run in runs]
+    shares = {"certify": 0.85, "rows": 0.05, "dense": 0.1}
+    with progress_bars(
+        [m.name for m in maneuvers], [float(m.duration) for m in maneuvers], shares
+    ) as report:
+        jobs = [(folder, run, i) for i, run in enumerate(runs, start=1)]
+        results = side_by_side(prove_again, jobs, report)
+    manifest = read_manifest(folder)
+    for name, data in render_texts(maneuvers, [rows for _, rows in results]).items():
+        if read_file(folder, name, manifest) != data:
+            raise NotCertifiedError(f"{folder}/{name}: differs from the proved values")
+    view = Table(title=f"certificate of {folder}")
+    headings = (
+        "maneuver", "steps", "bound over the interval", "bound at the end", "entries",
+        "ambiguous", "dense, relative", "CPU [s]",
+    )  # fmt: skip
+    for heading in headings:
+        view.add_column(Text(heading), justify="left" if heading == "maneuver" else "right")
+    for proof, _ in results:
+        view.add_row(
+            proof.name, str(proof.steps), decimal_above(proof.bound),
+            decimal_above(proof.bound_end), str(proof.entries), str(proof.ambiguous),
+            decimal_above(max(proof.dense.values())), f"{proof.cpu:.1f}",
+        )  # fmt: skip
+    console = Console()
+    console.width = max(console.width, 120)
+    console.print(view)
+    print(f"{folder}: every published value is proved")
+    return Exit.OK
