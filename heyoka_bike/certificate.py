@@ -60,7 +60,7 @@ from heyoka_bike.model import few_products, regular
 from heyoka_bike.outputs import unfold, yaw_rate
 from heyoka_bike.trajectory import Piece, Trajectory
 
-_RESOLVED = 1e-6
+_RESOLVED = 0.1
 _CONDITION = 1e6
 _TRIALS, _DEPTH = 20, 6
 _MATRIX_LENGTHS = (40, 64)

@@ -23,7 +23,7 @@ SCHEMA_VERSION = 1
 DATASET_VERSION = "1.0.0"
 """Version of the published set that this package makes."""
 
-PUBLISHED_MANIFEST_SHA256 = "a7d78b3c2ada41809800cd61c104e341091defa82be935d1644c277c8081d796"
+PUBLISHED_MANIFEST_SHA256 = "eaf7ce5f70987f47253631a39eb1ff4ee7b09d69dc84019406e2c33acf5b7788"
 """Hash of the manifest of the published set."""
 
 CUSTOM = "custom"
