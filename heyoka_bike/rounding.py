@@ -24,15 +24,11 @@ class Enclosure:
     grid: int
 
     @classmethod
-    def of(cls, x: flint.arb | Fraction, margin: Fraction = Fraction(0)) -> Enclosure:
-        """Enclosure of a ball widened by `margin`, or of an exact dyadic or rational number."""
-        if isinstance(x, Fraction):
-            return _of_fraction(x)
+    def of(cls, x: flint.arb) -> Enclosure:
+        """The interval of a ball, exactly."""
         middle, radius = x.mid().man_exp(), x.rad().man_exp()
-        wide = margin.denominator.bit_length()
-        grid = max(-int(middle[1]), -int(radius[1]), wide, 0)
+        grid = max(-int(middle[1]), -int(radius[1]), 0)
         m, r = int(middle[0]) << (grid + int(middle[1])), int(radius[0]) << (grid + int(radius[1]))
-        r += -((-margin.numerator << grid) // margin.denominator)
         return cls(m - r, m + r, grid)
 
     def binary64(self) -> float | None:
@@ -102,13 +98,6 @@ def format_decimal(x: Decimal, digits: int) -> str:
     if x == 0:
         return "0"
     return f"{x:.{digits - 1}e}"
-
-
-def _of_fraction(x: Fraction) -> Enclosure:
-    grid = x.denominator.bit_length() - 1
-    if x.denominator != 1 << grid:
-        raise ValueError(f"{x} is not dyadic")
-    return Enclosure(x.numerator, x.numerator, grid)
 
 
 def _to_float(n: int, grid: int) -> float:

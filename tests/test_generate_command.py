@@ -3,6 +3,7 @@
 import json
 import os
 import random
+import re
 import signal
 import subprocess
 import sys
@@ -188,6 +189,24 @@ def test_an_unreachable_posture_is_refused(tmp_path, capsys):
     assert code == 1
     assert error.count("\n") == 1
     assert "floor" in error or "singular" in error
+
+
+def test_a_singular_mass_matrix_is_refused(tmp_path, capsys):
+    """A massless vertical fork, the mass of the wheel on the steer axis: nothing resists steer."""
+    from heyoka_bike.resources import benchmark_bicycle
+
+    lines = benchmark_bicycle().read_text().replace('"pi/10"', '"0"').splitlines()
+    zero = ("c ", "mH", "IH", "IF")
+    text = "\n".join(
+        re.sub(r'value = "[^"]*"', 'value = "0"', x) if x.startswith(zero) else x for x in lines
+    )
+    path = tmp_path / "bicycle.toml"
+    path.write_text(text)
+    arguments = ["generate", "--maneuvers", write(tmp_path), "--out", str(tmp_path / "o")]
+    assert main([*arguments, "--bicycle", str(path)]) == 1
+    errors = capsys.readouterr().err.splitlines()
+    assert "mass matrix is singular" in errors[-1]
+    assert all("warning" in line for line in errors[:-1])
 
 
 def test_zero_trail_uses_the_regular_form(tmp_path):

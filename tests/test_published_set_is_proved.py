@@ -2,6 +2,8 @@
 
 import json
 import shutil
+import subprocess
+import sys
 from fractions import Fraction
 
 import h5py
@@ -79,6 +81,15 @@ def certify(folder, capsys):
 
 def test_a_whole_set_is_proved(copy, capsys):
     assert certify(copy, capsys) == (0, "")
+
+
+def test_heyoka_is_not_needed(copy):
+    code = (
+        "import sys; sys.modules['heyoka'] = None\n"
+        f"from heyoka_bike.cli import main; sys.exit(main(['certify', {str(copy)!r}]))"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300)
+    assert run.returncode == 0, run.stderr
 
 
 def test_a_damaged_file_is_named(copy, capsys):

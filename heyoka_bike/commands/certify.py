@@ -59,7 +59,9 @@ def run(args: argparse.Namespace) -> int:
         "ambiguous", "dense, relative", "CPU [s]",
     )  # fmt: skip
     for heading in headings:
-        view.add_column(Text(heading), justify="left" if heading == "maneuver" else "right")
+        view.add_column(
+            Text(heading), justify="left" if heading == "maneuver" else "right", no_wrap=True
+        )
     for proof, _ in results:
         view.add_row(
             proof.name, str(proof.steps), decimal_above(proof.bound),

@@ -118,7 +118,9 @@ def _summary(results: list[tuple[Table, float]]) -> None:
         "certified bound", "CPU [s]",
     )  # fmt: skip
     for heading in headings:
-        view.add_column(Text(heading), justify="left" if heading == "maneuver" else "right")
+        view.add_column(
+            Text(heading), justify="left" if heading == "maneuver" else "right", no_wrap=True
+        )
     for table, seconds in results:
         run, drift = table.trajectory, table.drift
         view.add_row(
@@ -127,5 +129,5 @@ def _summary(results: list[tuple[Table, float]]) -> None:
             f"{drift.performance:.1e}", decimal_above(table.certificate.worst), f"{seconds:.1f}",
         )  # fmt: skip
     console = Console()
-    console.width = max(console.width, 110)
+    console.width = max(console.width, 120)
     console.print(view)
