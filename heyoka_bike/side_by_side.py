@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_EXCEPTION, ProcessPoolExecutor, wait
 from contextlib import contextmanager
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
 from queue import Empty
 from typing import Any, TypeVar
 
@@ -51,11 +51,21 @@ def side_by_side(
 
 def _start(queue: Any) -> None:
     import signal
+    from threading import Thread
 
     global _queue
     _queue = queue
+    Thread(target=_end_with_parent, daemon=True).start()
     # An interrupt from the keyboard reaches all processes; the parent answers it.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _end_with_parent() -> None:
+    """A worker whose parent was ended, however, has nobody to work for."""
+    parent = parent_process()
+    if parent is not None:
+        parent.join()
+        os._exit(1)
 
 
 def _run(work: Callable[..., T], i: int, job: tuple[Any, ...]) -> T:

@@ -221,6 +221,45 @@ def test_zero_trail_uses_the_regular_form(tmp_path):
     assert read_candidate(out)[0].is_regular
 
 
+@pytest.mark.skipif(not Path("/proc/self").exists(), reason="looks for processes in /proc")
+@pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", -15), ("SIGKILL", -9)])
+def test_an_ended_run_leaves_no_worker_and_no_file(tmp_path, name, code):
+    run = subprocess.Popen(
+        [sys.executable, "-m", "heyoka_bike", "generate", "--out", str(tmp_path / "o")],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    deadline = time.monotonic() + 60
+    while len(workers := children(run.pid)) < 3 and time.monotonic() < deadline:
+        time.sleep(0.05)  # a resource tracker and, with two processors, two workers
+        if len(workers) == 2 and os.cpu_count() == 1:
+            break
+    assert workers
+    time.sleep(1.0)
+    run.send_signal(getattr(signal, name))
+    _, error = run.communicate(timeout=60)
+    assert run.returncode == code
+    assert "Traceback" not in error  # Python's resource tracker may warn after a kill
+    if name == "SIGINT":
+        assert error == "heyoka-bike: interrupted\n"
+    deadline = time.monotonic() + 30
+    while any(is_alive(p) for p in workers) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    assert not [p for p in workers if is_alive(p)]
+    assert not (tmp_path / "o").exists()
+
+
+def children(pid: int) -> list[int]:
+    path = Path(f"/proc/{pid}/task/{pid}/children")
+    return [int(p) for p in path.read_text().split()] if path.exists() else []
+
+
+def is_alive(pid: int) -> bool:
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except (FileNotFoundError, ProcessLookupError):
+        return False
+
+
 # A writer that is killed, many times, while it replaces one set by another and back.
 WRITER = """
 import sys
