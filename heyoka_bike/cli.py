@@ -14,7 +14,7 @@ from typing import NoReturn
 
 from heyoka_bike import __version__
 from heyoka_bike.commands import bench, certify, generate, linear, plot
-from heyoka_bike.errors import BicycleError, Exit
+from heyoka_bike.errors import BicycleError, Exit, InputError
 
 _COMMANDS = (generate, certify, linear, plot, bench)
 
@@ -56,6 +56,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit code."""
     arguments = parser().parse_args(argv)
     try:
+        if sys.stdout is None:
+            raise InputError("standard output is closed")
         code: int = arguments.run(arguments)
         sys.stdout.flush()
         return code
@@ -65,9 +67,18 @@ def main(argv: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         _complain("interrupted")
         return Exit.INTERRUPTED
+    except ModuleNotFoundError as e:
+        _complain(f"the package '{e.name}' is not installed, expected it with heyoka_bike")
+        return Exit.INPUT
     except BrokenPipeError:
         # The reader of our output went away (head, less): not an error.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return Exit.OK
+    except OSError as e:
+        _complain(f"{e.filename or 'standard output'}: cannot be written: {e.strerror or e}")
+        return Exit.INPUT
+    except SystemExit:
+        # Only rich raises it here: when the reader of our output went away.
         return Exit.OK
     except MemoryError:
         _complain("out of memory")

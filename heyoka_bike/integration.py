@@ -374,7 +374,9 @@ def require_heyoka() -> Any:
     """
     try:
         import heyoka
-    except ImportError:
+    except ModuleNotFoundError as e:
+        if e.name != "heyoka":
+            raise
         raise MissingPackageError(
             "heyoka is not installed; integrating needs it (pip install heyoka, Linux only)"
         ) from None

@@ -290,8 +290,9 @@ def _like(stored: Any, x: Any, run: Trajectory, name: str) -> Any:
 def _all_hold(kept: Any, stored: Any, x: Any, run: Trajectory, name: str) -> None:
     if not kept.all():
         row = int(np.argmin(kept))
+        published, proved = float(stored[row]), float(x[row])
         raise NotCertifiedError(
-            f"{run.maneuver.name}: {name}, row {row}: published {stored[row]!r}, proved {x[row]!r}"
+            f"{run.maneuver.name}: {name}, row {row}: published {published!r}, proved {proved!r}"
         )
 
 

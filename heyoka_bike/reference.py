@@ -27,7 +27,7 @@ Time = float | Fraction | str | tuple[ArrayLike, ArrayLike] | ArrayLike
 array or sequence of these, or a pair (hi, lo) of floats or arrays."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Values:
     """Columns at some times: ``values["roll_angle"]`` is hi, ``values.lo["roll_angle"]`` the rest.
 
@@ -45,10 +45,15 @@ class Values:
     bound: Mapping[str, Array] = field(default_factory=dict)
 
     def __getitem__(self, name: str) -> Array:
+        if name not in self.hi:
+            raise KeyError(f"found column '{name}', expected one of {', '.join(self.hi)}")
         return self.hi[name]
 
+    def __repr__(self) -> str:
+        return f"<values of {len(self.hi)} columns>"
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, eq=False, repr=False)
 class ReferenceManeuver:
     """The reference of one maneuver.
 
@@ -87,7 +92,7 @@ class ReferenceManeuver:
         """End of the reference [s]."""
         return Fraction(self.inputs["duration"])
 
-    def evaluate(self, t: Time, columns: Sequence[str] | None = None) -> Values:
+    def evaluate(self, t: Time, columns: Sequence[str] | str | None = None) -> Values:
         """Columns at any time of the run, to about 31 digits of the column's scale.
 
         Parameters
@@ -103,7 +108,8 @@ class ReferenceManeuver:
         InputError
             A time outside the run, not a number, or an unknown column.
         """
-        names = self.columns if columns is None else tuple(columns)
+        chosen = (columns,) if isinstance(columns, str) else columns
+        names = self.columns if chosen is None else tuple(chosen)
         for name in names:
             if name not in self.rows.hi:
                 raise InputError(
@@ -123,6 +129,9 @@ class ReferenceManeuver:
             lo={name: v[1].reshape(shape) for name, v in found.items()},
         )
 
+    def __repr__(self) -> str:
+        return f"<{self.name}: {len(self.time)} rows of {len(self.columns)} columns>"
+
     def _check_range(self, t: Double) -> None:
         end = self.duration
         end_hi = float(end)
@@ -138,7 +147,7 @@ class ReferenceManeuver:
             )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Reference(Mapping[int, ReferenceManeuver]):
     """A reference set: ``reference[2]`` is its second maneuver.
 
@@ -162,6 +171,12 @@ class Reference(Mapping[int, ReferenceManeuver]):
         if number not in self:
             raise KeyError(f"found maneuver {number!r}, expected 1 to {len(self.maneuvers)}")
         return self.maneuvers[number - 1]
+
+    __eq__ = object.__eq__
+    __hash__ = object.__hash__
+
+    def __repr__(self) -> str:
+        return f"<reference {self.dataset_version} of {self.bicycle}: {len(self)} maneuvers>"
 
     def __contains__(self, number: object) -> bool:
         return isinstance(number, int) and 1 <= number <= len(self.maneuvers)
@@ -230,31 +245,48 @@ def _show(hi: float, lo: float) -> str:
     return f"{float(hi)!r}" + (f" + {float(lo)!r}" if lo else "")
 
 
-def _double(t: Time) -> Double:
+def _double(t: object) -> Double:
     """A time in any accepted form as hi + lo."""
     if isinstance(t, tuple) and len(t) == 2:
-        hi, lo = np.broadcast_arrays(_floats(t[0]), _floats(t[1]))
-        return two_sum(np.array(hi), np.array(lo))
-    if isinstance(t, str | Fraction):
-        pair = np.array(_split(t))
-        return pair[0:1].reshape(()), pair[1:2].reshape(())
-    if isinstance(t, Sequence) and any(isinstance(x, str | Fraction) for x in t):
-        pairs = np.array([_split(x) for x in t], dtype=np.float64).reshape(-1, 2)
-        return pairs[:, 0], pairs[:, 1]
-    values = _floats(t)
-    return values, np.zeros_like(values)
+        hi, lo = _plain(t[0]), _plain(t[1])
+        if hi.shape != lo.shape or not (np.abs(lo) <= np.spacing(np.abs(hi))).all():
+            raise InputError(
+                f"time: found the pair {t!r:.60}, expected (hi, lo) of one shape with lo below the "
+                "last digit of hi; times of their own go in a list or an array"
+            )
+        return two_sum(hi, lo)
+    try:
+        exact = np.asarray(t)
+        if exact.dtype.kind in "fiu" and exact.dtype.itemsize <= 8:
+            return _plain(exact), np.zeros(exact.shape)
+        # Mixed lists keep their members as they are.
+        exact = exact if isinstance(t, np.ndarray) else np.asarray(t, dtype=object)
+    except ValueError:
+        raise InputError("time: found a ragged sequence, expected numbers of one shape") from None
+    pairs = np.array([_split(x) for x in exact.ravel()], dtype=np.float64).reshape(-1, 2)
+    return pairs[:, 0].reshape(exact.shape), pairs[:, 1].reshape(exact.shape)
 
 
 def _split(t: object) -> tuple[float, float]:
+    """One time as hi + lo: a string, an exact number, or a float."""
+    if isinstance(t, bytes):
+        t = t.decode("utf-8", "replace")
     if isinstance(t, str):
         try:
             exact = Exact.parse(t).fraction()
         except ValueError as e:
             raise InputError(f"time: {e}") from None
-    elif isinstance(t, Fraction):
-        exact = t
+    elif isinstance(t, bool | np.bool_ | None.__class__):
+        raise InputError(f"time: found {t!r}, expected numbers or decimal strings")
     else:
-        return float(t), 0.0  # type: ignore[arg-type]
+        try:
+            exact = Fraction(*t.as_integer_ratio())  # type: ignore[attr-defined]
+        except (ValueError, OverflowError):
+            return float("nan"), 0.0
+        except (AttributeError, TypeError):
+            raise InputError(
+                f"time: found {t!r:.60}, expected numbers or decimal strings"
+            ) from None
     try:
         hi = float(exact)
     except OverflowError:
@@ -262,8 +294,9 @@ def _split(t: object) -> tuple[float, float]:
     return hi, float(exact - Fraction(hi))
 
 
-def _floats(x: object) -> NDArray[np.float64]:
-    try:
-        return np.asarray(x, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InputError(f"time: found {x!r:.60}, expected numbers or decimal strings") from None
+def _plain(x: object) -> NDArray[np.float64]:
+    """Floats, as floats; nothing that would be rounded on the way."""
+    values = np.asarray(x)
+    if values.dtype.kind not in "fiu" or values.dtype.itemsize > 8:
+        raise InputError(f"time: found {x!r:.60}, expected floats")
+    return values.astype(np.float64)

@@ -10,7 +10,7 @@ import sys
 class Block:
     def find_spec(self, name, path=None, target=None):
         if name.partition(".")[0] in {blocked!r}:
-            raise ImportError(f"{{name}} is blocked")
+            raise ModuleNotFoundError(f"{{name}} is blocked", name=name)
 sys.meta_path.insert(0, Block())
 """
 HEAVY = {"heyoka", "flint", "mpmath", "scipy", "matplotlib", "rich", "plotly"}
@@ -48,6 +48,17 @@ def test_commands_that_need_heyoka_say_so(arguments):
     assert run.returncode == 1
     assert "heyoka is not installed" in run.stderr
     assert run.stderr.count("\n") == 1
+
+
+def test_output_that_cannot_be_written_is_no_internal_error():
+    command = f"{sys.executable} -m heyoka_bike linear"
+    for shell, code in (
+        (f"{command} > /dev/full", 1), (f"{command} >&-", 1),
+        (f"set -o pipefail; {command} | head -n 1", 0),
+    ):  # fmt: skip
+        run = subprocess.run(["bash", "-c", shell], capture_output=True, text=True, timeout=60)
+        assert run.returncode == code, shell
+        assert run.stderr.count("\n") == (1 if code else 0)
 
 
 def test_help_imports_nothing_heavy():

@@ -1,6 +1,7 @@
 """`load_reference` and `evaluate` name what is wrong instead of returning something."""
 
 import shutil
+from decimal import Decimal
 from fractions import Fraction
 
 import numpy as np
@@ -51,7 +52,9 @@ def test_a_newer_schema(copy):
 @pytest.mark.parametrize(
     "t",
     [-1e-300, np.nextafter(10.0, 11.0), np.nan, np.inf, "10.0000000000000000000000001", "pi*4",
-     Fraction(-1, 10**40), [1.0, 11.0], (10.0, 1e-25), "x", "", None, ["1", "y"], {}],
+     Fraction(-1, 10**40), [1.0, 11.0], (10.0, 1e-25), "x", "", None, ["1", "y"], {}, True,
+     (0.07, 0.08), ("0.07", "0.08"), (Fraction(7, 100), 0), (np.zeros(2), np.zeros(3)),
+     [[1.0], 2.0]],
 )  # fmt: skip
 def test_times_outside_or_not_numbers(reference, t):
     with pytest.raises(InputError):
@@ -72,16 +75,29 @@ def test_forms_of_time_agree(reference):
     exact = Fraction(7, 100)
     hi = float(exact)
     pair = (hi, float(exact - Fraction(hi)))
-    values = [m.evaluate(t) for t in ("0.07", exact, pair, (0.0, 0.07))]
-    for v in values[:3]:
+    values = [m.evaluate(t) for t in ("0.07", exact, pair, Decimal("0.07"), b"0.07")]
+    for v in values:
         for name in m.columns:
             assert v[name] == m.rows.hi[name][7]
             assert v[name].shape == ()
+    for t in (["0.07"], np.array(["0.07"]), np.array([exact]), [exact, 1.0], [["0.07"]]):
+        assert m.evaluate(t).lo["steer_rate"].flat[0] == m.rows.lo["steer_rate"][7]
     # A plain float is another time: the difference is visible.
     assert m.evaluate(0.07).lo["steer_rate"] != values[0].lo["steer_rate"]
     grid = np.array([[0.0, 1.0], [2.0, 10.0]])
     assert m.evaluate(grid)["yaw"].shape == (2, 2)
     assert m.evaluate([])["yaw"].shape == (0,)
+
+
+def test_the_reference_is_short_to_look_at_and_comparable(reference):
+    for x in (reference, reference[2], reference[2].rows):
+        assert len(repr(x)) < 100
+        assert x == x
+        assert isinstance(hash(x), int)
+    assert reference[1] != reference[2]
+    assert reference[1].evaluate(1.0, "yaw")["yaw"] > 0
+    with pytest.raises(KeyError, match="expected one of"):
+        reference[1].rows["rollangle"]
 
 
 def test_arrays_cannot_be_changed_by_accident(reference):

@@ -61,6 +61,8 @@ def run(args: argparse.Namespace) -> int:
     from heyoka_bike.side_by_side import progress_bars, side_by_side
 
     require_heyoka()
+    if not args.out.strip():
+        raise InputError("--out: found nothing, expected a folder")
     if not MIN_DIGITS <= args.digits <= MAX_DIGITS:
         raise InputError(f"--digits: found {args.digits}, expected {MIN_DIGITS} to {MAX_DIGITS}")
     bicycle = read_bicycle(args.bicycle or benchmark_bicycle())
