@@ -59,9 +59,9 @@ class Balls:
     def number(self, value: Exact | Fraction | int) -> flint.arb:
         self._check()
         exact = value if isinstance(value, Exact) else Exact(Fraction(value))
-        x = flint.arb(_fmpq(exact.rational))
+        x = exact_ball(exact.rational)
         if not exact.is_rational:
-            x += flint.arb(_fmpq(exact.pi_multiple)) * flint.arb.pi()
+            x += exact_ball(exact.pi_multiple) * flint.arb.pi()
         return x
 
     def sin(self, x: flint.arb) -> flint.arb:
@@ -115,5 +115,12 @@ class Multiprecision:
         return sum(terms, self.context.zero)
 
 
-def _fmpq(value: Fraction) -> flint.fmpq:
-    return flint.fmpq(value.numerator, value.denominator)
+def exact_ball(value: Fraction) -> flint.arb:
+    """The rational as a ball at flint's current precision; exact where it fits."""
+    return flint.arb(flint.fmpq(value.numerator, value.denominator))
+
+
+def upper_fraction(x: flint.arb) -> Fraction:
+    """An upper bound of a ball, exactly."""
+    man, exp = x.upper().man_exp()
+    return int(man) * Fraction(2) ** int(exp)

@@ -37,7 +37,7 @@ import flint
 import numpy as np
 
 from heyoka_bike.analytic import NotAnalyticError, Series
-from heyoka_bike.arithmetic import Arithmetic, Balls, Number
+from heyoka_bike.arithmetic import Arithmetic, Balls, Number, exact_ball, upper_fraction
 from heyoka_bike.ball_matrices import (
     Vector,
     fundamental,
@@ -200,7 +200,7 @@ class _Prover:
             carried = Carried(self._flow(piece, rim), frame)
         delta = self._defect(piece, rim)
         with flint.ctx.workprec(MATRIX_BITS):
-            step = _ball(piece.h)
+            step = exact_ball(piece.h)
             sup, added = carried.bounds(delta)
             for _ in range(_TRIALS):
                 eps = [2 * x for x in sup]
@@ -252,7 +252,7 @@ class _Prover:
         with a.precision():
             unit = flint.arb(2) ** -piece.grid
             rows = [[c * unit for c in row] for row in piece.rows]
-            step = _ball(piece.h)
+            step = exact_ball(piece.h)
             values = rates(run, self.high, a, [a.series(row) for row in rows])
             bounds = []
             for row, rate, biggest in zip(rows, values, rim.values, strict=True):
@@ -276,7 +276,7 @@ class _Prover:
         a = Series(MATRIX_BITS, length)
         with a.precision():
             unit = flint.arb(2) ** -piece.grid
-            step = _ball(piece.h)
+            step = exact_ball(piece.h)
             # Coefficients of J below the length depend on those of p below it only.
             rows = [[c * unit for c in row] for row in piece.rows]
             duals = Duals(a)
@@ -306,15 +306,7 @@ class _Prover:
 
 def _fractions(bounds: Sequence[flint.arb]) -> tuple[Fraction, ...]:
     """Upper bounds as exact dyadics."""
-    out = []
-    for x in bounds:
-        man, exp = x.upper().man_exp()
-        out.append(int(man) * Fraction(2) ** int(exp))
-    return tuple(out)
-
-
-def _ball(x: Fraction) -> flint.arb:
-    return flint.arb(flint.fmpq(x.numerator, x.denominator))
+    return tuple(map(upper_fraction, bounds))
 
 
 def _is_zero(x: Number) -> bool:

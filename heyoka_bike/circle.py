@@ -16,7 +16,7 @@ from fractions import Fraction
 import flint
 
 from heyoka_bike.analytic import NotAnalyticError, Rim
-from heyoka_bike.arithmetic import Arithmetic, Balls, Number
+from heyoka_bike.arithmetic import Arithmetic, Balls, Number, exact_ball
 from heyoka_bike.ball_matrices import total
 from heyoka_bike.constants import Constants, constants
 from heyoka_bike.errors import NotCertifiedError
@@ -61,7 +61,7 @@ def circle_bound(piece: Piece, function: Function, radii: Sequence[int] = RADII)
 
 def rho() -> list[flint.arb]:
     """`RHO` as numbers of flint's; exact at any precision."""
-    return [flint.arb(flint.fmpq(x.numerator, x.denominator)) for x in RHO]
+    return [exact_ball(x) for x in RHO]
 
 
 def geometric(radius: int, length: int) -> flint.arb:

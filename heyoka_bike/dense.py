@@ -17,6 +17,7 @@ import flint
 import numpy as np
 from numpy.typing import NDArray
 
+from heyoka_bike.arithmetic import exact_ball
 from heyoka_bike.errors import UndecidedError
 from heyoka_bike.outputs import COLUMNS
 from heyoka_bike.trajectory import Evaluator
@@ -119,7 +120,7 @@ class _Fit:
         """Coefficients on [a, b] by column and order."""
         run = self.evaluator.trajectory
         middle, half = (a + b) / 2, (b - a) / 2
-        mid_ball, half_ball = (flint.arb(flint.fmpq(*x.as_integer_ratio())) for x in (middle, half))
+        mid_ball, half_ball = (exact_ball(x) for x in (middle, half))
         values = []
         for x in self.nodes:
             t = mid_ball + half_ball * x

@@ -20,7 +20,7 @@ import flint
 import numpy as np
 
 from heyoka_bike.analytic import NotAnalyticError, Series
-from heyoka_bike.arithmetic import Arithmetic, Number
+from heyoka_bike.arithmetic import Arithmetic, Number, exact_ball, upper_fraction
 from heyoka_bike.ball_matrices import total
 from heyoka_bike.certificate import Certificate
 from heyoka_bike.circle import circle_bound, geometric, refused, rho
@@ -123,7 +123,7 @@ class _Expansion:
             self.polynomials = [flint.arb_poly(a.coefficients(x)) for x in values]
             # Terms past the length, and the exact motion's distance: derivatives by the state are
             # at most M / (rho / 2) where the state is within rho / 2 of the candidate.
-            moved = total(_ball(b) / x for b, x in zip(state_bound, rho(), strict=True))
+            moved = total(exact_ball(b) / x for b, x in zip(state_bound, rho(), strict=True))
             rest = geometric(circle.radius, length) + 2 * moved
             self.remainders = [(m * rest).upper() for m in circle.values]
 
@@ -134,7 +134,7 @@ class _Expansion:
         """Bounds on the distance of each column from its Chebyshev piece for low <= t <= high."""
         middle, half = (low + high) / 2, (high - low) / 2
         with flint.ctx.workprec(_BITS):
-            s = flint.arb_poly([_ball((middle - self.t0) / self.h), _ball(half / self.h)])
+            s = flint.arb_poly([exact_ball((middle - self.t0) / self.h), exact_ball(half / self.h)])
             n = len(coefficients[0][0])
             c = [
                 [flint.arb(float(x)) + float(y) for x, y in zip(hi, lo, strict=True)]
@@ -150,8 +150,7 @@ class _Expansion:
                     abs(taylor[j] - (chebyshev[m, j] if j < n else 0))
                     for j in range(max(taylor.length(), n))
                 )
-                man, exp = (difference + rest).upper().man_exp()
-                bounds.append(upward(int(man) * Fraction(2) ** int(exp)))
+                bounds.append(upward(upper_fraction(difference + rest)))
             return bounds
 
 
@@ -160,7 +159,7 @@ def _basis(
 ) -> flint.arb_mat:
     """Rows: T_0 .. T_(n-1) of the Chebyshev piece's argument as polynomials in u."""
     a, b = piece
-    x = flint.arb_poly([_ball((2 * middle - a - b) / (b - a)), _ball(2 * half / (b - a))])
+    x = flint.arb_poly([exact_ball((2 * middle - a - b) / (b - a)), exact_ball(2 * half / (b - a))])
     t = [flint.arb_poly([1]), x]
     while len(t) < n:
         t.append(2 * x * t[-1] - t[-2])
@@ -181,13 +180,4 @@ def _constant_distance(x: Value, hi: np.ndarray, lo: np.ndarray) -> float:
     if isinstance(x, Fraction):
         return upward(abs(x - stored) + rest)
     with flint.ctx.workprec(4096):
-        man, exp = (abs(x - _ball(stored)) + _ball(rest)).upper().man_exp()
-    return upward(int(man) * Fraction(2) ** int(exp))
-
-
-def _ball(x: Fraction) -> flint.arb:
-    return flint.arb(_fmpq(x))
-
-
-def _fmpq(x: Fraction) -> flint.fmpq:
-    return flint.fmpq(x.numerator, x.denominator)
+        return upward(upper_fraction(abs(x - exact_ball(stored)) + exact_ball(rest)))

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import flint
 
-from heyoka_bike.arithmetic import Balls
+from heyoka_bike.arithmetic import Balls, exact_ball
 from heyoka_bike.constants import Constants, constants
 from heyoka_bike.kinematics import front_contact_height, state_names
 from heyoka_bike.outputs import columns, energies, unfold
@@ -99,9 +99,9 @@ class Trajectory:
             piece = self.piece_at(t)
         a, b = self.breaks[piece], self.breaks[piece + 1]
         if isinstance(t, Fraction):
-            s = flint.arb(_fmpq((t - a) / (b - a)))
+            s = exact_ball((t - a) / (b - a))
         else:
-            s = (t - flint.arb(_fmpq(a))) / flint.arb(_fmpq(b - a))
+            s = (t - exact_ball(a)) / exact_ball(b - a)
         unit = flint.arb(2) ** -self.grid
         return [p(s) * unit for p in self._piece(piece)]
 
@@ -248,8 +248,4 @@ def row_times(maneuver: Maneuver) -> Iterator[Fraction]:
 
 def _arb(value: Fraction) -> flint.arb:
     """A dyadic as a ball of no radius, or a slightly larger one."""
-    return flint.arb(_fmpq(value)).upper()
-
-
-def _fmpq(value: Fraction) -> flint.fmpq:
-    return flint.fmpq(value.numerator, value.denominator)
+    return exact_ball(value).upper()

@@ -72,6 +72,12 @@ def accept(folder, name):
     path.write_text(json.dumps(document))
 
 
+def state_content(folder, content):
+    """Write another content_sha256 into the manifest."""
+    path = folder / MANIFEST
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"content_sha256": content}))
+
+
 def certify(folder, capsys):
     code = main(["certify", str(folder)])
     error = capsys.readouterr().err
@@ -118,8 +124,7 @@ def test_a_changed_number_is_named(copy, capsys, dataset, index, factor, fragmen
         item[index] = item[index] * factor
         content = content_of_file(f)
     accept(copy, "uncontrolled-bicycle.h5")
-    path = copy / MANIFEST
-    path.write_text(json.dumps(json.loads(path.read_text()) | {"content_sha256": content}))
+    state_content(copy, content)
     code, error = certify(copy, capsys)
     assert code == 3
     assert fragment in error
@@ -184,16 +189,14 @@ def test_what_is_not_a_value_is_looked_at_too(copy, capsys, name, change):
         replaced(group, name, change(group[name][:]))
         content = content_of_file(f)
     accept(copy, "uncontrolled-bicycle.h5")
-    path = copy / MANIFEST
-    path.write_text(json.dumps(json.loads(path.read_text()) | {"content_sha256": content}))
+    state_content(copy, content)
     code, error = certify(copy, capsys)
     assert code == 3
     assert f"{name}" in error
 
 
 def test_a_wrong_content_hash_is_named(copy, capsys):
-    path = copy / MANIFEST
-    path.write_text(json.dumps(json.loads(path.read_text()) | {"content_sha256": "0" * 64}))
+    state_content(copy, "0" * 64)
     code, error = certify(copy, capsys)
     assert code == 3
     assert "content_sha256" in error
