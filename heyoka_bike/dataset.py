@@ -26,8 +26,8 @@ import numpy as np
 from heyoka_bike import candidate
 from heyoka_bike import manifest as manifest_file
 from heyoka_bike.candidate import CANDIDATE, FILTERS
+from heyoka_bike.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.errors import DatasetError, InputError
-from heyoka_bike.outputs import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.parameters import Bicycle, Maneuver, describe_inputs
 from heyoka_bike.proof import CERTIFICATE, HDF5, content_sha256, render_certificate, summarise
 from heyoka_bike.rows import TEXT_DIGITS, Rows

@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heyoka_bike.arithmetic import exact_ball
+from heyoka_bike.columns import COLUMNS
 from heyoka_bike.errors import UndecidedError
-from heyoka_bike.outputs import COLUMNS
 from heyoka_bike.trajectory import Evaluator
 
 NODES = 32

@@ -24,10 +24,11 @@ from heyoka_bike.arithmetic import Arithmetic, Number, exact_ball, upper_fractio
 from heyoka_bike.ball_matrices import total
 from heyoka_bike.certificate import Certificate
 from heyoka_bike.circle import circle_bound, geometric, refused, rho
+from heyoka_bike.columns import COLUMNS
 from heyoka_bike.constants import Constants, constants
 from heyoka_bike.dense import Dense
 from heyoka_bike.errors import NotCertifiedError
-from heyoka_bike.outputs import COLUMNS, columns, unfold
+from heyoka_bike.outputs import columns, unfold
 from heyoka_bike.rows import Value, upward
 from heyoka_bike.trajectory import Piece, Trajectory
 

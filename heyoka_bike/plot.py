@@ -72,7 +72,7 @@ def draw(maneuver: ReferenceManeuver) -> Figure:
 
     Units are rad, rad/s, m/s, J and s. Energies are drawn as their change from the initial value,
     which the legend gives: the change is a small part of them. The columns are the default
-    definitions (see `outputs`).
+    definitions (see `columns`).
 
     Parameters
     ----------

@@ -24,10 +24,10 @@ import numpy as np
 from heyoka_bike import manifest as manifest_file
 from heyoka_bike.candidate import read_candidate
 from heyoka_bike.certificate import Certificate, certify
+from heyoka_bike.columns import COLUMNS
 from heyoka_bike.dense import Dense
 from heyoka_bike.dense_bound import bound_dense
 from heyoka_bike.errors import DatasetError, NotCertifiedError
-from heyoka_bike.outputs import COLUMNS
 from heyoka_bike.parameters import describe_inputs
 from heyoka_bike.rounding import hi_lo
 from heyoka_bike.rows import Rows, constant_columns, round_rows

@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heyoka_bike.certificate import Certificate
+from heyoka_bike.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.exact_field import exact_columns
 from heyoka_bike.initial import initial_state
-from heyoka_bike.outputs import BENCHMARK_COLUMNS, COLUMNS, energies, unfold
+from heyoka_bike.outputs import energies, unfold
 from heyoka_bike.rounding import Enclosure, decimal_digits, hi_lo
 from heyoka_bike.trajectory import Evaluator, Trajectory, evaluator, row_times
 

@@ -20,9 +20,9 @@ import pytest
 from oracles import taylor
 
 from heyoka_bike.certificate import Certificate, certify
+from heyoka_bike.columns import COLUMNS
 from heyoka_bike.exact import Exact
 from heyoka_bike.exact_field import exact_columns
-from heyoka_bike.outputs import COLUMNS
 from heyoka_bike.parameters import Bicycle, Maneuver
 from heyoka_bike.reference import Reference, ReferenceManeuver
 from heyoka_bike.rounding import Enclosure

@@ -3,7 +3,7 @@
 import flint
 import pytest
 
-from heyoka_bike.outputs import COLUMNS
+from heyoka_bike.columns import COLUMNS
 from heyoka_bike.trajectory import evaluator, row_times
 
 BITS = 440  # well above both runs

@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 
 from heyoka_bike.arithmetic import Multiprecision
+from heyoka_bike.columns import BENCHMARK_COLUMNS
 from heyoka_bike.constants import constants
-from heyoka_bike.outputs import BENCHMARK_COLUMNS, columns, unfold
+from heyoka_bike.outputs import columns, unfold
 
 DIGITS = 100
 

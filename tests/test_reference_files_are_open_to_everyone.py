@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray
 
-from heyoka_bike.outputs import BENCHMARK_COLUMNS, COLUMNS
+from heyoka_bike.columns import BENCHMARK_COLUMNS, COLUMNS
 
 FILE = "uncontrolled-bicycle.h5"
 

@@ -1,0 +1,38 @@
+"""What is said about a result file besides numbers: one record each, the same in every format."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Any
+
+
+class Severity(StrEnum):
+    """How much a finding matters."""
+
+    INFO = "info"
+    """How the file was understood; nothing is wrong."""
+    WARNING = "warning"
+    """Part of the file could not be used, or it disagrees with itself."""
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One thing worth saying.
+
+    Attributes
+    ----------
+    code
+        Stable name, snake_case.
+    message
+        One or two sentences for people.
+    severity
+    evidence
+        The numbers behind it; JSON values only, finite.
+    """
+
+    code: str
+    message: str
+    severity: Severity = Severity.INFO
+    evidence: Mapping[str, Any] = field(default_factory=dict)
