@@ -14,6 +14,8 @@ Double = tuple[Array, Array]
 """hi and lo, of the same shape."""
 
 _SPLITTER = 2.0**27 + 1.0
+# Rows at a time, so that what a step needs stays in the processor's cache.
+_BLOCK = 8192
 
 
 def two_sum(a: Array, b: Array) -> Double:
@@ -80,6 +82,39 @@ def argument(breaks: Array, piece: NDArray[np.intp], t: Double) -> Double:
     zero = np.zeros_like(a)
     from_middle = add(add((2.0 * t[0], 2.0 * t[1]), (-a, zero)), (-b, zero))
     return divide(from_middle, b - a)
+
+
+def sums(breaks: Array, coefficients: Array, t: Array) -> Array:
+    """Plain sums c_k T_k(x) of several columns at many times, in binary64.
+
+    Parameters
+    ----------
+    breaks : ndarray, shape (P + 1,)
+    coefficients : ndarray, shape (columns, P, N)
+    t : ndarray, shape (n,)
+
+    Returns
+    -------
+    ndarray, shape (columns, n)
+    """
+    columns, _, powers = coefficients.shape
+    found = np.empty((columns, len(t)))
+    order = np.argsort(t, kind="stable")
+    piece = locate(breaks, (t, np.zeros_like(t)))[order]
+    for start in range(0, len(t), _BLOCK):
+        rows = order[start : start + _BLOCK]
+        of = piece[start : start + _BLOCK]
+        a, b = breaks[of], breaks[of + 1]
+        x = ((t[rows] - a) - (b - t[rows])) / (b - a)
+        polynomials = np.empty((powers, len(rows)))
+        polynomials[0], polynomials[1] = 1.0, x
+        for k in range(2, powers):
+            polynomials[k] = 2.0 * x * polynomials[k - 1] - polynomials[k - 2]
+        # Rows are sorted by time: those of a piece lie together.
+        ends = np.flatnonzero(np.diff(of)) + 1
+        for i, j in zip([0, *ends], [*ends, len(rows)], strict=True):
+            found[:, rows[i:j]] = coefficients[:, of[i]] @ polynomials[:, i:j]
+    return found
 
 
 def clenshaw(hi: Array, lo: Array, piece: NDArray[np.intp], x: Double) -> Double:

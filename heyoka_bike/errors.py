@@ -95,3 +95,9 @@ class DatasetError(BicycleError, ValueError):
 
 class MissingPackageError(BicycleError, ImportError):
     """An optional package that the command needs is not installed."""
+
+
+class NothingScoredError(BicycleError, ValueError):
+    """A result file that can be read, but of which nothing can be compared with the reference."""
+
+    exit_code = Exit.NOTHING_SCORED

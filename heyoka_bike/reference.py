@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from heyoka_bike import manifest as manifest_file
-from heyoka_bike.chebyshev import Array, Double, argument, clenshaw, locate, two_sum
+from heyoka_bike.chebyshev import Array, Double, argument, clenshaw, locate, sums, two_sum
+from heyoka_bike.columns import COLUMNS
 from heyoka_bike.errors import DatasetError, InputError
 from heyoka_bike.exact import Exact
 from heyoka_bike.resources import reference_folder
@@ -129,6 +130,24 @@ class ReferenceManeuver:
             lo={name: v[1].reshape(shape) for name, v in found.items()},
         )
 
+    def approximate(self, t: Array, columns: Sequence[str]) -> dict[str, Array]:
+        """Columns at many times in plain binary64: fast, good to its roundoff.
+
+        Parameters
+        ----------
+        t : ndarray, shape (n,)
+            Times within the run [s], not checked.
+        columns
+            Names.
+
+        Returns
+        -------
+        dict of str to ndarray, shape (n,)
+            Good to about 1e-15 of each column's scale.
+        """
+        coefficients = np.stack([self.dense.hi[name] for name in columns])
+        return dict(zip(columns, sums(self.breaks, coefficients, t), strict=True))
+
     def __repr__(self) -> str:
         return f"<{self.name}: {len(self.time)} rows of {len(self.columns)} columns>"
 
@@ -203,41 +222,76 @@ def load_reference(folder: str | Path | None = None) -> Reference:
         manifest_file.check_published(where)
     raw = manifest_file.read_file(where, _FILE, manifest)
     try:
-        with h5py.File(io.BytesIO(raw), "r") as f:
-            numbers = range(1, len(manifest.inputs["maneuvers"]) + 1)
-            return Reference(
-                dataset_version=str(f.attrs["dataset_version"]),
-                content_sha256=str(f.attrs["content_sha256"]),
-                bicycle=str(f.attrs["bicycle"]),
-                parameters=json.loads(f.attrs["parameters"]),
-                maneuvers=tuple(_read_maneuver(f[f"maneuver_{i}"]) for i in numbers),
-            )
+        # In memory, checked against the manifest; it stays open for the columns not yet read.
+        f = h5py.File(io.BytesIO(raw), "r")
+        numbers = range(1, len(manifest.inputs["maneuvers"]) + 1)
+        return Reference(
+            dataset_version=str(f.attrs["dataset_version"]),
+            content_sha256=str(f.attrs["content_sha256"]),
+            bicycle=str(f.attrs["bicycle"]),
+            parameters=json.loads(f.attrs["parameters"]),
+            maneuvers=tuple(_read_maneuver(f[f"maneuver_{i}"]) for i in numbers),
+        )
     except (OSError, KeyError, ValueError) as e:
         raise DatasetError(f"{where / _FILE}: is not a reference file ({e})") from None
 
 
+class _OnDemand(Mapping[str, Array]):
+    """Datasets of a group by column, each read when first asked for."""
+
+    def __init__(self, group: Any, names: Sequence[str], tag: str) -> None:
+        stored = set(group)
+        missing = [n + tag for n in names if n + tag not in stored]
+        if missing:
+            raise KeyError(f"no dataset {group.name}/{missing[0]}")
+        self._group = group
+        self._dataset = {n: n + tag for n in names}
+        self._read: dict[str, Array] = {}
+
+    def __getitem__(self, name: str) -> Array:
+        if name not in self._read:
+            self._read[name] = _read(self._group[self._dataset[name]])
+        return self._read[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._dataset)
+
+    def __len__(self) -> int:
+        return len(self._dataset)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._dataset
+
+    def __reduce__(self) -> tuple[type, tuple[dict[str, Array]]]:
+        # An open file cannot be sent to another process; what is in it can.
+        return dict, (dict(self),)
+
+
+def _read(dataset: Any) -> Array:
+    array: Array = dataset[:]
+    array.setflags(write=False)
+    return array
+
+
 def _read_maneuver(group: Any) -> ReferenceManeuver:
-    names = [n for n in group if f"{n}_lo" in group and n != "time"]
+    stored = set(group)
+    names = [n for n in stored if f"{n}_lo" in stored and n != "time"]
+    order = {column.name: i for i, column in enumerate(COLUMNS)}
+    names.sort(key=lambda n: (order.get(n, len(order)), n))
     dense = group["dense"]
 
-    def read(dataset: Any) -> Array:
-        array: Array = dataset[:]
-        array.setflags(write=False)
-        return array
-
     def values(where: Any) -> Values:
-        parts = ({n: read(where[n + tag]) for n in names} for tag in ("", "_lo", "_bound"))
-        return Values(*parts)
+        return Values(*(_OnDemand(where, names, tag) for tag in ("", "_lo", "_bound")))
 
     return ReferenceManeuver(
         name=str(group.attrs["name"]),
         inputs={k: str(v) for k, v in group.attrs.items() if k != "name"},
-        time=read(group["time"]),
-        time_lo=read(group["time_lo"]),
+        time=_read(group["time"]),
+        time_lo=_read(group["time_lo"]),
         rows=values(group),
-        breaks=read(dense["breaks"]),
+        breaks=_read(dense["breaks"]),
         dense=values(dense),
-        units={n: str(group[n].attrs["units"]) for n in names},
+        units={c.name: c.unit for c in COLUMNS},
     )
 
 

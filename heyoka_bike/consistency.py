@@ -1,0 +1,76 @@
+"""How well a file agrees with itself, whatever its distance from the reference."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from heyoka_bike.alignment import Part
+from heyoka_bike.chebyshev import two_sum
+from heyoka_bike.report import ColumnScore, Consistency
+
+RATE_OF: Mapping[tuple[str, str], tuple[str, str]] = {
+    ("roll_rate", "lean_rate"): ("roll_angle", "lean"),
+    ("roll_rate", "tait_bryan_xyz_rate"): ("roll_angle", "tait_bryan_xyz"),
+    ("roll_rate", "zyx_rate"): ("roll_angle", "zyx"),
+    ("steer_rate", "steer_rate"): ("steer_angle", "steer"),
+}
+"""Which definitions of a rate and of an angle are derivative and integral of each other. A body's
+angular velocity along its own x axis is the derivative of no roll angle."""
+
+# Rows farther apart than this [s] do not show the derivative: the fastest mode decays in 0.05 s.
+_WIDEST = 0.05
+
+
+def consistency(part: Part, columns: Sequence[ColumnScore]) -> Consistency:
+    """Sum of the energies, and rates against the derivatives of their own angles."""
+    by_key = {c.key: c for c in columns if c.values and not c.missing}
+    total, floor = _energy_sum(by_key)
+    return Consistency(
+        energy_sum=total,
+        energy_sum_floor=floor,
+        roll_rate=_rate(by_key, "roll_rate"),
+        steer_rate=_rate(by_key, "steer_rate"),
+    )
+
+
+def _energy_sum(columns: Mapping[str, ColumnScore]) -> tuple[float | None, float | None]:
+    keys = ("potential_energy", "kinetic_energy", "mechanical_energy")
+    if not all(key in columns for key in keys):
+        return None, None
+    potential, kinetic, mechanical = (columns[key].trace.value for key in keys)
+    total, rest = two_sum(potential, kinetic)
+    found = float(np.max(np.abs((total - mechanical) + rest)))
+    floors = [columns[key].floor for key in keys]
+    return found, None if None in floors else float(sum(f for f in floors if f is not None))
+
+
+def _rate(columns: Mapping[str, ColumnScore], key: str) -> float | None:
+    """Largest difference of a rate from the derivative of its angle over one step [rad/s].
+
+    The reference's own rate and angle agree, so it is enough to look at the errors, which are
+    small and smooth: over a step, the increase of the angle's error should be the integral of the
+    rate's error, taken by the trapezoidal rule.
+    """
+    if key not in columns:
+        return None
+    rate = columns[key]
+    if rate.indistinguishable:
+        return None
+    pair = RATE_OF.get((key, rate.as_understood.definition))
+    angle = columns.get(pair[0]) if pair else None
+    if pair is None or angle is None or angle.as_understood.definition != pair[1]:
+        return None
+    if angle.indistinguishable:
+        return None
+    t = rate.trace.time
+    step = np.diff(t)
+    usual = float(np.median(step)) if len(step) else 0.0
+    if not 0.0 < usual <= _WIDEST:
+        return None
+    # Repeated times and event steps have no step to speak of.
+    near = (step > usual / 10) & (step <= _WIDEST)
+    slope = np.diff(angle.trace.error)[near] / step[near]
+    mean = (rate.trace.error[1:] + rate.trace.error[:-1])[near] / 2
+    return float(np.max(np.abs(slope - mean)))

@@ -1,0 +1,204 @@
+"""Findings: what the numbers of a report mean, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from heyoka_bike.findings import Finding, Severity
+from heyoka_bike.measures import TOLERANCE
+from heyoka_bike.report import ColumnScore, ManeuverScore, Report
+
+# Fewer digits than binary64 holds are worth mentioning where they are what limits the score.
+_DIGITS_OF_BINARY64 = 15
+# An error of this part of the scale is seen in a plot; the benchmark's measure may miss it.
+_VISIBLE = 1e-2
+# Rounding of written values explains up to this many times its bound: sums are rounded, too.
+_ROUNDED = 4.0
+
+
+def explain(report: Report) -> tuple[Finding, ...]:
+    """What is worth saying about a report, in the order of its columns."""
+    return (
+        *_understood(report),
+        *_coverage(report.maneuvers),
+        *_performance(report.maneuvers),
+        *_consistency(report.maneuvers),
+        *_digits(report),
+    )
+
+
+def _columns(report: Report) -> dict[str, list[tuple[ManeuverScore, ColumnScore]]]:
+    found: dict[str, list[tuple[ManeuverScore, ColumnScore]]] = {}
+    for m in report.maneuvers:
+        for c in m.columns:
+            if c.values:
+                found.setdefault(c.key, []).append((m, c))
+    return found
+
+
+def _understood(report: Report) -> Iterator[Finding]:
+    columns = _columns(report)
+    signs = {}
+    for key, scores in columns.items():
+        understood, written = scores[0][1].as_understood, scores[0][1].as_written
+        signs[key] = understood.sign
+        evidence = {
+            "column": key,
+            "max_abs_error": [c.as_understood.measures.max_abs_error for _, c in scores],
+            "max_abs_error_as_written": [c.as_written.measures.max_abs_error for _, c in scores],
+        }
+        errors = _errors(scores)
+        if understood.definition != written.definition:
+            default = [
+                next(a.max_abs_error for a in c.alternatives if a.definition == written.definition)
+                for _, c in scores
+            ]
+            also = scores[0][1].indistinguishable
+            yield Finding(
+                "definition",
+                f"{key} is {understood.definition}: errors {errors}, against "
+                f"{_list(default)} for the default {written.definition}"
+                + (f" (cannot be told apart from {', '.join(also)})" if also else ""),
+                evidence={**evidence, "definition": understood.definition},
+            )
+        if understood.sign < 0:
+            yield Finding(
+                "sign",
+                f"{key} has the other sign: errors {errors} with it turned round",
+                evidence=evidence,
+            )
+        if understood.unit != written.unit:
+            yield Finding(
+                "unit",
+                f"{key} is in {understood.unit}, not {written.unit}: errors {errors} in the latter",
+                evidence={**evidence, "unit": understood.unit},
+            )
+        if understood.offset:
+            yield Finding(
+                "offset",
+                f"{key} has another zero, {understood.offset:+.9g} J: errors {errors} without that "
+                "constant",
+                evidence={**evidence, "offset": understood.offset},
+            )
+    for angle, rate in (("roll_angle", "roll_rate"), ("steer_angle", "steer_rate")):
+        if signs.get(angle, 1) != signs.get(rate, signs.get(angle, 1)):
+            yield Finding(
+                "signs_disagree",
+                f"{angle} and {rate} have opposite signs: one of them is turned round",
+                Severity.WARNING,
+                {"columns": [angle, rate]},
+            )
+    zeros = {
+        key: columns[key][0][1].as_understood.offset
+        for key in ("potential_energy", "mechanical_energy")
+        if key in columns
+    }
+    if len(set(zeros.values())) > 1:
+        yield Finding(
+            "zeros_disagree",
+            "potential_energy has another zero, but mechanical_energy does not share it",
+            Severity.WARNING,
+            {"offsets": zeros},
+        )
+
+
+def _coverage(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
+    said = set()
+    for m in maneuvers:
+        duration = (m.t_end - m.t_start) / m.coverage if m.coverage else None
+        slack = 1.5 * (m.step or 0.0)
+        early = m.t_start > slack
+        late = duration is None or m.t_end < duration - slack
+        ends = (m.t_start, m.t_end)
+        if (early or late) and ends not in said:
+            said.add(ends)
+            which = [n.maneuver for n in maneuvers if (n.t_start, n.t_end) == ends]
+            yield Finding(
+                "coverage",
+                f"rows of maneuver {', '.join(map(str, which))} cover {m.t_start:.6g} to "
+                f"{m.t_end:.6g} s only; the rest of the run is not judged",
+                Severity.WARNING,
+                {"maneuvers": which, "t_start": m.t_start, "t_end": m.t_end},
+            )
+
+
+def _performance(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
+    limit = next((m.performance_limit for m in maneuvers if m.performance_limit), None)
+    for m in maneuvers:
+        if m.performance is None or limit is None or m.performance >= limit:
+            continue
+        wrong = [
+            (c.as_understood.measures.max_rel_error, c.key)
+            for c in m.columns
+            if c.as_understood.measures.max_rel_error is not None
+        ]
+        worst, key = max(wrong, default=(0.0, ""))
+        if worst is not None and worst > _VISIBLE:
+            yield Finding(
+                "energy_hides_error",
+                f"maneuver {m.maneuver}: eq. (1) is {m.performance:.2g} %, below {limit:g} %, and "
+                f"yet {key} is wrong by {100 * worst:.2g} % of its scale; energy alone does not "
+                "show this error",
+                Severity.WARNING,
+                {
+                    "maneuver": m.maneuver,
+                    "performance": m.performance,
+                    "column": key,
+                    "max_rel_error": worst,
+                },
+            )
+
+
+def _consistency(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
+    for m in maneuvers:
+        total, floor = m.consistency.energy_sum, m.consistency.energy_sum_floor
+        if total is not None and floor is not None and total > _ROUNDED * floor:
+            yield Finding(
+                "energy_sum",
+                f"maneuver {m.maneuver}: potential plus kinetic energy differs from the mechanical "
+                f"energy by up to {total:.2g} J; rounding explains {floor:.2g} J",
+                Severity.WARNING,
+                {"maneuver": m.maneuver, "energy_sum": total, "floor": floor},
+            )
+        for key in ("roll_rate", "steer_rate"):
+            found = getattr(m.consistency, key)
+            rate = next((c for c in m.columns if c.key == key), None)
+            if found is None or rate is None:
+                continue
+            measured = rate.as_understood.measures
+            scale = float(abs(rate.trace.reference).max())
+            if found > TOLERANCE * scale and found > (measured.max_abs_error or 0.0) / 2:
+                yield Finding(
+                    "rate_is_not_the_derivative",
+                    f"maneuver {m.maneuver}: {key} differs from the derivative of its own angle by "
+                    f"up to {found:.2g} rad/s",
+                    Severity.WARNING,
+                    {"maneuver": m.maneuver, "column": key, "max_abs_difference": found},
+                )
+
+
+def _digits(report: Report) -> Iterator[Finding]:
+    """Where not the program but the digits it wrote limit the score."""
+    digits = report.file.significant_digits
+    if digits is None or digits >= _DIGITS_OF_BINARY64:
+        return
+    limited = []
+    for key, scores in _columns(report).items():
+        pairs = [(c.as_understood.measures.max_abs_error or 0.0, c.floor) for _, c in scores]
+        if all(floor is not None and error <= 2 * floor for error, floor in pairs):
+            limited.append(key)
+    if limited:
+        yield Finding(
+            "digits_written",
+            f"{', '.join(limited)}: the error is that of the digits written ({digits} in the "
+            "column with the fewest); write 17 to show what the program can do",
+            evidence={"columns": limited, "significant_digits": digits},
+        )
+
+
+def _errors(scores: Sequence[tuple[ManeuverScore, ColumnScore]]) -> str:
+    return _list([c.as_understood.measures.max_abs_error for _, c in scores])
+
+
+def _list(errors: Sequence[float | None]) -> str:
+    return " / ".join("-" if e is None else f"{e:.2g}" for e in errors)

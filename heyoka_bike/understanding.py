@@ -1,0 +1,197 @@
+"""What the columns of a file mean: definition, sign, unit and zero, judged by what fits.
+
+The benchmark text defines none of them, so a difference of definition is no error. Every candidate
+is compared with the reference over all maneuvers of the file together. The *typical* error of a
+candidate in a maneuver is the median of abs(e): a few bad rows, or a run that drifts off late, do
+not hide which definition its start follows. The best candidate has the least product of typical
+errors over the maneuvers, which is the likeliest if the size of the error in each maneuver is
+unknown. Another candidate *cannot be told apart* from it if their typical errors differ by less
+than a factor of 2 in every maneuver, or if the maneuvers contradict each other; then the default
+is kept, so that no definition is claimed without evidence.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from heyoka_bike.alignment import HALF, Part
+from heyoka_bike.chebyshev import Array
+from heyoka_bike.columns import DEFINITIONS, Column
+from heyoka_bike.units import UNITS, factor
+
+_TOLD_APART = 2.0
+# A constant takes less than this from the typical error of any error that grows: a line leaves 1/2.
+_CLEARLY_CONSTANT = 10.0
+_SIGNED = ("roll_angle", "roll_rate", "forward_speed", "steer_angle", "steer_rate")
+_ENERGIES = ("kinetic_energy", "mechanical_energy", "potential_energy")
+
+
+@dataclass(frozen=True, slots=True)
+class Understanding:
+    """How a written column is taken.
+
+    Attributes
+    ----------
+    column : Column
+        The definition.
+    sign, unit, offset
+        SI value = sign * (value in unit) - offset.
+    indistinguishable : tuple of str
+        Definitions that fit as well.
+    """
+
+    column: Column
+    unit: str
+    sign: int = 1
+    offset: float = 0.0
+    indistinguishable: tuple[str, ...] = ()
+
+    def is_plain(self) -> bool:
+        """Whether this is how the column is taken as written."""
+        return self == replace(plain(self.column.key), indistinguishable=self.indistinguishable)
+
+
+def plain(key: str) -> Understanding:
+    """A column as written: default definition, SI unit, right positive, zero at the floor."""
+    column = DEFINITIONS[key][0]
+    return Understanding(column, column.unit)
+
+
+def understand(parts: Sequence[Part]) -> Mapping[str, Understanding]:
+    """How each column of a file is taken, by key; one choice for all its maneuvers."""
+    samples = [_Sample(part) for part in parts]
+    found = {}
+    for key in DEFINITIONS:
+        having = [s for s in samples if key in s.values]
+        if having:
+            found[key] = _choose(key, having)
+    _share_the_unit_of_energies(found)
+    _find_offset(found, samples)
+    return found
+
+
+class _Sample:
+    """Some rows of a part, with every definition at them and what a written digit is worth."""
+
+    def __init__(self, part: Part) -> None:
+        pick = part.sample()
+        usable = {key: np.isfinite(v[pick]) for key, v in part.values.items()}
+        self.values = {
+            key: part.values[key][pick][good] for key, good in usable.items() if good.any()
+        }
+        names = [c.name for key in self.values for c in DEFINITIONS[key]]
+        expected = part.reference.approximate(part.time[pick], names)
+        self.expected = {
+            c.name: expected[c.name][usable[key]] for key in self.values for c in DEFINITIONS[key]
+        }
+        self.scale = {key: float(np.max(np.abs(part.reference.rows[key]))) for key in self.values}
+        self.floor = {}
+        for key, values in self.values.items():
+            quantum = part.quantum.get(key)
+            written = 0.0 if quantum is None else float(np.median(quantum.at(values))) / 2
+            # What plain binary64 can tell, see `ReferenceManeuver.approximate`.
+            self.floor[key] = (written, 1e-15 * self.scale[key] or np.finfo(np.float64).tiny)
+
+    def error(self, key: str, u: Understanding) -> Array:
+        return (
+            u.sign * factor(u.unit)[0] * self.values[key] - u.offset - self.expected[u.column.name]
+        )
+
+    def typical(self, key: str, u: Understanding) -> float:
+        """Median absolute error, not below what the digits can tell."""
+        written, known = self.floor[key]
+        median = float(np.median(np.abs(self.error(key, u))))
+        return max(median, written * factor(u.unit)[0], known)
+
+
+_Typical = tuple[float, ...]
+
+
+def _typical(key: str, u: Understanding, samples: Iterable[_Sample]) -> _Typical:
+    return tuple(s.typical(key, u) for s in samples if key in s.values)
+
+
+def _joint(typical: _Typical) -> float:
+    return float(np.sum(np.log(typical)))
+
+
+def _told_apart(worse: _Typical, better: _Typical, by: float = _TOLD_APART) -> bool:
+    """Whether the maneuvers say that one candidate is better, and none the contrary."""
+    ratios = [w / b for w, b in zip(worse, better, strict=True)]
+    return max(ratios) > by and min(ratios) > 1 / by
+
+
+def _choose(key: str, samples: Sequence[_Sample]) -> Understanding:
+    """Unit and sign, then the definition under them."""
+    columns = DEFINITIONS[key]
+    signs = (1, -1) if key in _SIGNED else (1,)
+    typical = {
+        (unit, sign, c): _typical(key, Understanding(c, unit, sign), samples)
+        for unit in UNITS[columns[0].unit]
+        for sign in signs
+        for c in columns
+    }
+
+    def best(candidates: Iterable[tuple[str, int, Column]]) -> tuple[str, int, Column]:
+        return min(candidates, key=lambda c: _joint(typical[c]))
+
+    unit, sign, _ = chosen = best(typical)
+    as_si = best(c for c in typical if c[:2] == (columns[0].unit, 1))
+    clear = _told_apart(typical[as_si], typical[chosen])
+    if not (clear and _is_near(key, typical[chosen], samples)):
+        unit, sign, _ = chosen = as_si
+    default = (unit, sign, columns[0])
+    alike = [
+        c.definition
+        for c in columns
+        if c is not chosen[2] and not _told_apart(typical[unit, sign, c], typical[chosen])
+    ]
+    if columns[0].definition in alike:
+        alike[alike.index(columns[0].definition)] = chosen[2].definition
+        chosen = default
+    return Understanding(chosen[2], unit, sign, indistinguishable=tuple(alike))
+
+
+def _is_near(key: str, typical: _Typical, samples: Sequence[_Sample]) -> bool:
+    """Whether the typical error is below half the scale; else it says nothing about the column."""
+    scales = [s.scale[key] for s in samples]
+    return all(scales) and _joint(typical) < _joint(tuple(HALF * scale for scale in scales))
+
+
+def _share_the_unit_of_energies(found: dict[str, Understanding]) -> None:
+    """The kinetic energy has no zero to choose, so its unit is the surest."""
+    leader = next((key for key in _ENERGIES if key in found), None)
+    if leader is None:
+        return
+    for key in _ENERGIES:
+        if key in found:
+            found[key] = replace(found[key], unit=found[leader].unit)
+
+
+def _find_offset(found: dict[str, Understanding], samples: Sequence[_Sample]) -> None:
+    """A zero of the potential energy elsewhere, shared by the mechanical energy.
+
+    It is looked for in the potential energy: an offset of the mechanical energy alone, which is
+    constant, could as well be a wrong initial state.
+    """
+    key = "potential_energy"
+    if key not in found:
+        return
+    having = [s for s in samples if key in s.values]
+    u = found[key]
+    offset = float(np.median([np.median(s.error(key, u)) for s in having]))
+    moved = replace(u, offset=offset)
+    ratios = [
+        a / b for a, b in zip(_typical(key, u, having), _typical(key, moved, having), strict=True)
+    ]
+    if min(ratios) < _CLEARLY_CONSTANT:
+        return
+    found[key] = moved
+    if "mechanical_energy" in found:
+        key, u = "mechanical_energy", found["mechanical_energy"]
+        moved = replace(u, offset=offset)
+        if _told_apart(_typical(key, u, samples), _typical(key, moved, samples)):
+            found[key] = moved
