@@ -1,7 +1,8 @@
 """Reference solutions and scoring for the IFToMM benchmark "Uncontrolled bicycle".
 
 ``load_reference()`` gives the published reference; ``reference[2].evaluate(t)`` its values at any
-time. `integrate` runs the model with heyoka. Names are loaded when first used.
+time; ``score(read_results(path))`` compares a result file with it. `integrate` runs the model with
+heyoka. Names are loaded when first used.
 """
 
 from __future__ import annotations
@@ -13,7 +14,10 @@ if TYPE_CHECKING:
     from heyoka_bike.linear import linearise as linearise
     from heyoka_bike.parameters import read_bicycle as read_bicycle
     from heyoka_bike.parameters import read_maneuvers as read_maneuvers
+    from heyoka_bike.reading import read_results as read_results
     from heyoka_bike.reference import load_reference as load_reference
+    from heyoka_bike.scoring import score as score
+    from heyoka_bike.series import score_series as score_series
 
 __version__ = "0.1.0"
 
@@ -23,6 +27,9 @@ _HOME = {
     "load_reference": "reference",
     "read_bicycle": "parameters",
     "read_maneuvers": "parameters",
+    "read_results": "reading",
+    "score": "scoring",
+    "score_series": "series",
 }
 
 __all__ = [
@@ -32,6 +39,9 @@ __all__ = [
     "load_reference",
     "read_bicycle",
     "read_maneuvers",
+    "read_results",
+    "score",
+    "score_series",
 ]
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from heyoka_bike.alignment import Part
 from heyoka_bike.chebyshev import two_sum
+from heyoka_bike.measures import rms
 from heyoka_bike.report import ColumnScore, Consistency
 
 RATE_OF: Mapping[tuple[str, str], tuple[str, str]] = {
@@ -47,7 +48,7 @@ def _energy_sum(columns: Mapping[str, ColumnScore]) -> tuple[float | None, float
 
 
 def _rate(columns: Mapping[str, ColumnScore], key: str) -> float | None:
-    """Largest difference of a rate from the derivative of its angle over one step [rad/s].
+    """Difference of a rate from the derivative of its angle over a step, rms [rad/s].
 
     The reference's own rate and angle agree, so it is enough to look at the errors, which are
     small and smooth: over a step, the increase of the angle's error should be the integral of the
@@ -73,4 +74,4 @@ def _rate(columns: Mapping[str, ColumnScore], key: str) -> float | None:
     near = (step > usual / 10) & (step <= _WIDEST)
     slope = np.diff(angle.trace.error)[near] / step[near]
     mean = (rate.trace.error[1:] + rate.trace.error[:-1])[near] / 2
-    return float(np.max(np.abs(slope - mean)))
+    return rms(slope - mean)

@@ -167,13 +167,13 @@ def _consistency(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
                 continue
             measured = rate.as_understood.measures
             scale = float(abs(rate.trace.reference).max())
-            if found > TOLERANCE * scale and found > (measured.max_abs_error or 0.0) / 2:
+            if found > TOLERANCE * scale and found > (measured.rms_error or 0.0) / 2:
                 yield Finding(
                     "rate_is_not_the_derivative",
                     f"maneuver {m.maneuver}: {key} differs from the derivative of its own angle by "
-                    f"up to {found:.2g} rad/s",
+                    f"{found:.2g} rad/s (root mean square)",
                     Severity.WARNING,
-                    {"maneuver": m.maneuver, "column": key, "max_abs_difference": found},
+                    {"maneuver": m.maneuver, "column": key, "rms_difference": found},
                 )
 
 

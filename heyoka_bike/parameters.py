@@ -209,23 +209,7 @@ def read_maneuvers(path: str | Path) -> tuple[Maneuver, ...]:
     source.refuse_unknown(source.tree, _TOP | {"maneuver"}, ())
     if "name" in source.tree:
         source.line_of_text(source.tree, "name", ())
-    tables = source.tree.get("maneuver", [])
-    if isinstance(tables, dict):
-        raise source.error(
-            "found a table [maneuver], expected [[maneuver]], with double brackets", ("maneuver",)
-        )
-    if not isinstance(tables, list):
-        raise source.error(
-            f"maneuver: found {kind(tables)}, expected tables [[maneuver]]", ("maneuver",)
-        )
-    for i, table in enumerate(tables):
-        if not isinstance(table, dict):
-            raise source.error(
-                f"maneuver: found {kind(table)}, expected tables [[maneuver]]", ("maneuver", i)
-            )
-    if not tables:
-        found = "no table [[maneuver]]" if source.text.strip() else "an empty file"
-        raise source.error(f"found {found}, expected one or more [[maneuver]]", ("maneuver",))
+    tables = source.tables("maneuver")
     maneuvers = tuple(_read_maneuver(source, t, i) for i, t in enumerate(tables))
     first: dict[str, int] = {}
     for i, m in enumerate(maneuvers):

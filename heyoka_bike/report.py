@@ -168,8 +168,8 @@ class Consistency:
     energy_sum_floor
         What rounding of the written values explains of it [J].
     roll_rate, steer_rate
-        Largest difference of the rate from the derivative of its own angle [rad/s], only where the
-        two columns as recognised are such a pair.
+        Difference of the rate from the derivative of its own angle, root mean square over the steps
+        [rad/s], only where the two columns as recognised are such a pair.
     """
 
     energy_sum: float | None

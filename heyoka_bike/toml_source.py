@@ -78,6 +78,29 @@ class TomlSource:
             raise self.error(f"{key}: found {kind(table)}, expected a table [{key}]", (*where, key))
         return table
 
+    def tables(self, key: str) -> list[dict[str, Any]]:
+        """The tables ``[[key]]`` at the top, one or more.
+
+        Raises
+        ------
+        InputError
+            It is missing, or something else.
+        """
+        found = self.tree.get(key, [])
+        if isinstance(found, dict):
+            raise self.error(
+                f"found a table [{key}], expected [[{key}]], with double brackets", (key,)
+            )
+        if not isinstance(found, list):
+            raise self.error(f"{key}: found {kind(found)}, expected tables [[{key}]]", (key,))
+        for i, table in enumerate(found):
+            if not isinstance(table, dict):
+                raise self.error(f"{key}: found {kind(table)}, expected tables [[{key}]]", (key, i))
+        if not found:
+            what = f"no table [[{key}]]" if self.text.strip() else "an empty file"
+            raise self.error(f"found {what}, expected one or more [[{key}]]", (key,))
+        return found
+
     def line_of_text(self, tree: dict[str, Any], key: str, where: Where, limit: int = 200) -> str:
         """The text under `key`, which must fit on a line."""
         text = tree[key]

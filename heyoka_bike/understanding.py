@@ -2,12 +2,12 @@
 
 The benchmark text defines none of them, so a difference of definition is no error. Every candidate
 is compared with the reference over all maneuvers of the file together. The *typical* error of a
-candidate in a maneuver is the median of abs(e): a few bad rows, or a run that drifts off late, do
-not hide which definition its start follows. The best candidate has the least product of typical
-errors over the maneuvers, which is the likeliest if the size of the error in each maneuver is
-unknown. Another candidate *cannot be told apart* from it if their typical errors differ by less
-than a factor of 2 in every maneuver, or if the maneuvers contradict each other; then the default
-is kept, so that no definition is claimed without evidence.
+candidate in a maneuver is the root mean square of e without the largest hundredth of the rows, so
+that a few bad ones do not decide. The best candidate has the least product of typical errors over
+the maneuvers, which is the likeliest if the size of the error in each maneuver is unknown. Another
+candidate *cannot be told apart* from it if their typical errors differ by less than a factor of 2
+in every maneuver, or if the maneuvers contradict each other; then the default is kept, so that no
+definition is claimed without evidence.
 """
 
 from __future__ import annotations
@@ -20,10 +20,13 @@ import numpy as np
 from heyoka_bike.alignment import HALF, Part
 from heyoka_bike.chebyshev import Array
 from heyoka_bike.columns import DEFINITIONS, Column
+from heyoka_bike.measures import rms
 from heyoka_bike.units import UNITS, factor
 
 _TOLD_APART = 2.0
-# A constant takes less than this from the typical error of any error that grows: a line leaves 1/2.
+# One row of so many is left out of the typical error.
+_LEFT_OUT = 100
+# Taking a constant from an error that grows does not lower it this much: a line keeps half.
 _CLEARLY_CONSTANT = 10.0
 _SIGNED = ("roll_angle", "roll_rate", "forward_speed", "steer_angle", "steer_rate")
 _ENERGIES = ("kinetic_energy", "mechanical_energy", "potential_energy")
@@ -101,10 +104,11 @@ class _Sample:
         )
 
     def typical(self, key: str, u: Understanding) -> float:
-        """Median absolute error, not below what the digits can tell."""
+        """Root mean square of the errors but the largest, not below what the digits can tell."""
         written, known = self.floor[key]
-        median = float(np.median(np.abs(self.error(key, u))))
-        return max(median, written * factor(u.unit)[0], known)
+        error = np.sort(np.abs(self.error(key, u)))
+        kept = error[: len(error) - len(error) // _LEFT_OUT]
+        return max(rms(kept), written * factor(u.unit)[0], known)
 
 
 _Typical = tuple[float, ...]
@@ -143,16 +147,12 @@ def _choose(key: str, samples: Sequence[_Sample]) -> Understanding:
     clear = _told_apart(typical[as_si], typical[chosen])
     if not (clear and _is_near(key, typical[chosen], samples)):
         unit, sign, _ = chosen = as_si
-    default = (unit, sign, columns[0])
     alike = [
-        c.definition
-        for c in columns
-        if c is not chosen[2] and not _told_apart(typical[unit, sign, c], typical[chosen])
-    ]
-    if columns[0].definition in alike:
-        alike[alike.index(columns[0].definition)] = chosen[2].definition
-        chosen = default
-    return Understanding(chosen[2], unit, sign, indistinguishable=tuple(alike))
+        c for c in columns if not _told_apart(typical[unit, sign, c], typical[chosen])
+    ]  # the chosen one among them
+    column = columns[0] if columns[0] in alike else chosen[2]
+    others = tuple(c.definition for c in alike if c is not column)
+    return Understanding(column, unit, sign, indistinguishable=others)
 
 
 def _is_near(key: str, typical: _Typical, samples: Sequence[_Sample]) -> bool:

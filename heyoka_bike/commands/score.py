@@ -1,0 +1,296 @@
+"""``heyoka-bike score``: compare result files with the reference."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from heyoka_bike.errors import Exit, InputError
+
+if TYPE_CHECKING:
+    from heyoka_bike.reference import Reference
+    from heyoka_bike.report import Report, Series
+    from heyoka_bike.results import Results
+
+_FORMATS = ("table", "json", "csv", "junit", "html")
+_SUFFIXES = {
+    ".txt": "table",
+    ".json": "json",
+    ".csv": "csv",
+    ".xml": "junit",
+    ".html": "html",
+    ".htm": "html",
+}
+_STANDARD_INPUT = "-"
+# Width of a table that goes to a file or a pipe.
+_WIDTH = 100
+# A file of this many bytes takes longer to read than anyone likes to wait without a word.
+_LONG = 20_000_000
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add the command to the command line."""
+    p = subparsers.add_parser(
+        "score",
+        help="compare the results of another program with the reference",
+        description=(
+            "Compare result files with the reference, at their own times. A file has 25 columns "
+            "(time, then for each maneuver roll angle, roll angular velocity, forward speed, "
+            "potential, kinetic and mechanical energy, steer angle, steer velocity), or 9 of one "
+            "maneuver, in SI units; or a line of column names. Text with any separators, headers "
+            "and comments, .npy, .npz, .mat, HDF5, gzip of these; - is standard input. The "
+            "definition, unit, sign and zero of each column are recognised, and said. Several "
+            "files of one program at different step sizes show its order of convergence; a .toml "
+            "file lists files, step sizes and processor times."
+        ),
+        epilog=(
+            "examples:\n"
+            "  heyoka-bike score my-results.txt\n"
+            "  heyoka-bike score my-results.txt -o report.html --require 'scd >= 6'\n"
+            "  heyoka-bike score h0.01.txt h0.001.txt --step 0.01,0.001\n"
+            "\n"
+            "requirements: [maneuver.][column.]metric op number, the worst of what is not named;\n"
+            "  metrics scd, mescd, max_abs_error, rms_error, max_rel_error, time_to_tolerance,\n"
+            "  performance, coverage; op one of < <= > >=. Exit code 3 if one is not met.\n"
+        ),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    p.add_argument("files", metavar="FILE", nargs="+", help="result files, or one list of runs")
+    p.add_argument(
+        "--format",
+        metavar="FORMAT",
+        dest="formats",
+        action="append",
+        help=f"one of {', '.join(_FORMATS)}; may be repeated (default: table, and by the suffix of "
+        "each -o)",
+    )
+    p.add_argument(
+        "-o",
+        "--output",
+        metavar="FILE",
+        dest="outputs",
+        action="append",
+        default=[],
+        help="write to this file, its format by --format or its suffix; may be repeated",
+    )
+    p.add_argument(
+        "--require",
+        metavar="EXPR",
+        action="append",
+        default=[],
+        help="requirement such as 'scd >= 6' or '2.performance < 1e-3'; may be repeated",
+    )
+    p.add_argument(
+        "--maneuver",
+        metavar="N",
+        help="maneuver that a file of 9 columns holds (default: recognised by its values); "
+        "separated by commas, one for each file",
+    )
+    p.add_argument(
+        "--step",
+        metavar="H",
+        help="step size of each file [s], separated by commas (default: distance of the rows)",
+    )
+    p.add_argument(
+        "--cpu", metavar="S", help="processor time of each file [s], separated by commas"
+    )
+    p.add_argument(
+        "--reference", metavar="DIR", help="folder of a reference set (default: the published one)"
+    )
+    p.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Carry out the command."""
+    from heyoka_bike import requirements
+    from heyoka_bike.reference import load_reference
+    from heyoka_bike.series import score_files
+
+    on_screen, written = _outputs(args)
+    for text in args.require:
+        requirements.parse(text)
+    files, steps, cpu = _inputs(args)
+    _refuse_overwriting(files, [path for path, _ in written])
+    reference = load_reference(args.reference)
+    maneuvers = _maneuvers(args.maneuver, len(files), reference)
+    results = [_read(f, m, reference) for f, m in zip(files, maneuvers, strict=True)]
+    scored = score_files(results, reference, steps=steps, cpu=cpu, require=args.require)
+    for path, name in written:
+        _write(path, _render(scored, name, is_terminal=False))
+    if on_screen is not None:
+        _print(_render(scored, on_screen, is_terminal=sys.stdout.isatty()))
+    if not scored.passed:
+        _complain(scored)
+        return Exit.CHECK_FAILED
+    return Exit.OK
+
+
+def _outputs(args: argparse.Namespace) -> tuple[str | None, list[tuple[Path, str]]]:
+    """Format for standard output, if any, and the files to write with theirs."""
+    formats: list[str] = [f for given in args.formats or () for f in given.split(",")]
+    for found in formats:
+        if found not in _FORMATS:
+            raise InputError(f"--format: found '{found}', expected one of {', '.join(_FORMATS)}")
+    left = list(dict.fromkeys(formats))
+    written = []
+    unclear = []
+    for output in args.outputs:
+        path = Path(output)
+        name = _SUFFIXES.get(path.suffix.lower())
+        if name is not None and (not formats or name in left):
+            written.append((path, name))
+            left = [f for f in left if f != name]
+        else:
+            unclear.append(path)
+    for path in unclear:
+        if not left:
+            raise InputError(
+                f"--output: found '{path.name}', expected a name ending in "
+                f"{', '.join(_SUFFIXES)}, or a --format for it"
+            )
+        written.append((path, left.pop(0)))
+    if not formats:
+        return "table", written
+    if len(left) > 1:
+        raise InputError(
+            f"--format: found {' and '.join(left)} for standard output, expected one; "
+            "name files for the others with -o"
+        )
+    return (left[0] if left else None), written
+
+
+def _inputs(
+    args: argparse.Namespace,
+) -> tuple[list[str], list[float | None] | None, list[float | None] | None]:
+    """Result files, their step sizes and processor times."""
+    lists = [f for f in args.files if f.lower().endswith(".toml")]
+    if lists:
+        from heyoka_bike.runs_file import read_runs
+
+        if len(args.files) > 1:
+            raise InputError(
+                f"found {len(args.files)} files, expected a list of runs ({lists[0]}) alone"
+            )
+        if args.step is not None or args.cpu is not None:
+            raise InputError("--step, --cpu: expected in the list of runs, not beside it")
+        runs = read_runs(lists[0])
+        steps = [r.step for r in runs]
+        cpu = [r.cpu for r in runs]
+        return (
+            [str(r.file) for r in runs],
+            None if all(s is None for s in steps) else steps,
+            None if all(c is None for c in cpu) else cpu,
+        )
+    if args.files.count(_STANDARD_INPUT) > 1:
+        raise InputError("found - more than once, expected standard input once")
+    return args.files, _numbers("--step", args.step), _numbers("--cpu", args.cpu)
+
+
+def _numbers(option: str, text: str | None) -> list[float | None] | None:
+    from heyoka_bike.exact import Exact, quoted
+
+    if text is None:
+        return None
+    found: list[float | None] = []
+    for part in text.split(","):
+        try:
+            value = float(Exact.parse(part))
+        except ValueError as e:
+            raise InputError(f"{option}: {e}") from None
+        if value <= 0:
+            raise InputError(f"{option}: found {quoted(part)}, expected more than zero")
+        found.append(value)
+    return found
+
+
+def _maneuvers(text: str | None, count: int, reference: Reference) -> Sequence[int | None]:
+    if text is None:
+        return [None] * count
+    parts = text.split(",")
+    for part in parts:
+        if not (part.isascii() and part.isdigit() and int(part[:9]) in reference):
+            raise InputError(f"--maneuver: found '{part:.40}', expected 1 to {len(reference)}")
+    if len(parts) not in (1, count):
+        raise InputError(f"--maneuver: found {len(parts)} for {count} files, expected one for each")
+    return [int(part) for part in parts] * (count if len(parts) == 1 else 1)
+
+
+def _refuse_overwriting(files: Sequence[str], outputs: Sequence[Path]) -> None:
+    for path in outputs:
+        for file in files:
+            if file != _STANDARD_INPUT and path.exists() and path.resolve() == Path(file).resolve():
+                raise InputError(
+                    "is a result file to be scored, expected another --output", file=path
+                )
+
+
+def _read(file: str, maneuver: int | None, reference: Reference) -> Results:
+    from heyoka_bike.reading import read_results
+
+    with _patience(file):
+        return read_results(file, maneuver=maneuver, count=len(reference))
+
+
+def _patience(file: str) -> AbstractContextManager[Any]:
+    """A word on the terminal while a long file is read."""
+    try:
+        is_long = file != _STANDARD_INPUT and Path(file).stat().st_size > _LONG
+    except OSError:
+        is_long = False
+    if not is_long or not sys.stderr.isatty():
+        return nullcontext()
+    from rich.console import Console
+
+    return Console(stderr=True).status(f"reading {file}")
+
+
+def _render(scored: Report | Series, name: str, *, is_terminal: bool) -> str:
+    if name == "table":
+        from heyoka_bike.renderers import table
+
+        shown: str = table.render(scored, None if is_terminal else _WIDTH, is_terminal)
+        return shown
+    from importlib import import_module
+
+    render: Callable[[Report | Series], str]
+    render = import_module(f"heyoka_bike.renderers.{name}").render
+    return render(scored)
+
+
+def _print(text: str) -> None:
+    try:
+        print(text, end="" if text.endswith("\n") else "\n")
+    except UnicodeEncodeError:
+        # A terminal or pipe of another encoding still gets every letter it has.
+        encoding = sys.stdout.encoding or "ascii"
+        print(text.encode(encoding, "replace").decode(encoding))
+
+
+def _write(path: Path, text: str) -> None:
+    from heyoka_bike.manifest import replace_file
+
+    data = text.encode()
+    try:
+        if path.exists() and not path.is_file():
+            path.write_bytes(data)
+        else:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            replace_file(path, data)
+    except OSError as e:
+        raise InputError(f"cannot be written: {e.strerror or e}", file=path) from None
+
+
+def _complain(scored: Report | Series) -> None:
+    """One line on standard error for each requirement that is not met."""
+    from heyoka_bike.report import Series
+
+    reports = [r.report for r in scored.runs] if isinstance(scored, Series) else [scored]
+    for report in reports:
+        for r in report.requirements:
+            if not r.met:
+                line = f"{report.file.path}: required {r.text}, found {r.message}"
+                print(f"heyoka-bike: {' '.join(line.split())}", file=sys.stderr)
