@@ -8,7 +8,9 @@ import numpy as np
 
 from heyoka_bike.alignment import Part
 from heyoka_bike.chebyshev import two_sum
+from heyoka_bike.columns import DEFINITIONS
 from heyoka_bike.measures import rms
+from heyoka_bike.reference import ReferenceManeuver
 from heyoka_bike.report import ColumnScore, Consistency
 
 RATE_OF: Mapping[tuple[str, str], tuple[str, str]] = {
@@ -31,8 +33,8 @@ def consistency(part: Part, columns: Sequence[ColumnScore]) -> Consistency:
     return Consistency(
         energy_sum=total,
         energy_sum_floor=floor,
-        roll_rate=_rate(by_key, "roll_rate"),
-        steer_rate=_rate(by_key, "steer_rate"),
+        roll_rate=_rate(part.reference, by_key, "roll_rate"),
+        steer_rate=_rate(part.reference, by_key, "steer_rate"),
     )
 
 
@@ -47,7 +49,9 @@ def _energy_sum(columns: Mapping[str, ColumnScore]) -> tuple[float | None, float
     return found, None if None in floors else float(sum(f for f in floors if f is not None))
 
 
-def _rate(columns: Mapping[str, ColumnScore], key: str) -> float | None:
+def _rate(
+    reference: ReferenceManeuver, columns: Mapping[str, ColumnScore], key: str
+) -> float | None:
     """Difference of a rate from the derivative of its angle over a step, rms [rad/s].
 
     The reference's own rate and angle agree, so it is enough to look at the errors, which are
@@ -57,13 +61,9 @@ def _rate(columns: Mapping[str, ColumnScore], key: str) -> float | None:
     if key not in columns:
         return None
     rate = columns[key]
-    if rate.indistinguishable:
-        return None
     pair = RATE_OF.get((key, rate.as_understood.definition))
     angle = columns.get(pair[0]) if pair else None
     if pair is None or angle is None or angle.as_understood.definition != pair[1]:
-        return None
-    if angle.indistinguishable:
         return None
     t = rate.trace.time
     step = np.diff(t)
@@ -74,4 +74,17 @@ def _rate(columns: Mapping[str, ColumnScore], key: str) -> float | None:
     near = (step > usual / 10) & (step <= _WIDEST)
     slope = np.diff(angle.trace.error)[near] / step[near]
     mean = (rate.trace.error[1:] + rate.trace.error[:-1])[near] / 2
-    return rms(slope - mean)
+    found = rms(slope - mean)
+    return None if _distance_left_open(reference, rate, angle) > found / 2 else found
+
+
+def _distance_left_open(
+    reference: ReferenceManeuver, rate: ColumnScore, angle: ColumnScore
+) -> float:
+    """How far apart the rates are that the two columns may honestly mean, rms [rad/s]."""
+    rate_of_angle = {of: definition for (_, definition), of in RATE_OF.items()}
+    names = {c.definition: c.name for c in DEFINITIONS[rate.key]}
+    meant = list(rate.indistinguishable)
+    meant += [rate_of_angle[angle.key, other] for other in angle.indistinguishable]
+    chosen = reference.rows[names[rate.as_understood.definition]]
+    return max((rms(reference.rows[names[other]] - chosen) for other in meant), default=0.0)

@@ -106,5 +106,5 @@ def performance(energy: Array) -> float | None:
     """
     if not len(energy) or energy[0] == 0.0:
         return None
-    found = 100.0 * float((np.max(energy) - np.min(energy)) / np.abs(energy[0]))
+    found = 100.0 * (float(np.max(energy)) - float(np.min(energy))) / abs(float(energy[0]))
     return found if isfinite(found) else None

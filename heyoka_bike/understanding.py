@@ -156,9 +156,12 @@ def _choose(key: str, samples: Sequence[_Sample]) -> Understanding:
 
 
 def _is_near(key: str, typical: _Typical, samples: Sequence[_Sample]) -> bool:
-    """Whether the typical error is below half the scale; else it says nothing about the column."""
-    scales = [s.scale[key] for s in samples]
-    return all(scales) and _joint(typical) < _joint(tuple(HALF * scale for scale in scales))
+    """Whether the typical error is below half the size of the column itself.
+
+    Zeros, or any noise scaled down to nothing, have an error as large as that.
+    """
+    sizes = [rms(s.expected[key]) for s in samples]
+    return all(sizes) and _joint(typical) < _joint(tuple(HALF * size for size in sizes))
 
 
 def _share_the_unit_of_energies(found: dict[str, Understanding]) -> None:
