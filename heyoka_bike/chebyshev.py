@@ -118,14 +118,55 @@ def sums(breaks: Array, coefficients: Array, t: Array) -> Array:
 
 
 def clenshaw(hi: Array, lo: Array, piece: NDArray[np.intp], x: Double) -> Double:
-    """Sum of c_k T_k(x) with c = hi + lo of shape (P, N), each time in its piece."""
-    c_hi, c_lo = hi.T, lo.T
-    twice = (2.0 * x[0], 2.0 * x[1])
-    zero = np.zeros_like(x[0])
-    b1: Double = (zero, zero)
-    b2: Double = (zero, zero)
-    for k in range(hi.shape[1] - 1, 0, -1):
-        term = add((c_hi[k][piece], c_lo[k][piece]), (-b2[0], -b2[1]))
-        b1, b2 = add(term, multiply(twice, b1)), b1
-    rest = add((c_hi[0][piece], c_lo[0][piece]), (-b2[0], -b2[1]))
-    return add(rest, multiply(x, b1))
+    """Sums of c_k T_k(x) with c = hi + lo, each time in its piece.
+
+    Parameters
+    ----------
+    hi, lo : ndarray, shape (columns, P, N)
+        Coefficients.
+    piece : ndarray, shape (n,)
+    x : pair of ndarray, shape (n,)
+        Arguments in -1..1, hi + lo.
+
+    Returns
+    -------
+    pair of ndarray, shape (columns, n)
+        hi + lo, to about 1e-31 of the largest value of the piece.
+    """
+    columns, count = len(hi), len(piece)
+    found = np.empty((columns, count)), np.empty((columns, count))
+    c: Double = (np.moveaxis(hi, -1, 0), np.moveaxis(lo, -1, 0))
+    step = max(_BLOCK // max(columns, 1), 1)
+    for start in range(0, count, step):
+        rows = slice(start, start + step)
+        part = _clenshaw(c, piece[rows], (x[0][rows], x[1][rows]))
+        found[0][:, rows], found[1][:, rows] = part
+    return found
+
+
+def _clenshaw(c: Double, piece: NDArray[np.intp], x: Double) -> Double:
+    """b_k = c_k + (2x b_(k+1) - b_(k+2)), coefficients of shape (N, columns, P).
+
+    The products and sums of `multiply` and `add`, but without normalising what is only passed on,
+    and with x split once.
+    """
+    powers, columns, _ = c[0].shape
+    times, times_lo = 2.0 * x[0], 2.0 * x[1]
+    high, low = _split(times)
+    zero = np.zeros((columns, len(piece)))
+    b1, b1_lo, b2, b2_lo = zero, zero, zero, zero
+    for k in range(powers - 1, -1, -1):
+        if k == 0:
+            times, times_lo = x
+            high, low = _split(times)
+        product = times * b1
+        b_high, b_low = _split(b1)
+        rest = ((high * b_high - product) + high * b_low + low * b_high) + low * b_low
+        rest += times * b1_lo + times_lo * b1
+        term, term_rest = two_sum(c[0][k][:, piece], -b2)
+        term_rest += c[1][k][:, piece] - b2_lo
+        total, total_rest = two_sum(term, product)
+        total_rest += term_rest + rest
+        b2, b2_lo = b1, b1_lo
+        b1, b1_lo = _fast_two_sum(total, total_rest)
+    return b1, b1_lo

@@ -122,12 +122,15 @@ class ReferenceManeuver:
         self._check_range(times)
         piece = locate(self.breaks, times)
         x = argument(self.breaks, piece, times)
-        found = {
-            name: clenshaw(self.dense.hi[name], self.dense.lo[name], piece, x) for name in names
-        }
+        if not names:
+            return Values({}, {})
+        coefficients = (
+            np.stack([part[name] for name in names]) for part in (self.dense.hi, self.dense.lo)
+        )
+        found_hi, found_lo = clenshaw(*coefficients, piece, x)
         return Values(
-            hi={name: v[0].reshape(shape) for name, v in found.items()},
-            lo={name: v[1].reshape(shape) for name, v in found.items()},
+            hi={name: v.reshape(shape) for name, v in zip(names, found_hi, strict=True)},
+            lo={name: v.reshape(shape) for name, v in zip(names, found_lo, strict=True)},
         )
 
     def approximate(self, t: Array, columns: Sequence[str]) -> dict[str, Array]:

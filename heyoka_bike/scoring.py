@@ -19,7 +19,7 @@ from heyoka_bike.columns import DEFINITIONS
 from heyoka_bike.consistency import consistency
 from heyoka_bike.explain import explain
 from heyoka_bike.manifest import CUSTOM
-from heyoka_bike.reference import Reference, ReferenceManeuver, load_reference
+from heyoka_bike.reference import Reference, ReferenceManeuver, Values, load_reference
 from heyoka_bike.report import (
     Alternative,
     ColumnScore,
@@ -37,7 +37,7 @@ from heyoka_bike.units import factor, to_si
 # The benchmark judges maneuver 2, by eq. (1) below 1e-3 %.
 _JUDGED: Mapping[int, float] = {2: 1e-3}
 
-# Up to this many values hi + lo of the reference is always evaluated.
+# Up to this many values hi + lo of the reference is always evaluated, and by one thread.
 _FEW = 100_000
 # The plain evaluation is good to 1e-15 of the scale: an error above this is right to 0.1 % with it.
 _PLAIN_WILL_DO = 1e-12
@@ -87,10 +87,18 @@ def report(
 ) -> Report:
     """The report of aligned results, with their columns taken as understood."""
     benchmark = reference.dataset_version != CUSTOM
-    maneuvers = tuple(
-        _score_maneuver(part, understood, _JUDGED.get(part.number) if benchmark else None)
-        for part in alignment.parts
-    )
+
+    def score_part(part: Part) -> ManeuverScore:
+        return _score_maneuver(part, understood, _JUDGED.get(part.number) if benchmark else None)
+
+    if all(_is_small(part) for part in alignment.parts):
+        maneuvers = tuple(map(score_part, alignment.parts))
+    else:
+        from concurrent.futures import ThreadPoolExecutor
+
+        # NumPy computes on long arrays outside the interpreter's lock.
+        with ThreadPoolExecutor() as pool:
+            maneuvers = tuple(pool.map(score_part, alignment.parts))
     found = Report(
         dataset_version=reference.dataset_version,
         bicycle=reference.bicycle,
@@ -112,9 +120,11 @@ def report(
 def _score_maneuver(
     part: Part, understood: Mapping[str, Understanding], limit: float | None
 ) -> ManeuverScore:
-    columns = tuple(
-        _score_column(part, key, understood[key]) for key in DEFINITIONS if key in part.values
-    )
+    keys = [key for key in DEFINITIONS if key in part.values]
+    names = [understood[key].column.name for key in keys]
+    names += [key for key in keys if key not in names]
+    exact = part.reference.evaluate((part.time, part.time_lo), names) if _is_small(part) else None
+    columns = tuple(_score_column(part, key, understood[key], exact) for key in keys)
     steps = np.diff(part.time)
     duration = float(part.reference.duration)
     start, end = float(part.time[0]), float(part.time[-1])
@@ -133,6 +143,10 @@ def _score_maneuver(
     )
 
 
+def _is_small(part: Part) -> bool:
+    return len(part.time) * len(part.values) <= _FEW
+
+
 def _energy(columns: Sequence[ColumnScore]) -> Array:
     """The file's own mechanical energy [J], or the sum of its parts."""
     traces = {c.key: c.trace for c in columns}
@@ -144,7 +158,7 @@ def _energy(columns: Sequence[ColumnScore]) -> Array:
     return potential.value + kinetic.value
 
 
-def _score_column(part: Part, key: str, u: Understanding) -> ColumnScore:
+def _score_column(part: Part, key: str, u: Understanding, exact: Values | None) -> ColumnScore:
     written = part.values[key]
     good = np.isfinite(written)
     rest = part.lo.get(key)
@@ -152,14 +166,21 @@ def _score_column(part: Part, key: str, u: Understanding) -> ColumnScore:
     time: Double = (part.time[good], part.time_lo[good])
     duration = float(part.reference.duration)
     si = _as_understood(values, u)
-    reference, error = _compare(part.reference, time, si, u.column.name)
+
+    def compare(values: Double, name: str) -> tuple[Array, Array]:
+        """The reference at the times, and the values minus it."""
+        if exact is not None:
+            return _difference(values, (exact[name][good], exact.lo[name][good]))
+        return _compare(part.reference, time, values, name)
+
+    reference, error = compare(si, u.column.name)
     understood = _reading(part.reference, time, error, reference, u)
     as_written = plain(key)
     if u.is_plain():
         written_reading = understood
     else:
-        taken = _compare(part.reference, time, values, as_written.column.name)
-        written_reading = _reading(part.reference, time, taken[1], taken[0], as_written)
+        expected, difference = compare(values, as_written.column.name)
+        written_reading = _reading(part.reference, time, difference, expected, as_written)
     others = [c for c in DEFINITIONS[key] if c is not u.column]
     near = part.reference.approximate(time[0], [c.name for c in others]) if others else {}
     return ColumnScore(
@@ -196,16 +217,18 @@ def _as_understood(values: Double, u: Understanding) -> Double:
 def _compare(
     reference: ReferenceManeuver, time: Double, values: Double, name: str
 ) -> tuple[Array, Array]:
-    """The reference at the times, and the values minus it."""
-    few = len(time[0]) <= _FEW
-    if not few:
-        plain_values = reference.approximate(time[0], [name])[name]
-        error = values[0] - plain_values
-        if np.max(np.abs(error)) > _PLAIN_WILL_DO * _scale(reference, name):
-            return plain_values, error
+    """The reference at many times, and the values minus it; hi + lo only if that is needed."""
+    plain_values = reference.approximate(time[0], [name])[name]
+    error = values[0] - plain_values
+    if not len(error) or np.max(np.abs(error)) > _PLAIN_WILL_DO * _scale(reference, name):
+        return plain_values, error
     found = reference.evaluate(time, name)
-    difference, rest = two_sum(values[0], -found[name])
-    return found[name], difference + (rest + (values[1] - found.lo[name]))
+    return _difference(values, (found[name], found.lo[name]))
+
+
+def _difference(values: Double, exact: Double) -> tuple[Array, Array]:
+    difference, rest = two_sum(values[0], -exact[0])
+    return exact[0], difference + (rest + (values[1] - exact[1]))
 
 
 def _reading(
