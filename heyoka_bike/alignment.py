@@ -209,18 +209,23 @@ def _within(
                 },
             ),
         )
+
+    def kept_of(array: Array) -> Array:
+        # A long file is not copied for nothing.
+        return array if keep.all() else array[keep]
+
     values = {}
     for key, written in rows.values.items():
-        kept = written[keep]
+        kept = kept_of(written)
         usable = np.abs(kept) <= _LARGEST
         values[key] = kept if usable.all() else np.where(usable, kept, np.nan)
     part = Part(
         number=number,
         reference=reference,
-        time=hi[keep],
-        time_lo=lo[keep],
+        time=kept_of(hi),
+        time_lo=kept_of(lo),
         values=values,
-        lo={key: rest[keep] for key, rest in rows.lo.items()},
+        lo={key: kept_of(rest) for key, rest in rows.lo.items()},
         quantum=rows.quantum,
     )
     return part, findings

@@ -14,7 +14,7 @@ Double = tuple[Array, Array]
 """hi and lo, of the same shape."""
 
 _SPLITTER = 2.0**27 + 1.0
-# Rows at a time, so that what a step needs stays in the processor's cache.
+# Values at a time, so that what a step needs stays in the processor's cache.
 _BLOCK = 8192
 
 
@@ -25,12 +25,14 @@ def two_sum(a: Array, b: Array) -> Double:
     return s, (a - (s - v)) + (b - v)
 
 
-def _fast_two_sum(a: Array, b: Array) -> Double:
+def fast_two_sum(a: Array, b: Array) -> Double:
+    """Exact sum of two binary64 numbers, the first the larger one."""
     s = a + b
     return s, b - (s - a)
 
 
-def _split(a: Array) -> Double:
+def split(a: Array) -> Double:
+    """A binary64 number as the sum of two with 26 bits each, Dekker's way."""
     c = _SPLITTER * a
     high = c - (c - a)
     return high, a - high
@@ -39,8 +41,8 @@ def _split(a: Array) -> Double:
 def two_product(a: Array, b: Array) -> Double:
     """Exact product of two binary64 numbers (no overflow or underflow)."""
     p = a * b
-    ah, al = _split(a)
-    bh, bl = _split(b)
+    ah, al = split(a)
+    bh, bl = split(b)
     return p, ((ah * bh - p) + ah * bl + al * bh) + al * bl
 
 
@@ -48,14 +50,14 @@ def add(x: Double, y: Double) -> Double:
     """Sum, to about 2^-104 of the larger term."""
     s, e = two_sum(x[0], y[0])
     t, f = two_sum(x[1], y[1])
-    s, e = _fast_two_sum(s, e + t)
-    return _fast_two_sum(s, e + f)
+    s, e = fast_two_sum(s, e + t)
+    return fast_two_sum(s, e + f)
 
 
 def multiply(x: Double, y: Double) -> Double:
     """Product, to about 2^-103."""
     p, e = two_product(x[0], y[0])
-    return _fast_two_sum(p, e + (x[0] * y[1] + x[1] * y[0]))
+    return fast_two_sum(p, e + (x[0] * y[1] + x[1] * y[0]))
 
 
 def divide(x: Double, y: Array) -> Double:
@@ -63,7 +65,7 @@ def divide(x: Double, y: Array) -> Double:
     q = x[0] / y
     p, e = two_product(q, y)
     rest = ((x[0] - p) - e + x[1]) / y
-    return _fast_two_sum(q, rest)
+    return fast_two_sum(q, rest)
 
 
 def locate(breaks: Array, t: Double) -> NDArray[np.intp]:
@@ -82,39 +84,6 @@ def argument(breaks: Array, piece: NDArray[np.intp], t: Double) -> Double:
     zero = np.zeros_like(a)
     from_middle = add(add((2.0 * t[0], 2.0 * t[1]), (-a, zero)), (-b, zero))
     return divide(from_middle, b - a)
-
-
-def sums(breaks: Array, coefficients: Array, t: Array) -> Array:
-    """Plain sums c_k T_k(x) of several columns at many times, in binary64.
-
-    Parameters
-    ----------
-    breaks : ndarray, shape (P + 1,)
-    coefficients : ndarray, shape (columns, P, N)
-    t : ndarray, shape (n,)
-
-    Returns
-    -------
-    ndarray, shape (columns, n)
-    """
-    columns, _, powers = coefficients.shape
-    found = np.empty((columns, len(t)))
-    order = np.argsort(t, kind="stable")
-    piece = locate(breaks, (t, np.zeros_like(t)))[order]
-    for start in range(0, len(t), _BLOCK):
-        rows = order[start : start + _BLOCK]
-        of = piece[start : start + _BLOCK]
-        a, b = breaks[of], breaks[of + 1]
-        x = ((t[rows] - a) - (b - t[rows])) / (b - a)
-        polynomials = np.empty((powers, len(rows)))
-        polynomials[0], polynomials[1] = 1.0, x
-        for k in range(2, powers):
-            polynomials[k] = 2.0 * x * polynomials[k - 1] - polynomials[k - 2]
-        # Rows are sorted by time: those of a piece lie together.
-        ends = np.flatnonzero(np.diff(of)) + 1
-        for i, j in zip([0, *ends], [*ends, len(rows)], strict=True):
-            found[:, rows[i:j]] = coefficients[:, of[i]] @ polynomials[:, i:j]
-    return found
 
 
 def clenshaw(hi: Array, lo: Array, piece: NDArray[np.intp], x: Double) -> Double:
@@ -152,15 +121,15 @@ def _clenshaw(c: Double, piece: NDArray[np.intp], x: Double) -> Double:
     """
     powers, columns, _ = c[0].shape
     times, times_lo = 2.0 * x[0], 2.0 * x[1]
-    high, low = _split(times)
+    high, low = split(times)
     zero = np.zeros((columns, len(piece)))
     b1, b1_lo, b2, b2_lo = zero, zero, zero, zero
     for k in range(powers - 1, -1, -1):
         if k == 0:
             times, times_lo = x
-            high, low = _split(times)
+            high, low = split(times)
         product = times * b1
-        b_high, b_low = _split(b1)
+        b_high, b_low = split(b1)
         rest = ((high * b_high - product) + high * b_low + low * b_high) + low * b_low
         rest += times * b1_lo + times_lo * b1
         term, term_rest = two_sum(c[0][k][:, piece], -b2)
@@ -168,5 +137,5 @@ def _clenshaw(c: Double, piece: NDArray[np.intp], x: Double) -> Double:
         total, total_rest = two_sum(term, product)
         total_rest += term_rest + rest
         b2, b2_lo = b1, b1_lo
-        b1, b1_lo = _fast_two_sum(total, total_rest)
+        b1, b1_lo = fast_two_sum(total, total_rest)
     return b1, b1_lo

@@ -29,7 +29,7 @@ _WIDEST = 0.05
 def consistency(part: Part, columns: Sequence[ColumnScore]) -> Consistency:
     """Sum of the energies, and rates against the derivatives of their own angles."""
     by_key = {c.key: c for c in columns if c.values and not c.missing}
-    total, floor = _energy_sum(by_key)
+    total, floor = _energy_sum(by_key, has_rest=any("energy" in key for key in part.lo))
     return Consistency(
         energy_sum=total,
         energy_sum_floor=floor,
@@ -38,15 +38,26 @@ def consistency(part: Part, columns: Sequence[ColumnScore]) -> Consistency:
     )
 
 
-def _energy_sum(columns: Mapping[str, ColumnScore]) -> tuple[float | None, float | None]:
+def _energy_sum(
+    columns: Mapping[str, ColumnScore], *, has_rest: bool
+) -> tuple[float | None, float | None]:
+    """Largest difference of the sum, and what rounding explains of it [J]."""
     keys = ("potential_energy", "kinetic_energy", "mechanical_energy")
     if not all(key in columns for key in keys):
         return None, None
-    potential, kinetic, mechanical = (columns[key].trace.value for key in keys)
-    total, rest = two_sum(potential, kinetic)
-    found = float(np.max(np.abs((total - mechanical) + rest)))
+    traces = [columns[key].trace for key in keys]
+    if has_rest:
+        # Values of more digits than binary64: the reference adds up, so their errors have to.
+        difference = traces[0].error + traces[1].error - traces[2].error
+    else:
+        total, rest = two_sum(traces[0].value, traces[1].value)
+        difference = (total - traces[2].value) + rest
     floors = [columns[key].floor for key in keys]
-    return found, None if None in floors else float(sum(f for f in floors if f is not None))
+    floor = None if None in floors else float(sum(f for f in floors if f is not None))
+    if has_rest and floor is not None:
+        # The reference itself is known to 1e-31 of its scale, see the dense bounds.
+        floor += 1e-30 * float(np.max(np.abs(traces[2].value)))
+    return float(np.max(np.abs(difference))), floor
 
 
 def _rate(

@@ -15,10 +15,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from heyoka_bike import manifest as manifest_file
-from heyoka_bike.chebyshev import Array, Double, argument, clenshaw, locate, sums, two_sum
+from heyoka_bike.chebyshev import Array, Double, argument, clenshaw, locate, two_sum
 from heyoka_bike.columns import COLUMNS
 from heyoka_bike.errors import DatasetError, InputError
 from heyoka_bike.exact import Exact
+from heyoka_bike.many_times import double_sums, plain_sums
 from heyoka_bike.resources import reference_folder
 
 _FILE = "uncontrolled-bicycle.h5"
@@ -124,10 +125,9 @@ class ReferenceManeuver:
         x = argument(self.breaks, piece, times)
         if not names:
             return Values({}, {})
-        coefficients = (
-            np.stack([part[name] for name in names]) for part in (self.dense.hi, self.dense.lo)
-        )
-        found_hi, found_lo = clenshaw(*coefficients, piece, x)
+        c = np.stack([self.dense.hi[name] for name in names])
+        c_lo = np.stack([self.dense.lo[name] for name in names])
+        found_hi, found_lo = clenshaw(c, c_lo, piece, x)
         return Values(
             hi={name: v.reshape(shape) for name, v in zip(names, found_hi, strict=True)},
             lo={name: v.reshape(shape) for name, v in zip(names, found_lo, strict=True)},
@@ -139,7 +139,7 @@ class ReferenceManeuver:
         Parameters
         ----------
         t : ndarray, shape (n,)
-            Times within the run [s], not checked.
+            Sorted times within the run [s], not checked.
         columns
             Names.
 
@@ -148,8 +148,27 @@ class ReferenceManeuver:
         dict of str to ndarray, shape (n,)
             Good to about 1e-15 of each column's scale.
         """
-        coefficients = np.stack([self.dense.hi[name] for name in columns])
-        return dict(zip(columns, sums(self.breaks, coefficients, t), strict=True))
+        if not len(columns):
+            return {}
+        c = np.stack([self.dense.hi[name] for name in columns])
+        return dict(zip(columns, plain_sums(self.breaks, c, t), strict=True))
+
+    def evaluate_many(self, t: Double, columns: Sequence[str]) -> Values:
+        """`evaluate` for very many times: several times faster, to about 27 digits of the scale.
+
+        Parameters
+        ----------
+        t : pair of ndarray, shape (n,)
+            Sorted times within the run [s], hi + lo, not checked.
+        columns
+            Names.
+        """
+        if not len(columns):
+            return Values({}, {})
+        c = np.stack([self.dense.hi[name] for name in columns])
+        c_lo = np.stack([self.dense.lo[name] for name in columns])
+        hi, lo = double_sums(self.breaks, (c, c_lo), t)
+        return Values(dict(zip(columns, hi, strict=True)), dict(zip(columns, lo, strict=True)))
 
     def __repr__(self) -> str:
         return f"<{self.name}: {len(self.time)} rows of {len(self.columns)} columns>"

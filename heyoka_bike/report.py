@@ -105,15 +105,19 @@ class Trace:
 
     Attributes
     ----------
-    time, value, reference, error : ndarray, shape (n,)
+    time, value, error : ndarray, shape (n,)
         Rows with a finite value only; the error is exact to a few digits even where it is far
         below the last digit of the value.
     """
 
     time: Array
     value: Array
-    reference: Array
     error: Array
+
+    @property
+    def reference(self) -> Array:
+        """The reference, to binary64."""
+        return self.value - self.error
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -16,10 +16,11 @@ from heyoka_bike import measures
 from heyoka_bike.alignment import Alignment, Part, align, merge
 from heyoka_bike.chebyshev import Array, Double, two_sum
 from heyoka_bike.columns import DEFINITIONS
+from heyoka_bike.comparison import Candidate, errors, is_small, largest_errors, scale
 from heyoka_bike.consistency import consistency
 from heyoka_bike.explain import explain
 from heyoka_bike.manifest import CUSTOM
-from heyoka_bike.reference import Reference, ReferenceManeuver, Values, load_reference
+from heyoka_bike.reference import Reference, load_reference
 from heyoka_bike.report import (
     Alternative,
     ColumnScore,
@@ -36,11 +37,6 @@ from heyoka_bike.units import factor, to_si
 
 # The benchmark judges maneuver 2, by eq. (1) below 1e-3 %.
 _JUDGED: Mapping[int, float] = {2: 1e-3}
-
-# Up to this many values hi + lo of the reference is always evaluated, and by one thread.
-_FEW = 100_000
-# The plain evaluation is good to 1e-15 of the scale: an error above this is right to 0.1 % with it.
-_PLAIN_WILL_DO = 1e-12
 
 
 def score(
@@ -91,7 +87,7 @@ def report(
     def score_part(part: Part) -> ManeuverScore:
         return _score_maneuver(part, understood, _JUDGED.get(part.number) if benchmark else None)
 
-    if all(_is_small(part) for part in alignment.parts):
+    if all(is_small(part) for part in alignment.parts):
         maneuvers = tuple(map(score_part, alignment.parts))
     else:
         from concurrent.futures import ThreadPoolExecutor
@@ -120,12 +116,8 @@ def report(
 def _score_maneuver(
     part: Part, understood: Mapping[str, Understanding], limit: float | None
 ) -> ManeuverScore:
-    keys = [key for key in DEFINITIONS if key in part.values]
-    names = [understood[key].column.name for key in keys]
-    names += [key for key in keys if key not in names]
-    exact = part.reference.evaluate((part.time, part.time_lo), names) if _is_small(part) else None
-    columns = tuple(_score_column(part, key, understood[key], exact) for key in keys)
-    steps = np.diff(part.time)
+    columns = _score_columns(part, understood)
+    steps = np.diff(part.time) + np.diff(part.time_lo)
     duration = float(part.reference.duration)
     start, end = float(part.time[0]), float(part.time[-1])
     return ManeuverScore(
@@ -143,10 +135,6 @@ def _score_maneuver(
     )
 
 
-def _is_small(part: Part) -> bool:
-    return len(part.time) * len(part.values) <= _FEW
-
-
 def _energy(columns: Sequence[ColumnScore]) -> Array:
     """The file's own mechanical energy [J], or the sum of its parts."""
     traces = {c.key: c.trace for c in columns}
@@ -158,50 +146,62 @@ def _energy(columns: Sequence[ColumnScore]) -> Array:
     return potential.value + kinetic.value
 
 
-def _score_column(part: Part, key: str, u: Understanding, exact: Values | None) -> ColumnScore:
-    written = part.values[key]
-    good = np.isfinite(written)
-    rest = part.lo.get(key)
-    values: Double = (written[good], np.zeros(int(good.sum())) if rest is None else rest[good])
-    time: Double = (part.time[good], part.time_lo[good])
-    duration = float(part.reference.duration)
-    si = _as_understood(values, u)
-
-    def compare(values: Double, name: str) -> tuple[Array, Array]:
-        """The reference at the times, and the values minus it."""
-        if exact is not None:
-            return _difference(values, (exact[name][good], exact.lo[name][good]))
-        return _compare(part.reference, time, values, name)
-
-    reference, error = compare(si, u.column.name)
-    understood = _reading(part.reference, time, error, reference, u)
-    as_written = plain(key)
-    if u.is_plain():
-        written_reading = understood
-    else:
-        expected, difference = compare(values, as_written.column.name)
-        written_reading = _reading(part.reference, time, difference, expected, as_written)
-    others = [c for c in DEFINITIONS[key] if c is not u.column]
-    near = part.reference.approximate(time[0], [c.name for c in others]) if others else {}
-    return ColumnScore(
-        key=key,
-        unit=u.column.unit,
-        as_written=written_reading,
-        as_understood=understood,
-        floor=_floor(part, key, written[good], u),
-        alternatives=tuple(
-            Alternative(
-                c.definition,
-                float(np.max(np.abs(si[0] - near[c.name]))) if len(si[0]) else None,
+def _score_columns(part: Part, understood: Mapping[str, Understanding]) -> tuple[ColumnScore, ...]:
+    """Verdicts on the columns, in the benchmark's order."""
+    keys = [key for key in DEFINITIONS if key in part.values]
+    written = {key: _double(part, key) for key in keys}
+    si = {key: _as_understood(written[key], understood[key]) for key in keys}
+    best = [Candidate(si[key], understood[key].column.name) for key in keys]
+    moved = [key for key in keys if not understood[key].is_plain()]
+    as_written = [Candidate(written[key], key) for key in moved]
+    found = errors(part, best + as_written)
+    of_written = dict(zip(moved, found[len(best) :], strict=True))
+    others = [(key, c) for key in keys for c in DEFINITIONS[key] if c is not understood[key].column]
+    far = largest_errors(part, [Candidate(si[key], c.name) for key, c in others])
+    alternatives: dict[str, list[Alternative]] = {key: [] for key in keys}
+    for (key, c), distance in zip(others, far, strict=True):
+        has_values = bool(np.isfinite(written[key][0]).any())
+        alternatives[key].append(Alternative(c.definition, distance if has_values else None))
+    scores = []
+    for key, candidate, error in zip(keys, best, found, strict=False):
+        u = understood[key]
+        trace = _trace(part.time, candidate.values[0], error)
+        reading = _reading(part, trace, u)
+        plain_reading = reading
+        if key in of_written:
+            plain_trace = _trace(part.time, written[key][0], of_written[key])
+            plain_reading = _reading(part, plain_trace, plain(key))
+        scores.append(
+            ColumnScore(
+                key=key,
+                unit=u.column.unit,
+                as_written=plain_reading,
+                as_understood=reading,
+                floor=_floor(part, key, u),
+                alternatives=tuple(alternatives[key]),
+                indistinguishable=u.indistinguishable,
+                growth=measures.growth(trace.time, trace.error, float(part.reference.duration)),
+                values=len(trace.time),
+                missing=len(part.time) - len(trace.time),
+                trace=trace,
             )
-            for c in others
-        ),
-        indistinguishable=u.indistinguishable,
-        growth=measures.growth(time[0], error, duration),
-        values=int(good.sum()),
-        missing=int((~good).sum()),
-        trace=Trace(time=time[0], value=si[0], reference=reference, error=error),
-    )
+        )
+    return tuple(scores)
+
+
+def _double(part: Part, key: str) -> Double:
+    """A written column as hi + lo, the latter often nothing."""
+    hi = part.values[key]
+    rest = part.lo.get(key)
+    return hi, np.broadcast_to(0.0, hi.shape) if rest is None else rest
+
+
+def _trace(time: Array, values: Array, error: Array) -> Trace:
+    """What is finite of a column."""
+    good = np.isfinite(error)
+    if good.all():
+        return Trace(time, values, error)
+    return Trace(time[good], values[good], error[good])
 
 
 def _as_understood(values: Double, u: Understanding) -> Double:
@@ -214,46 +214,25 @@ def _as_understood(values: Double, u: Understanding) -> Double:
     return two_sum(hi, rest + lo)
 
 
-def _compare(
-    reference: ReferenceManeuver, time: Double, values: Double, name: str
-) -> tuple[Array, Array]:
-    """The reference at many times, and the values minus it; hi + lo only if that is needed."""
-    plain_values = reference.approximate(time[0], [name])[name]
-    error = values[0] - plain_values
-    if not len(error) or np.max(np.abs(error)) > _PLAIN_WILL_DO * _scale(reference, name):
-        return plain_values, error
-    found = reference.evaluate(time, name)
-    return _difference(values, (found[name], found.lo[name]))
-
-
-def _difference(values: Double, exact: Double) -> tuple[Array, Array]:
-    difference, rest = two_sum(values[0], -exact[0])
-    return exact[0], difference + (rest + (values[1] - exact[1]))
-
-
-def _reading(
-    reference: ReferenceManeuver, time: Double, error: Array, expected: Array, u: Understanding
-) -> Reading:
+def _reading(part: Part, trace: Trace, u: Understanding) -> Reading:
+    size = scale(part.reference, u.column.name)
     return Reading(
         definition=u.column.definition,
         sign=u.sign,
         unit=u.unit,
         offset=u.offset,
-        measures=measures.measures(time[0], error, expected, _scale(reference, u.column.name)),
+        measures=measures.measures(trace.time, trace.error, trace.reference, size),
     )
 
 
-def _scale(reference: ReferenceManeuver, name: str) -> float:
-    """Largest absolute value over the run, at its rows."""
-    return float(np.max(np.abs(reference.rows[name])))
-
-
-def _floor(part: Part, key: str, values: Array, u: Understanding) -> float | None:
+def _floor(part: Part, key: str, u: Understanding) -> float | None:
     """Largest error that correctly rounded values at correctly rounded times may have [SI]."""
     quantum = part.quantum.get(key)
-    if quantum is None or not len(values):
+    largest = np.fmax.reduce(np.abs(part.values[key]), initial=-1.0)
+    if quantum is None or largest < 0:
         return None
-    floor = float(np.max(quantum.at(values))) / 2 * factor(u.unit)[0]
+    # Neighbouring numbers are farthest apart where they are largest.
+    floor = float(quantum.at(np.array([largest]))[0]) / 2 * factor(u.unit)[0]
     times = part.quantum.get("time")
     if times is None or times.base != 10 or _is_even(part.time):
         return floor

@@ -145,7 +145,9 @@ _Sized = tuple[Alignment, float | None, float | None]
 
 def _rows_apart(a: Alignment) -> float | None:
     """Median distance of the rows [s]."""
-    steps = [float(np.median(np.diff(p.time))) for p in a.parts if len(p.time) > 1]
+    steps = [
+        float(np.median(np.diff(p.time) + np.diff(p.time_lo))) for p in a.parts if len(p.time) > 1
+    ]
     return min(steps) if steps else None
 
 
@@ -350,8 +352,8 @@ def _orders(convergence: Sequence[Convergence]) -> list[Finding]:
     findings = [
         Finding(
             "order",
-            f"observed order of convergence {order:.1f} (median of {len(found)} columns, from "
-            f"{min(found):.1f} to {max(found):.1f})",
+            f"observed order of convergence {order:.2f} (median of {len(found)} columns, from "
+            f"{min(found):.2f} to {max(found):.2f})",
             evidence={"order": order, "least": min(found), "most": max(found)},
         )
     ]

@@ -7,9 +7,10 @@ import pytest
 from made_results import column, exact_columns, made, rows
 
 from heyoka_bike.columns import BENCHMARK_COLUMNS
+from heyoka_bike.comparison import _FEW
 from heyoka_bike.reading import read_results
 from heyoka_bike.results import Results
-from heyoka_bike.scoring import _FEW, score
+from heyoka_bike.scoring import score
 
 
 def test_errors_of_correctly_rounded_values_are_what_rounding_left(reference):

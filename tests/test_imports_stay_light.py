@@ -5,6 +5,8 @@ import sys
 
 import pytest
 
+from heyoka_bike.resources import data_folder
+
 BLOCK = """
 import sys
 class Block:
@@ -34,7 +36,10 @@ print(r[2].evaluate("0.07")["roll_angle"])
     assert float(run.stdout) == pytest.approx(0.03396573763788303, abs=0)
 
 
-@pytest.mark.parametrize("arguments", [["linear", "--speeds", "5"], ["--help"]])
+RESULTS = str(data_folder() / "peers" / "exudyn-h0.001.txt")
+
+
+@pytest.mark.parametrize("arguments", [["linear", "--speeds", "5"], ["--help"], ["score", RESULTS]])
 def test_commands_work_without_heyoka(arguments):
     code = f"import sys; from heyoka_bike.cli import main; sys.exit(main({arguments!r}))"
     run = python(code, {"heyoka"})
@@ -70,3 +75,15 @@ print(sorted({m.partition(".")[0] for m in sys.modules} & %r))
 """
     run = python(code % (HEAVY | {"numpy", "h5py"}))
     assert run.stdout.strip() == "[]", run.stderr
+
+
+@pytest.mark.parametrize("name", ["table", "json", "csv", "junit", "html"])
+def test_scoring_needs_little(name):
+    code = f"""
+import sys
+from heyoka_bike.cli import main
+sys.exit(main(["score", {RESULTS!r}, "--format", {name!r}]))
+"""
+    run = python(code, HEAVY - ({"rich"} if name == "table" else set()))
+    assert run.returncode == 0, run.stderr
+    assert run.stderr == ""

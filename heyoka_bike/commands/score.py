@@ -152,7 +152,10 @@ def _outputs(args: argparse.Namespace) -> tuple[str | None, list[tuple[Path, str
                 f"--output: found '{path.name}', expected a name ending in "
                 f"{', '.join(_SUFFIXES)}, or a --format for it"
             )
-        written.append((path, left.pop(0)))
+        # The table is for the screen if there is anything else to write.
+        name = next((f for f in left if f != "table"), left[0])
+        left.remove(name)
+        written.append((path, name))
     if not formats:
         return "table", written
     if len(left) > 1:
