@@ -58,8 +58,8 @@ _SCORES: tuple[tuple[str, _Cell, int], ...] = (
 _LEGEND = (
     "* is not the default definition, ~ others fit as well. rel. error: largest error / scale, "
     "the largest absolute value of the reference; scd: correct digits, -log10 of it; mescd: the "
-    "same of error / (1 + value); floor: largest error of correctly rounded values with as many digits; "
-    "above 1e-3: first time at which the error exceeds 1e-3 of the scale"
+    "same of error / (1 + value); floor: largest error of correctly rounded values with as many "
+    "digits; above 1e-3: first time at which the error exceeds 1e-3 of the scale"
 )
 
 
