@@ -83,7 +83,10 @@ def _rate(
         return None
     # Repeated times and event steps have no step to speak of.
     near = (step > usual / 10) & (step <= _WIDEST)
-    slope = np.diff(angle.trace.error)[near] / step[near]
+    with np.errstate(over="ignore"):
+        slope = np.diff(angle.trace.error)[near] / step[near]
+    if not np.isfinite(slope).all():
+        return None
     mean = (rate.trace.error[1:] + rate.trace.error[:-1])[near] / 2
     found = rms(slope - mean)
     return None if _distance_left_open(reference, rate, angle) > found / 2 else found

@@ -149,6 +149,8 @@ def _energy(columns: Sequence[ColumnScore]) -> Array:
 def _score_columns(part: Part, understood: Mapping[str, Understanding]) -> tuple[ColumnScore, ...]:
     """Verdicts on the columns, in the benchmark's order."""
     keys = [key for key in DEFINITIONS if key in part.values]
+    # Without a usable value nothing is understood of a column.
+    understood = {key: understood.get(key) or plain(key) for key in keys}
     written = {key: _double(part, key) for key in keys}
     si = {key: _as_understood(written[key], understood[key]) for key in keys}
     best = [Candidate(si[key], understood[key].column.name) for key in keys]
