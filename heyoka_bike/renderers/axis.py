@@ -9,6 +9,8 @@ import numpy as np
 
 from heyoka_bike.chebyshev import Array
 
+_LEAST = 1e-300
+
 
 @dataclass(frozen=True, slots=True)
 class Axis:
@@ -76,6 +78,8 @@ def decades(low: float, high: float, labels: int = 7) -> Axis:
     labels
         At most so many of the lines have a label.
     """
+    # A quotient of tiny numbers may have become 0.
+    low, high = max(low, _LEAST), max(high, _LEAST)
     first, last = math.floor(math.log10(low) + 1e-9), math.ceil(math.log10(high) - 1e-9)
     last = max(last, first + 1)
     step = next(s for s in (1, 2, 3, 4, 5, 10, 20, 50, 100) if (last - first) // s < labels)
