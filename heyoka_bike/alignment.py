@@ -24,6 +24,11 @@ MOST_SAMPLED = 4001
 HALF = 0.5
 # Beyond this a product of two values overflows on the way; no program means it.
 _LARGEST = 1e150
+# Of the duration: what a million steps summed in binary64 may be late. The reference is continued
+# analytically over so short a time.
+SUMMED = 1e-10
+# A column this far from its own maneuver, in scales, may be of another one.
+_FAR = 0.1
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -102,6 +107,8 @@ def align(results: Results, reference: Reference) -> Alignment:
         if any(part.number == number for part in parts):
             raise InputError(f"found maneuver {number} twice", file=results.path)
         part, outside = _within(rows, number, reference[number])
+        if rows.maneuver is not None:
+            outside += _of_another(part, rows, reference)
         findings += [f for f in outside if f not in findings]
         if len(part.time):
             parts.append(part)
@@ -146,16 +153,39 @@ def _recognise(path: str, rows: Rows, reference: Reference) -> int:
     distance = {}
     for number in reference:
         part, _ = _within(rows, number, reference[number])
-        distance[number] = _distance(part) if len(part.time) else 1.0
+        # A few rows that happen to lie within the run say nothing about the others.
+        enough = 2 * len(part.time) > len(rows.time)
+        distance[number] = _distance(part) if enough else 1.0
     nearest, *others = sorted(distance, key=distance.__getitem__)
     # The same factor that tells definitions apart.
     if distance[nearest] >= HALF or (others and distance[others[0]] < 2 * distance[nearest]):
+        hint = _milliseconds(rows.time, max(float(reference[n].duration) for n in reference))
         raise NothingScoredError(
             f"{path}: found columns that fit no maneuver clearly (relative distances "
             + ", ".join(f"{n}: {d:.2g}" for n, d in sorted(distance.items()))
-            + "), expected those of one; say which with --maneuver N"
+            + f"), expected those of one; say which with --maneuver N{hint}"
         )
     return nearest
+
+
+def _of_another(part: Part, rows: Rows, reference: Reference) -> tuple[Finding, ...]:
+    """A word if the values are clearly those of another maneuver than told."""
+    own = _distance(part) if len(part.time) else 0.0
+    if own < _FAR:
+        return ()
+    distance = {n: _distance(_within(rows, n, reference[n])[0]) for n in reference}
+    nearest = min(distance, key=distance.__getitem__)
+    if nearest == part.number or distance[nearest] > own / 2 or distance[nearest] > HALF:
+        return ()
+    return (
+        Finding(
+            "another_maneuver",
+            f"the values in the place of maneuver {part.number} are nearer to maneuver {nearest} "
+            f"(relative distance {distance[nearest]:.2g}, against {own:.2g})",
+            Severity.WARNING,
+            {"maneuver": part.number, "nearest": nearest},
+        ),
+    )
 
 
 def _distance(part: Part) -> float:
@@ -190,6 +220,7 @@ def _within(
     hi, lo = rows.time, rows.time_lo
     early = (hi < 0) | ((hi == 0) & (lo < 0))
     late = (hi > end_hi) | ((hi == end_hi) & (lo > end_lo))
+    late &= hi > end_hi * (1 + SUMMED)
     keep = ~(early | late)
     findings: tuple[Finding, ...] = ()
     if not keep.all():
@@ -200,7 +231,7 @@ def _within(
                 "time_outside",
                 f"{count} row{'s' if count > 1 else ''} with times from {left_out.min():.6g} to "
                 f"{left_out.max():.6g} s left out: the reference covers 0 to {end_hi:g} s and "
-                "nothing is extrapolated",
+                f"nothing is extrapolated{_milliseconds(hi, end_hi)}",
                 Severity.WARNING,
                 {
                     "rows": count,
@@ -217,8 +248,18 @@ def _within(
     values = {}
     for key, written in rows.values.items():
         kept = kept_of(written)
-        usable = np.abs(kept) <= _LARGEST
-        values[key] = kept if usable.all() else np.where(usable, kept, np.nan)
+        too_large = np.abs(kept) > _LARGEST
+        values[key] = np.where(too_large, np.nan, kept) if too_large.any() else kept
+        if too_large.any():
+            findings += (
+                Finding(
+                    "too_large",
+                    f"maneuver {number}: {int(too_large.sum())} values of {key} are beyond 1e150 "
+                    "and left out",
+                    Severity.WARNING,
+                    {"maneuver": number, "column": key, "values": int(too_large.sum())},
+                ),
+            )
     part = Part(
         number=number,
         reference=reference,
@@ -238,9 +279,14 @@ def _why_nothing(results: Results, reference: Reference, has_rows: bool) -> str:
     times = np.concatenate([rows.time for rows in results.maneuvers])
     if not len(times):
         return f"{results.path}: found no rows, expected at least one"
-    low, high = float(times.min()), float(times.max())
-    hint = "; are they in milliseconds?" if low >= 0 and 100 * end <= high <= 1000 * end else ""
     return (
-        f"{results.path}: found times from {low:.6g} to {high:.6g} s, expected some within 0 to "
-        f"{end:g} s{hint}"
+        f"{results.path}: found times from {times.min():.6g} to {times.max():.6g} s, expected some "
+        f"within 0 to {end:g} s{_milliseconds(times, end)}"
     )
+
+
+def _milliseconds(times: Array, end: float) -> str:
+    """A question where most times are a thousand times too large."""
+    most_are_late = float(np.median(times)) > end
+    in_range = 100 * end <= float(np.max(times)) <= 1000 * end * (1 + SUMMED)
+    return "; are they in milliseconds?" if most_are_late and in_range else ""

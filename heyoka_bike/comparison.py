@@ -49,7 +49,7 @@ def errors(part: Part, candidates: Sequence[Candidate]) -> list[Array]:
     time: Double = (part.time, part.time_lo)
     names = list(dict.fromkeys(c.name for c in candidates))
     if is_small(part):
-        exact = part.reference.evaluate(time, names)
+        exact = part.reference.continued(time, names)
         return [_difference(c.values, (exact[c.name], exact.lo[c.name])) for c in candidates]
     found = [np.empty(len(part.time)) for _ in candidates]
     for rows in _blocks(part):

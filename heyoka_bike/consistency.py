@@ -22,6 +22,12 @@ RATE_OF: Mapping[tuple[str, str], tuple[str, str]] = {
 """Which definitions of a rate and of an angle are derivative and integral of each other. A body's
 angular velocity along its own x axis is the derivative of no roll angle."""
 
+# The angle's own error must explain less than this part of what its rate is wrong by: an error of
+# the integrator moves both alike, differences of a good angle do not.
+_MUCH_BETTER = 1 / 3
+# Rounding of neighbouring values explains this many times the floors.
+_ROUNDED = 3.0
+
 # Rows farther apart than this [s] do not show the derivative: the fastest mode decays in 0.05 s.
 _WIDEST = 0.05
 
@@ -30,11 +36,13 @@ def consistency(part: Part, columns: Sequence[ColumnScore]) -> Consistency:
     """Sum of the energies, and rates against the derivatives of their own angles."""
     by_key = {c.key: c for c in columns if c.values and not c.missing}
     total, floor = _energy_sum(by_key, has_rest=any("energy" in key for key in part.lo))
+    found = {key: _rate(part.reference, by_key, key) for key in ("roll_rate", "steer_rate")}
     return Consistency(
         energy_sum=total,
         energy_sum_floor=floor,
-        roll_rate=_rate(part.reference, by_key, "roll_rate"),
-        steer_rate=_rate(part.reference, by_key, "steer_rate"),
+        roll_rate=found["roll_rate"][0],
+        steer_rate=found["steer_rate"][0],
+        contradicted=tuple(key for key, (_, is_contradicted) in found.items() if is_contradicted),
     )
 
 
@@ -62,34 +70,40 @@ def _energy_sum(
 
 def _rate(
     reference: ReferenceManeuver, columns: Mapping[str, ColumnScore], key: str
-) -> float | None:
+) -> tuple[float | None, bool]:
     """Difference of a rate from the derivative of its angle over a step, rms [rad/s].
+
+    Returned with whether the rate is to blame: the difference is more than rounding and much more
+    than what the angle's own error amounts to.
 
     The reference's own rate and angle agree, so it is enough to look at the errors, which are
     small and smooth: over a step, the increase of the angle's error should be the integral of the
     rate's error, taken by the trapezoidal rule.
     """
     if key not in columns:
-        return None
+        return None, False
     rate = columns[key]
     pair = RATE_OF.get((key, rate.as_understood.definition))
     angle = columns.get(pair[0]) if pair else None
     if pair is None or angle is None or angle.as_understood.definition != pair[1]:
-        return None
+        return None, False
     t = rate.trace.time
     step = np.diff(t)
     usual = float(np.median(step)) if len(step) else 0.0
     if not 0.0 < usual <= _WIDEST:
-        return None
+        return None, False
     # Repeated times and event steps have no step to speak of.
     near = (step > usual / 10) & (step <= _WIDEST)
     with np.errstate(over="ignore"):
         slope = np.diff(angle.trace.error)[near] / step[near]
     if not np.isfinite(slope).all():
-        return None
+        return None, False
     mean = (rate.trace.error[1:] + rate.trace.error[:-1])[near] / 2
     found = rms(slope - mean)
-    return None if _distance_left_open(reference, rate, angle) > found / 2 else found
+    if _distance_left_open(reference, rate, angle) > found / 2:
+        return None, False
+    rounding = 2**0.5 * (angle.floor or 0.0) / usual + (rate.floor or 0.0)
+    return found, found > _ROUNDED * rounding and rms(slope) < _MUCH_BETTER * found
 
 
 def _distance_left_open(

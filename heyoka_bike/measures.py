@@ -97,14 +97,14 @@ def performance(energy: Array) -> float | None:
     """Eq. (1) of the benchmark: 100 (max E - min E) / E0 [%], E0 the first value.
 
     It sees the energy only: a program can pass it with a motion that is wrong by a third, and fail
-    it with output of few digits. None without values or with E0 = 0.
+    it with output of few digits. None of fewer than two values, or with E0 = 0.
 
     References
     ----------
     IFToMM Technical Committee for Multibody Dynamics, Library of Computational Benchmark
     Problems, problem "Uncontrolled bicycle".
     """
-    if not len(energy) or energy[0] == 0.0:
+    if len(energy) < 2 or energy[0] == 0.0:
         return None
     found = 100.0 * (float(np.max(energy)) - float(np.min(energy))) / abs(float(energy[0]))
     return found if isfinite(found) else None

@@ -121,6 +121,17 @@ class ReferenceManeuver:
         shape = hi.shape
         times: Double = (hi.ravel(), lo.ravel())
         self._check_range(times)
+        found = self.continued(times, names)
+        return Values(
+            hi={name: v.reshape(shape) for name, v in found.hi.items()},
+            lo={name: v.reshape(shape) for name, v in found.lo.items()},
+        )
+
+    def continued(self, times: Double, names: Sequence[str]) -> Values:
+        """`evaluate` at times that are not checked, of shape (n,).
+
+        The last piece is analytic: it may be continued by a tiny part of its length.
+        """
         piece = locate(self.breaks, times)
         x = argument(self.breaks, piece, times)
         if not names:
@@ -129,8 +140,7 @@ class ReferenceManeuver:
         c_lo = np.stack([self.dense.lo[name] for name in names])
         found_hi, found_lo = clenshaw(c, c_lo, piece, x)
         return Values(
-            hi={name: v.reshape(shape) for name, v in zip(names, found_hi, strict=True)},
-            lo={name: v.reshape(shape) for name, v in zip(names, found_lo, strict=True)},
+            dict(zip(names, found_hi, strict=True)), dict(zip(names, found_lo, strict=True))
         )
 
     def approximate(self, t: Array, columns: Sequence[str]) -> dict[str, Array]:

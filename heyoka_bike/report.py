@@ -174,12 +174,16 @@ class Consistency:
     roll_rate, steer_rate
         Difference of the rate from the derivative of its own angle, root mean square over the steps
         [rad/s], only where the two columns as recognised are such a pair.
+    contradicted
+        Rates that their own angles contradict: the difference is more than rounding, and three
+        times what the angle's error amounts to.
     """
 
     energy_sum: float | None
     energy_sum_floor: float | None
     roll_rate: float | None
     steer_rate: float | None
+    contradicted: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -194,14 +198,14 @@ class ManeuverScore:
     rows
         Rows compared.
     t_start, t_end
-        First and last time compared [s].
+        First and last time with a value in every column [s].
     coverage
-        (t_end - t_start) / duration of the reference.
+        (t_end - t_start) / duration of the reference; 0 without such a row.
     step
         Median distance of the rows [s]; None of a single row.
     performance
         Eq. (1) of the benchmark, 100 (max E - min E) / E0 [%], E the file's own mechanical energy
-        and E0 its first value; None if there is none.
+        from the floor and E0 its first value; None of fewer than two rows, or with E0 = 0.
     performance_limit
         What the benchmark allows [%] for the maneuver it judges; None for the others.
     consistency : Consistency

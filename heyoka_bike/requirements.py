@@ -97,17 +97,20 @@ def check(text: str, report: Report) -> Requirement:
     for m in maneuvers:
         where = f"maneuver {m.maneuver}"
         if r.metric in OF_MANEUVER:
+            lacking = next((c for c in m.columns if c.missing and _matters(c, r.metric)), None)
+            if lacking is not None:
+                return Requirement(text, False, None, f"{where}, {_why_missing(lacking)}")
             value = getattr(m, r.metric)
             if value is None:
-                return Requirement(text, False, None, f"{where} has no mechanical energy")
+                why = f"{where} has no mechanical energy to judge"
+                return Requirement(text, False, None, why)
             values.append((value, where))
             continue
         for c in m.columns:
             if r.column not in (None, c.key):
                 continue
             if c.missing:
-                why = f"{c.missing} of {c.missing + c.values} values are not finite"
-                return Requirement(text, False, None, f"{where}, {c.key}: {why}")
+                return Requirement(text, False, None, f"{where}, {_why_missing(c)}")
             value = _value(c, r.metric)
             if value is None:
                 why = f"{r.metric} is not defined, nothing could be compared"
@@ -119,6 +122,14 @@ def check(text: str, report: Report) -> Requirement:
     found = value if isfinite(value) else None
     shown = "never" if found is None else f"{found:.3g}"
     return Requirement(text, _OPERATORS[r.op](value, r.number), found, f"{shown} ({where})")
+
+
+def _matters(c: ColumnScore, metric: str) -> bool:
+    return metric == "coverage" or c.key.endswith("energy")
+
+
+def _why_missing(c: ColumnScore) -> str:
+    return f"{c.key}: {c.missing} of {c.missing + c.values} values are not finite"
 
 
 def _value(c: ColumnScore, metric: str) -> float | None:

@@ -6,7 +6,7 @@
     cpu = "0.53"
 
 ``file`` is relative to the list; ``step`` [s] and ``cpu`` [s] are decimals, both may be left out.
-A ``tolerance`` is for the reader only: errors follow it by no law.
+A ``tolerance`` says that the solver chose its steps: no order of convergence is sought.
 """
 
 from __future__ import annotations
@@ -30,11 +30,14 @@ class ListedRun:
     file : Path
     step, cpu
         Step size and processor time [s]; None if not given.
+    tolerance
+        Of a solver that chooses its steps; None if not given.
     """
 
     file: Path
     step: float | None
     cpu: float | None
+    tolerance: float | None
 
 
 def read_runs(path: str | Path) -> tuple[ListedRun, ...]:
@@ -60,12 +63,11 @@ def _read_run(source: TomlSource, table: dict[str, Any], index: int, folder: Pat
     if "file" not in table:
         raise source.error(f"found no entry 'file' in run {index + 1}, expected one", where)
     file = source.line_of_text(table, "file", where, limit=4000)
-    if "tolerance" in table:
-        _positive(source, table, "tolerance", index)
     return ListedRun(
         file=folder / file,
         step=_positive(source, table, "step", index),
         cpu=_positive(source, table, "cpu", index),
+        tolerance=_positive(source, table, "tolerance", index),
     )
 
 

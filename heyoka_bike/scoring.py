@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from heyoka_bike import measures
-from heyoka_bike.alignment import Alignment, Part, align, merge
+from heyoka_bike.alignment import SUMMED, Alignment, Part, align, merge
 from heyoka_bike.chebyshev import Array, Double, two_sum
 from heyoka_bike.columns import DEFINITIONS
 from heyoka_bike.comparison import Candidate, errors, is_small, largest_errors, scale
@@ -118,21 +118,32 @@ def _score_maneuver(
 ) -> ManeuverScore:
     columns = _score_columns(part, understood)
     steps = np.diff(part.time) + np.diff(part.time_lo)
-    duration = float(part.reference.duration)
-    start, end = float(part.time[0]), float(part.time[-1])
+    start, end, coverage = _coverage(part)
     return ManeuverScore(
         maneuver=part.number,
         name=part.reference.name,
         rows=len(part.time),
         t_start=start,
         t_end=end,
-        coverage=(end - start) / duration,
+        coverage=coverage,
         step=float(np.median(steps)) if len(steps) else None,
         performance=measures.performance(_energy(columns)),
         performance_limit=limit,
         consistency=consistency(part, columns),
         columns=columns,
     )
+
+
+def _coverage(part: Part) -> tuple[float, float, float]:
+    """First and last time with a value in every column, and the part of the run between them."""
+    complete = np.all([np.isfinite(v) for v in part.values.values()], axis=0)
+    if not complete.any():
+        return float(part.time[0]), float(part.time[-1]), 0.0
+    times = part.time[complete]
+    start, end = float(times[0]), float(times[-1])
+    covered = (end - start) / float(part.reference.duration)
+    # Summed steps end a last digit or so beside the end.
+    return start, end, 1.0 if covered > 1 - SUMMED else covered
 
 
 def _energy(columns: Sequence[ColumnScore]) -> Array:

@@ -115,14 +115,16 @@ def _series(
     findings: list[Finding] = []
     if _are_unknown([step for _, step, _ in runs]):
         runs = [(a, None, time) for a, _, time in runs]
-        findings.append(
-            Finding(
-                "steps_unknown",
-                "the rows of several files are equally far apart, so their step sizes are not "
-                "known; give them with --step to see the order of convergence",
-                Severity.WARNING,
+        if steps is None or any(step is not None for step in steps):
+            why = "the rows of several files are" if steps is None else "several files are given as"
+            findings.append(
+                Finding(
+                    "steps_unknown",
+                    f"{why} equally far apart, so the step sizes do not tell the runs apart; give "
+                    "those of the integrator (--step) to see the order of convergence",
+                    Severity.WARNING,
+                )
             )
-        )
     else:
         runs.sort(key=lambda run: -(run[1] or 0.0))
     understood = [understand(a.parts) for a, _, _ in runs]

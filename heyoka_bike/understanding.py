@@ -16,6 +16,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from heyoka_bike.alignment import HALF, Part
 from heyoka_bike.chebyshev import Array
@@ -26,6 +27,10 @@ from heyoka_bike.units import UNITS, factor
 _TOLD_APART = 2.0
 # One row of so many is left out of the typical error.
 _LEFT_OUT = 100
+_CLEARLY = 10.0
+# Speeds and energies hardly vary: units that are not tried, ft/s or a wheel's rad/s, come within a
+# tenth of one that is.
+_NEAR = 0.02
 # Taking a constant from an error that grows does not lower it this much: a line keeps half.
 _CLEARLY_CONSTANT = 10.0
 _SIGNED = ("roll_angle", "roll_rate", "forward_speed", "steer_angle", "steer_rate")
@@ -65,7 +70,11 @@ def plain(key: str) -> Understanding:
 
 def understand(parts: Sequence[Part]) -> Mapping[str, Understanding]:
     """How each column of a file is taken, by key; one choice for all its maneuvers."""
-    samples = [_Sample(part) for part in parts]
+    return understand_samples([Sample(part) for part in parts])
+
+
+def understand_samples(samples: Sequence[Sample]) -> Mapping[str, Understanding]:
+    """The same, against whatever motion the samples expect."""
     found = {}
     for key in DEFINITIONS:
         having = [s for s in samples if key in s.values]
@@ -76,31 +85,61 @@ def understand(parts: Sequence[Part]) -> Mapping[str, Understanding]:
     return found
 
 
-class _Sample:
-    """Some rows of a part, with every definition at them and what a written digit is worth."""
+class Sample:
+    """Some rows of a part, with every definition at them and what a written digit is worth.
 
-    def __init__(self, part: Part) -> None:
-        pick = part.sample()
-        usable = {key: np.isfinite(v[pick]) for key, v in part.values.items()}
-        self.values = {
-            key: part.values[key][pick][good] for key, good in usable.items() if good.any()
-        }
-        names = [c.name for key in self.values for c in DEFINITIONS[key]]
-        expected = part.reference.approximate(part.time[pick], names)
-        self.expected = {
-            c.name: expected[c.name][usable[key]] for key in self.values for c in DEFINITIONS[key]
-        }
-        self.scale = {key: float(np.max(np.abs(part.reference.rows[key]))) for key in self.values}
-        self.floor = {}
-        for key, values in self.values.items():
+    Parameters
+    ----------
+    part : Part
+    pick : ndarray of int, shape (n,)
+        The rows; by default as `Part.sample` has it.
+    expected : mapping of str to ndarray, shape (n,)
+        Columns in every definition at these rows; by default those of the reference. Rows where
+        it is not finite do not count.
+    """
+
+    def __init__(
+        self,
+        part: Part,
+        pick: NDArray[np.intp] | None = None,
+        expected: Mapping[str, Array] | None = None,
+    ) -> None:
+        rows = part.sample() if pick is None else pick
+        present = {key: v[rows] for key, v in part.values.items()}
+        if expected is None:
+            names = [c.name for key in present for c in DEFINITIONS[key]]
+            expected = part.reference.approximate(part.time[rows], names)
+        self.values, self.expected, self.scale, self.floor = {}, {}, {}, {}
+        self.at_start = bool(len(rows)) and part.time[rows[0]] == 0.0
+        for key, values in present.items():
+            good = np.isfinite(values) & np.isfinite(expected[key])
+            if not good.any():
+                continue
+            self.values[key] = values[good]
+            self.expected.update({c.name: expected[c.name][good] for c in DEFINITIONS[key]})
+            scale = float(np.max(np.abs(part.reference.rows[key])))
             quantum = part.quantum.get(key)
-            written = 0.0 if quantum is None else float(np.median(quantum.at(values))) / 2
+            written = 0.0 if quantum is None else float(np.median(quantum.at(values[good]))) / 2
+            self.scale[key] = scale
             # What plain binary64 can tell, see `ReferenceManeuver.approximate`.
-            self.floor[key] = (written, 1e-15 * self.scale[key] or np.finfo(np.float64).tiny)
+            self.floor[key] = (written, 1e-15 * scale or np.finfo(np.float64).tiny)
 
     def error(self, key: str, u: Understanding) -> Array:
         return (
             u.sign * factor(u.unit)[0] * self.values[key] - u.offset - self.expected[u.column.name]
+        )
+
+    def starts_otherwise(self, key: str, u: Understanding, default: Understanding) -> bool:
+        """Whether the first row, at the known start, speaks against a definition.
+
+        It fits the default one, and is as far from the other as the rest of the run.
+        """
+        if not self.at_start:
+            return False
+        error = abs(float(self.error(key, u)[0]))
+        known = abs(float(self.error(key, default)[0]))
+        return error > _CLEARLY * max(known, sum(self.floor[key])) and (
+            error > self.typical(key, u) / _CLEARLY
         )
 
     def typical(self, key: str, u: Understanding) -> float:
@@ -114,7 +153,7 @@ class _Sample:
 _Typical = tuple[float, ...]
 
 
-def _typical(key: str, u: Understanding, samples: Iterable[_Sample]) -> _Typical:
+def _typical(key: str, u: Understanding, samples: Iterable[Sample]) -> _Typical:
     return tuple(s.typical(key, u) for s in samples if key in s.values)
 
 
@@ -128,7 +167,7 @@ def _told_apart(worse: _Typical, better: _Typical, by: float = _TOLD_APART) -> b
     return max(ratios) > by and min(ratios) > 1 / by
 
 
-def _choose(key: str, samples: Sequence[_Sample]) -> Understanding:
+def _choose(key: str, samples: Sequence[Sample]) -> Understanding:
     """Unit and sign, then the definition under them."""
     columns = DEFINITIONS[key]
     signs = (1, -1) if key in _SIGNED else (1,)
@@ -142,26 +181,35 @@ def _choose(key: str, samples: Sequence[_Sample]) -> Understanding:
     def best(candidates: Iterable[tuple[str, int, Column]]) -> tuple[str, int, Column]:
         return min(candidates, key=lambda c: _joint(typical[c]))
 
+    for unit, sign in {c[:2] for c in typical}:
+        for c in columns[1:]:
+            candidates = [Understanding(d, unit, sign) for d in (c, columns[0])]
+            if any(s.starts_otherwise(key, *candidates) for s in samples):
+                del typical[unit, sign, c]
+
     unit, sign, _ = chosen = best(typical)
     as_si = best(c for c in typical if c[:2] == (columns[0].unit, 1))
     clear = _told_apart(typical[as_si], typical[chosen])
     if not (clear and _is_near(key, typical[chosen], samples)):
         unit, sign, _ = chosen = as_si
     alike = [
-        c for c in columns if not _told_apart(typical[unit, sign, c], typical[chosen])
+        c
+        for c in columns
+        if (unit, sign, c) in typical and not _told_apart(typical[unit, sign, c], typical[chosen])
     ]  # the chosen one among them
     column = columns[0] if columns[0] in alike else chosen[2]
     others = tuple(c.definition for c in alike if c is not column)
     return Understanding(column, unit, sign, indistinguishable=others)
 
 
-def _is_near(key: str, typical: _Typical, samples: Sequence[_Sample]) -> bool:
+def _is_near(key: str, typical: _Typical, samples: Sequence[Sample]) -> bool:
     """Whether the typical error is below half the size of the column itself.
 
     Zeros, or any noise scaled down to nothing, have an error as large as that.
     """
+    limit = HALF if UNITS[DEFINITIONS[key][0].unit][1].startswith("degree") else _NEAR
     sizes = [rms(s.expected[key]) for s in samples]
-    return all(sizes) and _joint(typical) < _joint(tuple(HALF * size for size in sizes))
+    return all(sizes) and _joint(typical) < _joint(tuple(limit * size for size in sizes))
 
 
 def _share_the_unit_of_energies(found: dict[str, Understanding]) -> None:
@@ -174,27 +222,35 @@ def _share_the_unit_of_energies(found: dict[str, Understanding]) -> None:
             found[key] = replace(found[key], unit=found[leader].unit)
 
 
-def _find_offset(found: dict[str, Understanding], samples: Sequence[_Sample]) -> None:
+def _find_offset(found: dict[str, Understanding], samples: Sequence[Sample]) -> None:
     """A zero of the potential energy elsewhere, shared by the mechanical energy.
 
     It is looked for in the potential energy: an offset of the mechanical energy alone, which is
     constant, could as well be a wrong initial state.
     """
-    key = "potential_energy"
+    key, total = "potential_energy", "mechanical_energy"
     if key not in found:
         return
-    having = [s for s in samples if key in s.values]
     u = found[key]
-    offset = float(np.median([np.median(s.error(key, u)) for s in having]))
+    errors = [s.error(key, u) for s in samples if key in s.values]
+    # From the maneuver in which the error is the most constant, its least disturbed row: the first.
+    offset = float(min(errors, key=lambda e: float(np.median(np.abs(e - np.median(e)))))[0])
     moved = replace(u, offset=offset)
-    ratios = [
-        a / b for a, b in zip(_typical(key, u, having), _typical(key, moved, having), strict=True)
-    ]
-    if min(ratios) < _CLEARLY_CONSTANT:
+    if _explained(key, u, moved, samples) < _CLEARLY_CONSTANT:
         return
+    if total in found:
+        both = replace(found[total], offset=offset)
+        # A wrong mass moves the potential energy, too, and the total one, but not alike.
+        if _explained(total, found[total], both, samples) >= _CLEARLY_CONSTANT:
+            found[total] = both
+        elif max(_typical(total, found[total], samples)) > abs(offset) / _CLEARLY_CONSTANT:
+            return
     found[key] = moved
-    if "mechanical_energy" in found:
-        key, u = "mechanical_energy", found["mechanical_energy"]
-        moved = replace(u, offset=offset)
-        if _told_apart(_typical(key, u, samples), _typical(key, moved, samples)):
-            found[key] = moved
+
+
+def _explained(
+    key: str, before: Understanding, after: Understanding, samples: Sequence[Sample]
+) -> float:
+    """Least factor, over the maneuvers, by which the typical error falls."""
+    pairs = zip(_typical(key, before, samples), _typical(key, after, samples), strict=True)
+    return min(a / b for a, b in pairs)

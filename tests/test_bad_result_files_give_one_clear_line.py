@@ -198,9 +198,9 @@ def test_lines_are_counted_over_blocks(size, tmp_path, monkeypatch):
 
 def test_the_reference_decides_how_many_columns_are_expected(tmp_path):
     error = the_one_error("\n".join(good()), tmp_path, count=2)
-    assert error.message == "found 25 columns, expected 9 or 17, or a line of column names"
+    assert error.message.startswith("found 25 columns, expected 9 or 17, or a line of column names")
     error = the_one_error("\n".join(good()), tmp_path, count=1)
-    assert error.message == "found 25 columns, expected 9, or a line of column names"
+    assert error.message.startswith("found 25 columns, expected 9, or a line of column names")
 
 
 @pytest.mark.parametrize("maneuver", [0, 4, -1])

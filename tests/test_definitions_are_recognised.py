@@ -2,10 +2,13 @@
 
 import numpy as np
 import pytest
-from made_results import codes, column, made, smooth_error
+from made_results import codes, column, made, rows, smooth_error
 
 from heyoka_bike.columns import BENCHMARK_COLUMNS, DEFINITIONS
+from heyoka_bike.exact import Exact
+from heyoka_bike.results import Results
 from heyoka_bike.scoring import score
+from heyoka_bike.simulator import Simulator
 
 ALTERNATES = [c for columns in DEFINITIONS.values() for c in columns[1:]]
 
@@ -182,3 +185,59 @@ def test_the_choice_is_joint_over_the_maneuvers(reference):
     ]
     report = score(made(reference, change, names), reference)
     assert column(report, 3, "forward_speed").as_understood.definition == "hub_body_x"
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"mB": "80"},
+        {"mB": "84.99"},
+        {"g": "9.8"},
+        {"zB": "-0.91"},
+    ],
+    ids=str,
+)
+def test_a_wrong_model_is_not_excused_by_another_zero(reference, bicycle, maneuvers, changes):
+    """A wrong mass or height moves the potential energy by nearly a constant, and the total one."""
+    simulator = Simulator()
+    wrong = bicycle.replace(**{s: Exact.parse(x) for s, x in changes.items()})
+    parts = []
+    for number, maneuver in enumerate(maneuvers, start=1):
+        start = (0.0, 0.0, 0.0, float(maneuver.roll_rate), 0.0, float(maneuver.speed))
+        found = simulator.run(wrong, start, reference[number].time)
+        parts.append(rows(reference, number, {k: found[k] for k in BENCHMARK_COLUMNS}))
+    report = score(Results("x", "text", tuple(parts)), reference)
+    assert not {"offset", "unit", "sign"} & set(codes(report))
+
+
+def test_the_zero_is_taken_where_the_motion_disturbs_it_least(reference):
+    """A potential energy that is wrong in maneuver 1 does not spoil the zero of maneuver 3."""
+
+    def change(key, values, number):
+        error = smooth_error(reference, number, {1: 0.5, 2: 0.1, 3: 1e-9}[number])
+        if key == "potential_energy":
+            return values - 794.1195 + error
+        return values - 794.1195 if key == "mechanical_energy" else values
+
+    report = score(made(reference, change), reference)
+    c = column(report, 3, "potential_energy")
+    assert c.as_understood.offset == pytest.approx(-794.1195, abs=1e-8)
+    assert c.as_understood.measures.max_abs_error < 1e-8
+
+
+def test_the_known_start_speaks_against_a_definition(reference):
+    """A linear model has constant speeds: nearer to com_norm than the default, but not at 0 s."""
+
+    def change(key, values, number):
+        return np.full_like(values, values[0]) if key == "forward_speed" else values
+
+    report = score(made(reference, change), reference)
+    assert column(report, 2, "forward_speed").as_understood.definition == "hub_heading"
+
+
+@pytest.mark.parametrize("factor", [1 / 0.3, 1 / 0.3048], ids=["rad/s of the wheel", "ft/s"])
+def test_units_that_are_not_tried_are_not_taken_for_others(reference, factor):
+    report = score(
+        made(reference, lambda k, v, n: v * factor if k == "forward_speed" else v), reference
+    )
+    assert "unit" not in codes(report)

@@ -5,6 +5,8 @@ import pytest
 from made_results import codes, made, smooth_error
 
 from heyoka_bike.columns import BENCHMARK_COLUMNS
+from heyoka_bike.reading import read_results
+from heyoka_bike.resources import data_folder, reference_folder
 from heyoka_bike.scoring import score
 
 
@@ -81,3 +83,29 @@ def test_only_pairs_are_held_against_each_other(reference, angle, rate, is_pair)
     assert "rate_is_not_the_derivative" not in codes(report)
     if is_pair:
         assert max(found) < 1e-13
+
+
+@pytest.mark.parametrize("form", ["%.6f", "%.4f", "%.4g"])
+def test_rounding_is_not_blamed_on_the_program(reference, form, tmp_path):
+    table = np.loadtxt(reference_folder() / "uncontrolled-bicycle.txt")
+    file = tmp_path / "rounded.txt"
+    np.savetxt(file, table, form)
+    report = score(read_results(file), reference)
+    assert set(codes(report)) <= {"digits_written"}
+
+
+def test_single_precision_written_long_is_told_by_its_digits(reference, tmp_path):
+    table = np.loadtxt(reference_folder() / "uncontrolled-bicycle.txt").astype(np.float32)
+    for form in ("%.9g", "%.15e"):
+        file = tmp_path / "single.txt"
+        np.savetxt(file, table, form)
+        report = score(read_results(file), reference)
+        assert report.file.significant_digits == 7
+        assert "energy_sum" not in codes(report)
+
+
+def test_an_integrators_error_is_no_contradiction(reference):
+    """Rows of a method of low order at its own, wide steps: angle and rate are wrong alike."""
+    series = [read_results(data_folder() / "peers" / f"exudyn-h{h}.txt") for h in (0.01, 0.001)]
+    for results in series:
+        assert "rate_is_not_the_derivative" not in codes(score(results, reference))

@@ -79,6 +79,18 @@ def test_a_value_that_is_no_number_fails_whatever_the_rest(reference, bad):
     assert report.passed
 
 
+def test_a_run_that_ends_in_nan_does_not_pass_for_its_beginning(reference):
+    def change(key, values, number):
+        values[601:] = np.nan
+        return values
+
+    require = ["coverage >= 0.5", "performance < 1e-3", "2.performance < 1e-3"]
+    report = score(made(reference, change), reference, require)
+    assert not any(r.met for r in report.requirements)
+    assert [(m.t_end, m.coverage) for m in report.maneuvers] == [(6.0, 0.6)] * 3
+    assert "coverage" in codes(report)
+
+
 def test_what_is_not_in_the_file_fails(reference):
     all_of_it = made(reference)
     part = all_of_it.maneuvers[0]
@@ -87,7 +99,7 @@ def test_what_is_not_in_the_file_fails(reference):
     report = score(only, reference, ["2.scd >= 1", "kinetic_energy.scd >= 1", "performance < 1"])
     assert [r.message for r in report.requirements] == [
         "maneuver 2 is not in the file", "kinetic_energy is not in the file",
-        "maneuver 1 has no mechanical energy",
+        "maneuver 1 has no mechanical energy to judge",
     ]  # fmt: skip
     assert not any(r.met for r in report.requirements)
     assert codes(report) == []

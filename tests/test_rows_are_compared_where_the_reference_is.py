@@ -29,12 +29,12 @@ def test_rows_outside_the_run_are_left_out_and_counted(reference):
     assert report.maneuvers[0].columns[0].as_understood.measures.scd > 15
 
 
-def test_the_end_is_inside_and_the_least_beyond_is_outside(reference):
+def test_the_end_is_inside_and_what_is_beyond_is_outside(reference):
     m = reference[1]
     values = {k: v[-1:] for k, v in exact_columns(m).items()}
     inside = Rows(1, np.array([10.0]), np.array([0.0]), values)
     assert score(Results("x", "text", (inside,)), reference).maneuvers[0].rows == 1
-    beyond = Rows(1, np.array([10.0]), np.array([1e-30]), values)
+    beyond = Rows(1, np.array([10.0001]), np.array([0.0]), values)
     with pytest.raises(NothingScoredError):
         score(Results("x", "text", (beyond,)), reference)
 
@@ -127,3 +127,47 @@ def test_values_that_are_no_numbers_are_counted_not_compared(reference):
     c = report.maneuvers[0].columns[1]
     assert (c.values, c.missing) == (998, 3)
     assert c.as_understood.measures.max_abs_error <= c.floor
+
+
+@pytest.mark.parametrize("step", [0.01, 0.005, 0.0025, 0.1 / 3])
+def test_summed_times_cover_the_whole_run(reference, step):
+    """t += h ends a little before or after 10 s."""
+    m = reference[2]
+    time = np.cumsum(np.full(round(10 / step), step))
+    time = np.insert(time, 0, 0.0)
+    assert time[-1] != 10.0
+    exact = m.continued((time, np.zeros_like(time)), [*exact_columns(m)])
+    results = Results("x", "text", (Rows(2, time, np.zeros_like(time), dict(exact.hi)),))
+    report = score(results, reference, ["coverage >= 1", "scd >= 14"])
+    assert report.passed
+    assert codes(report) == []
+    assert report.maneuvers[0].rows == len(time)
+
+
+def test_milliseconds_are_asked_about(reference):
+    m = reference[1]
+    part = Rows(1, 1000 * m.time, m.time_lo, exact_columns(m))
+    report = score(Results("x", "text", (part,)), reference)
+    assert "are they in milliseconds?" in report.findings[0].message
+    unknown = Rows(None, part.time, part.time_lo, part.values)
+    with pytest.raises(NothingScoredError, match="milliseconds"):
+        score(Results("x", "text", (unknown,)), reference)
+
+
+def test_maneuvers_in_each_others_place_are_told(reference):
+    parts = [Rows(n, reference[n].time, reference[n].time_lo, exact_columns(reference[other]))
+             for n, other in ((1, 3), (2, 2), (3, 1))]  # fmt: skip
+    report = score(Results("x", "text", tuple(parts)), reference)
+    told = [f.evidence for f in report.findings if f.code == "another_maneuver"]
+    assert told == [{"maneuver": 1, "nearest": 3}, {"maneuver": 3, "nearest": 1}]
+
+
+def test_values_too_large_to_mean_anything_are_told(reference):
+    def change(key, values, number):
+        if (number, key) == (2, "roll_angle"):
+            values[600:] = 1e200
+        return values
+
+    report = score(made(reference, change), reference)
+    assert "too_large" in codes(report)
+    assert report.findings[0].evidence == {"maneuver": 2, "column": "roll_angle", "values": 401}

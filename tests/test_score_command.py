@@ -94,6 +94,12 @@ def test_a_series_shows_the_order_of_convergence(capsys):
     assert document["passed"] is True
 
 
+def test_runs_with_tolerances_are_not_asked_for_steps(capsys):
+    code, out, _ = run(str(PEERS / "scipy.toml"), capsys=capsys)
+    assert code == 0
+    assert "--step" not in out
+
+
 def test_standard_input_is_read(tmp_path):
     with open(FINE, "rb") as f:
         found = subprocess.run(
@@ -115,6 +121,7 @@ def test_standard_input_is_read(tmp_path):
         ([FINE, "--require", "accuracy > 1"], 1, "expected one of scd"),
         ([FINE, "--maneuver", "4"], 1, "expected 1 to 3"),
         ([FINE, "--maneuver", "1,2"], 1, "found 2 for 1 files"),
+        ([FINE, "--maneuver", "2"], 1, "holds maneuver 1, 2, 3"),
         ([FINE, "--step", "0"], 1, "expected more than zero"),
         ([FINE, "--step", "fast"], 1, "--step: found"),
         ([FINE, "--step", "0.1,0.2"], 1, "step: found 2 for 1 files"),

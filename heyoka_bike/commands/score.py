@@ -116,8 +116,8 @@ def run(args: argparse.Namespace) -> int:
     files, steps, cpu = _inputs(args)
     _refuse_overwriting(files, [path for path, _ in written])
     reference = load_reference(args.reference)
-    maneuvers = _maneuvers(args.maneuver, len(files), reference)
-    results = [_read(f, m, reference) for f, m in zip(files, maneuvers, strict=True)]
+    maneuvers = maneuvers_of(args.maneuver, len(files), reference)
+    results = [read(f, m, reference) for f, m in zip(files, maneuvers, strict=True)]
     scored = score_files(results, reference, steps=steps, cpu=cpu, require=args.require)
     for path, name in written:
         _write(path, _render(scored, name, is_terminal=False))
@@ -185,7 +185,8 @@ def _inputs(
         cpu = [r.cpu for r in runs]
         return (
             [str(r.file) for r in runs],
-            None if all(s is None for s in steps) else steps,
+            # With tolerances it is known that there is no step size.
+            steps if any(steps) or any(r.tolerance for r in runs) else None,
             None if all(c is None for c in cpu) else cpu,
         )
     if args.files.count(_STANDARD_INPUT) > 1:
@@ -210,7 +211,8 @@ def _numbers(option: str, text: str | None) -> list[float | None] | None:
     return found
 
 
-def _maneuvers(text: str | None, count: int, reference: Reference) -> Sequence[int | None]:
+def maneuvers_of(text: str | None, count: int, reference: Reference) -> Sequence[int | None]:
+    """Maneuver of each file as told by ``--maneuver``, None where it is not."""
     if text is None:
         return [None] * count
     parts = text.split(",")
@@ -231,11 +233,21 @@ def _refuse_overwriting(files: Sequence[str], outputs: Sequence[Path]) -> None:
                 )
 
 
-def _read(file: str, maneuver: int | None, reference: Reference) -> Results:
+def read(file: str, maneuver: int | None, reference: Reference) -> Results:
+    """Read a result file, with a word on the terminal if that takes long."""
     from heyoka_bike.reading import read_results
 
     with _patience(file):
-        return read_results(file, maneuver=maneuver, count=len(reference))
+        results = read_results(file, maneuver=maneuver, count=len(reference))
+    held = [rows.maneuver for rows in results.maneuvers]
+    if maneuver is not None and held != [maneuver]:
+        shown = ", ".join(map(str, held))
+        raise InputError(
+            f"found --maneuver {maneuver} for a file that holds maneuver {shown}, expected it for "
+            "files of 9 columns",
+            file=file,
+        )
+    return results
 
 
 def _patience(file: str) -> AbstractContextManager[Any]:

@@ -161,7 +161,11 @@ def layout(
             f"found {shown or 'nothing'}, expected arrays named time, "
             f"{', '.join(BENCHMARK_COLUMNS)}, or one array of {both} columns"
         )
-    raise fail(f"found {width} columns, expected {both}, or a line of column names")
+    named = f" named {listed(names)}" if names else ""
+    raise fail(
+        f"found {width} columns{named}, expected {both}, or a line of column names such as time, "
+        "roll_angle, roll_rate"
+    )
 
 
 def _known(names: Sequence[str], count: int) -> list[tuple[str, int | None] | None]:

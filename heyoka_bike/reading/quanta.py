@@ -19,6 +19,9 @@ BINARY64_DIGITS = 17
 _DIGITS_OF_BITS = {11: 3, 24: 7, 53: 16, 64: 19, 113: 34}
 
 _MANY = np.iinfo(np.int64).max
+# With fewer decimal digits single precision numbers are no longer told apart.
+_SINGLE_DIGITS = 9
+_ENOUGH_SINGLE = 20
 
 
 def significant(number: str) -> str:
@@ -67,6 +70,9 @@ class Tally:
             count = max(1, floor(log10(largest)) + 1 + most)
             return Written(values, lo, Quantum(10, places=most), count, significant)
         # The times always have their rest.
+        if _SINGLE_DIGITS <= digits < BINARY64_DIGITS and _are_single_written(values, digits):
+            # Printed longer than they are.
+            return Written(values, lo, Quantum(2, digits=24), _DIGITS_OF_BITS[24], significant)
         if 0 < digits < BINARY64_DIGITS or (lo is not None and digits > BINARY64_DIGITS):
             quantum = Quantum(10, digits=digits)
         else:
@@ -115,6 +121,20 @@ def _are_single(values: Array) -> bool:
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         again = values.astype(np.float32).astype(np.float64)
     return bool(((again == values) | ~np.isfinite(values)).all())
+
+
+def _are_single_written(values: Array, digits: int) -> bool:
+    """Whether decimals are single precision numbers, rounded to so many digits.
+
+    One number in ten is near one by chance if nine digits are written: it takes many.
+    """
+    some = values[np.isfinite(values) & (values != np.rint(values))]
+    if len(some) < _ENOUGH_SINGLE:
+        return False
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        distance = np.abs(some - some.astype(np.float32).astype(np.float64))
+    # Half a digit, and the rounding of its reading.
+    return bool((distance <= 0.501 * Quantum(10, digits=digits).at(some)).all())
 
 
 def _is_constant(values: Array, lo: Array | None) -> bool:

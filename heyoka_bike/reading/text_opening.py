@@ -106,7 +106,8 @@ def find_opening(text: bytes, path: str, fitting: Collection[int]) -> Opening:
     first = rows[0][0]
     if width not in widths:
         raise InputError(
-            f"found {width} columns, expected {expected}, or a line of column names",
+            f"found {width} columns, expected {expected}, or a line of column names such as "
+            "time, roll_angle, roll_rate",
             file=path,
             line=first + 1,
         )

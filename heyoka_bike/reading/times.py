@@ -67,8 +67,8 @@ def settle(
             findings.append(
                 Finding(
                     "times_read_as_multiples",
-                    f"All times are the nearest numbers to multiples of 1e-{places} s and read as "
-                    f"exactly these ({hi[changed[0]]:.{places}f} s).",
+                    f"the times are binary numbers next to multiples of 1e-{places} s, and are "
+                    f"read as these decimals ({hi[changed[0]]:.{places}f} s is exactly that)",
                     Severity.INFO,
                     {"places": places, "changed": len(changed)},
                 )

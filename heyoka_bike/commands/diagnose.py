@@ -1,0 +1,103 @@
+"""``heyoka-bike diagnose``: say why a result file differs from the reference."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import textwrap
+from typing import TYPE_CHECKING, Any
+
+from heyoka_bike.errors import Exit, InputError
+
+if TYPE_CHECKING:
+    from heyoka_bike.alignment import Alignment
+    from heyoka_bike.findings import Finding
+    from heyoka_bike.reference import Reference
+    from heyoka_bike.report import Report
+
+_WIDTH = 96
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add the command to the command line."""
+    p = subparsers.add_parser(
+        "diagnose",
+        help="say why a result file differs: the mistake whose simulation explains it",
+        description=(
+            "Simulate the usual mistakes (a sign of a product of inertia, a wheel's inertia, the "
+            "steer axis, gravity, the start, rates by differences, ...), alone and two together, "
+            "and name those that explain the file; or say that none does, and what the error looks "
+            "like then. Files are read as by 'score'. Needs heyoka; takes some ten seconds."
+        ),
+        epilog="example: heyoka-bike diagnose my-results.txt",
+    )
+    p.add_argument("files", metavar="FILE", nargs="+", help="result file, or files of one run")
+    p.add_argument("--format", metavar="FORMAT", default="text", help="text or json (default text)")
+    p.add_argument("--maneuver", metavar="N", help="maneuver that a file of 9 columns holds")
+    p.add_argument(
+        "--reference", metavar="DIR", help="folder of a reference set (default: the published one)"
+    )
+    p.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Carry out the command."""
+    from heyoka_bike.alignment import align, merge
+    from heyoka_bike.commands.score import maneuvers_of, read
+    from heyoka_bike.reference import load_reference
+    from heyoka_bike.scoring import report
+    from heyoka_bike.understanding import understand
+
+    if args.format not in ("text", "json"):
+        raise InputError(f"--format: found '{args.format}', expected text or json")
+    reference = load_reference(args.reference)
+    numbers = maneuvers_of(args.maneuver, len(args.files), reference)
+    files = [read(f, n, reference) for f, n in zip(args.files, numbers, strict=True)]
+    one = merge([align(f, reference) for f in files])
+    held = [p.number for p in one.parts]
+    if len(set(held)) < len(held):
+        raise InputError(
+            f"found {len(files)} files of the same maneuvers, expected one run; "
+            "'heyoka-bike score' compares several"
+        )
+    scored = report(one, understand(one.parts), reference)
+    found = diagnosed(one, scored, reference)
+    print(_as_json(scored, found) if args.format == "json" else _as_text(scored, found))
+    return Exit.OK
+
+
+def diagnosed(one: Alignment, scored: Report, reference: Reference) -> tuple[Finding, ...]:
+    """Findings of the diagnosis, with a progress bar on a terminal while it works."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    from heyoka_bike.diagnosis import diagnose
+    from heyoka_bike.diagnosis_words import findings
+
+    console = Console(stderr=True)
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as bars:
+        bar = bars.add_task("simulating mistakes", total=1.0)
+        found = diagnose(one, reference, progress=lambda x: bars.update(bar, completed=x))
+    return findings(found, scored)
+
+
+def _as_text(scored: Report, found: tuple[Finding, ...]) -> str:
+    from heyoka_bike.renderers.words import verdict
+
+    paragraphs = [verdict(scored), *(f.message for f in found)]
+    return "\n\n".join(textwrap.fill(p, _WIDTH, break_long_words=False) for p in paragraphs)
+
+
+def _as_json(scored: Report, found: tuple[Finding, ...]) -> str:
+    from heyoka_bike.renderers.json import render
+
+    document = json.loads(render(scored))
+    kept = {key: document[key] for key in ("schema_version", "dataset_version", "bicycle", "file")}
+    # The findings of `score` come first: how the columns were understood.
+    told = [
+        {"code": f.code, "severity": str(f.severity), "message": f.message, "evidence": f.evidence}
+        for f in found
+    ]
+    return json.dumps(
+        {**kept, "findings": [*document["findings"], *told]}, indent=2, allow_nan=False
+    )
