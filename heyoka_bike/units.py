@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from decimal import Decimal, localcontext
+from functools import cache
 
 import numpy as np
 
@@ -35,6 +36,7 @@ _FACTORS: Mapping[str, tuple[str, str]] = {
 }
 
 
+@cache
 def factor(unit: str) -> tuple[float, float]:
     """What a value in a unit is multiplied by to be in SI units, as hi + lo."""
     numerator, denominator = _FACTORS[unit]
