@@ -72,7 +72,7 @@ def digits(relative: float | None) -> float | None:
         return None
     if relative == 0.0:
         return MOST_DIGITS
-    return min(MOST_DIGITS, -log10(relative)) if isfinite(relative) else None
+    return min(MOST_DIGITS, 0.0 - log10(relative)) if isfinite(relative) else None
 
 
 def time_to_tolerance(t: Array, error: Array, scale: float) -> float | None:

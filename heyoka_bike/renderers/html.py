@@ -21,6 +21,7 @@ from heyoka_bike.renderers.words import (
     digits_words,
     heading,
     is_judged,
+    is_whole,
     label,
     limit_text,
     number,
@@ -175,7 +176,7 @@ def _tiles(report: Report, tiles: list[str]) -> str:
         if is_judged(m):
             state = {True: "passed", False: "failed", None: ""}[passes(m)]
             words = {
-                "passed": "Passes eq. (1)",
+                "passed": "Passes eq. (1)" if is_whole(m) else "Passes eq. (1) so far",
                 "failed": "Fails eq. (1)",
                 "": "No energy to judge",
             }

@@ -44,7 +44,8 @@ def plain(x: float | None, digits: int = 4) -> str:
 
 def one_decimal(x: float | None) -> str:
     """Correct digits, or an order; ``-`` if unknown."""
-    return "-" if x is None or not math.isfinite(x) else f"{x:.1f}"
+    # No digits are not minus none.
+    return "-" if x is None or not math.isfinite(x) else f"{round(x, 1) + 0.0:.1f}"
 
 
 def unit_text(unit: str) -> str:
@@ -165,6 +166,15 @@ def is_judged(m: ManeuverScore) -> bool:
     return m.performance_limit is not None
 
 
+# A run without its first row is whole enough to be judged.
+_WHOLE = 0.99
+
+
+def is_whole(m: ManeuverScore) -> bool:
+    """Whether a maneuver is judged over its whole run, or nearly."""
+    return m.coverage >= _WHOLE
+
+
 def passes(m: ManeuverScore) -> bool | None:
     """The benchmark's verdict on a maneuver's eq. (1); None if it has none."""
     if m.performance is None or m.performance_limit is None:
@@ -178,7 +188,8 @@ def performance_words(m: ManeuverScore) -> str:
     verdict = passes(m)
     if verdict is None:
         return text
-    return f"{text} ({'passes, below' if verdict else 'FAILS, not below'} {limit_text(m)})"
+    so_far = "so far " if verdict and not is_whole(m) else ""
+    return f"{text} ({so_far}{'passes, below' if verdict else 'FAILS, not below'} {limit_text(m)})"
 
 
 def limit_text(m: ManeuverScore) -> str:
