@@ -89,6 +89,7 @@ def align(results: Results, reference: Reference) -> Alignment:
     """
     findings = list(results.findings)
     parts: list[Part] = []
+    lost: list[Part] = []
     for rows in results.maneuvers:
         number = rows.maneuver
         if number is None:
@@ -110,10 +111,14 @@ def align(results: Results, reference: Reference) -> Alignment:
         if rows.maneuver is not None:
             outside += _of_another(part, rows, reference)
         findings += [f for f in outside if f not in findings]
-        if len(part.time):
-            parts.append(part)
+        (parts if len(part.time) else lost).append(part)
     if not any(np.isfinite(v).any() for part in parts for v in part.values.values()):
         raise NothingScoredError(_why_nothing(results, reference, bool(parts)))
+    if lost:
+        raise NothingScoredError(
+            f"{results.path}: found no row of maneuver {lost[0].number} within its run, expected at "
+            "least one"
+        )
     first = [rows.time[0] for rows in results.maneuvers if len(rows.time)]
     last = [rows.time[-1] for rows in results.maneuvers if len(rows.time)]
     return Alignment(
@@ -129,7 +134,17 @@ def align(results: Results, reference: Reference) -> Alignment:
 
 
 def merge(alignments: Sequence[Alignment]) -> Alignment:
-    """Files of different maneuvers of one run as one."""
+    """Files of different maneuvers of one run as one.
+
+    Raises
+    ------
+    InputError
+        There is none, or two hold the same maneuver.
+    """
+    held = [p.number for a in alignments for p in a.parts]
+    if not held or len(set(held)) < len(held):
+        found = f"maneuver {max(held, key=held.count)} twice" if held else "no results"
+        raise InputError(f"found {found}, expected files of different maneuvers")
     digits = [a.significant_digits for a in alignments if a.significant_digits is not None]
     several = len(alignments) > 1
     return Alignment(

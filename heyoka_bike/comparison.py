@@ -16,8 +16,9 @@ from heyoka_bike.alignment import Part
 from heyoka_bike.chebyshev import Array, Double, two_sum
 from heyoka_bike.reference import ReferenceManeuver
 
-# Up to this many values hi + lo of the reference is always evaluated, and by one thread.
-_FEW = 100_000
+FEW = 100_000
+"""Up to so many values hi + lo of the reference is always evaluated, and by one thread."""
+
 _PLAIN_WILL_DO = 1e-12
 # Rows at a time.
 _BLOCK = 32_768
@@ -41,7 +42,7 @@ class Candidate:
 
 def is_small(part: Part) -> bool:
     """Whether a part has few values."""
-    return len(part.time) * len(part.values) <= _FEW
+    return len(part.time) * len(part.values) <= FEW
 
 
 def errors(part: Part, candidates: Sequence[Candidate]) -> list[Array]:

@@ -9,6 +9,7 @@ import numpy as np
 from heyoka_bike.alignment import Part
 from heyoka_bike.chebyshev import two_sum
 from heyoka_bike.columns import DEFINITIONS
+from heyoka_bike.comparison import FEW
 from heyoka_bike.measures import rms
 from heyoka_bike.reference import ReferenceManeuver
 from heyoka_bike.report import ColumnScore, Consistency
@@ -65,6 +66,10 @@ def _energy_sum(
     if has_rest and floor is not None:
         # The reference itself is known to 1e-31 of its scale, see the dense bounds.
         floor += 1e-30 * float(np.max(np.abs(traces[2].value)))
+        # Errors are known to binary64, those of very many rows to 1e-15 of the scale.
+        floor += sum(1e-15 * float(np.max(np.abs(t.error))) for t in traces)
+        if len(traces[0].time) * len(columns) > FEW:
+            floor += sum(2e-15 * float(np.max(np.abs(t.value))) for t in traces)
     return float(np.max(np.abs(difference))), floor
 
 

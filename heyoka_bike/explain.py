@@ -88,18 +88,6 @@ def _understood(report: Report) -> Iterator[Finding]:
                 Severity.WARNING,
                 {"columns": [angle, rate]},
             )
-    zeros = {
-        key: columns[key][0][1].as_understood.offset
-        for key in ("potential_energy", "mechanical_energy")
-        if key in columns
-    }
-    if len(set(zeros.values())) > 1:
-        yield Finding(
-            "zeros_disagree",
-            "potential_energy has another zero, but mechanical_energy does not share it",
-            Severity.WARNING,
-            {"offsets": zeros},
-        )
 
 
 def _coverage(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:

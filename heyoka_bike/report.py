@@ -307,7 +307,7 @@ class Convergence:
     ----------
     maneuver, key, unit
     definition
-        The same for all runs, from the one with the smallest error.
+        Of the last run that has the column; another one of a run is said in the findings.
     errors : tuple of float or None
         Largest absolute error of each run, in the order of the runs [SI unit].
     orders : tuple of float or None

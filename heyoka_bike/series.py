@@ -101,6 +101,9 @@ def _check_given(
             raise InputError(f"{name}: found {len(given)} for {count} files, expected as many")
         if given is not None and not all(x is None or (isfinite(x) and x > 0) for x in given):
             raise InputError(f"{name}: found {list(given)}, expected positive numbers")
+        # Nothing that takes less or more than this is a step or a time of a run of seconds.
+        if given is not None and not all(x is None or 1e-9 <= x <= 1e9 for x in given):
+            raise InputError(f"{name}: found {list(given)}, expected seconds from 1e-9 to 1e9")
 
 
 def _series(
@@ -147,9 +150,11 @@ _Sized = tuple[Alignment, float | None, float | None]
 
 def _rows_apart(a: Alignment) -> float | None:
     """Median distance of the rows [s]."""
-    steps = [
-        float(np.median(np.diff(p.time) + np.diff(p.time_lo))) for p in a.parts if len(p.time) > 1
-    ]
+    steps = []
+    for p in a.parts:
+        apart = np.diff(p.time) + np.diff(p.time_lo)
+        if (apart > 0).any():
+            steps.append(float(np.median(apart[apart > 0])))
     return min(steps) if steps else None
 
 
@@ -245,7 +250,7 @@ def _extrapolate(runs: Sequence[_Sized], convergence: Sequence[Convergence]) -> 
             for key in b.values
             if key in a.values
         }
-        if len(time) and values:
+        if 2 * len(time) >= len(a.time) and values:
             parts.append(replace(b, time=time, time_lo=b.time_lo[j], values=values, lo={}))
     return parts
 
@@ -339,7 +344,8 @@ def _richardson(coarse: ColumnScore, fine: ColumnScore, ratio: float) -> float |
     The extrapolation is linear, so it may be done on the errors themselves.
     """
     _, i, j = np.intersect1d(coarse.trace.time, fine.trace.time, return_indices=True)
-    if not len(i):
+    # A few common times show nothing of the others.
+    if 2 * len(i) < len(coarse.trace.time):
         return None
     e1, e2 = coarse.trace.error[i], fine.trace.error[j]
     return float(np.max(np.abs(e2 + (e2 - e1) / (ratio - 1.0))))

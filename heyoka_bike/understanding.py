@@ -6,7 +6,7 @@ candidate in a maneuver is the root mean square of e without the largest hundred
 that a few bad ones do not decide. The best candidate has the least product of typical errors over
 the maneuvers, which is the likeliest if the size of the error in each maneuver is unknown. Another
 candidate *cannot be told apart* from it if their typical errors differ by less than a factor of 2
-in every maneuver, or if the maneuvers contradict each other; then the default is kept, so that no
+in every maneuver, or if it is better in one of them; then the default is kept, so that no
 definition is claimed without evidence.
 """
 
@@ -25,9 +25,16 @@ from heyoka_bike.measures import rms
 from heyoka_bike.units import UNITS, factor
 
 _TOLD_APART = 2.0
+# ... if it is not worse in any maneuver by more than this: errors that happen to resemble the
+# difference of two definitions do so in one maneuver, not in all.
+_NOT_WORSE = 0.8
+# Fewer rows than this show nothing but by meeting the floor of the digits written.
+_FEW_ROWS = 10
 # One row of so many is left out of the typical error.
 _LEFT_OUT = 100
 _CLEARLY = 10.0
+# Of the scale.
+_FAR_ZERO = 0.1
 # Speeds and energies hardly vary: units that are not tried, ft/s or a wheel's rad/s, come within a
 # tenth of one that is.
 _NEAR = 0.02
@@ -164,7 +171,7 @@ def _joint(typical: _Typical) -> float:
 def _told_apart(worse: _Typical, better: _Typical, by: float = _TOLD_APART) -> bool:
     """Whether the maneuvers say that one candidate is better, and none the contrary."""
     ratios = [w / b for w, b in zip(worse, better, strict=True)]
-    return max(ratios) > by and min(ratios) > 1 / by
+    return max(ratios) > by and min(ratios) > _NOT_WORSE
 
 
 def _choose(key: str, samples: Sequence[Sample]) -> Understanding:
@@ -189,6 +196,8 @@ def _choose(key: str, samples: Sequence[Sample]) -> Understanding:
 
     unit, sign, _ = chosen = best(typical)
     as_si = best(c for c in typical if c[:2] == (columns[0].unit, 1))
+    if not _is_shown(key, typical[chosen], samples):
+        return plain(key)
     clear = _told_apart(typical[as_si], typical[chosen])
     if not (clear and _is_near(key, typical[chosen], samples)):
         unit, sign, _ = chosen = as_si
@@ -200,6 +209,14 @@ def _choose(key: str, samples: Sequence[Sample]) -> Understanding:
     column = columns[0] if columns[0] in alike else chosen[2]
     others = tuple(c.definition for c in alike if c is not column)
     return Understanding(column, unit, sign, indistinguishable=others)
+
+
+def _is_shown(key: str, typical: _Typical, samples: Sequence[Sample]) -> bool:
+    """Whether there are rows enough to tell anything, or the few of them fit to the last digit."""
+    if max(len(s.values[key]) for s in samples) >= _FEW_ROWS:
+        return True
+    floors = [sum(s.floor[key]) for s in samples]
+    return all(t <= _CLEARLY * f for t, f in zip(typical, floors, strict=True))
 
 
 def _is_near(key: str, typical: _Typical, samples: Sequence[Sample]) -> bool:
@@ -232,19 +249,28 @@ def _find_offset(found: dict[str, Understanding], samples: Sequence[Sample]) -> 
     if key not in found:
         return
     u = found[key]
-    errors = [s.error(key, u) for s in samples if key in s.values]
+    having = [s for s in samples if key in s.values]
+    errors = [s.error(key, u) for s in having]
     # From the maneuver in which the error is the most constant, its least disturbed row: the first.
     offset = float(min(errors, key=lambda e: float(np.median(np.abs(e - np.median(e)))))[0])
     moved = replace(u, offset=offset)
+    scale = max(s.scale[key] for s in samples if key in s.values)
+    # Zeros that programs choose (the start, the hubs, the centre of mass) are far from the floor;
+    # a wrong weight or height moves the energy a little, and nearly by a constant.
+    if abs(offset) < _FAR_ZERO * scale or not _is_shown(key, _typical(key, moved, samples), having):
+        return
     if _explained(key, u, moved, samples) < _CLEARLY_CONSTANT:
         return
+    # What is left must be an error of the motion, not all of it.
+    for s, typical in zip(having, _typical(key, moved, samples), strict=True):
+        expected = s.expected[u.column.name]
+        if typical > HALF * rms(expected - np.median(expected)) + sum(s.floor[key]):
+            return
     if total in found:
         both = replace(found[total], offset=offset)
-        # A wrong mass moves the potential energy, too, and the total one, but not alike.
-        if _explained(total, found[total], both, samples) >= _CLEARLY_CONSTANT:
-            found[total] = both
-        elif max(_typical(total, found[total], samples)) > abs(offset) / _CLEARLY_CONSTANT:
+        if _explained(total, found[total], both, samples) < _CLEARLY_CONSTANT:
             return
+        found[total] = both
     found[key] = moved
 
 

@@ -7,7 +7,7 @@ import pytest
 from made_results import column, exact_columns, made, rows
 
 from heyoka_bike.columns import BENCHMARK_COLUMNS
-from heyoka_bike.comparison import _FEW
+from heyoka_bike.comparison import FEW
 from heyoka_bike.reading import read_results
 from heyoka_bike.results import Results
 from heyoka_bike.scoring import score
@@ -79,7 +79,7 @@ def test_a_decimal_time_is_not_its_binary64(reference):
 
 def test_many_rows_are_judged_like_few(reference):
     """Above a number of rows hi + lo is used only where the error is small enough to need it."""
-    time = np.linspace(0.0, 10.0, _FEW + 1)
+    time = np.linspace(0.0, 10.0, FEW + 1)
     values = reference[2].approximate(time, BENCHMARK_COLUMNS)
     few = slice(None, None, 100)
     for size in (1e-6, 1e-13):

@@ -5,7 +5,7 @@ import pytest
 from made_results import codes, exact_columns, made, rows
 
 from heyoka_bike.errors import InputError, NothingScoredError
-from heyoka_bike.results import Results, Rows
+from heyoka_bike.results import Quantum, Results, Rows
 from heyoka_bike.scoring import score
 
 
@@ -171,3 +171,29 @@ def test_values_too_large_to_mean_anything_are_told(reference):
     report = score(made(reference, change), reference)
     assert "too_large" in codes(report)
     assert report.findings[0].evidence == {"maneuver": 2, "column": "roll_angle", "values": 401}
+
+
+def test_a_maneuver_that_is_wholly_outside_is_not_dropped_in_silence(reference):
+    parts = [rows(reference, n, exact_columns(reference[n])) for n in (1, 2)]
+    late = Rows(2, parts[1].time + 20.0, parts[1].time_lo, parts[1].values)
+    with pytest.raises(NothingScoredError, match="no row of maneuver 2 within its run"):
+        score(Results("x", "text", (parts[0], late)), reference)
+
+
+def test_the_same_results_twice_or_none_are_refused(reference):
+    results = made(reference)
+    with pytest.raises(InputError, match="twice"):
+        score([results, results], reference)
+    with pytest.raises(InputError, match="no results"):
+        score([], reference)
+
+
+def test_exact_decimal_times_leave_the_floor_alone(reference):
+    """Rows at 0.005, 0.015, ... and a last one at the end are as exact as any."""
+    m = reference[2]
+    time = np.append(np.arange(1000) / 100 + 0.005, 10.0)
+    values = dict(m.evaluate(time, [*exact_columns(m)]).hi)
+    quantum = {"time": Quantum(10, places=3), **dict.fromkeys(values, Quantum(2, 53))}
+    part = Rows(2, time, np.zeros_like(time), values, quantum=quantum)
+    report = score(Results("x", "text", (part,)), reference)
+    assert all(c.floor < 1e-12 for c in report.maneuvers[0].columns)
