@@ -116,8 +116,8 @@ def align(results: Results, reference: Reference) -> Alignment:
         raise NothingScoredError(_why_nothing(results, reference, bool(parts)))
     if lost:
         raise NothingScoredError(
-            f"{results.path}: found no row of maneuver {lost[0].number} within its run, expected at "
-            "least one"
+            f"{results.path}: found no row of maneuver {lost[0].number} within its run, expected "
+            "at least one"
         )
     first = [rows.time[0] for rows in results.maneuvers if len(rows.time)]
     last = [rows.time[-1] for rows in results.maneuvers if len(rows.time)]
