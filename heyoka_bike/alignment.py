@@ -14,6 +14,7 @@ from heyoka_bike.columns import DEFINITIONS
 from heyoka_bike.errors import InputError, NothingScoredError
 from heyoka_bike.findings import Finding, Severity
 from heyoka_bike.reference import Reference, ReferenceManeuver
+from heyoka_bike.report import FileInfo
 from heyoka_bike.results import Quantum, Results, Rows
 from heyoka_bike.units import UNITS, factor
 
@@ -57,22 +58,14 @@ class Part:
 
     def sample(self) -> NDArray[np.intp]:
         """Indices of at most `MOST_SAMPLED` rows, evenly spread."""
-        n = len(self.time)
-        if n <= MOST_SAMPLED:
-            return np.arange(n)
-        return np.linspace(0, n - 1, MOST_SAMPLED).astype(np.intp)
+        return spread(len(self.time), MOST_SAMPLED)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Alignment:
-    """A result file laid beside the reference; see `report.FileInfo` for the first fields."""
+    """A result file laid beside the reference."""
 
-    path: str
-    format: str
-    rows: int
-    t_start: float
-    t_end: float
-    significant_digits: int | None
+    file: FileInfo
     parts: tuple[Part, ...]
     findings: tuple[Finding, ...]
 
@@ -122,12 +115,14 @@ def align(results: Results, reference: Reference) -> Alignment:
     first = [rows.time[0] for rows in results.maneuvers if len(rows.time)]
     last = [rows.time[-1] for rows in results.maneuvers if len(rows.time)]
     return Alignment(
-        path=results.path,
-        format=results.format,
-        rows=max(len(rows.time) for rows in results.maneuvers),
-        t_start=float(min(first)),
-        t_end=float(max(last)),
-        significant_digits=results.significant_digits,
+        file=FileInfo(
+            path=results.path,
+            format=results.format,
+            rows=max(len(rows.time) for rows in results.maneuvers),
+            t_start=float(min(first)),
+            t_end=float(max(last)),
+            significant_digits=results.significant_digits,
+        ),
         parts=tuple(sorted(parts, key=lambda p: p.number)),
         findings=tuple(findings),
     )
@@ -145,22 +140,33 @@ def merge(alignments: Sequence[Alignment]) -> Alignment:
     if not held or len(set(held)) < len(held):
         found = f"maneuver {max(held, key=held.count)} twice" if held else "no results"
         raise InputError(f"found {found}, expected files of different maneuvers")
-    digits = [a.significant_digits for a in alignments if a.significant_digits is not None]
-    several = len(alignments) > 1
+    if len(alignments) == 1:
+        return alignments[0]
+    files = [a.file for a in alignments]
+    digits = [f.significant_digits for f in files if f.significant_digits is not None]
     return Alignment(
-        path=", ".join(a.path for a in alignments),
-        format=", ".join(dict.fromkeys(a.format for a in alignments)),
-        rows=sum(a.rows for a in alignments),
-        t_start=min(a.t_start for a in alignments),
-        t_end=max(a.t_end for a in alignments),
-        significant_digits=min(digits) if digits else None,
+        file=FileInfo(
+            path=", ".join(f.path for f in files),
+            format=", ".join(dict.fromkeys(f.format for f in files)),
+            rows=sum(f.rows for f in files),
+            t_start=min(f.t_start for f in files),
+            t_end=max(f.t_end for f in files),
+            significant_digits=min(digits) if digits else None,
+        ),
         parts=tuple(sorted((p for a in alignments for p in a.parts), key=lambda p: p.number)),
         findings=tuple(
-            Finding(f.code, f"{a.path}: {f.message}", f.severity, f.evidence) if several else f
+            Finding(f.code, f"{a.file.path}: {f.message}", f.severity, f.evidence)
             for a in alignments
             for f in a.findings
         ),
     )
+
+
+def spread(count: int, most: int) -> NDArray[np.intp]:
+    """At most so many of the indices below `count`, evenly spread."""
+    if count <= most:
+        return np.arange(count)
+    return np.linspace(0, count - 1, most).astype(np.intp)
 
 
 def _recognise(path: str, rows: Rows, reference: Reference) -> int:
@@ -212,7 +218,7 @@ def _distance(part: Part) -> float:
     for key in names:
         values = part.values[key][pick]
         good = np.isfinite(values)
-        scale = float(np.max(np.abs(part.reference.rows[key])))
+        scale = part.reference.scale(key)
         if not good.any() or not scale:
             continue
         nearest = min(

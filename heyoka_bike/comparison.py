@@ -14,7 +14,6 @@ import numpy as np
 
 from heyoka_bike.alignment import Part
 from heyoka_bike.chebyshev import Array, Double, two_sum
-from heyoka_bike.reference import ReferenceManeuver
 
 FEW = 100_000
 """Up to so many values hi + lo of the reference is always evaluated, and by one thread."""
@@ -60,7 +59,7 @@ def errors(part: Part, candidates: Sequence[Candidate]) -> list[Array]:
     close = [
         i
         for i, (c, error) in enumerate(zip(candidates, found, strict=True))
-        if _largest(error) < _PLAIN_WILL_DO * scale(part.reference, c.name)
+        if _largest(error) < _PLAIN_WILL_DO * part.reference.scale(c.name)
     ]
     names = list(dict.fromkeys(candidates[i].name for i in close))
     for rows in _blocks(part) if close else ():
@@ -81,11 +80,6 @@ def largest_errors(part: Part, candidates: Sequence[Candidate]) -> list[float]:
         for i, c in enumerate(candidates):
             found[i] = max(found[i], _largest(c.values[0][rows] - near[c.name]))
     return found
-
-
-def scale(reference: ReferenceManeuver, name: str) -> float:
-    """Largest absolute value of a column over the run, at its rows."""
-    return float(np.max(np.abs(reference.rows[name])))
 
 
 def _blocks(part: Part) -> Iterator[slice]:

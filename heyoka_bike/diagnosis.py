@@ -20,9 +20,8 @@ from dataclasses import dataclass
 from itertools import combinations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from heyoka_bike.alignment import Alignment, Part
+from heyoka_bike.alignment import Alignment, Part, spread
 from heyoka_bike.chebyshev import Array
 from heyoka_bike.columns import COLUMNS
 from heyoka_bike.errors import InputError
@@ -152,8 +151,8 @@ class _Search:
             bicycle=Bicycle(reference.bicycle, values),
             starts={n: _start(reference[n].inputs) for n in reference},
         )
-        self._rows = [_spread(len(p.time), _SIMULATED) for p in parts]
-        self._picks = [_spread(len(rows), _COMPARED) for rows in self._rows]
+        self._rows = [spread(len(p.time), _SIMULATED) for p in parts]
+        self._picks = [spread(len(rows), _COMPARED) for rows in self._rows]
         self._times = [p.time[rows] for p, rows in zip(parts, self._rows, strict=True)]
         self._exact = [
             p.reference.approximate(t, [c.name for c in COLUMNS])
@@ -244,10 +243,3 @@ def _start(inputs: Mapping[str, str]) -> Start:
     return Start(
         speed=float(Exact.parse(inputs["speed"])), roll_rate=float(Exact.parse(inputs["roll_rate"]))
     )
-
-
-def _spread(count: int, most: int) -> NDArray[np.intp]:
-    """At most so many indices, evenly spread."""
-    if count <= most:
-        return np.arange(count)
-    return np.linspace(0, count - 1, most).astype(np.intp)

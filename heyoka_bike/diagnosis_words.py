@@ -23,7 +23,7 @@ _AT_FLOOR = 2.0
 def findings(diagnosis: Diagnosis, report: Report) -> tuple[Finding, ...]:
     """What explains the file, or what its error looks like if nothing does."""
     columns = [(m, c) for m in report.maneuvers for c in m.columns if c.values]
-    if all(_is_at_floor(c) for _, c in columns):
+    if all(c.is_at_floor(_AT_FLOOR) for _, c in columns):
         return (
             Finding(
                 "nothing_to_explain",
@@ -36,11 +36,6 @@ def findings(diagnosis: Diagnosis, report: Report) -> tuple[Finding, ...]:
         _explained(rank, hypotheses)
         for rank, hypotheses in enumerate(diagnosis.classes[:_MOST], start=1)
     )
-
-
-def _is_at_floor(c: ColumnScore) -> bool:
-    error = c.as_understood.measures.max_abs_error
-    return error is not None and c.floor is not None and error <= _AT_FLOOR * c.floor
 
 
 def _explained(rank: int, hypotheses: Sequence[Hypothesis]) -> Finding:
@@ -96,7 +91,7 @@ def _numerical(report: Report) -> tuple[Finding, ...]:
         f"{m.maneuver}.{c.key}"
         for m in report.maneuvers
         for c in m.columns
-        if c.values > 10 and not _is_at_floor(c) and _roughness(c) > _ROUGH
+        if c.values > 10 and not c.is_at_floor(_AT_FLOOR) and _roughness(c) > _ROUGH
     ]
     falling = [m.maneuver for m in report.maneuvers if _falls_steadily(m)]
     if falling and len(falling) == len(report.maneuvers):
@@ -138,7 +133,7 @@ def _roughness(c: ColumnScore) -> float:
 def _falls_steadily(m: ManeuverScore) -> bool:
     """Whether the mechanical energy is lower in each tenth of the run than in the one before."""
     energy = next((c for c in m.columns if c.key == "mechanical_energy"), None)
-    if energy is None or _is_at_floor(energy) or energy.values < 20:
+    if energy is None or energy.is_at_floor(_AT_FLOOR) or energy.values < 20:
         return False
     means = [float(np.mean(part)) for part in np.array_split(energy.trace.value, 10)]
     drop = means[0] - means[-1]

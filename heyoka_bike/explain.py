@@ -14,6 +14,8 @@ _DIGITS_OF_BINARY64 = 15
 _VISIBLE = 1e-2
 # Rounding of written values explains up to this many times its bound: sums are rounded, too.
 _ROUNDED = 4.0
+# An error of up to this many floors is that of the digits written.
+_LIMITED = 2.0
 
 
 def explain(report: Report) -> tuple[Finding, ...]:
@@ -116,7 +118,7 @@ def _performance(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
         wrong = {
             c.key: c.as_understood.measures.max_rel_error or 0.0
             for c in m.columns
-            if not _is_rounding(c)
+            if not c.is_at_floor(_LIMITED)
         }
         key = max(wrong, key=wrong.__getitem__, default="")
         worst = wrong.get(key, 0.0)
@@ -171,8 +173,7 @@ def _digits(report: Report) -> Iterator[Finding]:
         return
     limited = []
     for key, scores in _columns(report).items():
-        pairs = [(c.as_understood.measures.max_abs_error or 0.0, c.floor) for _, c in scores]
-        if all(floor is not None and error <= 2 * floor for error, floor in pairs):
+        if all(c.is_at_floor(_LIMITED) for _, c in scores):
             limited.append(key)
     if limited:
         yield Finding(
@@ -181,12 +182,6 @@ def _digits(report: Report) -> Iterator[Finding]:
             "column with the fewest); write 17 to show what the program can do",
             evidence={"columns": limited, "significant_digits": digits},
         )
-
-
-def _is_rounding(c: ColumnScore) -> bool:
-    """Whether the digits written explain the error."""
-    error = c.as_understood.measures.max_abs_error
-    return error is None or (c.floor is not None and error <= 2 * c.floor)
 
 
 def _percent(part: float) -> str:

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from heyoka_bike.errors import DatasetError
+from heyoka_bike.output_files import replace_file
 
 MANIFEST = "manifest.json"
 SCHEMA_VERSION = 1
@@ -179,20 +180,6 @@ def write_set(folder: str | Path, files: Mapping[str, bytes], manifest: bytes) -
             f"{e.filename or folder}: cannot be written: {e.strerror or e}"
         ) from None
     return changed
-
-
-def replace_file(path: Path, data: bytes) -> None:
-    """Write a file beside its place, make it durable, and rename it into place."""
-    beside = path.with_name(path.name + ".part")
-    try:
-        with beside.open("wb") as f:
-            f.write(data)
-            f.flush()
-            os.fsync(f.fileno())
-        beside.replace(path)
-    except BaseException:
-        beside.unlink(missing_ok=True)
-        raise
 
 
 def sha256(data: bytes) -> str:

@@ -38,15 +38,12 @@ class Program:
         From the written times and their usual distance [s] to the times meant.
     rows
         Changes of the columns, in order: columns and written times to columns.
-    order
-        Which maneuver is in the place of each, by number.
     """
 
     bicycle: Bicycle
     starts: Mapping[int, Start]
     clock: Callable[[Array, float], Array] = lambda t, _: t
     rows: tuple[Callable[[Columns, Array], Columns], ...] = ()
-    order: Mapping[int, int] | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.errors import InputError, MissingPackageError
 from heyoka_bike.exact import Exact
-from heyoka_bike.manifest import replace_file
+from heyoka_bike.output_files import write_output
 from heyoka_bike.parameters import STATE_INPUTS
 from heyoka_bike.reference import ReferenceManeuver
 
@@ -134,11 +134,7 @@ def save(figure: Figure, path: Path) -> None:
         The suffix is not one of `FORMATS`, or the file cannot be written.
     """
     data = render(figure, path.suffix.removeprefix(".").lower())
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        replace_file(path, data)
-    except OSError as e:
-        raise InputError(f"cannot be written: {e.strerror or e}", file=path) from None
+    write_output(path, data)
 
 
 def check_format(file_format: str) -> None:

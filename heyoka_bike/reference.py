@@ -94,6 +94,10 @@ class ReferenceManeuver:
         """End of the reference [s]."""
         return Fraction(self.inputs["duration"])
 
+    def scale(self, name: str) -> float:
+        """Largest absolute value of a column over the run, at its rows."""
+        return float(np.max(np.abs(self.rows[name])))
+
     def evaluate(self, t: Time, columns: Sequence[str] | str | None = None) -> Values:
         """Columns at any time of the run, to about 31 digits of the column's scale.
 

@@ -160,6 +160,11 @@ class ColumnScore:
     missing: int
     trace: Trace
 
+    def is_at_floor(self, times: float = 1.0) -> bool:
+        """Whether the error is no more than so many times what the digits written allow."""
+        error = self.as_understood.measures.max_abs_error
+        return error is not None and self.floor is not None and error <= times * self.floor
+
 
 @dataclass(frozen=True, slots=True)
 class Consistency:

@@ -16,7 +16,7 @@ from heyoka_bike import measures
 from heyoka_bike.alignment import SUMMED, Alignment, Part, align, merge
 from heyoka_bike.chebyshev import Array, Double, two_sum
 from heyoka_bike.columns import DEFINITIONS
-from heyoka_bike.comparison import Candidate, errors, is_small, largest_errors, scale
+from heyoka_bike.comparison import Candidate, errors, is_small, largest_errors
 from heyoka_bike.consistency import consistency
 from heyoka_bike.explain import explain
 from heyoka_bike.manifest import CUSTOM
@@ -24,7 +24,6 @@ from heyoka_bike.reference import Reference, load_reference
 from heyoka_bike.report import (
     Alternative,
     ColumnScore,
-    FileInfo,
     ManeuverScore,
     Reading,
     Report,
@@ -37,8 +36,6 @@ from heyoka_bike.units import factor, to_si
 
 # The benchmark judges maneuver 2, by eq. (1) below 1e-3 %.
 _JUDGED: Mapping[int, float] = {2: 1e-3}
-
-
 # A last row at the end of the run, or one at an event, does not make the others uneven.
 _FEW_ODD = 0.02
 
@@ -102,14 +99,7 @@ def report(
     found = Report(
         dataset_version=reference.dataset_version,
         bicycle=reference.bicycle,
-        file=FileInfo(
-            path=alignment.path,
-            format=alignment.format,
-            rows=alignment.rows,
-            t_start=alignment.t_start,
-            t_end=alignment.t_end,
-            significant_digits=alignment.significant_digits,
-        ),
+        file=alignment.file,
         maneuvers=maneuvers,
         findings=alignment.findings,
     )
@@ -232,7 +222,7 @@ def _as_understood(values: Double, u: Understanding) -> Double:
 
 
 def _reading(part: Part, trace: Trace, u: Understanding) -> Reading:
-    size = scale(part.reference, u.column.name)
+    size = part.reference.scale(u.column.name)
     return Reading(
         definition=u.column.definition,
         sign=u.sign,

@@ -15,12 +15,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
-from math import isfinite, log
+from math import log
 
 import numpy as np
 
 from heyoka_bike.alignment import Alignment, Part, align, merge
-from heyoka_bike.columns import BENCHMARK_COLUMNS
+from heyoka_bike.columns import BENCHMARK_COLUMNS, Column
 from heyoka_bike.errors import InputError
 from heyoka_bike.findings import Finding, Severity
 from heyoka_bike.reference import Reference, load_reference
@@ -35,6 +35,8 @@ _AT_FLOOR = 4.0
 _SAME_STEP = 1e-6
 # Observed orders of one column that differ by more than this are not those of one power law yet.
 _STEADY = 0.3
+# No step or time of a run of seconds [s] is less or more.
+_SHORTEST, _LONGEST = 1e-9, 1e9
 
 
 def score_series(
@@ -66,9 +68,7 @@ def score_series(
         See `scoring.score`; or steps or times that do not match the files.
     """
     known = load_reference() if reference is None else reference
-    _check_given(len(results), steps, cpu)
-    files = [align(r, known) for r in results]
-    return _series(files, known, steps, cpu, require)
+    return _series(_files(results, known, steps, cpu), known, steps, cpu, require)
 
 
 def score_files(
@@ -84,8 +84,7 @@ def score_files(
     Parameters and errors are those of `score_series`.
     """
     known = load_reference() if reference is None else reference
-    _check_given(len(results), steps, cpu)
-    files = [align(r, known) for r in results]
+    files = _files(results, known, steps, cpu)
     held = [p.number for a in files for p in a.parts]
     if len(set(held)) == len(held):
         one = merge(files)
@@ -93,17 +92,26 @@ def score_files(
     return _series(files, known, steps, cpu, require)
 
 
-def _check_given(
-    count: int, steps: Sequence[float | None] | None, cpu: Sequence[float | None] | None
-) -> None:
+def _files(
+    results: Sequence[Results],
+    reference: Reference,
+    steps: Sequence[float | None] | None,
+    cpu: Sequence[float | None] | None,
+) -> list[Alignment]:
+    """The files laid beside the reference, once what is told of them fits them."""
     for name, given in (("step", steps), ("cpu", cpu)):
-        if given is not None and len(given) != count:
-            raise InputError(f"{name}: found {len(given)} for {count} files, expected as many")
-        if given is not None and not all(x is None or (isfinite(x) and x > 0) for x in given):
-            raise InputError(f"{name}: found {list(given)}, expected positive numbers")
-        # Nothing that takes less or more than this is a step or a time of a run of seconds.
-        if given is not None and not all(x is None or 1e-9 <= x <= 1e9 for x in given):
-            raise InputError(f"{name}: found {list(given)}, expected seconds from 1e-9 to 1e9")
+        if given is None:
+            continue
+        if len(given) != len(results):
+            raise InputError(
+                f"{name}: found {len(given)} for {len(results)} files, expected as many"
+            )
+        if not all(x is None or _SHORTEST <= x <= _LONGEST for x in given):
+            raise InputError(
+                f"{name}: found {list(given)}, expected positive numbers of seconds, "
+                f"{_SHORTEST:g} to {_LONGEST:g}"
+            )
+    return [align(r, reference) for r in results]
 
 
 def _series(
@@ -134,10 +142,10 @@ def _series(
     found = _score(runs, understood, known, require)
     convergence = _convergence(found)
     extrapolated = _extrapolate(runs, convergence)
-    if extrapolated:
-        # What a definition changes may only show below the errors of the runs themselves.
-        understood.append(understand(extrapolated))
-        found = _score(runs, understood, known, require)
+    # What a definition changes may only show below the errors of the runs themselves.
+    understood_better = [*understood, understand(extrapolated)]
+    if _definitions(understood_better) != _definitions(understood):
+        found = _score(runs, understood_better, known, require)
         convergence = _convergence(found)
     findings += _disagreement(found)
     findings += _orders(convergence)
@@ -198,6 +206,10 @@ def _clearest(understood: Sequence[Mapping[str, Understanding]]) -> dict[str, Un
             if known is None or len(u.indistinguishable) <= len(known.indistinguishable):
                 found[key] = u
     return found
+
+
+def _definitions(understood: Sequence[Mapping[str, Understanding]]) -> dict[str, Column]:
+    return {key: u.column for key, u in _clearest(understood).items()}
 
 
 def _shared(

@@ -90,7 +90,6 @@ class Simulator:
         ta.pars[:] = values[: len(ta.pars)]
         ta.time = 0.0
         ta.state[:] = [*angles_and_rates, speed / float(k.length), 0.0]
-        states = np.full((len(time), len(ta.state)), np.nan)
         # Repeated times are not allowed; nor is a grid that does not begin at the present.
         grid, back = np.unique(np.concatenate([[0.0], time]), return_inverse=True)
         reached = ta.propagate_grid(grid, max_steps=_MOST_STEPS)[-1]

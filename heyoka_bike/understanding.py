@@ -124,7 +124,7 @@ class Sample:
                 continue
             self.values[key] = values[good]
             self.expected.update({c.name: expected[c.name][good] for c in DEFINITIONS[key]})
-            scale = float(np.max(np.abs(part.reference.rows[key])))
+            scale = part.reference.scale(key)
             quantum = part.quantum.get(key)
             written = 0.0 if quantum is None else float(np.median(quantum.at(values[good]))) / 2
             self.scale[key] = scale
@@ -168,10 +168,10 @@ def _joint(typical: _Typical) -> float:
     return float(np.sum(np.log(typical)))
 
 
-def _told_apart(worse: _Typical, better: _Typical, by: float = _TOLD_APART) -> bool:
+def _told_apart(worse: _Typical, better: _Typical) -> bool:
     """Whether the maneuvers say that one candidate is better, and none the contrary."""
     ratios = [w / b for w, b in zip(worse, better, strict=True)]
-    return max(ratios) > by and min(ratios) > _NOT_WORSE
+    return max(ratios) > _TOLD_APART and min(ratios) > _NOT_WORSE
 
 
 def _choose(key: str, samples: Sequence[Sample]) -> Understanding:
@@ -254,15 +254,16 @@ def _find_offset(found: dict[str, Understanding], samples: Sequence[Sample]) -> 
     # From the maneuver in which the error is the most constant, its least disturbed row: the first.
     offset = float(min(errors, key=lambda e: float(np.median(np.abs(e - np.median(e)))))[0])
     moved = replace(u, offset=offset)
-    scale = max(s.scale[key] for s in samples if key in s.values)
+    left = _typical(key, moved, having)
+    scale = max(s.scale[key] for s in having)
     # Zeros that programs choose (the start, the hubs, the centre of mass) are far from the floor;
     # a wrong weight or height moves the energy a little, and nearly by a constant.
-    if abs(offset) < _FAR_ZERO * scale or not _is_shown(key, _typical(key, moved, samples), having):
+    if abs(offset) < _FAR_ZERO * scale or not _is_shown(key, left, having):
         return
     if _explained(key, u, moved, samples) < _CLEARLY_CONSTANT:
         return
     # What is left must be an error of the motion, not all of it.
-    for s, typical in zip(having, _typical(key, moved, samples), strict=True):
+    for s, typical in zip(having, left, strict=True):
         expected = s.expected[u.column.name]
         if typical > HALF * rms(expected - np.median(expected)) + sum(s.floor[key]):
             return

@@ -60,6 +60,7 @@ def add_parser(subparsers: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
     from heyoka_bike.bench import bench
+    from heyoka_bike.output_files import write_output
 
     runs = args.runs if args.runs is not None else _QUICK_RUNS if args.quick else _RUNS
     if not 1 <= runs <= MAX_RUNS:
@@ -82,7 +83,7 @@ def run(args: argparse.Namespace) -> int:
     if args.output is None:
         sys.stdout.write(text)
     else:
-        _write(Path(args.output), text)
+        write_output(Path(args.output), text.encode())
     return Exit.OK
 
 
@@ -273,12 +274,3 @@ def _check_output(output: str | None) -> None:
         raise InputError("cannot be written: is a folder, expected a file", file=path)
     if not path.parent.is_dir():
         raise InputError("cannot be written: its folder does not exist", file=path)
-
-
-def _write(path: Path, text: str) -> None:
-    from heyoka_bike.manifest import replace_file
-
-    try:
-        replace_file(path, text.encode())
-    except OSError as e:
-        raise InputError(f"cannot be written: {e.strerror or e}", file=path) from None

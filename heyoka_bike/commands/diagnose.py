@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import textwrap
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.errors import Exit, InputError
@@ -54,12 +55,6 @@ def run(args: argparse.Namespace) -> int:
     numbers = maneuvers_of(args.maneuver, len(args.files), reference)
     files = [read(f, n, reference) for f, n in zip(args.files, numbers, strict=True)]
     one = merge([align(f, reference) for f in files])
-    held = [p.number for p in one.parts]
-    if len(set(held)) < len(held):
-        raise InputError(
-            f"found {len(files)} files of the same maneuvers, expected one run; "
-            "'heyoka-bike score' compares several"
-        )
     scored = report(one, understand(one.parts), reference)
     found = diagnosed(one, scored, reference)
     print(_as_json(scored, found) if args.format == "json" else _as_text(scored, found))
@@ -91,13 +86,7 @@ def _as_text(scored: Report, found: tuple[Finding, ...]) -> str:
 def _as_json(scored: Report, found: tuple[Finding, ...]) -> str:
     from heyoka_bike.renderers.json import render
 
-    document = json.loads(render(scored))
-    kept = {key: document[key] for key in ("schema_version", "dataset_version", "bicycle", "file")}
     # The findings of `score` come first: how the columns were understood.
-    told = [
-        {"code": f.code, "severity": str(f.severity), "message": f.message, "evidence": f.evidence}
-        for f in found
-    ]
-    return json.dumps(
-        {**kept, "findings": [*document["findings"], *told]}, indent=2, allow_nan=False
-    )
+    document = json.loads(render(replace(scored, findings=scored.findings + found)))
+    keys = ("schema_version", "dataset_version", "bicycle", "file", "findings")
+    return json.dumps({key: document[key] for key in keys}, indent=2, allow_nan=False)

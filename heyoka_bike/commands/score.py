@@ -107,6 +107,7 @@ def add_parser(subparsers: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
     from heyoka_bike import requirements
+    from heyoka_bike.output_files import write_output
     from heyoka_bike.reference import load_reference
     from heyoka_bike.series import score_files
 
@@ -120,7 +121,7 @@ def run(args: argparse.Namespace) -> int:
     results = [read(f, m, reference) for f, m in zip(files, maneuvers, strict=True)]
     scored = score_files(results, reference, steps=steps, cpu=cpu, require=args.require)
     for path, name in written:
-        _write(path, _render(scored, name, is_terminal=False))
+        write_output(path, _render(scored, name, is_terminal=False).encode())
     if on_screen is not None:
         _print(_render(scored, on_screen, is_terminal=sys.stdout.isatty()))
     if not scored.passed:
@@ -283,20 +284,6 @@ def _print(text: str) -> None:
         # A terminal or pipe of another encoding still gets every letter it has.
         encoding = sys.stdout.encoding or "ascii"
         print(text.encode(encoding, "replace").decode(encoding))
-
-
-def _write(path: Path, text: str) -> None:
-    from heyoka_bike.manifest import replace_file
-
-    data = text.encode()
-    try:
-        if path.exists() and not path.is_file():
-            path.write_bytes(data)
-        else:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            replace_file(path, data)
-    except OSError as e:
-        raise InputError(f"cannot be written: {e.strerror or e}", file=path) from None
 
 
 def _complain(scored: Report | Series) -> None:

@@ -69,10 +69,10 @@ class Tally:
         if is_fixed and varies and 10.0**-most >= np.spacing(largest):
             count = max(1, floor(log10(largest)) + 1 + most)
             return Written(values, lo, Quantum(10, places=most), count, significant)
-        # The times always have their rest.
         if _SINGLE_DIGITS <= digits < BINARY64_DIGITS and _are_single_written(values, digits):
             # Printed longer than they are.
             return Written(values, lo, Quantum(2, digits=24), _DIGITS_OF_BITS[24], significant)
+        # The times always have their rest.
         if 0 < digits < BINARY64_DIGITS or (lo is not None and digits > BINARY64_DIGITS):
             quantum = Quantum(10, digits=digits)
         else:

@@ -142,7 +142,7 @@ def worst_words(report: Report) -> str:
     if measures.scd < 0:
         wrong = f"{readable(measures.max_rel_error)} times its scale"
         return f"worst column without a correct digit ({where}, wrong by {wrong})"
-    limit = ", all its digits allow" if _at_floor(c) else ""
+    limit = ", all its digits allow" if c.is_at_floor() else ""
     return f"worst column {measures.scd:.1f} correct digits ({where}{limit})"
 
 
@@ -276,8 +276,3 @@ def run_words(run: Run) -> str:
     if run.cpu is not None:
         parts.append(f"{plain(run.cpu, 3)} s of processor time")
     return ", ".join(parts)
-
-
-def _at_floor(column: ColumnScore) -> bool:
-    error = column.as_understood.measures.max_abs_error
-    return error is not None and column.floor is not None and error <= column.floor
