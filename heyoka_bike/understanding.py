@@ -117,12 +117,14 @@ class Sample:
             names = [c.name for key in present for c in DEFINITIONS[key]]
             expected = part.reference.approximate(part.time[rows], names)
         self.values, self.expected, self.scale, self.floor = {}, {}, {}, {}
-        self.at_start = bool(len(rows)) and part.time[rows[0]] == 0.0
+        self.at_start: set[str] = set()
         for key, values in present.items():
             good = np.isfinite(values) & np.isfinite(expected[key])
             if not good.any():
                 continue
             self.values[key] = values[good]
+            if good[0] and part.time[rows[0]] == 0.0:
+                self.at_start.add(key)
             self.expected.update({c.name: expected[c.name][good] for c in DEFINITIONS[key]})
             scale = part.reference.scale(key)
             quantum = part.quantum.get(key)
@@ -141,7 +143,7 @@ class Sample:
 
         It fits the default one, and is as far from the other as the rest of the run.
         """
-        if not self.at_start:
+        if key not in self.at_start:
             return False
         error = abs(float(self.error(key, u)[0]))
         known = abs(float(self.error(key, default)[0]))

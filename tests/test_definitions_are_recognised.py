@@ -252,6 +252,23 @@ def test_the_zero_is_taken_where_the_motion_disturbs_it_least(reference):
     assert c.as_understood.measures.max_abs_error < 1e-8
 
 
+def test_a_first_row_without_a_value_says_nothing_of_the_start(reference):
+    """The next row is not the start: by then the speed of a wrong model may be anything."""
+    names = [
+        "forward_speed_com_norm" if key == "forward_speed" else key for key in BENCHMARK_COLUMNS
+    ]
+
+    def change(key, values, number):
+        if key == "forward_speed":
+            values[0] = np.nan
+            # One bad row, next to the one that is missing.
+            values[1] = reference[number].rows["forward_speed"][1]
+        return values
+
+    report = score(made(reference, change, names), reference)
+    assert column(report, 1, "forward_speed").as_understood.definition == "com_norm"
+
+
 def test_the_known_start_speaks_against_a_definition(reference):
     """A linear model has constant speeds: nearer to com_norm than the default, but not at 0 s."""
 
