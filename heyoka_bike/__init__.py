@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from heyoka_bike.reading import read_results as read_results
     from heyoka_bike.reference import load_reference as load_reference
     from heyoka_bike.scoring import score as score
+    from heyoka_bike.sensitivities import load_sensitivities as load_sensitivities
     from heyoka_bike.series import score_series as score_series
 
 __version__ = "0.1.0"
@@ -25,6 +26,7 @@ _HOME = {
     "integrate": "integration",
     "linearise": "linear",
     "load_reference": "reference",
+    "load_sensitivities": "sensitivities",
     "read_bicycle": "parameters",
     "read_maneuvers": "parameters",
     "read_results": "reading",
@@ -37,6 +39,7 @@ __all__ = [
     "integrate",
     "linearise",
     "load_reference",
+    "load_sensitivities",
     "read_bicycle",
     "read_maneuvers",
     "read_results",

@@ -5,6 +5,7 @@
 - ``uncontrolled-bicycle-50digits.txt``: the same with 50 significant digits
 - ``candidate.h5``: the trajectories themselves, as exact integers
 - ``certificate.json``: what is proved
+- ``sensitivities.h5``: derivatives of every column with respect to parameters and start
 - ``manifest.json``
 """
 
@@ -14,8 +15,6 @@ import io
 import json
 import os
 from collections.abc import Mapping, Sequence
-from decimal import Context, Decimal
-from fractions import Fraction
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
@@ -23,14 +22,16 @@ from typing import Any
 import h5py
 import numpy as np
 
-from heyoka_bike import candidate
+from heyoka_bike import candidate, sensitivities
 from heyoka_bike import manifest as manifest_file
 from heyoka_bike.candidate import CANDIDATE, FILTERS
 from heyoka_bike.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.errors import DatasetError, InputError
+from heyoka_bike.exact import shortest_decimal
 from heyoka_bike.parameters import Bicycle, Maneuver, describe_inputs
 from heyoka_bike.proof import CERTIFICATE, HDF5, content_sha256, render_certificate, summarise
 from heyoka_bike.rows import TEXT_DIGITS, Rows
+from heyoka_bike.sensitivities import SENSITIVITIES
 from heyoka_bike.table import Table
 
 TEXT = "uncontrolled-bicycle.txt"
@@ -51,12 +52,13 @@ def write_dataset(
     content = _content(tables)
     inputs = describe_inputs(bicycle, [t.maneuver for t in tables])
     files = {
-        HDF5: _hdf5(tables, inputs, dataset_version, content),
+        HDF5: _hdf5(tables, inputs, manifest_file.values_version(dataset_version), content),
         CANDIDATE: candidate.render([t.trajectory for t in tables], inputs),
         **render_texts([t.maneuver for t in tables], [t.rows for t in tables]),
         CERTIFICATE: render_certificate(
             [summarise(t.trajectory, t.certificate, t.rows, t.dense) for t in tables], inputs
         ),
+        SENSITIVITIES: sensitivities.render([t.sensitivity for t in tables], inputs),
     }
     document = manifest_file.render(
         dataset_version=dataset_version,
@@ -228,7 +230,7 @@ def render_texts(maneuvers: Sequence[Maneuver], rows: Sequence[Rows]) -> dict[st
     files = {}
     for tag, group in groups.items():
         first = group[0][0]
-        times = [_exact_decimal(first.time(i)) for i in range(first.rows)]
+        times = [shortest_decimal(first.time(i), TEXT_DIGITS) for i in range(first.rows)]
         short = [[f"{x:.17g}" for x in r.hi[name]] for _, r in group for name in BENCHMARK_COLUMNS]
         long = [r.text[name] for _, r in group for name in BENCHMARK_COLUMNS]
         for file, columns in ((TEXT, short), (TEXT_50, long)):
@@ -236,17 +238,3 @@ def render_texts(maneuvers: Sequence[Maneuver], rows: Sequence[Rows]) -> dict[st
             lines = (" ".join(row) for row in zip(times, *columns, strict=True))
             files[f"{stem}{tag}.{suffix}"] = ("\n".join(lines) + "\n").encode()
     return files
-
-
-def _exact_decimal(t: Fraction) -> str:
-    """The shortest decimal that is exactly t; 50 digits if there is none."""
-    denominator = t.denominator
-    for p in (2, 5):
-        while denominator % p == 0:
-            denominator //= p
-    digits = TEXT_DIGITS
-    if denominator == 1:
-        digits = len(str(t.numerator)) + t.denominator.bit_length() + 1
-    x = Context(prec=digits).divide(Decimal(t.numerator), Decimal(t.denominator))
-    text = f"{x:f}"
-    return text.rstrip("0").rstrip(".") if "." in text else text

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from decimal import Context, Decimal
 from fractions import Fraction
 from math import pi
 
@@ -132,6 +133,18 @@ def quoted(text: str, limit: int = 40) -> str:
     if len(text) <= limit:
         return f"'{printable(text)}'"
     return f"'{printable(text[:limit])}...' ({len(text)} characters)"
+
+
+def shortest_decimal(x: Fraction, digits: int) -> str:
+    """The shortest decimal that is exactly x; with `digits` digits if there is none."""
+    denominator = x.denominator
+    for p in (2, 5):
+        while denominator % p == 0:
+            denominator //= p
+    if denominator == 1:
+        digits = len(str(x.numerator)) + x.denominator.bit_length() + 1
+    text = f"{Context(prec=digits).divide(Decimal(x.numerator), Decimal(x.denominator)):f}"
+    return text.rstrip("0").rstrip(".") if "." in text else text
 
 
 class _ExpressionError(Exception):

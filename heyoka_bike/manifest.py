@@ -21,10 +21,12 @@ from heyoka_bike.output_files import replace_file
 MANIFEST = "manifest.json"
 SCHEMA_VERSION = 1
 
-DATASET_VERSION = "1.0.0"
+DATASET_VERSION = "1.1.0"
 """Version of the published set that this package makes."""
 
-PUBLISHED_MANIFEST_SHA256 = "eaf7ce5f70987f47253631a39eb1ff4ee7b09d69dc84019406e2c33acf5b7788"
+_VALUES_VERSION = "1.0.0"
+
+PUBLISHED_MANIFEST_SHA256 = "6b228c1bf199b25514c5107763725ae1018ad7182707361af1c11187dd6f8d49"
 """Hash of the manifest of the published set."""
 
 CUSTOM = "custom"
@@ -52,6 +54,14 @@ class Manifest:
     inputs: Mapping[str, Any]
     files: Mapping[str, tuple[int, str]]
     sha256: str
+
+
+def values_version(dataset_version: str) -> str:
+    """The version that first had the values of a set: it is written beside them.
+
+    Files that a minor version adds thus leave the bytes of the older ones as they are.
+    """
+    return _VALUES_VERSION if dataset_version == DATASET_VERSION else dataset_version
 
 
 def render(

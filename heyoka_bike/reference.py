@@ -262,7 +262,7 @@ def load_reference(folder: str | Path | None = None) -> Reference:
         f = h5py.File(io.BytesIO(raw), "r")
         numbers = range(1, len(manifest.inputs["maneuvers"]) + 1)
         return Reference(
-            dataset_version=str(f.attrs["dataset_version"]),
+            dataset_version=manifest.dataset_version,
             content_sha256=str(f.attrs["content_sha256"]),
             bicycle=str(f.attrs["bicycle"]),
             parameters=json.loads(f.attrs["parameters"]),

@@ -10,18 +10,20 @@ import numpy as np
 from heyoka_bike.certificate import Certificate, certify
 from heyoka_bike.dense import Dense, interpolate
 from heyoka_bike.dense_bound import bound_dense
+from heyoka_bike.derivatives import differentiate
 from heyoka_bike.errors import UndecidedError
 from heyoka_bike.integration import integrate
 from heyoka_bike.parameters import Bicycle, Maneuver
 from heyoka_bike.precision import Precision
 from heyoka_bike.rounding import hi_lo
 from heyoka_bike.rows import EVALUATION_BITS, Array, Rows, constant_columns, round_rows
+from heyoka_bike.sensitivities import Sensitivity
 from heyoka_bike.trajectory import Drift, Trajectory, evaluator, row_times
 
 Progress = Callable[[str, float], None]
 """Called with the stage and the time reached in it [s]."""
 
-STAGES = ("integrate", "certify", "rows", "dense")
+STAGES = ("integrate", "certify", "rows", "dense", "vary")
 
 _ATTEMPTS = 4
 _MORE_DIGITS = 20
@@ -42,6 +44,7 @@ class Table:
         Time of the rows [s] as hi + lo.
     rows : Rows
     dense : Dense
+    sensitivity : Sensitivity
     """
 
     trajectory: Trajectory
@@ -51,6 +54,7 @@ class Table:
     time_lo: Array
     rows: Rows
     dense: Dense
+    sensitivity: Sensitivity
 
     @property
     def maneuver(self) -> Maneuver:
@@ -101,4 +105,5 @@ def _tabulate(bicycle: Bicycle, maneuver: Maneuver, digits: int, report: Progres
         time_lo=np.array([t[1] for t in times]),
         rows=rows,
         dense=bound_dense(run, certificate, dense, constant),
+        sensitivity=differentiate(bicycle, maneuver, lambda t: report("vary", t)),
     )

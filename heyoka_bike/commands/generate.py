@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 MIN_DIGITS, MAX_DIGITS = 65, 1000
 
-_SHARES = {"integrate": 0.3, "certify": 0.5, "rows": 0.05, "dense": 0.15}
+_SHARES = {"integrate": 0.2, "certify": 0.35, "rows": 0.05, "dense": 0.1, "vary": 0.3}
 
 
 def add_parser(subparsers: Any) -> None:
@@ -28,7 +28,8 @@ def add_parser(subparsers: Any) -> None:
             "Integrate each maneuver with heyoka at high precision, prove how far the exact motion "
             "may be from the result, round every value correctly, and write the reference files: "
             "rows and dense output (HDF5), the 25-column text, the same with 50 digits, the "
-            "candidate polynomials, the certificate, and a manifest. Files of equal content are "
+            "candidate polynomials, the certificate, the sensitivities to all parameters, and a "
+            "manifest. Files of equal content are "
             "left untouched; each is replaced atomically, the manifest last."
         ),
         epilog="example: heyoka-bike generate --bicycle my-bicycle.toml --out my-reference",
