@@ -13,10 +13,10 @@ from collections.abc import Sequence
 from typing import NoReturn
 
 from heyoka_bike import __version__
-from heyoka_bike.commands import bench, certify, diagnose, generate, linear, plot, score
+from heyoka_bike.commands import bench, certify, diagnose, export, generate, linear, plot, score
 from heyoka_bike.errors import BicycleError, Exit, InputError
 
-_COMMANDS = (generate, score, diagnose, certify, linear, plot, bench)
+_COMMANDS = (generate, score, diagnose, certify, linear, plot, export, bench)
 
 _EPILOG = """\
 exit codes:

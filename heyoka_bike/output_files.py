@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
 
 from heyoka_bike.errors import InputError
@@ -16,25 +17,52 @@ def write_output(path: Path, data: bytes) -> None:
     InputError
         The file cannot be written; an old one is left as it was.
     """
+    write_outputs({path: data})
+
+
+def write_outputs(files: Mapping[Path, bytes]) -> None:
+    """Write files that belong together: none takes its place before all are on the disk.
+
+    Raises
+    ------
+    InputError
+        One cannot be written; old ones are left as they were.
+    """
+    parts: dict[Path, Path] = {}
     try:
-        if path.exists() and not path.is_file():
-            path.write_bytes(data)
-        else:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            replace_file(path, data)
+        for path, data in files.items():
+            if path.exists() and not path.is_file():
+                path.write_bytes(data)
+            else:
+                path.parent.mkdir(parents=True, exist_ok=True)
+                parts[path] = _write_beside(path, data)
+        for path, part in parts.items():
+            part.replace(path)
     except OSError as e:
         raise InputError(f"cannot be written: {e.strerror or e}", file=path) from None
+    finally:
+        for part in parts.values():
+            part.unlink(missing_ok=True)
 
 
 def replace_file(path: Path, data: bytes) -> None:
     """Write a file beside its place, make it durable, and rename it into place."""
-    beside = path.with_name(path.name + ".part")
+    part = _write_beside(path, data)
     try:
-        with beside.open("wb") as f:
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)
+
+
+def _write_beside(path: Path, data: bytes) -> Path:
+    """Write a file and make it durable, beside its place; nothing is left if it fails."""
+    part = path.with_name(path.name + ".part")
+    try:
+        with part.open("wb") as f:
             f.write(data)
             f.flush()
             os.fsync(f.fileno())
-        beside.replace(path)
     except BaseException:
-        beside.unlink(missing_ok=True)
+        part.unlink(missing_ok=True)
         raise
+    return part

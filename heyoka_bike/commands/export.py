@@ -1,0 +1,97 @@
+"""``heyoka-bike export``: the reference as plain files for other languages."""
+
+from __future__ import annotations
+
+import argparse
+from functools import partial
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+from heyoka_bike.errors import Exit, InputError
+
+_FORMATS = ("c", "fortran", "matlab", "json", "csv", "netcdf")
+_STEM = "uncontrolled_bicycle"
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add the command to the command line."""
+    p = subparsers.add_parser(
+        "export",
+        help="write the reference as C, Fortran, MATLAB, JSON, CSV or netCDF",
+        description=(
+            "Write the reference for programs without HDF5 or Python. c, fortran and matlab (for "
+            "GNU Octave too) are source code that evaluates the columns at any time, exact and "
+            "needing nothing else; csv and netcdf are the rows; json is both."
+        ),
+        epilog="example: heyoka-bike export --format c --columns roll_angle,steer_angle -o src/",
+    )
+    p.add_argument(
+        "--format", metavar="FORMAT", required=True, help=f"one of {', '.join(_FORMATS)}"
+    )
+    p.add_argument(
+        "-o",
+        "--output",
+        metavar="FILE_OR_DIR",
+        default=".",
+        help=f"file, or folder for {_STEM}.* (default: this folder)",
+    )
+    p.add_argument("--maneuver", metavar="N", type=int, help="export this one (default: all)")
+    p.add_argument(
+        "--columns",
+        metavar="NAMES",
+        help="names separated by commas, or all (default: the eight of the benchmark in their "
+        "default definitions)",
+    )
+    p.add_argument("--digits", metavar="N", type=int, help="of csv: 17 (default) or 32")
+    p.add_argument(
+        "--reference", metavar="DIR", help="folder of a reference set (default: the published one)"
+    )
+    p.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Carry out the command."""
+    from heyoka_bike.exports.kit import choose
+    from heyoka_bike.output_files import write_outputs
+    from heyoka_bike.reference import load_reference
+
+    if args.format not in _FORMATS:
+        raise InputError(f"--format: found '{args.format}', expected one of {', '.join(_FORMATS)}")
+    exporter = import_module(f"heyoka_bike.exports.{args.format}")
+    render = exporter.render
+    if args.digits is not None:
+        render = partial(render, digits=_digits(args))
+    folder, stem = _place(args.output, exporter.SUFFIXES)
+    kit = choose(load_reference(args.reference), args.maneuver, args.columns)
+    files = {folder / f"{stem}{ending}": data for ending, data in render(kit, stem).items()}
+    write_outputs(files)
+    for path in files:
+        print(path)
+    return Exit.OK
+
+
+def _digits(args: argparse.Namespace) -> int:
+    from heyoka_bike.exports.csv import DIGITS
+
+    if args.format != "csv":
+        raise InputError("--digits: expected with --format csv only")
+    if args.digits not in DIGITS:
+        raise InputError(f"--digits: found {args.digits}, expected {' or '.join(map(str, DIGITS))}")
+    number: int = args.digits
+    return number
+
+
+def _place(output: str, suffixes: tuple[str, ...]) -> tuple[Path, str]:
+    """Folder, and name without its suffix."""
+    if output == "-":
+        raise InputError("--output: found '-', expected a file or a folder")
+    out = Path(output)
+    if out.is_dir() or output.endswith("/") or not (out.suffix or out.is_file()):
+        return out, _STEM
+    if out.suffix not in suffixes:
+        raise InputError(
+            f"--output: found '{out.name}', expected a file ending in {' or '.join(suffixes)}, or "
+            "a folder (with a final / if it has a dot)"
+        )
+    return out.parent, out.stem
