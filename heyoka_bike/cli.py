@@ -13,10 +13,23 @@ from collections.abc import Sequence
 from typing import NoReturn
 
 from heyoka_bike import __version__
-from heyoka_bike.commands import bench, certify, diagnose, export, generate, linear, plot, score
+from heyoka_bike.commands import (
+    bench,
+    certify,
+    diagnose,
+    export,
+    generate,
+    linear,
+    plot,
+    score,
+    selfcheck,
+    verify,
+)
 from heyoka_bike.errors import BicycleError, Exit, InputError
 
-_COMMANDS = (generate, score, diagnose, certify, linear, plot, export, bench)
+_COMMANDS = (
+    generate, score, diagnose, verify, certify, linear, plot, export, bench, selfcheck,
+)  # fmt: skip
 
 _EPILOG = """\
 exit codes:

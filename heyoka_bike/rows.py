@@ -86,7 +86,7 @@ def round_rows(run: Trajectory, certificate: Certificate, progress: Progress | N
     at = evaluator(run, run.bits + EVALUATION_BITS, certificate)
     first = exact_columns(run.bicycle, run.maneuver)
     constant = constant_columns(run)
-    enclosed = _enclose(at, first, constant, progress)
+    enclosed = enclose_rows(at, first, constant, progress)
     hi: dict[str, list[float]] = {c.name: [] for c in COLUMNS}
     lo: dict[str, list[float]] = {c.name: [] for c in COLUMNS}
     bound: dict[str, list[float]] = {c.name: [] for c in COLUMNS}
@@ -121,10 +121,11 @@ def upward(x: Fraction) -> float:
     return nearest if Fraction(nearest) >= x else nextafter(nearest, inf)
 
 
-def _enclose(
+def enclose_rows(
     at: Evaluator, first: Mapping[str, Fraction], constant: Mapping[str, Value],
-    progress: Progress | None,
+    progress: Progress | None = None,
 ) -> Sequence[dict[str, Enclosure | Fraction]]:  # fmt: skip
+    """Every column of every row as far as it is known: row 0 and constants, then the others."""
     rows = []
     with at.balls.precision():
         for i, t in enumerate(row_times(at.trajectory.maneuver)):

@@ -60,6 +60,7 @@ def add_parser(subparsers: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
     from heyoka_bike.bench import bench
+    from heyoka_bike.machine import machine
     from heyoka_bike.output_files import write_output
 
     runs = args.runs if args.runs is not None else _QUICK_RUNS if args.quick else _RUNS
@@ -75,7 +76,7 @@ def run(args: argparse.Namespace) -> int:
         "rows": problem.maneuver.rows,
         "runs": runs,
         "quick": args.quick,
-        "machine": _machine(),
+        "machine": machine(),
         "versions": _versions(),
         "results": [_result(line, lines) for line in lines],
     }
@@ -211,22 +212,6 @@ def _console(is_shown: bool) -> Console:
     console = Console() if is_shown else Console(file=StringIO())
     console.width = max(console.width, _WIDTH)
     return console
-
-
-def _machine() -> dict[str, Any]:
-    import os
-    import platform
-
-    cpu = platform.processor() or platform.machine()
-    try:
-        for line in Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines():
-            if line.startswith("model name"):
-                cpu = line.split(":", 1)[1].strip()
-                break
-    except OSError:
-        pass
-    system = f"{platform.system()} {platform.machine()}"
-    return {"cpu": cpu, "cores": os.cpu_count(), "system": system}
 
 
 def _versions() -> dict[str, str]:

@@ -1,0 +1,68 @@
+"""``heyoka-bike selfcheck``: whether this installation works."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING, Any
+
+from heyoka_bike.errors import Exit, InputError
+
+if TYPE_CHECKING:
+    from heyoka_bike.selfcheck import Selfcheck
+
+_FORMATS = ("table", "json")
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add the command to the command line."""
+    p = subparsers.add_parser(
+        "selfcheck",
+        help="see whether this installation works: packages, reference, score, a run",
+        description=(
+            "Say which packages are there, whether the reference that came with the package is "
+            "whole, score its text (it must be as good as its digits allow), and integrate "
+            "maneuver 1 in binary64 and binary128 with the digits reached. What is not installed "
+            "is left out and said. Takes a few seconds."
+        ),
+        epilog=(
+            "example: heyoka-bike selfcheck --format json > selfcheck.json\n"
+            "\n"
+            "exit codes: 0 what is installed works; 3 a check failed, with a line for each on\n"
+            "standard error.\n"
+        ),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    p.add_argument(
+        "--format", metavar="FORMAT", default="table", help="table or json (default table)"
+    )
+    p.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Carry out the command."""
+    from heyoka_bike.check_table import complain
+    from heyoka_bike.selfcheck import selfcheck
+
+    if args.format not in _FORMATS:
+        raise InputError(f"--format: found '{args.format}', expected {' or '.join(_FORMATS)}")
+    found = selfcheck()
+    if args.format == "json":
+        import json
+
+        print(json.dumps(found.as_dict(), indent=2, allow_nan=False, ensure_ascii=False))
+    else:
+        _show(found)
+    complain(found.folder, found.checks)
+    return Exit.OK if found.passed else Exit.CHECK_FAILED
+
+
+def _show(found: Selfcheck) -> None:
+    from heyoka_bike.check_table import print_checks
+
+    m = found.machine
+    print(f"machine    {m['cpu']}, {m['cores']} cores, {m['system']}")
+    print(f"reference  {found.folder}")
+    for name, version in found.versions.items():
+        print(f"{name:<13} {version}")
+    print_checks("selfcheck", found.checks)
+    print("this installation " + ("works" if found.passed else "does not work"))

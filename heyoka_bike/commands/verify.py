@@ -1,0 +1,145 @@
+"""``heyoka-bike verify``: check every file and every number of a reference folder."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from contextlib import AbstractContextManager, nullcontext
+from typing import TYPE_CHECKING, Any
+
+from heyoka_bike.errors import Exit, InputError
+
+if TYPE_CHECKING:
+    from heyoka_bike.checks import Check
+    from heyoka_bike.rerun import Agreement
+    from heyoka_bike.verify import Verification
+
+_FORMATS = ("table", "json")
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add the command to the command line."""
+    p = subparsers.add_parser(
+        "verify",
+        help="check every file and every number of a reference folder, in seconds",
+        description=(
+            "Check a reference folder: sizes and hashes of its files, how they are built, that "
+            "every number agrees with every other form of it (hi + lo, bound, 17 and 50 digits, "
+            "dense output, candidate, certificate), and that every row obeys the model (energy, "
+            "contact, equations of motion), each within the certified bounds. Any damaged byte is "
+            "found and the file named. Needs no heyoka and some seconds; 'certify' proves the "
+            "bounds themselves. With --rerun the motion is integrated again, at the precision of "
+            "the set and 20 digits more, and the digits that agree are counted; this needs heyoka "
+            "and a minute, with --quick some 15 s."
+        ),
+        epilog=(
+            "examples:\n"
+            "  heyoka-bike verify\n"
+            "  heyoka-bike verify my-reference --format json\n"
+            "  heyoka-bike verify --rerun --quick\n"
+            "\n"
+            "exit codes: 0 all is well; 1 the folder cannot be read or is no reference set;\n"
+            "3 a check failed, with a line for each on standard error. See docs/verify.md.\n"
+        ),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    p.add_argument("folder", nargs="?", metavar="DIR", help="folder (default: the published set)")
+    p.add_argument(
+        "--rerun", action="store_true", help="integrate again and count the digits that agree"
+    )
+    p.add_argument(
+        "--quick", action="store_true", help="with --rerun: at binary128 and 40 digits only"
+    )
+    p.add_argument(
+        "--format", metavar="FORMAT", default="table", help="table or json (default table)"
+    )
+    p.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Carry out the command."""
+    if args.format not in _FORMATS:
+        raise InputError(f"--format: found '{args.format}', expected {' or '.join(_FORMATS)}")
+    if args.quick and not args.rerun:
+        raise InputError("--quick: found alone, expected with --rerun")
+    if args.folder is not None and not args.folder.strip():
+        raise InputError("DIR: found nothing, expected a folder")
+    if args.rerun:
+        from heyoka_bike.integration import require_heyoka
+
+        require_heyoka()
+    from heyoka_bike.check_table import complain
+    from heyoka_bike.verify import verify
+
+    with _patience():
+        found = verify(args.folder)
+    agreements: list[Agreement] = []
+    if args.rerun:
+        agreements, checks = _again(found, is_quick=args.quick)
+        found = found.having(checks)
+    if args.format == "json":
+        import json
+
+        print(json.dumps(found.as_dict(), indent=2, allow_nan=False, ensure_ascii=False))
+    else:
+        _show(found, agreements)
+    complain(found.folder, found.checks)
+    return Exit.OK if found.passed else Exit.CHECK_FAILED
+
+
+def _again(found: Verification, *, is_quick: bool) -> tuple[list[Agreement], list[Check]]:
+    """A rerun, if there is a whole set to compare it with."""
+    from heyoka_bike.checks import Check
+    from heyoka_bike.rerun import rerun
+
+    if not found.passed:
+        message = "not made: the set has to be whole"
+        return [], [Check("rerun", None, "", message, {"values": 0})]
+    agreements = rerun(found.parts, is_quick=is_quick)
+    return agreements, [a.check() for a in agreements]
+
+
+def _patience() -> AbstractContextManager[Any]:
+    """A word on the terminal while the numbers are looked at."""
+    if not sys.stderr.isatty():
+        return nullcontext()
+    from rich.console import Console
+
+    return Console(stderr=True).status("checking")
+
+
+def _show(found: Verification, agreements: Sequence[Agreement]) -> None:
+    from heyoka_bike.check_table import print_checks
+
+    print_checks(f"{found.folder}, dataset version {found.dataset_version}", found.checks)
+    if agreements:
+        _show_digits(agreements)
+    failed = sum(c.passed is False for c in found.checks)
+    unmade = sum(c.passed is None for c in found.checks)
+    told = f"{len(found.checks)} checks, {failed} failed"
+    if unmade:
+        told += f", {unmade} not made"
+    print(f"{found.folder}: {told}")
+
+
+def _show_digits(agreements: Sequence[Agreement]) -> None:
+    """Digits by column: with the published numbers, and with the candidate."""
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    view = Table(title="agreeing digits: with the published numbers / with the candidate")
+    view.add_column("column", no_wrap=True)
+    for a in agreements:
+        view.add_column(Text(f"{a.maneuver}\n{a.precision}"), justify="right", no_wrap=True)
+    for name in agreements[0].published:
+        view.add_row(
+            name, *(f"{a.published[name]:.1f} / {a.candidate[name]:.1f}" for a in agreements)
+        )
+    view.add_section()
+    view.add_row("promised, at least", *(f"{min(a.promised.values()):.1f}" for a in agreements))
+    view.add_row(Text("time [s]"), *(f"{a.seconds:.1f}" for a in agreements))
+    console = Console()
+    console.width = max(console.width, 40 + 15 * len(agreements))
+    console.print(view)
