@@ -24,7 +24,7 @@ from heyoka_bike.kinematics import state_names
 from heyoka_bike.manifest import Manifest, values_version
 from heyoka_bike.parameters import STATE_INPUTS, Maneuver
 from heyoka_bike.precision import Precision
-from heyoka_bike.proof import STATEMENT, TRUSTED, content_of_file
+from heyoka_bike.proof import STATEMENT, TRUSTED, content_of_file, content_sha256
 from heyoka_bike.rows import TEXT_DIGITS
 from heyoka_bike.sensitivities import UNKNOWNS
 
@@ -33,6 +33,9 @@ DAMAGE = (
     ValueError,
 )  # fmt: skip
 """What h5py, json and the rest raise for bytes that are not what they should be: nearly all."""
+
+# Sensitivities are multiples of 2^-50 of their scale, rounded up to a power of two: three of them.
+_GRID = 3 * 2.0**-50
 
 # Set by HDF5's dimension scales.
 _SCALE_ATTRIBUTES = {"CLASS", "NAME", "REFERENCE_LIST", "DIMENSION_LIST"}
@@ -321,7 +324,8 @@ def _names_of_attributes(item: Any, expected: Sequence[str]) -> Iterator[str]:
 def of_sensitivities(
     raw: bytes, manifest: Manifest, maneuvers: Sequence[Maneuver]
 ) -> Iterator[str]:
-    """Problems of the file of sensitivities; of its numbers only whether they are numbers."""
+    """Problems of the file of sensitivities: the structure, the hash, and sums of the energies."""
+    parts: dict[str, dict[str, Any]] = {}
     with h5py.File(io.BytesIO(raw), "r") as f:
         yield from _names(f, [f"maneuver_{i}" for i in range(1, len(maneuvers) + 1)])
         expected = json.dumps(manifest.inputs["bicycle"]["parameters"])
@@ -344,6 +348,15 @@ def of_sensitivities(
                     yield f"{dataset.name}: found {dataset.shape}, expected {shape} of binary64"
                 elif np.isinf(dataset[:]).any():
                     yield f"{dataset.name}: found a number that is not finite"
+            parts[f"maneuver_{i}"] = {name: group[name][:] for name in group}
+            kept = parts[f"maneuver_{i}"]
+            energies = [kept[f"{name}_energy"] for name in ("potential", "kinetic", "mechanical")]
+            size = max(float(np.nanmax(np.abs(e), initial=0.0)) for e in energies)
+            difference = np.abs(energies[0] + energies[1] - energies[2])
+            if float(np.nanmax(difference, initial=0.0)) > _GRID * size:
+                yield f"{group.name}: derivatives of the energies do not add up"
+        if f.attrs["content_sha256"] != content_sha256(parts):
+            yield "attribute content_sha256: is not that of the numbers"
 
 
 def of_certificate(raw: bytes, manifest: Manifest, maneuvers: Sequence[Maneuver]) -> Iterator[str]:

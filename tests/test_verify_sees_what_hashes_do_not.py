@@ -386,6 +386,17 @@ def test_the_sensitivities_are_those_of_the_inputs(copy):
     assert failed(copy) == {("schema", "sensitivities.h5")}
 
 
+def test_a_changed_sensitivity(copy):
+    with h5py.File(copy / "sensitivities.h5", "r+") as f:
+        f["maneuver_1/roll_angle"][0, 0, 0] += 1e-3
+    accept(copy)
+    assert "not that of the numbers" in message(copy, "schema")
+    with h5py.File(copy / "sensitivities.h5", "r+") as f:
+        f["maneuver_1/kinetic_energy"][0, 0, 0] += 1e-3
+    accept(copy)
+    assert "do not add up" in message(copy, "schema")
+
+
 # The manifest.
 
 
