@@ -15,6 +15,7 @@ from typing import Any, Protocol
 
 import flint
 import mpmath
+import numpy as np
 
 from heyoka_bike.exact import Exact
 
@@ -113,6 +114,28 @@ class Multiprecision:
 
     def sum(self, terms: Iterable[mpmath.mpf]) -> mpmath.mpf:
         return sum(terms, self.context.zero)
+
+
+class Arrays:
+    """NumPy arrays of binary64; constants come from `Constants.convert`."""
+
+    def number(self, value: Exact | Fraction | int) -> float:
+        return float(value)
+
+    def sin(self, x: Any) -> Any:
+        return np.sin(x)
+
+    def cos(self, x: Any) -> Any:
+        return np.cos(x)
+
+    def sqrt(self, x: Any) -> Any:
+        return np.sqrt(x)
+
+    def atan2(self, y: Any, x: Any) -> Any:
+        return np.arctan2(y, x)
+
+    def sum(self, terms: Iterable[Any]) -> Any:
+        return sum(terms)
 
 
 def exact_ball(value: Fraction) -> flint.arb:

@@ -2,26 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from math import floor, log10
 from typing import Any
 
-import numpy as np
-
+from heyoka_bike import numerical
 from heyoka_bike.diagnosis import Diagnosis, Hypothesis
+from heyoka_bike.estimation import Fit, Unknown
 from heyoka_bike.findings import Finding, Severity
-from heyoka_bike.report import ColumnScore, ManeuverScore, Report
+from heyoka_bike.parameters import PARAMETERS
+from heyoka_bike.reference import Reference, load_reference
+from heyoka_bike.report import ColumnScore, Explanation, ManeuverScore, Report
+from heyoka_bike.sensitivities import UNKNOWNS
 
 # Classes of hypotheses worth a sentence.
 _MOST = 3
-# Neighbouring errors of white noise differ by sqrt(2) of their size, those of a smooth error by
-# next to nothing; halfway is called rough.
-_ROUGH = 0.7
 # A correct file's error is its floor; sums and conversions may double it.
 _AT_FLOOR = 2.0
+# All parameters and starts together explain up to a factor of 80 of an integrator's error.
+_ALL = 300.0
+_MOST_DECIMALS = 12
+_COUNTS = {1: "One parameter explains", 2: "Two parameters explain", 3: "Three parameters explain"}
 
 
-def findings(diagnosis: Diagnosis, report: Report) -> tuple[Finding, ...]:
-    """What explains the file, or what its error looks like if nothing does."""
+def findings(
+    diagnosis: Diagnosis, report: Report, reference: Reference | None = None
+) -> tuple[Finding, ...]:
+    """What explains the file, or what its error looks like if nothing does.
+
+    The reference is that of the report, by default the published one.
+    """
     columns = [(m, c) for m in report.maneuvers for c in m.columns if c.values]
     if all(c.is_at_floor(_AT_FLOOR) for _, c in columns):
         return (
@@ -30,12 +40,25 @@ def findings(diagnosis: Diagnosis, report: Report) -> tuple[Finding, ...]:
                 "every column is as right as the digits written can tell",
             ),
         )
-    if not diagnosis.classes:
-        return (_no_mistake(diagnosis, columns), *_numerical(report))
-    return tuple(
+    fits = diagnosis.estimate.fits if diagnosis.estimate else ()
+    found = [_fitted(diagnosis)] if fits else []
+    found += [
         _explained(rank, hypotheses)
-        for rank, hypotheses in enumerate(diagnosis.classes[:_MOST], start=1)
-    )
+        for rank, hypotheses in enumerate(diagnosis.classes[: _MOST - len(found)], len(found) + 1)
+    ]
+    if not found:
+        found += [_no_mistake(diagnosis, columns)]
+        found += numerical.findings(report, reference or load_reference())
+    if diagnosis.untried:
+        found.append(_without_heyoka(diagnosis))
+    return tuple(found)
+
+
+def explanation(diagnosis: Diagnosis, found: Sequence[Finding]) -> Explanation | None:
+    """The first of the findings, with its curves."""
+    if not diagnosis.curves or found[0].code not in ("mistake", "parameters"):
+        return None
+    return Explanation(found[0].message, diagnosis.curves)
 
 
 def _explained(rank: int, hypotheses: Sequence[Hypothesis]) -> Finding:
@@ -66,6 +89,80 @@ def _explained(rank: int, hypotheses: Sequence[Hypothesis]) -> Finding:
     )
 
 
+def _fitted(diagnosis: Diagnosis) -> Finding:
+    """The fewest parameters that explain the file."""
+    estimate = diagnosis.estimate
+    assert estimate is not None
+    best, *others = estimate.fits
+    text = (
+        f"{_COUNTS[len(best.changes)]} it: {_changed(best, diagnosis.values)}; with that, the "
+        f"error is smaller by a factor of {best.relief:.2g} in what this changes"
+    )
+    if estimate.is_first_order:
+        text += ", to first order"
+    text += "; check " + ("it" if len(best.changes) == 1 else "them") + " in your input"
+    if others:
+        text += "; the file cannot tell this from " + "; or ".join(
+            _changed(fit, diagnosis.values) for fit in others[:_MOST]
+        )
+    return Finding(
+        "parameters",
+        text,
+        Severity.WARNING,
+        {
+            "rank": 1,
+            "changes": [_as_evidence(fit, diagnosis.values) for fit in estimate.fits],
+            "gain": best.gain,
+            "relief": best.relief,
+            "is_first_order": estimate.is_first_order,
+            "singular_values": list(estimate.singular_values),
+        },
+    )
+
+
+def _changed(fit: Fit, values: Mapping[Unknown, float]) -> str:
+    parts = []
+    for unknown, change in fit.changes.items():
+        uncertain, before = fit.uncertain[unknown], values[unknown]
+        # So many digits as the uncertainty allows, its first one among them.
+        decimals = min(max(0, 1 - floor(log10(uncertain))), _MOST_DECIMALS) if uncertain else 0
+        parts.append(
+            f"{_named(unknown)} is {before + change:.{decimals}f} {UNKNOWNS[unknown[0]]} (+- "
+            f"{uncertain:.1g}) instead of {before:.10g}"
+        )
+    return ", and ".join(parts)
+
+
+def _named(unknown: Unknown) -> str:
+    name, number = unknown
+    if number is None:
+        return f"the {PARAMETERS[name].description} ({name})"
+    return f"the {name.replace('_', ' ')} of maneuver {number}"
+
+
+def _as_evidence(fit: Fit, values: Mapping[Unknown, float]) -> list[dict[str, Any]]:
+    return [
+        {
+            "unknown": name,
+            "maneuver": number,
+            "value": values[name, number] + change,
+            "uncertain": fit.uncertain[name, number],
+            "instead_of": values[name, number],
+            "unit": UNKNOWNS[name],
+        }
+        for (name, number), change in fit.changes.items()
+    ]
+
+
+def _without_heyoka(diagnosis: Diagnosis) -> Finding:
+    return Finding(
+        "not_tried",
+        f"heyoka is not installed: {diagnosis.untried} hypotheses could not be simulated, only "
+        "mistakes in the output and small changes of parameters were tried",
+        evidence={"untried": diagnosis.untried},
+    )
+
+
 def _evidence(typical: Any) -> dict[str, float]:
     return {f"{maneuver}.{key}": value for (maneuver, key), value in typical.items()}
 
@@ -77,64 +174,19 @@ def _no_mistake(
         (c.as_understood.measures.max_rel_error or 0.0, f"{c.key} of maneuver {m.maneuver}")
         for m, c in columns
     )
-    return Finding(
-        "no_mistake_found",
+    text = (
         f"None of {diagnosis.tried} usual mistakes, alone or two together, explains the difference "
-        f"(largest {worst:.2g} of the scale, {where})",
-        evidence={"tried": diagnosis.tried, "max_rel_error": worst},
+        f"(largest {worst:.2g} of the scale, {where})"
     )
-
-
-def _numerical(report: Report) -> tuple[Finding, ...]:
-    """What the error looks like, where no mistake explains it."""
-    rough = [
-        f"{m.maneuver}.{c.key}"
-        for m in report.maneuvers
-        for c in m.columns
-        if c.values > 10 and not c.is_at_floor(_AT_FLOOR) and _roughness(c) > _ROUGH
-    ]
-    falling = [m.maneuver for m in report.maneuvers if _falls_steadily(m)]
-    if falling and len(falling) == len(report.maneuvers):
-        return (
-            Finding(
-                "numerical_damping",
-                "The mechanical energy falls steadily in every maneuver, as numerical damping "
-                "makes it: an integrator or a setting with less damping, or a smaller step",
-                evidence={"maneuvers": falling},
-            ),
-        )
-    total = sum(len(m.columns) for m in report.maneuvers)
-    if len(rough) > total / 2:
-        return (
-            Finding(
-                "rough_error",
-                "The error jumps from row to row, as a loose tolerance of the Newton iterations or "
-                "few digits make it, not a step size",
-                evidence={"columns": rough},
-            ),
-        )
-    return (
-        Finding(
-            "smooth_error",
-            "The error is smooth, as the step size or tolerance of an integrator makes it; to be "
-            "sure, halve the step and score both files together: the error of a method of order p "
-            "falls by 2^p, that of a wrong model stays",
-        ),
-    )
-
-
-def _roughness(c: ColumnScore) -> float:
-    """Root mean square of the error's differences over that of the error."""
-    error = c.trace.error
-    size = float(np.sqrt(np.mean(error**2)))
-    return float(np.sqrt(np.mean(np.diff(error) ** 2))) / size if size else 0.0
-
-
-def _falls_steadily(m: ManeuverScore) -> bool:
-    """Whether the mechanical energy is lower in each tenth of the run than in the one before."""
-    energy = next((c for c in m.columns if c.key == "mechanical_energy"), None)
-    if energy is None or energy.is_at_floor(_AT_FLOOR) or energy.values < 20:
-        return False
-    means = [float(np.mean(part)) for part in np.array_split(energy.trace.value, 10)]
-    drop = means[0] - means[-1]
-    return bool(np.all(np.diff(means) < 0)) and drop > 10 * (energy.floor or 0.0)
+    evidence: dict[str, Any] = {"tried": diagnosis.tried, "max_rel_error": worst}
+    estimate = diagnosis.estimate
+    if estimate is not None:
+        text += ", nor do one, two or three parameters or starts that differ"
+        evidence["gain_of_all_parameters"] = estimate.gain_of_all
+        evidence["singular_values"] = list(estimate.singular_values)
+        if estimate.gain_of_all > _ALL:
+            text += (
+                "; more of them together would, by a factor of "
+                f"{estimate.gain_of_all:.2g}, but the file cannot tell which"
+            )
+    return Finding("no_mistake_found", text, evidence=evidence)

@@ -214,6 +214,8 @@ class Reference(Mapping[int, ReferenceManeuver]):
     parameters : mapping of str to str
         Its parameters, exact.
     maneuvers : tuple of ReferenceManeuver
+    folder : Path
+        Where it was loaded from.
     """
 
     dataset_version: str
@@ -221,6 +223,27 @@ class Reference(Mapping[int, ReferenceManeuver]):
     bicycle: str
     parameters: Mapping[str, str]
     maneuvers: tuple[ReferenceManeuver, ...]
+    folder: Path
+
+    @property
+    def times(self) -> Array:
+        """Times of the rows [s], shape (rows,), if all maneuvers have the same.
+
+        Raises
+        ------
+        InputError
+            They differ; each maneuver has its own ``time``.
+        """
+        shared = self.maneuvers[0].time
+        for number in self:
+            time = self[number].time
+            if not np.array_equal(time, shared):
+                raise InputError(
+                    f"times: found {len(shared)} rows to {shared[-1]:g} s in maneuver 1 and "
+                    f"{len(time)} to {time[-1]:g} s in maneuver {number}, expected the same times "
+                    "in all; each maneuver has its own, reference[1].time"
+                )
+        return shared
 
     def __getitem__(self, number: int) -> ReferenceManeuver:
         if number not in self:
@@ -267,6 +290,7 @@ def load_reference(folder: str | Path | None = None) -> Reference:
             bicycle=str(f.attrs["bicycle"]),
             parameters=json.loads(f.attrs["parameters"]),
             maneuvers=tuple(_read_maneuver(f[f"maneuver_{i}"]) for i in numbers),
+            folder=where,
         )
     except (OSError, KeyError, ValueError) as e:
         raise DatasetError(f"{where / _FILE}: is not a reference file ({e})") from None

@@ -276,6 +276,43 @@ class FileInfo:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class Curve:
+    """What an explanation leaves of the error of one column.
+
+    Attributes
+    ----------
+    maneuver, key, unit
+    time : ndarray, shape (n,)
+        [s]
+    before, after : ndarray, shape (n,)
+        Absolute error against the reference, and against what explains the file [unit].
+    """
+
+    maneuver: int
+    key: str
+    unit: str
+    time: Array
+    before: Array
+    after: Array
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Explanation:
+    """The first of what a diagnosis found, for the figure; its words are among the findings.
+
+    Attributes
+    ----------
+    says
+        One sentence without a full stop.
+    curves : tuple of Curve
+        In each maneuver the column that it explains best.
+    """
+
+    says: str
+    curves: tuple[Curve, ...]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class Report:
     """Everything that is said about a result file.
 
@@ -289,6 +326,8 @@ class Report:
     maneuvers : tuple of ManeuverScore
     findings : tuple of Finding
     requirements : tuple of Requirement
+    explanation : Explanation or None
+        Of a diagnosis, if there was one and it found something.
     """
 
     dataset_version: str
@@ -297,6 +336,7 @@ class Report:
     maneuvers: tuple[ManeuverScore, ...]
     findings: tuple[Finding, ...]
     requirements: tuple[Requirement, ...] = ()
+    explanation: Explanation | None = None
 
     @property
     def passed(self) -> bool:

@@ -13,10 +13,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from math import cos, sin
+from typing import Any
 
 import numpy as np
 
+from heyoka_bike.arithmetic import Arrays
 from heyoka_bike.chebyshev import Array
+from heyoka_bike.constants import Constants
+from heyoka_bike.kinematics import front_contact_height
+
+# Rounds and difference of Newton's iteration for the pitch.
+_ROUNDS = 4
+_SHIFT = 1e-6
 
 BODIES = "RBHF"
 """Rear wheel, frame with rider, fork with handlebar, front wheel."""
@@ -57,7 +65,7 @@ def initial_state(p: Mapping[str, float], start: Start) -> tuple[float, ...]:
         The parameters of `parameters.PARAMETERS`, SI.
     start : Start
     """
-    masses, places, inertias = _bodies(p)
+    masses, places, inertias = inertial_properties(p)
     centre = float(sum(masses[b] * places[b][2] for b in BODIES)) / sum(masses.values())
     lateral = -start.roll_rate * centre
     speed = start.speed
@@ -77,11 +85,24 @@ def initial_state(p: Mapping[str, float], start: Start) -> tuple[float, ...]:
     return 0.0, 0.0, 0.0, float(roll_rate), float(steer_rate), float(forward)
 
 
+def pitch_on_the_floor(k: Constants, roll: Any, pitch: Any, steer: Any) -> Any:
+    """Pitch with both wheels on the floor [rad], for floats or arrays; `pitch` is where to begin.
+
+    Pitch is a few hundredths: Newton's iteration is there from zero after a few rounds.
+    """
+    a = Arrays()
+    for _ in range(_ROUNDS):
+        gap = front_contact_height(k, a, roll, pitch, steer)
+        slope = front_contact_height(k, a, roll, pitch + _SHIFT, steer) - gap
+        pitch = pitch - gap * _SHIFT / slope
+    return pitch
+
+
 _Velocities = Mapping[str, tuple[Array, Array]]
 """Of each body: velocity of its centre of mass, and angular velocity."""
 
 
-def _bodies(
+def inertial_properties(
     p: Mapping[str, float],
 ) -> tuple[dict[str, float], dict[str, Array], dict[str, Array]]:
     """Masses, centres of mass and inertia matrices."""

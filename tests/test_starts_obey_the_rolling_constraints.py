@@ -7,7 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from heyoka_bike.start import BODIES, Start, _admissible, _bodies, _product, initial_state
+from heyoka_bike.start import (
+    BODIES,
+    Start,
+    _admissible,
+    _product,
+    inertial_properties,
+    initial_state,
+)
 
 LINEAR = json.loads((Path(__file__).parent / "anchors" / "linear.json").read_text())
 START = Start(4.6, 0.5)
@@ -31,7 +38,7 @@ def published_mass_matrix():
 
 def test_the_kinetic_energy_is_the_published_mass_matrix(parameters):
     """M of Meijaard et al. (2007), over roll rate and steer rate."""
-    masses, places, inertias = _bodies(parameters)
+    masses, places, inertias = inertial_properties(parameters)
     unit = _admissible(parameters, places)
     mass = np.array([[_product(masses, inertias, a, b) for b in unit] for a in unit])
     assert mass[:2, :2] == pytest.approx(published_mass_matrix(), rel=1e-12)
@@ -55,7 +62,7 @@ def test_an_admissible_start_stays_as_it_is(parameters):
 )
 def test_what_is_left_is_orthogonal_to_all_admissible_velocities(parameters, start):
     """The mistaken velocities minus the projected ones have no momentum along any of them."""
-    masses, places, inertias = _bodies(parameters)
+    masses, places, inertias = inertial_properties(parameters)
     unit = _admissible(parameters, places)
     u = initial_state(parameters, start)[3:]
     given = {}
@@ -80,7 +87,7 @@ def test_what_is_left_is_orthogonal_to_all_admissible_velocities(parameters, sta
 
 
 def test_the_speed_of_the_centre_is_that(parameters):
-    masses, places, _ = _bodies(parameters)
+    masses, places, _ = inertial_properties(parameters)
     speed = initial_state(parameters, replace(START, speed_of_centre=True))[-1]
     height = sum(masses[b] * places[b] for b in BODIES)[2] / sum(masses.values())
     assert np.hypot(speed, 0.5 * height) == pytest.approx(4.6, rel=1e-14)

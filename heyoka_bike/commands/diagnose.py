@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import json
 import textwrap
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.errors import Exit, InputError
@@ -27,8 +26,11 @@ def add_parser(subparsers: Any) -> None:
         description=(
             "Simulate the usual mistakes (a sign of a product of inertia, a wheel's inertia, the "
             "steer axis, gravity, the start, rates by differences, ...), alone and two together, "
-            "and name those that explain the file; or say that none does, and what the error looks "
-            "like then. Files are read as by 'score'. Needs heyoka; takes some ten seconds."
+            "and name those that explain the file; else the one, two or three parameters whose "
+            "other values do; else what the error looks like: a step size and its order, damping, "
+            "noise, interpolation. Files are read as by 'score'. Takes some ten seconds; without "
+            "heyoka little can be simulated, and the answer says so. The same is part of 'score "
+            "--diagnose', with a figure in its HTML."
         ),
         epilog="example: heyoka-bike diagnose my-results.txt",
     )
@@ -56,37 +58,42 @@ def run(args: argparse.Namespace) -> int:
     files = [read(f, n, reference) for f, n in zip(args.files, numbers, strict=True)]
     one = merge([align(f, reference) for f in files])
     scored = report(one, understand(one.parts), reference)
-    found = diagnosed(one, scored, reference)
-    print(_as_json(scored, found) if args.format == "json" else _as_text(scored, found))
+    found = with_diagnosis(one, scored, reference)
+    said = found.findings[: len(found.findings) - len(scored.findings)]
+    print(_as_json(found) if args.format == "json" else _as_text(scored, said))
     return Exit.OK
 
 
-def diagnosed(one: Alignment, scored: Report, reference: Reference) -> tuple[Finding, ...]:
-    """Findings of the diagnosis, with a progress bar on a terminal while it works."""
+def with_diagnosis(one: Alignment, scored: Report, reference: Reference) -> Report:
+    """The report with its diagnosis, and a progress bar on a terminal while that works."""
     from rich.console import Console
     from rich.progress import Progress
 
-    from heyoka_bike.diagnosis import diagnose
-    from heyoka_bike.diagnosis_words import findings
+    from heyoka_bike.diagnosing import diagnosed
 
     console = Console(stderr=True)
     with Progress(console=console, transient=True, disable=not console.is_terminal) as bars:
         bar = bars.add_task("simulating mistakes", total=1.0)
-        found = diagnose(one, reference, progress=lambda x: bars.update(bar, completed=x))
-    return findings(found, scored)
+        return diagnosed(one, scored, reference, lambda x: bars.update(bar, completed=x))
 
 
-def _as_text(scored: Report, found: tuple[Finding, ...]) -> str:
+def diagnosed(one: Alignment, scored: Report, reference: Reference) -> tuple[Finding, ...]:
+    """Findings of the diagnosis alone."""
+    found = with_diagnosis(one, scored, reference).findings
+    return found[: len(found) - len(scored.findings)]
+
+
+def _as_text(scored: Report, said: tuple[Finding, ...]) -> str:
     from heyoka_bike.renderers.words import verdict
 
-    paragraphs = [verdict(scored), *(f.message for f in found)]
+    paragraphs = [verdict(scored), *(f.message for f in said)]
     return "\n\n".join(textwrap.fill(p, _WIDTH, break_long_words=False) for p in paragraphs)
 
 
-def _as_json(scored: Report, found: tuple[Finding, ...]) -> str:
+def _as_json(scored: Report) -> str:
     from heyoka_bike.renderers.json import render
 
-    # The findings of `score` come first: how the columns were understood.
-    document = json.loads(render(replace(scored, findings=scored.findings + found)))
+    # Those of the diagnosis come first, then those of `score`.
+    document = json.loads(render(scored))
     keys = ("schema_version", "dataset_version", "bicycle", "file", "findings")
     return json.dumps({key: document[key] for key in keys}, indent=2, allow_nan=False)

@@ -85,6 +85,11 @@ def add_parser(subparsers: Any) -> None:
         help="requirement such as 'scd >= 6' or '2.performance < 1e-3'; may be repeated",
     )
     p.add_argument(
+        "--diagnose",
+        action="store_true",
+        help="say why the file differs, too, and show it in the HTML; see 'heyoka-bike diagnose'",
+    )
+    p.add_argument(
         "--maneuver",
         metavar="N",
         help="maneuver that a file of 9 columns holds (default: recognised by its values); "
@@ -120,6 +125,8 @@ def run(args: argparse.Namespace) -> int:
     maneuvers = maneuvers_of(args.maneuver, len(files), reference)
     results = [read(f, m, reference) for f, m in zip(files, maneuvers, strict=True)]
     scored = score_files(results, reference, steps=steps, cpu=cpu, require=args.require)
+    if args.diagnose:
+        scored = _diagnosed(results, scored, reference)
     for path, name in written:
         write_output(path, _render(scored, name, is_terminal=False).encode())
     if on_screen is not None:
@@ -128,6 +135,18 @@ def run(args: argparse.Namespace) -> int:
         _complain(scored)
         return Exit.CHECK_FAILED
     return Exit.OK
+
+
+def _diagnosed(results: Sequence[Results], scored: Report | Series, reference: Reference) -> Report:
+    from heyoka_bike.alignment import align, merge
+    from heyoka_bike.commands.diagnose import with_diagnosis
+    from heyoka_bike.report import Series
+
+    if isinstance(scored, Series):
+        raise InputError(
+            f"--diagnose: found {len(scored.runs)} runs, expected the files of one run"
+        )
+    return with_diagnosis(merge([align(r, reference) for r in results]), scored, reference)
 
 
 def _outputs(args: argparse.Namespace) -> tuple[str | None, list[tuple[Path, str]]]:

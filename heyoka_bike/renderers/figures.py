@@ -15,7 +15,7 @@ from heyoka_bike.renderers.chart import Level, Line, Notch, chart
 from heyoka_bike.renderers.decimate import envelope, highest
 from heyoka_bike.renderers.markup import prose
 from heyoka_bike.renderers.words import label, number, plain, scale, unit_text
-from heyoka_bike.report import ColumnScore, ManeuverScore
+from heyoka_bike.report import ColumnScore, Curve, Explanation, ManeuverScore
 
 _ALL_HEIGHT, _ONE_HEIGHT = 300, 120
 _ALL_BINS, _ONE_BINS, _RANGE_BINS = 125, 200, 50
@@ -84,6 +84,43 @@ def all_errors(m: ManeuverScore) -> str:
         f"reference. Above the dashed line a column has fewer than three correct digits.{marks}"
         "</figcaption></figure>"
     )
+
+
+def explained(e: Explanation) -> str:
+    """What an explanation leaves of the error, in one column of each maneuver."""
+    parts = "".join(
+        f"<figure><figcaption><b>Maneuver {c.maneuver}, {escape(label(c.key))}</b></figcaption>"
+        f"{_explained(c)}</figure>"
+        for c in e.curves
+    )
+    items = [
+        ("against the reference", "before", ""),
+        ("against the program that explains it", "after", ""),
+    ]
+    return (
+        f'<div class="wide">{legend(items)}</div><div class="columns">{parts}</div>'
+        '<p class="said">Shown is, in each maneuver, the column that it explains best.</p>'
+    )
+
+
+def _explained(c: Curve) -> str:
+    unit, name = unit_text(c.unit), label(c.key)
+    lines, low, high = [], [], []
+    for called, style, error in (("before", "before", c.before), ("after", "after", c.after)):
+        t, points = highest(c.time, error, _ALL_BINS)
+        if points.any():
+            lines.append(Line(called, style, t, points, unit))
+            ends = _range(t, points)
+            low.append(ends[0])
+            high.append(ends[1])
+    if not lines:
+        return _empty("The error is exactly 0 in every row.")
+    about = f"Error of the {name} in maneuver {c.maneuver} before and after, logarithmic"
+    return chart(
+        axis.times(float(c.time[0]), float(c.time[-1])), axis.decades(min(low), max(high), 6),
+        lines, about=about, title=f"absolute error [{unit}]", x_title="time [s]",
+        height=_ONE_HEIGHT,
+    )  # fmt: skip
 
 
 def one_column(m: ManeuverScore, c: ColumnScore) -> str:

@@ -12,7 +12,7 @@ from heyoka_bike.findings import Finding
 from heyoka_bike.measures import MOST_DIGITS
 from heyoka_bike.renderers import series_figures, tables
 from heyoka_bike.renderers.definitions import definitions
-from heyoka_bike.renderers.figures import all_errors, one_column
+from heyoka_bike.renderers.figures import all_errors, explained, one_column
 from heyoka_bike.renderers.markup import prose
 from heyoka_bike.renderers.words import (
     by_severity,
@@ -39,7 +39,7 @@ from heyoka_bike.renderers.words import (
     worst,
     worst_words,
 )
-from heyoka_bike.report import ManeuverScore, Report, Requirement, Series
+from heyoka_bike.report import Explanation, ManeuverScore, Report, Requirement, Series
 
 # The page says itself that it loads nothing, and a browser keeps it to that.
 _POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'"
@@ -90,6 +90,7 @@ def _report(report: Report, title: str) -> str:
         "</header>",
         _requirements(report.requirements),
         _findings(report.findings),
+        _explanation(report.explanation),
         *(_maneuver(m, 2, m is report.maneuvers[0]) for m in report.maneuvers),
     ]
     return "\n".join(parts)
@@ -201,6 +202,7 @@ def _tile(state: str, said: str, about: str) -> str:
 def _contents(report: Report) -> str:
     links = [("requirements", "Requirements")] if report.requirements else []
     links += [("findings", "Findings")] if report.findings else []
+    links += [("explanation", "What explains it")] if report.explanation else []
     links += [(f"maneuver-{m.maneuver}", f"Maneuver {m.maneuver}") for m in report.maneuvers]
     return _links(links)
 
@@ -234,6 +236,15 @@ def _findings(findings: tuple[Finding, ...]) -> str:
         return ""
     listed = _finding_list(findings)
     return f'<section id="findings"><h2>Findings</h2>{listed}</section>'
+
+
+def _explanation(e: Explanation | None) -> str:
+    if e is None:
+        return ""
+    return (
+        f'<section id="explanation"><h2>What explains it</h2>'
+        f'<p class="said">{prose(_capital(sentence(e.says)))}.</p>{explained(e)}</section>'
+    )
 
 
 def _finding_list(findings: tuple[Finding, ...]) -> str:

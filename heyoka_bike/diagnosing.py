@@ -1,0 +1,25 @@
+"""A score with its diagnosis: what explains a file is among its findings."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from heyoka_bike.alignment import Alignment
+from heyoka_bike.diagnosis import diagnose
+from heyoka_bike.diagnosis_words import explanation, findings
+from heyoka_bike.reference import Reference
+from heyoka_bike.report import Report
+
+
+def diagnosed(
+    alignment: Alignment, report: Report, reference: Reference,
+    progress: Callable[[float], None] = lambda _: None,
+) -> Report:  # fmt: skip
+    """The report of a file with the findings of its diagnosis first, and what the figure shows.
+
+    Without heyoka little can be simulated; the findings say so.
+    """
+    found = diagnose(alignment, reference, progress=progress)
+    said = findings(found, report, reference)
+    return replace(report, findings=said + report.findings, explanation=explanation(found, said))
