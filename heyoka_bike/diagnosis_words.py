@@ -125,9 +125,10 @@ def _changed(fit: Fit, values: Mapping[Unknown, float]) -> str:
     for unknown, change in fit.changes.items():
         uncertain, before = fit.uncertain[unknown], values[unknown]
         # So many digits as the uncertainty allows, its first one among them.
-        decimals = min(max(0, 1 - floor(log10(uncertain))), _MOST_DECIMALS) if uncertain else 0
+        decimals = min(max(1, 1 - floor(log10(uncertain))), _MOST_DECIMALS) if uncertain else 1
+        after = f"{before + change:.{decimals}f}".rstrip("0").rstrip(".")
         parts.append(
-            f"{_named(unknown)} is {before + change:.{decimals}f} {UNKNOWNS[unknown[0]]} (+- "
+            f"{_named(unknown)} is {after} {UNKNOWNS[unknown[0]]} (+- "
             f"{uncertain:.1g}) instead of {before:.10g}"
         )
     return ", and ".join(parts)

@@ -41,7 +41,9 @@ _EXAMPLE = 'expected [maneuver.][column.]metric op number, such as "2.roll_angle
 
 
 @dataclass(frozen=True, slots=True)
-class _Parsed:
+class Parsed:
+    """A requirement that was read; None where it is about all of them."""
+
     maneuver: int | None
     column: str | None
     metric: str
@@ -49,7 +51,7 @@ class _Parsed:
     number: float
 
 
-def parse(text: str) -> _Parsed:
+def parse(text: str) -> Parsed:
     """Read a requirement.
 
     Raises
@@ -78,7 +80,7 @@ def parse(text: str) -> _Parsed:
     if not isfinite(number):
         raise InputError(f"require: found {match['number']}, expected a finite number")
     maneuver = None if match["maneuver"] is None else int(match["maneuver"])
-    return _Parsed(maneuver, column, metric, match["op"], number)
+    return Parsed(maneuver, column, metric, match["op"], number)
 
 
 def check(text: str, report: Report) -> Requirement:

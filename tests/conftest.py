@@ -15,6 +15,9 @@ from heyoka_bike.reference import Reference, load_reference
 from heyoka_bike.resources import benchmark_bicycle, benchmark_maneuvers, reference_folder
 from heyoka_bike.trajectory import Trajectory
 
+# A project of its own, which a test runs.
+collect_ignore = ["example_project"]
+
 MANEUVERS = (1, 2, 3)
 
 

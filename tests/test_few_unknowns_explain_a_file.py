@@ -137,7 +137,7 @@ def test_the_start_of_one_maneuver_is_found(reference, simulator):
     assert list(fits[0].changes) == [("initial_roll_rate", 2)]
     assert fits[0].changes["initial_roll_rate", 2] == pytest.approx(0.05, rel=1e-3)
     said = findings(found, score(file, reference), reference)
-    assert "the initial roll rate of maneuver 2 is 0.550" in said[0].message
+    assert "the initial roll rate of maneuver 2 is 0.55 " in said[0].message
 
 
 def test_a_steer_angle_at_the_start_brings_its_pitch(reference, simulator):

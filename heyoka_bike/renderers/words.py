@@ -166,13 +166,13 @@ def is_judged(m: ManeuverScore) -> bool:
     return m.performance_limit is not None
 
 
-# A run without its first row is whole enough to be judged.
-_WHOLE = 0.99
+WHOLE = 0.99
+"""Of the duration: a run without its first row is whole enough to be judged."""
 
 
 def is_whole(m: ManeuverScore) -> bool:
     """Whether a maneuver is judged over its whole run, or nearly."""
-    return m.coverage >= _WHOLE
+    return m.coverage >= WHOLE
 
 
 def passes(m: ManeuverScore) -> bool | None:

@@ -1,0 +1,47 @@
+"""A project of a user of the pytest plugin, with results whose errors are known."""
+
+# The first file of a project. The error of each column is a half wave whose top is 10^-digits of
+# its scale, at a row in the middle of the run: so many digits are correct.
+CONFTEST = """
+import numpy as np
+import pytest
+from heyoka_bike.columns import BENCHMARK_COLUMNS
+
+def made(reference, number, digits):
+    m = reference[number]
+    wave = np.sin(np.pi * m.time / m.time[-1])
+    return {"time": m.time} | {
+        key: m.rows[key] + 10.0 ** -digits * m.scale(key) * wave for key in BENCHMARK_COLUMNS
+    }
+
+@pytest.fixture
+def by_name(bicycle_reference):
+    return lambda digits: {n: made(bicycle_reference, n, digits) for n in bicycle_reference}
+
+@pytest.fixture
+def table(by_name):
+    def make(digits):
+        found = by_name(digits)
+        columns = [found[n][key] for n in found for key in BENCHMARK_COLUMNS]
+        return np.column_stack([found[1]["time"], *columns])
+    return make
+"""
+# Of known errors nobody needs to be told the cause, and that takes long.
+QUICK = ("-p", "no:cacheprovider", "--bicycle-diagnose=never")
+
+
+def project(pytester, tests, ini=""):
+    pytester.makeconftest(CONFTEST)
+    pytester.makefile(".ini", pytest=f"[pytest]\nfilterwarnings = error\n{ini}\n")
+    pytester.makepyfile(test_it=tests)
+    return pytester
+
+
+def outcomes(result):
+    """Whether each test passed, by its name; `result` of a run with -rA."""
+    found = {}
+    for line in result.outlines:
+        word, _, rest = line.partition(" ")
+        if word in ("PASSED", "FAILED", "ERROR") and "::" in rest:
+            found[rest.split("::", 1)[1].split(" - ")[0]] = word
+    return found
