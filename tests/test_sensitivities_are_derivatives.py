@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from mistaken_programs import correct, motion
 
-from heyoka_bike.columns import COLUMNS
+from heyoka_bike.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.errors import DatasetError, InputError
 from heyoka_bike.exact import Exact
 from heyoka_bike.parameters import PARAMETERS, Bicycle
@@ -161,3 +161,18 @@ def test_fourteen_digits_agree_with_differences_of_long_runs(sensitivities, refe
                     step_ball = flint.arb(flint.fmpq(1, 10**22))
                     exact = float(((there[i][name] - here[i][name]) / step_ball).mid())
                 assert abs(found[name][i, u] - exact) <= 2e-14 * scale + 1e-15, (unknown, name)
+
+
+def test_nineteen_combinations_of_the_parameters_show(sensitivities, reference):
+    """Frame and rear wheel, fork and front wheel move as one body each, but for the spin."""
+    time = np.linspace(0.0, 10.0, 401)
+    sizes = np.array([abs(float(Exact.parse(reference.parameters[s]))) for s in PARAMETERS])
+    rows = []
+    for number in reference:
+        found = sensitivities[number].evaluate(time, BENCHMARK_COLUMNS)
+        for key, values in found.items():
+            rows.append(values[:, : len(sizes)] * sizes / reference[number].scale(key))
+    values = np.linalg.svd(np.concatenate(rows), compute_uv=False)
+    assert np.sum(values > 1e-10 * values[0]) == 19
+    # Those that show do so by far more than the roundoff of those that do not.
+    assert values[18] > 1e8 * values[19]
