@@ -142,7 +142,7 @@ def shorter(reference):
         breaks=np.array([0.0, 0.1]), dense=Values(first, first_lo),
     )  # fmt: skip
     maneuvers = (short, *reference.maneuvers[1:])
-    return Reference("custom", "0" * 64, reference.bicycle, reference.parameters, maneuvers)
+    return Reference("custom", "0" * 64, reference.bicycle, reference.parameters, maneuvers, reference.folder)
 
 
 def test_maneuvers_with_times_of_their_own_get_a_table_each(shorter, tmp_path):

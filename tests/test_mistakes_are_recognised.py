@@ -230,20 +230,6 @@ def test_the_command_answers_in_words_and_json(tmp_path, reference):
     assert first_mistake["evidence"]["mistakes"] == ["one_step_late"]
 
 
-def test_without_heyoka_it_says_so():
-    code = """
-import sys
-sys.modules["heyoka"] = None
-from heyoka_bike.cli import main
-from heyoka_bike.resources import data_folder
-sys.exit(main(["diagnose", str(data_folder() / "peers" / "scipy-rtol1e-4.txt")]))
-"""
-    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
-    assert run.returncode == 1
-    assert run.stderr.count("\n") == 1
-    assert "heyoka" in run.stderr
-
-
 @pytest.mark.slow
 def test_the_table_of_the_page_is_what_comes_out(reference):
     """Takes half an hour."""
