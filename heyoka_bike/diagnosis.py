@@ -23,7 +23,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
 from heyoka_bike import estimation
-from heyoka_bike.alignment import Alignment
+from heyoka_bike.alignment import HALF, Alignment
 from heyoka_bike.errors import DatasetError, MissingPackageError
 from heyoka_bike.estimation import Estimate, Unknown
 from heyoka_bike.fitting import Fitting
@@ -43,6 +43,8 @@ _TOLD_APART = 2.0
 _CLAIMED = 2.0**3
 # The same for what a second mistake explains beyond the first: two always fit a little better.
 _SECOND = 3.0**3
+# What leaves more than this part of the columns off by half their scale explains no file.
+_STRANGE = 0.25
 # A number that is fitted fits something always; up to 7 in the errors of correct programs.
 _FITTED = 10.0
 # A mistake that is made leaves no column much farther off than if it were not.
@@ -154,6 +156,7 @@ def _with_estimate(
     best = estimate.fits[0]
     return replace(
         found,
+        classes=tuple(c for c in found.classes if _REFUTED * c[0].gain > best.gain),
         estimate=estimate,
         values={u: fitting.value(u) for fit in estimate.fits for u in fit.changes},
         curves=fitting.curves(problem, errors, best),
@@ -203,6 +206,7 @@ def _classes(
             and h.gain > 1.0
             and (h.relief > _FITTED or not any(m.is_fitted for m in h.mistakes))
             and all(h.after[k] < _WORSE * h.before[k] for k in h.after if k in h.before)
+            and sum(x > HALF for x in h.after.values()) <= _STRANGE * len(h.after)
         )
 
     def needs_both(h: Hypothesis) -> bool:

@@ -40,6 +40,8 @@ def findings(
                 "every column is as right as the digits written can tell",
             ),
         )
+    if 2 * sum(not c.trace.value.any() for _, c in columns) > len(columns):
+        return (Finding("cannot_tell", "Most columns hold nothing but zeros", Severity.WARNING),)
     fits = diagnosis.estimate.fits if diagnosis.estimate else ()
     found = [_fitted(diagnosis)] if fits else []
     found += [

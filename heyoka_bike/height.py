@@ -23,6 +23,8 @@ from heyoka_bike.report import ColumnScore, ManeuverScore
 from heyoka_bike.start import pitch_on_the_floor
 
 _DIGITS = 25
+# Fewer rows show no course of anything.
+_FEWEST = 10
 # Slopes of columns that hardly change are not looked at.
 _SHIFT = 1e-6
 
@@ -48,6 +50,8 @@ class Heights:
         if roll is None or steer is None or potential is None:
             return None
         t = roll.trace.time
+        if len(t) < _FEWEST:
+            return None
         by_definition = {c.definition: c.name for c in DEFINITIONS["roll_angle"]}
         meant = (roll.as_understood.definition, *roll.indistinguishable)
         names = [by_definition[d] for d in meant]

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from heyoka_bike.alignment import HALF
 from heyoka_bike.chebyshev import Array
 from heyoka_bike.errors import MissingPackageError
 from heyoka_bike.findings import Finding
@@ -18,6 +19,8 @@ from heyoka_bike.step_order import Order, order_of
 
 # A correct file's error is its floor; sums and conversions may double it.
 _AT_FLOOR = 2.0
+# Fewer rows show no shape.
+_FEW_ROWS = 10
 # An error that one would like to reach, of the scale.
 _WANTED = 1e-6
 # Tenths of the run may go the other way by this part of the whole change of the energy.
@@ -50,6 +53,11 @@ _DIGITS_BEYOND_SINGLE = 9
 
 def findings(report: Report, reference: Reference) -> tuple[Finding, ...]:
     """What numerical causes the error has; at least one finding, if only that it is smooth."""
+    far = [_error_in_scales(c) > HALF for m in report.maneuvers for c in m.columns if c.values]
+    if 2 * sum(far) >= len(far):
+        return (_too_far(),)
+    if max(m.rows for m in report.maneuvers) < _FEW_ROWS:
+        return (Finding("cannot_tell", "So few rows do not show what the error looks like"),)
     order = _order(report, reference)
     floor = tuple(_height(report, reference))
     if any(f.code == "wheels_sink_in" for f in floor):
@@ -74,9 +82,7 @@ def _order(report: Report, reference: Reference) -> Order | None:
 
 
 def _of_order(order: Order, report: Report) -> Finding:
-    worst = max(
-        c.as_understood.measures.max_rel_error or 0.0 for m in report.maneuvers for c in m.columns
-    )
+    worst = max(_error_in_scales(c) for m in report.maneuvers for c in m.columns)
     # Of multibody methods those of other orders come nearer.
     is_sure = not order.constrained
     most, others = (100 * (1 - x) for x in (order.left, min(order.others.values())))
@@ -101,6 +107,19 @@ def _of_order(order: Order, report: Report) -> Finding:
             "max_rel_error": worst,
             "step_ratio": smaller,
         },
+    )
+
+
+def _error_in_scales(c: ColumnScore) -> float:
+    return c.as_understood.measures.max_rel_error or 0.0
+
+
+def _too_far() -> Finding:
+    return Finding(
+        "cannot_tell",
+        "Half of the columns or more are off by half their own size, so that their error says "
+        "nothing: look at the first rows, whether the columns are those of the benchmark, in its "
+        "order and units, and at a run that is short",
     )
 
 

@@ -57,3 +57,33 @@ def test_several_runs_are_refused(capsys):
     error = capsys.readouterr().err
     assert error.count("\n") == 1
     assert "--diagnose: found 2 runs, expected the files of one run" in error
+
+
+def noise(t):
+    return np.random.default_rng(1).standard_normal((len(t), 24))
+
+
+def zeros(t):
+    return np.zeros((len(t), 24))
+
+
+@pytest.mark.parametrize(
+    ("rows", "values", "said"),
+    [(1001, noise, "their error says nothing"), (1001, zeros, "nothing but zeros")],
+)
+def test_what_nobody_can_explain_is_not_explained(tmp_path, capsys, rows, values, said):
+    t = np.arange(rows) / 100
+    np.savetxt(tmp_path / "x.txt", np.column_stack([t, values(t)]))
+    assert main(["diagnose", str(tmp_path / "x.txt")]) == 0
+    out = " ".join(capsys.readouterr().out.split())
+    assert said in out
+    assert "simulated so" not in out
+    assert "explains it" not in out
+
+
+@pytest.mark.parametrize("rows", [slice(0, 1), slice(300, 301), slice(0, 3)])
+def test_few_rows_are_no_trouble(tmp_path, capsys, rows):
+    table = np.loadtxt(PEERS / "exudyn-h0.01.txt")[rows]
+    np.savetxt(tmp_path / "x.txt", table, "%.12g")
+    assert main(["diagnose", str(tmp_path / "x.txt")]) == 0
+    assert "explains it" not in capsys.readouterr().out

@@ -120,7 +120,7 @@ def run(args: argparse.Namespace) -> int:
     for text in args.require:
         requirements.parse(text)
     files, steps, cpu = _inputs(args)
-    _refuse_overwriting(files, [path for path, _ in written])
+    refuse_overwriting(files, [path for path, _ in written])
     reference = load_reference(args.reference)
     maneuvers = maneuvers_of(args.maneuver, len(files), reference)
     results = [read(f, m, reference) for f, m in zip(files, maneuvers, strict=True)]
@@ -244,7 +244,8 @@ def maneuvers_of(text: str | None, count: int, reference: Reference) -> Sequence
     return [int(part) for part in parts] * (count if len(parts) == 1 else 1)
 
 
-def _refuse_overwriting(files: Sequence[str], outputs: Sequence[Path]) -> None:
+def refuse_overwriting(files: Sequence[str], outputs: Sequence[Path]) -> None:
+    """Raise `InputError` if an output is one of the result files."""
     for path in outputs:
         for file in files:
             if file != _STANDARD_INPUT and path.exists() and path.resolve() == Path(file).resolve():
