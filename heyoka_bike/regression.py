@@ -13,7 +13,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from heyoka_bike.alignment import Alignment, align, merge
-from heyoka_bike.diagnosing import diagnosed
+from heyoka_bike.diagnosis.diagnosing import diagnosed
 from heyoka_bike.errors import BicycleError, InputError
 from heyoka_bike.reading import read_results
 from heyoka_bike.reference import Reference

@@ -10,16 +10,16 @@ from scipy.integrate import solve_ivp
 from heyoka_bike.arithmetic import Multiprecision
 from heyoka_bike.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.constants import constants
+from heyoka_bike.diagnosis.mistakes import Program, apply
+from heyoka_bike.diagnosis.start import Start, initial_state
 from heyoka_bike.exact import Exact
 from heyoka_bike.integration import Expressions
 from heyoka_bike.kinematics import state_names
-from heyoka_bike.mistakes import Program, apply
 from heyoka_bike.model import regular
 from heyoka_bike.outputs import columns, unfold, yaw_rate
 from heyoka_bike.parameters import Bicycle, read_bicycle
 from heyoka_bike.resources import benchmark_bicycle
 from heyoka_bike.results import Quantum, Results, Rows
-from heyoka_bike.start import Start, initial_state
 
 NAMES = [c.name for c in COLUMNS]
 

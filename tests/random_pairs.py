@@ -5,7 +5,7 @@ from mistaken_programs import columns_of
 from recognised_table import SEEN, distance
 
 from heyoka_bike.columns import BENCHMARK_COLUMNS
-from heyoka_bike.mistakes import MISTAKES
+from heyoka_bike.diagnosis.mistakes import MISTAKES
 
 LEVEL = 1e-6
 SEED = 20

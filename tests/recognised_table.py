@@ -12,11 +12,11 @@ from mistaken_programs import columns_of, results
 
 from heyoka_bike.alignment import align
 from heyoka_bike.columns import BENCHMARK_COLUMNS
-from heyoka_bike.diagnosis import diagnose
-from heyoka_bike.mistakes import MISTAKES
-from heyoka_bike.program import clock_mistake, output_mistake
+from heyoka_bike.diagnosis.mistakes import MISTAKES
+from heyoka_bike.diagnosis.program import clock_mistake, output_mistake
+from heyoka_bike.diagnosis.ranking import diagnose
+from heyoka_bike.diagnosis.simulator import Simulator
 from heyoka_bike.reference import load_reference
-from heyoka_bike.simulator import Simulator
 
 PAGE = Path(__file__).parent.parent / "docs" / "diagnosis.md"
 BEGIN, END = "<!-- recognised: begin -->", "<!-- recognised: end -->"

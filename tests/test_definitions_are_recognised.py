@@ -5,10 +5,10 @@ import pytest
 from made_results import codes, column, made, rows, smooth_error
 
 from heyoka_bike.columns import BENCHMARK_COLUMNS, DEFINITIONS
+from heyoka_bike.diagnosis.simulator import Simulator
 from heyoka_bike.exact import Exact
 from heyoka_bike.results import Results
 from heyoka_bike.scoring import score
-from heyoka_bike.simulator import Simulator
 
 ALTERNATES = [c for columns in DEFINITIONS.values() for c in columns[1:]]
 

@@ -142,7 +142,8 @@ def shorter(reference):
         breaks=np.array([0.0, 0.1]), dense=Values(first, first_lo),
     )  # fmt: skip
     maneuvers = (short, *reference.maneuvers[1:])
-    return Reference("custom", "0" * 64, reference.bicycle, reference.parameters, maneuvers, reference.folder)
+    where = reference.folder
+    return Reference("custom", "0" * 64, reference.bicycle, reference.parameters, maneuvers, where)
 
 
 def test_maneuvers_with_times_of_their_own_get_a_table_each(shorter, tmp_path):

@@ -15,17 +15,17 @@ from heyoka_bike.alignment import align
 from heyoka_bike.arithmetic import Arrays, Multiprecision
 from heyoka_bike.columns import BENCHMARK_COLUMNS
 from heyoka_bike.constants import constants
-from heyoka_bike.diagnosis import diagnose
-from heyoka_bike.diagnosis_words import findings
+from heyoka_bike.diagnosis.linear_fits import best_subsets, blocks, solve
+from heyoka_bike.diagnosis.mistakes import MISTAKES
+from heyoka_bike.diagnosis.ranking import diagnose
+from heyoka_bike.diagnosis.simulator import Simulator
+from heyoka_bike.diagnosis.words import findings
 from heyoka_bike.exact import Exact
 from heyoka_bike.kinematics import front_contact_height
-from heyoka_bike.linear_fits import best_subsets, blocks, solve
-from heyoka_bike.mistakes import MISTAKES
 from heyoka_bike.parameters import Bicycle
 from heyoka_bike.reading import read_results
 from heyoka_bike.resources import data_folder
 from heyoka_bike.scoring import score
-from heyoka_bike.simulator import Simulator
 
 RNG = np.random.default_rng(5)
 

@@ -27,9 +27,10 @@ def python(code, blocked=()):
 
 def test_the_reader_needs_numpy_and_h5py_only():
     code = """
-from heyoka_bike import load_reference
+from heyoka_bike import load_reference, load_sensitivities
 r = load_reference()
 print(r[2].evaluate("0.07")["roll_angle"])
+load_sensitivities()[2].evaluate([0.07])
 """
     run = python(code, HEAVY)
     assert run.returncode == 0, run.stderr
@@ -39,7 +40,9 @@ print(r[2].evaluate("0.07")["roll_angle"])
 RESULTS = str(data_folder() / "peers" / "exudyn-h0.001.txt")
 
 
-@pytest.mark.parametrize("arguments", [["linear", "--speeds", "5"], ["--help"], ["score", RESULTS]])
+@pytest.mark.parametrize(
+    "arguments", [["linear", "--speeds", "5"], ["--help"], ["score", RESULTS], ["verify"]]
+)
 def test_commands_work_without_heyoka(arguments):
     code = f"import sys; from heyoka_bike.cli import main; sys.exit(main({arguments!r}))"
     run = python(code, {"heyoka"})

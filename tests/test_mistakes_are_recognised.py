@@ -15,16 +15,16 @@ from mistaken_programs import columns_of, motion, numbers, results, results_of
 from random_pairs import LEVEL, random_pairs
 from recognised_table import READ_OFF_THE_FILE, committed, is_right, table
 
-from heyoka_bike import diagnosis, search
 from heyoka_bike.alignment import align
-from heyoka_bike.diagnosis import diagnose
-from heyoka_bike.diagnosis_words import findings
+from heyoka_bike.diagnosis import ranking, search
+from heyoka_bike.diagnosis.mistakes import MISTAKES
+from heyoka_bike.diagnosis.ranking import diagnose
+from heyoka_bike.diagnosis.simulator import Simulator
+from heyoka_bike.diagnosis.words import findings
 from heyoka_bike.exact import ZERO
-from heyoka_bike.mistakes import MISTAKES
 from heyoka_bike.reading import read_results
 from heyoka_bike.resources import data_folder
 from heyoka_bike.scoring import score
-from heyoka_bike.simulator import Simulator
 
 BY_CODE = {m.code: m for m in MISTAKES}
 SOME = (
@@ -180,7 +180,7 @@ def test_pairs_are_found_by_superposition_and_beside_the_best(reference, simulat
     pair = ("no_IBxz", "exchanged_R")
     file = align(results_of(reference, [BY_CODE[c] for c in pair], 1e-6), reference)
     for module, name, none in (
-        (diagnosis, "_LEADERS", 0),
+        (ranking, "_LEADERS", 0),
         (search.Search, "promising_pairs", lambda *_: []),
     ):
         with monkeypatch.context() as without:

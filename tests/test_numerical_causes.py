@@ -9,16 +9,16 @@ from made_results import codes, made, smooth_error
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicHermiteSpline, CubicSpline
 
-from heyoka_bike import variation
-from heyoka_bike.body_coordinates import BodyCoordinates
-from heyoka_bike.elementary import differentials
+from heyoka_bike.diagnosis import variation
+from heyoka_bike.diagnosis.body_coordinates import BodyCoordinates
+from heyoka_bike.diagnosis.elementary import differentials
+from heyoka_bike.diagnosis.height import Heights
+from heyoka_bike.diagnosis.numerical import findings
+from heyoka_bike.diagnosis.variation import NAMES, Motion
 from heyoka_bike.errors import MissingPackageError
-from heyoka_bike.height import Heights
-from heyoka_bike.numerical import findings
 from heyoka_bike.reading import read_results
 from heyoka_bike.resources import data_folder
 from heyoka_bike.scoring import score
-from heyoka_bike.variation import NAMES, Motion
 
 PEERS = data_folder() / "peers"
 ANGLES = ("roll_angle", "steer_angle")

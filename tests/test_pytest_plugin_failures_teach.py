@@ -13,7 +13,7 @@ import pytest
 from plugin_projects import QUICK, project
 
 from heyoka_bike.columns import BENCHMARK_COLUMNS
-from heyoka_bike.mistakes import MISTAKES
+from heyoka_bike.diagnosis.mistakes import MISTAKES
 from heyoka_bike.reading import read_results
 from heyoka_bike.regression import Defaults, score_results
 from heyoka_bike.scoring import score

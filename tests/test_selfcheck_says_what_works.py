@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from test_imports_stay_light import BLOCK
 
-import heyoka_bike.selfcheck as module
+import heyoka_bike.verification.selfcheck as module
 from heyoka_bike.cli import main
 from heyoka_bike.manifest import DATASET_VERSION, PUBLISHED_MANIFEST_SHA256
 
@@ -98,7 +98,7 @@ def test_a_text_that_is_off_its_floor_is_seen(folder, tmp_path):
 
 
 def test_a_run_of_too_few_digits_is_seen(folder, monkeypatch):
-    import heyoka_bike.rerun as rerun
+    import heyoka_bike.verification.rerun as rerun
     from heyoka_bike.integration import integrate
 
     monkeypatch.setattr(rerun, "integrate", lambda *a, **k: integrate(*a, **k, tolerance=1e-6))

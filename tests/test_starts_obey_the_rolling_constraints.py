@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from heyoka_bike.start import (
+from heyoka_bike.diagnosis.start import (
     BODIES,
     Start,
     _admissible,

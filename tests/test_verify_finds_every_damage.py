@@ -14,8 +14,8 @@ from made_sets import accept, make
 from heyoka_bike.cli import main
 from heyoka_bike.errors import DatasetError
 from heyoka_bike.manifest import MANIFEST
-from heyoka_bike.verify import verify
-from heyoka_bike.verify_files import check_files
+from heyoka_bike.verification.files import check_files
+from heyoka_bike.verification.verify import verify
 
 FLIPS, OF_THE_MANIFEST = 1000, 150
 

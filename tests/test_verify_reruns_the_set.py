@@ -7,13 +7,13 @@ from fractions import Fraction
 import pytest
 from made_sets import make
 
-import heyoka_bike.rerun as rerun_module
+import heyoka_bike.verification.rerun as rerun_module
 from heyoka_bike.cli import main
 from heyoka_bike.integration import integrate
 from heyoka_bike.precision import Precision
-from heyoka_bike.rerun import agreement, precisions
-from heyoka_bike.verify import verify
-from heyoka_bike.verify_numbers import certificate_of
+from heyoka_bike.verification.numbers import certificate_of
+from heyoka_bike.verification.rerun import agreement, precisions
+from heyoka_bike.verification.verify import verify
 
 
 @pytest.fixture(scope="module")

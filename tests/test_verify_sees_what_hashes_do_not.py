@@ -14,7 +14,7 @@ import pytest
 from made_sets import accept, accept_numbers, make, manifest
 
 from heyoka_bike.cli import main
-from heyoka_bike.verify import verify
+from heyoka_bike.verification.verify import verify
 
 HDF5, CANDIDATE, CERTIFICATE = "uncontrolled-bicycle.h5", "candidate.h5", "certificate.json"
 TEXT, TEXT_50 = "uncontrolled-bicycle.txt", "uncontrolled-bicycle-50digits.txt"

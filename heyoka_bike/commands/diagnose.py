@@ -69,7 +69,7 @@ def with_diagnosis(one: Alignment, scored: Report, reference: Reference) -> Repo
     from rich.console import Console
     from rich.progress import Progress
 
-    from heyoka_bike.diagnosing import diagnosed
+    from heyoka_bike.diagnosis.diagnosing import diagnosed
 
     console = Console(stderr=True)
     with Progress(console=console, transient=True, disable=not console.is_terminal) as bars:

@@ -23,9 +23,9 @@ import numpy as np
 
 from heyoka_bike.arithmetic import Arrays
 from heyoka_bike.chebyshev import Array
+from heyoka_bike.diagnosis.start import BODIES, inertial_properties
+from heyoka_bike.diagnosis.variation import SPIN, VELOCITIES, Motion
 from heyoka_bike.kinematics import posture, rear_rates, speeds
-from heyoka_bike.start import BODIES, inertial_properties
-from heyoka_bike.variation import SPIN, VELOCITIES, Motion
 
 # Derivatives come from polynomials through this many states on either side, so far apart [s]: the
 # wheels turn by a sixth of a radian in between, and the fifth derivative keeps five digits.

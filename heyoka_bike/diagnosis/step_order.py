@@ -15,14 +15,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from heyoka_bike.alignment import spread
-from heyoka_bike.body_coordinates import BodyCoordinates
 from heyoka_bike.chebyshev import Array
 from heyoka_bike.columns import DEFINITIONS
-from heyoka_bike.elementary import differentials
+from heyoka_bike.diagnosis.body_coordinates import BodyCoordinates
+from heyoka_bike.diagnosis.elementary import differentials
+from heyoka_bike.diagnosis.variation import POSITIONS, VELOCITIES, Motion
 from heyoka_bike.measures import rms
 from heyoka_bike.reference import Reference
 from heyoka_bike.report import ColumnScore, Report
-from heyoka_bike.variation import POSITIONS, VELOCITIES, Motion
 
 # Rows of a maneuver that are fitted.
 _FITTED = 501

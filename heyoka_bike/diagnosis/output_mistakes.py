@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from heyoka_bike.chebyshev import Array
-from heyoka_bike.program import Change, Columns, Mistake, clock_mistake, output_mistake
+from heyoka_bike.diagnosis.program import Change, Columns, Mistake, clock_mistake, output_mistake
 
 
 def _differences(which: str) -> Change:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 
-from heyoka_bike.checks import Check
+from heyoka_bike.verification.checks import Check
 
 _RESULT = {True: ("ok", "green"), False: ("FAILED", "bold red"), None: ("not made", "yellow")}
 _WIDTH = 120  # of a table that goes to a file or a pipe; a narrower terminal wraps it

@@ -16,8 +16,8 @@ import numpy as np
 from heyoka_bike.alignment import HALF, Part
 from heyoka_bike.chebyshev import Array
 from heyoka_bike.columns import BENCHMARK_COLUMNS, DEFINITIONS, Column
+from heyoka_bike.diagnosis.program import Columns, Mistake, clock_mistake, output_mistake
 from heyoka_bike.measures import rms
-from heyoka_bike.program import Columns, Mistake, clock_mistake, output_mistake
 from heyoka_bike.understanding import Understanding
 from heyoka_bike.units import UNITS, factor
 

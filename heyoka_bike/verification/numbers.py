@@ -20,7 +20,6 @@ import numpy as np
 from heyoka_bike.arithmetic import Balls, exact_ball
 from heyoka_bike.candidate import CANDIDATE
 from heyoka_bike.certificate import Certificate, rates
-from heyoka_bike.checks import Tally
 from heyoka_bike.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.constants import constants
 from heyoka_bike.dense import NODES
@@ -41,7 +40,8 @@ from heyoka_bike.rows import (
     upward,
 )
 from heyoka_bike.trajectory import Trajectory, evaluator, row_times
-from heyoka_bike.verify_schema import Text
+from heyoka_bike.verification.checks import Tally
+from heyoka_bike.verification.schema import Text
 
 _BITS = 256
 """Of what is evaluated from hi + lo, which have 32 digits (107 bits): roundoff does not count."""

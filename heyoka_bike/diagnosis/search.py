@@ -14,19 +14,19 @@ import numpy as np
 from heyoka_bike.alignment import Part, spread
 from heyoka_bike.chebyshev import Array
 from heyoka_bike.columns import COLUMNS
+from heyoka_bike.diagnosis.first_order import FirstOrder
+from heyoka_bike.diagnosis.fitting import Fitting
+from heyoka_bike.diagnosis.mistakes import Mistake, Program, apply
+from heyoka_bike.diagnosis.pairs import Alone, promising
+from heyoka_bike.diagnosis.proposals import columns_in_another_order, times_on_another_scale
+from heyoka_bike.diagnosis.simulator import Simulator
+from heyoka_bike.diagnosis.start import Start, initial_state
 from heyoka_bike.errors import InputError
 from heyoka_bike.exact import Exact
-from heyoka_bike.first_order import FirstOrder
-from heyoka_bike.fitting import Fitting
-from heyoka_bike.mistakes import Mistake, Program, apply
-from heyoka_bike.pairs import Alone, promising
 from heyoka_bike.parameters import Bicycle
-from heyoka_bike.proposals import columns_in_another_order, times_on_another_scale
 from heyoka_bike.reference import Reference
 from heyoka_bike.report import Curve
 from heyoka_bike.sensitivities import Sensitivities
-from heyoka_bike.simulator import Simulator
-from heyoka_bike.start import Start, initial_state
 from heyoka_bike.understanding import Sample, Understanding, understand_samples
 from heyoka_bike.units import factor
 

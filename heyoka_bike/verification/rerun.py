@@ -22,15 +22,15 @@ import flint
 
 from heyoka_bike.arithmetic import exact_ball
 from heyoka_bike.certificate import Certificate
-from heyoka_bike.checks import Check, Tally
 from heyoka_bike.integration import integrate, require_heyoka
 from heyoka_bike.precision import MAX_DIGITS, Precision
 from heyoka_bike.proof import HDF5
 from heyoka_bike.side_by_side import progress_bars, side_by_side
 from heyoka_bike.trajectory import Trajectory, evaluator, row_times
-from heyoka_bike.verify import Part
-from heyoka_bike.verify_numbers import Stored, certificate_of, half_unit, stored_ball
-from heyoka_bike.verify_schema import Text
+from heyoka_bike.verification.checks import Check, Tally
+from heyoka_bike.verification.numbers import Stored, certificate_of, half_unit, stored_ball
+from heyoka_bike.verification.schema import Text
+from heyoka_bike.verification.verify import Part
 
 QUICK: tuple[str | int, ...] = ("binary128", 40)
 """Precisions of a quick rerun."""

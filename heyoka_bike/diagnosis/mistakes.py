@@ -7,10 +7,10 @@ a file, such as columns in another order, are in `proposals`.
 
 from __future__ import annotations
 
-from heyoka_bike.model_mistakes import MODEL_MISTAKES
-from heyoka_bike.output_mistakes import OUTPUT_MISTAKES
-from heyoka_bike.program import Mistake, Program, apply
-from heyoka_bike.start_mistakes import START_MISTAKES
+from heyoka_bike.diagnosis.model_mistakes import MODEL_MISTAKES
+from heyoka_bike.diagnosis.output_mistakes import OUTPUT_MISTAKES
+from heyoka_bike.diagnosis.program import Mistake, Program, apply
+from heyoka_bike.diagnosis.start_mistakes import START_MISTAKES
 
 __all__ = ["MISTAKES", "Mistake", "Program", "apply"]
 

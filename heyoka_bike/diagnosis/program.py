@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from heyoka_bike.chebyshev import Array
+from heyoka_bike.diagnosis.start import Start
 from heyoka_bike.parameters import Bicycle
-from heyoka_bike.start import Start
 
 Columns = Mapping[str, Array]
 """All columns by name, and the parts of the kinetic energy, see `Simulator.run`."""

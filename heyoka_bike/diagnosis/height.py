@@ -14,13 +14,13 @@ from heyoka_bike.arithmetic import Arrays, Multiprecision
 from heyoka_bike.chebyshev import Array
 from heyoka_bike.columns import DEFINITIONS
 from heyoka_bike.constants import Constants, constants
+from heyoka_bike.diagnosis.start import pitch_on_the_floor
 from heyoka_bike.exact import Exact
 from heyoka_bike.measures import rms
 from heyoka_bike.outputs import energies, unfold
 from heyoka_bike.parameters import Bicycle
 from heyoka_bike.reference import Reference
 from heyoka_bike.report import ColumnScore, ManeuverScore
-from heyoka_bike.start import pitch_on_the_floor
 
 _DIGITS = 25
 # Fewer rows show no course of anything.

@@ -7,9 +7,9 @@ from dataclasses import replace
 from fractions import Fraction
 from math import cos, degrees, sin, tan
 
+from heyoka_bike.diagnosis.program import Mistake, Program
 from heyoka_bike.exact import Exact
 from heyoka_bike.parameters import Bicycle
-from heyoka_bike.program import Mistake, Program
 
 # Point P2 of the steer axis as the benchmark text prints it, truncated: x, z [m].
 _PRINTED_P2 = (Fraction("0.82188470506"), Fraction("-0.85595086466"))

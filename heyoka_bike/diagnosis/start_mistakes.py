@@ -7,7 +7,7 @@ from dataclasses import replace
 from itertools import permutations
 from math import pi
 
-from heyoka_bike.program import Mistake, Program, start_mistake
+from heyoka_bike.diagnosis.program import Mistake, Program, start_mistake
 
 _DEGREE = pi / 180
 

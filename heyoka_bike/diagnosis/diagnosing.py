@@ -6,8 +6,8 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from heyoka_bike.alignment import Alignment
-from heyoka_bike.diagnosis import diagnose
-from heyoka_bike.diagnosis_words import explanation, findings
+from heyoka_bike.diagnosis.ranking import diagnose
+from heyoka_bike.diagnosis.words import explanation, findings
 from heyoka_bike.reference import Reference
 from heyoka_bike.report import Report
 

@@ -15,11 +15,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from heyoka_bike import verify_numbers as numbers
-from heyoka_bike import verify_schema as schema
 from heyoka_bike.arithmetic import Balls
 from heyoka_bike.candidate import CANDIDATE, read_candidate
-from heyoka_bike.checks import Check, Tally, all_passed, as_dict
 from heyoka_bike.constants import constants
 from heyoka_bike.exact import Exact
 from heyoka_bike.initial import initial_state
@@ -37,7 +34,9 @@ from heyoka_bike.resources import reference_folder
 from heyoka_bike.sensitivities import SENSITIVITIES
 from heyoka_bike.side_by_side import side_by_side
 from heyoka_bike.trajectory import Trajectory
-from heyoka_bike.verify_files import check_files
+from heyoka_bike.verification import numbers, schema
+from heyoka_bike.verification.checks import Check, Tally, all_passed, as_dict
+from heyoka_bike.verification.files import check_files
 
 SCHEMA_VERSION = 1
 """Of the JSON report."""

@@ -11,7 +11,7 @@ from heyoka_bike.arithmetic import Multiprecision
 from heyoka_bike.chebyshev import Array
 from heyoka_bike.columns import DEFINITIONS
 from heyoka_bike.constants import constants
-from heyoka_bike.estimation import (
+from heyoka_bike.diagnosis.estimation import (
     Errors,
     Fit,
     Place,
@@ -21,14 +21,14 @@ from heyoka_bike.estimation import (
     left_by,
     unknowns_of,
 )
+from heyoka_bike.diagnosis.program import Program
+from heyoka_bike.diagnosis.simulator import Simulator
+from heyoka_bike.diagnosis.start import initial_state, pitch_on_the_floor
 from heyoka_bike.exact import Exact
 from heyoka_bike.measures import rms
 from heyoka_bike.parameters import Bicycle
-from heyoka_bike.program import Program
 from heyoka_bike.report import Curve
 from heyoka_bike.sensitivities import START, Sensitivities
-from heyoka_bike.simulator import Simulator
-from heyoka_bike.start import initial_state, pitch_on_the_floor
 
 _DIGITS = 25
 _STATE = ("roll", "pitch", "steer", "roll_rate", "steer_rate", "speed")

@@ -16,7 +16,7 @@ from functools import partial
 import numpy as np
 
 from heyoka_bike.chebyshev import Array
-from heyoka_bike.linear_fits import Blocks, best_subsets, blocks, solve
+from heyoka_bike.diagnosis.linear_fits import Blocks, best_subsets, blocks, solve
 from heyoka_bike.parameters import PARAMETERS
 from heyoka_bike.sensitivities import START, UNKNOWNS, Sensitivities
 

@@ -22,17 +22,17 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
-from heyoka_bike import estimation
 from heyoka_bike.alignment import HALF, Alignment
+from heyoka_bike.diagnosis import estimation
+from heyoka_bike.diagnosis.estimation import Estimate, Unknown
+from heyoka_bike.diagnosis.fitting import Fitting
+from heyoka_bike.diagnosis.mistakes import MISTAKES, Mistake
+from heyoka_bike.diagnosis.search import Hypothesis, Search
+from heyoka_bike.diagnosis.simulator import Simulator
 from heyoka_bike.errors import DatasetError, MissingPackageError
-from heyoka_bike.estimation import Estimate, Unknown
-from heyoka_bike.fitting import Fitting
-from heyoka_bike.mistakes import MISTAKES, Mistake
 from heyoka_bike.reference import Reference
 from heyoka_bike.report import Curve
-from heyoka_bike.search import Hypothesis, Search
 from heyoka_bike.sensitivities import Sensitivities, load_sensitivities
-from heyoka_bike.simulator import Simulator
 
 __all__ = ["Diagnosis", "Hypothesis", "diagnose"]
 

@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from math import floor, log10
 from typing import Any
 
-from heyoka_bike import numerical
-from heyoka_bike.diagnosis import Diagnosis, Hypothesis
-from heyoka_bike.estimation import Fit, Unknown
+from heyoka_bike.diagnosis import numerical
+from heyoka_bike.diagnosis.estimation import Fit, Unknown
+from heyoka_bike.diagnosis.ranking import Diagnosis, Hypothesis
 from heyoka_bike.findings import Finding, Severity
 from heyoka_bike.parameters import PARAMETERS
 from heyoka_bike.reference import Reference, load_reference

@@ -8,7 +8,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from heyoka_bike.checks import Check
 from heyoka_bike.errors import DatasetError
 from heyoka_bike.manifest import (
     CUSTOM,
@@ -19,6 +18,7 @@ from heyoka_bike.manifest import (
     read_manifest,
     sha256,
 )
+from heyoka_bike.verification.checks import Check
 
 _DATA = "uncontrolled-bicycle.h5"
 """A folder that holds this file is a reference set, whatever is wrong with its manifest."""

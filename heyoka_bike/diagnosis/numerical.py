@@ -8,14 +8,14 @@ import numpy as np
 
 from heyoka_bike.alignment import HALF
 from heyoka_bike.chebyshev import Array
+from heyoka_bike.diagnosis.height import Heights
+from heyoka_bike.diagnosis.roughness import SMOOTH, Roughness, interpolation, roughness
+from heyoka_bike.diagnosis.step_order import Order, order_of
 from heyoka_bike.errors import MissingPackageError
 from heyoka_bike.findings import Finding
-from heyoka_bike.height import Heights
 from heyoka_bike.measures import rms
 from heyoka_bike.reference import Reference
 from heyoka_bike.report import ColumnScore, ManeuverScore, Report
-from heyoka_bike.roughness import SMOOTH, Roughness, interpolation, roughness
-from heyoka_bike.step_order import Order, order_of
 
 # A correct file's error is its floor; sums and conversions may double it.
 _AT_FLOOR = 2.0

@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import Any
 
 from heyoka_bike import __version__
-from heyoka_bike.checks import Check, all_passed, as_dict
 from heyoka_bike.errors import DatasetError, InputError, MissingPackageError
 from heyoka_bike.machine import machine
 from heyoka_bike.resources import reference_folder
+from heyoka_bike.verification.checks import Check, all_passed, as_dict
 
 SCHEMA_VERSION = 1
 """Of the JSON report."""
@@ -118,7 +118,7 @@ def _installed(name: str) -> str | None:
 
 def _reference(folder: Path) -> tuple[Check, str | None, str | None]:
     """The files of the published set against the manifest, and this against its known hash."""
-    from heyoka_bike.verify_files import check_files
+    from heyoka_bike.verification.files import check_files
 
     try:
         files, checks = check_files(folder, is_published=True)
@@ -175,10 +175,10 @@ def _run(folder: Path, precision: str) -> Check:
 
     require_heyoka()
     from heyoka_bike.precision import Precision
-    from heyoka_bike.rerun import agreement
-    from heyoka_bike.verify import read_content
-    from heyoka_bike.verify_files import check_files
-    from heyoka_bike.verify_numbers import certificate_of
+    from heyoka_bike.verification.files import check_files
+    from heyoka_bike.verification.numbers import certificate_of
+    from heyoka_bike.verification.rerun import agreement
+    from heyoka_bike.verification.verify import read_content
 
     files, _ = check_files(folder, is_published=True)
     if files.manifest is None:

@@ -1,0 +1,1 @@
+"""Checks of a reference folder (`verify`, `rerun`) and of an installation (`selfcheck`)."""
