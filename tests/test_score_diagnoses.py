@@ -6,8 +6,11 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 import pytest
+from mistaken_programs import columns_of
 
 from heyoka_bike.cli import main
+from heyoka_bike.columns import BENCHMARK_COLUMNS
+from heyoka_bike.diagnosis.mistakes import MISTAKES
 from heyoka_bike.resources import data_folder
 
 PEERS = data_folder() / "peers"
@@ -87,3 +90,15 @@ def test_few_rows_are_no_trouble(tmp_path, capsys, rows):
     np.savetxt(tmp_path / "x.txt", table, "%.12g")
     assert main(["diagnose", str(tmp_path / "x.txt")]) == 0
     assert "explains it" not in capsys.readouterr().out
+
+
+def test_a_start_that_breaks_rolling_says_what_is_assumed(tmp_path, capsys, reference):
+    mistake = next(m for m in MISTAKES if m.code == "roll_without_wheels")
+    columns = columns_of(reference, [mistake])
+    t = reference[1].time
+    table = [t, *(columns[n][key] for n in columns for key in BENCHMARK_COLUMNS)]
+    np.savetxt(tmp_path / "x.txt", np.array(table).T, "%.12g")
+    assert main(["diagnose", str(tmp_path / "x.txt")]) == 0
+    out = " ".join(capsys.readouterr().out.split())
+    assert mistake.says in out.lower()
+    assert "nearest velocities in kinetic energy" in out

@@ -71,6 +71,11 @@ def _explained(rank: int, hypotheses: Sequence[Hypothesis]) -> Finding:
         f"smaller by a factor of {first.relief:.2g} in what this changes; check "
         + ", and ".join(dict.fromkeys(m.check for m in first.mistakes))
     )
+    if any(m.kind == "start" for m in first.mistakes):
+        text += (
+            "; where rolling does not allow a start, the nearest velocities in kinetic energy are "
+            "taken, as an impulse of the constraint forces leaves them"
+        )
     if others:
         text += "; the file cannot tell this from " + "; or ".join(
             ", and ".join(m.says for m in h.mistakes) for h in others[:_MOST]
