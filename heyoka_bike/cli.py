@@ -14,6 +14,7 @@ from typing import NoReturn
 
 from heyoka_bike import __version__
 from heyoka_bike.commands import (
+    animate,
     bench,
     certify,
     diagnose,
@@ -28,7 +29,7 @@ from heyoka_bike.commands import (
 from heyoka_bike.errors import BicycleError, Exit, InputError
 
 _COMMANDS = (
-    generate, score, diagnose, verify, certify, linear, plot, export, bench, selfcheck,
+    generate, score, diagnose, verify, certify, linear, plot, animate, export, bench, selfcheck,
 )  # fmt: skip
 
 _EPILOG = """\

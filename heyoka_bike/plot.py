@@ -89,7 +89,7 @@ def draw(maneuver: ReferenceManeuver) -> Figure:
     MissingPackageError
         matplotlib is not installed.
     """
-    with _style():
+    with style():
         from matplotlib.figure import Figure
 
         figure = Figure(figsize=_SIZE, layout="constrained")
@@ -117,7 +117,7 @@ def render(figure: Figure, file_format: str) -> bytes:
     """
     check_format(file_format)
     buffer = io.BytesIO()
-    with _style():
+    with style():
         from matplotlib.backends.backend_agg import FigureCanvasAgg
 
         FigureCanvasAgg(figure)
@@ -173,7 +173,7 @@ def _unit(maneuver: ReferenceManeuver, name: str) -> str:
     return _UNITS.get(unit, unit)
 
 
-def _style() -> Any:
+def style() -> Any:
     """Context of this module's style on top of matplotlib's own, whatever the user's is."""
     try:
         import matplotlib.style

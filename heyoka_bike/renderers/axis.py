@@ -47,6 +47,11 @@ class Axis:
         """Where one value lies."""
         return float(self.place(np.array(value)))
 
+    @property
+    def offset_text(self) -> str:
+        """What follows the name of the quantity: `` − 8.0`` if that is the offset."""
+        return f" {'−' if self.offset > 0 else '+'} {abs(self.offset)!r}" if self.offset else ""
+
 
 def times(start: float, end: float) -> Axis:
     """Axis of a run's time, from its first to its last row."""

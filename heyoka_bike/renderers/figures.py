@@ -156,7 +156,6 @@ def _overlay(time: axis.Axis, c: ColumnScore, name: str, unit: str) -> str:
     y = axis.values(
         min(float(v.min()) for _, v in both), max(float(v.max()) for _, v in both)
     )  # fmt: skip
-    offset = f" − {y.offset!r}" if y.offset > 0 else f" + {-y.offset!r}" if y.offset else ""
     styles = (("reference", "reference"), ("result", "result"))
     lines = [
         Line(called, style, *points, unit)
@@ -164,7 +163,7 @@ def _overlay(time: axis.Axis, c: ColumnScore, name: str, unit: str) -> str:
     ]
     about = f"{name} over time: the result on top of the reference"
     return chart(
-        time, y, lines, about=about, title=f"{name}{offset} [{unit}]", x_title="",
+        time, y, lines, about=about, title=f"{name}{y.offset_text} [{unit}]", x_title="",
         height=_ONE_HEIGHT,
     )  # fmt: skip
 

@@ -42,7 +42,7 @@ from heyoka_bike.renderers.words import (
 from heyoka_bike.report import Explanation, ManeuverScore, Report, Requirement, Series
 
 # The page says itself that it loads nothing, and a browser keeps it to that.
-_POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'"
+POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'"
 
 
 def render(scored: Report | Series) -> str:
@@ -63,7 +63,7 @@ def render(scored: Report | Series) -> str:
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <meta name="color-scheme" content="light dark">
-<meta http-equiv="Content-Security-Policy" content="{_POLICY}">
+<meta http-equiv="Content-Security-Policy" content="{POLICY}">
 <link rel="icon" href="data:,">
 <title>{escape(title)} – uncontrolled bicycle</title>
 <style>

@@ -1,0 +1,121 @@
+"""``heyoka-bike animate``: a replay of the maneuvers, and of a result file beside them."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from heyoka_bike.errors import Exit, InputError
+
+if TYPE_CHECKING:
+    from heyoka_bike.reference import Reference
+    from heyoka_bike.results import Results
+
+_DEFAULT = "uncontrolled-bicycle"
+_FORMATS = ("html", "gif", "mp4")
+_SUFFIXES = {".html": "html", ".htm": "html", ".gif": "gif", ".mp4": "mp4"}
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add the command to the command line."""
+    p = subparsers.add_parser(
+        "animate",
+        help="replay the maneuvers in 3D, a result file beside the reference",
+        description=(
+            "Write a replay of the maneuvers: the bicycle in perspective with its tracks, and "
+            "roll, steer, speed and energies over time. A result file (see 'heyoka-bike score') is "
+            "laid over as a second, translucent bicycle. The page is one file that needs no "
+            "network; .gif and .mp4 are for slides, of one maneuver, and need matplotlib (pip "
+            'install "heyoka_bike[plot]"), .mp4 also ffmpeg.'
+        ),
+        epilog="examples:\n"
+        "  heyoka-bike animate\n"
+        "  heyoka-bike animate my-results.txt -o replay.html\n"
+        "  heyoka-bike animate --maneuver 2 -o maneuver-2.gif\n",
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    p.add_argument("file", metavar="FILE", nargs="?", help="result file; - is standard input")
+    p.add_argument(
+        "-o",
+        "--output",
+        metavar="FILE",
+        help=f"file to write, its format by the suffix (default ./{_DEFAULT}.html)",
+    )
+    p.add_argument(
+        "--format", metavar="FORMAT", choices=_FORMATS, help=f"one of {', '.join(_FORMATS)}"
+    )
+    p.add_argument(
+        "--maneuver",
+        metavar="N",
+        help="show this one, which a file of 9 columns then holds (default: all; of a film: the "
+        "first)",
+    )
+    p.add_argument(
+        "--reference", metavar="DIR", help="folder of a reference set (default: the published one)"
+    )
+    p.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Carry out the command."""
+    from heyoka_bike.commands.score import maneuvers_of, refuse_overwriting
+    from heyoka_bike.output_files import write_output
+    from heyoka_bike.reference import load_reference
+    from heyoka_bike.renderers.replay import render
+    from heyoka_bike.replay import replay
+
+    path, file_format = _output(args)
+    if args.file is not None:
+        refuse_overwriting([args.file], [path])
+    reference = load_reference(args.reference)
+    (maneuver,) = maneuvers_of(args.maneuver, 1, reference)
+    results = None if args.file is None else _results(args.file, maneuver, reference)
+    name = "standard input" if args.file == "-" else args.file or ""
+    if file_format == "html":
+        data = render(replay(reference, results, maneuver), name).encode()
+    else:
+        data = _film(reference, results, maneuver, file_format, name)
+    write_output(path, data)
+    print(path)
+    return Exit.OK
+
+
+def _output(args: argparse.Namespace) -> tuple[Path, str]:
+    """The file to write, and its format."""
+    if args.output is None:
+        chosen = args.format or _FORMATS[0]
+        return Path(f"{_DEFAULT}.{chosen}"), chosen
+    path = Path(args.output)
+    by_suffix = _SUFFIXES.get(path.suffix.lower())
+    if args.format is None and by_suffix is None:
+        raise InputError(
+            f"--output: found '{path.name}', expected a name ending in {', '.join(_SUFFIXES)}"
+        )
+    if args.format is not None and by_suffix not in (None, args.format):
+        raise InputError(f"--format: found {args.format} for the file '{path.name}'")
+    return path, args.format or by_suffix or _FORMATS[0]
+
+
+def _results(file: str, maneuver: int | None, reference: Reference) -> Results:
+    from heyoka_bike.reading import read_results
+
+    return read_results(file, maneuver=maneuver, count=len(reference))
+
+
+def _film(
+    reference: Reference, results: Results | None, maneuver: int | None, file_format: str,
+    name: str,
+) -> bytes:  # fmt: skip
+    """The bytes of a film, with a progress bar on a terminal."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    from heyoka_bike.renderers.replay_film import RATES, render
+    from heyoka_bike.replay import replay
+
+    found = replay(reference, results, maneuver, RATES[file_format])
+    console = Console(stderr=True)
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as bars:
+        bar = bars.add_task("drawing frames", total=1.0)
+        return render(found, file_format, name, lambda x: bars.update(bar, completed=x))
