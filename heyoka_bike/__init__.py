@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from heyoka_bike.scoring import score as score
     from heyoka_bike.sensitivities import load_sensitivities as load_sensitivities
     from heyoka_bike.series import score_series as score_series
+    from heyoka_bike.simulation import simulate as simulate
 
 __version__ = "0.1.0"
 
@@ -32,6 +33,7 @@ _HOME = {
     "read_results": "reading",
     "score": "scoring",
     "score_series": "series",
+    "simulate": "simulation",
 }
 
 __all__ = [
@@ -45,6 +47,7 @@ __all__ = [
     "read_results",
     "score",
     "score_series",
+    "simulate",
 ]
 
 

@@ -4,15 +4,21 @@ Nothing here looks at how long anything took.
 """
 
 import dataclasses
+import importlib.util
+import itertools
 import json
+import shutil
 import sys
 
 import numpy as np
 import pytest
 
-from heyoka_bike import bench
-from heyoka_bike.bench import CLASSES, Line, Problem, SciPy
+from heyoka_bike import bench, bench_codes, compiled_peers
+from heyoka_bike.bench import CLASSES, Line
+from heyoka_bike.bench_codes import Compiled, Exudyn, SciPy, Sundials, Tuned
+from heyoka_bike.bench_problem import Problem
 from heyoka_bike.cli import main
+from heyoka_bike.columns import BENCHMARK_COLUMNS
 from heyoka_bike.commands.bench import _table
 from heyoka_bike.errors import Exit
 from heyoka_bike.reference import load_reference
@@ -21,15 +27,24 @@ heyoka = pytest.importorskip("heyoka")
 pytest.importorskip("scipy")
 
 CODES = {
+    ("heyoka_bike simulate", "binary64"),
     ("heyoka", "binary64"),
     ("heyoka unrolled", "binary64"),
     ("heyoka", "binary128"),
     ("SciPy DOP853", "binary64"),
     ("SciPy LSODA", "binary64"),
+    ("C DOPRI5", "binary64"),
+    ("C DOP853", "binary64"),
+    ("C RK4", "binary64"),
+    ("SUNDIALS CVODE", "binary64"),
+    ("Exudyn", "binary64"),
 }
+STEPS = ("heyoka", "Exudyn")  # what counts its steps; others count calls of the right-hand side
+HAS_COMPILER = shutil.which("gcc") is not None or shutil.which("cc") is not None
 KEYS = {
-    "class", "code", "precision", "status", "tolerance", "order", "steps", "rhs_calls", "runs",
-    "build_s", "min_ms", "median_ms", "performance_percent", "max_state_error", "ratio_to_fastest",
+    "maneuver", "class", "code", "precision", "status", "tolerance", "order", "steps", "rhs_calls",
+    "runs", "build_s", "min_ms", "median_ms", "cold_ms", "performance_percent", "max_state_error",
+    "ratio_to_fastest",
 }  # fmt: skip
 
 
@@ -39,7 +54,9 @@ def document(folder, tmp_path_factory):
     path = tmp_path_factory.mktemp("bench") / "bench.json"
     was_enabled = heyoka.llvm_state.get_diskcache_enabled()
     arguments = ["bench", "--runs", "1", "--quick", "--format", "json", "-o", str(path)]
-    assert main([*arguments, "--reference", str(folder)]) == Exit.OK
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("HEYOKA_BIKE_CACHE", str(path.parent / "cache"))
+        assert main([*arguments, "--reference", str(folder)]) == Exit.OK
     assert heyoka.llvm_state.get_diskcache_enabled() == was_enabled
     return json.loads(path.read_text())
 
@@ -66,22 +83,37 @@ def test_keys_are_stable(document):
     }  # fmt: skip
     assert (document["maneuver"], document["rows"]) == ("maneuver 2", 1001)
     assert set(document["machine"]) == {"cpu", "cores", "system"}
-    assert set(document["versions"]) == {"python", "heyoka_bike", "heyoka", "scipy", "numpy"}
+    assert set(document["versions"]) == {
+        "python", "heyoka_bike", "heyoka", "scipy", "scikit-sundae", "exudyn", "numpy",
+    }  # fmt: skip
     assert all(set(r) == KEYS for r in document["results"])
 
 
-def test_only_the_unrolled_form_is_left_out_when_quick(document):
+def test_only_what_builds_slowly_is_left_out_when_quick(document):
     for r in document["results"]:
-        assert (r["status"] == "left out") == (r["code"] == "heyoka unrolled")
+        is_slow = r["code"] == "heyoka unrolled" or (
+            r["code"] == "heyoka_bike simulate" and r["class"] != "performance"
+        )
+        assert (r["status"] == "left out") == is_slow
         assert (r["status"] == "ok") == (r["runs"] == 1)
+
+
+def test_peers_that_are_missing_are_listed_as_such(document):
+    status = {r["code"]: r["status"] for r in document["results"] if r["class"] == "performance"}
+    for code, module in (("SUNDIALS CVODE", "sksundae"), ("Exudyn", "exudyn")):
+        assert (status[code] == "ok") == (importlib.util.find_spec(module) is not None)
+        assert status[code] in ("ok", "not installed")
+    for code in ("C DOPRI5", "C DOP853", "C RK4"):
+        assert status[code] == ("ok" if HAS_COMPILER else "no C compiler")
 
 
 def test_numbers_of_a_run_are_complete(document):
     for r in document["results"]:
         if r["status"] == "ok":
             assert (r["steps"] is None) != (r["rhs_calls"] is None)
-            assert (r["order"] is None) == r["code"].startswith("SciPy")
-            for key in ("tolerance", "build_s", "min_ms", "median_ms", "max_state_error"):
+            assert (r["steps"] is None) != r["code"].startswith(STEPS)
+            assert (r["order"] is None) != r["code"].startswith("heyoka")
+            for key in ("tolerance", "min_ms", "median_ms", "cold_ms", "max_state_error"):
                 assert r[key] > 0
     for name in CLASSES:
         assert min(r["ratio_to_fastest"] for r in of_class(document, name)) == 1
@@ -136,25 +168,80 @@ def test_search_finds_the_loosest_tolerance(slope):
     assert bench._loosest(lambda i: 99.0) is None
 
 
-def test_a_peer_that_is_not_installed_is_listed(problem, document, monkeypatch):
-    monkeypatch.setitem(sys.modules, "scipy", None)
-    monkeypatch.setitem(sys.modules, "scipy.integrate", None)
-    code = SciPy("SciPy LSODA", problem)
+@pytest.mark.parametrize(
+    ("code", "modules"),
+    [
+        (SciPy("SciPy LSODA", None), ["scipy", "scipy.integrate"]),
+        (Sundials("SUNDIALS CVODE", None), ["sksundae", "sksundae.cvode"]),
+        (Exudyn("Exudyn", None), ["exudyn"]),
+    ],
+)
+def test_a_peer_that_is_not_installed_is_listed(problem, monkeypatch, code, modules):
+    for module in modules:
+        monkeypatch.setitem(sys.modules, module, None)
+    code.problem = problem
     line = Line("performance", code)
     bench._prepare(line, code.at, None)
     assert (line.status, line.trial) == ("not installed", None)
 
 
+def test_a_compiler_that_is_missing_is_listed(problem, monkeypatch):
+    monkeypatch.delenv("CC", raising=False)
+    monkeypatch.setattr(compiled_peers.shutil, "which", lambda _: None)
+    code = Compiled("C DOPRI5", problem)
+    line = Line("performance", code)
+    bench._prepare(line, code.at, None)
+    assert (line.status, line.trial) == ("no C compiler", None)
+
+
+def test_the_fast_path_is_tuned_by_one_number(problem, monkeypatch):
+    plans = []
+    monkeypatch.setattr(bench_codes, "prepare", lambda *_, accuracy, **__: plans.append(accuracy))
+    for i in range(8, 60):
+        with pytest.raises(TypeError):
+            Tuned("", problem).at(bench_codes.tolerance_of(i))
+    # The norm goes down to that of the state, 16, then one order more begins above it.
+    for before, after in itertools.pairwise(plans):
+        assert after.order == before.order or (
+            after.order == before.order + 1 and after.norm > before.norm
+        )
+    assert plans[-1].order > plans[0].order + 10
+    assert all(16 <= x.norm < 16 * 8 for x in plans if x.order > 4)
+
+
+def test_columns_in_other_definitions_are_measured_in_those(problem, reference):
+    rows = reference[2].rows.hi
+    given = np.array([rows[bench_codes._EXUDYN.get(c, c)] for c in BENCHMARK_COLUMNS])
+    # Values that are right but for binary64, in definitions that differ by 1e-3 and more.
+    assert problem.measure_columns(given, bench_codes._EXUDYN)[1] == 0
+    assert problem.measure_columns(given, {})[1] > 1e-3
+    assert problem.measure_columns(given[:, :-1], {}) == (np.inf, np.inf)
+
+
+def test_a_figure_is_written_beside_the_table(folder, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(bench, "bench", lambda *_, **__: [])
+    point = bench.Point(SciPy("SciPy LSODA", None), 1e-4, 1e-3, 1e-3, 1e-4)
+    monkeypatch.setattr(bench, "work_precision", lambda *_: [point, point])
+    for suffix, head in (("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")):
+        path = tmp_path / f"bench.{suffix}"
+        arguments = ["bench", "-o", str(path), "--format", "json", "--reference", str(folder)]
+        assert main(arguments) == Exit.OK
+        assert path.read_bytes().startswith(head)
+        (first, _) = json.loads(capsys.readouterr().out)["work_precision"]
+        assert (first["code"], first["min_ms"]) == ("SciPy LSODA", 1.0)
+
+
 def test_table_shows_all_of_it(document):
     results = [dict(r) for r in document["results"]]
     results[3] = dict.fromkeys(KEYS) | {
-        key: results[3][key] for key in ("class", "code", "precision")
+        key: results[3][key] for key in ("maneuver", "class", "code", "precision")
     }
     results[3]["status"] = "not installed"
     text = _table(document | {"results": results}, is_shown=False)
     for part in (*CLASSES.values(), *(code for code, _ in CODES), "not installed", "left out"):
         assert part in text
-    for heading in ("build [s]", "min [ms]", "median [ms]", "eq. (1) [%]", "[rad/s]", "[m/s]"):
+    headings = ("build [s]", "min [ms]", "median [ms]", "cold [ms]", "eq. (1) [%]", "[m/s]")
+    for heading in headings:
         assert heading in text
     assert text.count("SciPy LSODA") == len(CLASSES)
     assert document["machine"]["cpu"] in text

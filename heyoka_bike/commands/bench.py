@@ -1,4 +1,4 @@
-"""``heyoka-bike bench``: how long maneuver 2 takes at equal accuracy, next to SciPy."""
+"""``heyoka-bike bench``: how long maneuver 2 takes at equal accuracy, next to other codes."""
 
 from __future__ import annotations
 
@@ -14,25 +14,29 @@ from heyoka_bike.errors import Exit, InputError
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from heyoka_bike.bench import Line, Problem, Progress
+    from heyoka_bike.bench import Line, Point, Progress
+    from heyoka_bike.bench_problem import Problem
 
 SCHEMA_VERSION = 1
-MANEUVER = 2
+MANEUVER, OTHERS = 2, (1, 3)
 MAX_RUNS = 10_000
 _RUNS, _QUICK_RUNS = 30, 5
-_WIDTH = 140
+_WIDTH = 170
 
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
     p = subparsers.add_parser(
         "bench",
-        help="time maneuver 2 at equal accuracy, next to SciPy",
+        help="time maneuver 2 at equal accuracy, next to other integrators",
         description=(
-            "Time maneuver 2 with all rows of output: heyoka in binary64 and binary128, and DOP853 "
-            "and LSODA of SciPy on the same right-hand side, each at the loosest tolerance that "
-            "keeps the benchmark's eq. (1) under 1e-3 percent, at the loosest with a state error "
-            'under 1e-12, and at roundoff. SciPy comes with pip install "heyoka_bike[bench]".'
+            "Time maneuver 2 with all rows of all eight columns: this package's fast path, heyoka "
+            "in binary64 and binary128, DOPRI5, DOP853 and RK4 in C (built here if there is a "
+            "compiler), SciPy, SUNDIALS and Exudyn, each at the loosest tolerance that keeps the "
+            "benchmark's eq. (1) under 1e-3 percent, at the loosest with a state error under "
+            "1e-12, and at roundoff. SciPy, scikit-sundae and Exudyn come with "
+            'pip install "heyoka_bike[bench,peers]". With -o NAME.png, .svg or .pdf a figure of time '
+            "over error is written, and the table is printed."
         ),
         epilog="example: heyoka-bike bench --format json -o bench.json",
     )
@@ -43,11 +47,16 @@ def add_parser(subparsers: Any) -> None:
         help=f"timed runs of each code, fewer of a slow one (default {_RUNS})",
     )
     p.add_argument("--format", choices=("table", "json"), default="table", help="default: table")
-    p.add_argument("-o", "--output", metavar="FILE", help="write to a file")
+    p.add_argument("-o", "--output", metavar="FILE", help="write to a file; a figure if it ends so")
+    p.add_argument(
+        "--all",
+        action="store_true",
+        help="all three maneuvers; at once, in ensembles, and the first result of a new process",
+    )
     p.add_argument(
         "--quick",
         action="store_true",
-        help=f"leave out the unrolled heyoka, slow to build; {_QUICK_RUNS} runs by default",
+        help=f"leave out what is slow to build; {_QUICK_RUNS} runs by default",
     )
     p.add_argument(
         "--reference",
@@ -59,7 +68,7 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
-    from heyoka_bike.bench import bench
+    from heyoka_bike.bench import bench, work_precision
     from heyoka_bike.machine import machine
     from heyoka_bike.output_files import write_output
 
@@ -67,57 +76,124 @@ def run(args: argparse.Namespace) -> int:
     if not 1 <= runs <= MAX_RUNS:
         raise InputError(f"--runs: found {runs}, expected 1 to {MAX_RUNS}")
     _check_output(args.output)
-    problem = _problem(args.reference)
+    figure_format = _figure_format(args.output)
+    main, *others = [_problem(args.reference, n) for n in (MANEUVER, *(OTHERS if args.all else ()))]
     with _progress() as progress:
-        lines = bench(problem, runs, is_quick=args.quick, progress=progress)
-    document = {
-        "schema_version": SCHEMA_VERSION,
-        "maneuver": problem.maneuver.name,
-        "rows": problem.maneuver.rows,
-        "runs": runs,
-        "quick": args.quick,
-        "machine": machine(),
-        "versions": _versions(),
-        "results": [_result(line, lines) for line in lines],
-    }
-    text = _json(document) if args.format == "json" else _table(document, args.output is None)
-    if args.output is None:
+        results = []
+        for problem in (main, *others):
+            lines = bench(problem, runs, is_quick=args.quick, progress=progress)
+            results += [_result(line, lines, problem.maneuver.name) for line in lines]
+        document = {
+            "schema_version": SCHEMA_VERSION,
+            "maneuver": main.maneuver.name,
+            "rows": main.maneuver.rows,
+            "runs": runs,
+            "quick": args.quick,
+            "machine": machine(),
+            "versions": _versions(),
+            "results": results,
+        }
+        if figure_format is not None or args.all:
+            document["work_precision"] = [_point(x) for x in work_precision(main, progress)]
+        if args.all:
+            document |= _fast(progress)
+    text = _json(document) if args.format == "json" else _table(document, _is_shown(args.output))
+    if figure_format is not None:
+        from heyoka_bike.bench_figure import draw
+        from heyoka_bike.plot import render
+
+        title = f"{main.maneuver.name}, {main.maneuver.rows} rows, {document['machine']['cpu']}"
+        figure = draw(document["work_precision"], title)
+        write_output(Path(args.output), render(figure, figure_format))
+    if args.output is None or figure_format is not None:
         sys.stdout.write(text)
     else:
         write_output(Path(args.output), text.encode())
     return Exit.OK
 
 
-def _problem(folder: str | None) -> Problem:
-    """Maneuver 2 of the benchmark, with its reference."""
-    from heyoka_bike.bench import Problem
+def _figure_format(output: str | None) -> str | None:
+    """Format of a figure to be written, None if it is none."""
+    from heyoka_bike.plot import FORMATS
+
+    suffix = Path(output or "").suffix[1:].lower()
+    return suffix if suffix in FORMATS else None
+
+
+def _is_shown(output: str | None) -> bool:
+    return output is None or _figure_format(output) is not None
+
+
+def _fast(progress: Progress) -> dict[str, Any]:
+    """What the fast path does besides one maneuver."""
+    from heyoka_bike.bench_fast import first_result, throughput, together
+
+    progress("three maneuvers at once", 0.0)
+    at_once = [
+        {"accuracy": x.accuracy, "min_ms": 1e3 * x.together, "alone_ms": [1e3 * t for t in x.alone]}
+        for x in together()
+    ]
+    progress("ensembles", 0.3)
+    ensembles = [
+        {"accuracy": x.accuracy, "threads": n, "motions_per_second": rate}
+        for x in throughput()
+        for n, rate in x.motions_per_second.items()
+    ]
+    progress("first result of a new process", 0.7)
+    first = first_result()
+    return {
+        "together": at_once,
+        "ensembles": ensembles,
+        "first_result": {
+            "import_heyoka_s": first.importing,
+            "without_cache_s": first.without_cache,
+            "with_cache_s": first.with_cache,
+        },
+    }
+
+
+def _problem(folder: str | None, number: int) -> Problem:
+    """A maneuver of the benchmark, with its reference."""
+    from heyoka_bike.bench_problem import Problem
     from heyoka_bike.parameters import PARAMETERS, STATE_INPUTS, read_bicycle, read_maneuvers
     from heyoka_bike.reference import load_reference
     from heyoka_bike.resources import benchmark_bicycle, benchmark_maneuvers
 
     reference = load_reference(folder)
     bicycle = read_bicycle(benchmark_bicycle())
-    maneuver = read_maneuvers(benchmark_maneuvers())[MANEUVER - 1]
+    maneuver = read_maneuvers(benchmark_maneuvers())[number - 1]
     inputs = {key: str(getattr(maneuver, key)) for key in STATE_INPUTS}
     if (
-        MANEUVER not in reference
-        or dict(reference[MANEUVER].inputs) != inputs
+        number not in reference
+        or dict(reference[number].inputs) != inputs
         or dict(reference.parameters) != {symbol: str(bicycle[symbol]) for symbol in PARAMETERS}
     ):
         raise InputError(
             f"{folder}: found a reference of other inputs, expected {maneuver.name} of the "
             f"{bicycle.name}"
         )
-    return Problem(bicycle, maneuver, reference[MANEUVER])
+    return Problem(bicycle, maneuver, reference[number])
 
 
-def _result(line: Line, lines: Sequence[Line]) -> dict[str, Any]:
+def _point(x: Point) -> dict[str, Any]:
+    return {
+        "code": x.code.name,
+        "precision": x.code.precision,
+        "tolerance": x.tolerance,
+        "min_ms": 1e3 * x.time,
+        "performance_percent": x.performance,
+        "max_state_error": x.error,
+    }
+
+
+def _result(line: Line, lines: Sequence[Line], maneuver: str) -> dict[str, Any]:
     """A line of the report; what is unknown is None."""
     from statistics import median
 
-    from heyoka_bike.bench import Trial
+    from heyoka_bike.bench_problem import Trial
 
     result: dict[str, Any] = {
+        "maneuver": maneuver,
         "class": line.accuracy_class,
         "code": line.code.name,
         "precision": line.code.precision,
@@ -135,12 +211,14 @@ def _result(line: Line, lines: Sequence[Line]) -> dict[str, Any]:
         "runs": len(line.times),
     }
     if not line.times:
-        return result | {"min_ms": None, "median_ms": None, "ratio_to_fastest": None}
+        unknown = ("min_ms", "median_ms", "cold_ms", "ratio_to_fastest")
+        return result | dict.fromkeys(unknown)
     group = (x for x in lines if x.times and x.accuracy_class == line.accuracy_class)
     fastest = min(min(x.times) for x in group)
     return result | {
         "min_ms": 1e3 * min(line.times),
         "median_ms": 1e3 * median(line.times),
+        "cold_ms": 1e3 * median(line.cold),
         "ratio_to_fastest": min(line.times) / fastest,
     }
 
@@ -154,20 +232,31 @@ def _json(document: Mapping[str, Any]) -> str:
 def _table(document: Mapping[str, Any], is_shown: bool) -> str:
     """The report as text, coloured only when it is shown on a terminal."""
     from heyoka_bike.bench import CLASSES
+    from heyoka_bike.compiled_peers import FLAGS
 
     console = _console(is_shown)
     with console.capture() as capture:
-        for name, title in CLASSES.items():
-            _print_class(console, title, [x for x in document["results"] if x["class"] == name])
+        for maneuver in dict.fromkeys(x["maneuver"] for x in document["results"]):
+            for name, title in CLASSES.items():
+                chosen = [
+                    x
+                    for x in document["results"]
+                    if (x["maneuver"], x["class"]) == (maneuver, name)
+                ]
+                _print_class(console, f"{maneuver}: {title}", chosen)
+        _print_fast(console, document)
         machine, versions = document["machine"], document["versions"]
         notes = (
-            f"{document['maneuver']} with {document['rows']} rows of output; times of one run, "
-            f"building excluded; the codes of a class in turns, {document['runs']} times each, "
-            "a slow one fewer times",
+            f"{document['rows']} rows of all eight columns; times of one run, building excluded; "
+            f"the codes of a class in turns, {document['runs']} times each, a slow one fewer times",
+            "min, median: after a run of the same code; cold: the processor's caches filled with "
+            "something else before",
             "ratio: of the shortest time, to the fastest of the class",
             "state error: the largest over the rows of roll and steer [rad], their rates [rad/s] "
             "and the forward speed [m/s]",
-            "SciPy: solve_ivp with rtol = atol = tolerance, but rtol at least 2.2e-14",
+            "tolerance: heyoka_bike's is about the error of a step; of C RK4 and Exudyn it is the "
+            "step [s]; else relative and absolute (SciPy's relative one at least 2.2e-14)",
+            f"C: {' '.join(FLAGS)}",
             f"machine: {machine['cpu']}, {machine['cores']} cores, {machine['system']}",
             "versions: " + ", ".join(f"{k} {v}" for k, v in versions.items()),
         )
@@ -183,7 +272,7 @@ def _print_class(console: Console, title: str, results: Sequence[Mapping[str, An
     view = Table()
     headings = (
         "code", "precision", "tolerance", "count", "runs", "build [s]", "min [ms]",
-        "median [ms]", "eq. (1) [%]", "state error", "ratio",
+        "median [ms]", "cold [ms]", "eq. (1) [%]", "state error", "ratio",
     )  # fmt: skip
     for heading in headings:
         justify: Literal["left", "right"] = "left" if heading in headings[:2] else "right"
@@ -197,11 +286,35 @@ def _print_class(console: Console, title: str, results: Sequence[Mapping[str, An
         view.add_row(
             x["code"], x["precision"], f"{x['tolerance']:.1e}", count, str(x["runs"]),
             f"{x['build_s']:.2f}", f"{x['min_ms']:.3f}", f"{x['median_ms']:.3f}",
+            f"{x['cold_ms']:.3f}",
             f"{x['performance_percent']:.1e}", f"{x['max_state_error']:.1e}",
             f"{x['ratio_to_fastest']:.1f}",
         )  # fmt: skip
     console.print(title, markup=False, highlight=False)
     console.print(view)
+
+
+def _print_fast(console: Console, document: Mapping[str, Any]) -> None:
+    """What the fast path does besides one maneuver, where that was measured."""
+    lines = [
+        f"three maneuvers at once, accuracy {x['accuracy']}: {x['min_ms']:.3f} ms, "
+        f"one by one {', '.join(f'{t:.3f}' for t in x['alone_ms'])} ms"
+        for x in document.get("together", ())
+    ]
+    lines += [
+        f"ensemble, accuracy {x['accuracy']}, {x['threads']} threads: "
+        f"{x['motions_per_second']:.0f} motions of 10 s per second"
+        for x in document.get("ensembles", ())
+    ]
+    if "first_result" in document:
+        first = document["first_result"]
+        lines.append(
+            f"first result of a new process: {first['without_cache_s']:.2f} s without a cache, "
+            f"{first['with_cache_s']:.2f} s with it, after {first['import_heyoka_s']:.2f} s of "
+            "importing heyoka"
+        )
+    for line in lines:
+        console.print(line, markup=False, highlight=False)
 
 
 def _console(is_shown: bool) -> Console:
@@ -219,7 +332,7 @@ def _versions() -> dict[str, str]:
     from importlib.metadata import PackageNotFoundError, version
 
     found = {"python": platform.python_version()}
-    for name in ("heyoka_bike", "heyoka", "scipy", "numpy"):
+    for name in ("heyoka_bike", "heyoka", "scipy", "scikit-sundae", "exudyn", "numpy"):
         try:
             found[name] = version(name)
         except PackageNotFoundError:

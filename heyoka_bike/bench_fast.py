@@ -1,0 +1,129 @@
+"""What the fast path does besides one maneuver: three or many at once, and the first result."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from statistics import median
+from tempfile import TemporaryDirectory
+
+import numpy as np
+
+from heyoka_bike.ensemble import Ensemble
+from heyoka_bike.simulation import prepare
+
+TOGETHER = ("eq1", 1e-6, 1e-12, "roundoff")
+"""Accuracies at which the three maneuvers are run at once and one by one."""
+ENSEMBLES = (1e-6, "roundoff")
+"""Accuracies of the ensembles."""
+
+_MOTIONS = 4000
+_DURATION = 10.0  # [s]
+_TURNS, _ENSEMBLE_TURNS, _STARTS = 50, 7, 5
+# The range of the benchmark's maneuvers, as far as the motion stays upright.
+_SPEEDS, _ROLL_RATES, _STEER_RATES = (4.3, 9.0), (-0.5, 0.5), (-0.4, 0.4)
+_SEED = 1
+
+_FIRST_RESULT = """
+import time
+begin = time.perf_counter()
+import heyoka
+imported = time.perf_counter()
+heyoka.llvm_state.set_diskcache_enabled(False)
+from heyoka_bike import simulate
+simulate(2)
+print(imported - begin, time.perf_counter() - imported)
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Together:
+    """Shortest times [s] of the three maneuvers at once, and of each alone."""
+
+    accuracy: str | float
+    together: float
+    alone: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Throughput:
+    """Motions of 10 s per second, by the number of threads; shortest of some times."""
+
+    accuracy: str | float
+    motions_per_second: dict[int, float]
+
+
+@dataclass(frozen=True, slots=True)
+class FirstResult:
+    """Median times of a new process [s]: the import of heyoka, and the first result after it."""
+
+    importing: float
+    without_cache: float
+    with_cache: float
+
+
+def together() -> list[Together]:
+    """The three maneuvers in one vector and one by one, in turns."""
+    found = []
+    for accuracy in TOGETHER:
+        runs = [prepare(m, accuracy=accuracy) for m in (None, 1, 2, 3)]
+        times = _in_turns(runs, _TURNS)
+        found.append(Together(accuracy, min(times[0]), tuple(min(x) for x in times[1:])))
+    return found
+
+
+def throughput() -> list[Throughput]:
+    """Ends of many motions, with one thread and with two, in turns."""
+    random = np.random.default_rng(_SEED)
+    starts = np.zeros((_MOTIONS, 5))
+    for column, limits in ((2, _ROLL_RATES), (3, _STEER_RATES), (4, _SPEEDS)):
+        starts[:, column] = random.uniform(*limits, _MOTIONS)
+    counts = [n for n in (1, 2) if n <= (os.cpu_count() or 1)]
+    found = []
+    for accuracy in ENSEMBLES:
+        ensembles = [Ensemble(accuracy=accuracy, threads=n) for n in counts]
+        runs = [partial(e.ends, starts, _DURATION) for e in ensembles]
+        times = _in_turns(runs, _ENSEMBLE_TURNS)
+        rates = {n: _MOTIONS / min(x) for n, x in zip(counts, times, strict=True)}
+        found.append(Throughput(accuracy, rates))
+    return found
+
+
+def first_result() -> FirstResult:
+    """Maneuver 2 in new processes, with an empty cache and with a filled one."""
+    without, with_cache = [], []
+    for _ in range(_STARTS):
+        with TemporaryDirectory(prefix="heyoka_bike-") as folder:
+            environment = {**os.environ, "HEYOKA_BIKE_CACHE": folder}
+            without.append(_first(environment))
+            with_cache.append(_first(environment))
+    return FirstResult(
+        median(x[0] for x in without + with_cache),
+        median(x[1] for x in without),
+        median(x[1] for x in with_cache),
+    )
+
+
+def _first(environment: dict[str, str]) -> tuple[float, float]:
+    done = subprocess.run(
+        [sys.executable, "-c", _FIRST_RESULT], env=environment, check=True, capture_output=True
+    )
+    importing, result = done.stdout.split()
+    return float(importing), float(result)
+
+
+def _in_turns(runs: Sequence[Callable[[], object]], turns: int) -> list[list[float]]:
+    """Times of each, a run that is not counted before each one that is."""
+    times: list[list[float]] = [[] for _ in runs]
+    for _ in range(turns):
+        for run, found in zip(runs, times, strict=True):
+            run()
+            begin = time.perf_counter()
+            run()
+            found.append(time.perf_counter() - begin)
+    return times

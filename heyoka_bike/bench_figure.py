@@ -1,0 +1,48 @@
+"""The work-precision figure: the time that each code takes for the error that it has."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from heyoka_bike.plot import style
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+_SIZE = (7.0, 4.6)  # [inch]; the width of a printed page of text
+# Okabe and Ito's palette; markers tell the lines apart without it.
+_COLOURS = ("#D55E00", "#E69F00", "#0072B2", "#56B4E9", "#009E73", "#CC79A7", "#000000", "#999999")
+_MARKERS = "osD^vP*X"
+
+
+def draw(points: Sequence[Mapping[str, Any]], title: str) -> Figure:
+    """Figure of the points of a report's ``work_precision``, one line for each code.
+
+    Raises
+    ------
+    MissingPackageError
+        matplotlib is not installed.
+    """
+    with style():
+        from matplotlib.figure import Figure
+
+        figure = Figure(figsize=_SIZE, layout="constrained")
+        ax = figure.subplots()
+        for i, name in enumerate(dict.fromkeys(x["code"] for x in points)):
+            line = [x for x in points if x["code"] == name]
+            ax.loglog(
+                [x["max_state_error"] for x in line],
+                [x["min_ms"] for x in line],
+                color=_COLOURS[i % len(_COLOURS)],
+                marker=_MARKERS[i % len(_MARKERS)],
+                markersize=3,
+                label=name,
+            )
+        # Accuracy grows to the right.
+        ax.invert_xaxis()
+        ax.set_xlabel("largest error of roll, steer [rad], their rates [rad/s] and speed [m/s]")
+        ax.set_ylabel("shortest time, rows included [ms]")
+        ax.set_title(title, parse_math=False)
+        ax.legend()
+    return figure

@@ -1,0 +1,170 @@
+"""What the codes of a comparison are given, and how what they give is measured.
+
+Accuracy is measured outside of the timing, from the states at the rows, in ball arithmetic. The
+state error is the largest abs(value - reference) over the rows of roll and steer angle [rad], their
+rates [rad/s] and forward speed [m/s], with the reference taken at the very times of the rows.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import flint
+import numpy as np
+
+from heyoka_bike.arithmetic import Balls
+from heyoka_bike.columns import BENCHMARK_COLUMNS
+from heyoka_bike.constants import Constants, constants
+from heyoka_bike.initial import few_product_state, initial_state
+from heyoka_bike.integration import Expressions, require_heyoka, right_hand_side
+from heyoka_bike.kinematics import state_names
+from heyoka_bike.outputs import columns, energies, unfold
+from heyoka_bike.parameters import Bicycle, Maneuver
+from heyoka_bike.precision import Precision
+from heyoka_bike.reference import ReferenceManeuver, Values
+
+PERFORMANCE_LIMIT = 1e-3
+"""Of the benchmark's eq. (1) [%]."""
+ERROR_LIMIT = 1e-12
+"""Of the state error, in the second class of a comparison."""
+
+Array = np.ndarray[Any, Any]
+
+_BITS = 256
+_STATE_COLUMNS = ("roll_angle", "steer_angle", "roll_rate", "steer_rate", "forward_speed")
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What is integrated, and the reference it is compared with."""
+
+    bicycle: Bicycle
+    maneuver: Maneuver
+    reference: ReferenceManeuver
+
+    def start(self, number: Callable[[str], Any]) -> Array:
+        """Initial state, without the yaw, in the number type that `number` makes from decimals."""
+        k, balls = self._constants, self._balls
+        with balls.precision():
+            start = initial_state(self.bicycle, self.maneuver, k, balls)
+            state = few_product_state(k, balls, start)[:6]
+            return np.array([number(x.str(60, radius=False)) for x in state])
+
+    @cached_property
+    def times(self) -> Array:
+        """Times of the rows [s], rounded to binary64."""
+        return np.array([float(self.maneuver.time(i)) for i in range(self.maneuver.rows)])
+
+    @cached_property
+    def expected(self) -> Values:
+        """Reference at `times`, which are not exactly those of its rows."""
+        return self.reference.evaluate(self.times, _STATE_COLUMNS)
+
+    @cached_property
+    def slope(self) -> tuple[Callable[[float, Array], Array], float]:
+        """The right-hand side, called with time and state, and the time of building it [s]."""
+        begin = time.perf_counter()
+        equations = right_hand_side(self.bicycle, Precision.of("binary64"), with_yaw=False)
+        compiled = require_heyoka().cfunc(
+            [rate for _, rate in equations], [x for x, _ in equations]
+        )
+
+        def slope(_: float, y: Array) -> Any:
+            return compiled(np.ascontiguousarray(y))
+
+        return slope, time.perf_counter() - begin
+
+    def columns(self, number: Callable[[str], Any] = float) -> Callable[[Array], Any]:
+        """The benchmark's eight columns of states, shape (rows, 6), compiled: shape (8, rows)."""
+        hy = require_heyoka()
+        with self._balls.precision():
+            k = self._constants.convert(lambda x: hy.expression(number(x.str(60, radius=False))))
+        state = hy.make_vars(*state_names(False))
+        a = Expressions()
+        o, u = unfold(k, a, state, is_regular=False)
+        # The yaw is in none of them.
+        found = columns(k, a, o, u, state[0], state[1], state[2], hy.expression(number("0")))
+        compiled = hy.cfunc(
+            [found[name] for name in BENCHMARK_COLUMNS], list(state), fp_type=number
+        )
+        return lambda states: compiled(np.ascontiguousarray(states.T))
+
+    def measure(self, rows: Array, expected: Values) -> tuple[float, float]:
+        """Eq. (1) [%] and state error of states; infinite for a run that did not get through."""
+        if len(rows) < self.maneuver.rows:
+            return math.inf, math.inf
+        k, balls = self._constants, self._balls
+        total, worst = [], flint.arb(0)
+        with balls.precision():
+            for i, row in enumerate(rows):
+                state = [flint.arb(x if isinstance(x, float) else str(x)) for x in row]
+                o, u = unfold(k, balls, state, is_regular=False)
+                e = energies(k, o, u)
+                total.append(e.potential + e.kinetic)
+                found = (state[0], state[2], u.p, u.steer_rate, u.v * k.length)
+                for name, value in zip(_STATE_COLUMNS, found, strict=True):
+                    right = flint.arb(expected.hi[name][i]) + flint.arb(expected.lo[name][i])
+                    worst = worst.max(abs(value - right))
+            high, low = total[0], total[0]
+            for value in total:
+                high, low = high.max(value), low.min(value)
+            performance, error = float((100 * (high - low) / total[0]).mid()), float(worst.mid())
+        return (performance, error) if math.isfinite(performance + error) else (math.inf, math.inf)
+
+    def measure_columns(self, found: Array, definitions: Mapping[str, str]) -> tuple[float, float]:
+        """The same of columns, shape (8, rows), some in other definitions than the default."""
+        if found.shape[1] < self.maneuver.rows or not np.isfinite(found).all():
+            return math.inf, math.inf
+        energy = found[BENCHMARK_COLUMNS.index("mechanical_energy")]
+        worst = 0.0
+        for name in _STATE_COLUMNS:
+            right = self.reference.rows.hi[definitions.get(name, name)]
+            worst = max(worst, float(np.abs(found[BENCHMARK_COLUMNS.index(name)] - right).max()))
+        return float(100 * (energy.max() - energy.min()) / energy[0]), worst
+
+    @cached_property
+    def _balls(self) -> Balls:
+        return Balls(_BITS)
+
+    @cached_property
+    def _constants(self) -> Constants:
+        with self._balls.precision():
+            return constants(self.bicycle, self._balls)
+
+
+class Unavailable(Exception):  # noqa: N818
+    """A code that does not run here; its text says why, in a few words."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A code at a tolerance, built and measured.
+
+    Attributes
+    ----------
+    run
+        Runs it once, rows of all eight columns included.
+    tolerance
+        In the code's own sense.
+    build
+        Time of building it [s].
+    count
+        Steps, or calls of the right-hand side.
+    performance, error
+        Eq. (1) [%] and state error.
+    order
+        Taylor order, the only thing that heyoka takes from the tolerance.
+    """
+
+    run: Callable[[], object]
+    tolerance: float
+    build: float
+    count: int
+    performance: float
+    error: float
+    order: int | None = None
