@@ -35,8 +35,8 @@ def add_parser(subparsers: Any) -> None:
             "compiler), SciPy, SUNDIALS and Exudyn, each at the loosest tolerance that keeps the "
             "benchmark's eq. (1) under 1e-3 percent, at the loosest with a state error under "
             "1e-12, and at roundoff. SciPy, scikit-sundae and Exudyn come with "
-            'pip install "heyoka_bike[bench,peers]". With -o NAME.png, .svg or .pdf a figure of time '
-            "over error is written, and the table is printed."
+            'pip install "heyoka_bike[bench,peers]". With -o NAME.png, .svg or .pdf a figure of '
+            "time over error is written, and the table is printed."
         ),
         epilog="example: heyoka-bike bench --format json -o bench.json",
     )
