@@ -54,7 +54,7 @@ class CompiledPeers:
             equations.write_text(slope_source(bicycle) + columns_source(bicycle), encoding="utf-8")
             library = Path(folder) / "peers.so"
             command = [
-                compiler, *FLAGS, "-std=c11", "-fPIC", "-shared", f"-I{folder}",
+                compiler, *FLAGS, "-std=gnu11", "-fPIC", "-shared", f"-I{folder}",
                 str(_SOURCE), "-o", str(library), "-lm",
             ]  # fmt: skip
             try:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
@@ -19,6 +20,14 @@ from heyoka_bike.trajectory import Trajectory
 collect_ignore = ["example_project"]
 
 MANEUVERS = (1, 2, 3)
+
+# What changes how pytest, rich and argparse print in the processes that the tests start: a runner
+# that sets CI, for one, has pytest repeat every failure in its summary.
+for name in (
+    *("CI", "BUILD_NUMBER", "PYTEST_ADDOPTS", "PY_COLORS", "FORCE_COLOR", "NO_COLOR"),
+    *("COLUMNS", "LINES"),
+):
+    os.environ.pop(name, None)
 
 
 @pytest.fixture(scope="session")
