@@ -135,7 +135,7 @@ def _integrate(
     bicycle: Bicycle, maneuver: Maneuver, precision: Precision, tolerance: float | None,
     is_regular: bool, progress: Progress | None,
 ) -> Trajectory:  # fmt: skip
-    native = _Native(precision)
+    native = Native(precision)
     grid = precision.bits + GUARD_BITS
     balls = Balls(precision.bits + 64)
     with balls.precision():
@@ -175,7 +175,7 @@ def _integrate(
 
 
 def _adaptive(
-    bicycle: Bicycle, precision: Precision, native: _Native, state: Sequence[int], grid: int,
+    bicycle: Bicycle, precision: Precision, native: Native, state: Sequence[int], grid: int,
     tolerance: float | None, is_regular: bool,
 ) -> Any:  # fmt: skip
     hy = require_heyoka()
@@ -199,7 +199,7 @@ def _adaptive(
     )
 
 
-class _Native:
+class Native:
     """heyoka's number type for a precision, and exact conversions from and to integers."""
 
     def __init__(self, precision: Precision) -> None:
@@ -254,7 +254,7 @@ class _Native:
 
 
 def _piece(
-    native: _Native, coefficients: Any, state: Sequence[int], h: Fraction, grid: int
+    native: Native, coefficients: Any, state: Sequence[int], h: Fraction, grid: int
 ) -> tuple[tuple[int, ...], ...]:
     """Coefficients in s = t / h as integers times 2^-grid; the constant ones are the state's."""
     halvings = h.denominator.bit_length() - 1
@@ -330,7 +330,7 @@ _FLOATS = _Floats()
 def _constants(bicycle: Bicycle, precision: Precision) -> Constants:
     """Constants as expressions: computed in balls, each correctly rounded to the precision."""
     hy = require_heyoka()
-    native = _Native(precision)
+    native = Native(precision)
     balls = Balls(2 * precision.bits + 64)
     with balls.precision():
         return constants(bicycle, balls).convert(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import ceil, log2
+from math import ceil, log2, log10
 
 from heyoka_bike.errors import InputError
 
@@ -17,6 +17,11 @@ class Precision:
 
     name: str
     bits: int
+
+    @property
+    def digits(self) -> float:
+        """How many decimal digits the significand is worth."""
+        return self.bits * log10(2)
 
     @classmethod
     def of(cls, what: str | int) -> Precision:

@@ -161,15 +161,13 @@ class Run:
     ----------
     times : ndarray, shape (rows,)
         [s]
-    steps : tuple of int
-        Taken by each motion, in the last call.
     """
 
     def __init__(
         self, bicycle: Bicycle, maneuvers: Sequence[Maneuver], plan: Plan, times: Array
     ) -> None:
         self.bicycle, self.maneuvers, self.plan, self.times = bicycle, maneuvers, plan, times
-        self.steps: tuple[int, ...] = ()
+        self._taken: list[_Steps] = []
         self._prepare(is_regular=False)
 
     def __call__(self) -> Simulation:
@@ -180,6 +178,11 @@ class Run:
             self._prepare(is_regular=True)
             found = self._rows()
         return Simulation(self.times, found)
+
+    @property
+    def steps(self) -> tuple[int, ...]:
+        """How many each motion took, in the last call."""
+        return tuple(x.count for x in self._taken)
 
     def states(self) -> Array:
         """States at the rows in the variables of the form used, shape (maneuvers, rows, 6)."""
@@ -206,7 +209,7 @@ class Run:
         """Columns of all motions, shape (maneuvers, 8, rows)."""
         n = len(self.times)
         found: list[Array] = []
-        taken: list[int] = []
+        taken: list[_Steps] = []
         for group in self._groups:
             for steps in self._integrate(group):
                 parts = [
@@ -216,8 +219,8 @@ class Run:
                 rows = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
                 self._check_trail(rows[-1])
                 found.append(rows[:-1])
-                taken.append(steps.count)
-        self.steps = tuple(taken)
+                taken.append(steps)
+        self._taken = taken
         return found[0][None] if len(found) == 1 else np.array(found)
 
     def _integrate(self, starts: Array) -> list[_Steps]:
@@ -243,10 +246,9 @@ class Run:
 
     def _check_trail(self, trail: Array) -> None:
         """Leave the few-product form where the mechanical trail is small or changes sign."""
-        if not self._code.form.is_regular:
-            low, high = trail.min(), trail.max()
-            if not (low > _MIN_TRAIL or high < -_MIN_TRAIL):
-                raise _TrailTooSmallError
+        is_small = not (trail.min() > _MIN_TRAIL or trail.max() < -_MIN_TRAIL)
+        if is_small and not self._code.form.is_regular:
+            raise _TrailTooSmallError
 
     def _stopped(self, lane: int) -> Exception:
         """Why a motion did not get to its end."""

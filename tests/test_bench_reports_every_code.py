@@ -13,10 +13,10 @@ import sys
 import numpy as np
 import pytest
 
-from heyoka_bike import bench, bench_codes, compiled_peers
-from heyoka_bike.bench import CLASSES, Line
-from heyoka_bike.bench_codes import Compiled, Exudyn, SciPy, Sundials, Tuned
-from heyoka_bike.bench_problem import Problem
+from heyoka_bike.bench import codes, compiled, race
+from heyoka_bike.bench.codes import Compiled, Exudyn, SciPy, Sundials, Tuned
+from heyoka_bike.bench.problem import Problem
+from heyoka_bike.bench.race import CLASSES, Line
 from heyoka_bike.cli import main
 from heyoka_bike.columns import BENCHMARK_COLUMNS
 from heyoka_bike.commands.bench import _table
@@ -121,7 +121,7 @@ def test_numbers_of_a_run_are_complete(document):
 
 def test_first_class_meets_the_limit_of_the_benchmark(document):
     for r in of_class(document, "performance"):
-        # 1e-3 % is the limit of the benchmark. A grid of four tolerances a decade does not overdo
+        # 1e-3 % is the limit of the benchmark. A grid of eight tolerances a decade does not overdo
         # it: a step of the grid changes the error of these codes by a factor of 12 at most, the
         # ratio of two orders of heyoka.
         assert 1e-3 / 12 < r["performance_percent"] < 1e-3
@@ -159,13 +159,13 @@ def test_measuring_sees_an_error(problem):
 @pytest.mark.parametrize("slope", [0.7, 1, 1.2])
 def test_search_finds_the_loosest_tolerance(slope):
     # Errors that fall with the tolerance, here as a power of it, cross the limit once.
-    for loosest in range(65):
+    for loosest in range(129):
 
         def excess(i, loosest=loosest):
-            return slope * (loosest - 0.5 - i) / 4
+            return slope * (loosest - 0.5 - i) / 8
 
-        assert bench._loosest(excess) == loosest
-    assert bench._loosest(lambda i: 99.0) is None
+        assert race._loosest(excess) == loosest
+    assert race._loosest(lambda i: 99.0) is None
 
 
 @pytest.mark.parametrize(
@@ -181,25 +181,25 @@ def test_a_peer_that_is_not_installed_is_listed(problem, monkeypatch, code, modu
         monkeypatch.setitem(sys.modules, module, None)
     code.problem = problem
     line = Line("performance", code)
-    bench._prepare(line, code.at, None)
+    race._prepare(line, code.at, None)
     assert (line.status, line.trial) == ("not installed", None)
 
 
 def test_a_compiler_that_is_missing_is_listed(problem, monkeypatch):
     monkeypatch.delenv("CC", raising=False)
-    monkeypatch.setattr(compiled_peers.shutil, "which", lambda _: None)
+    monkeypatch.setattr(compiled.shutil, "which", lambda _: None)
     code = Compiled("C DOPRI5", problem)
     line = Line("performance", code)
-    bench._prepare(line, code.at, None)
+    race._prepare(line, code.at, None)
     assert (line.status, line.trial) == ("no C compiler", None)
 
 
 def test_the_fast_path_is_tuned_by_one_number(problem, monkeypatch):
     plans = []
-    monkeypatch.setattr(bench_codes, "prepare", lambda *_, accuracy, **__: plans.append(accuracy))
-    for i in range(8, 60):
+    monkeypatch.setattr(codes, "prepare", lambda *_, accuracy, **__: plans.append(accuracy))
+    for i in range(16, 120):
         with pytest.raises(TypeError):
-            Tuned("", problem).at(bench_codes.tolerance_of(i))
+            Tuned("", [problem]).at(codes.tolerance_of(i))
     # The norm goes down to that of the state, 16, then one order more begins above it.
     for before, after in itertools.pairwise(plans):
         assert after.order == before.order or (
@@ -211,17 +211,17 @@ def test_the_fast_path_is_tuned_by_one_number(problem, monkeypatch):
 
 def test_columns_in_other_definitions_are_measured_in_those(problem, reference):
     rows = reference[2].rows.hi
-    given = np.array([rows[bench_codes._EXUDYN.get(c, c)] for c in BENCHMARK_COLUMNS])
+    given = np.array([rows[codes._EXUDYN.get(c, c)] for c in BENCHMARK_COLUMNS])
     # Values that are right but for binary64, in definitions that differ by 1e-3 and more.
-    assert problem.measure_columns(given, bench_codes._EXUDYN)[1] == 0
+    assert problem.measure_columns(given, codes._EXUDYN)[1] == 0
     assert problem.measure_columns(given, {})[1] > 1e-3
     assert problem.measure_columns(given[:, :-1], {}) == (np.inf, np.inf)
 
 
 def test_a_figure_is_written_beside_the_table(folder, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(bench, "bench", lambda *_, **__: [])
-    point = bench.Point(SciPy("SciPy LSODA", None), 1e-4, 1e-3, 1e-3, 1e-4)
-    monkeypatch.setattr(bench, "work_precision", lambda *_: [point, point])
+    monkeypatch.setattr(race, "bench", lambda *_, **__: [])
+    point = race.Point(SciPy("SciPy LSODA", None), 1e-4, 1e-3, 1e-3, 1e-4)
+    monkeypatch.setattr(race, "work_precision", lambda *_: [point, point])
     for suffix, head in (("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")):
         path = tmp_path / f"bench.{suffix}"
         arguments = ["bench", "-o", str(path), "--format", "json", "--reference", str(folder)]

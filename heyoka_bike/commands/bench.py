@@ -14,11 +14,12 @@ from heyoka_bike.errors import Exit, InputError
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from heyoka_bike.bench import Line, Point, Progress
-    from heyoka_bike.bench_problem import Problem
+    from heyoka_bike.bench.problem import Problem
+    from heyoka_bike.bench.race import Line, Point, Progress
 
 SCHEMA_VERSION = 1
-MANEUVER, OTHERS = 2, (1, 3)
+MANEUVER, MANEUVERS = 2, (1, 2, 3)
+ALL = "all maneuvers"
 MAX_RUNS = 10_000
 _RUNS, _QUICK_RUNS = 30, 5
 _WIDTH = 170
@@ -51,7 +52,14 @@ def add_parser(subparsers: Any) -> None:
     p.add_argument(
         "--all",
         action="store_true",
-        help="all three maneuvers; at once, in ensembles, and the first result of a new process",
+        help="all three maneuvers as well; ensembles, the first result of a new process, and at 34 "
+        "and 70 digits mpmath and a Taylor method in ball arithmetic (about ten minutes)",
+    )
+    p.add_argument(
+        "--costs",
+        action="store_true",
+        help="how the time grows with the digits, up to 1000, and with the duration, up to "
+        "10,000 s (about ten minutes)",
     )
     p.add_argument(
         "--quick",
@@ -68,7 +76,7 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
-    from heyoka_bike.bench import bench, work_precision
+    from heyoka_bike.bench.race import bench, work_precision
     from heyoka_bike.machine import machine
     from heyoka_bike.output_files import write_output
 
@@ -77,12 +85,15 @@ def run(args: argparse.Namespace) -> int:
         raise InputError(f"--runs: found {runs}, expected 1 to {MAX_RUNS}")
     _check_output(args.output)
     figure_format = _figure_format(args.output)
-    main, *others = [_problem(args.reference, n) for n in (MANEUVER, *(OTHERS if args.all else ()))]
+    main = _problem(args.reference, MANEUVER)
+    tasks = {main.maneuver.name: [main]}
+    if args.all:
+        tasks[ALL] = [_problem(args.reference, n) for n in MANEUVERS]
     with _progress() as progress:
         results = []
-        for problem in (main, *others):
-            lines = bench(problem, runs, is_quick=args.quick, progress=progress)
-            results += [_result(line, lines, problem.maneuver.name) for line in lines]
+        for name, chosen in tasks.items():
+            lines = bench(chosen, runs, is_quick=args.quick, progress=progress)
+            results += [_result(line, lines, name) for line in lines]
         document = {
             "schema_version": SCHEMA_VERSION,
             "maneuver": main.maneuver.name,
@@ -96,11 +107,13 @@ def run(args: argparse.Namespace) -> int:
         if figure_format is not None or args.all:
             document["work_precision"] = [_point(x) for x in work_precision(main, progress)]
         if args.all:
-            document |= _fast(progress)
+            document |= _fast(progress) | {"precise": _precise(main, args.reference, progress)}
+        if args.costs:
+            document |= _costs(main, progress)
     text = _json(document) if args.format == "json" else _table(document, _is_shown(args.output))
     if figure_format is not None:
-        from heyoka_bike.bench_figure import draw
-        from heyoka_bike.plot import render
+        from heyoka_bike.bench.figure import draw
+        from heyoka_bike.figures.style import render
 
         title = f"{main.maneuver.name}, {main.maneuver.rows} rows, {document['machine']['cpu']}"
         figure = draw(document["work_precision"], title)
@@ -114,7 +127,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _figure_format(output: str | None) -> str | None:
     """Format of a figure to be written, None if it is none."""
-    from heyoka_bike.plot import FORMATS
+    from heyoka_bike.figures.style import FORMATS
 
     suffix = Path(output or "").suffix[1:].lower()
     return suffix if suffix in FORMATS else None
@@ -126,7 +139,7 @@ def _is_shown(output: str | None) -> bool:
 
 def _fast(progress: Progress) -> dict[str, Any]:
     """What the fast path does besides one maneuver."""
-    from heyoka_bike.bench_fast import first_result, throughput, together
+    from heyoka_bike.bench.batches import first_result, throughput, together
 
     progress("three maneuvers at once", 0.0)
     at_once = [
@@ -152,9 +165,36 @@ def _fast(progress: Progress) -> dict[str, Any]:
     }
 
 
+def _precise(problem: Problem, folder: str | None, progress: Progress) -> list[dict[str, Any]]:
+    """The codes that go beyond binary64."""
+    from dataclasses import asdict
+
+    from heyoka_bike.bench.precise import precise
+    from heyoka_bike.candidate import read_candidate
+    from heyoka_bike.resources import reference_folder
+
+    progress("34 and 70 digits", 0.0)
+    published = read_candidate(reference_folder() if folder is None else folder)[MANEUVER - 1]
+    return [asdict(x) for x in precise(published)]
+
+
+def _costs(problem: Problem, progress: Progress) -> dict[str, Any]:
+    """How the time grows with the duration and with the digits."""
+    from dataclasses import asdict
+
+    from heyoka_bike.bench.batches import long_runs
+    from heyoka_bike.bench.precise import costs
+
+    progress("long runs", 0.0)
+    durations = [asdict(x) for x in long_runs(problem.bicycle, problem.maneuver)]
+    progress("up to 1000 digits", 0.1)
+    digits = [asdict(x) for x in costs(problem.bicycle, problem.maneuver)]
+    return {"durations": durations, "digits": digits}
+
+
 def _problem(folder: str | None, number: int) -> Problem:
     """A maneuver of the benchmark, with its reference."""
-    from heyoka_bike.bench_problem import Problem
+    from heyoka_bike.bench.problem import Problem
     from heyoka_bike.parameters import PARAMETERS, STATE_INPUTS, read_bicycle, read_maneuvers
     from heyoka_bike.reference import load_reference
     from heyoka_bike.resources import benchmark_bicycle, benchmark_maneuvers
@@ -190,7 +230,7 @@ def _result(line: Line, lines: Sequence[Line], maneuver: str) -> dict[str, Any]:
     """A line of the report; what is unknown is None."""
     from statistics import median
 
-    from heyoka_bike.bench_problem import Trial
+    from heyoka_bike.bench.problem import Trial
 
     result: dict[str, Any] = {
         "maneuver": maneuver,
@@ -231,8 +271,8 @@ def _json(document: Mapping[str, Any]) -> str:
 
 def _table(document: Mapping[str, Any], is_shown: bool) -> str:
     """The report as text, coloured only when it is shown on a terminal."""
-    from heyoka_bike.bench import CLASSES
-    from heyoka_bike.compiled_peers import FLAGS
+    from heyoka_bike.bench.compiled import FLAGS
+    from heyoka_bike.bench.race import CLASSES
 
     console = _console(is_shown)
     with console.capture() as capture:
@@ -313,6 +353,21 @@ def _print_fast(console: Console, document: Mapping[str, Any]) -> None:
             f"{first['with_cache_s']:.2f} s with it, after {first['import_heyoka_s']:.2f} s of "
             "importing heyoka"
         )
+    lines += [
+        f"{x['code']}, {x['digits']:.0f} digits: {x['seconds']:.3g} s, error {x['error']:.0e} "
+        f"(measured over {x['measured_over']:.2g} s)"
+        for x in document.get("precise", ())
+    ]
+    lines += [
+        f"{x['duration']} s at accuracy {x['accuracy']}: {1e3 * x['time']:.3g} ms, {x['steps']} "
+        f"steps, eq. (1) {x['performance']:.1e} %, error at the end {x['error']:.0e}"
+        for x in document.get("durations", ())
+    ]
+    lines += [
+        f"{x['digits']:.0f} digits: order {x['order']}, {x['step']:.3f} s a step, "
+        f"{x['seconds']:.3g} s for the maneuver"
+        for x in document.get("digits", ())
+    ]
     for line in lines:
         console.print(line, markup=False, highlight=False)
 

@@ -1,4 +1,4 @@
-"""Runge-Kutta integrators in C, built on the spot to compare with: see ``peers/runge_kutta.c``.
+"""Runge-Kutta integrators in C, built on the spot to compare with: see ``runge_kutta.c``.
 
 The right-hand side and the columns are written from the model by `c_source`, for one bicycle. The
 compiler is that of `CC`, else gcc, else cc, with `FLAGS`.
@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from heyoka_bike.c_source import columns_source, slope_source
+from heyoka_bike.bench.c_source import columns_source, slope_source
 from heyoka_bike.columns import BENCHMARK_COLUMNS
 from heyoka_bike.parameters import Bicycle
 
@@ -27,7 +27,7 @@ METHODS = ("DOPRI5", "DOP853", "RK4")
 FLAGS = ("-O3", "-march=native")
 """Without ``-ffast-math``: that would be another arithmetic than the model's."""
 
-_SOURCE = Path(__file__).parent / "peers" / "runge_kutta.c"
+_SOURCE = Path(__file__).parent / "runge_kutta.c"
 _STATE = 6
 _MOST_SECONDS = 120  # of compiling; it takes about one
 

@@ -1,4 +1,8 @@
-"""The codes that are compared; each is built and measured at a tolerance in its own sense."""
+"""The codes that are compared; each is built and measured at a tolerance in its own sense.
+
+Each carries a maneuver out. `Several` carries out all of them with a code of that kind, one after
+the other; the fast path of this package does them at once.
+"""
 
 from __future__ import annotations
 
@@ -6,21 +10,23 @@ import importlib.util
 import math
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from types import ModuleType
 
 import numpy as np
 
-from heyoka_bike.bench_problem import PERFORMANCE_LIMIT, Array, Problem, Trial, Unavailable
-from heyoka_bike.compiled_peers import CompiledPeers, NoCompilerError
+from heyoka_bike.bench.compiled import CompiledPeers, NoCompilerError
+from heyoka_bike.bench.problem import PERFORMANCE_LIMIT, Array, Problem, Trial, Unavailable
 from heyoka_bike.integration import require_heyoka, right_hand_side
 from heyoka_bike.precision import Precision
 from heyoka_bike.resources import data_folder
 from heyoka_bike.simulation import ACCURACIES, Plan, prepare
 
-MIDDLE, NEAR_ROUNDOFF, TIGHTEST = 16, 52, 64
+PER_DECADE = 8
+"""How many tolerances of the grid there are in a decade."""
+MIDDLE, NEAR_ROUNDOFF, TIGHTEST = 4 * PER_DECADE, 13 * PER_DECADE, 16 * PER_DECADE
 """Indices of the tolerances 1e-4, 1e-13, 1e-16."""
 
 _MIN_RTOL = 100 * float(np.finfo(np.float64).eps)  # SciPy goes no lower
@@ -28,8 +34,8 @@ _LEAST_NORM = 16.0  # the largest variable of the state, so that it is the norm 
 
 
 def tolerance_of(index: int) -> float:
-    """The grid on which tolerances are searched: four a decade."""
-    return float(10 ** (-index / 4))
+    """The grid on which tolerances are searched."""
+    return float(10 ** (-index / PER_DECADE))
 
 
 def _best(at: Callable[[float], Trial]) -> Trial:
@@ -97,29 +103,31 @@ class Tuned:
     """The fast path of this package: order and norm of the steps, see `taylor_code`.
 
     The tolerance is about the error of a step: it gives the lowest order that has it at a norm that
-    is larger than the state, and that norm.
+    is larger than the state, and that norm. Several maneuvers are carried out at once.
     """
 
     name: str
-    problem: Problem
+    problems: Sequence[Problem]
     precision: str = "binary64"
     counts: str = "steps"
 
     def at(self, tolerance: float | None) -> Trial:
         """Build and measure at a tolerance, None for the plan of `simulate` for roundoff."""
-        problem = self.problem
         if tolerance is None:
             plan = ACCURACIES["roundoff"]
         else:
             order = max(4, math.ceil(0.5 + math.log(_LEAST_NORM / tolerance) / 2))
             plan = Plan(order, tolerance * math.exp(2 * order - 1))
+        problems = self.problems
         begin = time.perf_counter()
-        run = prepare(problem.maneuver, bicycle=problem.bicycle, accuracy=plan)
+        run = prepare([x.maneuver for x in problems], bicycle=problems[0].bicycle, accuracy=plan)
         build = time.perf_counter() - begin
         run()
-        measured = problem.measure(run.states()[0], problem.expected)
+        states = run.states()
+        measured = [p.measure(x, p.expected) for p, x in zip(problems, states, strict=True)]
         reached = plan.norm * math.exp(1 - 2 * plan.order)
-        return Trial(run, reached, build, run.steps[0], *measured, order=plan.order)
+        performance, error = (max(x) for x in zip(*measured, strict=True))
+        return Trial(run, reached, build, sum(run.steps), performance, error, order=plan.order)
 
 
 @dataclass(eq=False)
@@ -162,7 +170,7 @@ class SciPy:
 
 @dataclass(eq=False)
 class Compiled:
-    """A Runge-Kutta method in C with the right-hand side and columns in C, see `compiled_peers`."""
+    """A Runge-Kutta method in C with the right-hand side and columns in C, see `compiled`."""
 
     name: str
     problem: Problem
@@ -304,4 +312,74 @@ _EXUDYN = {
 }
 """Definitions of its columns, see ``data/peers/README.md``."""
 
-Code = Heyoka | Tuned | SciPy | Compiled | Sundials | Exudyn
+
+@dataclass(eq=False)
+class Several:
+    """A code for each of several maneuvers, one after the other at the same tolerance."""
+
+    parts: Sequence[Heyoka | SciPy | Compiled | Sundials | Exudyn]
+
+    @property
+    def name(self) -> str:
+        return self.parts[0].name
+
+    @property
+    def precision(self) -> str:
+        return self.parts[0].precision
+
+    @property
+    def counts(self) -> str:
+        return self.parts[0].counts
+
+    def at(self, tolerance: float | None) -> Trial:
+        """Build and measure; without a tolerance each part chooses its own, the largest is told.
+
+        Raises
+        ------
+        Unavailable
+            The code does not run here.
+        """
+        trials = [part.at(tolerance) for part in self.parts]
+
+        def run() -> None:
+            for trial in trials:
+                trial.run()
+
+        return Trial(
+            run,
+            max(x.tolerance for x in trials),
+            max(x.build for x in trials),
+            sum(x.count for x in trials),
+            max(x.performance for x in trials),
+            max(x.error for x in trials),
+            order=trials[0].order,
+        )
+
+
+Code = Heyoka | Tuned | SciPy | Compiled | Sundials | Exudyn | Several
+
+
+def kind(code: Code) -> type[object]:
+    """What a code is, whether for one maneuver or several."""
+    return type(code.parts[0]) if isinstance(code, Several) else type(code)
+
+
+def codes(problems: Sequence[Problem]) -> list[Code]:
+    """Every code there is, installed or not, for one maneuver or several."""
+    each = [
+        [
+            Heyoka("heyoka", "binary64", x),
+            Heyoka("heyoka unrolled", "binary64", x, is_compact=False),
+            Heyoka("heyoka", "binary128", x),
+            Compiled("C DOPRI5", x),
+            Compiled("C DOP853", x),
+            Compiled("C RK4", x),
+            SciPy("SciPy DOP853", x),
+            SciPy("SciPy LSODA", x),
+            Sundials("SUNDIALS CVODE", x),
+            Exudyn("Exudyn", x),
+        ]
+        for x in problems
+    ]
+    others = each[0] if len(each) == 1 else [Several(parts) for parts in zip(*each, strict=True)]
+    return [Tuned("heyoka_bike simulate", problems), *others]

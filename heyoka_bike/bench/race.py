@@ -2,7 +2,7 @@
 
 The task is the same for every code: all eight columns at the rows of a maneuver, from the same
 initial state and the same equations. Codes are compared in three classes, see `CLASSES`. In the
-first two the tolerance of each code is searched on a grid of four values a decade for one that
+first two the tolerance of each code is searched on a grid of eight values a decade for one that
 passes while the next looser one fails. Building is timed apart, with heyoka's caches of compiled
 code off. The codes of a class run in turns on one processor: *warm*, after a run of their own that
 is not counted, and a few times *cold*, after the processor's caches were filled with something
@@ -24,19 +24,19 @@ from typing import Any
 
 import numpy as np
 
-from heyoka_bike.bench_codes import (
+from heyoka_bike.bench.codes import (
     MIDDLE,
+    PER_DECADE,
     TIGHTEST,
     Code,
-    Compiled,
     Exudyn,
     Heyoka,
-    SciPy,
-    Sundials,
     Tuned,
+    codes,
+    kind,
     tolerance_of,
 )
-from heyoka_bike.bench_problem import ERROR_LIMIT, PERFORMANCE_LIMIT, Problem, Trial, Unavailable
+from heyoka_bike.bench.problem import ERROR_LIMIT, PERFORMANCE_LIMIT, Problem, Trial, Unavailable
 from heyoka_bike.integration import require_heyoka
 
 CLASSES: Mapping[str, str] = {
@@ -54,7 +54,7 @@ _WARM = 0.02  # [s]; a run that takes longer warms up by itself
 _COLD_RUNS = 5
 _CACHE = 64 * 2**20  # bytes; the processor's caches are smaller
 # Tolerances of the work-precision figure, as indices of the grid: two a decade.
-_SWEEP = range(8, 63, 2)
+_SWEEP = range(2 * PER_DECADE, TIGHTEST, PER_DECADE // 2)
 _SWEEP_RUNS, _SWEEP_SECONDS = 10, 0.5
 
 
@@ -81,30 +81,19 @@ class Point:
     error: float
 
 
-def codes(problem: Problem) -> list[Code]:
-    """Every code there is, installed or not."""
-    return [
-        Tuned("heyoka_bike simulate", problem),
-        Heyoka("heyoka", "binary64", problem),
-        Heyoka("heyoka unrolled", "binary64", problem, is_compact=False),
-        Heyoka("heyoka", "binary128", problem),
-        Compiled("C DOPRI5", problem),
-        Compiled("C DOP853", problem),
-        Compiled("C RK4", problem),
-        SciPy("SciPy DOP853", problem),
-        SciPy("SciPy LSODA", problem),
-        Sundials("SUNDIALS CVODE", problem),
-        Exudyn("Exudyn", problem),
-    ]
-
-
 def bench(
-    problem: Problem, runs: int, *, is_quick: bool = False, progress: Progress | None = None
+    problems: Sequence[Problem],
+    runs: int,
+    *,
+    is_quick: bool = False,
+    progress: Progress | None = None,
 ) -> list[Line]:
     """Time every code in every class, the codes of a class in turns.
 
     Parameters
     ----------
+    problems
+        One maneuver, or several: then a run is all of them, and the largest error counts.
     runs
         Timed runs of each code; fewer (but 3) of one that would take longer than 10 s.
     is_quick
@@ -117,7 +106,7 @@ def bench(
         heyoka is not installed; the right-hand side comes from it too.
     """
     report = progress or (lambda what, done: None)
-    every = codes(problem)
+    every = codes(problems)
     trials = [cache(code.at) for code in every]
     lines: list[Line] = []
     with _quiet():
@@ -132,10 +121,10 @@ def bench(
                     line.status = "left out"
                     continue
                 # The other forms of heyoka have its truncation error: they start where it passed.
-                is_form = isinstance(line.code, Heyoka) and passed > 0
+                is_form = kind(line.code) is Heyoka and passed > 0
                 _prepare(line, trials[j], passed if is_form else None)
-                if isinstance(line.code, Heyoka) and line.trial is not None and not passed:
-                    passed = round(-4 * math.log10(line.trial.tolerance))
+                if kind(line.code) is Heyoka and line.trial is not None and not passed:
+                    passed = round(-PER_DECADE * math.log10(line.trial.tolerance))
 
             def timed(part: float, i: int = i, name: str = accuracy_class) -> None:
                 report(f"{name}: timing", (i + (1 + part) / 2) / len(CLASSES))
@@ -149,8 +138,8 @@ def work_precision(problem: Problem, progress: Progress | None = None) -> list[P
     points = []
     chosen = [
         x
-        for x in codes(problem)
-        if not isinstance(x, (Heyoka, Exudyn)) or x.name == "heyoka unrolled"
+        for x in codes([problem])
+        if kind(x) not in (Heyoka, Exudyn) or x.name == "heyoka unrolled"
     ]
     with _quiet(), _pinned():
         for j, code in enumerate(chosen):
@@ -176,7 +165,7 @@ def work_precision(problem: Problem, progress: Progress | None = None) -> list[P
 def _is_slow_to_build(line: Line) -> bool:
     if isinstance(line.code, Tuned):
         return line.accuracy_class != "performance"
-    return isinstance(line.code, Heyoka) and not line.code.is_compact
+    return line.code.name == "heyoka unrolled"
 
 
 def _prepare(line: Line, at: Callable[[float | None], Trial], first: int | None) -> None:
@@ -194,7 +183,7 @@ def _prepare(line: Line, at: Callable[[float | None], Trial], first: int | None)
         return excess_of(at(tolerance_of(i)))
 
     try:
-        if isinstance(line.code, Exudyn):
+        if kind(line.code) is Exudyn:
             # Its steps are chosen by itself, for the first class.
             line.trial = at(None)
             if line.accuracy_class != "performance" or excess_of(line.trial) >= 0:
@@ -214,7 +203,7 @@ def _prepare(line: Line, at: Callable[[float | None], Trial], first: int | None)
 def _loosest(excess: Callable[[int], float]) -> int | None:
     """Index of a tolerance that passes while the next looser one fails; None if there is none."""
     # Errors are about proportional to tolerances: one trial says where to look.
-    i = min(max(MIDDLE + round(4 * excess(MIDDLE)), 0), TIGHTEST)
+    i = min(max(MIDDLE + round(PER_DECADE * excess(MIDDLE)), 0), TIGHTEST)
     if excess(i) >= 0:
         return _first(excess, i + 1)
     while i > 0 and excess(i - 1) < 0:

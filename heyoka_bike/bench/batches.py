@@ -1,4 +1,4 @@
-"""What the fast path does besides one maneuver: three or many at once, and the first result."""
+"""What the fast path does besides one maneuver: three or many at once, long, for the first time."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from fractions import Fraction
 from functools import partial
 from statistics import median
 from tempfile import TemporaryDirectory
@@ -15,6 +16,8 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from heyoka_bike.ensemble import Ensemble
+from heyoka_bike.integration import integrate
+from heyoka_bike.parameters import Bicycle, Maneuver
 from heyoka_bike.simulation import prepare
 
 TOGETHER = ("eq1", 1e-6, 1e-12, "roundoff")
@@ -22,6 +25,12 @@ TOGETHER = ("eq1", 1e-6, 1e-12, "roundoff")
 ENSEMBLES = (1e-6, "roundoff")
 """Accuracies of the ensembles."""
 
+DURATIONS = (10, 100, 1000, 10_000)
+"""Of the long runs [s]."""
+LONG = ("eq1", 1e-12, "roundoff")
+"""Accuracies of the long runs, in the sense of 10 s."""
+
+_LONG_ROWS, _LONG_SECONDS, _LONG_TURNS = 1001, 1.0, 30
 _MOTIONS = 4000
 _DURATION = 10.0  # [s]
 _TURNS, _ENSEMBLE_TURNS, _STARTS = 50, 7, 5
@@ -59,6 +68,21 @@ class Throughput:
 
 
 @dataclass(frozen=True, slots=True)
+class LongRun:
+    """A maneuver for another duration [s]: shortest time [s], eq. (1) [%], error of the last state.
+
+    The error is against a run in 80-bit long double, in the variables of the few-product form.
+    """
+
+    accuracy: str | float
+    duration: float
+    steps: int
+    time: float
+    performance: float
+    error: float
+
+
+@dataclass(frozen=True, slots=True)
 class FirstResult:
     """Median times of a new process [s]: the import of heyoka, and the first result after it."""
 
@@ -91,6 +115,26 @@ def throughput() -> list[Throughput]:
         times = _in_turns(runs, _ENSEMBLE_TURNS)
         rates = {n: _MOTIONS / min(x) for n, x in zip(counts, times, strict=True)}
         found.append(Throughput(accuracy, rates))
+    return found
+
+
+def long_runs(bicycle: Bicycle, maneuver: Maneuver) -> list[LongRun]:
+    """A maneuver for each of `DURATIONS`, with as many rows."""
+    found = []
+    for duration in DURATIONS:
+        m = replace(maneuver, duration=Fraction(duration), spacing=Fraction(duration))
+        right = integrate(bicycle, m, "longdouble").state(m.duration)
+        for accuracy in LONG:
+            run = prepare(m, bicycle=bicycle, accuracy=accuracy, rows=_LONG_ROWS)
+            begin = time.perf_counter()
+            energy = run()["mechanical_energy"]
+            once = time.perf_counter() - begin
+            turns = min(_LONG_TURNS, 1 + int(_LONG_SECONDS / once))
+            (times,) = _in_turns([run], turns)
+            pairs = zip(run.states()[0][-1], right, strict=False)
+            error = float(max(abs(x - float(y.mid())) for x, y in pairs))
+            performance = float(100 * np.ptp(energy) / energy[0])
+            found.append(LongRun(accuracy, duration, run.steps[0], min(times), performance, error))
     return found
 
 

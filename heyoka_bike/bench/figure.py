@@ -1,11 +1,11 @@
-"""The work-precision figure: the time that each code takes for the error that it has."""
+"""Figures of what was timed: time against error, and against digits and duration."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from heyoka_bike.plot import style
+from heyoka_bike.figures.style import style
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -14,6 +14,7 @@ _SIZE = (7.0, 4.6)  # [inch]; the width of a printed page of text
 # Okabe and Ito's palette; markers tell the lines apart without it.
 _COLOURS = ("#D55E00", "#E69F00", "#0072B2", "#56B4E9", "#009E73", "#CC79A7", "#000000", "#999999")
 _MARKERS = "osD^vP*X"
+_COST_SIZE = (7.0, 3.2)
 
 
 def draw(points: Sequence[Mapping[str, Any]], title: str) -> Figure:
@@ -45,4 +46,38 @@ def draw(points: Sequence[Mapping[str, Any]], title: str) -> Figure:
         ax.set_ylabel("shortest time, rows included [ms]")
         ax.set_title(title, parse_math=False)
         ax.legend()
+    return figure
+
+
+def draw_costs(
+    digits: Sequence[Mapping[str, Any]], durations: Sequence[Mapping[str, Any]]
+) -> Figure:
+    """Figure of a report's ``digits`` and ``durations``, both axes logarithmic.
+
+    Raises
+    ------
+    MissingPackageError
+        matplotlib is not installed.
+    """
+    with style():
+        from matplotlib.figure import Figure
+
+        figure = Figure(figsize=_COST_SIZE, layout="constrained")
+        left, right = figure.subplots(1, 2)
+        left.loglog(
+            [x["digits"] for x in digits], [x["seconds"] for x in digits], color=_COLOURS[2],
+            marker="o", markersize=3,
+        )  # fmt: skip
+        left.set_xlabel("decimal digits of the significand")
+        left.set_ylabel("time of 10 s of maneuver 2 [s]")
+        for i, accuracy in enumerate(dict.fromkeys(x["accuracy"] for x in durations)):
+            line = [x for x in durations if x["accuracy"] == accuracy]
+            right.loglog(
+                [x["duration"] for x in line], [1e3 * x["time"] for x in line],
+                color=_COLOURS[(0, 2, 4)[i % 3]], marker=_MARKERS[i], markersize=3,
+                label=str(accuracy),
+            )  # fmt: skip
+        right.set_xlabel("duration [s]")
+        right.set_ylabel("time, 1001 rows included [ms]")
+        right.legend(title="accuracy", title_fontsize=7.5)
     return figure

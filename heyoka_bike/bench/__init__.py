@@ -1,0 +1,1 @@
+"""How long the benchmark takes, at equal accuracy, with heyoka and with other integrators."""

@@ -1,0 +1,202 @@
+"""Beyond binary64: heyoka, mpmath's `odefun`, and a Taylor method in ball arithmetic.
+
+All integrate the same equations from the same initial state, without rows. What would take minutes
+is measured over the first part of the maneuver and scaled to the whole of it, by the part of
+heyoka's steps that fall into it; a result says over how many seconds it was measured.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+import flint
+
+from heyoka_bike.analytic import Series
+from heyoka_bike.arithmetic import Balls, Multiprecision
+from heyoka_bike.constants import constants
+from heyoka_bike.initial import few_product_state, initial_state
+from heyoka_bike.integration import Native, integrate, require_heyoka, right_hand_side
+from heyoka_bike.model import few_products
+from heyoka_bike.parameters import Bicycle, Maneuver
+from heyoka_bike.precision import Precision
+from heyoka_bike.trajectory import Trajectory
+
+PRECISIONS: Sequence[str | int] = ("binary128", 70)
+"""Those at which the codes are compared."""
+DIGITS: Sequence[str | int] = ("binary64", "longdouble", 25, "binary128", 64, 125, 250, 500, 1000)
+"""Those whose cost is measured with heyoka alone."""
+
+_STATE = 6
+_GUARD = 64  # bits of the constants beyond those of the run
+_RUNS = 3
+_MPMATH_SPAN = Fraction(1, 20)  # [s]; takes seconds
+_SAFETY_BITS = 8  # of a ball Taylor step's truncation below the precision
+_COST_SECONDS = 5.0  # of stepping for one precision, but one step after the first at least
+
+
+@dataclass(frozen=True, slots=True)
+class Precise:
+    """A code at a precision.
+
+    Attributes
+    ----------
+    seconds
+        For the whole maneuver, building excluded; scaled if `measured_over` is less.
+    error
+        Largest difference of the state at the end of what was measured from the published run of 70
+        digits, in the variables of the few-product form.
+    """
+
+    code: str
+    digits: float
+    seconds: float
+    measured_over: float
+    error: float
+
+
+@dataclass(frozen=True, slots=True)
+class Cost:
+    """What a precision costs with heyoka, with the yaw and exact accumulation as in `integrate`."""
+
+    digits: float
+    order: int
+    step: float
+    seconds_per_step: float
+    seconds: float
+
+
+def precise(published: Trajectory) -> list[Precise]:
+    """The codes at each of `PRECISIONS`, on the maneuver of a published run."""
+    return [
+        measure(published, Precision.of(name))
+        for name in PRECISIONS
+        for measure in (_heyoka, _mpmath, _balls)
+    ]
+
+
+def costs(bicycle: Bicycle, maneuver: Maneuver) -> list[Cost]:
+    """What each of `DIGITS` costs; high ones are measured over a few steps."""
+    return [_cost(bicycle, maneuver, Precision.of(name)) for name in DIGITS]
+
+
+def _heyoka(published: Trajectory, p: Precision) -> Precise:
+    hy, native = require_heyoka(), Native(p)
+    duration = published.maneuver.duration
+    start = [native.from_integer(*_integer(x)) for x in _start(published, p)]
+    zero, one = native.from_integer(0, 0), native.from_integer(duration.denominator, 0)
+    end = native.from_integer(duration.numerator, 0) / one
+    integrator = hy.taylor_adaptive(
+        right_hand_side(published.bicycle, p, with_yaw=False), start,
+        fp_type=native.type, compact_mode=True, **({"prec": p.bits} if native.is_mpfr else {}),
+    )  # fmt: skip
+    times = []
+    for _ in range(_RUNS):
+        integrator.time = zero
+        integrator.state[:] = start
+        begin = time.perf_counter()
+        integrator.propagate_until(end)
+        times.append(time.perf_counter() - begin)
+    state = [str(x) for x in integrator.state]
+    return _result("heyoka", p, published, min(times), duration, state)
+
+
+def _mpmath(published: Trajectory, p: Precision) -> Precise:
+    a = Multiprecision(round(p.digits))
+    mp = a.context
+    k = constants(published.bicycle, a)
+    start = [mp.mpf(x.str(a.context.dps + 5, radius=False)) for x in _start(published, p)]
+    span = _MPMATH_SPAN
+    begin = time.perf_counter()
+    solution = mp.odefun(lambda _, y: few_products(k, a, list(y)), 0, start)
+    state = solution(mp.mpf(span.numerator) / span.denominator)
+    took = time.perf_counter() - begin
+    text = [mp.nstr(x, mp.dps + 5) for x in state]
+    return _result("mpmath odefun", p, published, took, span, text)
+
+
+def _balls(published: Trajectory, p: Precision) -> Precise:
+    """One step: each order by one evaluation of the equations, up to the order heyoka takes."""
+    balls, order = Balls(p.bits), _order(2.0**-p.bits)
+    with balls.precision():
+        k = constants(published.bicycle, balls)
+    y = [[x] for x in _start(published, p)]
+    begin = time.perf_counter()
+    for n in range(1, order + 1):
+        series = Series(p.bits, n)
+        with series.precision():
+            rates = few_products(k, series, [series.series(c) for c in y])
+            for c, rate in zip(y, rates, strict=True):
+                c.append(series.coefficients(rate)[n - 1] / n)
+    # The last term decides how long the step may be.
+    last = max(abs(float(c[-1].mid())) for c in y)
+    h = Fraction((last * 2.0 ** (p.bits + _SAFETY_BITS)) ** (-1 / order)).limit_denominator(1000)
+    with balls.precision():
+        state = [flint.arb_poly(c)(flint.arb(h.numerator) / h.denominator) for c in y]
+    took = time.perf_counter() - begin
+    text = [x.mid().str(round(p.digits) + 5, radius=False) for x in state]
+    return _result("Taylor in balls", p, published, took, h, text)
+
+
+def _start(published: Trajectory, p: Precision) -> list[flint.arb]:
+    """Initial state of the few-product form, without the yaw."""
+    balls = Balls(p.bits + _GUARD)
+    with balls.precision():
+        k = constants(published.bicycle, balls)
+        state = initial_state(published.bicycle, published.maneuver, k, balls)
+        return few_product_state(k, balls, state)[:_STATE]
+
+
+def _integer(x: flint.arb) -> tuple[int, int]:
+    """Midpoint of a ball as n, grid with the value n 2^-grid."""
+    n, exponent = x.mid().man_exp()
+    return int(n), -int(exponent)
+
+
+def _result(
+    code: str, p: Precision, published: Trajectory, took: float, span: Fraction,
+    state: Sequence[str],
+) -> Precise:  # fmt: skip
+    with Balls(published.bits + _GUARD).precision():
+        pairs = zip(state, published.state(span), strict=False)
+        error = max(abs(float((flint.arb(x) - y).mid())) for x, y in pairs)
+    return Precise(code, p.digits, took / _part(published, span), float(span), error)
+
+
+def _part(published: Trajectory, span: Fraction) -> float:
+    """The part of a run's steps that the time from 0 to `span` takes."""
+    i = published.piece_at(span)
+    begin, end = published.breaks[i], published.breaks[i + 1]
+    whole = published.piece_at(published.maneuver.duration) + 1
+    return float(i + (span - begin) / (end - begin)) / whole if span < end else 1.0
+
+
+def _cost(bicycle: Bicycle, maneuver: Maneuver, p: Precision) -> Cost:
+    marks: list[tuple[float, float]] = []
+
+    def step(reached: float) -> None:
+        marks.append((reached, time.perf_counter()))
+        if len(marks) > 1 and marks[-1][1] - marks[0][1] > _COST_SECONDS:
+            raise _EnoughError
+
+    with contextlib.suppress(_EnoughError):
+        integrate(bicycle, maneuver, p, progress=step)
+    # The first step is made with what has to be built.
+    (first, begin), (last, end) = marks[0], marks[-1]
+    count = len(marks) - 1
+    per_step, h = (end - begin) / count, (last - first) / count
+    whole = per_step * float(maneuver.duration) / h
+    return Cost(p.digits, _order(2.0 ** -(p.bits + 5)), h, per_step, whole)
+
+
+def _order(tolerance: float) -> int:
+    """Of heyoka's Taylor steps, by its rule."""
+    return math.ceil(1 - math.log(tolerance) / 2)
+
+
+class _EnoughError(Exception):
+    """Raised to end a run that has shown what a step costs."""
