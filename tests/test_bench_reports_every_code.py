@@ -9,11 +9,12 @@ import itertools
 import json
 import shutil
 import sys
+from fractions import Fraction
 
 import numpy as np
 import pytest
 
-from heyoka_bike.bench import codes, compiled, race
+from heyoka_bike.bench import batches, codes, compiled, precise, race
 from heyoka_bike.bench.codes import Compiled, Exudyn, SciPy, Sundials, Tuned
 from heyoka_bike.bench.problem import Problem
 from heyoka_bike.bench.race import CLASSES, Line
@@ -21,6 +22,7 @@ from heyoka_bike.cli import main
 from heyoka_bike.columns import BENCHMARK_COLUMNS
 from heyoka_bike.commands.bench import _table
 from heyoka_bike.errors import Exit
+from heyoka_bike.integration import integrate
 from heyoka_bike.reference import load_reference
 
 heyoka = pytest.importorskip("heyoka")
@@ -275,3 +277,58 @@ def test_a_reference_of_other_inputs_is_refused(folder, monkeypatch, capsys):
         "heyoka-bike: other: found a reference of other inputs, expected maneuver 2 of the "
         "benchmark bicycle\n"
     )
+
+
+def test_several_maneuvers_count_by_the_worst(problem, bicycle, maneuvers, reference):
+    problems = [Problem(bicycle, m, reference[i]) for i, m in enumerate(maneuvers, start=1)]
+    for code in codes.codes(problems):
+        if code.name == "heyoka_bike simulate" or (code.name == "C DOPRI5" and HAS_COMPILER):
+            whole = code.at(1e-5)
+            if isinstance(code, codes.Several):
+                single = [part.at(1e-5) for part in code.parts]
+            else:
+                single = [Tuned("", [x]).at(1e-5) for x in problems]
+            # One by one the fast path rounds differently, which may cost the last step.
+            assert abs(whole.count - sum(x.count for x in single)) <= len(problems)
+            assert whole.error == pytest.approx(max(x.error for x in single), rel=1e-6)
+            assert whole.performance == pytest.approx(max(x.performance for x in single), rel=1e-6)
+            assert whole.order == single[0].order
+            whole.run()
+
+
+def test_codes_beyond_binary64_are_right_where_they_stop(candidate, monkeypatch):
+    monkeypatch.setattr(precise, "PRECISIONS", ("binary128",))
+    monkeypatch.setattr(precise, "_RUNS", 1)
+    monkeypatch.setattr(precise, "_MPMATH_SPAN", Fraction(1, 1000))
+    found = precise.precise(candidate[1])
+    assert [x.code for x in found] == ["heyoka", "mpmath odefun", "Taylor in balls"]
+    assert [x.measured_over == 10 for x in found] == [True, False, False]
+    # binary128 has units of 1e-34; some 70 steps of a speed near 5 add up.
+    assert all(x.error < 1e-31 for x in found)
+    assert precise._part(candidate[1], Fraction(10)) == 1
+    assert 0 < precise._part(candidate[1], Fraction(1, 1000)) < 1 / 78
+
+
+def test_costs_are_scaled_to_the_maneuver(bicycle, maneuvers, monkeypatch):
+    monkeypatch.setattr(precise, "DIGITS", ("longdouble", 25))
+    monkeypatch.setattr(precise, "_COST_SECONDS", 0.05)
+    whole, part = precise.costs(bicycle, maneuvers[1])
+    for x, precision in ((whole, "longdouble"), (part, 25)):
+        order = integrate(
+            bicycle, dataclasses.replace(maneuvers[1], duration=Fraction(1, 50)), precision
+        ).order
+        assert x.order == order
+        assert 0.01 < x.step < 1
+        assert x.seconds == pytest.approx(x.seconds_per_step * 10 / x.step)
+    assert precise._order(5000) == 1734  # a tolerance that binary64 does not hold
+
+
+def test_long_runs_are_judged_at_their_end(bicycle, maneuvers, monkeypatch):
+    monkeypatch.setattr(batches, "DURATIONS", (10,))
+    monkeypatch.setattr(batches, "LONG", ("eq1", 1e-6))
+    monkeypatch.setattr(batches, "_LONG_TURNS", 1)
+    loose, tight = batches.long_runs(bicycle, maneuvers[1])
+    assert (loose.duration, tight.accuracy) == (10, 1e-6)
+    assert 1e-7 < loose.error < 1e-3
+    assert 1e-10 < tight.error < 1e-6
+    assert tight.performance < loose.performance < 1e-3

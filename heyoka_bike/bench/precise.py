@@ -32,6 +32,7 @@ DIGITS: Sequence[str | int] = ("binary64", "longdouble", 25, "binary128", 64, 12
 """Those whose cost is measured with heyoka alone."""
 
 _STATE = 6
+_TOLERANCE_BITS = 5  # of `integrate`, beyond the precision
 _GUARD = 64  # bits of the constants beyond those of the run
 _RUNS = 3
 _MPMATH_SPAN = Fraction(1, 20)  # [s]; takes seconds
@@ -121,7 +122,7 @@ def _mpmath(published: Trajectory, p: Precision) -> Precise:
 
 def _balls(published: Trajectory, p: Precision) -> Precise:
     """One step: each order by one evaluation of the equations, up to the order heyoka takes."""
-    balls, order = Balls(p.bits), _order(2.0**-p.bits)
+    balls, order = Balls(p.bits), _order(p.bits)
     with balls.precision():
         k = constants(published.bicycle, balls)
     y = [[x] for x in _start(published, p)]
@@ -190,12 +191,12 @@ def _cost(bicycle: Bicycle, maneuver: Maneuver, p: Precision) -> Cost:
     count = len(marks) - 1
     per_step, h = (end - begin) / count, (last - first) / count
     whole = per_step * float(maneuver.duration) / h
-    return Cost(p.digits, _order(2.0 ** -(p.bits + 5)), h, per_step, whole)
+    return Cost(p.digits, _order(p.bits + _TOLERANCE_BITS), h, per_step, whole)
 
 
-def _order(tolerance: float) -> int:
-    """Of heyoka's Taylor steps, by its rule."""
-    return math.ceil(1 - math.log(tolerance) / 2)
+def _order(bits: int) -> int:
+    """Of heyoka's Taylor steps, by its rule, for a tolerance of 2^-bits."""
+    return math.ceil(1 + bits * math.log(2) / 2)
 
 
 class _EnoughError(Exception):
