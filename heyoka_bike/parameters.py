@@ -5,7 +5,8 @@ Carvallo-Whipple bicycle, named as in Meijaard, Papadopoulos, Ruina and Schwab (
 doi:10.1098/rspa.2007.1857; a maneuver file has one ``[[maneuver]]`` table for each initial state.
 A value is a decimal string or an expression such as ``"pi/10"``, alone or in a table
 ``{ value = "0.3", unit = "m", source = "..." }``. A bare TOML number is taken as the decimal that
-is written there.
+is written there. In a bicycle's table ``uncertainty = "0.002"`` beside the value is its standard
+deviation; no motion depends on it.
 
 Axes: x forward, y to the right, z down, origin at the rear contact point, bicycle upright and
 straight. Inertia values are matrix elements about the body's own centre of mass.
@@ -13,7 +14,7 @@ straight. Inertia values are matrix elements about the body's own centre of mass
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
@@ -99,8 +100,9 @@ STATE_INPUTS: Mapping[str, Parameter] = {
 """What a maneuver says; speed, roll_rate, duration and spacing are required."""
 
 _REQUIRED = ("speed", "roll_rate", "duration", "spacing")
-_MAX_ROWS = 1_000_001
+MAX_ROWS = 1_000_001
 _TOP = {"name", "source", "sources"}
+_ENTRY = {"value", "unit", "symbol", "source", "name"}
 
 
 @dataclass(frozen=True)
@@ -114,17 +116,26 @@ class Bicycle:
         `Exact` by symbol (see `PARAMETERS`).
     warnings : tuple of str
         What is unusual but usable, such as an inertia matrix that no real body has.
+    uncertainties : mapping
+        Standard deviations by symbol, of those values whose source gives one. The bicycle is
+        defined by its values alone.
     """
 
     name: str
     values: Mapping[str, Exact]
     warnings: tuple[str, ...] = field(default=(), compare=False)
+    uncertainties: Mapping[str, Exact] = field(default_factory=dict, compare=False)
+
+    @classmethod
+    def parse(cls, name: str, texts: Mapping[str, str]) -> Bicycle:
+        """The bicycle of exact texts by symbol, as in `Reference.parameters`."""
+        return cls(name, {symbol: Exact.parse(texts[symbol]) for symbol in PARAMETERS})
 
     def __getitem__(self, symbol: str) -> Exact:
         return self.values[symbol]
 
     def replace(self, **changes: Exact) -> Bicycle:
-        """A copy with some parameters changed, checked again."""
+        """A copy with some parameters changed, checked again; they have no uncertainty."""
         for symbol, x in changes.items():
             if symbol not in PARAMETERS:
                 raise InputError(
@@ -135,7 +146,8 @@ class Bicycle:
                 raise InputError(
                     f"{symbol}: found {found}, expected an Exact, zero or from 1e-300 to 1e300"
                 )
-        return _checked_bicycle(self.name, {**self.values, **changes}, TomlSource())
+        kept = {s: u for s, u in self.uncertainties.items() if s not in changes}
+        return _checked_bicycle(self.name, {**self.values, **changes}, kept, TomlSource())
 
 
 @dataclass(frozen=True)
@@ -183,18 +195,21 @@ def read_bicycle(path: str | Path) -> Bicycle:
     source.refuse_unknown(source.tree, _TOP | {"parameters"}, ())
     table = source.table(source.tree, "parameters", ())
     source.refuse_unknown(table, PARAMETERS, ("parameters",))
-    values = {}
+    values, uncertainties = {}, {}
     for symbol, parameter in PARAMETERS.items():
         if symbol not in table:
             raise source.error(
                 f"found no entry '{symbol}', expected one ({parameter.description})",
                 ("parameters",),
             )
-        values[symbol] = _read_value(source, table[symbol], parameter, ("parameters", symbol))
+        entry, where = table[symbol], ("parameters", symbol)
+        values[symbol] = _read_value(source, entry, parameter, where, _ENTRY | {"uncertainty"})
+        if isinstance(entry, dict) and "uncertainty" in entry:
+            uncertainties[symbol] = _read_uncertainty(source, entry, parameter, where)
     if "name" not in source.tree:
         raise source.error('found no name of the bicycle, expected name = "..." at the top', ())
     name = source.line_of_text(source.tree, "name", ())
-    return _checked_bicycle(name, values, source)
+    return _checked_bicycle(name, values, uncertainties, source)
 
 
 def read_maneuvers(path: str | Path) -> tuple[Maneuver, ...]:
@@ -262,9 +277,9 @@ def _read_maneuver(source: TomlSource, table: dict[str, Any], index: int) -> Man
             f"expected a whole number of spacings of {_show(values['spacing'])} s",
             (*where, "duration"),
         )
-    if steps + 1 > _MAX_ROWS:
+    if steps + 1 > MAX_ROWS:
         raise source.error(
-            f"spacing: found more than {_MAX_ROWS} rows, expected a longer spacing",
+            f"spacing: found more than {MAX_ROWS} rows, expected a longer spacing",
             (*where, "spacing"),
         )
     name = f"maneuver {index + 1}"
@@ -279,11 +294,17 @@ def _read_maneuver(source: TomlSource, table: dict[str, Any], index: int) -> Man
     )  # fmt: skip
 
 
-def _read_value(source: TomlSource, entry: object, parameter: Parameter, where: Where) -> Exact:
+def _read_value(
+    source: TomlSource,
+    entry: object,
+    parameter: Parameter,
+    where: Where,
+    known: Collection[str] = _ENTRY,
+) -> Exact:
     """A number, alone or in a table with its unit."""
     key = where[-1]
     if isinstance(entry, dict):
-        source.refuse_unknown(entry, {"value", "unit", "symbol", "source", "name"}, where)
+        source.refuse_unknown(entry, known, where)
         if "value" not in entry:
             raise source.error(f"{key}: found a table without 'value', expected one", where)
         for note in ("name", "symbol", "source"):
@@ -296,6 +317,25 @@ def _read_value(source: TomlSource, entry: object, parameter: Parameter, where: 
                 f"{key}: found {found}, expected '{parameter.unit}'", (*where, "unit")
             )
         entry, where = entry["value"], (*where, "value")
+    return _number(source, str(key), entry, where)
+
+
+def _read_uncertainty(
+    source: TomlSource, entry: dict[str, Any], parameter: Parameter, where: Where
+) -> Exact:
+    """The standard deviation beside a value, in its unit."""
+    what, where = f"uncertainty of {where[-1]}", (*where, "uncertainty")
+    x = _number(source, what, entry["uncertainty"], where)
+    if not x.is_rational and not parameter.takes_pi:
+        raise source.error(f"{what}: found {_show(x)}, expected a number without pi", where)
+    if x.sign < 0:
+        raise source.error(
+            f"{what}: found {_show(x)} {parameter.unit}, expected zero or more", where
+        )
+    return x
+
+
+def _number(source: TomlSource, key: str, entry: object, where: Where) -> Exact:
     if isinstance(entry, bool) or not isinstance(entry, int | str):
         raise source.error(
             f"{key}: found {kind(entry)}, expected a number as a decimal string", where
@@ -337,7 +377,9 @@ def _show(x: Exact) -> str:
     return f"{float(x):.15g}"
 
 
-def _checked_bicycle(name: str, values: Mapping[str, Exact], source: TomlSource) -> Bicycle:
+def _checked_bicycle(
+    name: str, values: Mapping[str, Exact], uncertainties: Mapping[str, Exact], source: TomlSource
+) -> Bicycle:
     for symbol, x in values.items():
         _check_range(source, symbol, x, PARAMETERS[symbol], ("parameters", symbol))
     for a, b, what in (("mR", "mB", "rear"), ("mH", "mF", "front")):
@@ -354,7 +396,8 @@ def _checked_bicycle(name: str, values: Mapping[str, Exact], source: TomlSource)
                 f"of I{letter}xx I{letter}zz in magnitude, as in every inertia matrix",
                 ("parameters", f"I{letter}xz", "value"),
             )
-    return Bicycle(name=name, values=dict(values), warnings=tuple(_inertia_warnings(values)))
+    warnings = tuple(_inertia_warnings(values))
+    return Bicycle(name, dict(values), warnings, dict(uncertainties))
 
 
 def _inertia(values: Mapping[str, Exact], letter: str) -> tuple[Fraction, ...]:

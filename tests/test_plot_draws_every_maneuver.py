@@ -12,7 +12,8 @@ from heyoka_bike.reference import load_reference
 
 matplotlib = pytest.importorskip("matplotlib")
 
-from heyoka_bike.plot import draw, render  # noqa: E402
+from heyoka_bike.figures.maneuver import draw  # noqa: E402
+from heyoka_bike.figures.style import render  # noqa: E402
 
 LABELS = (
     "roll angle [rad]",
@@ -74,7 +75,7 @@ def test_svg_has_title_and_labels_with_units(figures, number, maneuvers):
 
 def test_lines_are_the_reference(maneuvers):
     maneuver = maneuvers[2]
-    *axes, last = draw(maneuver).axes
+    *axes, last = draw(maneuvers, [2]).axes
     for ax, name in zip(axes, PANELS, strict=True):
         (line,) = ax.lines
         assert np.array_equal(line.get_xdata(), maneuver.time)
@@ -89,15 +90,15 @@ def test_lines_are_the_reference(maneuvers):
 
 @pytest.mark.parametrize("file_format", ["svg", "pdf"])
 def test_same_bytes_again(maneuvers, file_format):
-    first = render(draw(maneuvers[1]), file_format)
-    assert render(draw(maneuvers[1]), file_format) == first
+    first = render(draw(maneuvers, [1]), file_format)
+    assert render(draw(maneuvers, [1]), file_format) == first
     assert b"Date" not in first
 
 
 def test_settings_of_the_user_do_not_matter(maneuvers):
-    plain = render(draw(maneuvers[3]), "svg")
+    plain = render(draw(maneuvers, [3]), "svg")
     with matplotlib.rc_context({"font.size": 30, "lines.linewidth": 9, "axes.facecolor": "red"}):
-        assert render(draw(maneuvers[3]), "svg") == plain
+        assert render(draw(maneuvers, [3]), "svg") == plain
 
 
 @pytest.mark.parametrize(
@@ -125,7 +126,14 @@ def test_folder_format_and_maneuver_can_be_chosen(folder, tmp_path):
         (["--maneuver", "4"], "--maneuver: found 4, expected 1 to 3"),
         (["--maneuver", "0"], "--maneuver: found 0, expected 1 to 3"),
         (["--maneuver", "1", "-o", "x.jpg"], "--output: found 'x.jpg', expected a file ending in"),
-        (["-o", "x.png"], "--output: found the file 'x.png' for 3 maneuvers, expected a folder"),
+        (["-o", "x.png"], "--output: found the file 'x.png' for 3 figures, expected a folder"),
+        (["--figure", "all", "-o", "x.png"], "--output: found the file 'x.png' for 10 figures"),
+        (["--figure", "best"], "--figure: found 'best', expected one of maneuvers, stability,"),
+        (["--figure", "phase", "--maneuver", "4"], "--maneuver: found 4, expected 1 to 3"),
+        (
+            ["--figure", "stability", "--maneuver", "2"],
+            "--maneuver: found 2, expected none: 'stability' shows no motion",
+        ),
         (["--maneuver", "1", "-o", "x.png", "--format", "svg"], "--format: expected only with a"),
         (["-o", "file"], "file/maneuver_1.png: cannot be written: File exists"),
         (["-o", "file/below"], "file/below/maneuver_1.png: cannot be written: Not a directory"),

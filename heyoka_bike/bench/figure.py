@@ -5,14 +5,23 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from heyoka_bike.figures.style import style
+from heyoka_bike.figures.style import (
+    BLACK,
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILLION,
+    style,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _SIZE = (7.0, 4.6)  # [inch]; the width of a printed page of text
-# Okabe and Ito's palette; markers tell the lines apart without it.
-_COLOURS = ("#D55E00", "#E69F00", "#0072B2", "#56B4E9", "#009E73", "#CC79A7", "#000000", "#999999")
+_COLOURS = (VERMILLION, ORANGE, BLUE, SKY, GREEN, PURPLE, BLACK, GREY)
 _MARKERS = "osD^vP*X"
 _COST_SIZE = (7.0, 3.2)
 

@@ -1,15 +1,17 @@
-"""``heyoka-bike plot``: draw the maneuvers of a reference set."""
+"""``heyoka-bike plot``: draw the figures of a reference set."""
 
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.errors import Exit, InputError
+from heyoka_bike.figures import ALL, DEFAULT, FIGURES, plates
 
 if TYPE_CHECKING:
-    from heyoka_bike.reference import Reference
+    from heyoka_bike.figures import Plate
 
 _DEFAULT_FOLDER = "figures"
 _DEFAULT_FORMATS = ("png", "svg")
@@ -17,15 +19,22 @@ _DEFAULT_FORMATS = ("png", "svg")
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
+    width = max(map(len, FIGURES))
+    listed = "\n".join(f"  {name:{width}}  {kind.about}" for name, kind in FIGURES.items())
     p = subparsers.add_parser(
         "plot",
-        help="draw roll, steer, speed and energies of the reference",
+        help="draw the maneuvers, and figures of errors, definitions, stability and more",
         description=(
-            "Draw each maneuver of a reference set: roll and steer angles and their rates, forward "
-            "speed, and the energies over time (figures 2 to 4 of the benchmark). Needs "
-            'matplotlib: pip install "heyoka_bike[plot]".'
+            "Draw figures of a reference set, by default each maneuver: roll and steer angles and\n"
+            "their rates, forward speed, and the energies over time (figures 2 to 4 of the\n"
+            'benchmark). Needs matplotlib: pip install "heyoka_bike[plot]".'
         ),
-        epilog="example: heyoka-bike plot --maneuver 2 -o maneuver-2.pdf",
+        epilog=(
+            f"figures:\n{listed}\n\nexamples:\n"
+            "  heyoka-bike plot --maneuver 2 -o maneuver-2.pdf\n"
+            "  heyoka-bike plot --figure bicycle -o bicycle.svg"
+        ),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     p.add_argument(
         "reference",
@@ -34,11 +43,17 @@ def add_parser(subparsers: Any) -> None:
         help="folder of the reference set (default: the published one)",
     )
     p.add_argument(
+        "--figure",
+        metavar="NAME",
+        default=DEFAULT,
+        help=f"what to draw, see below, or {ALL} (default {DEFAULT})",
+    )
+    p.add_argument(
         "-o",
         "--output",
         metavar="FILE_OR_FOLDER",
         default=_DEFAULT_FOLDER,
-        help="folder, or the file of a single maneuver, its format by the suffix "
+        help="folder, or the file of a single figure, its format by the suffix "
         f"(default ./{_DEFAULT_FOLDER})",
     )
     p.add_argument(
@@ -49,29 +64,34 @@ def add_parser(subparsers: Any) -> None:
         nargs="+",
         help="one or more of png, svg, pdf (default png svg)",
     )
-    p.add_argument("--maneuver", metavar="N", type=int, help="draw this one (default: all)")
+    p.add_argument(
+        "--maneuver",
+        metavar="N",
+        type=int,
+        help="draw this one (default: all, in errors and definitions 1)",
+    )
     p.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
-    from heyoka_bike.plot import draw, save
+    from heyoka_bike.figures.style import save
     from heyoka_bike.reference import load_reference
 
     _check_formats(args)
     reference = load_reference(args.reference)
-    numbers = _numbers(args, reference)
-    paths = _paths(args, numbers)
-    for number in numbers:
-        figure = draw(reference[number])
-        for path in paths[number]:
+    chosen = plates(reference, args.figure, args.maneuver)
+    paths = _paths(args, chosen)
+    for plate, files in zip(chosen, paths, strict=True):
+        figure = plate.draw(reference)
+        for path in files:
             save(figure, path)
             print(path)
     return Exit.OK
 
 
 def _check_formats(args: argparse.Namespace) -> None:
-    from heyoka_bike.plot import FORMATS
+    from heyoka_bike.figures.style import FORMATS
 
     for found in args.formats or ():
         if found not in FORMATS:
@@ -81,22 +101,14 @@ def _check_formats(args: argparse.Namespace) -> None:
             )
 
 
-def _numbers(args: argparse.Namespace, reference: Reference) -> list[int]:
-    if args.maneuver is None:
-        return list(reference)
-    if args.maneuver not in reference:
-        raise InputError(f"--maneuver: found {args.maneuver}, expected 1 to {len(reference)}")
-    return [args.maneuver]
-
-
-def _paths(args: argparse.Namespace, numbers: list[int]) -> dict[int, list[Path]]:
-    """Files to write for each maneuver."""
-    from heyoka_bike.plot import FORMATS
+def _paths(args: argparse.Namespace, chosen: Sequence[Plate]) -> list[list[Path]]:
+    """Files to write of each figure."""
+    from heyoka_bike.figures.style import FORMATS
 
     out = Path(args.output)
     if out.is_dir() or not out.suffix or args.output.endswith("/"):
         formats = dict.fromkeys(args.formats or _DEFAULT_FORMATS)
-        return {n: [out / f"maneuver_{n}.{f}" for f in formats] for n in numbers}
+        return [[out / f"{plate.name}.{f}" for f in formats] for plate in chosen]
     if out.suffix.removeprefix(".").lower() not in FORMATS:
         raise InputError(
             f"--output: found '{out.name}', expected a file ending in "
@@ -104,9 +116,10 @@ def _paths(args: argparse.Namespace, numbers: list[int]) -> dict[int, list[Path]
         )
     if args.formats is not None:
         raise InputError("--format: expected only with a folder, a file's suffix is its format")
-    if len(numbers) > 1:
+    if len(chosen) > 1:
+        hint = ", or --maneuver N" if args.figure == DEFAULT else ""
         raise InputError(
-            f"--output: found the file '{out.name}' for {len(numbers)} maneuvers, expected a "
-            "folder, or --maneuver N"
+            f"--output: found the file '{out.name}' for {len(chosen)} figures, expected a "
+            f"folder{hint}"
         )
-    return {numbers[0]: [out]}
+    return [[out]]

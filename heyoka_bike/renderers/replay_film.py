@@ -17,9 +17,9 @@ import numpy as np
 
 from heyoka_bike.chebyshev import Array
 from heyoka_bike.errors import MissingPackageError
+from heyoka_bike.figures.style import style
 from heyoka_bike.motion_3d import Motion3D
-from heyoka_bike.plot import style
-from heyoka_bike.renderers.replay_shapes import Shape, shape
+from heyoka_bike.renderers.replay_shapes import Shape, hull, shape
 from heyoka_bike.replay import Replay, Scene
 
 if TYPE_CHECKING:
@@ -314,7 +314,7 @@ def _painted(see: _Eye, solids: Sequence[_Spheres]) -> tuple[list[Array], list[s
             continue
         sizes = radii / v[:, 2]
         corners = v[:, None, :2] / v[:, None, 2:] + sizes[:, None, None] * _CIRCLE
-        items.append((float(v[:, 2].mean()), _hull(corners.reshape(-1, 2)), _COLOURS[colour]))
+        items.append((float(v[:, 2].mean()), hull(corners.reshape(-1, 2)), _COLOURS[colour]))
     items.sort(key=lambda item: -item[0])
     return [corners for _, corners, _ in items], [colour for *_, colour in items]
 
@@ -326,7 +326,7 @@ def _shadow(see: _Eye, solids: Sequence[_Spheres]) -> list[Array]:
         dropped = centres - centres[:, 2:] / _SUN[2] * _SUN
         v = see.viewed(dropped[:, None] + radii[:, None, None] * rims).reshape(-1, 3)
         if v[:, 2].min() > _NEAR:
-            found.append(_hull(v[:, :2] / v[:, 2:]))
+            found.append(hull(v[:, :2] / v[:, 2:]))
     return found
 
 
@@ -342,20 +342,3 @@ def _grid_lines(see: _Eye) -> tuple[list[Array], Array]:
     ahead = (see.viewed(ends)[:, :, 2] > _NEAR).all(axis=1)
     away = np.linalg.norm(ends.mean(axis=1)[:, :2] - see.middle[:2], axis=1)
     return see.segments(ends), np.clip(1 - away / _GRID, 0, 1)[ahead]
-
-
-def _hull(points: Array) -> Array:
-    """Convex hull of points of shape (n, 2), Andrew's monotone chain."""
-    ordered = sorted(map(tuple, points.tolist()))
-    chain: list[tuple[float, ...]] = []
-    for part in (ordered, ordered[::-1]):
-        start = len(chain)
-        for p in part:
-            while len(chain) - start > 1:
-                (ax, ay), (bx, by) = chain[-2:]
-                if (bx - ax) * (p[1] - ay) > (by - ay) * (p[0] - ax):
-                    break
-                chain.pop()
-            chain.append(p)
-        chain.pop()
-    return np.array(chain)
