@@ -1,0 +1,36 @@
+"""The table of docs/reference/columns.md, from `heyoka_bike.columns`.
+
+Run as a script, this writes it.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from heyoka_bike.columns import COLUMNS, Column
+
+PAGE = Path(__file__).parent.parent / "reference" / "columns.md"
+BEGIN, END = "<!-- columns: begin -->", "<!-- columns: end -->"
+
+
+def _line(column: Column) -> str:
+    definition = f"`{column.definition}`{' (default)' if column.default else ''}"
+    meaning = column.meaning + (f"; positive {column.positive}" if column.positive else "")
+    return f"| `{column.name}` | {column.unit} | {column.long_name} | {definition} | {meaning} |"
+
+
+def table() -> str:
+    """The table in Markdown."""
+    head = ["| dataset | unit | what | definition | meaning |", "|---|---|---|---|---|"]
+    return "\n".join([*head, *map(_line, COLUMNS)])
+
+
+def page(text: str) -> str:
+    """The page with its table made anew."""
+    before, rest = text.split(BEGIN)
+    _, after = rest.split(END)
+    return f"{before}{BEGIN}\n{table()}\n{END}{after}"
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page(PAGE.read_text(encoding="utf-8")), encoding="utf-8")

@@ -1,0 +1,55 @@
+"""How the documentation site is built; the command is in docs/index.md."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import heyoka_bike
+
+sys.path.insert(0, str(Path(__file__).parent / "_site"))
+
+project = "heyoka_bike"
+author = "The heyoka_bike developers"
+copyright = "the heyoka_bike developers, MIT license"
+version = release = heyoka_bike.__version__
+
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
+    "sphinx_argparse_cli",
+    # Of this folder's _site.
+    "mathml",
+    "repository_links",
+    "run",
+]
+exclude_patterns = ["_build", "_site", "examples"]
+myst_enable_extensions = ["dollarmath"]
+myst_heading_anchors = 3  # the anchors that GitHub makes
+
+nitpicky = True
+nitpick_ignore_regex = [
+    # Types of other projects, whose sites cannot be looked up without a network.
+    (r"py:.*", r"(?!heyoka_bike\b).*"),
+    # Private fields of dataclasses.
+    (r"py:class", r".*\._\w+"),
+]
+# Words of a shape, "(rows,)", are no references.
+suppress_warnings = ["ref.python"]
+
+autodoc_member_order = "bysource"
+autodoc_typehints = "signature"
+autodoc_typehints_format = "short"
+napoleon_google_docstring = False
+napoleon_use_rtype = False
+
+html_theme = "furo"
+html_title = "heyoka_bike"
+html_static_path = ["_site/static"]
+html_css_files = ["site.css"]
+html_copy_source = False
+html_show_sphinx = False
+# MathML: nothing is loaded from the network.
+html_math_renderer = "mathml"
+pygments_dark_style = "monokai"
