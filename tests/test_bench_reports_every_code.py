@@ -309,17 +309,18 @@ def test_codes_beyond_binary64_are_right_where_they_stop(candidate, monkeypatch)
     assert 0 < precise._part(candidate[1], Fraction(1, 1000)) < 1 / 78
 
 
-def test_costs_are_scaled_to_the_maneuver(bicycle, maneuvers, monkeypatch):
-    monkeypatch.setattr(precise, "DIGITS", ("longdouble", 25))
-    monkeypatch.setattr(precise, "_COST_SECONDS", 0.05)
-    whole, part = precise.costs(bicycle, maneuvers[1])
-    for x, precision in ((whole, "longdouble"), (part, 25)):
-        order = integrate(
-            bicycle, dataclasses.replace(maneuvers[1], duration=Fraction(1, 50)), precision
-        ).order
-        assert x.order == order
-        assert 0.01 < x.step < 1
-        assert x.seconds == pytest.approx(x.seconds_per_step * 10 / x.step)
+def test_costs_are_scaled_to_the_maneuver(candidate, monkeypatch):
+    published = candidate[1]
+    short = dataclasses.replace(published.maneuver, duration=Fraction(1, 50))
+    for precision, limit in (("longdouble", 1e9), (25, 0.0)):
+        monkeypatch.setattr(precise, "DIGITS", (precision,))
+        monkeypatch.setattr(precise, "_COST_SECONDS", limit)
+        (x,) = precise.costs(published)
+        assert x.order == integrate(published.bicycle, short, precision).order
+        # Where one step is timed, the rest is as many as the published run took.
+        assert (x.steps == 1) == (limit == 0)
+        count = published.steps if limit == 0 else x.steps + 1
+        assert x.seconds == pytest.approx(x.seconds_per_step * count)
     assert precise._order(5000) == 1734  # a tolerance that binary64 does not hold
 
 

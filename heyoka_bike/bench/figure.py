@@ -9,10 +9,8 @@ from heyoka_bike.figures.style import (
     BLACK,
     BLUE,
     GREEN,
-    GREY,
     ORANGE,
     PURPLE,
-    SKY,
     VERMILLION,
     style,
 )
@@ -21,7 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _SIZE = (7.0, 4.6)  # [inch]; the width of a printed page of text
-_COLOURS = (VERMILLION, ORANGE, BLUE, SKY, GREEN, PURPLE, BLACK, GREY)
+_COLOURS = (VERMILLION, ORANGE, BLUE, "#56B4E9", GREEN, PURPLE, BLACK, "#999999")
 _MARKERS = "osD^vP*X"
 _COST_SIZE = (7.0, 3.2)
 
@@ -83,7 +81,7 @@ def draw_costs(
             line = [x for x in durations if x["accuracy"] == accuracy]
             right.loglog(
                 [x["duration"] for x in line], [1e3 * x["time"] for x in line],
-                color=_COLOURS[(0, 2, 4)[i % 3]], marker=_MARKERS[i], markersize=3,
+                color=_COLOURS[2 * i % len(_COLOURS)], marker=_MARKERS[i], markersize=3,
                 label=str(accuracy),
             )  # fmt: skip
         right.set_xlabel("duration [s]")

@@ -22,7 +22,6 @@ from heyoka_bike.constants import constants
 from heyoka_bike.initial import few_product_state, initial_state
 from heyoka_bike.integration import Native, integrate, require_heyoka, right_hand_side
 from heyoka_bike.model import few_products
-from heyoka_bike.parameters import Bicycle, Maneuver
 from heyoka_bike.precision import Precision
 from heyoka_bike.trajectory import Trajectory
 
@@ -62,11 +61,20 @@ class Precise:
 
 @dataclass(frozen=True, slots=True)
 class Cost:
-    """What a precision costs with heyoka, with the yaw and exact accumulation as in `integrate`."""
+    """What a precision costs with heyoka, with the yaw and exact accumulation as in `integrate`.
+
+    Attributes
+    ----------
+    steps
+        That were timed: all but the first, or what a few seconds allow.
+    seconds
+        For the whole maneuver: with the steps of the published run where not all were timed; their
+        number hardly depends on the digits.
+    """
 
     digits: float
     order: int
-    step: float
+    steps: int
     seconds_per_step: float
     seconds: float
 
@@ -80,9 +88,9 @@ def precise(published: Trajectory) -> list[Precise]:
     ]
 
 
-def costs(bicycle: Bicycle, maneuver: Maneuver) -> list[Cost]:
-    """What each of `DIGITS` costs; high ones are measured over a few steps."""
-    return [_cost(bicycle, maneuver, Precision.of(name)) for name in DIGITS]
+def costs(published: Trajectory) -> list[Cost]:
+    """What each of `DIGITS` costs, on the maneuver of a published run."""
+    return [_cost(published, Precision.of(name)) for name in DIGITS]
 
 
 def _heyoka(published: Trajectory, p: Precision) -> Precise:
@@ -176,22 +184,21 @@ def _part(published: Trajectory, span: Fraction) -> float:
     return float(i + (span - begin) / (end - begin)) / whole if span < end else 1.0
 
 
-def _cost(bicycle: Bicycle, maneuver: Maneuver, p: Precision) -> Cost:
-    marks: list[tuple[float, float]] = []
+def _cost(published: Trajectory, p: Precision) -> Cost:
+    marks: list[float] = []
 
-    def step(reached: float) -> None:
-        marks.append((reached, time.perf_counter()))
-        if len(marks) > 1 and marks[-1][1] - marks[0][1] > _COST_SECONDS:
+    def step(_: float) -> None:
+        marks.append(time.perf_counter())
+        if len(marks) > 1 and marks[-1] - marks[0] > _COST_SECONDS:
             raise _EnoughError
 
+    count = published.steps
     with contextlib.suppress(_EnoughError):
-        integrate(bicycle, maneuver, p, progress=step)
+        count = integrate(published.bicycle, published.maneuver, p, progress=step).steps
     # The first step is made with what has to be built.
-    (first, begin), (last, end) = marks[0], marks[-1]
-    count = len(marks) - 1
-    per_step, h = (end - begin) / count, (last - first) / count
-    whole = per_step * float(maneuver.duration) / h
-    return Cost(p.digits, _order(p.bits + _TOLERANCE_BITS), h, per_step, whole)
+    timed = len(marks) - 1
+    per_step = (marks[-1] - marks[0]) / timed
+    return Cost(p.digits, _order(p.bits + _TOLERANCE_BITS), timed, per_step, per_step * count)
 
 
 def _order(bits: int) -> int:

@@ -50,7 +50,7 @@ Progress = Callable[[str, float], None]
 """Called with what is being done and the part done of the whole, 0 to 1."""
 
 _SECONDS, _MIN_RUNS = 10.0, 3  # a slow code is run less often
-_WARM = 0.02  # [s]; a run that takes longer warms up by itself
+_WARM = 0.003  # [s] of runs that are not counted; a run that takes longer warms up by itself
 _COLD_RUNS = 5
 _CACHE = 64 * 2**20  # bytes; the processor's caches are smaller
 # Tolerances of the work-precision figure, as indices of the grid: two a decade.
@@ -226,8 +226,7 @@ def _race(lines: Sequence[Line], runs: int, progress: Callable[[float], None]) -
             for turn in range(max(counts, default=0)):
                 for line, trial, count in zip(lines, trials, counts, strict=True):
                     if turn < count:
-                        took = _time(trial)
-                        line.times.append(_time(trial) if took < _WARM else took)
+                        line.times.append(_warm_time(trial))
                 progress((turn + 1) / max(counts))
             other = np.zeros(_CACHE, dtype=np.uint8)
             for turn in range(_COLD_RUNS):
@@ -237,6 +236,15 @@ def _race(lines: Sequence[Line], runs: int, progress: Callable[[float], None]) -
                         line.cold.append(_time(trial))
         finally:
             gc.enable()
+
+
+def _warm_time(trial: Trial) -> float:
+    """Time of a run after others of the same code."""
+    took = spent = _time(trial)
+    while spent < _WARM:
+        took = _time(trial)
+        spent += took
+    return took
 
 
 def _time(trial: Trial) -> float:

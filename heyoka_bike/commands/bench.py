@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
     from heyoka_bike.bench.problem import Problem
     from heyoka_bike.bench.race import Line, Point, Progress
+    from heyoka_bike.trajectory import Trajectory
 
 SCHEMA_VERSION = 1
 MANEUVER, MANEUVERS = 2, (1, 2, 3)
@@ -107,9 +108,9 @@ def run(args: argparse.Namespace) -> int:
         if figure_format is not None or args.all:
             document["work_precision"] = [_point(x) for x in work_precision(main, progress)]
         if args.all:
-            document |= _fast(progress) | {"precise": _precise(main, args.reference, progress)}
+            document |= _fast(progress) | {"precise": _precise(args.reference, progress)}
         if args.costs:
-            document |= _costs(main, progress)
+            document |= _costs(main, args.reference, progress)
     text = _json(document) if args.format == "json" else _table(document, _is_shown(args.output))
     if figure_format is not None:
         from heyoka_bike.bench.figure import draw
@@ -165,20 +166,24 @@ def _fast(progress: Progress) -> dict[str, Any]:
     }
 
 
-def _precise(problem: Problem, folder: str | None, progress: Progress) -> list[dict[str, Any]]:
+def _precise(folder: str | None, progress: Progress) -> list[dict[str, Any]]:
     """The codes that go beyond binary64."""
     from dataclasses import asdict
 
     from heyoka_bike.bench.precise import precise
+
+    progress("34 and 70 digits", 0.0)
+    return [asdict(x) for x in precise(_published(folder))]
+
+
+def _published(folder: str | None) -> Trajectory:
     from heyoka_bike.candidate import read_candidate
     from heyoka_bike.resources import reference_folder
 
-    progress("34 and 70 digits", 0.0)
-    published = read_candidate(reference_folder() if folder is None else folder)[MANEUVER - 1]
-    return [asdict(x) for x in precise(published)]
+    return read_candidate(reference_folder() if folder is None else folder)[MANEUVER - 1]
 
 
-def _costs(problem: Problem, progress: Progress) -> dict[str, Any]:
+def _costs(problem: Problem, folder: str | None, progress: Progress) -> dict[str, Any]:
     """How the time grows with the duration and with the digits."""
     from dataclasses import asdict
 
@@ -188,7 +193,7 @@ def _costs(problem: Problem, progress: Progress) -> dict[str, Any]:
     progress("long runs", 0.0)
     durations = [asdict(x) for x in long_runs(problem.bicycle, problem.maneuver)]
     progress("up to 1000 digits", 0.1)
-    digits = [asdict(x) for x in costs(problem.bicycle, problem.maneuver)]
+    digits = [asdict(x) for x in costs(_published(folder))]
     return {"durations": durations, "digits": digits}
 
 
@@ -289,7 +294,7 @@ def _table(document: Mapping[str, Any], is_shown: bool) -> str:
         notes = (
             f"{document['rows']} rows of all eight columns; times of one run, building excluded; "
             f"the codes of a class in turns, {document['runs']} times each, a slow one fewer times",
-            "min, median: after a run of the same code; cold: the processor's caches filled with "
+            "min, median: after runs of the same code; cold: the processor's caches filled with "
             "something else before",
             "ratio: of the shortest time, to the fastest of the class",
             "state error: the largest over the rows of roll and steer [rad], their rates [rad/s] "
@@ -364,8 +369,8 @@ def _print_fast(console: Console, document: Mapping[str, Any]) -> None:
         for x in document.get("durations", ())
     ]
     lines += [
-        f"{x['digits']:.0f} digits: order {x['order']}, {x['step']:.3f} s a step, "
-        f"{x['seconds']:.3g} s for the maneuver"
+        f"{x['digits']:.0f} digits: order {x['order']}, {x['seconds_per_step']:.3g} s a step, "
+        f"{x['seconds']:.3g} s for the maneuver ({x['steps']} steps timed)"
         for x in document.get("digits", ())
     ]
     for line in lines:
