@@ -51,7 +51,7 @@ from heyoka_bike.ball_matrices import (
     variational_defect,
 )
 from heyoka_bike.carried import MATRIX_BITS, SIZE, Carried, Flow, Frame
-from heyoka_bike.circle import RADII, Circle, circle_bound, geometric, refused, rho
+from heyoka_bike.circle import RADII, Circle, circle_bound, geometric, refused
 from heyoka_bike.constants import Constants, constants
 from heyoka_bike.dual import Dual, Duals
 from heyoka_bike.errors import NotCertifiedError
@@ -195,7 +195,7 @@ class _Prover:
 
     def _whole(self, piece: Piece, frame: Frame) -> tuple[Vector, Frame]:
         rim = circle_bound(piece, rates)
-        near = circle_bound(piece, rates, (1,)).values
+        near = circle_bound(piece, rates, (1,))
         with flint.ctx.workprec(MATRIX_BITS):
             carried = Carried(self._flow(piece, rim), frame)
         delta = self._defect(piece, rim)
@@ -204,11 +204,12 @@ class _Prover:
             sup, added = carried.bounds(delta)
             for _ in range(_TRIALS):
                 eps = [2 * x for x in sup]
-                reach = largest(x / y for x, y in zip(eps, rho(), strict=True))
+                reach = largest(x / y for x, y in zip(eps, near.rho, strict=True))
                 if not reach < 0.5:
                     break
                 # f beyond its first order in e, on the line through p: Cauchy in one variable.
-                forces = [d + 2 * step * m * reach**2 for d, m in zip(delta, near, strict=True)]
+                beyond = [2 * step * m * reach**2 for m in near.values]
+                forces = [d + m for d, m in zip(delta, beyond, strict=True)]
                 sup, added = carried.bounds(forces)
                 if all(x < y or x == 0 for x, y in zip(sup, eps, strict=True)):
                     return sup, carried.end(added)
@@ -299,7 +300,7 @@ class _Prover:
             ]
             rest = step * geometric(rim.radius, length)
             tail = flint.arb_mat(
-                [[*((rest * f / x).upper() for x in rho()[:6]), 0] for f in rim.values]
+                [[*((rest * f / x).upper() for x in rim.rho[:6]), 0] for f in rim.values]
             )
             return matrices, tail
 

@@ -12,12 +12,14 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from itertools import product
 
 import flint
 
 from heyoka_bike.analytic import NotAnalyticError, Rim
 from heyoka_bike.arithmetic import Arithmetic, Balls, Number, exact_ball
 from heyoka_bike.ball_matrices import total
+from heyoka_bike.carried import SIZE
 from heyoka_bike.constants import Constants, constants
 from heyoka_bike.errors import NotCertifiedError
 from heyoka_bike.trajectory import Piece, Trajectory
@@ -25,8 +27,13 @@ from heyoka_bike.trajectory import Piece, Trajectory
 RADII = (4, 3, 2)
 """Circles tried on a piece, in its lengths, the largest first."""
 
-RHO = tuple(Fraction(1, 2**k) for k in (8, 8, 8, 6, 6, 6, 8))
-"""Radii of the polydisc around the candidate's state: rad for angles, rad/s for rates."""
+RHO = tuple(Fraction(1, 2**k) for k in (8, 8, 8, 6, 6, 6, 8, 8, 8, 8, 8))
+"""Radii of the polydisc around the candidate's state: rad for angles, rad/s for rates; then, where
+they are carried along, m and rad for the integrals (see `configuration`)."""
+
+SMALLER = (1, 64)
+"""The radii over these are tried in turn: where a bicycle is about to fall the formulas' own
+overestimation takes the first for a divisor that vanishes."""
 
 _BITS = 64
 _FIRST_ARCS, _MOST_ARCS = 8, 1024
@@ -36,9 +43,19 @@ Function = Callable[[Trajectory, Constants, Arithmetic, Sequence[Number]], list[
 
 @dataclass(frozen=True)
 class Circle:
-    """A circle inside of which F is analytic, and bounds on abs(F_i) on it and on the polydisc."""
+    """A circle inside of which F is analytic, and bounds on abs(F_i) on it and on the polydisc.
+
+    Attributes
+    ----------
+    radius : int
+        R, in lengths of the piece.
+    rho : list of arb
+        Radii of the polydisc.
+    values : list of arb
+    """
 
     radius: int
+    rho: list[flint.arb]
     values: list[flint.arb]
 
 
@@ -51,17 +68,18 @@ def circle_bound(piece: Piece, function: Function, radii: Sequence[int] = RADII)
         On no circle tried.
     """
     reason = ""
-    for radius in radii:
+    for smaller, radius in product(SMALLER, radii):
+        polydisc = [x / smaller for x in rho(len(piece.rows))]
         try:
-            return Circle(radius, _values(piece, function, radius))
+            return Circle(radius, polydisc, _values(piece, function, radius, polydisc))
         except NotAnalyticError as e:
             reason = str(e)
     raise NotAnalyticError(f"no analyticity shown for abs(s) <= {radii[-1]}: {reason}")
 
 
-def rho() -> list[flint.arb]:
-    """`RHO` as numbers of flint's; exact at any precision."""
-    return [exact_ball(x) for x in RHO]
+def rho(variables: int = SIZE) -> list[flint.arb]:
+    """The first of `RHO` as numbers of flint's; exact at any precision."""
+    return [exact_ball(x) for x in RHO[:variables]]
 
 
 def geometric(radius: int, length: int) -> flint.arb:
@@ -79,7 +97,9 @@ def refused(piece: Piece, why: str) -> NotCertifiedError:
     )
 
 
-def _values(piece: Piece, function: Function, radius: int) -> list[flint.arb]:
+def _values(
+    piece: Piece, function: Function, radius: int, polydisc: Sequence[flint.arb]
+) -> list[flint.arb]:
     run = piece.run
     a = Rim(_BITS)
     balls = Balls(_BITS)
@@ -102,7 +122,7 @@ def _values(piece: Piece, function: Function, radius: int) -> list[flint.arb]:
             low, high = arcs.pop()
             a.start()
             try:
-                state = _arc(a, polynomials, slopes, radius, low, high)
+                state = _arc(a, polynomials, slopes, polydisc, radius, low, high)
                 values = [_complex(x) for x in function(run, k, a, state)]
                 if not all(x.is_finite() for x in values):
                     raise NotAnalyticError("a value is not finite")
@@ -118,8 +138,8 @@ def _values(piece: Piece, function: Function, radius: int) -> list[flint.arb]:
 
 
 def _arc(
-    a: Rim, polynomials: Sequence[flint.acb_poly], slopes: Sequence[flint.arb], radius: int,
-    low: Fraction, high: Fraction,
+    a: Rim, polynomials: Sequence[flint.acb_poly], slopes: Sequence[flint.arb],
+    polydisc: Sequence[flint.arb], radius: int, low: Fraction, high: Fraction,
 ) -> list[Number]:  # fmt: skip
     """States on an arc, angles in units of pi, each a ball that holds the arc and the polydisc."""
     middle, half = (low + high) / 2, (high - low) / 2
@@ -127,7 +147,7 @@ def _arc(
     centre = flint.acb(flint.arb.cos_pi_fmpq(q), flint.arb.sin_pi_fmpq(q)) * radius
     reach = radius * flint.arb.pi() * flint.fmpq(half.numerator, half.denominator)
     state: list[Number] = []
-    for p, slope, margin in zip(polynomials, slopes, rho(), strict=True):
+    for p, slope, margin in zip(polynomials, slopes, polydisc, strict=True):
         wide = flint.arb(0, (slope * reach + margin).upper())
         state.append(a.value(p(centre) + flint.acb(wide, wide)))
     return state

@@ -6,6 +6,7 @@
 - ``candidate.h5``: the trajectories themselves, as exact integers
 - ``certificate.json``: what is proved
 - ``sensitivities.h5``: derivatives of every column with respect to parameters and start
+- ``motion.h5``: the whole configuration and all forces, hi + lo
 - ``manifest.json``
 """
 
@@ -20,14 +21,15 @@ from pathlib import Path
 from typing import Any
 
 import h5py
-import numpy as np
 
-from heyoka_bike import candidate, sensitivities
+from heyoka_bike import candidate, motion, sensitivities
 from heyoka_bike import manifest as manifest_file
-from heyoka_bike.candidate import CANDIDATE, FILTERS
+from heyoka_bike.candidate import CANDIDATE
 from heyoka_bike.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.errors import DatasetError, InputError
 from heyoka_bike.exact import shortest_decimal
+from heyoka_bike.hdf5_groups import content_parts, write_dense, write_rows
+from heyoka_bike.motion import MOTION
 from heyoka_bike.parameters import Bicycle, Maneuver, describe_inputs
 from heyoka_bike.proof import CERTIFICATE, HDF5, content_sha256, render_certificate, summarise
 from heyoka_bike.rows import TEXT_DIGITS, Rows
@@ -59,6 +61,7 @@ def write_dataset(
             [summarise(t.trajectory, t.certificate, t.rows, t.dense) for t in tables], inputs
         ),
         SENSITIVITIES: sensitivities.render([t.sensitivity for t in tables], inputs),
+        MOTION: motion.render([t.motion for t in tables], inputs),
     }
     document = manifest_file.render(
         dataset_version=dataset_version,
@@ -102,18 +105,12 @@ def check_overwrite(
 
 
 def _content(tables: Sequence[Table]) -> str:
-    parts = {}
-    for i, table in enumerate(tables, start=1):
-        arrays = {"time": table.time, "time_lo": table.time_lo}
-        arrays |= _with_lo(table.rows.hi, table.rows.lo)
-        arrays["dense/breaks"] = table.dense.breaks
-        arrays |= {f"dense/{n}": x for n, x in _with_lo(table.dense.hi, table.dense.lo).items()}
-        parts[f"maneuver_{i}"] = arrays
-    return content_sha256(parts)
-
-
-def _with_lo(hi: Mapping[str, Any], lo: Mapping[str, Any]) -> dict[str, Any]:
-    return dict(hi) | {f"{name}_lo": x for name, x in lo.items()}
+    return content_sha256(
+        {
+            f"maneuver_{i}": content_parts((t.time, t.time_lo), t.rows, t.dense)
+            for i, t in enumerate(tables, start=1)
+        }
+    )
 
 
 def _packages() -> dict[str, str]:
@@ -147,79 +144,9 @@ def _hdf5(
             for key, text in inputs["maneuvers"][i - 1].items():
                 if key != "name":
                     group.attrs[key] = text
-            _write_rows(group, table)
-            _write_dense(group.create_group("dense", track_order=True), table)
+            write_rows(group, (table.time, table.time_lo), table.rows, COLUMNS)
+            write_dense(group.create_group("dense", track_order=True), table.dense, COLUMNS)
     return buffer.getvalue()
-
-
-def _write_rows(group: h5py.Group, table: Table) -> None:
-    rows = table.rows
-    time = group.create_dataset("time", data=table.time, **FILTERS)
-    _describe(time, "s", "time", "standard time of the rows, a multiple of the spacing")
-    time.attrs["axis"] = "T"
-    time.make_scale("time")
-    lo = group.create_dataset("time_lo", data=table.time_lo, **FILTERS)
-    _describe(lo, "s", "time, low part", "exact time minus time")
-    lo.dims[0].attach_scale(time)
-    for column in COLUMNS:
-        for suffix, values in (
-            ("", rows.hi),
-            ("_lo", rows.lo),
-            ("_bound", rows.bound),
-        ):
-            dataset = group.create_dataset(
-                column.name + suffix, data=values[column.name], **FILTERS
-            )
-            dataset.dims[0].attach_scale(time)
-            if suffix == "_lo":
-                meaning = f"exact value minus {column.name}, rounded"
-                _describe(dataset, column.unit, f"{column.long_name}, low part", meaning)
-            elif suffix == "_bound":
-                meaning = f"certified: abs(exact value - {column.name} - {column.name}_lo) <= this"
-                _describe(dataset, column.unit, f"{column.long_name}, certified bound", meaning)
-            else:
-                _describe(dataset, column.unit, column.long_name, column.meaning)
-                dataset.attrs["definition_name"] = column.definition
-                if column.positive:
-                    dataset.attrs["positive"] = column.positive
-
-
-def _write_dense(group: h5py.Group, table: Table) -> None:
-    dense = table.dense
-    group.attrs["comment"] = (
-        "Piecewise Chebyshev: on the piece [a, b] of breaks the column is sum_k c_k T_k(x), "
-        "c_0 not halved, x = 2 (t - a) / (b - a) - 1, c = <name> + <name>_lo; "
-        "a break belongs to the piece on its right, the end to the last."
-    )
-    pieces, nodes = dense.hi[COLUMNS[0].name].shape
-    breaks = group.create_dataset("breaks", data=dense.breaks, **FILTERS)
-    _describe(breaks, "s", "ends of the pieces", "exact")
-    breaks.make_scale("breaks")
-    piece = group.create_dataset("piece", data=np.arange(pieces, dtype="<i4"))
-    piece.make_scale("piece")
-    order = group.create_dataset("order", data=np.arange(nodes, dtype="<i4"))
-    order.make_scale("order")
-    for column in COLUMNS:
-        for suffix, values in (("", dense.hi), ("_lo", dense.lo)):
-            dataset = group.create_dataset(
-                column.name + suffix, data=values[column.name], **FILTERS
-            )
-            dataset.dims[0].attach_scale(piece)
-            dataset.dims[1].attach_scale(order)
-            what = "Chebyshev coefficients" + (", low part" if suffix else "")
-            _describe(dataset, column.unit, f"{column.long_name}, {what}", column.meaning)
-        bound = group.create_dataset(
-            column.name + "_bound", data=dense.bound[column.name], **FILTERS
-        )
-        bound.dims[0].attach_scale(piece)
-        meaning = "certified: largest distance of the piece from the exact column"
-        _describe(bound, column.unit, f"{column.long_name}, certified bound", meaning)
-
-
-def _describe(dataset: h5py.Dataset, unit: str, long_name: str, definition: str) -> None:
-    dataset.attrs["units"] = unit
-    dataset.attrs["long_name"] = long_name
-    dataset.attrs["definition"] = definition
 
 
 def render_texts(maneuvers: Sequence[Maneuver], rows: Sequence[Rows]) -> dict[str, bytes]:

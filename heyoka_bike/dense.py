@@ -12,15 +12,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from math import frexp
+from typing import Protocol
 
 import flint
 import numpy as np
 from numpy.typing import NDArray
 
-from heyoka_bike.arithmetic import exact_ball
-from heyoka_bike.columns import COLUMNS
+from heyoka_bike.arithmetic import Balls, exact_ball
 from heyoka_bike.errors import UndecidedError
-from heyoka_bike.trajectory import Evaluator
 
 NODES = 32
 _TAIL_BITS = 97  # last coefficients below 2^-97 = 6e-30 of the scale
@@ -49,27 +48,41 @@ class Dense:
     bound: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
 
 
+class Source(Protocol):
+    """What is interpolated: columns that can be evaluated at any time up to an end."""
+
+    @property
+    def balls(self) -> Balls: ...
+
+    @property
+    def end(self) -> Fraction: ...
+
+    def near(self, t: flint.arb, about: Fraction) -> Mapping[str, flint.arb]:
+        """Columns by name at `t`, on the piece that holds the time `about`."""
+
+
 def interpolate(
-    evaluator: Evaluator,
+    source: Source,
     scales: Mapping[str, float],
     constant: Mapping[str, flint.arb | Fraction],
     progress: Callable[[float], None] | None = None,
 ) -> Dense:
-    """Chebyshev pieces of a trajectory from 0 to the end of its last piece.
+    """Chebyshev pieces of some columns from 0 to the end.
 
     Parameters
     ----------
     scales
-        Largest absolute value of each column over the run; zero for a column that vanishes.
+        Largest absolute value over the run of each column to be interpolated; zero for one that
+        vanishes.
     constant
         Columns known to be constant, with their value.
     """
-    names = [c.name for c in COLUMNS]
+    names = list(scales)
     grids = [_GRID_BITS - frexp(scales[name])[1] for name in names]
-    fit = _Fit(evaluator, names, constant)
-    end = evaluator.trajectory.breaks[-1]
+    fit = _Fit(source, names, constant)
+    end = source.end
     breaks, rows, widths = [Fraction(0)], [], [_FIRST_WIDTH]
-    with evaluator.balls.precision():
+    with source.balls.precision():
         while breaks[-1] < end:
             a, width = breaks[-1], widths[-1]
             b = min(a + width, end)
@@ -97,14 +110,14 @@ class _Fit:
 
     def __init__(
         self,
-        evaluator: Evaluator,
+        source: Source,
         names: Sequence[str],
         constant: Mapping[str, flint.arb | Fraction],
     ) -> None:
-        self.evaluator, self.names = evaluator, names
-        with evaluator.balls.precision():
+        self.source, self.names = source, names
+        with source.balls.precision():
             self.constant = {
-                name: evaluator.balls.number(x) if isinstance(x, Fraction) else x
+                name: source.balls.number(x) if isinstance(x, Fraction) else x
                 for name, x in constant.items()
             }
             angle = [flint.fmpq(2 * j + 1, 2 * NODES) for j in range(NODES)]
@@ -118,14 +131,12 @@ class _Fit:
 
     def __call__(self, a: Fraction, b: Fraction) -> list[list[flint.arb]]:
         """Coefficients on [a, b] by column and order."""
-        run = self.evaluator.trajectory
         middle, half = (a + b) / 2, (b - a) / 2
         mid_ball, half_ball = (exact_ball(x) for x in (middle, half))
         values = []
         for x in self.nodes:
             t = mid_ball + half_ball * x
-            piece = run.piece_at(middle + half * Fraction(float(x.mid())))
-            row = self.evaluator.columns(t, piece)
+            row = self.source.near(t, middle + half * Fraction(float(x.mid())))
             values.append([self.constant.get(name, row[name]) for name in self.names])
         product = self.transform * flint.arb_mat(values)
         table = [[product[k, i] for k in range(NODES)] for i in range(len(self.names))]

@@ -10,7 +10,7 @@ polydisc.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from itertools import pairwise
@@ -23,7 +23,7 @@ from heyoka_bike.analytic import NotAnalyticError, Series
 from heyoka_bike.arithmetic import Arithmetic, Number, exact_ball, upper_fraction
 from heyoka_bike.ball_matrices import total
 from heyoka_bike.certificate import Certificate
-from heyoka_bike.circle import circle_bound, geometric, refused, rho
+from heyoka_bike.circle import Function, circle_bound, geometric, refused
 from heyoka_bike.columns import COLUMNS
 from heyoka_bike.constants import Constants, constants
 from heyoka_bike.dense import Dense
@@ -32,7 +32,7 @@ from heyoka_bike.outputs import columns, unfold
 from heyoka_bike.rows import Value, upward
 from heyoka_bike.trajectory import Piece, Trajectory
 
-_BITS = 192
+BITS = 192
 _REMAINDER_BITS = 128
 _DEPTH = 6
 
@@ -41,19 +41,33 @@ def bound_dense(
     run: Trajectory, certificate: Certificate, dense: Dense, constant: Mapping[str, Value]
 ) -> Dense:
     """The dense output with a certified bound for each piece and column."""
-    names = [c.name for c in COLUMNS]
+    parts = (
+        expansion
+        for i in range(run.steps)
+        for expansion in expansions(run.piece(i), certificate.pieces[i], _columns)
+    )
+    return bound_pieces(run, parts, dense, [c.name for c in COLUMNS], constant)
+
+
+def bound_pieces(
+    run: Trajectory, parts: Iterable[Expansion], dense: Dense, names: Sequence[str],
+    constant: Mapping[str, Value],
+) -> Dense:  # fmt: skip
+    """Dense output with a certified bound for each piece and each of the columns `names`.
+
+    `parts` are expansions of these columns along all pieces of the candidate.
+    """
     _check_shape(run, dense, names)
     breaks = [Fraction(float(t)) for t in dense.breaks]
     bound = np.zeros((len(breaks) - 1, len(names)))
-    for i in range(run.steps):
-        for expansion in _expansions(run.piece(i), certificate.pieces[i]):
-            for j, (a, b) in enumerate(pairwise(breaks)):
-                low, high = max(a, expansion.t0), min(b, expansion.t1)
-                if low < high:
-                    coefficients = [(dense.hi[name][j], dense.lo[name][j]) for name in names]
-                    for span in _spans(low, high, b - a):
-                        found = expansion.distances(coefficients, (a, b), *span)
-                        bound[j] = np.maximum(bound[j], found)
+    for expansion in parts:
+        for j, (a, b) in enumerate(pairwise(breaks)):
+            low, high = max(a, expansion.t0), min(b, expansion.t1)
+            if low < high:
+                coefficients = [(dense.hi[name][j], dense.lo[name][j]) for name in names]
+                for span in _spans(low, high, b - a):
+                    found = expansion.distances(coefficients, (a, b), *span)
+                    bound[j] = np.maximum(bound[j], found)
     for m, name in enumerate(names):
         if name in constant:
             bound[:, m] = [
@@ -86,17 +100,17 @@ def _check_shape(run: Trajectory, dense: Dense, names: Sequence[str]) -> None:
         raise NotCertifiedError(f"{run.maneuver.name}: the dense output is not whole: {problem}")
 
 
-def _expansions(
-    piece: Piece, state_bound: tuple[Fraction, ...], depth: int = 0
-) -> Iterator[_Expansion]:
+def expansions(
+    piece: Piece, state_bound: tuple[Fraction, ...], function: Function, depth: int = 0
+) -> Iterator[Expansion]:
     """Expansions along a piece, or along parts of it where no circle works for the whole."""
     try:
-        yield _Expansion(piece, state_bound)
+        yield Expansion(piece, state_bound, function)
     except NotAnalyticError as e:
         if depth == _DEPTH:
             raise refused(piece, str(e)) from None
         for half in piece.halves():
-            yield from _expansions(half, state_bound, depth + 1)
+            yield from expansions(half, state_bound, function, depth + 1)
 
 
 def _spans(low: Fraction, high: Fraction, width: Fraction) -> list[tuple[Fraction, Fraction]]:
@@ -108,23 +122,23 @@ def _spans(low: Fraction, high: Fraction, width: Fraction) -> list[tuple[Fractio
     return [(low + (high - low) * i / n, low + (high - low) * (i + 1) / n) for i in range(n)]
 
 
-class _Expansion:
-    """Taylor polynomials of all columns along one piece of the candidate, with remainders."""
+class Expansion:
+    """Taylor polynomials of columns along one piece of the candidate, with remainders."""
 
-    def __init__(self, piece: Piece, state_bound: tuple[Fraction, ...]) -> None:
+    def __init__(self, piece: Piece, state_bound: tuple[Fraction, ...], function: Function) -> None:
         run = piece.run
         self.t0, self.t1, self.h = piece.t0, piece.t1, piece.h
-        circle = circle_bound(piece, _columns)
+        circle = circle_bound(piece, function)
         length = ceil(_REMAINDER_BITS / log2(circle.radius))
-        a = Series(_BITS, length)
+        a = Series(BITS, length)
         with a.precision():
             unit = flint.arb(2) ** -piece.grid
             state = [a.series([c * unit for c in row[:length]]) for row in piece.rows]
-            values = _columns(run, constants(run.bicycle, a), a, state)
+            values = function(run, constants(run.bicycle, a), a, state)
             self.polynomials = [flint.arb_poly(a.coefficients(x)) for x in values]
             # Terms past the length, and the exact motion's distance: derivatives by the state are
             # at most M / (rho / 2) where the state is within rho / 2 of the candidate.
-            moved = total(exact_ball(b) / x for b, x in zip(state_bound, rho(), strict=True))
+            moved = total(exact_ball(b) / x for b, x in zip(state_bound, circle.rho, strict=True))
             rest = geometric(circle.radius, length) + 2 * moved
             self.remainders = [(m * rest).upper() for m in circle.values]
 
@@ -134,7 +148,7 @@ class _Expansion:
     ) -> list[float]:  # fmt: skip
         """Bounds on the distance of each column from its Chebyshev piece for low <= t <= high."""
         middle, half = (low + high) / 2, (high - low) / 2
-        with flint.ctx.workprec(_BITS):
+        with flint.ctx.workprec(BITS):
             s = flint.arb_poly([exact_ball((middle - self.t0) / self.h), exact_ball(half / self.h)])
             n = len(coefficients[0][0])
             c = [

@@ -21,12 +21,12 @@ from heyoka_bike.output_files import replace_file
 MANIFEST = "manifest.json"
 SCHEMA_VERSION = 1
 
-DATASET_VERSION = "1.1.0"
+DATASET_VERSION = "1.2.0"
 """Version of the published set that this package makes."""
 
 _VALUES_VERSION = "1.0.0"
 
-PUBLISHED_MANIFEST_SHA256 = "6b228c1bf199b25514c5107763725ae1018ad7182707361af1c11187dd6f8d49"
+PUBLISHED_MANIFEST_SHA256 = "e04aac71d666541e02812a116e340219b7c1851f44402372040c0590847932a6"
 """Hash of the manifest of the published set."""
 
 CUSTOM = "custom"

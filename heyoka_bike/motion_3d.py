@@ -5,10 +5,9 @@ The *ground frame* has x along the initial heading, y to the right, z down, and 
 rear wheel touches the floor at the start. A body's attitude is a matrix whose columns are the
 body's x, y and z axes in the ground frame; the axes are those of the upright, straight bicycle.
 
-The contact point of a rolling wheel moves along the wheel's heading by as much as the rim turns
-past it: with the roll frame's rate nu about the axle (see `kinematics`), v + r nu. The integrals
-are Gauss's quadrature over short steps between the times asked for, with the yaw inside a step by
-collocation: the error is that of binary64.
+The rates of yaw, tracks and wheels are those of `configuration`. Their integrals are Gauss's
+quadrature over short steps between the times asked for, with the yaw inside a step by collocation:
+the error is that of binary64.
 """
 
 from __future__ import annotations
@@ -21,8 +20,8 @@ from numpy.typing import NDArray
 
 from heyoka_bike.arithmetic import Arrays, Multiprecision
 from heyoka_bike.chebyshev import Array
+from heyoka_bike.configuration import track_speeds, wheel_rates
 from heyoka_bike.constants import Constants, constants
-from heyoka_bike.kinematics import Speeds
 from heyoka_bike.outputs import unfold, yaw_rate
 from heyoka_bike.parameters import Bicycle
 from heyoka_bike.reference import ReferenceManeuver
@@ -161,7 +160,9 @@ def _integrals(k: Constants, state: State, time: Array, start: Place) -> list[Ar
     turning = yaw_rate(o, u).reshape(at.shape)
     yaw = _summed(start.yaw, step * turning @ weights[:, None])
     yaw_inside = yaw[:-1, None] + step * (turning @ inside.T)
-    rear_wheel, front_wheel, rear_rim, front_rim = (x.reshape(at.shape) for x in _rates(k, u))
+    rear_wheel, front_wheel, rear_rim, front_rim = (
+        x.reshape(at.shape) for x in (*wheel_rates(k, u), *track_speeds(k, u))
+    )
     rates = (
         (start.x, rear_rim * np.cos(yaw_inside)),
         (start.y, rear_rim * np.sin(yaw_inside)),
@@ -179,16 +180,6 @@ def _with_steps(time: Array) -> tuple[Array, NDArray[np.intp]]:
         for a, b, n in zip(time[:-1], time[1:], counts, strict=True)
     ]
     return np.concatenate([*parts, time[-1:]]), np.concatenate(([0], np.cumsum(counts)))
-
-
-def _rates(k: Constants, u: Speeds) -> tuple[Array, Array, Array, Array]:
-    """Rates of the wheels in frame and fork [rad/s], speeds of the contact points [m/s]."""
-    return (
-        -(u.v / k.rear.r + u.q),
-        -(u.v_f / k.front.r + u.q_f),
-        k.length * (u.v + k.rear.r * u.nu),
-        k.length * (u.v_f + k.front.r * u.nu_f),
-    )
 
 
 def _summed(first: float, steps: Array) -> Array:

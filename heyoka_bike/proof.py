@@ -28,6 +28,10 @@ from heyoka_bike.columns import COLUMNS
 from heyoka_bike.dense import Dense
 from heyoka_bike.dense_bound import bound_dense
 from heyoka_bike.errors import DatasetError, NotCertifiedError
+from heyoka_bike.integrals import with_integrals
+from heyoka_bike.motion import MOTION
+from heyoka_bike.motion_columns import DENSE_COLUMNS
+from heyoka_bike.motion_table import MotionTable, bound_motion, motion_expansions, round_motion
 from heyoka_bike.parameters import describe_inputs
 from heyoka_bike.rounding import hi_lo
 from heyoka_bike.rows import Rows, constant_columns, round_rows
@@ -37,6 +41,8 @@ CERTIFICATE = "certificate.json"
 HDF5 = "uncontrolled-bicycle.h5"
 
 Progress = Callable[[str, float], None]
+
+_NAMES = tuple(c.name for c in COLUMNS)
 
 STATEMENT = (
     "For every maneuver, at every time of the interval, each state variable of the exact motion "
@@ -233,6 +239,28 @@ def prove_again(
     _compare_rows(run, rows, folder, number)
     dense = bound_dense(run, certificate, published, constant_columns(run))
     report("dense", float(run.maneuver.duration))
+    _compare_dense(run, dense, bounds)
+    if MOTION in manifest_file.read_manifest(folder).files:
+        _prove_motion(run, certificate, folder, number)
+    report("motion", float(run.maneuver.duration))
+    proof = summarise(run, certificate, rows, dense, time.process_time() - start)
+    _compare_certificate(folder, number, proof)
+    return proof, rows
+
+
+def _prove_motion(
+    run: Trajectory, certificate: Certificate, folder: str | Path, number: int
+) -> None:
+    """Prove every number of the whole motion, and compare with what is published."""
+    stretches = list(with_integrals(run, certificate))
+    _compare_rows(run, round_motion(run, stretches), folder, number, MOTION)
+    published, bounds = _read_published(folder, number, MOTION, DENSE_COLUMNS)
+    parts = list(motion_expansions(stretches))
+    _compare_dense(run, bound_motion(run, parts, published), bounds)
+
+
+def _compare_dense(run: Trajectory, dense: Dense, bounds: Mapping[str, Any]) -> None:
+    """No published bound of a dense piece is smaller than what was proved."""
     for name, x in dense.bound.items():
         kept = x <= bounds[name] if x.shape == bounds[name].shape else np.zeros(1, dtype=bool)
         if not kept.all():
@@ -241,17 +269,16 @@ def prove_again(
                 f"{run.maneuver.name}: dense {name}, piece {piece + 1}: proved {x[piece]:.3g}, "
                 f"published bound {bounds[name].ravel()[piece]:.3g}"
             )
-    proof = summarise(run, certificate, rows, dense, time.process_time() - start)
-    _compare_certificate(folder, number, proof)
-    return proof, rows
 
 
-def _read_published(folder: str | Path, number: int) -> tuple[Dense, Mapping[str, Any]]:
-    raw = manifest_file.read_file(folder, HDF5, manifest_file.read_manifest(folder))
+def _read_published(
+    folder: str | Path, number: int, file: str = HDF5,
+    names: Sequence[str] = _NAMES,
+) -> tuple[Dense, Mapping[str, Any]]:  # fmt: skip
+    raw = manifest_file.read_file(folder, file, manifest_file.read_manifest(folder))
     try:
         with h5py.File(io.BytesIO(raw), "r") as f:
             group = f[f"maneuver_{number}/dense"]
-            names = [c.name for c in COLUMNS]
             dense = Dense(
                 breaks=group["breaks"][:],
                 hi={n: group[n][:] for n in names},
@@ -259,15 +286,17 @@ def _read_published(folder: str | Path, number: int) -> tuple[Dense, Mapping[str
             )
             return dense, {n: group[f"{n}_bound"][:] for n in names}
     except (OSError, KeyError, ValueError) as e:
-        raise DatasetError(f"{Path(folder) / HDF5}: is not a reference file ({e})") from None
+        raise DatasetError(f"{Path(folder) / file}: is not a reference file ({e})") from None
 
 
-def _compare_rows(run: Trajectory, rows: Rows, folder: str | Path, number: int) -> None:
+def _compare_rows(
+    run: Trajectory, rows: Rows | MotionTable, folder: str | Path, number: int, file: str = HDF5
+) -> None:
     """Every published row: times and values to the bit, bounds not smaller than proved."""
     times = np.array([hi_lo(t, "time") for t in row_times(run.maneuver)])
     exact = {"time": times[:, 0], "time_lo": times[:, 1]}
     exact |= dict(rows.hi) | {f"{name}_lo": x for name, x in rows.lo.items()}
-    raw = manifest_file.read_file(folder, HDF5, manifest_file.read_manifest(folder))
+    raw = manifest_file.read_file(folder, file, manifest_file.read_manifest(folder))
     with h5py.File(io.BytesIO(raw), "r") as f:
         group = f[f"maneuver_{number}"]
         for name, x in exact.items():

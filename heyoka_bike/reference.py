@@ -289,7 +289,7 @@ def load_reference(folder: str | Path | None = None) -> Reference:
             content_sha256=str(f.attrs["content_sha256"]),
             bicycle=str(f.attrs["bicycle"]),
             parameters=json.loads(f.attrs["parameters"]),
-            maneuvers=tuple(_read_maneuver(f[f"maneuver_{i}"]) for i in numbers),
+            maneuvers=tuple(_read_reference(f[f"maneuver_{i}"]) for i in numbers),
             folder=where,
         )
     except (OSError, KeyError, ValueError) as e:
@@ -333,26 +333,34 @@ def _read(dataset: Any) -> Array:
     return array
 
 
-def _read_maneuver(group: Any) -> ReferenceManeuver:
+def read_maneuver(
+    group: Any, columns: Sequence[str], dense_columns: Sequence[str], units: Mapping[str, str]
+) -> dict[str, Any]:
+    """The attributes of a `ReferenceManeuver` from a group, its datasets read on demand."""
+    dense = group["dense"]
+
+    def values(where: Any, names: Sequence[str]) -> Values:
+        return Values(*(_OnDemand(where, names, tag) for tag in ("", "_lo", "_bound")))
+
+    return {
+        "name": str(group.attrs["name"]),
+        "inputs": {k: str(v) for k, v in group.attrs.items() if k != "name"},
+        "time": _read(group["time"]),
+        "time_lo": _read(group["time_lo"]),
+        "rows": values(group, columns),
+        "breaks": _read(dense["breaks"]),
+        "dense": values(dense, dense_columns),
+        "units": units,
+    }
+
+
+def _read_reference(group: Any) -> ReferenceManeuver:
     stored = set(group)
     names = [n for n in stored if f"{n}_lo" in stored and n != "time"]
     order = {column.name: i for i, column in enumerate(COLUMNS)}
     names.sort(key=lambda n: (order.get(n, len(order)), n))
-    dense = group["dense"]
-
-    def values(where: Any) -> Values:
-        return Values(*(_OnDemand(where, names, tag) for tag in ("", "_lo", "_bound")))
-
-    return ReferenceManeuver(
-        name=str(group.attrs["name"]),
-        inputs={k: str(v) for k, v in group.attrs.items() if k != "name"},
-        time=_read(group["time"]),
-        time_lo=_read(group["time_lo"]),
-        rows=values(group),
-        breaks=_read(dense["breaks"]),
-        dense=values(dense),
-        units={c.name: c.unit for c in COLUMNS},
-    )
+    units = {c.name: c.unit for c in COLUMNS}
+    return ReferenceManeuver(**read_maneuver(group, names, names, units))
 
 
 def _show(hi: float, lo: float) -> str:

@@ -13,6 +13,7 @@ from heyoka_bike.dense_bound import bound_dense
 from heyoka_bike.derivatives import differentiate
 from heyoka_bike.errors import UndecidedError
 from heyoka_bike.integration import integrate
+from heyoka_bike.motion_table import MotionTable, tabulate_motion
 from heyoka_bike.parameters import Bicycle, Maneuver
 from heyoka_bike.precision import Precision
 from heyoka_bike.rounding import hi_lo
@@ -23,7 +24,7 @@ from heyoka_bike.trajectory import Drift, Trajectory, evaluator, row_times
 Progress = Callable[[str, float], None]
 """Called with the stage and the time reached in it [s]."""
 
-STAGES = ("integrate", "certify", "rows", "dense", "vary")
+STAGES = ("integrate", "certify", "rows", "dense", "motion", "vary")
 
 _ATTEMPTS = 4
 _MORE_DIGITS = 20
@@ -44,6 +45,7 @@ class Table:
         Time of the rows [s] as hi + lo.
     rows : Rows
     dense : Dense
+    motion : MotionTable
     sensitivity : Sensitivity
     """
 
@@ -54,6 +56,7 @@ class Table:
     time_lo: Array
     rows: Rows
     dense: Dense
+    motion: MotionTable
     sensitivity: Sensitivity
 
     @property
@@ -105,5 +108,6 @@ def _tabulate(bicycle: Bicycle, maneuver: Maneuver, digits: int, report: Progres
         time_lo=np.array([t[1] for t in times]),
         rows=rows,
         dense=bound_dense(run, certificate, dense, constant),
+        motion=tabulate_motion(run, certificate, lambda t: report("motion", t)),
         sensitivity=differentiate(bicycle, maneuver, lambda t: report("vary", t)),
     )

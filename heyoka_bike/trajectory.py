@@ -201,13 +201,26 @@ class Evaluator:
 
     def columns(self, t: Fraction | flint.arb, piece: int | None = None) -> dict[str, flint.arb]:
         """Every column by name at time `t`; a time that is a ball needs its piece."""
+        return self.columns_of(self.state(t, piece))
+
+    def state(self, t: Fraction | flint.arb, piece: int | None = None) -> list[flint.arb]:
+        """State at time `t`; a time that is a ball needs its piece."""
         if piece is None and isinstance(t, Fraction):
             piece = self.trajectory.piece_at(t)
         state = self.trajectory.state(t, piece)
         if self.certificate is not None and piece is not None:
             bounds = self.certificate.pieces[piece]
             state = [flint.arb(x, _arb(b)) for x, b in zip(state, bounds, strict=True)]
-        return self.columns_of(state)
+        return state
+
+    @property
+    def end(self) -> Fraction:
+        """End of the last piece [s]."""
+        return self.trajectory.breaks[-1]
+
+    def near(self, t: flint.arb, about: Fraction) -> dict[str, flint.arb]:
+        """Every column by name at `t`, on the piece that holds the time `about`."""
+        return self.columns(t, self.trajectory.piece_at(about))
 
     def columns_of(self, state: list[flint.arb]) -> dict[str, flint.arb]:
         """Every column by name of a state."""

@@ -43,10 +43,10 @@ from heyoka_bike.trajectory import Trajectory, evaluator, row_times
 from heyoka_bike.verification.checks import Tally
 from heyoka_bike.verification.schema import Text
 
-_BITS = 256
+BITS = 256
 """Of what is evaluated from hi + lo, which have 32 digits (107 bits): roundoff does not count."""
 
-_STATE = ("roll_angle", "pitch", "steer_angle", "roll_rate", "steer_rate", "forward_speed", "yaw")
+STATE = ("roll_angle", "pitch", "steer_angle", "roll_rate", "steer_rate", "forward_speed", "yaw")
 """The columns from which all others follow, in the order of the state of the regular form."""
 
 
@@ -125,16 +125,16 @@ def own_state(x: Stored) -> list[Tally]:
     """Every row from its own roll, pitch, steer, their rates, speed and yaw: contact, columns."""
     contact, consistent = Tally("contact", HDF5), Tally("columns", HDF5)
     names = x.reference.columns
-    balls = Balls(_BITS)
+    balls = Balls(BITS)
     with balls.precision():
         k = constants(x.bicycle, balls)
         for i in range(x.maneuver.rows):
             stored = {name: stored_ball(x.reference.rows, name, i) for name in names}
-            roll, pitch, steer, roll_rate, steer_rate, speed, yaw = (stored[n] for n in _STATE)
+            roll, pitch, steer, roll_rate, steer_rate, speed, yaw = (stored[n] for n in STATE)
             height = front_contact_height(k, balls, roll, pitch, steer)
             contact.values += 1
             contact.largest = max(contact.largest, abs(float(height.mid())))
-            if not _holds_zero(height):
+            if not holds_zero(height):
                 contact.fail(f"{x.at('front wheel', i)}: {_show(height)} m above the floor")
             state = [roll, pitch, steer, roll_rate, steer_rate, speed / k.length, yaw]
             o, u = unfold(k, balls, state, is_regular=True)
@@ -142,7 +142,7 @@ def own_state(x: Stored) -> list[Tally]:
                 off = value - stored[name]
                 consistent.values += 1
                 consistent.largest = max(consistent.largest, abs(float(off.mid())) / x.scale(name))
-                if not _holds_zero(off):
+                if not holds_zero(off):
                     consistent.fail(
                         f"{x.at(name, i)}: differs by {_show(off)} {x.reference.units[name]} "
                         "from what the row's own state gives"
@@ -296,14 +296,14 @@ def motion(run: Trajectory, certificate: Certificate) -> list[Tally]:
     return [tally]
 
 
-def dense(x: Stored) -> list[Tally]:
+def dense(x: Stored, file: str = HDF5) -> list[Tally]:
     """The dense output: its value at the rows, and how its pieces join."""
-    at_rows, joins = Tally("dense_rows", HDF5), Tally("dense_joins", HDF5)
+    at_rows, joins = Tally("dense_rows", file), Tally("dense_joins", file)
     m = x.reference
-    names = m.columns
+    names = tuple(m.dense.hi)
     breaks = [Fraction(float(t)) for t in m.breaks]
     times = list(row_times(x.maneuver))
-    with flint.ctx.workprec(_BITS):
+    with flint.ctx.workprec(BITS):
         ends = flint.arb_mat([[1] * NODES, [(-1) ** k for k in range(NODES)]])
         before: list[flint.arb] | None = None
         for j, (a, b) in enumerate(pairwise(breaks)):
@@ -445,7 +445,7 @@ def _pair(hi: float, lo: float) -> str:
     return f"{hi!r} + {lo!r}"
 
 
-def _holds_zero(x: flint.arb) -> bool:
+def holds_zero(x: flint.arb) -> bool:
     """Whether zero is in the ball; one that is not finite tells nothing, and must not pass."""
     return bool(x.is_finite() and x.contains(0))
 

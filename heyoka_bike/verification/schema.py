@@ -20,8 +20,10 @@ import numpy as np
 from heyoka_bike.columns import BENCHMARK_COLUMNS, COLUMNS, Column
 from heyoka_bike.dataset import TEXT, TEXT_50
 from heyoka_bike.dense import NODES
+from heyoka_bike.hdf5_groups import Described
 from heyoka_bike.kinematics import state_names
 from heyoka_bike.manifest import Manifest, values_version
+from heyoka_bike.motion_columns import MOTION_COLUMNS
 from heyoka_bike.parameters import STATE_INPUTS, Maneuver
 from heyoka_bike.precision import Precision
 from heyoka_bike.proof import STATEMENT, TRUSTED, content_of_file, content_sha256
@@ -112,25 +114,44 @@ def text_files(maneuvers: Sequence[Maneuver]) -> tuple[TextFile, ...]:
 def of_hdf5(raw: bytes, manifest: Manifest, maneuvers: Sequence[Maneuver]) -> Iterator[str]:
     """Problems of the file of rows and dense output."""
     with h5py.File(io.BytesIO(raw), "r") as f:
-        bicycle = manifest.inputs["bicycle"]
         expected = {
             "Conventions": "CF-1.8",
             "dataset_version": values_version(manifest.dataset_version),
             "content_sha256": manifest.content_sha256,
-            "bicycle": bicycle["name"],
-            "parameters": json.dumps(bicycle["parameters"]),
         }
-        yield from _attributes(f, expected, _FIXED_TEXT)
-        groups = [f"maneuver_{i}" for i in range(1, len(maneuvers) + 1)]
-        yield from _names(f, groups)
-        if set(f) != set(groups):
-            return
-        for group, maneuver, inputs in zip(
-            groups, maneuvers, manifest.inputs["maneuvers"], strict=True
-        ):
-            yield from _attributes(f[group], inputs, set())
-            yield from _rows(f[group], maneuver.rows)
-            yield from _dense(f[group]["dense"])
+        yield from _tables(f, expected, COLUMNS, COLUMNS, manifest, maneuvers)
+
+
+def of_motion(raw: bytes, manifest: Manifest, maneuvers: Sequence[Maneuver]) -> Iterator[str]:
+    """Problems of the file of the whole motion; its hash must be that of its numbers."""
+    dense = [c for c in MOTION_COLUMNS if c.is_dense]
+    with h5py.File(io.BytesIO(raw), "r") as f:
+        expected = {"Conventions": "CF-1.8", "content_sha256": content_of_file(f)}
+        yield from _tables(f, expected, MOTION_COLUMNS, dense, manifest, maneuvers)
+
+
+def _tables(
+    f: h5py.File, attributes: Mapping[str, str], columns: Sequence[Described],
+    dense: Sequence[Described], manifest: Manifest, maneuvers: Sequence[Maneuver],
+) -> Iterator[str]:  # fmt: skip
+    """Problems of a file of rows and dense output."""
+    bicycle = manifest.inputs["bicycle"]
+    expected = {
+        **attributes,
+        "bicycle": bicycle["name"],
+        "parameters": json.dumps(bicycle["parameters"]),
+    }
+    yield from _attributes(f, expected, _FIXED_TEXT)
+    groups = [f"maneuver_{i}" for i in range(1, len(maneuvers) + 1)]
+    yield from _names(f, groups)
+    if set(f) != set(groups):
+        return
+    for group, maneuver, inputs in zip(
+        groups, maneuvers, manifest.inputs["maneuvers"], strict=True
+    ):
+        yield from _attributes(f[group], inputs, set())
+        yield from _rows(f[group], maneuver.rows, columns)
+        yield from _dense(f[group]["dense"], dense)
 
 
 def content_differs(raw: bytes, manifest: Manifest, _: Sequence[Maneuver]) -> Iterator[str]:
@@ -144,15 +165,15 @@ def content_differs(raw: bytes, manifest: Manifest, _: Sequence[Maneuver]) -> It
         )
 
 
-def _rows(group: Any, rows: int) -> Iterator[str]:
+def _rows(group: Any, rows: int, columns: Sequence[Described]) -> Iterator[str]:
     scale = group["time"]
     suffixes = ("", "_lo", "_bound")
-    yield from _names(group, ["time", "time_lo", "dense", *_stored(suffixes)])
+    yield from _names(group, ["time", "time_lo", "dense", *_stored(columns, suffixes)])
     described = {"units": "s", "long_name": "time", "axis": "T"}
     yield from _dataset(scale, "f8", (rows,), described, {"definition"})
     described = {"units": "s", "long_name": "time, low part"}
     yield from _dataset(group["time_lo"], "f8", (rows,), described, {"definition"}, [scale])
-    for column in COLUMNS:
+    for column in columns:
         for suffix in suffixes:
             dataset = group[column.name + suffix]
             described, also = _described(column, suffix)
@@ -161,20 +182,23 @@ def _rows(group: Any, rows: int) -> Iterator[str]:
             yield f"{group.name}/{column.name}_bound: found a negative bound"
 
 
-def _described(column: Column, suffix: str) -> tuple[dict[str, str], set[str]]:
+def _described(column: Described, suffix: str) -> tuple[dict[str, str], set[str]]:
     """Attributes of a dataset of rows, and those of which only the name is known."""
     low = {"": "", "_lo": ", low part", "_bound": ", certified bound"}[suffix]
     described = {"units": column.unit, "long_name": column.long_name + low}
     if suffix:
         return described, {"definition"}
-    described |= {"definition": column.meaning, "definition_name": column.definition}
+    described["definition"] = column.meaning
+    if isinstance(column, Column):
+        described["definition_name"] = column.definition
     if column.positive:
         described["positive"] = column.positive
     return described, set()
 
 
-def _dense(group: Any) -> Iterator[str]:
-    yield from _names(group, ["breaks", "piece", "order", *_stored(("", "_lo", "_bound"))])
+def _dense(group: Any, columns: Sequence[Described]) -> Iterator[str]:
+    stored = _stored(columns, ("", "_lo", "_bound"))
+    yield from _names(group, ["breaks", "piece", "order", *stored])
     yield from _attributes(group, {}, {"comment"})
     breaks, piece, order = (group[name] for name in ("breaks", "piece", "order"))
     pieces = max(breaks.size - 1, 1)
@@ -188,7 +212,7 @@ def _dense(group: Any) -> Iterator[str]:
     times = breaks[:]
     if times[0] != 0 or not (np.diff(times) > 0).all():
         yield f"{breaks.name}: the breaks do not increase from 0"
-    for column in COLUMNS:
+    for column in columns:
         for suffix, low in (("", ""), ("_lo", ", low part")):
             described = {
                 "units": column.unit,
@@ -204,8 +228,8 @@ def _dense(group: Any) -> Iterator[str]:
             yield f"{bound.name}: found a negative bound"
 
 
-def _stored(suffixes: Sequence[str]) -> list[str]:
-    return [column.name + suffix for column in COLUMNS for suffix in suffixes]
+def _stored(columns: Sequence[Described], suffixes: Sequence[str]) -> list[str]:
+    return [column.name + suffix for column in columns for suffix in suffixes]
 
 
 def _names(group: Any, expected: Sequence[str]) -> Iterator[str]:

@@ -21,6 +21,7 @@ from heyoka_bike.constants import constants
 from heyoka_bike.exact import Exact
 from heyoka_bike.initial import initial_state
 from heyoka_bike.manifest import MANIFEST, Manifest
+from heyoka_bike.motion import MOTION, MotionManeuver, load_motion
 from heyoka_bike.parameters import (
     PARAMETERS,
     STATE_INPUTS,
@@ -34,7 +35,7 @@ from heyoka_bike.resources import reference_folder
 from heyoka_bike.sensitivities import SENSITIVITIES
 from heyoka_bike.side_by_side import side_by_side
 from heyoka_bike.trajectory import Trajectory
-from heyoka_bike.verification import numbers, schema
+from heyoka_bike.verification import motion_numbers, numbers, schema
 from heyoka_bike.verification.checks import Check, Tally, all_passed, as_dict
 from heyoka_bike.verification.files import check_files
 
@@ -50,6 +51,9 @@ _MEASURED: Mapping[str, str] = {
     "energy": "potential + kinetic = mechanical energy, constant, to {largest:.1e} of it",
     "contact": "height of the front wheel over the floor at most {largest:.1e} m",
     "columns": "all columns follow from each row's own state, to {largest:.1e} of their scale",
+    "motion_state": "all columns follow from each row's state, to {largest:.1e} of their scale",
+    "motion_identities": "unit quaternions, wheels on the floor, to {largest:.1e}",
+    "rolling": "contact point and wheels move at the rates of the rows, to {largest:.1e}",
     "dense_rows": "dense output at the rows, to {largest:.1e} of the scale",
     "dense_joins": "jumps between dense pieces at most {largest:.1e} of the scale",
     "text": "every number is that of the HDF5 file",
@@ -80,6 +84,8 @@ class Part:
         What certificate.json says of it.
     texts : tuple of Text
         The text files that hold it.
+    motion : MotionManeuver or None
+        The whole motion.
     """
 
     number: int
@@ -87,6 +93,7 @@ class Part:
     run: Trajectory | None
     entry: Mapping[str, Any] | None
     texts: tuple[schema.Text, ...]
+    motion: MotionManeuver | None = None
 
     @property
     def long_text(self) -> schema.Text | None:
@@ -145,11 +152,14 @@ class Content:
         The text files that the set should have.
     sound : set of str
         Names of the files that are whole and built as they should be.
+    has_motion : bool
+        Whether the set has a file of the whole motion, sound or not.
     """
 
     parts: list[Part]
     texts: tuple[schema.TextFile, ...]
     sound: set[str]
+    has_motion: bool = False
 
 
 def verify(folder: str | Path | None = None) -> Verification:
@@ -226,6 +236,9 @@ def read_content(
     ]
     if SENSITIVITIES in manifest.files:
         look(SENSITIVITIES, schema.of_sensitivities)
+    motion = None
+    if MOTION in manifest.files and look(MOTION, schema.of_motion):
+        motion = load_motion(folder)
     parts = []
     for i, maneuver in enumerate(maneuvers):
         stored = None
@@ -238,9 +251,10 @@ def read_content(
                 run=None if runs is None else runs[i],
                 entry=None if entries is None else entries[i],
                 texts=tuple(text for text in read if i + 1 in text.file.numbers),
+                motion=None if motion is None else motion[i + 1],
             )
         )
-    return Content(parts, texts, sound), checks
+    return Content(parts, texts, sound, MOTION in manifest.files), checks
 
 
 def _structure(
@@ -290,8 +304,9 @@ def _inputs(manifest: Manifest) -> tuple[Bicycle, tuple[Maneuver, ...]]:
 
 def _file_list(manifest: Manifest, expected: Sequence[str]) -> Check:
     missing = [name for name in expected if name not in manifest.files]
-    # Sets of older versions have no sensitivities.
-    extra = [n for n in manifest.files if n not in expected and n != SENSITIVITIES]
+    # Sets of older versions have no sensitivities and no whole motion.
+    known = {*expected, SENSITIVITIES, MOTION}
+    extra = [n for n in manifest.files if n not in known]
     message = "lists the files of a set"
     if missing or extra:
         message = ", ".join(
@@ -325,6 +340,9 @@ def _look(part: Part, _: Callable[[str, float], None]) -> list[Tally]:
             add(text.file.name, same, stored, text)
         if entry is not None:
             add(CERTIFICATE, numbers.certified, stored, run, entry)
+        if part.motion is not None:
+            for look_at_motion in motion_numbers.CHECKS:
+                add(MOTION, look_at_motion, stored, part.motion)
     if run is None:
         return found
     add(CANDIDATE, numbers.candidate_joins, run)
@@ -358,7 +376,7 @@ def _not_made(made: Sequence[Check], content: Content) -> list[Check]:
     """The checks of the numbers for which a file was not whole."""
     done = {(check.check, check.file) for check in made}
     checks = []
-    for name, file, needed in _needs(content.texts):
+    for name, file, needed in _needs(content.texts, has_motion=content.has_motion):
         if (name, file) not in done:
             missing = [x for x in needed if x not in content.sound]
             what = f"{' and '.join(missing)} cannot be used" if missing else "see the other checks"
@@ -367,7 +385,7 @@ def _not_made(made: Sequence[Check], content: Content) -> list[Check]:
 
 
 def _needs(
-    texts: Sequence[schema.TextFile],
+    texts: Sequence[schema.TextFile], *, has_motion: bool
 ) -> Iterator[tuple[str, str, tuple[str, ...]]]:
     """Checks of the numbers, the file that each is about, and the files that it needs."""
     for name in ("row_zero", "energy", "contact", "columns", "dense_rows", "dense_joins"):
@@ -375,6 +393,9 @@ def _needs(
     for text in texts:
         yield "text", text.name, (HDF5, text.name)
     yield "certificate", CERTIFICATE, (HDF5, CERTIFICATE)
+    if has_motion:
+        for name in (*motion_numbers.NAMES, "dense_rows", "dense_joins"):
+            yield name, MOTION, (HDF5, MOTION)
     yield "candidate_joins", CANDIDATE, (CANDIDATE,)
     yield "equations_of_motion", CANDIDATE, (CANDIDATE, CERTIFICATE)
     for name in ("rounding", "row_bounds"):

@@ -1,0 +1,159 @@
+"""motion.h5: the whole configuration and all forces of the reference, and reading them.
+
+How they are computed is in `motion_table`; reading and evaluating needs NumPy and h5py only.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import h5py
+
+from heyoka_bike import manifest as manifest_file
+from heyoka_bike.chebyshev import Array
+from heyoka_bike.errors import DatasetError, InputError
+from heyoka_bike.motion_columns import DENSE_COLUMNS, MOTION_COLUMNS
+from heyoka_bike.reference import ReferenceManeuver, Time, Values, read_maneuver
+from heyoka_bike.resources import reference_folder
+
+if TYPE_CHECKING:
+    from heyoka_bike.motion_table import MotionTable
+
+MOTION = "motion.h5"
+
+TITLE = "The whole motion of the reference solution: configuration and forces"
+COMMENT = (
+    "Each value is the correctly rounded exact one, or zero where an enclosure as narrow as its "
+    "bound holds zero; <name>_lo is the exact value minus it, so <name> + <name>_lo has 32 digits. "
+    "Ground frame: x along the initial heading, y right, z down, origin where the rear wheel "
+    "touches the floor at t = 0. Wheel angles are zero at t = 0."
+)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class MotionManeuver(ReferenceManeuver):
+    """The whole motion of one maneuver; ``maneuver["com_z"]`` are the values at its rows.
+
+    Rows are of all columns (`motion_columns.MOTION_COLUMNS`), dense output of some
+    (`motion_columns.DENSE_COLUMNS`). The attributes are those of a `ReferenceManeuver`.
+    """
+
+    def __getitem__(self, name: str) -> Array:
+        return self.rows[name]
+
+    def evaluate(self, t: Time, columns: Sequence[str] | str | None = None) -> Values:
+        """Columns that have dense output (by default all such), at any time of the run.
+
+        Times, and what comes back, are as for `ReferenceManeuver.evaluate`.
+
+        Raises
+        ------
+        InputError
+            A time outside the run, not a number, or a column without dense output.
+        """
+        names = (columns,) if isinstance(columns, str) else columns
+        chosen = tuple(self.dense.hi) if names is None else tuple(names)
+        for name in chosen:
+            if name in self.rows.hi and name not in self.dense.hi:
+                raise InputError(
+                    f"{name}: has values at the rows only; dense output have "
+                    f"{', '.join(self.dense.hi)}"
+                )
+        return super().evaluate(t, chosen)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Motion(Mapping[int, MotionManeuver]):
+    """The whole motion of all maneuvers of a set; ``motion[2]`` is its second.
+
+    Attributes
+    ----------
+    maneuvers : tuple of MotionManeuver
+    content_sha256 : str
+        Hash of the numbers.
+    folder : Path
+        Where it was loaded from.
+    """
+
+    maneuvers: tuple[MotionManeuver, ...]
+    content_sha256: str
+    folder: Path
+
+    def __getitem__(self, number: int) -> MotionManeuver:
+        if number not in self:
+            raise KeyError(f"found maneuver {number!r}, expected 1 to {len(self.maneuvers)}")
+        return self.maneuvers[number - 1]
+
+    __eq__ = object.__eq__
+    __hash__ = object.__hash__
+
+    def __repr__(self) -> str:
+        return f"<whole motion of {len(self)} maneuvers>"
+
+    def __contains__(self, number: object) -> bool:
+        return isinstance(number, int) and 1 <= number <= len(self.maneuvers)
+
+    def __iter__(self) -> Iterator[int]:
+        return iter(range(1, len(self.maneuvers) + 1))
+
+    def __len__(self) -> int:
+        return len(self.maneuvers)
+
+
+def load_motion(folder: str | Path | None = None) -> Motion:
+    """Load the whole motion of a reference set, by default of the published one.
+
+    Raises
+    ------
+    DatasetError
+        The set has none, or the file is damaged.
+    """
+    where = reference_folder() if folder is None else Path(folder)
+    manifest = manifest_file.read_manifest(where)
+    if folder is None:
+        manifest_file.check_published(where)
+    raw = manifest_file.read_file(where, MOTION, manifest)
+    units = {c.name: c.unit for c in MOTION_COLUMNS}
+    try:
+        f = h5py.File(io.BytesIO(raw), "r")
+        groups = [f[f"maneuver_{i}"] for i in range(1, len(manifest.inputs["maneuvers"]) + 1)]
+        maneuvers = tuple(
+            MotionManeuver(**read_maneuver(group, tuple(units), DENSE_COLUMNS, units))
+            for group in groups
+        )
+        return Motion(maneuvers, str(f.attrs["content_sha256"]), where)
+    except (OSError, KeyError, ValueError) as e:
+        raise DatasetError(f"{where / MOTION}: is not a file of a whole motion ({e})") from None
+
+
+def render(tables: Sequence[MotionTable], inputs: Mapping[str, Any]) -> bytes:
+    """Bytes of motion.h5; `inputs` as in the manifest."""
+    from heyoka_bike.hdf5_groups import content_parts, write_dense, write_rows
+    from heyoka_bike.proof import content_sha256
+
+    dense = [c for c in MOTION_COLUMNS if c.is_dense]
+    buffer = io.BytesIO()
+    with h5py.File(buffer, "w", libver=("v110", "v110"), track_order=True) as f:
+        f.attrs["title"] = TITLE
+        f.attrs["Conventions"] = "CF-1.8"
+        f.attrs["content_sha256"] = content_sha256(
+            {
+                f"maneuver_{i}": content_parts((t.time, t.time_lo), t, t.dense)
+                for i, t in enumerate(tables, start=1)
+            }
+        )
+        f.attrs["bicycle"] = inputs["bicycle"]["name"]
+        f.attrs["parameters"] = json.dumps(inputs["bicycle"]["parameters"])
+        f.attrs["comment"] = COMMENT
+        for i, table in enumerate(tables, start=1):
+            group = f.create_group(f"maneuver_{i}", track_order=True)
+            for key, text in inputs["maneuvers"][i - 1].items():
+                group.attrs[key] = text
+            write_rows(group, (table.time, table.time_lo), table, MOTION_COLUMNS)
+            write_dense(group.create_group("dense", track_order=True), table.dense, dense)
+    return buffer.getvalue()
