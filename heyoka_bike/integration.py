@@ -20,7 +20,7 @@ from heyoka_bike.constants import Constants, constants
 from heyoka_bike.errors import InputError, MissingPackageError, SingularMotionError
 from heyoka_bike.exact import Exact
 from heyoka_bike.initial import few_product_state, initial_state
-from heyoka_bike.kinematics import posture, state_names
+from heyoka_bike.kinematics import lateral_condition, posture, state_names
 from heyoka_bike.model import few_products, regular
 from heyoka_bike.outputs import unfold, yaw_rate
 from heyoka_bike.parameters import Bicycle, Maneuver
@@ -301,6 +301,11 @@ class _Watch:
             "the front wheel's heading is across the steer plane": abs(o.cb_f),
             "the rolling conditions of the wheels become dependent": abs(o.den),
         }
+        if self.is_regular:
+            # See `rear_rates`: an end of these variables, not of the motion.
+            _, c1, c3 = lateral_condition(o)
+            turn = "roll and steer rate no longer give the turn rate"
+            candidates[turn] = abs(c3 * o.cb - c1 * o.sb)
         what = min(candidates, key=candidates.__getitem__)
         if candidates[what] > 1e-2:
             what = "the accelerations grow without bound"

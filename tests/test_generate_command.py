@@ -128,15 +128,17 @@ def test_unwritable_output_is_one_line(tmp_path, capsys):
     assert error.count("\n") == 1
 
 
-def test_a_singular_motion_is_reported_with_its_time(tmp_path, capsys):
-    fall = SHORT.replace('"4"', '"0.5"').replace('"0.03"', '"10"').replace('"0.05"', '"0.5"')
-    arguments = ["generate", "--maneuvers", write(tmp_path, fall), "--out", str(tmp_path / "out")]
-    assert main(arguments) == 1
+def test_a_singular_motion_is_reported_with_its_time_and_kept_up_to_it(tmp_path, capsys):
+    fall = SHORT.replace('"0.03"', '"10"').replace('"0.05"', '"5"') + 'roll = "1.4"\n'
+    out = tmp_path / "out"
+    assert main(["generate", "--maneuvers", write(tmp_path, fall), "--out", str(out)]) == 4
     error = capsys.readouterr().err
-    assert "singularity at t = " in error
+    assert "stopped early: a: the motion meets a singularity at t = " in error
     assert error.count("\n") == 1
-    assert 0 < float(error.split("t = ")[1].split()[0]) < 10
-    assert not (tmp_path / "out").exists()
+    end = float(error.split("t = ")[1].split()[0])
+    (maneuver,) = load_reference(out).values()
+    assert 0 < end - maneuver.time[-1] <= 0.01
+    assert maneuver.name == f"a, stopped at {maneuver.time[-1]:g} of 10 s"
 
 
 def test_maneuvers_on_their_own_grids_get_a_text_each(tmp_path):

@@ -16,7 +16,9 @@ if TYPE_CHECKING:
 
 MIN_DIGITS, MAX_DIGITS = 65, 1000
 
-_SHARES = {"integrate": 0.2, "certify": 0.35, "rows": 0.05, "dense": 0.1, "vary": 0.3}
+_SHARES = {
+    "integrate": 0.15, "certify": 0.25, "rows": 0.05, "dense": 0.1, "motion": 0.2, "vary": 0.25,
+}  # fmt: skip
 
 
 def add_parser(subparsers: Any) -> None:
@@ -28,11 +30,11 @@ def add_parser(subparsers: Any) -> None:
             "Integrate each maneuver with heyoka at high precision, prove how far the exact motion "
             "may be from the result, round every value correctly, and write the reference files: "
             "rows and dense output (HDF5), the 25-column text, the same with 50 digits, the "
-            "candidate polynomials, the certificate, the sensitivities to all parameters, and a "
-            "manifest. Files of equal content are "
+            "candidate polynomials, the certificate, the sensitivities to all parameters, the "
+            "whole motion with all forces, and a manifest. Files of equal content are "
             "left untouched; each is replaced atomically, the manifest last."
         ),
-        epilog="example: heyoka-bike generate --bicycle my-bicycle.toml --out my-reference",
+        epilog="example: heyoka-bike generate --bicycle pista --out my-reference",
     )
     p.add_argument(
         "--digits",
@@ -41,9 +43,23 @@ def add_parser(subparsers: Any) -> None:
         metavar="N",
         help=f"decimal digits of the integration, {MIN_DIGITS} to {MAX_DIGITS} (default 70)",
     )
-    p.add_argument("--bicycle", metavar="FILE", help="TOML file of a bicycle (default: benchmark)")
     p.add_argument(
-        "--maneuvers", metavar="FILE", help="TOML file of maneuvers (default: benchmark)"
+        "--bicycle",
+        metavar="NAME|FILE",
+        default="benchmark",
+        help="a bicycle of the collection, or a TOML file (default: benchmark)",
+    )
+    p.add_argument(
+        "--maneuvers",
+        metavar="NAME|FILE",
+        help="maneuvers of the collection, or a TOML file (default: those of the bicycle's name, "
+        "benchmark for a file)",
+    )
+    p.add_argument(
+        "--until",
+        metavar="WHEN",
+        help="a time [s] in place of the maneuvers' durations, or 'fall': to the last row before a "
+        "wheel leaves the floor or the model ends",
     )
     p.add_argument("--out", metavar="DIR", default="reference", help="folder (default ./reference)")
     p.add_argument(
@@ -55,10 +71,16 @@ def add_parser(subparsers: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
     from heyoka_bike.dataset import check_overwrite, write_dataset
+    from heyoka_bike.endings import ending
     from heyoka_bike.integration import require_heyoka
     from heyoka_bike.manifest import CUSTOM, DATASET_VERSION
     from heyoka_bike.parameters import describe_inputs, read_bicycle, read_maneuvers
-    from heyoka_bike.resources import benchmark_bicycle, benchmark_maneuvers
+    from heyoka_bike.resources import (
+        benchmark_bicycle,
+        benchmark_maneuvers,
+        collection,
+        find_input,
+    )
     from heyoka_bike.side_by_side import progress_bars, side_by_side
 
     require_heyoka()
@@ -66,10 +88,20 @@ def run(args: argparse.Namespace) -> int:
         raise InputError("--out: found nothing, expected a folder")
     if not MIN_DIGITS <= args.digits <= MAX_DIGITS:
         raise InputError(f"--digits: found {args.digits}, expected {MIN_DIGITS} to {MAX_DIGITS}")
-    bicycle = read_bicycle(args.bicycle or benchmark_bicycle())
-    maneuvers = read_maneuvers(args.maneuvers or benchmark_maneuvers())
+    bicycle = read_bicycle(find_input("bicycles", args.bicycle))
+    own = args.bicycle if args.bicycle in collection("maneuvers") else "benchmark"
+    asked = read_maneuvers(find_input("maneuvers", args.maneuvers or own))
     for warning in bicycle.warnings:
         print(f"heyoka-bike: warning: {bicycle.name}: {warning}", file=sys.stderr)
+    endings = [ending(bicycle, m, args.until) for m in asked]
+    for m, end in zip(asked, endings, strict=True):
+        if end.said is not None:
+            print(
+                f"heyoka-bike: {'stopped early: ' if end.is_early else ''}{m.name}: {end.said}; "
+                f"what is written ends at {float(end.maneuver.duration):g} s",
+                file=sys.stderr,
+            )
+    maneuvers = [end.maneuver for end in endings]
     inputs = describe_inputs(bicycle, maneuvers)
     published = describe_inputs(
         read_bicycle(benchmark_bicycle()), read_maneuvers(benchmark_maneuvers())
@@ -87,7 +119,7 @@ def run(args: argparse.Namespace) -> int:
         f"{args.out}: dataset version {dataset_version}, "
         + (f"written: {', '.join(changed)}" if changed else "already up to date, nothing written")
     )
-    return Exit.OK
+    return Exit.STOPPED_EARLY if any(end.is_early for end in endings) else Exit.OK
 
 
 def _tabulate(
