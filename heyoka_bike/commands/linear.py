@@ -6,6 +6,7 @@ import argparse
 import json
 import sys
 from collections.abc import Sequence
+from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
@@ -13,8 +14,12 @@ from heyoka_bike.errors import Exit, InputError
 
 if TYPE_CHECKING:
     from heyoka_bike.linear import Linearisation
+    from heyoka_bike.stability_box import BoxStability, CriticalSpeed, Interval
 
 _MAX_SPEEDS = 10_001
+
+# It is of first order only.
+_DEVIATION_DIGITS = 3
 
 _UNITS = {"M": "kg m^2", "C1": "kg m", "K0": "kg m", "K2": "kg"}
 
@@ -40,12 +45,25 @@ def add_parser(subparsers: Any) -> None:
         metavar="N",
         help="significant decimal digits, 5 to 1000 (default 15)",
     )
-    p.add_argument("--bicycle", metavar="FILE", help="TOML file of a bicycle (default: benchmark)")
+    p.add_argument(
+        "--bicycle",
+        metavar="NAME|FILE",
+        default="benchmark",
+        help="a bicycle of the collection, or a TOML file (default: benchmark)",
+    )
     p.add_argument(
         "--speeds",
         default="0:10:1",
         metavar="LIST",
         help="speeds of the eigenvalues [m/s], 0,4.6,8 or first:last:step (default 0:10:1)",
+    )
+    p.add_argument(
+        "--uncertainty",
+        nargs="?",
+        const="1",
+        metavar="SIGMAS",
+        help="prove between which speeds weave and capsize lie if every parameter may be so many "
+        "of its standard deviations off (default 1), and where all such bicycles are stable",
     )
     p.add_argument("--format", choices=("table", "json"), default="table", help="(default table)")
     p.set_defaults(run=run)
@@ -55,20 +73,30 @@ def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
     from heyoka_bike.linear import MAX_DIGITS, MIN_DIGITS, linearise
     from heyoka_bike.parameters import read_bicycle
-    from heyoka_bike.resources import benchmark_bicycle
+    from heyoka_bike.resources import find_input
 
     if not MIN_DIGITS <= args.digits <= MAX_DIGITS:
         raise InputError(f"--digits: found {args.digits}, expected {MIN_DIGITS} to {MAX_DIGITS}")
     speeds = parse_speeds(args.speeds)
-    bicycle = read_bicycle(args.bicycle or benchmark_bicycle())
+    bicycle = read_bicycle(find_input("bicycles", args.bicycle))
     for warning in bicycle.warnings:
         print(f"heyoka-bike: warning: {bicycle.name}: {warning}", file=sys.stderr)
+    box = None
+    if args.uncertainty is not None:
+        from heyoka_bike.stability_box import stability_box
+
+        box = stability_box(bicycle, parse_sigmas(args.uncertainty), args.digits)
     linear = linearise(bicycle, args.digits)
     spectrum = [(v, linear.eigenvalues(v)) for v in speeds]
     if args.format == "json":
-        print(json.dumps({"bicycle": bicycle.name, **_as_json(linear, spectrum)}, indent=2))
+        document: dict[str, object] = {"bicycle": bicycle.name, **_as_json(linear, spectrum)}
+        if box is not None:
+            document["uncertainty"] = _box_as_json(box, args.digits)
+        print(json.dumps(document, indent=2))
     else:
         _print(bicycle.name, linear, spectrum)
+        if box is not None:
+            _print_box(box, args.digits)
     return Exit.OK
 
 
@@ -97,6 +125,28 @@ def parse_speeds(text: str) -> list[Fraction]:
     if steps >= _MAX_SPEEDS:
         raise InputError(f"--speeds: found {steps + 1} speeds, expected at most {_MAX_SPEEDS}")
     return [first + i * step for i in range(steps + 1)]
+
+
+def parse_sigmas(text: str) -> Fraction:
+    """A positive number of standard deviations.
+
+    Raises
+    ------
+    InputError
+        The text is not one.
+    """
+    from heyoka_bike.exact import Exact, quoted
+
+    try:
+        sigmas = Exact.parse(text).fraction()
+    except ValueError:
+        sigmas = Fraction(0)
+    if sigmas <= 0:
+        raise InputError(
+            f"--uncertainty: found {quoted(text)}, expected a positive number of standard "
+            "deviations"
+        )
+    return sigmas
 
 
 def _speed(text: str) -> Fraction:
@@ -191,6 +241,78 @@ def _print(name: str, linear: Linearisation, spectrum: _Spectrum) -> None:
     ]
     rows += [[quantities[0], "none"] for quantities, found in critical if not found]
     _print_table(("critical speeds", "value"), rows, group=1)
+
+
+def below(x: Fraction, digits: int) -> str:
+    """A decimal at or below x."""
+    return str(_divided(x, digits, ROUND_FLOOR))
+
+
+def above(x: Fraction, digits: int) -> str:
+    """A decimal at or above x."""
+    return str(_divided(x, digits, ROUND_CEILING))
+
+
+def _divided(x: Fraction, digits: int, rounding: str) -> Decimal:
+    return Context(prec=digits, rounding=rounding).divide(
+        Decimal(x.numerator), Decimal(x.denominator)
+    )
+
+
+def _bounds(v: CriticalSpeed, digits: int) -> dict[str, str]:
+    """Decimals that say no more than is proved or was attained."""
+    return {
+        "from": below(v.low, digits),
+        "to": above(v.high, digits),
+        "attained_from": above(v.least, digits),
+        "attained_to": below(v.most, digits),
+        "standard_deviation": above(v.deviation, _DEVIATION_DIGITS),
+    }
+
+
+def _ends(interval: Interval | None, digits: int, *, inward: bool) -> dict[str, str | None] | None:
+    """An interval of speeds, rounded inward or outward."""
+    if interval is None:
+        return None
+    low, high = interval
+    begin, end = (above, below) if inward else (below, above)
+    return {"from": begin(low, digits), "to": None if high is None else end(high, digits)}
+
+
+def _box_as_json(box: BoxStability, digits: int) -> dict[str, object]:
+    return {
+        "standard_deviations": str(box.sigmas),
+        "parameters": box.parameters,
+        **{
+            name: None if speeds is None else [_bounds(v, digits) for v in speeds]
+            for name, speeds in (("weave", box.weave), ("capsize", box.capsize))
+        },
+        "all_stable": _ends(box.every, digits, inward=True),
+        "some_stable": _ends(box.some, digits, inward=False),
+    }
+
+
+def _print_box(box: BoxStability, digits: int) -> None:
+    print(
+        f"Every bicycle whose {box.parameters} uncertain parameters are each within "
+        f"{box.sigmas} standard deviation(s):"
+    )
+    rows = []
+    for name, speeds in (("weave", box.weave), ("capsize", box.capsize)):
+        if speeds is None:
+            rows.append([f"{name} speed [m/s]", "not decided", "", "", "", ""])
+        elif not speeds:
+            rows.append([f"{name} speed [m/s]", "none", "", "", "", ""])
+        rows += [[f"{name} speed [m/s]", *_bounds(v, digits).values()] for v in speeds or ()]
+    for name, interval, inward in (
+        ("all are stable [m/s]", box.every, True),
+        ("none is stable outside [m/s]", box.some, False),
+    ):
+        ends = _ends(interval, digits, inward=inward)
+        found = ["no speed", ""] if ends is None else [x or "no end" for x in ends.values()]
+        rows.append([name, *found, "", "", ""])
+    heading = ("proved", "from", "to", "attained from", "attained to", "standard deviation")
+    _print_table(heading, rows, group=1)
 
 
 def _print_table(heading: Sequence[str], rows: Sequence[Sequence[str]], *, group: int) -> None:
