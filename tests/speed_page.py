@@ -65,8 +65,8 @@ def races(run):
     return found
 
 
-def parts(run):
-    """Every generated part of the page, by its marker."""
+def shown(run):
+    """The parts of the page that show the run, by their markers."""
     m, versions = run["machine"], run["versions"]
     first = run["first_result"]
     return races(run) | {
@@ -103,9 +103,10 @@ def parts(run):
             ],
         ),
         "digits": table(
-            ("digits", "order", "step [s]", "time [s]"),
+            ("digits", "order", "steps timed", "a step [s]", "10 s [s]"),
             [
-                (f"{x['digits']:.0f}", str(x["order"]), f"{x['step']:.3f}", f"{x['seconds']:.3g}")
+                (f"{x['digits']:.0f}", str(x["order"]), str(x["steps"]),
+                 f"{x['seconds_per_step']:.2g}", f"{x['seconds']:.3g}")
                 for x in run["digits"]
             ],
         ),
@@ -117,9 +118,15 @@ def parts(run):
                 for x in run["durations"]
             ],
         ),
+    }  # fmt: skip
+
+
+def computed():
+    """The parts of the page that have no times in them."""
+    return {
         "energy": energy_table(energy_alone()),
         "accuracies": accuracy_table(accuracies()),
-    }  # fmt: skip
+    }
 
 
 def energy_alone():
@@ -237,7 +244,7 @@ def figures(run):
 
 
 if __name__ == "__main__":
-    shown = json.loads(RUN.read_text())
-    PAGE.write_text(filled(PAGE.read_text(), parts(shown)))
-    for file, data in figures(shown).items():
+    document = json.loads(RUN.read_text())
+    PAGE.write_text(filled(PAGE.read_text(), shown(document) | computed()))
+    for file, data in figures(document).items():
         (DOCS / file).write_bytes(data)

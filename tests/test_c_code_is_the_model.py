@@ -8,8 +8,8 @@ import pytest
 
 from heyoka_bike.arithmetic import Balls
 from heyoka_bike.bench.c_source import CCode, operations, slope_source
-from heyoka_bike.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bench.compiled import CompiledPeers, NoCompilerError
+from heyoka_bike.columns import BENCHMARK_COLUMNS
 from heyoka_bike.constants import constants
 from heyoka_bike.initial import few_product_state, initial_state
 from heyoka_bike.model import few_products
