@@ -17,8 +17,8 @@ def add_parser(subparsers: Any) -> None:
             "Prove, from candidate.h5 alone and in ball arithmetic, how far the exact motion may "
             "be from the candidate; from that, that every published value is the correctly rounded "
             "exact one and that the dense output keeps its bounds, those of the whole motion and "
-            "its forces too; and compare with the files and certificate.json. Needs python-flint, not "
-            "heyoka. Two minutes of processor time for the published set."
+            "its forces too; and compare with the files and certificate.json. Needs python-flint, "
+            "not heyoka. Two minutes of processor time for the published set."
         ),
         epilog="example: heyoka-bike certify my-reference",
     )
