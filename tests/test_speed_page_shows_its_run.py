@@ -1,0 +1,67 @@
+"""docs/speed.md shows the run in docs/speed.json, and what it says of accuracy holds."""
+
+import json
+
+import pytest
+from speed_page import (
+    FIGURES,
+    PAGE,
+    RUN,
+    accuracies,
+    energy_alone,
+    energy_table,
+    figures,
+    filled,
+    shown,
+)
+
+pytest.importorskip("heyoka")
+
+
+@pytest.fixture(scope="module")
+def run():
+    return json.loads(RUN.read_text())
+
+
+def test_tables_are_those_of_the_run(run):
+    page = PAGE.read_text()
+    assert filled(page, shown(run)) == page
+    other = json.loads(RUN.read_text())
+    other["results"][0]["median_ms"] *= 2
+    assert filled(page, shown(other)) != page
+    with pytest.raises(ValueError, match="no place for absent"):
+        filled(page, {"absent": ""})
+
+
+def test_run_is_a_complete_one(run):
+    assert run["runs"] >= 30
+    assert not run["quick"]
+    assert {x["maneuver"] for x in run["results"]} == {"maneuver 2", "all maneuvers"}
+    assert all(x["status"] in ("ok", "not reached") for x in run["results"])
+    assert max(x["digits"] for x in run["digits"]) > 1000
+    assert max(x["duration"] for x in run["durations"]) == 10_000
+    assert set(run["machine"]) == {"cpu", "cores", "system"}
+
+
+def test_figures_are_drawn_from_the_run(run):
+    drawn = figures(run)
+    assert set(drawn) == set(FIGURES)
+    assert all(data.startswith(b"<?xml") for data in drawn.values())
+    assert all((PAGE.parent / name).read_bytes().startswith(b"<?xml") for name in FIGURES)
+
+
+def test_energy_alone_is_no_measure():
+    found = energy_alone()
+    # Passing by a little less than a tenth and wrong by 31 % is what the page is about.
+    assert found[1][0] < 1e-3
+    assert found[0][1] > 0.3
+    assert energy_table(found) in PAGE.read_text()
+
+
+@pytest.mark.slow
+def test_accuracies_are_kept():
+    for accuracy, (wrong, drift) in accuracies().items():
+        if accuracy == "eq1":
+            assert drift < 1e-3
+        elif accuracy != "roundoff":
+            assert wrong < accuracy
