@@ -13,7 +13,7 @@ import pytest
 
 from heyoka_bike.arithmetic import Multiprecision
 from heyoka_bike.constants import constants
-from heyoka_bike.integration import _Native, right_hand_side
+from heyoka_bike.integration import Native, right_hand_side
 from heyoka_bike.kinematics import state_names
 from heyoka_bike.model import few_products, regular
 from heyoka_bike.outputs import columns, unfold
@@ -106,7 +106,7 @@ def test_the_strict_number_refuses_a_literal():
 @pytest.mark.parametrize("is_regular", [False, True])
 def test_accelerations_agree_with_mpmath(bicycle, precision, is_regular):
     p = Precision.of(precision)
-    native = _Native(p)
+    native = Native(p)
     system = right_hand_side(bicycle, p, is_regular=is_regular, with_yaw=False)
     options = {"prec": p.bits} if native.is_mpfr else {}
     compiled = hy.cfunc(

