@@ -17,6 +17,7 @@ from typing import Any
 
 from heyoka_bike.errors import DatasetError
 from heyoka_bike.output_files import replace_file
+from heyoka_bike.resources import reference_folder
 
 MANIFEST = "manifest.json"
 SCHEMA_VERSION = 1
@@ -161,6 +162,22 @@ def read_file(folder: str | Path, name: str, manifest: Manifest) -> bytes:
             "damaged or 'heyoka-bike generate' was interrupted; run it again"
         )
     return data
+
+
+def load_file(folder: str | Path | None, name: str) -> tuple[Path, Manifest, bytes]:
+    """Folder and manifest of a set, by default the published one, and a file of it, all checked.
+
+    Raises
+    ------
+    DatasetError
+        The set is missing, incomplete or damaged; the published one must also carry the hash that
+        this version of the package knows.
+    """
+    where = reference_folder() if folder is None else Path(folder)
+    manifest = read_manifest(where)
+    if folder is None:
+        check_published(where)
+    return where, manifest, read_file(where, name, manifest)
 
 
 def write_set(folder: str | Path, files: Mapping[str, bytes], manifest: bytes) -> list[str]:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,8 +18,8 @@ from heyoka_bike import manifest as manifest_file
 from heyoka_bike.chebyshev import Array
 from heyoka_bike.errors import DatasetError, InputError
 from heyoka_bike.motion_columns import DENSE_COLUMNS, MOTION_COLUMNS
+from heyoka_bike.numbered import Numbered
 from heyoka_bike.reference import ReferenceManeuver, Time, Values, read_maneuver
-from heyoka_bike.resources import reference_folder
 
 if TYPE_CHECKING:
     from heyoka_bike.motion_table import MotionTable
@@ -68,7 +68,7 @@ class MotionManeuver(ReferenceManeuver):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Motion(Mapping[int, MotionManeuver]):
+class Motion(Numbered[MotionManeuver]):
     """The whole motion of all maneuvers of a set; ``motion[2]`` is its second.
 
     Attributes
@@ -84,25 +84,8 @@ class Motion(Mapping[int, MotionManeuver]):
     content_sha256: str
     folder: Path
 
-    def __getitem__(self, number: int) -> MotionManeuver:
-        if number not in self:
-            raise KeyError(f"found maneuver {number!r}, expected 1 to {len(self.maneuvers)}")
-        return self.maneuvers[number - 1]
-
-    __eq__ = object.__eq__
-    __hash__ = object.__hash__
-
     def __repr__(self) -> str:
         return f"<whole motion of {len(self)} maneuvers>"
-
-    def __contains__(self, number: object) -> bool:
-        return isinstance(number, int) and 1 <= number <= len(self.maneuvers)
-
-    def __iter__(self) -> Iterator[int]:
-        return iter(range(1, len(self.maneuvers) + 1))
-
-    def __len__(self) -> int:
-        return len(self.maneuvers)
 
 
 def load_motion(folder: str | Path | None = None) -> Motion:
@@ -113,11 +96,7 @@ def load_motion(folder: str | Path | None = None) -> Motion:
     DatasetError
         The set has none, or the file is damaged.
     """
-    where = reference_folder() if folder is None else Path(folder)
-    manifest = manifest_file.read_manifest(where)
-    if folder is None:
-        manifest_file.check_published(where)
-    raw = manifest_file.read_file(where, MOTION, manifest)
+    where, manifest, raw = manifest_file.load_file(folder, MOTION)
     units = {c.name: c.unit for c in MOTION_COLUMNS}
     try:
         f = h5py.File(io.BytesIO(raw), "r")

@@ -20,7 +20,7 @@ from heyoka_bike.columns import COLUMNS
 from heyoka_bike.errors import DatasetError, InputError
 from heyoka_bike.exact import Exact
 from heyoka_bike.many_times import double_sums, plain_sums
-from heyoka_bike.resources import reference_folder
+from heyoka_bike.numbered import Numbered
 
 _FILE = "uncontrolled-bicycle.h5"
 
@@ -203,7 +203,7 @@ class ReferenceManeuver:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Reference(Mapping[int, ReferenceManeuver]):
+class Reference(Numbered[ReferenceManeuver]):
     """A reference set: ``reference[2]`` is its second maneuver.
 
     Attributes
@@ -245,25 +245,8 @@ class Reference(Mapping[int, ReferenceManeuver]):
                 )
         return shared
 
-    def __getitem__(self, number: int) -> ReferenceManeuver:
-        if number not in self:
-            raise KeyError(f"found maneuver {number!r}, expected 1 to {len(self.maneuvers)}")
-        return self.maneuvers[number - 1]
-
-    __eq__ = object.__eq__
-    __hash__ = object.__hash__
-
     def __repr__(self) -> str:
         return f"<reference {self.dataset_version} of {self.bicycle}: {len(self)} maneuvers>"
-
-    def __contains__(self, number: object) -> bool:
-        return isinstance(number, int) and 1 <= number <= len(self.maneuvers)
-
-    def __iter__(self) -> Iterator[int]:
-        return iter(range(1, len(self.maneuvers) + 1))
-
-    def __len__(self) -> int:
-        return len(self.maneuvers)
 
 
 def load_reference(folder: str | Path | None = None) -> Reference:
@@ -275,11 +258,7 @@ def load_reference(folder: str | Path | None = None) -> Reference:
         The set is missing, incomplete or damaged; the published one must also carry the hash that
         this version of the package knows.
     """
-    where = reference_folder() if folder is None else Path(folder)
-    manifest = manifest_file.read_manifest(where)
-    if folder is None:
-        manifest_file.check_published(where)
-    raw = manifest_file.read_file(where, _FILE, manifest)
+    where, manifest, raw = manifest_file.load_file(folder, _FILE)
     try:
         # In memory, checked against the manifest; it stays open for the columns not yet read.
         f = h5py.File(io.BytesIO(raw), "r")

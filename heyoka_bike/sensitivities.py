@@ -22,7 +22,6 @@ from heyoka_bike.chebyshev import Array, locate
 from heyoka_bike.columns import COLUMNS
 from heyoka_bike.errors import DatasetError, InputError
 from heyoka_bike.parameters import PARAMETERS, STATE_INPUTS
-from heyoka_bike.resources import reference_folder
 
 SENSITIVITIES = "sensitivities.h5"
 
@@ -156,11 +155,7 @@ def load_sensitivities(folder: str | Path | None = None) -> Sensitivities:
     DatasetError
         The set has none, or the file is damaged.
     """
-    where = reference_folder() if folder is None else Path(folder)
-    manifest = manifest_file.read_manifest(where)
-    if folder is None:
-        manifest_file.check_published(where)
-    raw = manifest_file.read_file(where, SENSITIVITIES, manifest)
+    where, manifest, raw = manifest_file.load_file(folder, SENSITIVITIES)
     try:
         with h5py.File(io.BytesIO(raw), "r") as f:
             if tuple(json.loads(f.attrs["unknowns"])) != tuple(UNKNOWNS):
