@@ -13,7 +13,7 @@ from heyoka_bike.measures import MOST_DIGITS
 from heyoka_bike.renderers import series_figures, tables
 from heyoka_bike.renderers.definitions import definitions
 from heyoka_bike.renderers.figures import all_errors, explained, one_column
-from heyoka_bike.renderers.markup import prose
+from heyoka_bike.renderers.markup import page, prose
 from heyoka_bike.renderers.words import (
     by_severity,
     chosen,
@@ -41,9 +41,6 @@ from heyoka_bike.renderers.words import (
 )
 from heyoka_bike.report import Explanation, ManeuverScore, Report, Requirement, Series
 
-# The page says itself that it loads nothing, and a browser keeps it to that.
-POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'"
-
 
 def render(scored: Report | Series) -> str:
     """The report of a file or of a series as an HTML page."""
@@ -56,30 +53,9 @@ def render(scored: Report | Series) -> str:
         )
         body = _series(scored)
     first = reports(scored)[0]
-    here = Path(__file__)
-    return f"""<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<meta name="color-scheme" content="light dark">
-<meta http-equiv="Content-Security-Policy" content="{POLICY}">
-<link rel="icon" href="data:,">
-<title>{escape(title)} – uncontrolled bicycle</title>
-<style>
-{here.with_name("page.css").read_text(encoding="utf-8")}</style>
-</head>
-<body>
-<main>
-{body}
-</main>
-<footer><p>IFToMM benchmark “Uncontrolled bicycle”, {escape(shown(first.bicycle))}; reference
-data {escape(shown(first.dataset_version))} of heyoka_bike. SI units throughout.</p></footer>
-<script>
-{here.with_name("page.js").read_text(encoding="utf-8")}</script>
-</body>
-</html>
-"""
+    title = f"{title} – uncontrolled bicycle"
+    source = shown(first.bicycle), shown(first.dataset_version)
+    return page(title, body, source, styles=("page.css",), script="page.js")
 
 
 def _report(report: Report, title: str) -> str:

@@ -1,9 +1,14 @@
-"""Text as HTML."""
+"""Text as HTML, and the page that all of it stands in."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from html import escape
+from pathlib import Path
+
+# The page says itself that it loads nothing, and a browser keeps it to that.
+_POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'"
 
 # A line must not end within 1e-05, nor before a unit.
 _NUMBER = re.compile(r"-?[0-9.]+(?:e[-+]?[0-9]+)?(?: (?:%|s\b|J\b|rad\b(?:/s)?|m/s))?")
@@ -25,3 +30,51 @@ def _parts(text: str) -> list[tuple[str, bool]]:
         parts += [(text[end : found.start()], False), (found[0], True)]
         end = found.end()
     return [*parts, (text[end:], False)]
+
+
+def page(
+    title: str, body: str, source: tuple[str, str], *, styles: Sequence[str], script: str,
+    data: str | None = None,
+) -> str:  # fmt: skip
+    """A page that needs nothing else.
+
+    Parameters
+    ----------
+    title
+        As text.
+    body
+        As HTML.
+    source
+        Name of the bicycle and version of the reference, as text.
+    styles, script
+        Names of files beside this one.
+    data
+        JSON for the script, if it needs any.
+    """
+    here = Path(__file__)
+    sheets = "".join(here.with_name(name).read_text(encoding="utf-8") for name in styles)
+    bicycle, version = source
+    given = f'<script type="application/json" id="data">\n{data}\n</script>\n' if data else ""
+    return f"""<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta name="color-scheme" content="light dark">
+<meta http-equiv="Content-Security-Policy" content="{_POLICY}">
+<link rel="icon" href="data:,">
+<title>{escape(title)}</title>
+<style>
+{sheets}</style>
+</head>
+<body>
+<main>
+{body}
+</main>
+<footer><p>IFToMM benchmark “Uncontrolled bicycle”, {escape(bicycle)}; reference
+data {escape(version)} of heyoka_bike. SI units throughout.</p></footer>
+{given}<script>
+{here.with_name(script).read_text(encoding="utf-8")}</script>
+</body>
+</html>
+"""

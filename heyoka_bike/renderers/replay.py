@@ -15,8 +15,7 @@ from heyoka_bike.motion_3d import Motion3D
 from heyoka_bike.renderers import axis
 from heyoka_bike.renderers.chart import Line, chart
 from heyoka_bike.renderers.figures import legend
-from heyoka_bike.renderers.html import POLICY
-from heyoka_bike.renderers.markup import prose
+from heyoka_bike.renderers.markup import page, prose
 from heyoka_bike.renderers.replay_shapes import shape
 from heyoka_bike.renderers.words import sentence, shown, worst_words
 from heyoka_bike.replay import Replay, Scene
@@ -47,39 +46,20 @@ _DIGITS = 5
 def render(replay: Replay, name: str = "") -> str:
     """The replay as an HTML page; `name` is that of the result file, if there is one."""
     title = shown(Path(name).name or name) if name else "Uncontrolled bicycle"
-    here = Path(__file__)
-    sheets = [here.with_name(f).read_text(encoding="utf-8") for f in ("page.css", "replay.css")]
-    return f"""<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<meta name="color-scheme" content="light dark">
-<meta http-equiv="Content-Security-Policy" content="{POLICY}">
-<link rel="icon" href="data:,">
-<title>{escape(title)} – replay</title>
-<style>
-{"".join(sheets)}</style>
-</head>
-<body>
-<main>
-{_header(replay, title, bool(name))}
+    body = f"""{_header(replay, title, bool(name))}
 <div class="replay{" compared" if name else ""}">
 {_stage(replay)}
 {_plots(replay.scenes)}
 </div>
-{_about(replay, bool(name))}
-</main>
-<footer><p>IFToMM benchmark “Uncontrolled bicycle”, {escape(shown(replay.bicycle.name))}; reference
-data {escape(shown(replay.dataset_version))} of heyoka_bike. SI units throughout.</p></footer>
-<script type="application/json" id="data">
-{_data(replay)}
-</script>
-<script>
-{here.with_name("replay.js").read_text(encoding="utf-8")}</script>
-</body>
-</html>
-"""
+{_about(replay, bool(name))}"""
+    return page(
+        f"{title} – replay",
+        body,
+        (shown(replay.bicycle.name), shown(replay.dataset_version)),
+        styles=("page.css", "replay.css"),
+        script="replay.js",
+        data=_data(replay),
+    )
 
 
 def _header(replay: Replay, title: str, has_result: bool) -> str:
