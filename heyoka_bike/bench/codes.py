@@ -131,13 +131,18 @@ class Tuned:
 
 
 @dataclass(eq=False)
-class SciPy:
-    """A method of ``scipy.integrate.solve_ivp``, at rtol = atol; rtol stops at 2.2e-14."""
+class _Peer:
+    """A code in binary64 for one maneuver."""
 
     name: str
     problem: Problem
     precision: str = "binary64"
     counts: str = "rhs_calls"
+
+
+@dataclass(eq=False)
+class SciPy(_Peer):
+    """A method of ``scipy.integrate.solve_ivp``, at rtol = atol; rtol stops at 2.2e-14."""
 
     def at(self, tolerance: float | None) -> Trial:
         """Build and measure at a tolerance; by default the one of the smallest state error.
@@ -169,13 +174,8 @@ class SciPy:
 
 
 @dataclass(eq=False)
-class Compiled:
+class Compiled(_Peer):
     """A Runge-Kutta method in C with the right-hand side and columns in C, see `compiled`."""
-
-    name: str
-    problem: Problem
-    precision: str = "binary64"
-    counts: str = "rhs_calls"
 
     @cached_property
     def _built(self) -> tuple[CompiledPeers, float]:
@@ -211,13 +211,8 @@ class Compiled:
 
 
 @dataclass(eq=False)
-class Sundials:
+class Sundials(_Peer):
     """CVODE of SUNDIALS by its Adams methods, through scikit-sundae, at rtol = atol."""
-
-    name: str
-    problem: Problem
-    precision: str = "binary64"
-    counts: str = "rhs_calls"
 
     def at(self, tolerance: float | None) -> Trial:
         """Build and measure at a tolerance; by default the one of the smallest state error.
@@ -251,12 +246,9 @@ class Sundials:
 
 
 @dataclass(eq=False)
-class Exudyn:
+class Exudyn(_Peer):
     """The four-body model in Exudyn of ``data/peers``, at a fixed step; its own definitions."""
 
-    name: str
-    problem: Problem
-    precision: str = "binary64"
     counts: str = "steps"
     # A row needs a step; of second order, it does not get to small errors in any time.
     steps_per_row: tuple[int, ...] = (1, 2, 4, 8)

@@ -9,8 +9,10 @@ from heyoka_bike.figures.style import (
     BLACK,
     BLUE,
     GREEN,
+    GREY,
     ORANGE,
     PURPLE,
+    SKY,
     VERMILLION,
     style,
 )
@@ -19,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _SIZE = (7.0, 4.6)  # [inch]; the width of a printed page of text
-_COLOURS = (VERMILLION, ORANGE, BLUE, "#56B4E9", GREEN, PURPLE, BLACK, "#999999")
+_COLOURS = (VERMILLION, ORANGE, BLUE, SKY, GREEN, PURPLE, BLACK, GREY)
 _MARKERS = "osD^vP*X"
 _COST_SIZE = (7.0, 3.2)
 

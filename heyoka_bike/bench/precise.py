@@ -19,7 +19,7 @@ import flint
 from heyoka_bike.analytic import Series
 from heyoka_bike.arithmetic import Balls, Multiprecision
 from heyoka_bike.constants import constants
-from heyoka_bike.initial import few_product_state, initial_state
+from heyoka_bike.initial import start_state
 from heyoka_bike.integration import Native, integrate, require_heyoka, right_hand_side
 from heyoka_bike.model import few_products
 from heyoka_bike.precision import Precision
@@ -30,7 +30,6 @@ PRECISIONS: Sequence[str | int] = ("binary128", 70)
 DIGITS: Sequence[str | int] = ("binary64", "longdouble", 25, "binary128", 64, 125, 250, 500, 1000)
 """Those whose cost is measured with heyoka alone."""
 
-_STATE = 6
 _TOLERANCE_BITS = 5  # of `integrate`, beyond the precision
 _GUARD = 64  # bits of the constants beyond those of the run
 _RUNS = 3
@@ -153,11 +152,7 @@ def _balls(published: Trajectory, p: Precision) -> Precise:
 
 def _start(published: Trajectory, p: Precision) -> list[flint.arb]:
     """Initial state of the few-product form, without the yaw."""
-    balls = Balls(p.bits + _GUARD)
-    with balls.precision():
-        k = constants(published.bicycle, balls)
-        state = initial_state(published.bicycle, published.maneuver, k, balls)
-        return few_product_state(k, balls, state)[:_STATE]
+    return start_state(published.bicycle, published.maneuver, p.bits + _GUARD)
 
 
 def _integer(x: flint.arb) -> tuple[int, int]:

@@ -20,7 +20,7 @@ import numpy as np
 from heyoka_bike.arithmetic import Balls
 from heyoka_bike.columns import BENCHMARK_COLUMNS
 from heyoka_bike.constants import Constants, constants
-from heyoka_bike.initial import few_product_state, initial_state
+from heyoka_bike.initial import start_state
 from heyoka_bike.integration import Expressions, require_heyoka, right_hand_side
 from heyoka_bike.kinematics import state_names
 from heyoka_bike.outputs import columns, energies, unfold
@@ -49,10 +49,8 @@ class Problem:
 
     def start(self, number: Callable[[str], Any]) -> Array:
         """Initial state, without the yaw, in the number type that `number` makes from decimals."""
-        k, balls = self._constants, self._balls
-        with balls.precision():
-            start = initial_state(self.bicycle, self.maneuver, k, balls)
-            state = few_product_state(k, balls, start)[:6]
+        state = start_state(self.bicycle, self.maneuver, _BITS)
+        with self._balls.precision():
             return np.array([number(x.str(60, radius=False)) for x in state])
 
     @cached_property

@@ -21,6 +21,7 @@ WIDTH = 7.0
 # Okabe and Ito's palette, https://jfly.uni-koeln.de/color/.
 BLUE, VERMILLION, GREEN, ORANGE = "#0072B2", "#D55E00", "#009E73", "#E69F00"
 PURPLE, BLACK = "#CC79A7", "#000000"
+SKY, GREY = "#56B4E9", "#999999"
 
 LINES: tuple[Mapping[str, Any], ...] = (
     {"color": BLUE, "linestyle": "-"},

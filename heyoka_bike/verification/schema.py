@@ -135,6 +135,20 @@ def _tables(
     dense: Sequence[Described], manifest: Manifest, maneuvers: Sequence[Maneuver],
 ) -> Iterator[str]:  # fmt: skip
     """Problems of a file of rows and dense output."""
+
+    def table(group: Any, maneuver: Maneuver, inputs: Mapping[str, Any]) -> Iterator[str]:
+        yield from _attributes(group, inputs, set())
+        yield from _rows(group, maneuver.rows, columns)
+        yield from _dense(group["dense"], dense)
+
+    yield from _groups(f, attributes, table, manifest, maneuvers)
+
+
+def _groups(
+    f: h5py.File, attributes: Mapping[str, str], look: Callable[..., Iterator[str]],
+    manifest: Manifest, maneuvers: Sequence[Maneuver],
+) -> Iterator[str]:  # fmt: skip
+    """Problems of a file that has a group for each maneuver, each of which `look` looks at."""
     bicycle = manifest.inputs["bicycle"]
     expected = {
         **attributes,
@@ -149,9 +163,7 @@ def _tables(
     for group, maneuver, inputs in zip(
         groups, maneuvers, manifest.inputs["maneuvers"], strict=True
     ):
-        yield from _attributes(f[group], inputs, set())
-        yield from _rows(f[group], maneuver.rows, columns)
-        yield from _dense(f[group]["dense"], dense)
+        yield from look(f[group], maneuver, inputs)
 
 
 def content_differs(raw: bytes, manifest: Manifest, _: Sequence[Maneuver]) -> Iterator[str]:
@@ -286,19 +298,7 @@ def _same(found: Any, expected: Any) -> bool:
 def of_candidate(raw: bytes, manifest: Manifest, maneuvers: Sequence[Maneuver]) -> Iterator[str]:
     """Problems of the file of trajectories."""
     with h5py.File(io.BytesIO(raw), "r") as f:
-        bicycle = manifest.inputs["bicycle"]
-        expected = {
-            "bicycle": bicycle["name"], "parameters": json.dumps(bicycle["parameters"]),
-        }  # fmt: skip
-        yield from _attributes(f, expected, _FIXED_TEXT)
-        groups = [f"maneuver_{i}" for i in range(1, len(maneuvers) + 1)]
-        yield from _names(f, groups)
-        if set(f) != set(groups):
-            return
-        for group, maneuver, inputs in zip(
-            groups, maneuvers, manifest.inputs["maneuvers"], strict=True
-        ):
-            yield from _trajectory(f[group], maneuver, inputs)
+        yield from _groups(f, {}, _trajectory, manifest, maneuvers)
 
 
 def _trajectory(group: Any, maneuver: Maneuver, inputs: Mapping[str, Any]) -> Iterator[str]:
