@@ -19,7 +19,7 @@ import numpy as np
 from heyoka_bike import manifest as manifest_file
 from heyoka_bike.errors import DatasetError
 from heyoka_bike.exact import Exact
-from heyoka_bike.parameters import PARAMETERS, STATE_INPUTS, Bicycle, Maneuver
+from heyoka_bike.parameters import STATE_INPUTS, Bicycle, Maneuver
 from heyoka_bike.trajectory import Trajectory
 
 CANDIDATE = "candidate.h5"
@@ -65,11 +65,7 @@ def read_candidate(folder: str | Path) -> tuple[Trajectory, ...]:
     raw = manifest_file.read_file(folder, CANDIDATE, manifest_file.read_manifest(folder))
     try:
         with h5py.File(io.BytesIO(raw), "r") as f:
-            texts = json.loads(f.attrs["parameters"])
-            bicycle = Bicycle(
-                name=str(f.attrs["bicycle"]),
-                values={symbol: Exact.parse(texts[symbol]) for symbol in PARAMETERS},
-            )
+            bicycle = Bicycle.parse(str(f.attrs["bicycle"]), json.loads(f.attrs["parameters"]))
             return tuple(_read(bicycle, f[f"maneuver_{i}"]) for i in range(1, len(f) + 1))
     except (OSError, KeyError, ValueError, TypeError) as e:
         raise DatasetError(f"{Path(folder) / CANDIDATE}: is not a candidate file ({e})") from None

@@ -15,8 +15,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, fields
 from fractions import Fraction
 
-from heyoka_bike.arithmetic import Arithmetic, Number
+from heyoka_bike.arithmetic import Arithmetic, Multiprecision, Number
 from heyoka_bike.parameters import Bicycle
+
+_DIGITS = 25  # more than binary64 holds, so that rounding them leaves correct ones
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,3 +165,8 @@ def constants(bicycle: Bicycle, a: Arithmetic) -> Constants:
         lever1=front.l3 + d2, lever3=front.l1 + d3,
         g=a.number(p["g"] / length), length=a.number(length), mass=a.number(mass),
     )  # fmt: skip
+
+
+def binary64_constants(bicycle: Bicycle) -> Constants:
+    """Constants of the equations, computed with 25 digits and rounded to binary64."""
+    return constants(bicycle, Multiprecision(_DIGITS)).convert(float)

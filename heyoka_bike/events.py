@@ -22,10 +22,10 @@ import flint
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from heyoka_bike.arithmetic import Arithmetic, Arrays, Multiprecision, Number
+from heyoka_bike.arithmetic import Arithmetic, Arrays, Number
 from heyoka_bike.bodies import Bodies, binary64_bodies, bodies
 from heyoka_bike.certificate import Certificate
-from heyoka_bike.constants import Constants, constants
+from heyoka_bike.constants import Constants, binary64_constants
 from heyoka_bike.errors import InputError, SingularMotionError
 from heyoka_bike.forces import forces
 from heyoka_bike.integration import integrate
@@ -48,7 +48,6 @@ LONGEST = Fraction(1000)
 Quantity = Callable[[Constants, Bodies, Arithmetic, Sequence[Number], bool], Number]
 """A function of the bicycle and the state (of the regular form, if the last argument says so)."""
 
-_DIGITS = 25
 _GUARD_BITS = 64
 # A step of heyoka ends well inside the circle of convergence of its series, so the coefficients of
 # the interpolation fall by more than ten each.
@@ -279,7 +278,7 @@ class _Motion:
 
 def _candidates(run: Trajectory, quantity: Quantity) -> Iterator[tuple[int, float, float]]:
     """Pieces, places in them (0 to 1) and slopes there, of the zeros in binary64."""
-    k = constants(run.bicycle, Multiprecision(_DIGITS)).convert(float)
+    k = binary64_constants(run.bicycle)
     b = binary64_bodies(run.bicycle)
     nodes = chebyshev.chebpts1(_NODES)
     transform = np.linalg.inv(chebyshev.chebvander(nodes, _NODES - 1))

@@ -56,6 +56,17 @@ def few_product_state(k: Constants, balls: Balls, state: list[flint.arb]) -> lis
         return [roll, pitch, steer, w1, w3, spin, yaw]
 
 
+def start_state(
+    bicycle: Bicycle, maneuver: Maneuver, bits: int, *, is_regular: bool = False
+) -> list[flint.arb]:
+    """Initial state of either form at a precision, without the yaw; see `initial_state`."""
+    balls = Balls(bits)
+    with balls.precision():
+        k = constants(bicycle, balls)
+        state = initial_state(bicycle, maneuver, k, balls)
+        return (state if is_regular else few_product_state(k, balls, state))[:6]
+
+
 def _pitch(bicycle: Bicycle, maneuver: Maneuver, k: Constants, balls: Balls) -> flint.arb:
     """Pitch that puts the front wheel on the floor, enclosed.
 

@@ -18,12 +18,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from heyoka_bike.arithmetic import Arrays, Multiprecision
+from heyoka_bike.arithmetic import Arrays
 from heyoka_bike.chebyshev import Array
 from heyoka_bike.configuration import track_speeds, wheel_rates
-from heyoka_bike.constants import Constants, constants
+from heyoka_bike.constants import Constants
 from heyoka_bike.outputs import unfold, yaw_rate
-from heyoka_bike.parameters import Bicycle
 from heyoka_bike.reference import ReferenceManeuver
 
 State = Callable[[Array], Mapping[str, Array]]
@@ -32,7 +31,6 @@ State = Callable[[Array], Mapping[str, Array]]
 STATE = ("roll_angle", "pitch", "steer_angle", "roll_rate", "steer_rate", "forward_speed")
 """Columns that the motion follows from, in their default definitions."""
 
-_DIGITS = 25
 # Nodes of a step, and its length [s]. With these the places of the benchmark's maneuvers do not
 # change by more than binary64 explains when the steps are made shorter.
 _NODES, _STEP = 12, 0.05
@@ -95,11 +93,6 @@ class Motion3D:
     front_wheel: Array
     rear_track: Array
     front_track: Array
-
-
-def binary64_constants(bicycle: Bicycle) -> Constants:
-    """Constants of the equations, computed with 25 digits and rounded to binary64."""
-    return constants(bicycle, Multiprecision(_DIGITS)).convert(float)
 
 
 def reference_state(maneuver: ReferenceManeuver) -> State:

@@ -18,17 +18,15 @@ from heyoka_bike.alignment import Alignment, Part, align
 from heyoka_bike.arithmetic import Arrays
 from heyoka_bike.chebyshev import Array
 from heyoka_bike.columns import BENCHMARK_COLUMNS
-from heyoka_bike.constants import Constants
+from heyoka_bike.constants import Constants, binary64_constants
 from heyoka_bike.diagnosis.start import pitch_on_the_floor
 from heyoka_bike.errors import NothingScoredError
-from heyoka_bike.exact import Exact
 from heyoka_bike.kinematics import front_contact_height
 from heyoka_bike.motion_3d import (
     STATE,
     Motion3D,
     Place,
     State,
-    binary64_constants,
     motion_3d,
     reference_state,
 )
@@ -148,8 +146,7 @@ def replay(
     NothingScoredError
         The file has nothing of the motion, or not this maneuver.
     """
-    values = {s: Exact.parse(x) for s, x in reference.parameters.items()}
-    bicycle = Bicycle(reference.bicycle, values)
+    bicycle = Bicycle.parse(reference.bicycle, reference.parameters)
     k = binary64_constants(bicycle)
     numbers = list(reference) if maneuver is None else [maneuver]
     total = sum(float(reference[n].duration) for n in numbers)

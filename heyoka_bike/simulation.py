@@ -20,11 +20,9 @@ from typing import Any
 
 import numpy as np
 
-from heyoka_bike.arithmetic import Balls
 from heyoka_bike.columns import BENCHMARK_COLUMNS
-from heyoka_bike.constants import constants
 from heyoka_bike.errors import InputError, SingularMotionError
-from heyoka_bike.initial import few_product_state, initial_state
+from heyoka_bike.initial import start_state
 from heyoka_bike.integration import require_heyoka
 from heyoka_bike.parameters import Bicycle, Maneuver, read_bicycle, read_maneuvers
 from heyoka_bike.resources import benchmark_bicycle, benchmark_maneuvers
@@ -305,13 +303,8 @@ def _set(ta: Any, starts: Array, norm: float, lanes: int) -> None:
 
 
 def _start(bicycle: Bicycle, maneuver: Maneuver, is_regular: bool) -> list[float]:
-    balls = Balls(_BITS)
-    with balls.precision():
-        k = constants(bicycle, balls)
-        state = initial_state(bicycle, maneuver, k, balls)
-        if not is_regular:
-            state = few_product_state(k, balls, state)
-        return [float(x.mid()) for x in state[:STATE]]
+    state = start_state(bicycle, maneuver, _BITS, is_regular=is_regular)
+    return [float(x.mid()) for x in state]
 
 
 class _Values:

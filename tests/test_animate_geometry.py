@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from heyoka_bike.motion_3d import Place, binary64_constants, motion_3d, reference_state
+from heyoka_bike.constants import binary64_constants
+from heyoka_bike.motion_3d import Place, motion_3d, reference_state
 
 MANEUVERS = [1, 2, 3]
 

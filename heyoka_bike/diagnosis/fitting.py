@@ -7,10 +7,9 @@ from fractions import Fraction
 
 import numpy as np
 
-from heyoka_bike.arithmetic import Multiprecision
 from heyoka_bike.chebyshev import Array
 from heyoka_bike.columns import DEFINITIONS
-from heyoka_bike.constants import constants
+from heyoka_bike.constants import binary64_constants
 from heyoka_bike.diagnosis.estimation import (
     Errors,
     Fit,
@@ -30,7 +29,6 @@ from heyoka_bike.parameters import Bicycle
 from heyoka_bike.report import Curve
 from heyoka_bike.sensitivities import START, Sensitivities
 
-_DIGITS = 25
 _STATE = ("roll", "pitch", "steer", "roll_rate", "steer_rate", "speed")
 
 
@@ -141,7 +139,7 @@ class Fitting:
         for n, t in zip(self._numbers, self._times, strict=True):
             state = self._state(n, changes)
             if state[2] != 0.0:
-                k = constants(bicycle, Multiprecision(_DIGITS)).convert(float)
+                k = binary64_constants(bicycle)
                 state[1] = float(pitch_on_the_floor(k, state[0], 0.0, state[2]))
             found[n] = simulator.run(bicycle, state, t)
         return found

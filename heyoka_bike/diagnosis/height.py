@@ -10,19 +10,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from heyoka_bike.arithmetic import Arrays, Multiprecision
+from heyoka_bike.arithmetic import Arrays
 from heyoka_bike.chebyshev import Array
 from heyoka_bike.columns import DEFINITIONS
-from heyoka_bike.constants import Constants, constants
+from heyoka_bike.constants import binary64_constants
 from heyoka_bike.diagnosis.start import pitch_on_the_floor
-from heyoka_bike.exact import Exact
 from heyoka_bike.measures import rms
 from heyoka_bike.outputs import energies, unfold
 from heyoka_bike.parameters import Bicycle
 from heyoka_bike.reference import Reference
 from heyoka_bike.report import ColumnScore, ManeuverScore
 
-_DIGITS = 25
 # Fewer rows show no course of anything.
 _FEWEST = 10
 # Slopes of columns that hardly change are not looked at.
@@ -33,10 +31,9 @@ class Heights:
     """Heights over the floor of a reference's bicycle."""
 
     def __init__(self, reference: Reference) -> None:
-        values = {s: Exact.parse(x) for s, x in reference.parameters.items()}
-        bicycle = Bicycle(reference.bicycle, values)
+        bicycle = Bicycle.parse(reference.bicycle, reference.parameters)
         self._reference = reference
-        self._k: Constants = constants(bicycle, Multiprecision(_DIGITS)).convert(float)
+        self._k = binary64_constants(bicycle)
         self.weight = float(self._k.mass * self._k.g * self._k.length)
 
     def of(self, m: ManeuverScore) -> tuple[Array, Array, float] | None:

@@ -80,8 +80,7 @@ class Search:
         sensitivities: Sensitivities | None = None,
     ) -> None:  # fmt: skip
         self._parts = parts
-        values = {s: Exact.parse(x) for s, x in reference.parameters.items()}
-        bicycle = Bicycle(reference.bicycle, values)
+        bicycle = Bicycle.parse(reference.bicycle, reference.parameters)
         self._correct = Program(
             bicycle=bicycle,
             starts={n: _start(reference[n].inputs) for n in reference},

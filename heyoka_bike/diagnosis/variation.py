@@ -13,11 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from heyoka_bike.arithmetic import Arrays, Multiprecision
+from heyoka_bike.arithmetic import Arrays
 from heyoka_bike.chebyshev import Array
 from heyoka_bike.columns import COLUMNS
-from heyoka_bike.constants import Constants, constants
-from heyoka_bike.exact import Exact
+from heyoka_bike.constants import binary64_constants
 from heyoka_bike.integration import Expressions, require_heyoka
 from heyoka_bike.kinematics import state_names
 from heyoka_bike.model import regular
@@ -33,7 +32,6 @@ SPIN = 5
 VELOCITIES = (3, 4, SPIN)
 POSITIONS = (0, 1, 2, 6)
 
-_DIGITS = 25
 _STEPS = 1000
 # Classical Runge-Kutta steps in one of the grid: 2.5 ms are good to 1e-8, differences to 1e-5.
 _INNER = 4
@@ -62,10 +60,9 @@ class Motion:
 
     def __init__(self, reference: Reference) -> None:
         hy = require_heyoka()
-        exact = {s: Exact.parse(x) for s, x in reference.parameters.items()}
-        self.values = {s: float(x) for s, x in exact.items()}
-        bicycle = Bicycle(reference.bicycle, exact)
-        self.k: Constants = constants(bicycle, Multiprecision(_DIGITS)).convert(float)
+        bicycle = Bicycle.parse(reference.bicycle, reference.parameters)
+        self.values = {s: float(x) for s, x in bicycle.values.items()}
+        self.k = binary64_constants(bicycle)
         variables = list(hy.make_vars(*state_names(True), "yaw"))
         a = Expressions()
         o, u = unfold(self.k, a, variables, is_regular=True)

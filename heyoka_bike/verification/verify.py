@@ -274,10 +274,7 @@ def _structure(
 def _inputs(manifest: Manifest) -> tuple[Bicycle, tuple[Maneuver, ...]]:
     """Bicycle and maneuvers of a manifest, with an initial state that can be reached."""
     given = manifest.inputs
-    bicycle = Bicycle(
-        name=given["bicycle"]["name"],
-        values={s: Exact.parse(given["bicycle"]["parameters"][s]) for s in PARAMETERS},
-    )
+    bicycle = Bicycle.parse(given["bicycle"]["name"], given["bicycle"]["parameters"])
     maneuvers = []
     for entry in given["maneuvers"]:
         values = {key: Exact.parse(entry[key]) for key in STATE_INPUTS}
