@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
 
 from heyoka_bike.chebyshev import Array
-from heyoka_bike.columns import DEFINITIONS
+from heyoka_bike.columns import COMPARED
 from heyoka_bike.errors import InputError, NothingScoredError
 from heyoka_bike.findings import Finding, Severity
+from heyoka_bike.motion import MOTION
 from heyoka_bike.reference import Reference, ReferenceManeuver
 from heyoka_bike.report import FileInfo
 from heyoka_bike.results import Quantum, Results, Rows
 from heyoka_bike.units import UNITS, factor
+from heyoka_bike.whole_motion import AT_ROWS, SUMMED, WholeManeuver, with_motion
 
 MOST_SAMPLED = 4001
 """Rows enough to tell columns, units and maneuvers apart."""
@@ -25,9 +27,6 @@ MOST_SAMPLED = 4001
 HALF = 0.5
 # Beyond this a product of two values overflows on the way; no program means it.
 _LARGEST = 1e150
-# Of the duration: what a million steps summed in binary64 may be late. The reference is continued
-# analytically over so short a time.
-SUMMED = 1e-10
 # A column this far from its own maneuver, in scales, may be of another one.
 _FAR = 0.1
 
@@ -56,9 +55,21 @@ class Part:
     lo: Mapping[str, Array]
     quantum: Mapping[str, Quantum]
 
+    def comparable(self) -> bool:
+        """Whether some column is known at some row."""
+        if not AT_ROWS.issuperset(self.values) or not isinstance(self.reference, WholeManeuver):
+            return True
+        return len(self.reference.near_rows(self.time)) > 0
+
     def sample(self) -> NDArray[np.intp]:
-        """Indices of at most `MOST_SAMPLED` rows, evenly spread."""
-        return spread(len(self.time), MOST_SAMPLED)
+        """Indices of at most `MOST_SAMPLED` rows, evenly spread.
+
+        Those at rows of the reference are among them if some columns can be compared only there.
+        """
+        picked = spread(len(self.time), MOST_SAMPLED)
+        if AT_ROWS.isdisjoint(self.values) or not isinstance(self.reference, WholeManeuver):
+            return picked
+        return np.union1d(picked, self.reference.near_rows(self.time))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -80,6 +91,7 @@ def align(results: Results, reference: Reference) -> Alignment:
     NothingScoredError
         None of its rows can be compared, or its maneuver cannot be recognised.
     """
+    results, reference = _with_their_columns(results, reference)
     findings = list(results.findings)
     parts: list[Part] = []
     lost: list[Part] = []
@@ -112,6 +124,11 @@ def align(results: Results, reference: Reference) -> Alignment:
             f"{results.path}: found no row of maneuver {lost[0].number} within its run, expected "
             "at least one"
         )
+    if not any(part.comparable() for part in parts):
+        raise NothingScoredError(
+            f"{results.path}: found no time of a row of the reference, expected some: "
+            f"{', '.join(parts[0].values)} can be compared there only"
+        )
     first = [rows.time[0] for rows in results.maneuvers if len(rows.time)]
     last = [rows.time[-1] for rows in results.maneuvers if len(rows.time)]
     return Alignment(
@@ -125,6 +142,14 @@ def align(results: Results, reference: Reference) -> Alignment:
         ),
         parts=tuple(sorted(parts, key=lambda p: p.number)),
         findings=tuple(findings),
+    )
+
+
+def restricted(alignment: Alignment, keys: Collection[str]) -> Alignment:
+    """The same with some columns only."""
+    return replace(
+        alignment,
+        parts=tuple(replace(p, values=_only(p.values, keys)) for p in alignment.parts),
     )
 
 
@@ -167,6 +192,33 @@ def spread(count: int, most: int) -> NDArray[np.intp]:
     if count <= most:
         return np.arange(count)
     return np.linspace(0, count - 1, most).astype(np.intp)
+
+
+def _with_their_columns(results: Results, reference: Reference) -> tuple[Results, Reference]:
+    """The reference with all columns of the results, without those that it does not have."""
+    written = {key for rows in results.maneuvers for key in rows.values}
+    unknown = [key for key in COMPARED if key in written and key not in reference[1].columns]
+    if not unknown:
+        return results, reference
+    whole = with_motion(reference)
+    if whole is not None:
+        return results, whole
+    finding = Finding(
+        "columns_without_reference",
+        f"{', '.join(unknown)}: left out, for the reference in {reference.folder} has no {MOTION}",
+        Severity.WARNING,
+        {"columns": unknown},
+    )
+
+    if not written - set(unknown):
+        raise NothingScoredError(f"{results.path}: {finding.message}")
+    known = written - set(unknown)
+    maneuvers = tuple(replace(r, values=_only(r.values, known)) for r in results.maneuvers)
+    return replace(results, maneuvers=maneuvers, findings=(*results.findings, finding)), reference
+
+
+def _only(columns: Mapping[str, Array], keys: Collection[str]) -> dict[str, Array]:
+    return {key: x for key, x in columns.items() if key in keys}
 
 
 def _recognise(path: str, rows: Rows, reference: Reference) -> int:
@@ -212,18 +264,18 @@ def _of_another(part: Part, rows: Rows, reference: Reference) -> tuple[Finding, 
 def _distance(part: Part) -> float:
     """Geometric mean over the columns of their distance from the maneuver, in scales."""
     pick = part.sample()
-    names = [key for key in DEFINITIONS if key in part.values]
+    names = [key for key in COMPARED if key in part.values]
     expected = part.reference.approximate(part.time[pick], names)
     logs = []
     for key in names:
         values = part.values[key][pick]
-        good = np.isfinite(values)
+        good = np.isfinite(values) & np.isfinite(expected[key])
         scale = part.reference.scale(key)
         if not good.any() or not scale:
             continue
         nearest = min(
             float(np.median(np.abs(sign * factor(unit)[0] * values[good] - expected[key][good])))
-            for unit in UNITS[DEFINITIONS[key][0].unit]
+            for unit in UNITS[COMPARED[key][0].unit]
             for sign in (1, -1)
         )
         # Nothing is nearer than binary64 can tell, or farther than not at all.

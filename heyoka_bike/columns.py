@@ -10,6 +10,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from heyoka_bike.motion_columns import MOTION_COLUMNS
+
 
 @dataclass(frozen=True, slots=True)
 class Column:
@@ -102,3 +104,16 @@ DEFINITIONS: Mapping[str, tuple[Column, ...]] = {
     key: tuple(c for c in COLUMNS if c.key == key) for key in BENCHMARK_COLUMNS
 }
 """The definitions of each column of the benchmark, the default first."""
+
+COMPARED: Mapping[str, tuple[Column, ...]] = {
+    **DEFINITIONS,
+    **{c.key: (c,) for c in COLUMNS if c.default and c.key not in DEFINITIONS},
+    **{
+        c.name: (
+            Column(c.name, c.definition, c.unit, c.long_name, c.meaning, c.positive, default=True),
+        )
+        for c in MOTION_COLUMNS
+    },
+}
+"""The definitions of every column that results are compared in, the default first: those of the
+benchmark, then what a file may have besides by name, of `COLUMNS` and of `MOTION_COLUMNS`."""

@@ -23,17 +23,20 @@ def explain(report: Report) -> tuple[Finding, ...]:
     return (
         *_understood(report),
         *_coverage(report.maneuvers),
+        *_between(report),
         *_performance(report.maneuvers),
         *_consistency(report.maneuvers),
         *_digits(report),
     )
 
 
-def _columns(report: Report) -> dict[str, list[tuple[ManeuverScore, ColumnScore]]]:
+def _columns(
+    report: Report, *, compared: bool = True
+) -> dict[str, list[tuple[ManeuverScore, ColumnScore]]]:
     found: dict[str, list[tuple[ManeuverScore, ColumnScore]]] = {}
     for m in report.maneuvers:
         for c in m.columns:
-            if c.values:
+            if c.values or not compared:
                 found.setdefault(c.key, []).append((m, c))
     return found
 
@@ -108,6 +111,24 @@ def _coverage(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
                 Severity.WARNING,
                 {"maneuvers": which, "t_start": m.t_start, "t_end": m.t_end},
             )
+
+
+def _between(report: Report) -> Iterator[Finding]:
+    """Where rows of the file are between those of the reference."""
+    found = {
+        key: max((c.between, m.rows) for m, c in scores)
+        for key, scores in _columns(report, compared=False).items()
+        if any(c.between for _, c in scores)
+    }
+    for counts in dict.fromkeys(found.values()):
+        keys = [key for key, same in found.items() if same == counts]
+        yield Finding(
+            "between_rows",
+            f"{', '.join(keys)}: known at the rows of the reference only, so {counts[0]} of "
+            f"{counts[1]} values between them are not compared",
+            Severity.WARNING if counts[0] == counts[1] else Severity.INFO,
+            {"columns": keys, "values": counts[0]},
+        )
 
 
 def _performance(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:

@@ -72,18 +72,19 @@ def _explained(p: Parsed, scored: Report) -> Iterator[tuple[str, str]]:
     if not about:
         return
     m, c = max(about, key=lambda x: _badness(p, x[1]))
-    measures, trace, unit = c.as_understood.measures, c.trace, words.unit_text(c.unit)
+    measures, trace = c.as_understood.measures, c.trace
     at = int(np.argmax(np.abs(trace.error)))
     yield (
         "worst column",
         f"{c.key} of maneuver {m.maneuver}, taken as {_taken_as(c)}: wrong by "
-        f"{words.number(measures.max_abs_error)} {unit}, {words.number(measures.max_rel_error)} of "
-        f"its scale (scd {words.one_decimal(measures.scd)})",
+        f"{words.in_unit(words.number(measures.max_abs_error), c.unit)}, "
+        f"{words.number(measures.max_rel_error)} of its scale "
+        f"(scd {words.one_decimal(measures.scd)})",
     )
     yield (
         "worst row",
         f"t = {trace.time[at]:.10g} s: found {float(trace.value[at])!r}, expected "
-        f"{float(trace.reference[at])!r}, error {trace.error[at]:+.2e} {unit}",
+        f"{float(trace.reference[at])!r}, error {words.in_unit(f'{trace.error[at]:+.2e}', c.unit)}",
     )
     yield "first departure", _departure(p, m, c)
 
@@ -121,7 +122,7 @@ def _departure(p: Parsed, m: ManeuverScore, c: ColumnScore) -> str:
             first = above[0]
             said.append(
                 f"t = {c.trace.time[first]:.10g} s (row {first + 1} of {len(c.trace.time)}) is the "
-                f"first above {words.number(allowed)} {words.unit_text(c.unit)}, the error allowed"
+                f"first above {words.in_unit(words.number(allowed), c.unit)}, the error allowed"
             )
     seen = words.first_above(c)
     said.append(

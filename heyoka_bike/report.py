@@ -146,6 +146,9 @@ class ColumnScore:
     values, missing
         How many values were compared, and how many were not finite.
     trace : Trace
+    between
+        How many values were not compared for being between the rows of the reference, which knows
+        some columns at its rows only.
     """
 
     key: str
@@ -159,6 +162,7 @@ class ColumnScore:
     values: int
     missing: int
     trace: Trace
+    between: int = 0
 
     def is_at_floor(self, times: float = 1.0) -> bool:
         """Whether the error is no more than so many times what the digits written allow."""
@@ -215,7 +219,7 @@ class ManeuverScore:
         What the benchmark allows [%] for the maneuver it judges; None for the others.
     consistency : Consistency
     columns : tuple of ColumnScore
-        In the benchmark's order, those in the file.
+        In the order of `columns.COMPARED`, those in the file.
     """
 
     maneuver: int

@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import inf, isfinite
 
-from heyoka_bike.columns import BENCHMARK_COLUMNS
+from heyoka_bike.columns import COMPARED
 from heyoka_bike.errors import InputError
 from heyoka_bike.report import ColumnScore, Report, Requirement
 
@@ -33,7 +33,7 @@ _OPERATORS: Mapping[str, Callable[[float, float], bool]] = {
 }
 _FORM = re.compile(
     r"\s*(?:(?:maneuver_|m)?(?P<maneuver>[0-9]{1,4})\s*\.\s*)?"
-    r"(?:(?P<column>[A-Za-z_]+)\s*\.\s*)?(?P<metric>[A-Za-z_]+)\s*"
+    r"(?:(?P<column>[A-Za-z_][A-Za-z_0-9]*)\s*\.\s*)?(?P<metric>[A-Za-z_]+)\s*"
     r"(?P<op><=|>=|<|>)\s*(?P<number>[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]{1,4})?)\s*",
     re.ASCII,
 )
@@ -68,9 +68,9 @@ def parse(text: str) -> Parsed:
             f"require: found metric '{metric:.40}', expected one of "
             + ", ".join(OF_COLUMN + OF_MANEUVER)
         )
-    if column is not None and column not in BENCHMARK_COLUMNS:
+    if column is not None and column not in COMPARED:
         raise InputError(
-            f"require: found column '{column:.40}', expected one of {', '.join(BENCHMARK_COLUMNS)}"
+            f"require: found column '{column:.40}', expected one of {', '.join(COMPARED)}"
         )
     if column is not None and metric in OF_MANEUVER:
         raise InputError(

@@ -54,7 +54,7 @@ class Rows:
     time, time_lo : ndarray, shape (n,)
         Times [s] in ascending order, hi + lo; a written decimal is kept exactly (to 32 digits).
     values : mapping of str to ndarray, shape (n,)
-        By key of `columns.BENCHMARK_COLUMNS`; any of them may be absent. A number that is missing
+        By key of `columns.COMPARED`; any of them may be absent. A number that is missing
         or not finite is NaN.
     lo : mapping of str to ndarray, shape (n,)
         The rest beyond binary64, for columns with more digits than that.

@@ -13,9 +13,9 @@ from dataclasses import replace
 import numpy as np
 
 from heyoka_bike import measures
-from heyoka_bike.alignment import SUMMED, Alignment, Part, align, merge
+from heyoka_bike.alignment import Alignment, Part, align, merge
 from heyoka_bike.chebyshev import Array, Double, two_sum
-from heyoka_bike.columns import DEFINITIONS
+from heyoka_bike.columns import COMPARED
 from heyoka_bike.comparison import Candidate, errors, is_small, largest_errors
 from heyoka_bike.consistency import consistency
 from heyoka_bike.explain import explain
@@ -33,6 +33,7 @@ from heyoka_bike.requirements import check
 from heyoka_bike.results import Results
 from heyoka_bike.understanding import Understanding, plain, understand
 from heyoka_bike.units import factor, to_si
+from heyoka_bike.whole_motion import SUMMED
 
 # The benchmark judges maneuver 2, by eq. (1) below 1e-3 %.
 _JUDGED: Mapping[int, float] = {2: 1e-3}
@@ -153,7 +154,7 @@ def _energy(columns: Sequence[ColumnScore]) -> Array:
 
 def _score_columns(part: Part, understood: Mapping[str, Understanding]) -> tuple[ColumnScore, ...]:
     """Verdicts on the columns, in the benchmark's order."""
-    keys = [key for key in DEFINITIONS if key in part.values]
+    keys = [key for key in COMPARED if key in part.values]
     # Without a usable value nothing is understood of a column.
     understood = {key: understood.get(key) or plain(key) for key in keys}
     written = {key: _double(part, key) for key in keys}
@@ -163,7 +164,7 @@ def _score_columns(part: Part, understood: Mapping[str, Understanding]) -> tuple
     as_written = [Candidate(written[key], key) for key in moved]
     found = errors(part, best + as_written)
     of_written = dict(zip(moved, found[len(best) :], strict=True))
-    others = [(key, c) for key in keys for c in DEFINITIONS[key] if c is not understood[key].column]
+    others = [(key, c) for key in keys for c in COMPARED[key] if c is not understood[key].column]
     far = largest_errors(part, [Candidate(si[key], c.name) for key, c in others])
     alternatives: dict[str, list[Alternative]] = {key: [] for key in keys}
     for (key, c), distance in zip(others, far, strict=True):
@@ -172,6 +173,7 @@ def _score_columns(part: Part, understood: Mapping[str, Understanding]) -> tuple
     scores = []
     for key, candidate, error in zip(keys, best, found, strict=False):
         u = understood[key]
+        missing = int(np.count_nonzero(~np.isfinite(part.values[key])))
         trace = _trace(part.time, candidate.values[0], error)
         reading = _reading(part, trace, u)
         plain_reading = reading
@@ -189,7 +191,8 @@ def _score_columns(part: Part, understood: Mapping[str, Understanding]) -> tuple
                 indistinguishable=u.indistinguishable,
                 growth=measures.growth(trace.time, trace.error, float(part.reference.duration)),
                 values=len(trace.time),
-                missing=len(part.time) - len(trace.time),
+                missing=missing,
+                between=len(part.time) - len(trace.time) - missing,
                 trace=trace,
             )
         )

@@ -20,7 +20,7 @@ from math import log
 import numpy as np
 
 from heyoka_bike.alignment import Alignment, Part, align, merge
-from heyoka_bike.columns import BENCHMARK_COLUMNS, Column
+from heyoka_bike.columns import COMPARED, Column
 from heyoka_bike.errors import InputError
 from heyoka_bike.findings import Finding, Severity
 from heyoka_bike.reference import Reference, load_reference
@@ -299,7 +299,7 @@ def _convergence(runs: Sequence[Run]) -> tuple[Convergence, ...]:
     return tuple(
         _converge(maneuver, key, columns, [run.step for run in runs])
         for (maneuver, key), columns in sorted(
-            by_column.items(), key=lambda entry: (entry[0][0], BENCHMARK_COLUMNS.index(entry[0][1]))
+            by_column.items(), key=lambda entry: (entry[0][0], list(COMPARED).index(entry[0][1]))
         )
         if sum(c is not None for c in columns) > 1
     )

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from heyoka_bike.alignment import HALF, Part
 from heyoka_bike.chebyshev import Array
-from heyoka_bike.columns import DEFINITIONS, Column
+from heyoka_bike.columns import COMPARED, Column
 from heyoka_bike.measures import rms
 from heyoka_bike.units import UNITS, factor
 
@@ -38,10 +38,11 @@ _FAR_ZERO = 0.1
 # Speeds and energies hardly vary: units that are not tried, ft/s or a wheel's rad/s, come within a
 # tenth of one that is.
 _NEAR = 0.02
+_HARDLY_VARYING = ("m s-1", "J")
 # Taking a constant from an error that grows does not lower it this much: a line keeps half.
 _CLEARLY_CONSTANT = 10.0
-_SIGNED = ("roll_angle", "roll_rate", "forward_speed", "steer_angle", "steer_rate")
 _ENERGIES = ("kinetic_energy", "mechanical_energy", "potential_energy")
+_UNSIGNED = (*_ENERGIES, "rear_friction", "front_friction")
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +72,7 @@ class Understanding:
 
 def plain(key: str) -> Understanding:
     """A column as written: default definition, SI unit, right positive, zero at the floor."""
-    column = DEFINITIONS[key][0]
+    column = COMPARED[key][0]
     return Understanding(column, column.unit)
 
 
@@ -83,7 +84,7 @@ def understand(parts: Sequence[Part]) -> Mapping[str, Understanding]:
 def understand_samples(samples: Sequence[Sample]) -> Mapping[str, Understanding]:
     """The same, against whatever motion the samples expect."""
     found = {}
-    for key in DEFINITIONS:
+    for key in COMPARED:
         having = [s for s in samples if key in s.values]
         if having:
             found[key] = _choose(key, having)
@@ -114,7 +115,7 @@ class Sample:
         rows = part.sample() if pick is None else pick
         present = {key: v[rows] for key, v in part.values.items()}
         if expected is None:
-            names = [c.name for key in present for c in DEFINITIONS[key]]
+            names = [c.name for key in present for c in COMPARED[key]]
             expected = part.reference.approximate(part.time[rows], names)
         self.values, self.expected, self.scale, self.floor = {}, {}, {}, {}
         self.at_start: set[str] = set()
@@ -125,7 +126,7 @@ class Sample:
             self.values[key] = values[good]
             if good[0] and part.time[rows[0]] == 0.0:
                 self.at_start.add(key)
-            self.expected.update({c.name: expected[c.name][good] for c in DEFINITIONS[key]})
+            self.expected.update({c.name: expected[c.name][good] for c in COMPARED[key]})
             scale = part.reference.scale(key)
             quantum = part.quantum.get(key)
             written = 0.0 if quantum is None else float(np.median(quantum.at(values[good]))) / 2
@@ -178,8 +179,8 @@ def _told_apart(worse: _Typical, better: _Typical) -> bool:
 
 def _choose(key: str, samples: Sequence[Sample]) -> Understanding:
     """Unit and sign, then the definition under them."""
-    columns = DEFINITIONS[key]
-    signs = (1, -1) if key in _SIGNED else (1,)
+    columns = COMPARED[key]
+    signs = (1,) if key in _UNSIGNED else (1, -1)
     typical = {
         (unit, sign, c): _typical(key, Understanding(c, unit, sign), samples)
         for unit in UNITS[columns[0].unit]
@@ -226,7 +227,7 @@ def _is_near(key: str, typical: _Typical, samples: Sequence[Sample]) -> bool:
 
     Zeros, or any noise scaled down to nothing, have an error as large as that.
     """
-    limit = HALF if UNITS[DEFINITIONS[key][0].unit][1].startswith("degree") else _NEAR
+    limit = _NEAR if COMPARED[key][0].unit in _HARDLY_VARYING else HALF
     sizes = [rms(s.expected[key]) for s in samples]
     return all(sizes) and _joint(typical) < _joint(tuple(limit * size for size in sizes))
 

@@ -18,6 +18,10 @@ UNITS: Mapping[str, tuple[str, ...]] = {
     "rad s-1": ("rad s-1", "degree s-1"),
     "m s-1": ("m s-1", "km h-1", "mm s-1"),
     "J": ("J", "kJ", "mJ"),
+    "m": ("m", "mm"),
+    "N": ("N", "kN", "mN"),
+    "N m": ("N m", "kN m", "N mm"),
+    "1": ("1",),
 }
 """By SI unit, the units tried, UDUNITS spelling; mJ is N mm, the unit of programs that use mm."""
 
@@ -33,6 +37,15 @@ _FACTORS: Mapping[str, tuple[str, str]] = {
     "J": ("1", "1"),
     "kJ": ("1000", "1"),
     "mJ": ("1", "1000"),
+    "m": ("1", "1"),
+    "mm": ("1", "1000"),
+    "N": ("1", "1"),
+    "kN": ("1000", "1"),
+    "mN": ("1", "1000"),
+    "N m": ("1", "1"),
+    "kN m": ("1000", "1"),
+    "N mm": ("1", "1000"),
+    "1": ("1", "1"),
 }
 
 

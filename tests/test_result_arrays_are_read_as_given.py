@@ -251,11 +251,11 @@ def test_long_double_that_is_not_finite():
 
 def test_other_datasets_are_left_out(tmp_path):
     path = tmp_path / "x"
-    path.write_bytes(hdf5(**named(NINE), yaw=NINE[:, 1], roll_angle_bound=NINE[:, 1]))
+    path.write_bytes(hdf5(**named(NINE), tilt=NINE[:, 1], roll_angle_bound=NINE[:, 1]))
     assert read_results(path).findings == ()
-    path.write_bytes(hdf5(time=NINE[:, 0], roll=NINE[:, 1], yaw=NINE[:, 1]))
+    path.write_bytes(hdf5(time=NINE[:, 0], roll=NINE[:, 1], tilt=NINE[:, 1]))
     (finding,) = read_results(path).findings
-    assert (finding.code, finding.evidence["names"]) == ("columns_left_out", ["yaw"])
+    assert (finding.code, finding.evidence["names"]) == ("columns_left_out", ["tilt"])
     groups = {f"maneuver_{m}": {"time": [0, 1], "roll": [0, 1]} for m in (1, 4)}
     (finding,) = read_results(groups).findings
     assert finding.evidence["names"] == ["maneuver 4"]

@@ -49,7 +49,7 @@ def found(results):
         ("roll_angle_m3", "roll_angle", 3), ("phi2", "roll_angle", 2),
         ("roll_angle[2]", "roll_angle", 2), ("roll angle (maneuver 2) [rad]", "roll_angle", 2),
         ("maneuver_1/roll_angle", "roll_angle", 1),
-        ("speed.1", "forward_speed", 1), ("roll_angle_zyx", None, None), ("pitch", None, None),
+        ("speed.1", "forward_speed", 1), ("roll_angle_zyx", None, None), ("tilt", None, None),
         ("", None, None), ("2", None, None), ("x", None, None), ("roll_angle_lo", None, None),
         ("rol", None, None), ("٣", None, None),
     ],
@@ -156,12 +156,12 @@ def test_capitals_of_energies(tmp_path):
 
 
 def test_unknown_names_are_left_out(tmp_path):
-    names = ["", "time", "roll_angle", "pitch", "tyre\x1b", *KEYS[1:]]
+    names = ["", "time", "roll_angle", "tilt", "tyre\x1b", *KEYS[1:]]
     results = read_results(written(tmp_path, names))
     (finding,) = results.findings
     assert (finding.code, finding.severity) == ("columns_left_out", "info")
-    assert finding.evidence == {"names": ["", "pitch", "tyre\\x1b"], "count": 3}
-    assert finding.message == "Columns of other names are left out: '', 'pitch', 'tyre\\x1b'."
+    assert finding.evidence == {"names": ["", "tilt", "tyre\\x1b"], "count": 3}
+    assert finding.message == "Columns of other names are left out: '', 'tilt', 'tyre\\x1b'."
     assert found(results)[None, "roll_rate"] == 5
     assert len(found(results)) == 9
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from heyoka_bike.alignment import Alignment
+from heyoka_bike.alignment import Alignment, restricted
+from heyoka_bike.columns import BENCHMARK_COLUMNS
 from heyoka_bike.diagnosis.ranking import diagnose
 from heyoka_bike.diagnosis.words import explanation, findings
+from heyoka_bike.errors import NothingScoredError
 from heyoka_bike.reference import Reference
 from heyoka_bike.report import Report
 
@@ -18,8 +20,20 @@ def diagnosed(
 ) -> Report:  # fmt: skip
     """The report of a file with the findings of its diagnosis first, and what the figure shows.
 
-    Without heyoka little can be simulated; the findings say so.
+    Only the columns of the benchmark are diagnosed. Without heyoka little can be simulated; the
+    findings say so.
+
+    Raises
+    ------
+    NothingScoredError
+        The file has none of them.
     """
-    found = diagnose(alignment, reference, progress=progress)
+    judged = restricted(alignment, BENCHMARK_COLUMNS)
+    if not any(part.values for part in judged.parts):
+        raise NothingScoredError(
+            f"{alignment.file.path}: found none of the benchmark's columns, expected some of "
+            f"{', '.join(BENCHMARK_COLUMNS)} to diagnose"
+        )
+    found = diagnose(judged, reference, progress=progress)
     said = findings(found, report, reference)
     return replace(report, findings=said + report.findings, explanation=explanation(found, said))

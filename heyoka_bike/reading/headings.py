@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from heyoka_bike.columns import BENCHMARK_COLUMNS
+from heyoka_bike.columns import BENCHMARK_COLUMNS, COMPARED
 from heyoka_bike.errors import InputError
 from heyoka_bike.exact import quoted
 from heyoka_bike.findings import Finding, Severity
@@ -32,10 +32,17 @@ _ALIASES: Mapping[str, tuple[str, ...]] = {
         "steerangularvelocity", "steeringangularvelocity", "steervelocity", "steeringvelocity",
         "steeringrate", "angularsteervelocity", "deltadot", "ddelta", "deltad", "steerdot",
     ),
+    "pitch": ("pitchangle",),
+    "yaw": ("yawangle", "heading", "headingangle", "psi"),
+    "yaw_rate": ("yawangularvelocity", "yawvelocity", "headingrate", "psidot", "dpsi", "yawdot"),
 }  # fmt: skip
 _KEYS: Mapping[str, str] = {
-    alias: key for key, aliases in _ALIASES.items() for alias in (key.replace("_", ""), *aliases)
-}
+    **{key.replace("_", ""): key for key in COMPARED},
+    **{
+        alias: key for key, aliases in _ALIASES.items()
+        for alias in (key.replace("_", ""), *aliases)
+    },
+}  # fmt: skip
 # Mechanics writes T and V for the energies, and t and v for time and speed.
 _CAPITALS: Mapping[str, tuple[str, str]] = {
     "T": ("t", "kinetic_energy"),
@@ -80,7 +87,7 @@ def recognise(name: str) -> tuple[str, int | None] | None:
     number = None
     if match := _PREFIX.fullmatch(plain):
         number, plain = int(match[1]), match[2]
-    elif match := _SUFFIX.fullmatch(plain):
+    elif plain.replace("_", "") not in _KEYS and (match := _SUFFIX.fullmatch(plain)):
         plain, number = match[1], int(match[2])
     key = _KEYS.get(plain.replace("_", ""))
     if key is None or (key == TIME and number is not None):

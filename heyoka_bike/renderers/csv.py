@@ -17,7 +17,7 @@ _MEASURES = (
 FIELDS = (
     "file", "maneuver", "name", "column", "unit", "definition", "sign", "written_unit", "offset",
     *_MEASURES, "floor", "as_written_max_abs_error", "values", "missing", "rows", "t_start",
-    "t_end", "coverage", "step", "performance",
+    "t_end", "coverage", "step", "performance", "between",
 )  # fmt: skip
 """Fields of a line; those of a series begin with `RUN_FIELDS`."""
 
@@ -50,7 +50,7 @@ def _line(path: str, m: ManeuverScore, c: ColumnScore) -> tuple[str, ...]:
     cells = (
         path, m.maneuver, m.name, c.key, c.unit, r.definition, r.sign, r.unit, r.offset,
         *measures, c.floor, c.as_written.measures.max_abs_error, c.values, c.missing, m.rows,
-        m.t_start, m.t_end, m.coverage, m.step, m.performance,
+        m.t_start, m.t_end, m.coverage, m.step, m.performance, c.between,
     )  # fmt: skip
     return tuple(_cell(x) for x in cells)
 

@@ -8,16 +8,18 @@ from html import escape
 import numpy as np
 
 from heyoka_bike.chebyshev import Array
-from heyoka_bike.columns import BENCHMARK_COLUMNS
+from heyoka_bike.columns import COMPARED
 from heyoka_bike.measures import TOLERANCE
 from heyoka_bike.renderers import axis
 from heyoka_bike.renderers.chart import Level, Line, Notch, chart
 from heyoka_bike.renderers.decimate import envelope, highest
 from heyoka_bike.renderers.markup import prose
-from heyoka_bike.renderers.words import label, number, plain, scale, unit_text
+from heyoka_bike.renderers.words import in_unit, label, number, plain, scale, unit_text
 from heyoka_bike.report import ColumnScore, Curve, Explanation, ManeuverScore
 
 _ALL_HEIGHT, _ONE_HEIGHT = 300, 120
+# Looks of lines in page.css; columns beyond the eight of the benchmark share them.
+_STYLES = 8
 _ALL_BINS, _ONE_BINS, _RANGE_BINS = 125, 200, 50
 _MOST_DECADES = 10  # of one column's error; it is 0 somewhere, or nearly
 _LOWEST = 1e-40
@@ -35,8 +37,8 @@ def legend(items: Sequence[tuple[str, str, str]]) -> str:
 
 
 def style_of(key: str) -> str:
-    """Class of a column's lines, the same in all figures."""
-    return f"s{BENCHMARK_COLUMNS.index(key)}" if key in BENCHMARK_COLUMNS else "s8"
+    """Class of a column's lines, the same in all figures; the benchmark's eight differ."""
+    return f"s{list(COMPARED).index(key) % _STYLES}"
 
 
 def all_errors(m: ManeuverScore) -> str:
@@ -135,13 +137,15 @@ def one_column(m: ManeuverScore, c: ColumnScore) -> str:
     parts = [_overlay(time, c, name, unit), _error(time, c, name, unit)]
     items += [(x, x, "") for x in ("error", "floor") if f'class="{x}"' in parts[1]]
     measures = c.as_understood.measures
-    said = f"largest error {number(measures.max_abs_error, 3)} {unit}" + (
+    said = f"largest error {in_unit(number(measures.max_abs_error, 3), c.unit)}" + (
         f" at {plain(measures.time_of_max)} s" if measures.time_of_max is not None else ""
     )
     if c.floor is not None:
-        said += f", floor {number(c.floor)} {unit}"
+        said += f", floor {in_unit(number(c.floor), c.unit)}"
     if c.missing:
         said += f"; {c.missing} of {c.missing + c.values} values are missing"
+    if c.between:
+        said += f"; {c.between} values are between the rows of the reference"
     if len(c.trace.time) == 1:
         said += "; one row only"
     return (

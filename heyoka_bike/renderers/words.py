@@ -53,6 +53,11 @@ def unit_text(unit: str) -> str:
     return shown(unit.replace(" s-1", "/s"))
 
 
+def in_unit(said: str, unit: str) -> str:
+    """A number with its unit behind it, if it has one."""
+    return said if unit == "1" else f"{said} {unit_text(unit)}"
+
+
 def label(key: str) -> str:
     """A column's key in words."""
     return shown(key.replace("_", " "))

@@ -1,0 +1,269 @@
+"""`score` takes configuration and forces by the names of their columns, as it takes the eight."""
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+from made_results import codes, column
+from made_sets import manifest
+
+from heyoka_bike.alignment import align
+from heyoka_bike.chebyshev import two_sum
+from heyoka_bike.cli import main
+from heyoka_bike.columns import BENCHMARK_COLUMNS, COMPARED
+from heyoka_bike.errors import NothingScoredError
+from heyoka_bike.manifest import MANIFEST
+from heyoka_bike.motion import MOTION, load_motion
+from heyoka_bike.motion_columns import DENSE_COLUMNS
+from heyoka_bike.reading import read_results
+from heyoka_bike.reading.headings import recognise
+from heyoka_bike.results import Quantum, Results, Rows
+from heyoka_bike.scoring import score
+from heyoka_bike.whole_motion import AT_ROWS, with_motion
+
+BEYOND = [key for key in COMPARED if key not in BENCHMARK_COLUMNS]
+SIGNED = [key for key in BEYOND if not key.endswith("_friction")]
+# Of the column: what a slope of the rows by differences is off by, 0.01 s apart, where the steer
+# rate falls fastest: h^2 f''' / (3 f') with 1/f d/dt up to 20 /s.
+SLOPE = 0.02
+
+
+@pytest.fixture(scope="module")
+def motion():
+    return load_motion()
+
+
+@pytest.fixture(scope="module")
+def exact(reference, motion):
+    """Every column at the rows, by number of the maneuver."""
+    return {
+        n: {key: motion[n][key] if key in motion[n].columns else reference[n].rows[key]
+            for key in COMPARED}
+        for n in reference
+    }  # fmt: skip
+
+
+def results(reference, exact, change=lambda key, values: values, keys=COMPARED):
+    maneuvers = tuple(
+        Rows(n, reference[n].time, reference[n].time_lo,
+             {key: change(key, exact[n][key]) for key in keys},
+             quantum={key: Quantum(2, 53) for key in keys})
+        for n in reference
+    )  # fmt: skip
+    return Results("made.txt", "text", maneuvers, 16)
+
+
+@pytest.mark.parametrize("key", COMPARED)
+def test_every_column_has_its_name(key):
+    words = key.replace("_", " ").capitalize()
+    for name, number in ((key, None), (f"{key}_2", 2), (f"m3_{key}", 3), (f"{words} [x]", None)):
+        assert recognise(name) == (key, number)
+
+
+def test_digits_in_a_name_are_no_maneuver():
+    assert recognise("rear_frame_q0") == ("rear_frame_q0", None)
+    assert recognise("front_frame_r32_1") == ("front_frame_r32", 1)
+    assert recognise("rear_frame_q4") is None
+
+
+def test_a_file_of_all_columns_scores_at_its_floor(reference, exact, tmp_path):
+    path = tmp_path / "all.txt"
+    names = [f"{key}_{n}" for n in reference for key in COMPARED]
+    values = np.column_stack([exact[n][key] for n in reference for key in COMPARED])
+    times = [f"{i / 100:.2f}" for i in range(len(values))]
+    rows = (
+        " ".join([t, *(f"{x:.17g}" for x in row)]) for t, row in zip(times, values, strict=True)
+    )
+    path.write_text("\n".join([" ".join(["time", *names]), *rows]) + "\n")
+    report = score(read_results(path), reference)
+    assert codes(report) == []
+    for m in report.maneuvers:
+        assert [c.key for c in m.columns] == list(COMPARED)
+        for c in m.columns:
+            assert c.values == len(values)
+            assert (c.missing, c.between) == (0, 0)
+            assert c.as_understood is c.as_written
+            assert 0 < c.as_understood.measures.max_abs_error <= c.floor, c.key
+
+
+def test_an_error_is_seen_in_its_column_alone(reference, exact):
+    wrong = ("com_z", "front_axle_moment_x", "rear_friction")
+    size = {key: 1e-7 * np.max(np.abs(exact[2][key])) for key in wrong}
+
+    def change(key, values):
+        return values + size[key] if key in wrong else values
+
+    report = score(results(reference, exact, change, BEYOND), reference)
+    for c in report.maneuvers[1].columns:
+        found = c.as_understood.measures
+        if c.key in wrong:
+            assert found.max_abs_error == pytest.approx(size[c.key], rel=1e-6)
+            assert found.scd == pytest.approx(7.0, abs=1e-3)
+        else:
+            assert found.scd > 15.5
+
+
+def test_the_other_sign_is_recognised(reference, exact):
+    report = score(results(reference, exact, lambda _, v: -v, SIGNED), reference)
+    assert [(f.code, f.evidence["column"]) for f in report.findings] == [
+        ("sign", key) for key in SIGNED
+    ]
+    assert all(c.is_at_floor() for m in report.maneuvers for c in m.columns)
+
+
+def test_friction_has_no_sign(reference, exact):
+    report = score(results(reference, exact, lambda _, v: -v, ["rear_friction"]), reference)
+    assert codes(report) == []
+    assert column(report, 1, "rear_friction").as_understood.measures.scd < 0
+
+
+@pytest.mark.parametrize(
+    ("key", "unit", "times"),
+    [
+        ("rear_hub_z", "mm", 1000), ("front_normal_force", "kN", 1e-3), ("com_x", "mm", 1000),
+        ("rear_axle_moment_z", "N mm", 1000), ("steer_joint_force_x", "mN", 1000),
+        ("front_wheel_angle", "degree", 180 / np.pi), ("yaw_rate", "degree s-1", 180 / np.pi),
+    ],
+)  # fmt: skip
+def test_other_units_are_recognised(reference, exact, key, unit, times):
+    report = score(results(reference, exact, lambda _, v: v * times, [key]), reference)
+    assert codes(report) == ["unit"]
+    for m in report.maneuvers:
+        assert m.columns[0].as_understood.unit == unit
+        # Written and multiplied: two roundings.
+        assert m.columns[0].is_at_floor(3)
+
+
+def test_the_maneuver_is_recognised_by_forces(reference, exact):
+    keys = ("rear_lateral_force", "front_lateral_force", "rear_frame_r31")
+    for n in reference:
+        rows = Rows(None, reference[n].time, reference[n].time_lo, {k: exact[n][k] for k in keys})
+        assert [m.maneuver for m in score(Results("x", "text", (rows,)), reference).maneuvers] == [
+            n
+        ]
+
+
+def test_dense_columns_are_compared_at_any_time(reference, motion):
+    # Pieces of motion.h5 end elsewhere than those of the eight columns.
+    assert set(motion[1].breaks) != set(reference[1].breaks)
+    t = np.sort(np.random.default_rng(7).uniform(0, 10, 500))
+    keys = ("roll_angle", "rear_normal_force", "com_y", "front_frame_q2")
+    whole = with_motion(reference)
+    for n in reference:
+        own = reference[n].evaluate(t, ["roll_angle"]), motion[n].evaluate(t, keys[1:])
+        values = {k: (own[k != "roll_angle"])[k] for k in keys}
+        rows = Rows(n, t, np.zeros_like(t), values)
+        (m,) = score(Results("x", "text", (rows,)), reference).maneuvers
+        assert all(c.as_understood.measures.scd > 15.5 and c.between == 0 for c in m.columns)
+        # In a long file other routines take the place of the exact ones.
+        many = whole[n].evaluate_many((t, np.zeros_like(t)), keys)
+        near = whole[n].approximate(t, keys)
+        for k in keys:
+            scale = whole[n].scale(k)
+            exact = two_sum(values[k], own[k != "roll_angle"].lo[k])
+            assert np.max(np.abs((many[k] - exact[0]) + (many.lo[k] - exact[1]))) < 1e-27 * scale
+            assert np.max(np.abs(near[k] - values[k])) < 1e-15 * scale
+
+
+def test_other_columns_are_compared_at_the_rows(reference, motion):
+    assert set(DENSE_COLUMNS).isdisjoint(AT_ROWS)
+    own = motion[3].time[::50]
+    t = np.sort(np.concatenate([own, np.random.default_rng(8).uniform(0, 10, 200)]))
+    y = np.interp(t, motion[3].time, motion[3]["rear_hub_y"])
+    y[::7] = np.nan
+    dense = motion[3].evaluate(t, "rear_contact_y")["rear_contact_y"]
+    rows = Rows(3, t, np.zeros_like(t), {"rear_hub_y": y, "rear_contact_y": dense})
+    report = score(Results("x", "text", (rows,)), reference)
+    hub, contact = column(report, 3, "rear_hub_y"), column(report, 3, "rear_contact_y")
+    lost = np.isnan(y)
+    assert hub.values == np.sum(np.isin(t, own) & ~lost)
+    assert (hub.missing, hub.between) == (lost.sum(), np.sum(~np.isin(t, own) & ~lost))
+    assert hub.as_understood.measures.scd > 15.5
+    assert (contact.values, contact.missing, contact.between) == (len(t), 0, 0)
+    (said,) = [f for f in report.findings if f.code == "between_rows"]
+    assert said.evidence == {"columns": ["rear_hub_y"], "values": hub.between}
+
+
+def test_nothing_between_the_rows_is_made_up(reference, motion):
+    t = motion[2].time[:-1] + 0.003
+    rows = Rows(2, t, np.zeros_like(t), {"rear_hub_y": motion[2]["rear_hub_y"][:-1]})
+    with pytest.raises(NothingScoredError, match="no time of a row of the reference"):
+        score(Results("x", "text", (rows,)), reference)
+
+
+def test_summed_times_mean_their_rows(reference, motion):
+    # 10000 steps of 1e-3, summed in binary64; the column moves in the time that they are late.
+    t = np.concatenate([[0.0], np.cumsum(np.full(10_000, 1e-3))[9::10]])
+    late = (t - motion[2].time) - motion[2].time_lo
+    assert 1e-13 < np.max(np.abs(late)) < 1e-9
+    for key in ("rear_hub_x", "steer_joint_moment_x", "front_frame_omega_z"):
+        values = motion[2][key]
+        slope = np.gradient(values, motion[2].time)
+        rows = Rows(2, t, np.zeros_like(t), {key: values})
+        (m,) = score(Results("x", "text", (rows,)), reference).maneuvers
+        found = m.columns[0].trace.error
+        rounding = 4 * np.spacing(np.max(np.abs(values)))
+        assert np.all(
+            np.abs(found + slope * late) < SLOPE * np.max(np.abs(slope * late)) + rounding
+        )
+
+
+def test_long_files_are_sampled_where_they_can_be_compared(reference, motion):
+    # Of ten rows that are also in the reference, only the first is among 4001 evenly spread ones.
+    t = np.arange(77_001) / 7919.0
+    values = -np.interp(t, motion[2].time, motion[2]["rear_hub_y"])
+    rows = Rows(2, t, np.zeros_like(t), {"rear_hub_y": values})
+    report = score(Results("x", "text", (rows,)), reference)
+    assert column(report, 2, "rear_hub_y").as_understood.sign == -1
+    assert column(report, 2, "rear_hub_y").values == 10
+
+
+def test_requirements_name_these_columns(reference, exact):
+    wrong = results(reference, exact, lambda key, v: v * (1 + 1e-5 * (key == "rear_frame_q1")))
+    met = ["rear_normal_force.scd >= 15", "2.rear_frame_q1.scd >= 4.9", "front_friction.scd > 15"]
+    assert score(wrong, reference, met).passed
+    for text in ("scd >= 6", "rear_frame_q1.scd >= 6"):
+        (said,) = score(wrong, reference, [text]).requirements
+        assert not said.met
+        assert "rear_frame_q1" in said.message
+
+
+@pytest.fixture
+def older(folder, tmp_path):
+    """The set as it would be without motion.h5."""
+    out = tmp_path / "older"
+    shutil.copytree(folder, out)
+    files = json.loads((out / MANIFEST).read_text())["files"]
+    manifest(out, files=[f for f in files if f["file"] != MOTION])
+    (out / MOTION).unlink()
+    return out
+
+
+def test_a_set_without_them_says_so(older, exact, reference, tmp_path, capsys):
+    path = tmp_path / "results.csv"
+    rows = [
+        f"{i / 100},{exact[2]['roll_angle'][i]:.17g},{exact[2]['com_y'][i]:.17g}"
+        for i in range(1001)
+    ]
+    path.write_text("\n".join(["time,roll_angle,com_y", *rows]))
+    assert main(["score", str(path), "--reference", str(older), "--maneuver", "2"]) == 0
+    out = capsys.readouterr().out
+    assert "com_y: left out" in out
+    assert f"has no {MOTION}" in out.replace("\n          ", " ")
+    path.write_text("\n".join(["time,com_y", *(r.split(",")[0] + ",1" for r in rows)]))
+    assert main(["score", str(path), "--reference", str(older), "--maneuver", "2"]) == 2
+    assert "com_y: left out" in capsys.readouterr().err
+
+
+def test_only_the_eight_are_diagnosed(reference, exact, tmp_path, capsys):
+    path = tmp_path / "forces.csv"
+    rows = [f"{i / 100},{exact[2]['rear_normal_force'][i]:.17g}" for i in range(1001)]
+    path.write_text("\n".join(["time,rear_normal_force", *rows]))
+    assert main(["diagnose", str(path), "--maneuver", "2"]) == 2
+    assert "found none of the benchmark's columns" in capsys.readouterr().err
+
+
+def test_eight_columns_need_no_motion(reference, exact):
+    aligned = align(results(reference, exact, keys=BENCHMARK_COLUMNS), reference)
+    assert all(part.reference is reference[part.number] for part in aligned.parts)
