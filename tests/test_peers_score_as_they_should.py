@@ -10,6 +10,7 @@ import pytest
 from made_results import codes, column
 
 from heyoka_bike.columns import BENCHMARK_COLUMNS, DEFINITIONS
+from heyoka_bike.motion import load_motion
 from heyoka_bike.reading import read_results
 from heyoka_bike.resources import data_folder
 from heyoka_bike.runs_file import read_runs
@@ -102,3 +103,59 @@ def test_scipy_gains_digits_with_its_tolerance(reference):
         for m in run.report.maneuvers:
             for c in m.columns:
                 assert c.as_understood.definition == DEFINITIONS[c.key][0].definition
+
+
+# Exudyn's axes have y to the left and z up. The lateral force of its sensor is positive to the
+# left, the axes of its axles are as they come.
+TURNED = {
+    "rear_contact_y", "front_contact_y", "com_y", "com_z", "rear_frame_omega_y",
+    "rear_frame_omega_z", "rear_lateral_force", "front_lateral_force", "rear_axle_force_x",
+    "front_axle_force_x",
+}  # fmt: skip
+# Of the largest value: the error of a method of second order with steps of 0.001 s, (h 20/s)^2,
+# where the fastest mode of the motion decays with 20 /s. Measured are 8e-5 and less.
+SECOND_ORDER = 4e-4
+FORGOTTEN = 0.1  # [s] what a start is given: a hundred steps
+
+
+@pytest.fixture(scope="module")
+def forces(reference):
+    return {
+        name: score(read_results(PEERS / f"exudyn-forces-{name}.txt"), reference)
+        for name in ("trapezoidal", "alpha")
+    }
+
+
+@pytest.mark.parametrize("name", ["trapezoidal", "alpha"])
+def test_forces_are_compared_with_the_published_rows(forces, name):
+    (m,) = forces[name].maneuvers
+    assert m.maneuver == 2
+    table = np.loadtxt(PEERS / f"exudyn-forces-{name}.txt", skiprows=1)
+    heads = (PEERS / f"exudyn-forces-{name}.txt").read_text().split("\n", 1)[0].split()
+    motion = load_motion()[2]
+    assert {c.key for c in m.columns} == set(heads[1:])
+    for c in m.columns:
+        assert (c.as_understood.sign == -1) == (c.key in TURNED)
+        plain = c.as_understood.sign * table[:, heads.index(c.key)] - motion[c.key]
+        found = c.as_understood.measures.max_abs_error
+        assert found == pytest.approx(np.max(np.abs(plain)), rel=1e-6)
+
+
+def test_the_forces_of_another_program_are_these(forces):
+    (m,) = forces["alpha"].maneuvers
+    for c in m.columns:
+        late = np.abs(c.trace.error[c.trace.time >= FORGOTTEN])
+        assert np.max(late) < SECOND_ORDER * np.max(np.abs(c.trace.reference)), c.key
+
+
+def test_the_trapezoidal_rule_never_forgets_its_first_forces(forces):
+    (m,) = forces["trapezoidal"].maneuvers
+    for c in m.columns:
+        relative = c.as_understood.measures.max_rel_error
+        if c.key.endswith("normal_force"):
+            # Ten steps to a row: the sign of the error is the same in each.
+            error = c.trace.error
+            assert error[0] > 0.005 * np.max(c.trace.reference)
+            assert np.all(np.abs(error - error[0]) < 0.15 * error[0])
+        elif "force" not in c.key:
+            assert relative < SECOND_ORDER, c.key

@@ -149,21 +149,23 @@ def add_bodies(mbs: Any, p: Mapping[str, float], maneuver: Maneuver) -> dict[str
     return bodies
 
 
-def add_joints(mbs: Any, p: Mapping[str, float], bodies: Mapping[str, Any]) -> Any:
-    """The steer axis, two axles and two wheels on the floor; returns the steer joint."""
+def add_joints(mbs: Any, p: Mapping[str, float], bodies: Mapping[str, Any]) -> dict[str, Any]:
+    """The steer axis, two axles and two wheels on the floor, by name."""
     point, axis = steer_axis(p)
-    steer = mbs.CreateRevoluteJoint(
-        itemNumbers=[bodies["B"], bodies["H"]], position=point, axis=axis, useGlobalFrame=True
-    )
+    joints = {
+        "steer": mbs.CreateRevoluteJoint(
+            itemNumbers=[bodies["B"], bodies["H"]], position=point, axis=axis, useGlobalFrame=True
+        )
+    }
     floor = mbs.CreateGround()
     for frame, wheel in (("B", "R"), ("H", "F")):
-        mbs.CreateRevoluteJoint(
+        joints[f"axle {wheel}"] = mbs.CreateRevoluteJoint(
             itemNumbers=[bodies[frame], bodies[wheel]],
             position=centres(p)[wheel],
             axis=_AXLE,
             useGlobalFrame=True,
         )
-        mbs.CreateRollingDisc(
+        joints[f"floor {wheel}"] = mbs.CreateRollingDisc(
             bodyNumbers=[floor, bodies[wheel]],
             axisPosition=[0.0, 0.0, 0.0],
             axisVector=_AXLE,
@@ -171,7 +173,7 @@ def add_joints(mbs: Any, p: Mapping[str, float], bodies: Mapping[str, Any]) -> A
             planePosition=[0.0, 0.0, 0.0],
             planeNormal=[0.0, 0.0, 1.0],
         )
-    return steer
+    return joints
 
 
 def add_sensors(
@@ -213,8 +215,8 @@ def build(p: Mapping[str, float], maneuver: Maneuver) -> Model:
     container = exu.SystemContainer()
     mbs = container.AddSystem()
     bodies = add_bodies(mbs, p, maneuver)
-    steer = add_joints(mbs, p, bodies)
-    sensors = add_sensors(mbs, p, bodies, steer)
+    joints = add_joints(mbs, p, bodies)
+    sensors = add_sensors(mbs, p, bodies, joints["steer"])
     mbs.Assemble()
     return Model(container, mbs, sensors, {body: p["g"] * p[f"m{body}"] for body in BODIES})
 
