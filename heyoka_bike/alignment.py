@@ -203,16 +203,15 @@ def _with_their_columns(results: Results, reference: Reference) -> tuple[Results
     whole = with_motion(reference)
     if whole is not None:
         return results, whole
+    known = written - set(unknown)
     finding = Finding(
         "columns_without_reference",
         f"{', '.join(unknown)}: left out, for the reference in {reference.folder} has no {MOTION}",
         Severity.WARNING,
         {"columns": unknown},
     )
-
-    if not written - set(unknown):
+    if not known:
         raise NothingScoredError(f"{results.path}: {finding.message}")
-    known = written - set(unknown)
     maneuvers = tuple(replace(r, values=_only(r.values, known)) for r in results.maneuvers)
     return replace(results, maneuvers=maneuvers, findings=(*results.findings, finding)), reference
 

@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from math import inf, isfinite
 
-from heyoka_bike.columns import COMPARED
+from heyoka_bike.columns import BENCHMARK_COLUMNS, COMPARED
 from heyoka_bike.errors import InputError
 from heyoka_bike.report import ColumnScore, Report, Requirement
 
@@ -70,7 +70,8 @@ def parse(text: str) -> Parsed:
         )
     if column is not None and column not in COMPARED:
         raise InputError(
-            f"require: found column '{column:.40}', expected one of {', '.join(COMPARED)}"
+            f"require: found column '{column:.40}', expected one of "
+            f"{', '.join(BENCHMARK_COLUMNS)}, pitch, yaw, yaw_rate, or of those of motion.h5"
         )
     if column is not None and metric in OF_MANEUVER:
         raise InputError(
