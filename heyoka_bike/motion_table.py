@@ -33,8 +33,9 @@ _NOTHING_BITS = 166
 _BOUND_BITS = 8
 """Bounds are rounded up to this many bits: at most 1/128 more, and they compress well."""
 
-_SMALLEST_SCALE = 2.0**-60
-"""Of the dense columns, so that one that vanishes but for roundoff is not resolved to the end."""
+_SMALLEST_SCALE = 2.0**-40
+"""Of the dense columns, so that one that vanishes (the longitudinal force on a rear wheel without
+inertia, say) has coefficients of zero: its grid of 2^-152 is far above the width of its balls."""
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,11 @@
 """The sets of docs/bicycles.md come out again: steps, certified bound, published numbers."""
 
 import pytest
-from bicycle_table import committed, set_of
+from bicycle_table import NAMES, committed, set_of
+
+
+def test_every_bicycle_has_a_set():
+    assert list(committed("sets")) == NAMES
 
 
 @pytest.mark.slow
