@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heyoka_bike.chebyshev import Array
-from heyoka_bike.columns import COMPARED
+from heyoka_bike.columns import BENCHMARK_COLUMNS, COMPARED
 from heyoka_bike.errors import InputError, NothingScoredError
 from heyoka_bike.findings import Finding, Severity
 from heyoka_bike.motion import MOTION
@@ -55,11 +55,13 @@ class Part:
     lo: Mapping[str, Array]
     quantum: Mapping[str, Quantum]
 
-    def comparable(self) -> bool:
-        """Whether some column is known at some row."""
-        if not AT_ROWS.issuperset(self.values) or not isinstance(self.reference, WholeManeuver):
-            return True
-        return len(self.reference.near_rows(self.time)) > 0
+    def is_comparable(self) -> bool:
+        """Whether some column has a value where the reference is known."""
+        values = dict(self.values)
+        if isinstance(self.reference, WholeManeuver):
+            near = self.reference.near_rows(self.time)
+            values |= {key: values[key][near] for key in AT_ROWS if key in values}
+        return any(np.isfinite(v).any() for v in values.values())
 
     def sample(self) -> NDArray[np.intp]:
         """Indices of at most `MOST_SAMPLED` rows, evenly spread.
@@ -124,11 +126,8 @@ def align(results: Results, reference: Reference) -> Alignment:
             f"{results.path}: found no row of maneuver {lost[0].number} within its run, expected "
             "at least one"
         )
-    if not any(part.comparable() for part in parts):
-        raise NothingScoredError(
-            f"{results.path}: found no time of a row of the reference, expected some: "
-            f"{', '.join(parts[0].values)} can be compared there only"
-        )
+    if not any(part.is_comparable() for part in parts):
+        raise _nothing_at_rows(results.path, parts)
     first = [rows.time[0] for rows in results.maneuvers if len(rows.time)]
     last = [rows.time[-1] for rows in results.maneuvers if len(rows.time)]
     return Alignment(
@@ -223,8 +222,13 @@ def _only(columns: Mapping[str, Array], keys: Collection[str]) -> dict[str, Arra
 def _recognise(path: str, rows: Rows, reference: Reference) -> int:
     """Number of the maneuver that the values are nearest to."""
     distance = {}
-    for number in reference:
-        part, _ = _within(rows, number, reference[number])
+    parts = {number: _within(rows, number, reference[number])[0] for number in reference}
+    inside = [part for part in parts.values() if len(part.time)]
+    if any(np.isfinite(v).any() for part in inside for v in part.values.values()) and not any(
+        part.is_comparable() for part in inside
+    ):
+        raise _nothing_at_rows(path, inside)
+    for number, part in parts.items():
         # A few rows that happen to lie within the run say nothing about the others.
         enough = 2 * len(part.time) > len(rows.time)
         distance[number] = _distance(part) if enough else 1.0
@@ -269,7 +273,9 @@ def _distance(part: Part) -> float:
     for key in names:
         values = part.values[key][pick]
         good = np.isfinite(values) & np.isfinite(expected[key])
-        scale = part.reference.scale(key)
+        # Heights and normal forces hardly vary: what tells maneuvers apart is how they do.
+        rows = part.reference.rows[key]
+        scale = part.reference.scale(key) if key in BENCHMARK_COLUMNS else float(np.ptp(rows))
         if not good.any() or not scale:
             continue
         nearest = min(
@@ -342,6 +348,14 @@ def _within(
         quantum=rows.quantum,
     )
     return part, findings
+
+
+def _nothing_at_rows(path: str, parts: Sequence[Part]) -> NothingScoredError:
+    keys = [key for key in COMPARED if any(key in part.values for part in parts)]
+    return NothingScoredError(
+        f"{path}: found no value at a row of the reference, expected some: {', '.join(keys)} can "
+        "be compared only there"
+    )
 
 
 def _why_nothing(results: Results, reference: Reference, has_rows: bool) -> str:

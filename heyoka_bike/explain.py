@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from math import prod
 
 from heyoka_bike.findings import Finding, Severity
 from heyoka_bike.measures import TOLERANCE
@@ -16,6 +17,8 @@ _VISIBLE = 1e-2
 _ROUNDED = 4.0
 # An error of up to this many floors is that of the digits written.
 _LIMITED = 2.0
+# As many columns as the benchmark has.
+_NAMED = 8
 
 
 def explain(report: Report) -> tuple[Finding, ...]:
@@ -93,6 +96,34 @@ def _understood(report: Report) -> Iterator[Finding]:
                 Severity.WARNING,
                 {"columns": [angle, rate]},
             )
+    for name in ("rear_frame", "front_frame"):
+        for entries in _no_attitude(name, signs):
+            yield Finding(
+                "signs_disagree",
+                f"{_names(entries)} have signs that are those of no attitude in other axes: it may "
+                "be the inverse, or some are turned round",
+                Severity.WARNING,
+                {"columns": entries},
+            )
+
+
+def _no_attitude(name: str, signs: Mapping[str, int]) -> Iterator[list[str]]:
+    """Entries of a quaternion or a rotation matrix whose signs no change of axes makes.
+
+    Axes that are turned round, d = diag(+-1, +-1, +-1), change R to d R d and the vector part of q
+    to det(d) d q; and q and -q are the same.
+    """
+    quaternion = [f"{name}_q{i}" for i in range(4)]
+    if all(key in signs for key in quaternion) and prod(signs[key] for key in quaternion) < 0:
+        yield quaternion
+    matrix = {(i, j): f"{name}_r{i}{j}" for i in (1, 2, 3) for j in (1, 2, 3)}
+    if any(key not in signs for key in matrix.values()):
+        return
+    turned = {ij: signs[key] for ij, key in matrix.items()}
+    is_symmetric = all(s == turned[j, i] for (i, j), s in turned.items())
+    triangle = turned[1, 2] * turned[2, 3] * turned[1, 3]
+    if triangle < 0 or not is_symmetric or any(turned[i, i] < 0 for i in (1, 2, 3)):
+        yield list(matrix.values())
 
 
 def _coverage(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
@@ -120,13 +151,14 @@ def _between(report: Report) -> Iterator[Finding]:
         for key, scores in _columns(report, compared=False).items()
         if any(c.between for _, c in scores)
     }
+    sparse = {c.key for m in report.maneuvers for c in m.columns if c.is_sparse}
     for counts in dict.fromkeys(found.values()):
         keys = [key for key, same in found.items() if same == counts]
         yield Finding(
             "between_rows",
-            f"{', '.join(keys)}: known at the rows of the reference only, so {counts[0]} of "
+            f"{_names(keys)}: known at the rows of the reference only, so {counts[0]} of "
             f"{counts[1]} values between them are not compared",
-            Severity.WARNING if counts[0] == counts[1] else Severity.INFO,
+            Severity.WARNING if sparse.intersection(keys) else Severity.INFO,
             {"columns": keys, "values": counts[0]},
         )
 
@@ -199,10 +231,16 @@ def _digits(report: Report) -> Iterator[Finding]:
     if limited:
         yield Finding(
             "digits_written",
-            f"{', '.join(limited)}: the error is that of the digits written ({digits} in the "
+            f"{_names(limited)}: the error is that of the digits written ({digits} in the "
             "column with the fewest); write 17 to show what the program can do",
             evidence={"columns": limited, "significant_digits": digits},
         )
+
+
+def _names(keys: Sequence[str]) -> str:
+    """Columns of a sentence, not too many of them."""
+    more = len(keys) - _NAMED
+    return ", ".join(keys[:_NAMED]) + (f" and {more} more" if more > 0 else "")
 
 
 def _percent(part: float) -> str:

@@ -46,7 +46,8 @@ def measures(t: Array, error: Array, reference: Array, scale: float) -> Measures
         return Measures(None, None, None, None, None, None, None)
     worst = int(np.argmax(np.abs(error)))
     largest = float(np.abs(error[worst]))
-    relative = largest / scale if scale else None
+    # Of a column that vanishes everything is known, or nothing.
+    relative = largest / scale if scale else None if largest else 0.0
     return Measures(
         max_abs_error=largest,
         time_of_max=float(t[worst]),

@@ -100,7 +100,7 @@ def check(text: str, report: Report) -> Requirement:
     for m in maneuvers:
         where = f"maneuver {m.maneuver}"
         if r.metric in OF_MANEUVER:
-            lacking = next((c for c in m.columns if c.missing and _matters(c, r.metric)), None)
+            lacking = next((c for c in m.columns if _is_lacking(c) and _matters(c, r.metric)), None)
             if lacking is not None:
                 return Requirement(text, False, None, f"{where}, {_why_missing(lacking)}")
             value = getattr(m, r.metric)
@@ -112,7 +112,7 @@ def check(text: str, report: Report) -> Requirement:
         for c in m.columns:
             if r.column not in (None, c.key):
                 continue
-            if c.missing:
+            if _is_lacking(c):
                 return Requirement(text, False, None, f"{where}, {_why_missing(c)}")
             value = _value(c, r.metric)
             if value is None:
@@ -120,11 +120,15 @@ def check(text: str, report: Report) -> Requirement:
                 return Requirement(text, False, None, f"{where}, {c.key}: {why}")
             values.append((value, f"{where}, {c.key}"))
     if not values:
-        return Requirement(text, False, None, f"{r.column or 'no column'} is not in the file")
+        return Requirement(text, False, None, f"{r.column or 'no column'} was not compared")
     value, where = (max if r.op in ("<", "<=") else min)(values)
     found = value if isfinite(value) else None
     shown = "never" if found is None else f"{found:.3g}"
     return Requirement(text, _OPERATORS[r.op](value, r.number), found, f"{shown} ({where})")
+
+
+def _is_lacking(c: ColumnScore) -> bool:
+    return bool(c.missing) or c.is_sparse
 
 
 def _matters(c: ColumnScore, metric: str) -> bool:
@@ -132,7 +136,12 @@ def _matters(c: ColumnScore, metric: str) -> bool:
 
 
 def _why_missing(c: ColumnScore) -> str:
-    return f"{c.key}: {c.missing} of {c.missing + c.values} values are not finite"
+    if c.missing:
+        return f"{c.key}: {c.missing} of {c.missing + c.values + c.between} values are not finite"
+    return (
+        f"{c.key}: {c.between} of {c.between + c.values} values are between the rows of the "
+        "reference and not compared"
+    )
 
 
 def _value(c: ColumnScore, metric: str) -> float | None:

@@ -174,6 +174,7 @@ def _score_columns(part: Part, understood: Mapping[str, Understanding]) -> tuple
     for key, candidate, error in zip(keys, best, found, strict=False):
         u = understood[key]
         missing = int(np.count_nonzero(~np.isfinite(part.values[key])))
+        between = int(np.count_nonzero(np.isfinite(part.values[key]) & ~np.isfinite(error)))
         trace = _trace(part.time, candidate.values[0], error)
         reading = _reading(part, trace, u)
         plain_reading = reading
@@ -192,11 +193,18 @@ def _score_columns(part: Part, understood: Mapping[str, Understanding]) -> tuple
                 growth=measures.growth(trace.time, trace.error, float(part.reference.duration)),
                 values=len(trace.time),
                 missing=missing,
-                between=len(part.time) - len(trace.time) - missing,
+                between=between,
+                is_sparse=between > len(trace.time) and 2 * len(trace.time) < _rows_within(part),
                 trace=trace,
             )
         )
     return tuple(scores)
+
+
+def _rows_within(part: Part) -> int:
+    """Rows of the reference from the first to the last time."""
+    rows = part.reference.time
+    return int(np.count_nonzero((rows >= part.time[0]) & (rows <= part.time[-1])))
 
 
 def _double(part: Part, key: str) -> Double:

@@ -147,6 +147,7 @@ def _series(
     if _definitions(understood_better) != _definitions(understood):
         found = _score(runs, understood_better, known, require)
         convergence = _convergence(found)
+    findings += _nothing_shared(convergence)
     findings += _disagreement(found)
     findings += _orders(convergence)
     return Series(found, convergence, tuple(findings))
@@ -265,6 +266,18 @@ def _extrapolate(runs: Sequence[_Sized], convergence: Sequence[Convergence]) -> 
         if 2 * len(time) >= len(a.time) and values:
             parts.append(replace(b, time=time, time_lo=b.time_lo[j], values=values, lo={}))
     return parts
+
+
+def _nothing_shared(convergence: Sequence[Convergence]) -> list[Finding]:
+    if convergence:
+        return []
+    return [
+        Finding(
+            "no_shared_columns",
+            "no maneuver has a column that two of the files share; those of one run go in one file",
+            Severity.WARNING,
+        )
+    ]
 
 
 def _disagreement(runs: Sequence[Run]) -> list[Finding]:

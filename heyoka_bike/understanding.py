@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from heyoka_bike.alignment import HALF, Part
 from heyoka_bike.chebyshev import Array
-from heyoka_bike.columns import COMPARED, Column
+from heyoka_bike.columns import BENCHMARK_COLUMNS, COMPARED, Column
 from heyoka_bike.measures import rms
 from heyoka_bike.units import UNITS, factor
 
@@ -227,9 +227,15 @@ def _is_near(key: str, typical: _Typical, samples: Sequence[Sample]) -> bool:
 
     Zeros, or any noise scaled down to nothing, have an error as large as that.
     """
-    limit = _NEAR if COMPARED[key][0].unit in _HARDLY_VARYING else HALF
+    limit = _NEAR if _hardly_varies(key, samples) else HALF
     sizes = [rms(s.expected[key]) for s in samples]
     return all(sizes) and _joint(typical) < _joint(tuple(limit * size for size in sizes))
+
+
+def _hardly_varies(key: str, samples: Sequence[Sample]) -> bool:
+    if key in BENCHMARK_COLUMNS:
+        return COMPARED[key][0].unit in _HARDLY_VARYING
+    return all(float(np.ptp(s.expected[key])) < HALF * s.scale[key] for s in samples)
 
 
 def _share_the_unit_of_energies(found: dict[str, Understanding]) -> None:

@@ -28,6 +28,10 @@ A time so near to a row means it, and the reference is continued over so short a
 """
 
 
+# Rows 0.01 s apart, and a motion whose fastest part decays with 20 /s: a slope is right to 1e-6.
+_NEIGHBOURS = 9
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class WholeManeuver(ReferenceManeuver):
     """The reference of one maneuver with the columns of its motion.h5; else as its base class.
@@ -101,7 +105,7 @@ class WholeManeuver(ReferenceManeuver):
         hi, lo = {}, {}
         for name in names:
             values, rest = self.rows.hi[name], self.rows.lo[name]
-            slope = np.gradient(values, self.time, edge_order=2)[row] if late.any() else 0.0
+            slope = _slopes(values, self.time)[row] if late.any() else 0.0
             hi[name] = np.where(is_near, values[row], np.nan)
             lo[name] = rest[row] + slope * np.where(is_near, late, 0.0)
         return Values(hi, lo)
@@ -126,6 +130,19 @@ def with_motion(reference: Reference) -> Reference | None:
     motion = load_motion(reference.folder)
     maneuvers = tuple(WholeManeuver.of(reference[n], motion[n]) for n in reference)
     return replace(reference, maneuvers=maneuvers)
+
+
+def _slopes(values: Array, time: Array) -> Array:
+    """Derivatives of a column at evenly spaced rows, by polynomials through neighbouring ones."""
+    n = min(_NEIGHBOURS, len(values))
+    nodes = np.arange(n, dtype=np.float64)
+    powers = np.vander(nodes, increasing=True)
+    weights = (powers[:, :-1] * nodes[1:]) @ np.linalg.inv(powers)[1:]
+    first = np.clip(np.arange(len(values)) - n // 2, 0, len(values) - n)
+    own = weights[np.arange(len(values)) - first]
+    slopes: Array = np.sum(own * values[first[:, None] + np.arange(n)], axis=1)
+    slopes /= time[1] - time[0]
+    return slopes
 
 
 def _joined(parts: Iterable[Values]) -> Values:

@@ -251,8 +251,16 @@ def test_long_double_that_is_not_finite():
 
 def test_other_datasets_are_left_out(tmp_path):
     path = tmp_path / "x"
-    path.write_bytes(hdf5(**named(NINE), tilt=NINE[:, 1], roll_angle_bound=NINE[:, 1]))
+    # Those that the files of the reference have are not worth a word.
+    own = dict.fromkeys(("roll_angle_bound", "roll_angle_zyx", "roll_angle_zyx_lo"), NINE[:, 1])
+    path.write_bytes(hdf5(**named(NINE), **own))
     assert read_results(path).findings == ()
+    many = dict(**named(NINE), tilt=NINE[:, 1], com=NINE[:, :3], forces={"x": NINE[:, 1]})
+    (finding,) = read_results(many).findings
+    assert (finding.code, finding.evidence["names"]) == (
+        "columns_left_out",
+        ["tilt", "com", "forces"],
+    )
     path.write_bytes(hdf5(time=NINE[:, 0], roll=NINE[:, 1], tilt=NINE[:, 1]))
     (finding,) = read_results(path).findings
     assert (finding.code, finding.evidence["names"]) == ("columns_left_out", ["tilt"])

@@ -6,27 +6,27 @@ import shutil
 import numpy as np
 import pytest
 from made_results import codes, column
-from made_sets import manifest
+from made_sets import make, manifest
 
 from heyoka_bike.alignment import align
 from heyoka_bike.chebyshev import two_sum
 from heyoka_bike.cli import main
 from heyoka_bike.columns import BENCHMARK_COLUMNS, COMPARED
+from heyoka_bike.diagnosis.diagnosing import diagnosed
 from heyoka_bike.errors import NothingScoredError
 from heyoka_bike.manifest import MANIFEST
 from heyoka_bike.motion import MOTION, load_motion
 from heyoka_bike.motion_columns import DENSE_COLUMNS
 from heyoka_bike.reading import read_results
 from heyoka_bike.reading.headings import recognise
+from heyoka_bike.reference import load_reference
 from heyoka_bike.results import Quantum, Results, Rows
 from heyoka_bike.scoring import score
+from heyoka_bike.series import score_series
 from heyoka_bike.whole_motion import AT_ROWS, with_motion
 
 BEYOND = [key for key in COMPARED if key not in BENCHMARK_COLUMNS]
 SIGNED = [key for key in BEYOND if not key.endswith("_friction")]
-# Of the column: what a slope of the rows by differences is off by, 0.01 s apart, where the steer
-# rate falls fastest: h^2 f''' / (3 f') with 1/f d/dt up to 20 /s.
-SLOPE = 0.02
 
 
 @pytest.fixture(scope="module")
@@ -188,25 +188,30 @@ def test_other_columns_are_compared_at_the_rows(reference, motion):
 def test_nothing_between_the_rows_is_made_up(reference, motion):
     t = motion[2].time[:-1] + 0.003
     rows = Rows(2, t, np.zeros_like(t), {"rear_hub_y": motion[2]["rear_hub_y"][:-1]})
-    with pytest.raises(NothingScoredError, match="no time of a row of the reference"):
+    with pytest.raises(NothingScoredError, match="no value at a row of the reference"):
         score(Results("x", "text", (rows,)), reference)
 
 
-def test_summed_times_mean_their_rows(reference, motion):
-    # 10000 steps of 1e-3, summed in binary64; the column moves in the time that they are late.
-    t = np.concatenate([[0.0], np.cumsum(np.full(10_000, 1e-3))[9::10]])
-    late = (t - motion[2].time) - motion[2].time_lo
-    assert 1e-13 < np.max(np.abs(late)) < 1e-9
-    for key in ("rear_hub_x", "steer_joint_moment_x", "front_frame_omega_z"):
-        values = motion[2][key]
-        slope = np.gradient(values, motion[2].time)
-        rows = Rows(2, t, np.zeros_like(t), {key: values})
-        (m,) = score(Results("x", "text", (rows,)), reference).maneuvers
-        found = m.columns[0].trace.error
-        rounding = 4 * np.spacing(np.max(np.abs(values)))
-        assert np.all(
-            np.abs(found + slope * late) < SLOPE * np.max(np.abs(slope * late)) + rounding
-        )
+@pytest.mark.parametrize("late", ["summed", 9e-10])
+def test_times_near_a_row_mean_it(reference, motion, late):
+    # A rotation matrix is known at the rows, its quaternion at any time: there is what the former
+    # is to be, when 100000 steps are summed in binary64.
+    t = np.concatenate([[0.0], np.cumsum(np.full(100_000, 1e-4))[99::100]])
+    if late != "summed":
+        t = motion[2].time + np.where(motion[2].time < 10, late, 0.0)
+    t = np.minimum(t, 10.0)
+    assert 1e-12 < np.max(np.abs(t - motion[2].time)) < 1e-9
+    q = motion[2].evaluate(t, [f"front_frame_q{i}" for i in range(4)])
+    q0, q1, q2, q3 = (q[f"front_frame_q{i}"] for i in range(4))
+    values = {
+        "front_frame_r31": 2 * (q1 * q3 - q0 * q2),
+        "front_frame_r12": 2 * (q1 * q2 - q0 * q3),
+    }
+    (m,) = score(Results("x", "text", (Rows(2, t, np.zeros_like(t), values),)), reference).maneuvers
+    for c in m.columns:
+        # A slope is right to 1e-6, and the column is made of few operations in binary64.
+        assert c.values == len(t)
+        assert c.as_understood.measures.max_abs_error < 1e-6 * 1e-9 + 4 * np.finfo(float).eps
 
 
 def test_long_files_are_sampled_where_they_can_be_compared(reference, motion):
@@ -256,14 +261,149 @@ def test_a_set_without_them_says_so(older, exact, reference, tmp_path, capsys):
     assert "com_y: left out" in capsys.readouterr().err
 
 
-def test_only_the_eight_are_diagnosed(reference, exact, tmp_path, capsys):
+def test_only_the_eight_are_diagnosed(reference, exact):
+    # Exact, but for a force.
+    keys = (*BENCHMARK_COLUMNS, "rear_normal_force")
+
+    def change(key, values):
+        return values * 1.01 if key == "rear_normal_force" else values
+
+    wrong = results(reference, exact, change, keys)
+    report = diagnosed(align(wrong, reference), score(wrong, reference), reference)
+    assert codes(report)[0] == "nothing_to_explain"
+    assert column(report, 2, "rear_normal_force").as_understood.measures.scd < 2.1
+
+
+@pytest.mark.parametrize("value", ["nan", "absent"])
+def test_without_the_eight_nothing_is_diagnosed(exact, tmp_path, capsys, value):
     path = tmp_path / "forces.csv"
-    rows = [f"{i / 100},{exact[2]['rear_normal_force'][i]:.17g}" for i in range(1001)]
-    path.write_text("\n".join(["time,rear_normal_force", *rows]))
+    more = {"nan": ",nan", "absent": ""}[value]
+    rows = [f"{i / 100},{exact[2]['rear_normal_force'][i]:.17g}{more}" for i in range(1001)]
+    head = "time,rear_normal_force" + (",roll_angle" if more else "")
+    path.write_text("\n".join([head, *rows]))
     assert main(["diagnose", str(path), "--maneuver", "2"]) == 2
-    assert "found none of the benchmark's columns" in capsys.readouterr().err
+    assert "none of them has a value" in capsys.readouterr().err
+    # The score is there all the same.
+    assert main(["score", str(path), "--maneuver", "2", "--diagnose"]) == 0
+    shown = capsys.readouterr().out
+    assert "the diagnosis looks at the benchmark's columns" in shown
+    assert "rear_normal_force" in shown
 
 
 def test_eight_columns_need_no_motion(reference, exact):
     aligned = align(results(reference, exact, keys=BENCHMARK_COLUMNS), reference)
     assert all(part.reference is reference[part.number] for part in aligned.parts)
+
+
+def test_one_is_the_unit_of_what_has_no_dimension():
+    assert (
+        recognise("rear_friction [1]") == recognise("Rear friction(1)") == ("rear_friction", None)
+    )
+    assert recognise("front_frame_q1 [ 1 ]") == ("front_frame_q1", None)
+    assert recognise("rear_friction_2 [1]") == ("rear_friction", 2)
+    assert recognise("roll_angle[1]") == ("roll_angle", 1)
+
+
+def test_numbers_in_brackets_are_maneuvers_where_they_differ(tmp_path, exact):
+    path = tmp_path / "f.csv"
+    for heads in (
+        "rear_friction[1],rear_friction[2],rear_friction[3]",
+        "rear_friction,rear_friction.1,rear_friction.2",
+        "rear_friction_0,rear_friction_1,rear_friction_2",
+    ):
+        rows = [
+            ",".join([f"{i / 100}", *(f"{exact[n]['rear_friction'][i]:.17g}" for n in exact)])
+            for i in range(1001)
+        ]
+        path.write_text("\n".join([f"time,{heads}", *rows]))
+        read = read_results(path)
+        assert [r.maneuver for r in read.maneuvers] == [1, 2, 3]
+        assert min(m.columns[0].as_understood.measures.scd for m in score(read).maneuvers) > 15
+
+
+def test_a_name_beyond_the_eight_tells_that_names_count(tmp_path, exact):
+    keys = list(exact[2])[10:17]
+    path = tmp_path / "f.csv"
+    rows = [
+        ",".join([f"{i / 100}", *(f"{exact[2][k][i]:.17g}" for k in keys), "12.6"])
+        for i in range(1001)
+    ]
+    path.write_text("\n".join([",".join(["time", *keys, "battery"]), *rows]))
+    read = read_results(path)
+    assert set(read.maneuvers[0].values) == set(keys)
+    assert [f.code for f in read.findings] == ["columns_left_out"]
+
+
+def test_a_requirement_fails_on_what_is_hardly_compared(reference, motion):
+    t = np.concatenate([[0.0], np.arange(1, 1000) / 100 + 0.004, [10.0]])
+    values = np.interp(t, motion[2].time, motion[2]["rear_axle_force_z"]) * 3
+    values[[0, -1]] = motion[2]["rear_axle_force_z"][[0, -1]]
+    rows = Rows(2, t, np.zeros_like(t), {"rear_axle_force_z": values})
+    report = score(Results("x", "text", (rows,)), reference, ["scd >= 6", "coverage >= 1"])
+    c = column(report, 2, "rear_axle_force_z")
+    assert (c.values, c.between, c.is_sparse) == (2, 999, True)
+    assert [r.met for r in report.requirements] == [False, False]
+    assert "between the rows" in report.requirements[0].message
+    (said,) = [f for f in report.findings if f.code == "between_rows"]
+    assert said.severity == "warning"
+
+
+def test_maneuvers_are_told_apart_by_what_hardly_varies(reference, exact):
+    def scored(told, n):
+        values = {"rear_normal_force": exact[n]["rear_normal_force"]}
+        rows = Rows(told, reference[n].time, reference[n].time_lo, values)
+        return score(Results("x", "text", (rows,)), reference)
+
+    for n in reference:
+        assert scored(None, n).maneuvers[0].maneuver == n
+    for n in (1, 2):
+        # Maneuver 3 is nearly at rest: 1 percent of the force is much there.
+        (said,) = [f for f in scored(3, n).findings if f.code == "another_maneuver"]
+        assert said.evidence["nearest"] == n
+
+
+@pytest.mark.parametrize(
+    ("key", "value"), [("com_z", 613.0), ("rear_hub_z", 200.0), ("front_frame_r33", -0.8)]
+)
+def test_no_sign_or_unit_is_claimed_of_a_wrong_constant(reference, key, value):
+    t = reference[2].time
+    rows = Rows(2, t, reference[2].time_lo, {key: np.full(len(t), value)})
+    taken = column(score(Results("x", "text", (rows,)), reference), 2, key).as_understood
+    assert (taken.sign, taken.unit) == (1, COMPARED[key][0].unit)
+
+
+def test_a_set_of_two_rows_is_enough(reference, tmp_path):
+    out = make(tmp_path, ("0.3", "0.3"))
+    x = load_motion(out)[1]["rear_hub_x"]
+    path = tmp_path / "two.csv"
+    path.write_text(f"time,rear_hub_x\n0,{x[0]!r}\n0.3,{float(x[1])!r}\n".replace("np.float64", ""))
+    report = score(read_results(path, maneuver=1, count=1), load_reference(out))
+    assert column(report, 1, "rear_hub_x").as_understood.measures.scd > 15
+
+
+def test_files_without_a_common_column_are_no_series(reference, exact):
+    files = [results(reference, exact, keys=[key]) for key in ("com_x", "roll_angle")]
+    assert "no_shared_columns" in [f.code for f in score_series(files, reference).findings]
+
+
+@pytest.mark.parametrize("q0", [1, -1])
+@pytest.mark.parametrize("d", [(1, 1, 1), (1, -1, -1), (-1, -1, 1), (1, -1, 1), (-1, -1, -1)])
+def test_an_attitude_in_other_axes_is_one(reference, exact, d, q0):
+    # The vector part of a quaternion is a pseudovector, and -q the same turn as q.
+    signs = {f"rear_frame_q{i}": q0 * int(np.prod(d)) * d[i - 1] for i in (1, 2, 3)}
+    signs |= {f"rear_frame_r{i}{j}": d[i - 1] * d[j - 1] for i in (1, 2, 3) for j in (1, 2, 3)}
+    signs |= {"rear_frame_q0": q0}
+    turned = results(reference, exact, lambda key, v: v * signs[key], list(signs))
+    assert set(codes(score(turned, reference))) <= {"sign"}
+
+
+def test_an_inverse_attitude_is_told(reference, exact):
+    quaternion = [f"rear_frame_q{i}" for i in range(4)]
+    matrix = [f"front_frame_r{i}{j}" for i in (1, 2, 3) for j in (1, 2, 3)]
+
+    def inverse(key, values):
+        return values if key == "rear_frame_q0" else -values
+
+    report = score(results(reference, exact, inverse, [*quaternion, *matrix]), reference)
+    said = [f.evidence["columns"] for f in report.findings if f.code == "signs_disagree"]
+    assert said == [quaternion, matrix]

@@ -7,7 +7,7 @@ import json
 import textwrap
 from typing import TYPE_CHECKING, Any
 
-from heyoka_bike.errors import Exit, InputError
+from heyoka_bike.errors import Exit, InputError, NothingScoredError
 
 if TYPE_CHECKING:
     from heyoka_bike.alignment import Alignment
@@ -60,6 +60,8 @@ def run(args: argparse.Namespace) -> int:
     scored = report(one, understand(one.parts), reference)
     found = with_diagnosis(one, scored, reference)
     said = found.findings[: len(found.findings) - len(scored.findings)]
+    if any(f.code == "nothing_to_diagnose" for f in said):
+        raise NothingScoredError(f"{one.file.path}: {said[0].message}")
     print(_as_json(found) if args.format == "json" else _as_text(scored, said))
     return Exit.OK
 

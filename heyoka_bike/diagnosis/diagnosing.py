@@ -5,13 +5,22 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
+import numpy as np
+
 from heyoka_bike.alignment import Alignment, restricted
 from heyoka_bike.columns import BENCHMARK_COLUMNS
 from heyoka_bike.diagnosis.ranking import diagnose
 from heyoka_bike.diagnosis.words import explanation, findings
-from heyoka_bike.errors import NothingScoredError
+from heyoka_bike.findings import Finding, Severity
 from heyoka_bike.reference import Reference
 from heyoka_bike.report import Report
+
+_NOTHING = Finding(
+    "nothing_to_diagnose",
+    "the diagnosis looks at the benchmark's columns, and none of them has a value: "
+    + ", ".join(BENCHMARK_COLUMNS),
+    Severity.WARNING,
+)
 
 
 def diagnosed(
@@ -20,20 +29,20 @@ def diagnosed(
 ) -> Report:  # fmt: skip
     """The report of a file with the findings of its diagnosis first, and what the figure shows.
 
-    Only the columns of the benchmark are diagnosed. Without heyoka little can be simulated; the
-    findings say so.
-
-    Raises
-    ------
-    NothingScoredError
-        The file has none of them.
+    Only the columns of the benchmark are diagnosed. Without them, or without heyoka, little or
+    nothing can be said; the findings tell.
     """
     judged = restricted(alignment, BENCHMARK_COLUMNS)
-    if not any(part.values for part in judged.parts):
-        raise NothingScoredError(
-            f"{alignment.file.path}: found none of the benchmark's columns, expected some of "
-            f"{', '.join(BENCHMARK_COLUMNS)} to diagnose"
-        )
+    if not any(np.isfinite(v).any() for part in judged.parts for v in part.values.values()):
+        return replace(report, findings=(_NOTHING, *report.findings))
     found = diagnose(judged, reference, progress=progress)
-    said = findings(found, report, reference)
+    said = findings(found, _of_benchmark(report), reference)
     return replace(report, findings=said + report.findings, explanation=explanation(found, said))
+
+
+def _of_benchmark(report: Report) -> Report:
+    maneuvers = tuple(
+        replace(m, columns=tuple(c for c in m.columns if c.key in BENCHMARK_COLUMNS))
+        for m in report.maneuvers
+    )
+    return replace(report, maneuvers=maneuvers)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heyoka_bike.chebyshev import Array, two_sum
-from heyoka_bike.columns import BENCHMARK_COLUMNS
+from heyoka_bike.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.errors import InputError
 from heyoka_bike.exact import quoted
 from heyoka_bike.findings import Finding, Severity
@@ -24,6 +24,8 @@ MOST_BYTES = 2 * 10**9
 
 DEEPEST = 3
 """Groups in groups: of a program, of a maneuver, of its columns. A group may contain itself."""
+
+_ALTERNATES = frozenset(c.name for c in COLUMNS)
 
 _REFUSED = {
     "b": "truth values", "c": "complex numbers", "m": "time differences", "M": "dates",
@@ -120,7 +122,8 @@ class _Arrays:
         vectors = {name: x for name, x in arrays.items() if _is_vector(x)}
         names = [name for name in vectors if recognise(name)]
         if are_names(names):
-            return self._named(vectors, names, maneuver, where)
+            others = [n for n in (*arrays, *inner) if n not in vectors]
+            return self._named(vectors, names, others, maneuver, where)
         if self.is_ordered and len(vectors) in self.fitting and len(vectors) == len(arrays):
             columns = [self._column(x, None, f"{where}{n}: ") for n, x in vectors.items()]
             self._check_lengths(list(vectors), columns, where)
@@ -143,15 +146,14 @@ class _Arrays:
         return are_names(list(arrays)) or bool(_whole(arrays, self.fitting))
 
     def _named(
-        self, vectors: Mapping[str, Any], names: Sequence[str], maneuver: int | None, where: str
-    ) -> Table:
+        self, vectors: Mapping[str, Any], names: Sequence[str], others: Sequence[str],
+        maneuver: int | None, where: str,
+    ) -> Table:  # fmt: skip
         columns = [self._column(vectors[n], vectors.get(f"{n}_lo"), f"{where}{n}: ") for n in names]
         self._check_lengths(names, columns, where)
         findings: tuple[Finding, ...] = ()
-        keys = {known[0] for name in names if (known := recognise(name))}
-        unknown = [n for n in vectors if n not in names and n.removesuffix("_lo") not in names]
-        # Who has all columns of the benchmark may well have others too.
-        if unknown and not keys.issuperset(BENCHMARK_COLUMNS):
+        unknown = [n for n in (*vectors, *others) if n not in names and not _goes_with(n, names)]
+        if unknown:
             findings = (left_out(unknown),)
         return Table(
             columns,
@@ -260,6 +262,12 @@ def _members(source: Mapping[Any, Any], path: str, where: str) -> dict[str, Any]
         else:
             members[str(name)] = _array(x, path, f"{where}{name}: ")
     return members
+
+
+def _goes_with(name: str, names: Sequence[str]) -> bool:
+    """Whether the files of the reference have such a dataset beside those of some names."""
+    stem = name.removesuffix("_lo").removesuffix("_bound")
+    return stem in names or stem in _ALTERNATES or name == "dense"
 
 
 def _is_time(name: str) -> bool:

@@ -62,7 +62,8 @@ def assemble(
         names = table.names
         places = layout(names, len(table.columns), count, alone, fail, ordered=table.ordered)
         times = _times(table, places.time, path)
-        findings += [*table.findings, *places.findings, *times.findings]
+        said = (*table.findings, *places.findings, *times.findings)
+        findings += [f for f in said if f not in findings]
         for number, columns in places.maneuvers.items():
             maneuvers[number] = _rows(table, times, number, places.time, columns, bad)
             used = [table.columns[j].digits for j in columns.values()]

@@ -51,6 +51,7 @@ _CAPITALS: Mapping[str, tuple[str, str]] = {
 
 _MANEUVER = r"(?:m|man|maneuver|manoeuvre)"
 _BRACKETS = re.compile(r"\[([^\]]*)\]|\(([^)]*)\)|\{([^}]*)\}")
+_ONE = re.compile(r"[\[({]\s*1\s*[\])}]")
 _NUMBERED = re.compile(rf"[\s_-]*{_MANEUVER}?[\s_-]*([0-9]{{1,3}})\s*")
 _BREAKS = re.compile(r"[\s_.:/-]+")
 _PREFIX = re.compile(rf"{_MANEUVER}_?([0-9]{{1,3}})_(.+)")
@@ -78,11 +79,16 @@ class Layout:
     findings: tuple[Finding, ...] = ()
 
 
-def recognise(name: str) -> tuple[str, int | None] | None:
+def recognise(name: str, *, one_is_a_unit: bool = True) -> tuple[str, int | None] | None:
     """Key of the column that a name means, and number of the maneuver if it has one.
 
-    Case, blanks, hyphens and underscores do not matter, nor does a unit in brackets.
+    Case, blanks, hyphens and underscores do not matter, nor does a unit in brackets; there 1 is
+    that of a column without dimension, or the first maneuver.
     """
+    if one_is_a_unit and _ONE.search(name):
+        found = recognise(_ONE.sub("", name))
+        if found and found[0] != TIME and COMPARED[found[0]][0].unit == "1":
+            return found
     plain = _BREAKS.sub("_", _BRACKETS.sub(_number_in_brackets, name.lower())).strip("_\"'")
     number = None
     if match := _PREFIX.fullmatch(plain):
@@ -155,9 +161,11 @@ def layout(
     """
     alone = 1 if maneuver is None and count == 1 else maneuver
     found = [] if names is None else _known(names, count)
+    # The benchmark's order has no place for what is not of the benchmark.
+    is_beyond = any(f and f[0] not in (TIME, *BENCHMARK_COLUMNS) for f in found)
     is_named = any(f and f[0] == TIME for f in found) and sum(f is not None for f in found) > 1
     places = _by_place(width, count, alone) if ordered else None
-    if names is not None and is_named and (places is None or None not in found):
+    if names is not None and is_named and (places is None or None not in found or is_beyond):
         return _by_name(names, found, alone, fail)
     if places is not None:
         return places if names is None else _with_names_unused(places, names, found)
@@ -176,11 +184,15 @@ def layout(
 
 
 def _known(names: Sequence[str], count: int) -> list[tuple[str, int | None] | None]:
-    found = [recognise(name) for name in names]
+    # With other numbers in brackets, all of them are maneuvers.
+    brackets = [b for name in names for match in _BRACKETS.finditer(name) for b in match.groups()]
+    are_numbers = any(b and b.strip().isdecimal() and int(b) != 1 for b in brackets)
+    found = [recognise(name, one_is_a_unit=not are_numbers) for name in names]
     plain = [name.strip() for name in names]
     for i, name in enumerate(plain):
         if name in _CAPITALS and _CAPITALS[name][0] in plain:
             found[i] = _CAPITALS[name][1], None
+    found = _from_one(found, count)
     # The eight names once for each maneuver mean the maneuvers in order.
     if not any(f and f[1] is not None for f in found):
         seen: dict[str, int] = {}
@@ -200,6 +212,24 @@ def _known(names: Sequence[str], count: int) -> list[tuple[str, int | None] | No
         f if f is None or f[0] == TIME or (f[1] is not None and 1 <= f[1] <= count) else None
         for f in found
     ]
+
+
+def _from_one(
+    found: list[tuple[str, int | None] | None], count: int
+) -> list[tuple[str, int | None] | None]:
+    """The same with numbers from 1, where those of every column are from 0.
+
+    Instead of 0 the first of all may have none: so pandas makes equal names differ.
+    """
+    numbers: dict[str, set[int | None]] = {}
+    for f in found:
+        if f and f[0] != TIME:
+            numbers.setdefault(f[0], set()).add(f[1])
+    are_from_zero = all(0 in n for n in numbers.values())
+    are_of_pandas = count > 1 and all(n == {None, *range(1, count)} for n in numbers.values())
+    if not numbers or not (are_from_zero or are_of_pandas):
+        return found
+    return [f if f is None or f[0] == TIME else (f[0], (f[1] or 0) + 1) for f in found]
 
 
 def _by_place(width: int, count: int, alone: int | None) -> Layout | None:
