@@ -7,16 +7,19 @@ import sys
 import tomllib
 from dataclasses import replace
 from fractions import Fraction
+from importlib.util import find_spec
 from itertools import combinations
 from math import cos, sin, tan
 from pathlib import Path
 
 import numpy as np
 import pytest
+from after_ten_seconds import committed
+from after_ten_seconds import number as first_number
 
 from heyoka_bike.cli import main
 from heyoka_bike.columns import DEFINITIONS
-from heyoka_bike.errors import Exit, InputError
+from heyoka_bike.errors import Exit, InputError, MissingPackageError
 from heyoka_bike.figures import FIGURES, plates
 from heyoka_bike.parameters import read_bicycle
 from heyoka_bike.resources import benchmark_bicycle, data_folder
@@ -24,6 +27,7 @@ from heyoka_bike.resources import benchmark_bicycle, data_folder
 matplotlib = pytest.importorskip("matplotlib")
 
 from heyoka_bike.figures import (  # noqa: E402
+    after,
     bicycle,
     certificate,
     definitions,
@@ -35,8 +39,14 @@ from heyoka_bike.figures import (  # noqa: E402
 from heyoka_bike.figures.style import render  # noqa: E402
 
 FORMATS = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}
-# The certificate is proved anew, which takes a minute; it has tests of its own.
-QUICK = [name for name in FIGURES if name != "certificate"]
+HAS_HEYOKA = find_spec("heyoka") is not None
+NAMES = [
+    pytest.param(
+        name,
+        marks=pytest.mark.skipif(kind.needs_heyoka and not HAS_HEYOKA, reason="needs heyoka"),
+    )
+    for name, kind in FIGURES.items()
+]
 ANCHORS = Path(__file__).parent / "anchors"
 STATE = ("roll_angle", "roll_rate", "forward_speed", "steer_angle", "steer_rate")
 
@@ -69,8 +79,22 @@ def quick_bounds(monkeypatch):
     monkeypatch.setattr(certificate, "bounds", made)
 
 
-@pytest.mark.parametrize("name", FIGURES)
-def test_every_figure_is_drawn_in_every_format_and_the_same_again(name, reference, quick_bounds):
+@pytest.fixture(scope="module")
+def followed(reference):
+    """What becomes of the maneuvers, computed once."""
+    return after.motions(reference, (1, 2, 3)) if HAS_HEYOKA else None
+
+
+@pytest.fixture
+def quick_motions(monkeypatch, followed):
+    """Motions that are not computed again."""
+    monkeypatch.setattr(after, "motions", lambda _, numbers: [followed[n - 1] for n in numbers])
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_figure_is_drawn_in_every_format_and_the_same_again(
+    name, reference, quick_bounds, quick_motions
+):
     plate = plates(reference, name)[0]
     figure, again = (plate.draw(reference) for _ in range(2))
     for file_format, start in FORMATS.items():
@@ -79,8 +103,10 @@ def test_every_figure_is_drawn_in_every_format_and_the_same_again(name, referenc
         assert render(again, file_format) == first, file_format
 
 
-@pytest.mark.parametrize("name", FIGURES)
-def test_no_text_lies_on_another_or_leaves_the_page(name, reference, quick_bounds, monkeypatch):
+@pytest.mark.parametrize("name", NAMES)
+def test_no_text_lies_on_another_or_leaves_the_page(
+    name, reference, quick_bounds, quick_motions, monkeypatch
+):
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.text import Text
 
@@ -94,7 +120,8 @@ def test_no_text_lies_on_another_or_leaves_the_page(name, reference, quick_bound
 
     drawn = Text.draw
     monkeypatch.setattr(Text, "draw", draw)
-    for plate in plates(reference, name):
+    chosen = (None, 1, 2, 3) if name == "after" else (None,)
+    for plate in [plate for n in chosen for plate in plates(reference, name, n)]:
         texts.clear()
         figure = plate.draw(reference)
         FigureCanvasAgg(figure).draw()
@@ -122,11 +149,23 @@ def test_all_means_every_figure_with_maneuver_1_where_one_is_shown(reference):
     ]  # fmt: skip
 
 
-def test_errors_of_benchmark_files_are_not_drawn_for_other_sets(reference):
+def test_what_needs_heyoka_is_left_out_of_all_without_it(reference):
+    assert "after" not in [plate.name for plate in plates(reference, "all")]
+    with pytest.raises(MissingPackageError, match="heyoka is not installed"):
+        plates(reference, "after")[0].draw(reference)
+
+
+def test_what_needs_heyoka_is_drawn_with_it(reference, with_heyoka):
+    assert "after" in [plate.name for plate in plates(reference, "all")]
+    assert "after_2" in [plate.name for plate in plates(reference, "all", 2)]
+
+
+@pytest.mark.parametrize("name", ["errors", "after"])
+def test_figures_of_the_benchmark_are_not_drawn_for_other_sets(reference, with_heyoka, name):
     own = replace(reference, dataset_version="custom")
-    assert "errors_1" not in [plate.name for plate in plates(own, "all")]
-    with pytest.raises(InputError, match="--figure: found 'errors' for a set of one's own"):
-        plates(own, "errors")
+    assert FIGURES[name] not in [plate.kind for plate in plates(own, "all")]
+    with pytest.raises(InputError, match=f"--figure: found '{name}' for a set of one's own"):
+        plates(own, name)
 
 
 def test_command_writes_the_chosen_figure(tmp_path, capsys):
@@ -427,3 +466,136 @@ def test_certified_bound_is_above_the_true_error_and_is_the_published_one(
     piece = np.clip(np.searchsorted(stairs.edges, error.get_xdata()) - 1, 0, None)
     assert (error.get_ydata() <= stairs.values[piece]).all()
     assert error.get_ydata().max() > 1e-73
+
+
+@pytest.fixture
+def panels(reference, quick_motions):
+    """Panels of the figure of what comes after ten seconds, by name."""
+    if not HAS_HEYOKA:
+        pytest.skip("needs heyoka")
+    return {ax.get_label(): ax for ax in after.draw(reference, (1, 2, 3)).axes}
+
+
+@pytest.fixture(scope="module")
+def page():
+    """Numbers of docs/after-ten-seconds.md by table, in their order."""
+    return {name: [(r[0], first_number(r[1])) for r in rows] for name, rows in committed().items()}
+
+
+def said(table, quantity, since=""):
+    """A number of a table: the first of that name below the row that is called `since`."""
+    names = [name for name, _ in table]
+    first = names.index(since) if since else 0
+    return float(table[names.index(quantity, first)][1])
+
+
+def numbers_in(ax):
+    """Of the notes in a panel."""
+    text = " ".join(t.get_text() for t in ax.texts).replace("\N{MINUS SIGN}", "-")
+    return [float(x) for x in re.findall(r"-?\d+\.\d+", text)]
+
+
+def test_the_cycle_drawn_is_the_one_of_the_page(panels, page, reference):
+    beginning, cycle = panels["portrait"].lines
+    for values, what in zip(cycle.get_data(), ("roll", "steer"), strict=True):
+        largest = said(page["cycle"], f"largest {what} angle [rad]")
+        # Points are 1/200 s apart: the largest is missed by a part in 3e4 at most.
+        assert 0 <= largest - values.max() < 4e-5 * largest
+        assert 0 <= largest + values.min() < 4e-5 * largest
+        # It closes but for roundoff, some 1e-14 in 200 s.
+        assert values[-1] == pytest.approx(values[0], abs=1e-13)
+    times = np.linspace(0.0, 10.0, len(beginning.get_xdata()))
+    exact = reference[1].evaluate(times, ("roll_angle", "steer_angle"))
+    for values, name in zip(beginning.get_data(), ("roll_angle", "steer_angle"), strict=True):
+        # Rounding of binary64: some 1e-15.
+        assert np.abs(values - exact[name]).max() < 1e-13
+
+
+def test_leans_come_to_the_cycle_by_the_multiplier_of_the_page(panels, page, reference):
+    ax = panels["cycle"]
+    leans, line = ax.lines
+    time, distance = leans.get_data()
+    roll = reference[1].evaluate(time[time < 10], "roll_angle")["roll_angle"]
+    largest = said(page["cycle"], "largest roll angle [rad]")
+    assert np.abs(np.abs(np.abs(roll) - largest) - distance[time < 10]).max() < 1e-13
+    period = said(page["cycle"], "period [s]")
+    # Where other modes have died out, and far above roundoff, each is the last one times the
+    # half-period multiplier: both are below a part in a thousand there.
+    settled = (distance < 1e-6) & (distance > 1e-11)
+    assert settled.sum() > 40
+    half = said(page["cycle"], "half-period multiplier 1")
+    ratio = distance[settled][1:] / distance[settled][:-1]
+    assert np.abs(ratio / -half - 1).max() < 1e-3
+    (start, end), (first, last) = line.get_data()
+    floquet = said(page["cycle"], "Floquet multiplier 1")
+    # That part in a thousand at both ends of 23 periods.
+    assert (last / first) ** (period / (end - start)) == pytest.approx(floquet, rel=1e-4)
+    on_line = first * (last / first) ** ((time[settled] - start) / (end - start))
+    assert np.abs(on_line / distance[settled] - 1).max() < 1e-3
+    # Written with four decimals.
+    assert numbers_in(ax) == pytest.approx([floquet, period], abs=5e-5)
+
+
+def test_leans_of_maneuver_2_die_out_like_the_weave_of_the_page(panels, page, reference):
+    ax = panels["straight"]
+    leans, line = ax.lines
+    time, lean = leans.get_data()
+    roll = reference[2].evaluate(time[time < 10], "roll_angle")["roll_angle"]
+    assert np.abs(np.abs(roll) - lean[time < 10]).max() < 1e-13
+    weave = said(page["settling"], "eigenvalue at that speed, weave [1/s]")
+    (start, end), (first, last) = line.get_data()
+    # The eigenvalue of a speed in binary64.
+    assert np.log(last / first) / (end - start) == pytest.approx(weave, rel=1e-12)
+    # From 50 s on what is left of capsize is a part in 1e5; runs are rounded to 2^-69.
+    late = (time > 50) & (lean > 1e-15)
+    assert late.sum() > 30
+    on_line = first * (last / first) ** ((time[late] - start) / (end - start))
+    assert np.abs(on_line / lean[late] - 1).max() < 1e-4
+    # What is drawn ends with roundoff.
+    assert end == ax.get_xlim()[1] == pytest.approx(time[lean > after.ROUNDOFF][-1], abs=1.0)
+    speed = said(page["settling"], "final speed, from the energy [m/s]")
+    assert numbers_in(ax) == pytest.approx([speed, weave], abs=5e-5)
+
+
+def test_the_fall_drawn_ends_where_the_page_says(panels, page):
+    fall = page["fall"]
+    lifted = "the rear wheel leaves the floor [s]"
+    lift = said(fall, lifted)
+    roll, at_roll = panels["roll"].lines
+    floor, rear, front, at_force = panels["forces"].lines
+    # Errors of binary64 have grown to some 1e-8 by then, in rad and s.
+    for line in (roll, rear, front, at_roll, at_force):
+        assert line.get_xdata()[-1] == pytest.approx(lift, abs=1e-7)
+    for line in (roll, at_roll):
+        angle = said(fall, "roll angle then [rad]", lifted)
+        assert line.get_ydata()[-1] == pytest.approx(angle, abs=1e-7)
+    # In a second forces change by 5e5 N there.
+    for line in (rear, at_force):
+        assert line.get_ydata()[-1] == pytest.approx(0.0, abs=1e-2)
+    force = said(fall, "normal force on the front wheel then [N]")
+    assert front.get_ydata()[-1] == pytest.approx(force, abs=1e-2)
+    greatest = roll.get_ydata().argmax()
+    # Points are a millisecond apart, and the curve is flat there.
+    when = said(fall, "greatest lean, time [s]")
+    assert roll.get_xdata()[greatest] == pytest.approx(when, abs=3e-3)
+    largest = said(fall, "roll angle then [rad]")
+    assert roll.get_ydata()[greatest] == pytest.approx(largest, abs=1e-6)
+    # Both wheels press on the floor until then.
+    assert (rear.get_ydata()[:-1] > 0).all()
+    assert (front.get_ydata() > 0).all()
+    assert list(floor.get_ydata()) == [0.0, 0.0]
+    assert panels["forces"].get_ylim()[0] < 0
+    assert roll.get_xdata()[0] == rear.get_xdata()[0] == 40.0
+    assert numbers_in(panels["roll"]) == pytest.approx([lift], abs=5e-5)
+
+
+@pytest.mark.parametrize(
+    ("shown", "names"),
+    [(1, {"portrait", "cycle"}), (2, {"straight"}), (3, {"roll", "forces"})],
+)
+def test_a_maneuver_alone_has_its_own_panels(panels, reference, quick_motions, shown, names):
+    found = {ax.get_label(): ax for ax in after.draw(reference, (shown,)).axes}
+    assert set(found) == names
+    for name, ax in found.items():
+        for line, other in zip(ax.lines, panels[name].lines, strict=True):
+            assert (line.get_xydata() == other.get_xydata()).all()

@@ -142,6 +142,7 @@ def test_folder_format_and_maneuver_can_be_chosen(folder, tmp_path):
 )
 def test_bad_input_gives_one_line(folder, tmp_path, monkeypatch, capsys, arguments, message):
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setitem(sys.modules, "heyoka", None)  # of all figures, with it there are more
     for name in ("file", "folder.svg"):
         (tmp_path / name).write_text("in the way")
     assert main(["plot", str(folder), *arguments]) == Exit.INPUT

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Literal
 
-from heyoka_bike.errors import InputError
+from heyoka_bike.errors import InputError, MissingPackageError
 from heyoka_bike.manifest import CUSTOM
 
 if TYPE_CHECKING:
@@ -36,12 +36,15 @@ class Kind:
         ``all``: a figure with all; ``none``: no motion.
     is_of_benchmark
         Whether only a set of the benchmark itself can be drawn.
+    needs_heyoka
+        Whether motions are computed for it; without heyoka ``all`` leaves it out.
     """
 
     module: str
     about: str
     shows: Literal["each", "one", "all", "none"]
     is_of_benchmark: bool = False
+    needs_heyoka: bool = False
 
 
 FIGURES: Mapping[str, Kind] = {
@@ -51,6 +54,7 @@ FIGURES: Mapping[str, Kind] = {
     "errors": Kind("errors", "errors of other programs, and what eq. (1) says", "one", True),
     "definitions": Kind("definitions", "how far apart the definitions of a column are", "one"),
     "certificate": Kind("certificate", "certified bound and true error, in a minute", "all"),
+    "after": Kind("after", "what follows the ten seconds; needs heyoka", "all", True, True),
     "bicycle": Kind("bicycle", "the parameters of the bicycle", "none"),
     "overview": Kind("overview", "a wide picture for a page on any background", "all"),
 }
@@ -80,7 +84,7 @@ class Plate:
         Raises
         ------
         MissingPackageError
-            matplotlib is not installed.
+            matplotlib is not installed, or heyoka, if the figure needs it.
         DatasetError
             A file of the set that this figure needs is missing or damaged.
         """
@@ -108,7 +112,11 @@ def plates(reference: Reference, name: str = DEFAULT, maneuver: int | None = Non
         raise InputError(f"--maneuver: found {maneuver}, expected 1 to {len(reference)}")
     is_benchmark = reference.dataset_version != CUSTOM
     if name == ALL:
-        kinds = [k for k in FIGURES.values() if is_benchmark or not k.is_of_benchmark]
+        has_heyoka = _has_heyoka()
+        kinds = [
+            k for k in FIGURES.values()
+            if (is_benchmark or not k.is_of_benchmark) and (has_heyoka or not k.needs_heyoka)
+        ]  # fmt: skip
         return [plate for kind in kinds for plate in _plates(kind, reference, maneuver)]
     kind = FIGURES[name]
     if kind.is_of_benchmark and not is_benchmark:
@@ -127,3 +135,13 @@ def _plates(kind: Kind, reference: Reference, maneuver: int | None) -> list[Plat
         return [Plate(kind.module, kind, tuple(reference))]
     numbers = tuple(reference) if maneuver is None and kind.shows == "each" else (maneuver or 1,)
     return [Plate(f"{kind.module}_{n}", kind, (n,)) for n in numbers]
+
+
+def _has_heyoka() -> bool:
+    from heyoka_bike.integration import require_heyoka
+
+    try:
+        require_heyoka()
+    except MissingPackageError:
+        return False
+    return True
