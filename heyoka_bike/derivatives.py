@@ -52,6 +52,7 @@ _SAMPLES = 201
 _STEP = Fraction(1, 2**240)
 _BITS = 500
 _DIGITS = 40
+_ENERGY = [c.name for c in COLUMNS].index("mechanical_energy")
 
 
 def differentiate(
@@ -149,6 +150,7 @@ class _Motion:
             ]
         self._nodes = self._numbers(nodes)
         self._transform = np.array([self._numbers(row) for row in orders])
+        self._energy = self._evaluated(self._motion(self._numbers([flint.arb(0)])))[0, _ENERGY]
 
     def scales(self) -> Array:
         """Largest derivatives over the run, shape (columns, unknowns)."""
@@ -170,8 +172,15 @@ class _Motion:
     def _at(self, a: float, b: float, x: NDArray[Any]) -> NDArray[Any]:
         """Derivatives at (a + b) / 2 + x (b - a) / 2, shape (times, columns, unknowns)."""
         middle, half = (self._real(v) for v in ((a + b) / 2, (b - a) / 2))
-        states = self._motion(middle + half * x)
-        times, unknowns = len(x), len(self._by_unknown)
+        found = self._evaluated(self._motion(middle + half * x))
+        # The energy stays that of the start. Variations that grow would add up to it only as far
+        # as their own roundoff.
+        found[:, _ENERGY] = self._energy
+        return found
+
+    def _evaluated(self, states: NDArray[Any]) -> NDArray[Any]:
+        """Derivatives at some states and their variations, shape (times, columns, unknowns)."""
+        times, unknowns = len(states), len(self._by_unknown)
         rows = np.concatenate(
             [np.repeat(states, unknowns, axis=0), np.tile(self._by_unknown, (times, 1))], axis=1
         )

@@ -176,3 +176,18 @@ def test_nineteen_combinations_of_the_parameters_show(sensitivities, reference):
     assert np.sum(values > 1e-10 * values[0]) == 19
     # Those that show do so by far more than the roundoff of those that do not.
     assert values[18] > 1e8 * values[19]
+
+
+@pytest.mark.slow
+def test_the_energy_stays_that_of_the_start_however_variations_grow(bicycle):
+    # They grow by 1e20 within this maneuver, and binary128 has 34 digits.
+    from heyoka_bike.derivatives import _Motion
+    from heyoka_bike.parameters import read_maneuvers
+    from heyoka_bike.resources import find_input
+
+    edge = read_maneuvers(find_input("maneuvers", "harder/edge-of-falling"))[-1]
+    found = _Motion(bicycle, edge, lambda _: None).coefficients(8.0, 8.5)
+    energy = found[:, [c.name for c in COLUMNS].index("mechanical_energy")]
+    assert np.max(np.abs(found)) > 1e15
+    # Of the constant, the higher orders are what the transform leaves of it.
+    assert np.all(np.abs(energy[1:]) <= 1e-25 * np.max(np.abs(energy[0])))
