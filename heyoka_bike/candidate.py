@@ -18,8 +18,7 @@ import numpy as np
 
 from heyoka_bike import manifest as manifest_file
 from heyoka_bike.errors import DatasetError
-from heyoka_bike.exact import Exact
-from heyoka_bike.parameters import STATE_INPUTS, Bicycle, Maneuver
+from heyoka_bike.parameters import Bicycle, Maneuver
 from heyoka_bike.trajectory import Trajectory
 
 CANDIDATE = "candidate.h5"
@@ -72,16 +71,9 @@ def read_candidate(folder: str | Path) -> tuple[Trajectory, ...]:
 
 
 def _read(bicycle: Bicycle, group: Any) -> Trajectory:
-    inputs = {key: Exact.parse(group.attrs[key]) for key in STATE_INPUTS}
-    maneuver = Maneuver(
-        name=str(group.attrs["name"]),
-        **{k: x for k, x in inputs.items() if k not in ("duration", "spacing")},
-        duration=inputs["duration"].fraction(),
-        spacing=inputs["spacing"].fraction(),
-    )
     return Trajectory(
         bicycle=bicycle,
-        maneuver=maneuver,
+        maneuver=Maneuver.parse(str(group.attrs["name"]), group.attrs),
         precision=str(group.attrs["precision"]),
         bits=int(group.attrs["precision_bits"]),
         is_regular=group.attrs["form"] == "regular",

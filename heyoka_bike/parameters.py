@@ -167,6 +167,13 @@ class Maneuver:
     steer: Exact = ZERO
     steer_rate: Exact = ZERO
 
+    @classmethod
+    def parse(cls, name: str, texts: Mapping[str, str]) -> Maneuver:
+        """The maneuver of exact texts, as in `ReferenceManeuver.inputs`."""
+        values = {key: Exact.parse(texts[key]) for key in STATE_INPUTS}
+        duration, spacing = values.pop("duration"), values.pop("spacing")
+        return cls(name, **values, duration=duration.fraction(), spacing=spacing.fraction())
+
     @property
     def rows(self) -> int:
         """Number of output rows, both ends included."""

@@ -18,7 +18,6 @@ import numpy as np
 
 from heyoka_bike.arithmetic import Arrays
 from heyoka_bike.bodies import binary64_bodies
-from heyoka_bike.candidate import read_candidate
 from heyoka_bike.chebyshev import Array
 from heyoka_bike.constants import binary64_constants
 from heyoka_bike.events import GREATEST_LEAN, REAR_LIFT, events, follow
@@ -277,8 +276,6 @@ def draw(reference: Reference, numbers: Sequence[int]) -> Figure:
     ------
     MissingPackageError
         matplotlib or heyoka is not installed.
-    DatasetError
-        The candidate of the set, which has the exact inputs, is missing or damaged.
     """
     with style():
         from matplotlib.figure import Figure
@@ -294,8 +291,9 @@ def draw(reference: Reference, numbers: Sequence[int]) -> Figure:
 
 def motions(reference: Reference, numbers: Sequence[int]) -> list[Weave | Straightening | Fall]:
     """What becomes of the maneuvers of the benchmark."""
-    runs = read_candidate(reference.folder)
-    return [_KINDS[n](runs[n - 1].bicycle, runs[n - 1].maneuver) for n in numbers]
+    bicycle = Bicycle.parse(reference.bicycle, reference.parameters)
+    parts = {n: reference[n] for n in numbers}
+    return [_KINDS[n](bicycle, Maneuver.parse(m.name, m.inputs)) for n, m in parts.items()]
 
 
 _KINDS: Mapping[int, Callable[[Bicycle, Maneuver], Weave | Straightening | Fall]] = {

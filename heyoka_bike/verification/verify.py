@@ -18,7 +18,6 @@ from typing import Any
 from heyoka_bike.arithmetic import Balls
 from heyoka_bike.candidate import CANDIDATE, read_candidate
 from heyoka_bike.constants import constants
-from heyoka_bike.exact import Exact
 from heyoka_bike.initial import initial_state
 from heyoka_bike.manifest import MANIFEST, Manifest
 from heyoka_bike.motion import MOTION, MotionManeuver, load_motion
@@ -275,18 +274,7 @@ def _inputs(manifest: Manifest) -> tuple[Bicycle, tuple[Maneuver, ...]]:
     """Bicycle and maneuvers of a manifest, with an initial state that can be reached."""
     given = manifest.inputs
     bicycle = Bicycle.parse(given["bicycle"]["name"], given["bicycle"]["parameters"])
-    maneuvers = []
-    for entry in given["maneuvers"]:
-        values = {key: Exact.parse(entry[key]) for key in STATE_INPUTS}
-        duration, spacing = values.pop("duration"), values.pop("spacing")
-        maneuvers.append(
-            Maneuver(
-                name=entry["name"],
-                **values,
-                duration=duration.fraction(),
-                spacing=spacing.fraction(),
-            )
-        )
+    maneuvers = tuple(Maneuver.parse(entry["name"], entry) for entry in given["maneuvers"])
     if describe_inputs(bicycle, maneuvers) != given or not maneuvers:
         raise ValueError("they are not written as 'heyoka-bike generate' writes them")
     balls = Balls(_BITS)
@@ -296,7 +284,7 @@ def _inputs(manifest: Manifest) -> tuple[Bicycle, tuple[Maneuver, ...]]:
             if m.duration <= 0 or (m.duration / m.spacing).denominator != 1:
                 raise ValueError(f"{m.name}: its duration is no number of its spacings")
             initial_state(bicycle, m, k, balls)
-    return bicycle, tuple(maneuvers)
+    return bicycle, maneuvers
 
 
 def _file_list(manifest: Manifest, expected: Sequence[str]) -> Check:
