@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from heyoka_bike.integration import integrate as integrate
     from heyoka_bike.linear import linearise as linearise
-    from heyoka_bike.motion import load_motion as load_motion
+    from heyoka_bike.motion.file import load_motion as load_motion
     from heyoka_bike.parameters import read_bicycle as read_bicycle
     from heyoka_bike.parameters import read_maneuvers as read_maneuvers
     from heyoka_bike.reading import read_results as read_results
@@ -27,7 +27,7 @@ __version__ = "0.1.0"
 _HOME = {
     "integrate": "integration",
     "linearise": "linear",
-    "load_motion": "motion",
+    "load_motion": "motion.file",
     "load_reference": "reference",
     "load_sensitivities": "sensitivities",
     "read_bicycle": "parameters",

@@ -13,12 +13,12 @@ from heyoka_bike.chebyshev import Array
 from heyoka_bike.columns import BENCHMARK_COLUMNS, COMPARED
 from heyoka_bike.errors import InputError, NothingScoredError
 from heyoka_bike.findings import Finding, Severity
-from heyoka_bike.motion import MOTION
+from heyoka_bike.motion.file import MOTION
+from heyoka_bike.motion.whole import AT_ROWS, SUMMED, WholeManeuver, with_motion
 from heyoka_bike.reference import Reference, ReferenceManeuver
 from heyoka_bike.report import FileInfo
 from heyoka_bike.results import Quantum, Results, Rows
 from heyoka_bike.units import UNITS, factor
-from heyoka_bike.whole_motion import AT_ROWS, SUMMED, WholeManeuver, with_motion
 
 MOST_SAMPLED = 4001
 """Rows enough to tell columns, units and maneuvers apart."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from heyoka_bike.motion_columns import MOTION_COLUMNS
+from heyoka_bike.motion.columns import MOTION_COLUMNS
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,14 +22,15 @@ from typing import Any
 
 import h5py
 
-from heyoka_bike import candidate, motion, sensitivities
+from heyoka_bike import candidate, sensitivities
 from heyoka_bike import manifest as manifest_file
 from heyoka_bike.candidate import CANDIDATE
 from heyoka_bike.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.errors import DatasetError, InputError
 from heyoka_bike.exact import shortest_decimal
 from heyoka_bike.hdf5_groups import content_parts, write_dense, write_rows
-from heyoka_bike.motion import MOTION
+from heyoka_bike.motion import file as motion
+from heyoka_bike.motion.file import MOTION
 from heyoka_bike.parameters import Bicycle, Maneuver, describe_inputs
 from heyoka_bike.proof import CERTIFICATE, HDF5, content_sha256, render_certificate, summarise
 from heyoka_bike.rows import TEXT_DIGITS, Rows

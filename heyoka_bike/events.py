@@ -27,8 +27,8 @@ from heyoka_bike.bodies import Bodies, binary64_bodies, bodies
 from heyoka_bike.certificate import Certificate
 from heyoka_bike.constants import Constants, binary64_constants
 from heyoka_bike.errors import InputError, SingularMotionError
-from heyoka_bike.forces import forces
 from heyoka_bike.integration import integrate
+from heyoka_bike.motion.forces import forces
 from heyoka_bike.outputs import unfold
 from heyoka_bike.parameters import Bicycle, Maneuver
 from heyoka_bike.precision import Precision

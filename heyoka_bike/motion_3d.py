@@ -5,7 +5,7 @@ The *ground frame* has x along the initial heading, y to the right, z down, and 
 rear wheel touches the floor at the start. A body's attitude is a matrix whose columns are the
 body's x, y and z axes in the ground frame; the axes are those of the upright, straight bicycle.
 
-The rates of yaw, tracks and wheels are those of `configuration`. Their integrals are Gauss's
+The rates of yaw, tracks and wheels are those of `motion.configuration`. Their integrals are Gauss's
 quadrature over short steps between the times asked for, with the yaw inside a step by collocation:
 the error is that of binary64.
 """
@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from heyoka_bike.arithmetic import Arrays
 from heyoka_bike.chebyshev import Array
-from heyoka_bike.configuration import track_speeds, wheel_rates
 from heyoka_bike.constants import Constants
+from heyoka_bike.motion.configuration import track_speeds, wheel_rates
 from heyoka_bike.outputs import unfold, yaw_rate
 from heyoka_bike.reference import ReferenceManeuver
 

@@ -28,10 +28,10 @@ from heyoka_bike.columns import COLUMNS
 from heyoka_bike.dense import Dense
 from heyoka_bike.dense_bound import bound_dense
 from heyoka_bike.errors import DatasetError, NotCertifiedError
-from heyoka_bike.integrals import with_integrals
-from heyoka_bike.motion import MOTION
-from heyoka_bike.motion_columns import DENSE_COLUMNS
-from heyoka_bike.motion_table import MotionTable, bound_motion, motion_expansions, round_motion
+from heyoka_bike.motion.columns import DENSE_COLUMNS
+from heyoka_bike.motion.file import MOTION
+from heyoka_bike.motion.integrals import with_integrals
+from heyoka_bike.motion.table import MotionTable, bound_motion, motion_expansions, round_motion
 from heyoka_bike.parameters import describe_inputs
 from heyoka_bike.rounding import hi_lo
 from heyoka_bike.rows import Rows, constant_columns, round_rows

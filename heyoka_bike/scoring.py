@@ -20,6 +20,7 @@ from heyoka_bike.comparison import Candidate, errors, is_small, largest_errors
 from heyoka_bike.consistency import consistency
 from heyoka_bike.explain import explain
 from heyoka_bike.manifest import CUSTOM
+from heyoka_bike.motion.whole import SUMMED
 from heyoka_bike.reference import Reference, load_reference
 from heyoka_bike.report import (
     Alternative,
@@ -33,7 +34,6 @@ from heyoka_bike.requirements import check
 from heyoka_bike.results import Results
 from heyoka_bike.understanding import Understanding, plain, understand
 from heyoka_bike.units import factor, to_si
-from heyoka_bike.whole_motion import SUMMED
 
 # The benchmark judges maneuver 2, by eq. (1) below 1e-3 %.
 _JUDGED: Mapping[int, float] = {2: 1e-3}

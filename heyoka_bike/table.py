@@ -13,7 +13,7 @@ from heyoka_bike.dense_bound import bound_dense
 from heyoka_bike.derivatives import differentiate
 from heyoka_bike.errors import UndecidedError
 from heyoka_bike.integration import integrate
-from heyoka_bike.motion_table import MotionTable, tabulate_motion
+from heyoka_bike.motion.table import MotionTable, tabulate_motion
 from heyoka_bike.parameters import Bicycle, Maneuver
 from heyoka_bike.precision import Precision
 from heyoka_bike.rounding import hi_lo

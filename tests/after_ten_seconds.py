@@ -20,11 +20,11 @@ from heyoka_bike.certificate import certify
 from heyoka_bike.constants import constants
 from heyoka_bike.events import FRONT_LIFT, GREATEST_LEAN, KINDS, REAR_LIFT, events, zeros
 from heyoka_bike.exact import ZERO, Exact
-from heyoka_bike.forces import forces
 from heyoka_bike.initial import initial_state
 from heyoka_bike.integration import integrate
 from heyoka_bike.kinematics import lateral_condition, posture
 from heyoka_bike.linear import linearise
+from heyoka_bike.motion.forces import forces
 from heyoka_bike.outputs import energies, unfold
 from heyoka_bike.parameters import Maneuver, read_bicycle, read_maneuvers
 from heyoka_bike.resources import benchmark_bicycle, benchmark_maneuvers

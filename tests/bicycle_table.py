@@ -21,7 +21,7 @@ from heyoka_bike.manifest import MANIFEST, read_manifest
 from heyoka_bike.parameters import read_bicycle
 from heyoka_bike.proof import CERTIFICATE
 from heyoka_bike.resources import collection
-from heyoka_bike.stability_box import stability_box
+from heyoka_bike.stability.box import stability_box
 
 PAGE = Path(__file__).parent.parent / "docs" / "bicycles.md"
 NAMES = [name for name in collection("bicycles") if name != "benchmark"]

@@ -9,9 +9,7 @@ import mpmath
 import pytest
 from bicycle_table import NAMES, committed, speeds
 
-from heyoka_bike.affine import Affine, Affines
 from heyoka_bike.arithmetic import Balls
-from heyoka_bike.box_range import corner, is_negative, sign_over
 from heyoka_bike.cli import main
 from heyoka_bike.dual import Duals
 from heyoka_bike.errors import InputError
@@ -19,7 +17,9 @@ from heyoka_bike.exact import Exact
 from heyoka_bike.linear import linearise
 from heyoka_bike.parameters import read_bicycle
 from heyoka_bike.resources import collection
-from heyoka_bike.stability_box import stability_box
+from heyoka_bike.stability.affine import Affine, Affines
+from heyoka_bike.stability.box import stability_box
+from heyoka_bike.stability.box_range import corner, is_negative, sign_over
 
 MEASURED = ("browser", "crescendo", "pista", "rigid", "rigid-jason", "yellow", "yellowrev")
 SAMPLES = 25

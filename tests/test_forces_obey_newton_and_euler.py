@@ -22,8 +22,8 @@ from test_independent_model_agrees_with_the_reduced_one import (
 
 from heyoka_bike.bodies import Bodies, bodies
 from heyoka_bike.exact import Exact
-from heyoka_bike.motion_columns import MOTION_COLUMNS
-from heyoka_bike.motion_values import motion_columns
+from heyoka_bike.motion.columns import MOTION_COLUMNS
+from heyoka_bike.motion.values import motion_columns
 from heyoka_bike.parameters import PARAMETERS
 
 PLACE = (Fraction(12), Fraction(-5, 3))

@@ -9,10 +9,10 @@ import mpmath
 import pytest
 
 from heyoka_bike.arithmetic import Balls, Multiprecision, exact_ball
-from heyoka_bike.closed_form import closed_form
 from heyoka_bike.linear import linearise
 from heyoka_bike.parameters import PARAMETERS, read_bicycle, read_maneuvers
 from heyoka_bike.resources import collection
+from heyoka_bike.stability.closed_form import closed_form
 
 ANCHORS = json.loads((Path(__file__).parent / "anchors" / "bicycles.json").read_text("utf-8"))
 BICYCLES = collection("bicycles")

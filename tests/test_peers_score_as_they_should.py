@@ -10,7 +10,7 @@ import pytest
 from made_results import codes, column
 
 from heyoka_bike.columns import BENCHMARK_COLUMNS, DEFINITIONS
-from heyoka_bike.motion import load_motion
+from heyoka_bike.motion.file import load_motion
 from heyoka_bike.reading import read_results
 from heyoka_bike.resources import data_folder
 from heyoka_bike.runs_file import read_runs

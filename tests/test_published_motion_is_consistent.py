@@ -13,9 +13,9 @@ from test_imports_stay_light import HEAVY, python
 
 from heyoka_bike.constants import binary64_constants
 from heyoka_bike.errors import DatasetError, InputError
-from heyoka_bike.motion import Motion, MotionManeuver, load_motion
+from heyoka_bike.motion.columns import DENSE_COLUMNS, MOTION_COLUMNS
+from heyoka_bike.motion.file import Motion, MotionManeuver, load_motion
 from heyoka_bike.motion_3d import motion_3d, reference_state
-from heyoka_bike.motion_columns import DENSE_COLUMNS, MOTION_COLUMNS
 from heyoka_bike.parameters import Bicycle
 from heyoka_bike.reference import Reference
 

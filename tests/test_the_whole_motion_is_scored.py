@@ -15,15 +15,15 @@ from heyoka_bike.columns import BENCHMARK_COLUMNS, COMPARED
 from heyoka_bike.diagnosis.diagnosing import diagnosed
 from heyoka_bike.errors import NothingScoredError
 from heyoka_bike.manifest import MANIFEST
-from heyoka_bike.motion import MOTION, load_motion
-from heyoka_bike.motion_columns import DENSE_COLUMNS
+from heyoka_bike.motion.columns import DENSE_COLUMNS
+from heyoka_bike.motion.file import MOTION, load_motion
+from heyoka_bike.motion.whole import AT_ROWS, with_motion
 from heyoka_bike.reading import read_results
 from heyoka_bike.reading.headings import recognise
 from heyoka_bike.reference import load_reference
 from heyoka_bike.results import Quantum, Results, Rows
 from heyoka_bike.scoring import score
 from heyoka_bike.series import score_series
-from heyoka_bike.whole_motion import AT_ROWS, with_motion
 
 BEYOND = [key for key in COMPARED if key not in BENCHMARK_COLUMNS]
 SIGNED = [key for key in BEYOND if not key.endswith("_friction")]
@@ -106,9 +106,14 @@ def test_an_error_is_seen_in_its_column_alone(reference, exact):
 
 def test_the_other_sign_is_recognised(reference, exact):
     report = score(results(reference, exact, lambda _, v: -v, SIGNED), reference)
-    assert [(f.code, f.evidence["column"]) for f in report.findings] == [
-        ("sign", key) for key in SIGNED
-    ]
+    signs, other = (
+        [f.evidence.get("column") for f in report.findings if (f.code == "sign") == is_sign]
+        for is_sign in (True, False)
+    )
+    assert signs == SIGNED
+    # -q is the same turn as q, and -R is none.
+    assert other == [None, None]
+    assert codes(report).count("signs_disagree") == 2
     assert all(c.is_at_floor() for m in report.maneuvers for c in m.columns)
 
 

@@ -21,12 +21,12 @@ from oracles.vectors import Matrix, Vector
 from heyoka_bike.arithmetic import Arrays, Balls
 from heyoka_bike.bodies import binary64_bodies, bodies
 from heyoka_bike.certificate import Certificate
-from heyoka_bike.configuration import INTEGRALS
 from heyoka_bike.constants import binary64_constants, constants
 from heyoka_bike.exact import Exact
-from heyoka_bike.forces import forces
-from heyoka_bike.integrals import Stretch, with_integrals
-from heyoka_bike.motion_values import motion_columns
+from heyoka_bike.motion.configuration import INTEGRALS
+from heyoka_bike.motion.forces import forces
+from heyoka_bike.motion.integrals import Stretch, with_integrals
+from heyoka_bike.motion.values import motion_columns
 from heyoka_bike.outputs import unfold
 from heyoka_bike.parameters import Bicycle
 from heyoka_bike.trajectory import Trajectory, evaluator

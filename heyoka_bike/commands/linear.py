@@ -14,7 +14,7 @@ from heyoka_bike.errors import Exit, InputError
 
 if TYPE_CHECKING:
     from heyoka_bike.linear import Linearisation
-    from heyoka_bike.stability_box import BoxStability, CriticalSpeed, Interval
+    from heyoka_bike.stability.box import BoxStability, CriticalSpeed, Interval
 
 _MAX_SPEEDS = 10_001
 
@@ -83,7 +83,7 @@ def run(args: argparse.Namespace) -> int:
         print(f"heyoka-bike: warning: {bicycle.name}: {warning}", file=sys.stderr)
     box = None
     if args.uncertainty is not None:
-        from heyoka_bike.stability_box import stability_box
+        from heyoka_bike.stability.box import stability_box
 
         box = stability_box(bicycle, parse_sigmas(args.uncertainty), args.digits)
     linear = linearise(bicycle, args.digits)

@@ -22,9 +22,9 @@ from heyoka_bike.chebyshev import Array
 from heyoka_bike.constants import binary64_constants
 from heyoka_bike.events import GREATEST_LEAN, REAR_LIFT, events, follow
 from heyoka_bike.figures.style import BLACK, BLUE, SKY, VERMILLION, WIDTH, style
-from heyoka_bike.forces import forces
 from heyoka_bike.integration import integrate
 from heyoka_bike.linear import linearise
+from heyoka_bike.motion.forces import forces
 from heyoka_bike.parameters import Bicycle, Maneuver
 from heyoka_bike.reference import Reference
 from heyoka_bike.trajectory import Trajectory

@@ -13,12 +13,12 @@ import numpy as np
 
 from heyoka_bike.arithmetic import exact_ball
 from heyoka_bike.bodies import bodies
-from heyoka_bike.configuration import INTEGRALS
 from heyoka_bike.constants import constants
 from heyoka_bike.dense import NODES
-from heyoka_bike.motion import MOTION, MotionManeuver
-from heyoka_bike.motion_columns import MOTION_COLUMNS
-from heyoka_bike.motion_values import NonnegativeRoots, motion_columns
+from heyoka_bike.motion.columns import MOTION_COLUMNS
+from heyoka_bike.motion.configuration import INTEGRALS
+from heyoka_bike.motion.file import MOTION, MotionManeuver
+from heyoka_bike.motion.values import NonnegativeRoots, motion_columns
 from heyoka_bike.proof import HDF5
 from heyoka_bike.reference import Values
 from heyoka_bike.rounding import hi_lo

@@ -23,7 +23,7 @@ from heyoka_bike.dense import NODES
 from heyoka_bike.hdf5_groups import Described
 from heyoka_bike.kinematics import state_names
 from heyoka_bike.manifest import Manifest, values_version
-from heyoka_bike.motion_columns import MOTION_COLUMNS
+from heyoka_bike.motion.columns import MOTION_COLUMNS
 from heyoka_bike.parameters import STATE_INPUTS, Maneuver
 from heyoka_bike.precision import Precision
 from heyoka_bike.proof import STATEMENT, TRUSTED, content_of_file, content_sha256

@@ -20,7 +20,7 @@ from heyoka_bike.candidate import CANDIDATE, read_candidate
 from heyoka_bike.constants import constants
 from heyoka_bike.initial import initial_state
 from heyoka_bike.manifest import MANIFEST, Manifest
-from heyoka_bike.motion import MOTION, MotionManeuver, load_motion
+from heyoka_bike.motion.file import MOTION, MotionManeuver, load_motion
 from heyoka_bike.parameters import (
     PARAMETERS,
     STATE_INPUTS,

@@ -1,6 +1,6 @@
 """The columns of motion.h5 from the state, in any number type.
 
-What each column means is in `motion_columns`.
+What each column means is in `columns`.
 """
 
 from __future__ import annotations
@@ -11,10 +11,10 @@ import flint
 
 from heyoka_bike.arithmetic import Arithmetic, Balls, Number
 from heyoka_bike.bodies import Bodies
-from heyoka_bike.configuration import INTEGRALS, Configuration
 from heyoka_bike.constants import Constants
-from heyoka_bike.forces import Forces, forces
-from heyoka_bike.motion_columns import DENSE_COLUMNS, MOTION_COLUMNS
+from heyoka_bike.motion.columns import DENSE_COLUMNS, MOTION_COLUMNS
+from heyoka_bike.motion.configuration import INTEGRALS, Configuration
+from heyoka_bike.motion.forces import Forces, forces
 from heyoka_bike.outputs import unfold
 from heyoka_bike.vectors import Vector
 

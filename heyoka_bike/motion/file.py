@@ -1,6 +1,6 @@
 """motion.h5: the whole configuration and all forces of the reference, and reading them.
 
-How they are computed is in `motion_table`; reading and evaluating needs NumPy and h5py only.
+How they are computed is in `table`; reading and evaluating needs NumPy and h5py only.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ import h5py
 from heyoka_bike import manifest as manifest_file
 from heyoka_bike.chebyshev import Array
 from heyoka_bike.errors import DatasetError, InputError
-from heyoka_bike.motion_columns import DENSE_COLUMNS, MOTION_COLUMNS
+from heyoka_bike.motion.columns import DENSE_COLUMNS, MOTION_COLUMNS
 from heyoka_bike.numbered import Numbered
 from heyoka_bike.reference import ReferenceManeuver, Time, Values, read_maneuver
 
 if TYPE_CHECKING:
-    from heyoka_bike.motion_table import MotionTable
+    from heyoka_bike.motion.table import MotionTable
 
 MOTION = "motion.h5"
 
@@ -39,8 +39,8 @@ COMMENT = (
 class MotionManeuver(ReferenceManeuver):
     """The whole motion of one maneuver; ``maneuver["com_z"]`` are the values at its rows.
 
-    Rows are of all columns (`motion_columns.MOTION_COLUMNS`), dense output of some
-    (`motion_columns.DENSE_COLUMNS`). The attributes are those of a `ReferenceManeuver`.
+    Rows are of all columns (`columns.MOTION_COLUMNS`), dense output of some
+    (`columns.DENSE_COLUMNS`). The attributes are those of a `ReferenceManeuver`.
     """
 
     def __getitem__(self, name: str) -> Array:

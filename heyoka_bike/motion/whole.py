@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from heyoka_bike.chebyshev import Array, Double
 from heyoka_bike.manifest import read_manifest
-from heyoka_bike.motion import MOTION, MotionManeuver, load_motion
-from heyoka_bike.motion_columns import DENSE_COLUMNS, MOTION_COLUMNS
+from heyoka_bike.motion.columns import DENSE_COLUMNS, MOTION_COLUMNS
+from heyoka_bike.motion.file import MOTION, MotionManeuver, load_motion
 from heyoka_bike.reference import Reference, ReferenceManeuver, Values
 
 AT_ROWS: frozenset[str] = frozenset(c.name for c in MOTION_COLUMNS) - frozenset(DENSE_COLUMNS)

@@ -1,6 +1,6 @@
 """The columns of motion.h5: the whole configuration and all forces.
 
-How they follow from the state is in `motion_values`; docs/motion.md tells of the axes.
+How they follow from the state is in `values`; docs/motion.md tells of the axes.
 """
 
 from __future__ import annotations

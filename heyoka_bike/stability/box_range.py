@@ -17,9 +17,9 @@ from math import inf
 
 import flint
 
-from heyoka_bike.affine import Affines, enclosure
 from heyoka_bike.arithmetic import Balls, Number, upper_fraction
 from heyoka_bike.dual import Dual, Duals
+from heyoka_bike.stability.affine import Affines, enclosure
 
 Side = tuple[flint.arb, flint.arb]
 """Both ends of a variable; the same twice if it is fixed."""

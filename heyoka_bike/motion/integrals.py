@@ -26,8 +26,8 @@ from heyoka_bike.arithmetic import Arithmetic, Balls, Number, exact_ball, upper_
 from heyoka_bike.ball_matrices import total
 from heyoka_bike.certificate import Certificate
 from heyoka_bike.circle import Circle, circle_bound, geometric, refused
-from heyoka_bike.configuration import INTEGRALS, rates_of_integrals
 from heyoka_bike.constants import Constants, constants
+from heyoka_bike.motion.configuration import INTEGRALS, rates_of_integrals
 from heyoka_bike.outputs import unfold
 from heyoka_bike.trajectory import Piece, Trajectory
 

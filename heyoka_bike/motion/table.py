@@ -18,9 +18,9 @@ from heyoka_bike.constants import Constants, constants
 from heyoka_bike.dense import Dense, interpolate
 from heyoka_bike.dense_bound import BITS, Expansion, bound_pieces, expansions
 from heyoka_bike.errors import UndecidedError
-from heyoka_bike.integrals import Stretch, with_integrals
-from heyoka_bike.motion_columns import DENSE_COLUMNS, MOTION_COLUMNS
-from heyoka_bike.motion_values import NonnegativeRoots, dense_columns, motion_columns
+from heyoka_bike.motion.columns import DENSE_COLUMNS, MOTION_COLUMNS
+from heyoka_bike.motion.integrals import Stretch, with_integrals
+from heyoka_bike.motion.values import NonnegativeRoots, dense_columns, motion_columns
 from heyoka_bike.rounding import Enclosure, hi_lo
 from heyoka_bike.rows import EVALUATION_BITS, Array, distance
 from heyoka_bike.trajectory import Trajectory, row_times
@@ -40,7 +40,7 @@ inertia, say) has coefficients of zero: its grid of 2^-152 is far above the widt
 
 @dataclass(frozen=True)
 class MotionTable:
-    """The columns of `motion_columns.MOTION_COLUMNS` along a maneuver.
+    """The columns of `columns.MOTION_COLUMNS` along a maneuver.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class MotionTable:
     bound : mapping of str to ndarray, shape (rows,)
         Certified bound on abs(exact - (hi + lo)).
     dense : Dense
-        Of `motion_columns.DENSE_COLUMNS`.
+        Of `columns.DENSE_COLUMNS`.
     """
 
     time: Array

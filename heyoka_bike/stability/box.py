@@ -29,14 +29,14 @@ from typing import NamedTuple
 
 import flint
 
-from heyoka_bike.affine import Affines
 from heyoka_bike.arithmetic import Balls, Number, upper_fraction
-from heyoka_bike.box_range import Function, Side, corner, sign_over, slopes
-from heyoka_bike.closed_form import Matrix, closed_form
 from heyoka_bike.dual import Dual, Duals
 from heyoka_bike.errors import InputError
 from heyoka_bike.exact import ZERO, Exact
 from heyoka_bike.parameters import PARAMETERS, Bicycle
+from heyoka_bike.stability.affine import Affines
+from heyoka_bike.stability.box_range import Function, Side, corner, sign_over, slopes
+from heyoka_bike.stability.closed_form import Matrix, closed_form
 
 # Beyond the digits asked for: some hundred operations lose a digit or two, powers of v the more.
 _GUARD_BITS = 64

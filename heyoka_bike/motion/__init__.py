@@ -1,0 +1,1 @@
+"""The whole motion: places, attitudes and forces, and the file that holds them."""

@@ -1,0 +1,1 @@
+"""Critical speeds of all bicycles whose parameters are within their uncertainties."""
