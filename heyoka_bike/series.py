@@ -376,6 +376,10 @@ def _richardson(coarse: ColumnScore, fine: ColumnScore, ratio: float) -> float |
     return float(np.max(np.abs(e2 + (e2 - e1) / (ratio - 1.0))))
 
 
+def _plain(order: float) -> str:
+    return f"{round(order, 2) + 0.0:.2f}"  # no -0
+
+
 def _orders(convergence: Sequence[Convergence]) -> list[Finding]:
     """The order of the program, and whether it has settled."""
     found = [c.orders[-1] for c in convergence if c.orders[-1] is not None]
@@ -385,8 +389,9 @@ def _orders(convergence: Sequence[Convergence]) -> list[Finding]:
     findings = [
         Finding(
             "order",
-            f"observed order of convergence {order:.2f} (median of {len(found)} columns, from "
-            f"{min(found):.2f} to {max(found):.2f})",
+            f"observed order of convergence {_plain(order)} (median of {len(found)} "
+            f"column{'s' if len(found) > 1 else ''}, from {_plain(min(found))} to "
+            f"{_plain(max(found))})",
             evidence={"order": order, "least": min(found), "most": max(found)},
         )
     ]

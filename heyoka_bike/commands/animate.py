@@ -48,7 +48,7 @@ def add_parser(subparsers: Any) -> None:
     p.add_argument(
         "--maneuver",
         metavar="N",
-        help="show this one, which a file of 9 columns then holds (default: all; of a film: the "
+        help="show this one, which a file of one maneuver then holds (default: all; of a film: the "
         "first)",
     )
     p.add_argument(

@@ -36,7 +36,7 @@ def add_parser(subparsers: Any) -> None:
     )
     p.add_argument("files", metavar="FILE", nargs="+", help="result file, or files of one run")
     p.add_argument("--format", metavar="FORMAT", default="text", help="text or json (default text)")
-    p.add_argument("--maneuver", metavar="N", help="maneuver that a file of 9 columns holds")
+    p.add_argument("--maneuver", metavar="N", help="maneuver that a file of one maneuver holds")
     p.add_argument(
         "--reference", metavar="DIR", help="folder of a reference set (default: the published one)"
     )

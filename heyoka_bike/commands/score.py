@@ -93,7 +93,7 @@ def add_parser(subparsers: Any) -> None:
     p.add_argument(
         "--maneuver",
         metavar="N",
-        help="maneuver that a file of 9 columns holds (default: recognised by its values); "
+        help="maneuver that a file of one maneuver holds (default: recognised by its values); "
         "separated by commas, one for each file",
     )
     p.add_argument(
@@ -266,7 +266,7 @@ def read(file: str, maneuver: int | None, reference: Reference) -> Results:
         shown = ", ".join(map(str, held))
         raise InputError(
             f"found --maneuver {maneuver} for a file that holds maneuver {shown}, expected it for "
-            "files of 9 columns",
+            "a file of one maneuver",
             file=file,
         )
     return results
