@@ -291,7 +291,7 @@ def digits(said):
     """What a code reaches: correct digits of the worst column, or how far it came."""
     if said["scd"] is None or said["coverage"] < 1:
         return "too long" if not said["coverage"] else f"ends at {100 * said['coverage']:.0f} %"
-    return f"{said['scd']:.1f}"
+    return f"{round(said['scd'], 1) + 0.0:.1f}"  # no -0
 
 
 def energy(said):
@@ -325,10 +325,7 @@ def shown(found):
         ),
         "hashes": table(
             ("problem", "`content_sha256`"),
-            [
-                (n, f"`{found[n]['content_sha256']}`" if n in found else "not made yet")
-                for n in PROBLEMS
-            ],
+            [(n, f"`{found[n]['content_sha256']}`") for n in PROBLEMS if n in found],
             left=2,
         ),
     }  # fmt: skip
