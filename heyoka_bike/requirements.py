@@ -120,11 +120,21 @@ def check(text: str, report: Report) -> Requirement:
                 return Requirement(text, False, None, f"{where}, {c.key}: {why}")
             values.append((value, f"{where}, {c.key}"))
     if not values:
-        return Requirement(text, False, None, f"{r.column or 'no column'} was not compared")
+        where = "reference" if _is_left_out(r.column, report) else "file"
+        return Requirement(text, False, None, f"{r.column or 'no column'} is not in the {where}")
     value, where = (max if r.op in ("<", "<=") else min)(values)
     found = value if isfinite(value) else None
     shown = "never" if found is None else f"{found:.3g}"
     return Requirement(text, _OPERATORS[r.op](value, r.number), found, f"{shown} ({where})")
+
+
+def _is_left_out(column: str | None, report: Report) -> bool:
+    """Whether the file has a column that the reference does not."""
+    return any(
+        column in f.evidence["columns"]
+        for f in report.findings
+        if f.code == "columns_without_reference"
+    )
 
 
 def _is_lacking(c: ColumnScore) -> bool:
