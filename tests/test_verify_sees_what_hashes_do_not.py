@@ -272,6 +272,20 @@ def test_a_certificate_that_decides_nothing(copy):
     assert "the certificate's bounds are too large" in message(copy, "rounding")
 
 
+def test_digits_are_the_candidate_s_where_the_largest_bound_does_not_decide_them(copy):
+    """A bound of 1e-52 alone leaves the last of 50 digits open."""
+
+    def widen(document):
+        for bounds in entry(document)["state_bounds"].values():
+            bounds.update(interval="1e-52", end="1e-52")
+        entry(document).update(bound="1e-52", bound_end="1e-52")
+
+    change_json(copy, widen)
+    assert not failed(copy) & {("rounding", HDF5), ("digits", TEXT_50)}
+    change_text(copy, TEXT_50, 1, 1, lambda text: other_digit(text, 49))
+    assert ("digits", TEXT_50) in failed(copy)
+
+
 # The candidate.
 
 
