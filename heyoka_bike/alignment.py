@@ -55,6 +55,10 @@ class Part:
     lo: Mapping[str, Array]
     quantum: Mapping[str, Quantum]
 
+    def has_values(self) -> bool:
+        """Whether there is a finite number in any column."""
+        return any(np.isfinite(v).any() for v in self.values.values())
+
     def is_comparable(self) -> bool:
         """Whether some column has a value where the reference is known."""
         values = dict(self.values)
@@ -119,15 +123,14 @@ def align(results: Results, reference: Reference) -> Alignment:
             outside += _of_another(part, rows, reference)
         findings += [f for f in outside if f not in findings]
         (parts if len(part.time) else lost).append(part)
-    if not any(np.isfinite(v).any() for part in parts for v in part.values.values()):
+    if not any(part.has_values() for part in parts):
         raise NothingScoredError(_why_nothing(results, reference, bool(parts)))
     if lost:
         raise NothingScoredError(
             f"{results.path}: found no row of maneuver {lost[0].number} within its run, expected "
             "at least one"
         )
-    if not any(part.is_comparable() for part in parts):
-        raise _nothing_at_rows(results.path, parts)
+    _check_comparable(results.path, parts)
     first = [rows.time[0] for rows in results.maneuvers if len(rows.time)]
     last = [rows.time[-1] for rows in results.maneuvers if len(rows.time)]
     return Alignment(
@@ -223,11 +226,7 @@ def _recognise(path: str, rows: Rows, reference: Reference) -> int:
     """Number of the maneuver that the values are nearest to."""
     distance = {}
     parts = {number: _within(rows, number, reference[number])[0] for number in reference}
-    inside = [part for part in parts.values() if len(part.time)]
-    if any(np.isfinite(v).any() for part in inside for v in part.values.values()) and not any(
-        part.is_comparable() for part in inside
-    ):
-        raise _nothing_at_rows(path, inside)
+    _check_comparable(path, list(parts.values()))
     for number, part in parts.items():
         # A few rows that happen to lie within the run say nothing about the others.
         enough = 2 * len(part.time) > len(rows.time)
@@ -350,9 +349,13 @@ def _within(
     return part, findings
 
 
-def _nothing_at_rows(path: str, parts: Sequence[Part]) -> NothingScoredError:
-    keys = [key for key in COMPARED if any(key in part.values for part in parts)]
-    return NothingScoredError(
+def _check_comparable(path: str, parts: Sequence[Part]) -> None:
+    """If there are values, some must be where the reference is known."""
+    having = [part for part in parts if part.has_values()]
+    if not having or any(part.is_comparable() for part in having):
+        return
+    keys = [key for key in COMPARED if any(key in part.values for part in having)]
+    raise NothingScoredError(
         f"{path}: found no value at a row of the reference, expected some: {', '.join(keys)} can "
         "be compared only there"
     )

@@ -33,13 +33,11 @@ def explain(report: Report) -> tuple[Finding, ...]:
     )
 
 
-def _columns(
-    report: Report, *, compared: bool = True
-) -> dict[str, list[tuple[ManeuverScore, ColumnScore]]]:
+def _columns(report: Report) -> dict[str, list[tuple[ManeuverScore, ColumnScore]]]:
     found: dict[str, list[tuple[ManeuverScore, ColumnScore]]] = {}
     for m in report.maneuvers:
         for c in m.columns:
-            if c.values or not compared:
+            if c.values:
                 found.setdefault(c.key, []).append((m, c))
     return found
 
@@ -146,12 +144,11 @@ def _coverage(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
 
 def _between(report: Report) -> Iterator[Finding]:
     """Where rows of the file are between those of the reference."""
-    found = {
-        key: max((c.between, m.rows) for m, c in scores)
-        for key, scores in _columns(report, compared=False).items()
-        if any(c.between for _, c in scores)
-    }
-    sparse = {c.key for m in report.maneuvers for c in m.columns if c.is_sparse}
+    left_out = [(c, (c.between, m.rows)) for m in report.maneuvers for c in m.columns if c.between]
+    sparse = {c.key for c, _ in left_out if c.is_sparse}
+    found: dict[str, tuple[int, int]] = {}
+    for c, counts in left_out:
+        found[c.key] = max(counts, found.get(c.key, counts))
     for counts in dict.fromkeys(found.values()):
         keys = [key for key, same in found.items() if same == counts]
         yield Finding(

@@ -46,8 +46,9 @@ def measures(t: Array, error: Array, reference: Array, scale: float) -> Measures
         return Measures(None, None, None, None, None, None, None)
     worst = int(np.argmax(np.abs(error)))
     largest = float(np.abs(error[worst]))
-    # Of a column that vanishes everything is known, or nothing.
-    relative = largest / scale if scale else None if largest else 0.0
+    relative = largest / scale if scale else None
+    if largest == 0.0:
+        relative = 0.0  # of a column that vanishes, too
     return Measures(
         max_abs_error=largest,
         time_of_max=float(t[worst]),

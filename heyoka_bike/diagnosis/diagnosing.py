@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-import numpy as np
-
 from heyoka_bike.alignment import Alignment, restricted
 from heyoka_bike.columns import BENCHMARK_COLUMNS
 from heyoka_bike.diagnosis.ranking import diagnose
@@ -33,7 +31,7 @@ def diagnosed(
     nothing can be said; the findings tell.
     """
     judged = restricted(alignment, BENCHMARK_COLUMNS)
-    if not any(np.isfinite(v).any() for part in judged.parts for v in part.values.values()):
+    if not any(part.has_values() for part in judged.parts):
         return replace(report, findings=(_NOTHING, *report.findings))
     found = diagnose(judged, reference, progress=progress)
     said = findings(found, _of_benchmark(report), reference)

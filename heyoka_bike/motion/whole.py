@@ -6,7 +6,7 @@ Columns with dense output are known at any time, the others at the rows of the r
 from __future__ import annotations
 
 from collections import ChainMap
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
@@ -27,9 +27,10 @@ SUMMED = 1e-10
 A time so near to a row means it, and the reference is continued over so short a time.
 """
 
-
 # Rows 0.01 s apart, and a motion whose fastest part decays with 20 /s: a slope is right to 1e-6.
 _NEIGHBOURS = 9
+
+_Evaluate = Callable[[Double, Sequence[str]], Values]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -48,9 +49,10 @@ class WholeManeuver(ReferenceManeuver):
     def of(cls, core: ReferenceManeuver, motion: MotionManeuver) -> WholeManeuver:
         """Both files of a maneuver as one."""
         own = {f.name: getattr(core, f.name) for f in fields(core)}
+        # Datasets are read when they are asked for: a chain reads none.
         rows = Values(
             *(
-                ChainMap(dict(getattr(core.rows, part)), getattr(motion.rows, part))
+                ChainMap(getattr(core.rows, part), getattr(motion.rows, part))
                 for part in ("hi", "lo", "bound")
             )
         )
@@ -59,23 +61,11 @@ class WholeManeuver(ReferenceManeuver):
 
     def continued(self, times: Double, names: Sequence[str]) -> Values:
         """`ReferenceManeuver.continued`; NaN between the rows for a column of `AT_ROWS`."""
-        core, dense, at_rows = self._by_source(names)
-        parts = (
-            super().continued(times, core),
-            self.motion.continued(times, dense),
-            self._at_rows(times, at_rows),
-        )
-        return _joined(parts)
+        return self._gathered(super().continued, self.motion.continued, times, names)
 
     def evaluate_many(self, t: Double, columns: Sequence[str]) -> Values:
         """`ReferenceManeuver.evaluate_many`; NaN between the rows for a column of `AT_ROWS`."""
-        core, dense, at_rows = self._by_source(columns)
-        parts = (
-            super().evaluate_many(t, core),
-            self.motion.evaluate_many(t, dense),
-            self._at_rows(t, at_rows),
-        )
-        return _joined(parts)
+        return self._gathered(super().evaluate_many, self.motion.evaluate_many, t, columns)
 
     def approximate(self, t: Array, columns: Sequence[str]) -> dict[str, Array]:
         """`ReferenceManeuver.approximate`; NaN between the rows for a column of `AT_ROWS`."""
@@ -90,14 +80,22 @@ class WholeManeuver(ReferenceManeuver):
         """Indices of those of some sorted times that are times of rows."""
         return np.flatnonzero(self._nearest(t)[1])
 
-    def _by_source(self, names: Iterable[str]) -> tuple[list[str], list[str], list[str]]:
+    def _by_source(self, names: Sequence[str]) -> tuple[list[str], list[str], list[str]]:
         """The names in uncontrolled-bicycle.h5, with dense output in motion.h5, and the others."""
-        found: tuple[list[str], list[str], list[str]] = [], [], []
-        for name in names:
-            found[0 if name in self.dense.hi else 1 if name in self.motion.dense.hi else 2].append(
-                name
-            )
-        return found
+        core = [name for name in names if name in self.dense.hi]
+        dense = [name for name in names if name in self.motion.dense.hi]
+        return core, dense, [name for name in names if name in AT_ROWS]
+
+    def _gathered(
+        self, core: _Evaluate, dense: _Evaluate, times: Double, names: Sequence[str]
+    ) -> Values:
+        """Columns of each source, by the routines for the pieces of the two files."""
+        of_core, of_dense, at_rows = self._by_source(names)
+        parts = core(times, of_core), dense(times, of_dense), self._at_rows(times, at_rows)
+        return Values(
+            {name: x for v in parts for name, x in v.hi.items()},
+            {name: x for v in parts for name, x in v.lo.items()},
+        )
 
     def _at_rows(self, t: Double, names: Sequence[str]) -> Values:
         row, is_near = self._nearest(t[0])
@@ -143,11 +141,3 @@ def _slopes(values: Array, time: Array) -> Array:
     slopes: Array = np.sum(own * values[first[:, None] + np.arange(n)], axis=1)
     slopes /= time[1] - time[0]
     return slopes
-
-
-def _joined(parts: Iterable[Values]) -> Values:
-    found = list(parts)
-    return Values(
-        {name: x for v in found for name, x in v.hi.items()},
-        {name: x for v in found for name, x in v.lo.items()},
-    )

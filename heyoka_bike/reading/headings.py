@@ -37,12 +37,9 @@ _ALIASES: Mapping[str, tuple[str, ...]] = {
     "yaw_rate": ("yawangularvelocity", "yawvelocity", "headingrate", "psidot", "dpsi", "yawdot"),
 }  # fmt: skip
 _KEYS: Mapping[str, str] = {
-    **{key.replace("_", ""): key for key in COMPARED},
-    **{
-        alias: key for key, aliases in _ALIASES.items()
-        for alias in (key.replace("_", ""), *aliases)
-    },
-}  # fmt: skip
+    **{key.replace("_", ""): key for key in (TIME, *COMPARED)},
+    **{alias: key for key, aliases in _ALIASES.items() for alias in aliases},
+}
 # Mechanics writes T and V for the energies, and t and v for time and speed.
 _CAPITALS: Mapping[str, tuple[str, str]] = {
     "T": ("t", "kinetic_energy"),
