@@ -228,7 +228,7 @@ def test_zero_trail_uses_the_regular_form(tmp_path):
 def test_an_ended_run_leaves_no_worker_and_no_file(tmp_path, name, code):
     run = subprocess.Popen(
         [sys.executable, "-m", "heyoka_bike", "generate", "--out", str(tmp_path / "o")],
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, preexec_fn=hear_interrupts,
     )  # fmt: skip
     deadline = time.monotonic() + 60
     while len(workers := children(run.pid)) < 3 and time.monotonic() < deadline:
@@ -248,6 +248,11 @@ def test_an_ended_run_leaves_no_worker_and_no_file(tmp_path, name, code):
         time.sleep(0.05)
     assert not [p for p in workers if is_alive(p)]
     assert not (tmp_path / "o").exists()
+
+
+def hear_interrupts() -> None:
+    """A shell has what it runs in the background ignore them, and what that starts, too."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def children(pid: int) -> list[int]:
