@@ -9,33 +9,34 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:
-    from heyoka_bike.integration import integrate as integrate
-    from heyoka_bike.linear import linearise as linearise
-    from heyoka_bike.motion.file import load_motion as load_motion
-    from heyoka_bike.parameters import read_bicycle as read_bicycle
-    from heyoka_bike.parameters import read_maneuvers as read_maneuvers
-    from heyoka_bike.reading import read_results as read_results
-    from heyoka_bike.reference import load_reference as load_reference
-    from heyoka_bike.scoring import score as score
-    from heyoka_bike.sensitivities import load_sensitivities as load_sensitivities
-    from heyoka_bike.series import score_series as score_series
-    from heyoka_bike.simulation import simulate as simulate
+from heyoka_bike.version import __version__
 
-__version__ = "0.1.0"
+if TYPE_CHECKING:
+    from heyoka_bike.bicycle.parameters import read_bicycle as read_bicycle
+    from heyoka_bike.bicycle.parameters import read_maneuvers as read_maneuvers
+    from heyoka_bike.bicycle.stability.linear import linearise as linearise
+    from heyoka_bike.motion.fast.simulate import simulate as simulate
+    from heyoka_bike.motion.integrate import integrate as integrate
+    from heyoka_bike.reference.load import load_reference as load_reference
+    from heyoka_bike.reference.motion import load_motion as load_motion
+    from heyoka_bike.reference.sensitivities import load_sensitivities as load_sensitivities
+    from heyoka_bike.scoring.reading import read_results as read_results
+    from heyoka_bike.scoring.score import score as score
+    from heyoka_bike.scoring.series import score_series as score_series
+
 
 _HOME = {
-    "integrate": "integration",
-    "linearise": "linear",
-    "load_motion": "motion.file",
-    "load_reference": "reference",
-    "load_sensitivities": "sensitivities",
-    "read_bicycle": "parameters",
-    "read_maneuvers": "parameters",
-    "read_results": "reading",
-    "score": "scoring",
-    "score_series": "series",
-    "simulate": "simulation",
+    "integrate": "motion.integrate",
+    "linearise": "bicycle.stability.linear",
+    "load_motion": "reference.motion",
+    "load_reference": "reference.load",
+    "load_sensitivities": "reference.sensitivities",
+    "read_bicycle": "bicycle.parameters",
+    "read_maneuvers": "bicycle.parameters",
+    "read_results": "scoring.reading",
+    "score": "scoring.score",
+    "score_series": "scoring.series",
+    "simulate": "motion.fast.simulate",
 }
 
 __all__ = [

@@ -12,7 +12,6 @@ import sys
 from collections.abc import Sequence
 from typing import NoReturn
 
-from heyoka_bike import __version__
 from heyoka_bike.commands import (
     animate,
     bench,
@@ -27,6 +26,7 @@ from heyoka_bike.commands import (
     verify,
 )
 from heyoka_bike.errors import BicycleError, Exit, InputError
+from heyoka_bike.version import __version__
 
 _COMMANDS = (
     generate, score, diagnose, verify, certify, linear, plot, animate, export, bench, selfcheck,

@@ -101,3 +101,15 @@ class NothingScoredError(BicycleError, ValueError):
     """A result file that can be read, but of which nothing can be compared with the reference."""
 
     exit_code = Exit.NOTHING_SCORED
+
+
+def printable(text: str) -> str:
+    """The text on one line: what cannot be printed is escaped."""
+    return "".join(ch if ch.isprintable() else ch.encode("unicode_escape").decode() for ch in text)
+
+
+def quoted(text: str, limit: int = 40) -> str:
+    """The text in single quotes for a message, printable and shortened to `limit`."""
+    if len(text) <= limit:
+        return f"'{printable(text)}'"
+    return f"'{printable(text[:limit])}...' ({len(text)} characters)"

@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from heyoka_bike.candidate import read_candidate
-from heyoka_bike.integration import integrate
-from heyoka_bike.parameters import Bicycle, Maneuver, read_bicycle, read_maneuvers
-from heyoka_bike.reference import Reference, load_reference
-from heyoka_bike.resources import benchmark_bicycle, benchmark_maneuvers, reference_folder
-from heyoka_bike.trajectory import Trajectory
+from heyoka_bike.bicycle.parameters import Bicycle, Maneuver, read_bicycle, read_maneuvers
+from heyoka_bike.motion.integrate import integrate
+from heyoka_bike.motion.trajectory import Trajectory
+from heyoka_bike.reference.load import Reference, load_reference
+from heyoka_bike.reference.proof.candidate import read_candidate
+from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers, reference_folder
 
 # A project of its own, which a test runs.
 collect_ignore = ["example_project"]

@@ -20,15 +20,16 @@ from typing import Any
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from heyoka_bike.arithmetic import Balls
-from heyoka_bike.columns import BENCHMARK_COLUMNS
-from heyoka_bike.constants import constants
-from heyoka_bike.exact import Exact
-from heyoka_bike.initial import few_product_state, initial_state
-from heyoka_bike.integration import require_heyoka, right_hand_side
-from heyoka_bike.outputs import columns, unfold
-from heyoka_bike.parameters import Bicycle, Maneuver, read_bicycle, read_maneuvers
-from heyoka_bike.precision import Precision
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.bicycle.equations.constants import constants
+from heyoka_bike.bicycle.equations.initial import few_product_state, initial_state
+from heyoka_bike.bicycle.equations.outputs import columns, unfold
+from heyoka_bike.bicycle.parameters import Bicycle, Maneuver, read_bicycle, read_maneuvers
+from heyoka_bike.motion.expressions import require_heyoka
+from heyoka_bike.motion.integrate import right_hand_side
+from heyoka_bike.numbers.arithmetic import Balls
+from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.numbers.precision import Precision
 
 HERE = Path(__file__).resolve().parent
 BICYCLE = HERE.parent / "bicycles" / "benchmark.toml"

@@ -1,4 +1,4 @@
-"""The table of docs/reference/columns.md, from `heyoka_bike.columns`.
+"""The table of docs/reference/columns.md, from `heyoka_bike.bicycle.columns`.
 
 Run as a script, this writes it.
 """
@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from heyoka_bike.columns import COLUMNS, Column
+from heyoka_bike.bicycle.columns import COLUMNS, Column
 
 PAGE = Path(__file__).parent.parent / "reference" / "columns.md"
 BEGIN, END = "<!-- columns: begin -->", "<!-- columns: end -->"

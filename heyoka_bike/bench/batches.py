@@ -15,10 +15,10 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from heyoka_bike.ensemble import Ensemble
-from heyoka_bike.integration import integrate
-from heyoka_bike.parameters import Bicycle, Maneuver
-from heyoka_bike.simulation import prepare
+from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
+from heyoka_bike.motion.fast.ensemble import Ensemble
+from heyoka_bike.motion.fast.simulate import prepare
+from heyoka_bike.motion.integrate import integrate
 
 TOGETHER = ("eq1", 1e-6, 1e-12, "roundoff")
 """Accuracies at which the three maneuvers are run at once and one by one."""

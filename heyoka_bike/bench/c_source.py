@@ -11,13 +11,13 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 
-from heyoka_bike.arithmetic import Balls, Number
-from heyoka_bike.columns import BENCHMARK_COLUMNS
-from heyoka_bike.constants import Constants, constants
-from heyoka_bike.exact import Exact
-from heyoka_bike.model import few_products
-from heyoka_bike.outputs import columns, unfold
-from heyoka_bike.parameters import Bicycle
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.bicycle.equations.constants import Constants, constants
+from heyoka_bike.bicycle.equations.model import few_products
+from heyoka_bike.bicycle.equations.outputs import columns, unfold
+from heyoka_bike.bicycle.parameters import Bicycle
+from heyoka_bike.numbers.arithmetic import Balls, Number
+from heyoka_bike.numbers.exact import Exact
 
 _BITS = 256  # each constant is the exact one, rounded once
 _INDENT = "    "

@@ -19,10 +19,11 @@ import numpy as np
 
 from heyoka_bike.bench.compiled import CompiledPeers, NoCompilerError
 from heyoka_bike.bench.problem import PERFORMANCE_LIMIT, Array, Problem, Trial, Unavailable
-from heyoka_bike.integration import require_heyoka, right_hand_side
-from heyoka_bike.precision import Precision
-from heyoka_bike.resources import data_folder
-from heyoka_bike.simulation import ACCURACIES, Plan, prepare
+from heyoka_bike.motion.expressions import require_heyoka
+from heyoka_bike.motion.fast.simulate import ACCURACIES, Plan, prepare
+from heyoka_bike.motion.integrate import right_hand_side
+from heyoka_bike.numbers.precision import Precision
+from heyoka_bike.system.resources import data_folder
 
 PER_DECADE = 8
 """How many tolerances of the grid there are in a decade."""

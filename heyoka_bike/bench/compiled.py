@@ -17,8 +17,8 @@ from typing import Any
 import numpy as np
 
 from heyoka_bike.bench.c_source import columns_source, slope_source
-from heyoka_bike.columns import BENCHMARK_COLUMNS
-from heyoka_bike.parameters import Bicycle
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.bicycle.parameters import Bicycle
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
 

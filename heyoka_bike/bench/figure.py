@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from heyoka_bike.figures.style import (
+from heyoka_bike.showing.figures.style import (
     BLACK,
     BLUE,
     GREEN,

@@ -16,14 +16,15 @@ from fractions import Fraction
 
 import flint
 
-from heyoka_bike.analytic import Series
-from heyoka_bike.arithmetic import Balls, Multiprecision
-from heyoka_bike.constants import constants
-from heyoka_bike.initial import start_state
-from heyoka_bike.integration import Native, integrate, require_heyoka, right_hand_side
-from heyoka_bike.model import few_products
-from heyoka_bike.precision import Precision
-from heyoka_bike.trajectory import Trajectory
+from heyoka_bike.bicycle.equations.constants import constants
+from heyoka_bike.bicycle.equations.initial import start_state
+from heyoka_bike.bicycle.equations.model import few_products
+from heyoka_bike.motion.expressions import require_heyoka
+from heyoka_bike.motion.integrate import Native, integrate, right_hand_side
+from heyoka_bike.motion.trajectory import Trajectory
+from heyoka_bike.numbers.analytic import Series
+from heyoka_bike.numbers.arithmetic import Balls, Multiprecision
+from heyoka_bike.numbers.precision import Precision
 
 PRECISIONS: Sequence[str | int] = ("binary128", 70)
 """Those at which the codes are compared."""

@@ -17,16 +17,17 @@ from typing import Any
 import flint
 import numpy as np
 
-from heyoka_bike.arithmetic import Balls
-from heyoka_bike.columns import BENCHMARK_COLUMNS
-from heyoka_bike.constants import Constants, constants
-from heyoka_bike.initial import start_state
-from heyoka_bike.integration import Expressions, require_heyoka, right_hand_side
-from heyoka_bike.kinematics import state_names
-from heyoka_bike.outputs import columns, energies, unfold
-from heyoka_bike.parameters import Bicycle, Maneuver
-from heyoka_bike.precision import Precision
-from heyoka_bike.reference import ReferenceManeuver, Values
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.bicycle.equations.constants import Constants, constants
+from heyoka_bike.bicycle.equations.initial import start_state
+from heyoka_bike.bicycle.equations.kinematics import state_names
+from heyoka_bike.bicycle.equations.outputs import columns, energies, unfold
+from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
+from heyoka_bike.motion.expressions import Expressions, require_heyoka
+from heyoka_bike.motion.integrate import right_hand_side
+from heyoka_bike.numbers.arithmetic import Balls
+from heyoka_bike.numbers.precision import Precision
+from heyoka_bike.reference.load import ReferenceManeuver, Values
 
 PERFORMANCE_LIMIT = 1e-3
 """Of the benchmark's eq. (1) [%]."""

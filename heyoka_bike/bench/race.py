@@ -37,7 +37,7 @@ from heyoka_bike.bench.codes import (
     tolerance_of,
 )
 from heyoka_bike.bench.problem import ERROR_LIMIT, PERFORMANCE_LIMIT, Problem, Trial, Unavailable
-from heyoka_bike.integration import require_heyoka
+from heyoka_bike.motion.expressions import require_heyoka
 
 CLASSES: Mapping[str, str] = {
     "performance": "(a) loosest tolerance with eq. (1) under 1e-3 %",

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 from heyoka_bike.errors import Exit, InputError
 
 if TYPE_CHECKING:
-    from heyoka_bike.reference import Reference
-    from heyoka_bike.results import Results
+    from heyoka_bike.reference.load import Reference
+    from heyoka_bike.scoring.reading.results import Results
 
 _DEFAULT = "uncontrolled-bicycle"
 _FORMATS = ("html", "gif", "mp4")
@@ -59,11 +59,11 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
-    from heyoka_bike.commands.score import maneuvers_of, refuse_overwriting
-    from heyoka_bike.output_files import write_output
-    from heyoka_bike.reference import load_reference
-    from heyoka_bike.renderers.replay import render
-    from heyoka_bike.replay import replay
+    from heyoka_bike.commands.result_files import maneuvers_of, refuse_overwriting
+    from heyoka_bike.reference.load import load_reference
+    from heyoka_bike.showing.replay.page import render
+    from heyoka_bike.showing.replay.scenes import replay
+    from heyoka_bike.system.files import write_output
 
     path, file_format = _output(args)
     if args.file is not None:
@@ -98,7 +98,7 @@ def _output(args: argparse.Namespace) -> tuple[Path, str]:
 
 
 def _results(file: str, maneuver: int | None, reference: Reference) -> Results:
-    from heyoka_bike.reading import read_results
+    from heyoka_bike.scoring.reading import read_results
 
     return read_results(file, maneuver=maneuver, count=len(reference))
 
@@ -111,8 +111,8 @@ def _film(
     from rich.console import Console
     from rich.progress import Progress
 
-    from heyoka_bike.renderers.replay_film import RATES, render
-    from heyoka_bike.replay import replay
+    from heyoka_bike.showing.replay.film import RATES, render
+    from heyoka_bike.showing.replay.scenes import replay
 
     found = replay(reference, results, maneuver, RATES[file_format])
     console = Console(stderr=True)

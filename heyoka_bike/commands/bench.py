@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from heyoka_bike.bench.problem import Problem
     from heyoka_bike.bench.race import Line, Point, Progress
-    from heyoka_bike.trajectory import Trajectory
+    from heyoka_bike.motion.trajectory import Trajectory
 
 SCHEMA_VERSION = 1
 MANEUVER, MANEUVERS = 2, (1, 2, 3)
@@ -78,8 +78,8 @@ def add_parser(subparsers: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
     from heyoka_bike.bench.race import bench, work_precision
-    from heyoka_bike.machine import machine
-    from heyoka_bike.output_files import write_output
+    from heyoka_bike.system.files import write_output
+    from heyoka_bike.system.machine import machine
 
     runs = args.runs if args.runs is not None else _QUICK_RUNS if args.quick else _RUNS
     if not 1 <= runs <= MAX_RUNS:
@@ -114,7 +114,7 @@ def run(args: argparse.Namespace) -> int:
     text = _json(document) if args.format == "json" else _table(document, _is_shown(args.output))
     if figure_format is not None:
         from heyoka_bike.bench.figure import draw
-        from heyoka_bike.figures.style import render
+        from heyoka_bike.showing.figures.style import render
 
         title = f"{main.maneuver.name}, {main.maneuver.rows} rows, {document['machine']['cpu']}"
         figure = draw(document["work_precision"], title)
@@ -128,7 +128,7 @@ def run(args: argparse.Namespace) -> int:
 
 def _figure_format(output: str | None) -> str | None:
     """Format of a figure to be written, None if it is none."""
-    from heyoka_bike.figures.style import FORMATS
+    from heyoka_bike.showing.figures.style import FORMATS
 
     suffix = Path(output or "").suffix[1:].lower()
     return suffix if suffix in FORMATS else None
@@ -177,8 +177,8 @@ def _precise(folder: str | None, progress: Progress) -> list[dict[str, Any]]:
 
 
 def _published(folder: str | None) -> Trajectory:
-    from heyoka_bike.candidate import read_candidate
-    from heyoka_bike.resources import reference_folder
+    from heyoka_bike.reference.proof.candidate import read_candidate
+    from heyoka_bike.system.resources import reference_folder
 
     return read_candidate(reference_folder() if folder is None else folder)[MANEUVER - 1]
 
@@ -200,9 +200,14 @@ def _costs(problem: Problem, folder: str | None, progress: Progress) -> dict[str
 def _problem(folder: str | None, number: int) -> Problem:
     """A maneuver of the benchmark, with its reference."""
     from heyoka_bike.bench.problem import Problem
-    from heyoka_bike.parameters import PARAMETERS, STATE_INPUTS, read_bicycle, read_maneuvers
-    from heyoka_bike.reference import load_reference
-    from heyoka_bike.resources import benchmark_bicycle, benchmark_maneuvers
+    from heyoka_bike.bicycle.parameters import (
+        PARAMETERS,
+        STATE_INPUTS,
+        read_bicycle,
+        read_maneuvers,
+    )
+    from heyoka_bike.reference.load import load_reference
+    from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
 
     reference = load_reference(folder)
     bicycle = read_bicycle(benchmark_bicycle())

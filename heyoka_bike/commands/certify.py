@@ -32,11 +32,12 @@ def run(args: argparse.Namespace) -> int:
     from rich.table import Table
     from rich.text import Text
 
-    from heyoka_bike.dataset import render_texts
-    from heyoka_bike.manifest import check_published, read_file, read_manifest
-    from heyoka_bike.proof import decimal_above, prove_again, read_whole
-    from heyoka_bike.resources import reference_folder
-    from heyoka_bike.side_by_side import progress_bars, side_by_side
+    from heyoka_bike.numbers.rounding import decimal_above
+    from heyoka_bike.reference.making.dataset import render_texts
+    from heyoka_bike.reference.manifest import check_published, read_file, read_manifest
+    from heyoka_bike.reference.proof.prove_again import prove_again, read_whole
+    from heyoka_bike.system.parallel import progress_bars, side_by_side
+    from heyoka_bike.system.resources import reference_folder
 
     folder = args.folder or reference_folder()
     if args.folder is None:

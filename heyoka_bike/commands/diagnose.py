@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 from heyoka_bike.errors import Exit, InputError, NothingScoredError
 
 if TYPE_CHECKING:
-    from heyoka_bike.alignment import Alignment
-    from heyoka_bike.findings import Finding
-    from heyoka_bike.reference import Reference
-    from heyoka_bike.report import Report
+    from heyoka_bike.reference.load import Reference
+    from heyoka_bike.scoring.alignment import Alignment
+    from heyoka_bike.scoring.findings import Finding
+    from heyoka_bike.scoring.report import Report
 
 _WIDTH = 96
 
@@ -45,11 +45,11 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
-    from heyoka_bike.alignment import align, merge
-    from heyoka_bike.commands.score import maneuvers_of, read
-    from heyoka_bike.reference import load_reference
-    from heyoka_bike.scoring import report
-    from heyoka_bike.understanding import understand
+    from heyoka_bike.commands.result_files import maneuvers_of, read
+    from heyoka_bike.reference.load import load_reference
+    from heyoka_bike.scoring.alignment import align, merge
+    from heyoka_bike.scoring.definitions import understand
+    from heyoka_bike.scoring.score import report
 
     if args.format not in ("text", "json"):
         raise InputError(f"--format: found '{args.format}', expected text or json")
@@ -71,7 +71,7 @@ def with_diagnosis(one: Alignment, scored: Report, reference: Reference) -> Repo
     from rich.console import Console
     from rich.progress import Progress
 
-    from heyoka_bike.diagnosis.diagnosing import diagnosed
+    from heyoka_bike.scoring.diagnosis.diagnose import diagnosed
 
     console = Console(stderr=True)
     with Progress(console=console, transient=True, disable=not console.is_terminal) as bars:
@@ -86,14 +86,14 @@ def diagnosed(one: Alignment, scored: Report, reference: Reference) -> tuple[Fin
 
 
 def _as_text(scored: Report, said: tuple[Finding, ...]) -> str:
-    from heyoka_bike.renderers.words import verdict
+    from heyoka_bike.showing.report.wording import verdict
 
     paragraphs = [verdict(scored), *(f.message for f in said)]
     return "\n\n".join(textwrap.fill(p, _WIDTH, break_long_words=False) for p in paragraphs)
 
 
 def _as_json(scored: Report) -> str:
-    from heyoka_bike.renderers.json import render
+    from heyoka_bike.showing.report.json import render
 
     # Those of the diagnosis come first, then those of `score`.
     document = json.loads(render(scored))

@@ -52,13 +52,13 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
-    from heyoka_bike.exports.kit import choose
-    from heyoka_bike.output_files import write_outputs
-    from heyoka_bike.reference import load_reference
+    from heyoka_bike.reference.exports.selection import choose
+    from heyoka_bike.reference.load import load_reference
+    from heyoka_bike.system.files import write_outputs
 
     if args.format not in _FORMATS:
         raise InputError(f"--format: found '{args.format}', expected one of {', '.join(_FORMATS)}")
-    exporter = import_module(f"heyoka_bike.exports.{args.format}")
+    exporter = import_module(f"heyoka_bike.reference.exports.{args.format}")
     render = exporter.render
     if args.digits is not None:
         render = partial(render, digits=_digits(args))
@@ -72,7 +72,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _digits(args: argparse.Namespace) -> int:
-    from heyoka_bike.exports.csv import DIGITS
+    from heyoka_bike.reference.exports.csv import DIGITS
 
     if args.format != "csv":
         raise InputError("--digits: expected with --format csv only")

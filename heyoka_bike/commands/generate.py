@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 from heyoka_bike.errors import Exit, InputError, SingularMotionError
 
 if TYPE_CHECKING:
-    from heyoka_bike.parameters import Bicycle, Maneuver
-    from heyoka_bike.table import Progress as Report
-    from heyoka_bike.table import Table
+    from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
+    from heyoka_bike.reference.making.tabulate import Progress as Report
+    from heyoka_bike.reference.making.tabulate import Table
 
 MIN_DIGITS, MAX_DIGITS = 65, 1000
 
@@ -70,18 +70,18 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
-    from heyoka_bike.dataset import check_overwrite, write_dataset
-    from heyoka_bike.endings import ending
-    from heyoka_bike.integration import require_heyoka
-    from heyoka_bike.manifest import CUSTOM, DATASET_VERSION
-    from heyoka_bike.parameters import describe_inputs, read_bicycle, read_maneuvers
-    from heyoka_bike.resources import (
+    from heyoka_bike.bicycle.parameters import describe_inputs, read_bicycle, read_maneuvers
+    from heyoka_bike.motion.endings import ending
+    from heyoka_bike.motion.expressions import require_heyoka
+    from heyoka_bike.reference.making.dataset import check_overwrite, write_dataset
+    from heyoka_bike.reference.manifest import CUSTOM, DATASET_VERSION
+    from heyoka_bike.system.parallel import progress_bars, side_by_side
+    from heyoka_bike.system.resources import (
         benchmark_bicycle,
         benchmark_maneuvers,
         collection,
         find_input,
     )
-    from heyoka_bike.side_by_side import progress_bars, side_by_side
 
     require_heyoka()
     if not args.out.strip():
@@ -126,7 +126,7 @@ def _tabulate(
     bicycle: Bicycle, maneuver: Maneuver, digits: int, report: Report
 ) -> tuple[Table, float]:
     """The table of a maneuver, and the processor time it took [s]."""
-    from heyoka_bike.table import tabulate
+    from heyoka_bike.reference.making.tabulate import tabulate
 
     start = time.process_time()
     try:
@@ -145,7 +145,7 @@ def _summary(results: list[tuple[Table, float]]) -> None:
     from rich.table import Table as View
     from rich.text import Text
 
-    from heyoka_bike.proof import decimal_above
+    from heyoka_bike.numbers.rounding import decimal_above
 
     view = View(title="reference solution")
     headings = (

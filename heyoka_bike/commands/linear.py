@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 from heyoka_bike.errors import Exit, InputError
 
 if TYPE_CHECKING:
-    from heyoka_bike.linear import Linearisation
-    from heyoka_bike.stability.box import BoxStability, CriticalSpeed, Interval
+    from heyoka_bike.bicycle.stability.box import BoxStability, CriticalSpeed, Interval
+    from heyoka_bike.bicycle.stability.linear import Linearisation
 
 _MAX_SPEEDS = 10_001
 
@@ -71,9 +71,9 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
-    from heyoka_bike.linear import MAX_DIGITS, MIN_DIGITS, linearise
-    from heyoka_bike.parameters import read_bicycle
-    from heyoka_bike.resources import find_input
+    from heyoka_bike.bicycle.parameters import read_bicycle
+    from heyoka_bike.bicycle.stability.linear import MAX_DIGITS, MIN_DIGITS, linearise
+    from heyoka_bike.system.resources import find_input
 
     if not MIN_DIGITS <= args.digits <= MAX_DIGITS:
         raise InputError(f"--digits: found {args.digits}, expected {MIN_DIGITS} to {MAX_DIGITS}")
@@ -83,7 +83,7 @@ def run(args: argparse.Namespace) -> int:
         print(f"heyoka-bike: warning: {bicycle.name}: {warning}", file=sys.stderr)
     box = None
     if args.uncertainty is not None:
-        from heyoka_bike.stability.box import stability_box
+        from heyoka_bike.bicycle.stability.box import stability_box
 
         box = stability_box(bicycle, parse_sigmas(args.uncertainty), args.digits)
     linear = linearise(bicycle, args.digits)
@@ -135,7 +135,8 @@ def parse_sigmas(text: str) -> Fraction:
     InputError
         The text is not one.
     """
-    from heyoka_bike.exact import Exact, quoted
+    from heyoka_bike.errors import quoted
+    from heyoka_bike.numbers.exact import Exact
 
     try:
         sigmas = Exact.parse(text).fraction()
@@ -150,7 +151,7 @@ def parse_sigmas(text: str) -> Fraction:
 
 
 def _speed(text: str) -> Fraction:
-    from heyoka_bike.exact import Exact
+    from heyoka_bike.numbers.exact import Exact
 
     try:
         return Exact.parse(text).fraction()

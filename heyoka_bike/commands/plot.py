@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.errors import Exit, InputError
-from heyoka_bike.figures import ALL, DEFAULT, FIGURES, plates
+from heyoka_bike.showing.figures import ALL, DEFAULT, FIGURES, plates
 
 if TYPE_CHECKING:
-    from heyoka_bike.figures import Plate
+    from heyoka_bike.showing.figures import Plate
 
 _DEFAULT_FOLDER = "figures"
 _DEFAULT_FORMATS = ("png", "svg")
@@ -75,8 +75,8 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
-    from heyoka_bike.figures.style import save
-    from heyoka_bike.reference import load_reference
+    from heyoka_bike.reference.load import load_reference
+    from heyoka_bike.showing.figures.style import save
 
     _check_formats(args)
     reference = load_reference(args.reference)
@@ -91,7 +91,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _check_formats(args: argparse.Namespace) -> None:
-    from heyoka_bike.figures.style import FORMATS
+    from heyoka_bike.showing.figures.style import FORMATS
 
     for found in args.formats or ():
         if found not in FORMATS:
@@ -103,7 +103,7 @@ def _check_formats(args: argparse.Namespace) -> None:
 
 def _paths(args: argparse.Namespace, chosen: Sequence[Plate]) -> list[list[Path]]:
     """Files to write of each figure."""
-    from heyoka_bike.figures.style import FORMATS
+    from heyoka_bike.showing.figures.style import FORMATS
 
     out = Path(args.output)
     if out.is_dir() or not out.suffix or args.output.endswith("/"):

@@ -5,16 +5,21 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from heyoka_bike.commands.result_files import (
+    _STANDARD_INPUT,
+    maneuvers_of,
+    read,
+    refuse_overwriting,
+)
 from heyoka_bike.errors import Exit, InputError
 
 if TYPE_CHECKING:
-    from heyoka_bike.reference import Reference
-    from heyoka_bike.report import Report, Series
-    from heyoka_bike.results import Results
+    from heyoka_bike.reference.load import Reference
+    from heyoka_bike.scoring.reading.results import Results
+    from heyoka_bike.scoring.report import Report, Series
 
 _FORMATS = ("table", "json", "csv", "junit", "html")
 _SUFFIXES = {
@@ -25,11 +30,8 @@ _SUFFIXES = {
     ".html": "html",
     ".htm": "html",
 }
-_STANDARD_INPUT = "-"
 # Width of a table that goes to a file or a pipe.
 _WIDTH = 100
-# A file of this many bytes takes longer to read than anyone likes to wait without a word.
-_LONG = 20_000_000
 
 
 def add_parser(subparsers: Any) -> None:
@@ -112,10 +114,10 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
-    from heyoka_bike import requirements
-    from heyoka_bike.output_files import write_output
-    from heyoka_bike.reference import load_reference
-    from heyoka_bike.series import score_files
+    from heyoka_bike.reference.load import load_reference
+    from heyoka_bike.scoring import requirements
+    from heyoka_bike.scoring.series import score_files
+    from heyoka_bike.system.files import write_output
 
     on_screen, written = _outputs(args)
     for text in args.require:
@@ -139,9 +141,9 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _diagnosed(results: Sequence[Results], scored: Report | Series, reference: Reference) -> Report:
-    from heyoka_bike.alignment import align, merge
     from heyoka_bike.commands.diagnose import with_diagnosis
-    from heyoka_bike.report import Series
+    from heyoka_bike.scoring.alignment import align, merge
+    from heyoka_bike.scoring.report import Series
 
     if isinstance(scored, Series):
         raise InputError(
@@ -193,7 +195,7 @@ def _inputs(
     """Result files, their step sizes and processor times."""
     lists = [f for f in args.files if f.lower().endswith(".toml")]
     if lists:
-        from heyoka_bike.runs_file import read_runs
+        from heyoka_bike.scoring.runs_file import read_runs
 
         if len(args.files) > 1:
             raise InputError(
@@ -216,7 +218,8 @@ def _inputs(
 
 
 def _numbers(option: str, text: str | None) -> list[float | None] | None:
-    from heyoka_bike.exact import Exact, quoted
+    from heyoka_bike.errors import quoted
+    from heyoka_bike.numbers.exact import Exact
 
     if text is None:
         return None
@@ -232,69 +235,16 @@ def _numbers(option: str, text: str | None) -> list[float | None] | None:
     return found
 
 
-def maneuvers_of(text: str | None, count: int, reference: Reference) -> Sequence[int | None]:
-    """Maneuver of each file as told by ``--maneuver``, None where it is not."""
-    if text is None:
-        return [None] * count
-    parts = text.split(",")
-    for part in parts:
-        if not (part.isascii() and part.isdigit() and int(part[:9]) in reference):
-            raise InputError(f"--maneuver: found '{part:.40}', expected 1 to {len(reference)}")
-    if len(parts) not in (1, count):
-        raise InputError(f"--maneuver: found {len(parts)} for {count} files, expected one for each")
-    return [int(part) for part in parts] * (count if len(parts) == 1 else 1)
-
-
-def refuse_overwriting(files: Sequence[str], outputs: Sequence[Path]) -> None:
-    """Raise `InputError` if an output is one of the result files."""
-    for path in outputs:
-        for file in files:
-            if file != _STANDARD_INPUT and path.exists() and path.resolve() == Path(file).resolve():
-                raise InputError(
-                    "is a result file to be scored, expected another --output", file=path
-                )
-
-
-def read(file: str, maneuver: int | None, reference: Reference) -> Results:
-    """Read a result file, with a word on the terminal if that takes long."""
-    from heyoka_bike.reading import read_results
-
-    with _patience(file):
-        results = read_results(file, maneuver=maneuver, count=len(reference))
-    held = [rows.maneuver for rows in results.maneuvers]
-    if maneuver is not None and held != [maneuver]:
-        shown = ", ".join(map(str, held))
-        raise InputError(
-            f"found --maneuver {maneuver} for a file that holds maneuver {shown}, expected it for "
-            "a file of one maneuver",
-            file=file,
-        )
-    return results
-
-
-def _patience(file: str) -> AbstractContextManager[Any]:
-    """A word on the terminal while a long file is read."""
-    try:
-        is_long = file != _STANDARD_INPUT and Path(file).stat().st_size > _LONG
-    except OSError:
-        is_long = False
-    if not is_long or not sys.stderr.isatty():
-        return nullcontext()
-    from rich.console import Console
-
-    return Console(stderr=True).status(f"reading {file}")
-
-
 def _render(scored: Report | Series, name: str, *, is_terminal: bool) -> str:
     if name == "table":
-        from heyoka_bike.renderers import table
+        from heyoka_bike.showing.report import table
 
         shown: str = table.render(scored, None if is_terminal else _WIDTH, is_terminal)
         return shown
     from importlib import import_module
 
     render: Callable[[Report | Series], str]
-    render = import_module(f"heyoka_bike.renderers.{name}").render
+    render = import_module(f"heyoka_bike.showing.report.{name}").render
     return render(scored)
 
 
@@ -309,7 +259,7 @@ def _print(text: str) -> None:
 
 def _complain(scored: Report | Series) -> None:
     """One line on standard error for each requirement that is not met."""
-    from heyoka_bike.report import Series
+    from heyoka_bike.scoring.report import Series
 
     reports = [r.report for r in scored.runs] if isinstance(scored, Series) else [scored]
     for report in reports:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from heyoka_bike.errors import Exit, InputError
 
 if TYPE_CHECKING:
-    from heyoka_bike.verification.selfcheck import Selfcheck
+    from heyoka_bike.testing.selfcheck import Selfcheck
 
 _FORMATS = ("table", "json")
 
@@ -40,8 +40,8 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
-    from heyoka_bike.verification.check_table import complain
-    from heyoka_bike.verification.selfcheck import selfcheck
+    from heyoka_bike.reference.verification.check_table import complain
+    from heyoka_bike.testing.selfcheck import selfcheck
 
     if args.format not in _FORMATS:
         raise InputError(f"--format: found '{args.format}', expected {' or '.join(_FORMATS)}")
@@ -57,7 +57,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _show(found: Selfcheck) -> None:
-    from heyoka_bike.verification.check_table import print_checks
+    from heyoka_bike.reference.verification.check_table import print_checks
 
     m = found.machine
     print(f"machine    {m['cpu']}, {m['cores']} cores, {m['system']}")

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 from heyoka_bike.errors import Exit, InputError
 
 if TYPE_CHECKING:
-    from heyoka_bike.verification.checks import Check
-    from heyoka_bike.verification.rerun import Agreement
-    from heyoka_bike.verification.verify import Verification
+    from heyoka_bike.reference.verification.checks import Check
+    from heyoka_bike.reference.verification.rerun import Agreement
+    from heyoka_bike.reference.verification.verify import Verification
 
 _FORMATS = ("table", "json")
 
@@ -66,11 +66,11 @@ def run(args: argparse.Namespace) -> int:
     if args.folder is not None and not args.folder.strip():
         raise InputError("DIR: found nothing, expected a folder")
     if args.rerun:
-        from heyoka_bike.integration import require_heyoka
+        from heyoka_bike.motion.expressions import require_heyoka
 
         require_heyoka()
-    from heyoka_bike.verification.check_table import complain
-    from heyoka_bike.verification.verify import verify
+    from heyoka_bike.reference.verification.check_table import complain
+    from heyoka_bike.reference.verification.verify import verify
 
     with _patience():
         found = verify(args.folder)
@@ -90,8 +90,8 @@ def run(args: argparse.Namespace) -> int:
 
 def _again(found: Verification, *, is_quick: bool) -> tuple[list[Agreement], list[Check]]:
     """A rerun, if there is a whole set to compare it with."""
-    from heyoka_bike.verification.checks import Check
-    from heyoka_bike.verification.rerun import rerun
+    from heyoka_bike.reference.verification.checks import Check
+    from heyoka_bike.reference.verification.rerun import rerun
 
     if not found.passed:
         message = "not made: the set has to be whole"
@@ -110,7 +110,7 @@ def _patience() -> AbstractContextManager[Any]:
 
 
 def _show(found: Verification, agreements: Sequence[Agreement]) -> None:
-    from heyoka_bike.verification.check_table import print_checks
+    from heyoka_bike.reference.verification.check_table import print_checks
 
     print_checks(f"{found.folder}, dataset version {found.dataset_version}", found.checks)
     if agreements:

@@ -1,1 +1,1 @@
-"""The whole motion: places, attitudes and forces, and the file that holds them."""
+"""Motions computed: integrated by heyoka, kept as exact polynomials; what happens on the way."""

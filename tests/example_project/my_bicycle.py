@@ -10,12 +10,12 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from heyoka_bike import read_bicycle, read_maneuvers
-from heyoka_bike.columns import BENCHMARK_COLUMNS
-from heyoka_bike.constants import constants
-from heyoka_bike.exact import Exact
-from heyoka_bike.model import regular
-from heyoka_bike.outputs import columns, unfold
-from heyoka_bike.resources import benchmark_bicycle, benchmark_maneuvers
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.bicycle.equations.constants import constants
+from heyoka_bike.bicycle.equations.model import regular
+from heyoka_bike.bicycle.equations.outputs import columns, unfold
+from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
 
 TRAIL = "0.08"  # [m]
 

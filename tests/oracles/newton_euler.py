@@ -48,8 +48,8 @@ from oracles.vectors import (
     zero,
 )
 
-from heyoka_bike.exact import Exact
-from heyoka_bike.parameters import Bicycle
+from heyoka_bike.bicycle.parameters import Bicycle
+from heyoka_bike.numbers.exact import Exact
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 It takes the equations in their regular form, expands the motion in its own Taylor series in ball
 arithmetic, and chooses its own steps. With the published run it has in common the constants and
 kinematics of the bicycle, the initial state, and the format of the result, so that
-`heyoka_bike.certificate.certify` can bound its error too.
+`heyoka_bike.reference.proof.certify.certify` can bound its error too.
 
 The series of one step follows from Newton's method for x' = f(x). A few coefficients are found one
 by one, by Picard's iteration, and with them the Jacobian J of f along the motion, to a length of m.
@@ -20,15 +20,15 @@ from typing import Any
 
 import flint
 
-from heyoka_bike.analytic import Series
-from heyoka_bike.arithmetic import Balls
-from heyoka_bike.constants import Constants, constants
-from heyoka_bike.dual import Dual, Duals
-from heyoka_bike.initial import initial_state
-from heyoka_bike.model import regular
-from heyoka_bike.outputs import unfold, yaw_rate
-from heyoka_bike.parameters import Bicycle, Maneuver
-from heyoka_bike.trajectory import Trajectory
+from heyoka_bike.bicycle.equations.constants import Constants, constants
+from heyoka_bike.bicycle.equations.initial import initial_state
+from heyoka_bike.bicycle.equations.model import regular
+from heyoka_bike.bicycle.equations.outputs import unfold, yaw_rate
+from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
+from heyoka_bike.motion.trajectory import Trajectory
+from heyoka_bike.numbers.analytic import Series
+from heyoka_bike.numbers.arithmetic import Balls
+from heyoka_bike.numbers.dual import Dual, Duals
 
 Coefficients = list[list[flint.arb]]
 """Taylor coefficients in the time, by state variable and power."""

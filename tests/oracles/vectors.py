@@ -14,7 +14,7 @@ from typing import Any, Protocol
 import flint
 import mpmath
 
-from heyoka_bike.exact import Exact
+from heyoka_bike.numbers.exact import Exact
 
 Number = Any
 """An `arb` or an `mpf`, as the arithmetic has it."""

@@ -1,0 +1,160 @@
+"""How often the right mistake is named: the table of docs/diagnosis.md, made by what it reports.
+
+Every usual mistake is made by another integrator (`mistaken_programs`), with a smooth error of each
+level of the columns' scales added, and diagnosed. Run as a script, this writes the table.
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+sys.path.append(str(Path(__file__).parents[2] / "tests"))
+
+from support.mistaken_programs import columns_of, results
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.reference.load import load_reference
+from heyoka_bike.scoring.alignment import align
+from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
+from heyoka_bike.scoring.diagnosis.programs.program import clock_mistake, output_mistake
+from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
+from heyoka_bike.scoring.diagnosis.ranking import diagnose
+
+PAGE = Path(__file__).parent.parent / "diagnosis.md"
+BEGIN, END = "<!-- recognised: begin -->", "<!-- recognised: end -->"
+
+LEVELS = {"none": 0.0, "1e-6": 1e-6, "1e-4": 1e-4}
+# What differs by less than so many errors cannot be expected to be told apart.
+SEEN = 3.0
+# Without an error of the integrator, that of the two simulations is left.
+LEAST = 1e-11
+LATERAL = ("roll_angle", "roll_rate", "steer_angle", "steer_rate")
+
+
+def order(says, **sources):
+    """Columns in each other's place: by the key written, the key computed."""
+    sources = {key: sources[key] for key in BENCHMARK_COLUMNS if key in sources}
+    return output_mistake(
+        "columns_" + "_".join(f"{source}_as_{key}" for key, source in sources.items()),
+        says,
+        "",
+        lambda c, _: {**c, **{key: c[source] for key, source in sources.items()}},
+    )
+
+
+READ_OFF_THE_FILE = (
+    order("roll and steer angle are exchanged", roll_angle="steer_angle", steer_angle="roll_angle"),
+    order("roll and steer rate are exchanged", roll_rate="steer_rate", steer_rate="roll_rate"),
+    order("steer angle and rate are exchanged", steer_angle="steer_rate", steer_rate="steer_angle"),
+    order("kinetic and potential energy are exchanged", kinetic_energy="potential_energy",
+          potential_energy="kinetic_energy"),
+    order("the mechanical energy comes first", potential_energy="mechanical_energy",
+          kinetic_energy="potential_energy", mechanical_energy="kinetic_energy"),
+    order("steer angle and rate come before all others",
+          **dict(zip(BENCHMARK_COLUMNS, BENCHMARK_COLUMNS[-2:] + BENCHMARK_COLUMNS[:-2],
+                     strict=True))),
+    clock_mistake("time_scaled", "the step is 1 % longer than written", "", scale=1.01),
+)  # fmt: skip
+HYPOTHESES = (*MISTAKES, *READ_OFF_THE_FILE)
+
+
+def distance(one, other, scales):
+    """Largest difference of two files, in scales; a motion and its mirror image are one."""
+    found = []
+    for sign in (1, -1):
+        largest = 0.0
+        for n, columns in one.items():
+            for key, v in columns.items():
+                apart = np.abs(v - (sign if key in LATERAL else 1) * other[n][key]) / scales[n, key]
+                # Where both have gone.
+                largest = max(largest, float(np.fmax.reduce(apart, initial=0.0)))
+        found.append(largest)
+    return min(found)
+
+
+def alike(files, names, limit, scales):
+    """Of each file, those that are as close to it as that, itself among them."""
+    return {
+        a: {b for b in names if b == a or distance(files[a], files[b], scales) < limit}
+        for a in names
+    }
+
+
+def outcome(code, level, files, close, reference, simulator):
+    """What is expected and what is said, in a word or two, and whether that is right."""
+    found = diagnose(
+        align(results(reference, files[code], level), reference), reference, simulator=simulator
+    )
+    first = {h.codes for h in found.classes[0]} if found.classes else set()
+    is_named = any((c,) in first for c in close)
+    if "" in close:
+        return "not visible" if not first or is_named else f"not visible, named {sorted(first)}"
+    if is_named:
+        return "right" if len(close) == 1 else "right class"
+    return f"wrong: {sorted(first)}" if first else "nothing named"
+
+
+def is_right(said):
+    return said in ("right", "right class", "not visible")
+
+
+def table(reference, hypotheses=HYPOTHESES, levels=LEVELS, report=lambda _: None):
+    """Of each hypothesis, how far it is from the correct file and what is said at each level."""
+    scales = {(n, k): reference[n].scale(k) for n in reference for k in BENCHMARK_COLUMNS}
+    simulator = Simulator()
+    files = {"": columns_of(reference, [])}
+    files |= {m.code: columns_of(reference, [m]) for m in hypotheses}
+    said, classes = {m.code: {} for m in hypotheses}, {}
+    for name, level in levels.items():
+        close = alike(files, list(files), SEEN * max(level, LEAST), scales)
+        classes[name] = {frozenset(c) for c in close.values() if len(c) > 1}
+        for m in hypotheses:
+            said[m.code][name] = outcome(m.code, level, files, close[m.code], reference, simulator)
+            report(f"{name} {m.code}: {said[m.code][name]}")
+    far = {m.code: distance(files[m.code], files[""], scales) for m in hypotheses}
+    return said, far, classes
+
+
+def markdown(said, far, classes):
+    lines = [
+        "| error of the integrator | right, of the visible mistakes | not visible |",
+        "|---|---|---|",
+    ]
+    for name in LEVELS:
+        visible = [s[name] for s in said.values() if not s[name].startswith("not visible")]
+        hidden = [c for c, s in said.items() if s[name].startswith("not visible")]
+        listed = ", ".join(f"`{c}`" for c in hidden)
+        lines.append(f"| {name} | {sum(map(is_right, visible))} of {len(visible)} | {listed} |")
+    lines += ["", "Files that differ by less than three errors, one class:", ""]
+    for name, found in classes.items():
+        groups = sorted(sorted(c) for c in found if "" not in c)
+        told = "; ".join(", ".join(f"`{c}`" for c in g) for g in groups) or "none"
+        lines.append(f"- {name}: {told}")
+    lines += [
+        "",
+        "| mistake | what the program does | moves | " + " | ".join(LEVELS) + " |",
+        "|---|---|---|" + "---|" * len(LEVELS),
+    ]
+    for m in HYPOTHESES:
+        cells = " | ".join(said[m.code][name] for name in LEVELS)
+        lines.append(f"| `{m.code}` | {m.says} | {far[m.code]:.0e} | {cells} |")
+    return "\n".join(lines)
+
+
+def committed():
+    """What the page says: by code, the words of each level."""
+    text = PAGE.read_text(encoding="utf-8").partition(BEGIN)[2].partition(END)[0]
+    rows = [line.strip("| ").split(" | ") for line in text.splitlines() if line.startswith("| `")]
+    return {row[0].strip("`"): dict(zip(LEVELS, row[3:], strict=True)) for row in rows}
+
+
+def main():
+    made = markdown(*table(load_reference(*sys.argv[1:]), report=lambda s: print(s, flush=True)))
+    before, _, rest = PAGE.read_text(encoding="utf-8").partition(BEGIN)
+    after = rest.partition(END)[2]
+    PAGE.write_text(f"{before}{BEGIN}\n{made}\n{END}{after}", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

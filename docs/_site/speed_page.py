@@ -1,0 +1,250 @@
+"""The tables and figures of docs/speed.md, from a run of `heyoka-bike bench` in docs/speed.json.
+
+Run as a script, this writes them: first ``heyoka-bike bench --all --costs --format json -o
+docs/speed.json``, on a machine that has nothing else to do.
+"""
+
+import json
+from fractions import Fraction
+from pathlib import Path
+
+import numpy as np
+
+from heyoka_bike.bench.figure import draw, draw_costs
+from heyoka_bike.bench.problem import Problem
+from heyoka_bike.bench.race import CLASSES
+from heyoka_bike.bicycle.parameters import Maneuver, read_bicycle, read_maneuvers
+from heyoka_bike.motion.fast.simulate import ACCURACIES, simulate
+from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.reference.load import load_reference
+from heyoka_bike.showing.figures.style import render
+from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
+
+DOCS = Path(__file__).parent.parent
+PAGE, RUN = DOCS / "speed.md", DOCS / "speed.json"
+FIGURES = {"speed.svg": "work_precision", "speed-costs.svg": "digits"}
+
+TUNED = "heyoka_bike simulate"
+RACE = ("code", "min [ms]", "median [ms]", "over `simulate`", "eq. (1) [%]", "state error")
+STATE_COLUMNS = ("roll_angle", "steer_angle", "roll_rate", "steer_rate", "forward_speed")
+SEED = 7
+# The example of a code that keeps the energy: the implicit midpoint rule at this step [s].
+STEP = 0.125
+
+
+def table(headings, rows, left=1):
+    """Lines of a table in Markdown; the first columns are aligned to the left."""
+    rule = ["---"] * left + ["---:"] * (len(headings) - left)
+    return "\n".join("| " + " | ".join(cells) + " |" for cells in (headings, rule, *rows))
+
+
+def races(run):
+    """The tables of the codes, by the marker of their place."""
+    found = {}
+    for maneuver, short in ((run["maneuver"], "one"), ("all maneuvers", "all")):
+        for name in CLASSES:
+            lines = [
+                x
+                for x in run["results"]
+                if (x["maneuver"], x["class"]) == (maneuver, name) and x["status"] == "ok"
+            ]
+            ours = next(x for x in lines if x["code"] == TUNED)["median_ms"]
+            found[f"{short}-{name}"] = table(
+                RACE,
+                [
+                    (
+                        x["code"] + (" in binary128" if x["precision"] == "binary128" else ""),
+                        f"{x['min_ms']:.3g}", f"{x['median_ms']:.3g}",
+                        f"{x['median_ms'] / ours:.2f}" if x["median_ms"] < 10 * ours
+                        else f"{x['median_ms'] / ours:.0f}",
+                        f"{x['performance_percent']:.1e}", f"{x['max_state_error']:.1e}",
+                    )
+                    for x in sorted(lines, key=lambda x: x["median_ms"])
+                ],
+            )  # fmt: skip
+    return found
+
+
+def shown(run):
+    """The parts of the page that show the run, by their markers."""
+    m, versions = run["machine"], run["versions"]
+    first = run["first_result"]
+    return races(run) | {
+        "machine": f"{m['cpu']}, {m['cores']} cores, {m['system']}; "
+        + ", ".join(f"{name} {v}" for name, v in versions.items())
+        + f"; {run['runs']} runs of each code, fewer of a slow one.",
+        "together": table(
+            ("accuracy", "three at once [ms]", "one by one [ms]", "over the slowest of them"),
+            [
+                (
+                    str(x["accuracy"]), f"{x['min_ms']:.3f}",
+                    " / ".join(f"{t:.3f}" for t in x["alone_ms"]),
+                    f"{x['min_ms'] / max(x['alone_ms']):.2f}",
+                )
+                for x in run["together"]
+            ],
+        ),
+        "ensembles": table(
+            ("accuracy", "threads", "motions of 10 s per second"),
+            [
+                (str(x["accuracy"]), str(x["threads"]), f"{x['motions_per_second']:,.0f}")
+                for x in run["ensembles"]
+            ],
+        ),
+        "first": f"{first['without_cache_s']:.2f} s without any cache, "
+        f"{first['with_cache_s']:.2f} s with it, after {first['import_heyoka_s']:.2f} s of "
+        "importing heyoka",
+        "precise": table(
+            ("code", "digits", "time [s]", "measured over [s]", "error"),
+            [
+                (x["code"], f"{x['digits']:.0f}", f"{x['seconds']:.3g}",
+                 f"{x['measured_over']:.2g}", f"{x['error']:.0e}")
+                for x in run["precise"]
+            ],
+        ),
+        "digits": table(
+            ("digits", "order", "steps timed", "a step [s]", "10 s [s]"),
+            [
+                (f"{x['digits']:.0f}", str(x["order"]), str(x["steps"]),
+                 f"{x['seconds_per_step']:.2g}", f"{x['seconds']:.3g}")
+                for x in run["digits"]
+            ],
+        ),
+        "durations": table(
+            ("duration [s]", "accuracy", "steps", "time [ms]", "eq. (1) [%]", "error at the end"),
+            [
+                (f"{x['duration']:,}", str(x["accuracy"]), f"{x['steps']:,}",
+                 f"{1e3 * x['time']:.3g}", f"{x['performance']:.1e}", f"{x['error']:.0e}")
+                for x in run["durations"]
+            ],
+        ),
+    }  # fmt: skip
+
+
+def computed():
+    """The parts of the page that have no times in them."""
+    return {
+        "energy": energy_table(energy_alone()),
+        "accuracies": accuracy_table(accuracies()),
+    }
+
+
+def energy_alone():
+    """Eq. (1) [%] and relative error of the roll angle, by maneuver: the implicit midpoint rule."""
+    bicycle, reference = read_bicycle(benchmark_bicycle()), load_reference()
+    found = []
+    for number, maneuver in enumerate(read_maneuvers(benchmark_maneuvers()), start=1):
+        problem = Problem(bicycle, maneuver, reference[number])
+        states = midpoint(problem.slope[0], problem.start(float), float(maneuver.duration))
+        roll, energy = problem.columns()(states)[[0, 5]]
+        right = reference[number].evaluate(STEP * np.arange(len(roll)), ("roll_angle",))
+        largest = np.abs(reference[number].rows["roll_angle"]).max()
+        wrong = np.abs(roll - right["roll_angle"]).max() / largest
+        found.append((100 * np.ptp(energy) / energy[0], wrong))
+    return found
+
+
+def midpoint(slope, start, duration):
+    """States of the implicit midpoint rule at steps of `STEP`, by Newton's method."""
+    states = [start]
+    for _ in range(round(duration / STEP)):
+        y, z = states[-1], states[-1]
+        for _ in range(20):
+            middle = (y + z) / 2
+            matrix = np.eye(6) - STEP / 2 * jacobian(slope, middle)
+            change = np.linalg.solve(matrix, y + STEP * slope(0.0, middle) - z)
+            z = z + change
+            # Newton's method has converged to the rounding of a state near 5.
+            if np.abs(change).max() < 1e-13:
+                break
+        states.append(z)
+    return np.array(states)
+
+
+def jacobian(slope, y, step=1e-6):
+    """By central differences: Newton's method needs it to a few digits."""
+    unit = step * np.eye(6)
+    return np.array([(slope(0, y + e) - slope(0, y - e)) / (2 * step) for e in unit]).T
+
+
+def accuracies():
+    """Largest error of the state and eq. (1) [%], by accuracy: three maneuvers and 20 other starts.
+
+    The error is against the reference in the maneuvers, and against `simulate`'s own run at
+    roundoff elsewhere.
+    """
+    random = np.random.default_rng(SEED)
+    maneuvers = [
+        *read_maneuvers(benchmark_maneuvers()),
+        *(
+            Maneuver(
+                "other", decimal(random.uniform(4.3, 9)), decimal(random.uniform(-0.5, 0.5)),
+                Fraction(10), Fraction(1, 100), steer_rate=decimal(random.uniform(-0.4, 0.4)),
+            )
+            for _ in range(20)
+        ),
+    ]  # fmt: skip
+    right = [
+        *(m.rows.hi for m in load_reference().values()),
+        *(simulate(m, accuracy="roundoff") for m in maneuvers[3:]),
+    ]
+    found = {}
+    for accuracy in ACCURACIES:
+        wrong, drift = [], []
+        for m, exact in zip(maneuvers, right, strict=True):
+            run = simulate(m, accuracy=accuracy)
+            wrong += [np.abs(run[name] - exact[name]).max() for name in STATE_COLUMNS]
+            energy = run["mechanical_energy"]
+            drift.append(100 * np.ptp(energy) / energy[0])
+        found[accuracy] = max(wrong), max(drift)
+    return found
+
+
+def decimal(x):
+    return Exact(Fraction(round(1000 * x), 1000))
+
+
+def accuracy_table(found):
+    return table(
+        ("accuracy", "order", "norm", "largest error", "largest eq. (1) [%]"),
+        [
+            (str(a), str(ACCURACIES[a].order), f"{ACCURACIES[a].norm:g}", f"{wrong:.1e}",
+             f"{drift:.1e}")
+            for a, (wrong, drift) in found.items()
+        ],
+    )  # fmt: skip
+
+
+def energy_table(found):
+    return table(
+        ("maneuver", "eq. (1) [%]", "largest error of the roll angle, of its largest value"),
+        [
+            (str(i), f"{performance:.1e}", f"{100 * wrong:.0f} %")
+            for i, (performance, wrong) in enumerate(found, start=1)
+        ],
+    )
+
+
+def filled(page, found):
+    """The page with its generated parts replaced."""
+    for name, text in found.items():
+        begin, end = f"<!-- {name}: begin -->\n", f"\n<!-- {name}: end -->"
+        before, _, rest = page.partition(begin)
+        _, _, after = rest.partition(end)
+        if not after and not rest.endswith(end):
+            raise ValueError(f"{PAGE}: no place for {name}")
+        page = before + begin + text + end + after
+    return page
+
+
+def figures(run):
+    title = f"{run['maneuver']}, 1001 rows, {run['machine']['cpu']}"
+    drawn = (draw(run["work_precision"], title), draw_costs(run["digits"], run["durations"]))
+    return {name: render(x, "svg") for name, x in zip(FIGURES, drawn, strict=True)}
+
+
+if __name__ == "__main__":
+    document = json.loads(RUN.read_text())
+    PAGE.write_text(filled(PAGE.read_text(), shown(document) | computed()))
+    for file, data in figures(document).items():
+        (DOCS / file).write_bytes(data)

@@ -1,0 +1,119 @@
+"""The columns of the benchmark and the definitions that programs use for them.
+
+The benchmark text asks for "roll angle", "roll angular velocity" and "forward speed" without
+defining them, and honest programs differ. Each column here has one default definition and named
+alternates, stored as ``<key>_<definition>``. How they follow from the state is in `outputs`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """A stored quantity.
+
+    Attributes
+    ----------
+    key
+        Name of the column (``roll_angle``).
+    definition
+        Name of the definition; the first one listed of a key is its default.
+    unit
+        SI unit, UDUNITS spelling.
+    long_name, meaning, positive
+        For people: what it is, how it is defined, which way is positive.
+    """
+
+    key: str
+    definition: str
+    unit: str
+    long_name: str
+    meaning: str
+    positive: str = ""
+    default: bool = False
+
+    @property
+    def name(self) -> str:
+        """Name of the dataset: the key, followed by the definition for an alternate."""
+        return self.key if self.default else f"{self.key}_{self.definition}"
+
+
+def _columns() -> tuple[Column, ...]:
+    lean = "to the right"
+    ahead = "forward"
+    d = True
+    return (
+        Column("roll_angle", "lean", "rad", "roll angle",
+               "angle of the rear wheel plane from the vertical (yaw, roll, pitch)", lean, d),
+        Column("roll_rate", "lean_rate", "rad s-1", "roll angular velocity",
+               "time derivative of the lean", lean, d),
+        Column("forward_speed", "hub_heading", "m s-1", "forward speed",
+               "velocity of the rear hub along the heading; minus the rear wheel radius times the "
+               "wheel's absolute spin rate about its axle", ahead, d),
+        Column("potential_energy", "floor", "J", "potential energy", "zero at the floor", "", d),
+        Column("kinetic_energy", "total", "J", "kinetic energy", "of all four bodies", "", d),
+        Column("mechanical_energy", "total", "J", "mechanical energy",
+               "potential plus kinetic; constant", "", d),
+        Column("steer_angle", "steer", "rad", "steer angle",
+               "rotation of the fork relative to the rear frame about the steer axis", lean, d),
+        Column("steer_rate", "steer_rate", "rad s-1", "steer angular velocity",
+               "time derivative of the steer angle", lean, d),
+        Column("roll_angle", "tait_bryan_xyz", "rad", "roll angle",
+               "first angle of the rear frame's attitude R = Rx Ry Rz; mixes in the yaw", lean),
+        Column("roll_angle", "zyx", "rad", "roll angle",
+               "roll of the rear frame's attitude R = Rz Ry Rx (yaw, pitch, roll)", lean),
+        Column("roll_rate", "body_x", "rad s-1", "roll angular velocity",
+               "angular velocity of the rear frame along its own x axis", lean),
+        Column("roll_rate", "tait_bryan_xyz_rate", "rad s-1", "roll angular velocity",
+               "time derivative of roll_angle_tait_bryan_xyz", lean),
+        Column("roll_rate", "zyx_rate", "rad s-1", "roll angular velocity",
+               "time derivative of roll_angle_zyx", lean),
+        Column("forward_speed", "hub_body_x", "m s-1", "forward speed",
+               "velocity of the rear hub along the x axis of the pitched rear frame", ahead),
+        Column("forward_speed", "wheel_spin", "m s-1", "forward speed",
+               "minus the rear wheel radius times the wheel's rate relative to the frame", ahead),
+        Column("forward_speed", "contact", "m s-1", "forward speed",
+               "speed of the rear contact point along its track", ahead),
+        Column("forward_speed", "hub_norm", "m s-1", "forward speed",
+               "magnitude of the rear hub's velocity", ahead),
+        Column("forward_speed", "com_norm", "m s-1", "forward speed",
+               "magnitude of the velocity of the centre of mass of the whole bicycle", ahead),
+        Column("forward_speed", "hub_global_x", "m s-1", "forward speed",
+               "velocity of the rear hub along the global x axis, the initial heading", ahead),
+        Column("pitch", "pitch", "rad", "pitch angle",
+               "rotation of the rear frame about its axle, zero upright", "nose up", d),
+        Column("yaw", "yaw", "rad", "yaw angle",
+               "direction of the heading from the initial one", lean, d),
+        Column("yaw_rate", "yaw_rate", "rad s-1", "yaw rate",
+               "time derivative of the yaw angle", lean, d),
+    )  # fmt: skip
+
+
+COLUMNS: tuple[Column, ...] = _columns()
+"""All stored columns: the eight of the benchmark, their alternates, and pitch, yaw, yaw rate."""
+
+BENCHMARK_COLUMNS: tuple[str, ...] = tuple(c.name for c in COLUMNS[:8])
+"""The eight columns of the benchmark's result file, in its order (after the time)."""
+
+DEFINITIONS: Mapping[str, tuple[Column, ...]] = {
+    key: tuple(c for c in COLUMNS if c.key == key) for key in BENCHMARK_COLUMNS
+}
+"""The definitions of each column of the benchmark, the default first."""
+
+COMPARED: Mapping[str, tuple[Column, ...]] = {
+    **DEFINITIONS,
+    **{c.key: (c,) for c in COLUMNS if c.default and c.key not in DEFINITIONS},
+    **{
+        c.name: (
+            Column(c.name, c.definition, c.unit, c.long_name, c.meaning, c.positive, default=True),
+        )
+        for c in MOTION_COLUMNS
+    },
+}
+"""The definitions of every column that results are compared in, the default first: those of the
+benchmark, then what a file may have besides by name, of `COLUMNS` and of `MOTION_COLUMNS`."""

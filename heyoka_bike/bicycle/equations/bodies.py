@@ -1,0 +1,116 @@
+"""The four bodies of a bicycle, each by itself: masses, places and inertias in SI units.
+
+The equations of motion join each wheel with the body that holds it (see `constants`). Forces in
+the axles and places of centres of mass need them apart. The *axes of a frame* are those of the
+parameters, x forward, y right along the axle, z down in the upright, straight position: the rear
+frame's are fixed in it, the front frame's in the fork; they coincide where steer is zero.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from fractions import Fraction
+
+from heyoka_bike.bicycle.parameters import Bicycle
+from heyoka_bike.numbers.arithmetic import Arithmetic, Multiprecision, Number
+
+_DIGITS = 25
+
+
+@dataclass(frozen=True, slots=True)
+class Part:
+    """A frame with its wheel.
+
+    Attributes
+    ----------
+    x, z
+        Centre of mass of the frame from the hub, along the frame's axes [m].
+    m, ixx, iyy, izz, ixz
+        Mass of the frame [kg], its inertia matrix about that centre [kg m^2].
+    pivot_x, pivot_z
+        The pivot from the hub: the point of the steer axis that is on the floor when the bicycle is
+        upright and straight [m].
+    wheel_m, wheel_r
+        Mass [kg] and radius [m] of the wheel.
+    axial, diametral
+        Inertias of the wheel [kg m^2].
+    """
+
+    x: Number
+    z: Number
+    m: Number
+    ixx: Number
+    iyy: Number
+    izz: Number
+    ixz: Number
+    pivot_x: Number
+    pivot_z: Number
+    wheel_m: Number
+    wheel_r: Number
+    axial: Number
+    diametral: Number
+
+
+@dataclass(frozen=True, slots=True)
+class Bodies:
+    """The rear frame B with wheel R, the fork H with wheel F.
+
+    Attributes
+    ----------
+    rear, front : Part
+    sin_tilt, cos_tilt
+        Of the steer axis.
+    g
+        Gravity [m/s^2].
+    """
+
+    rear: Part
+    front: Part
+    sin_tilt: Number
+    cos_tilt: Number
+    g: Number
+
+    def convert(self, make: Callable[[Number], Number]) -> Bodies:
+        """The same bodies, each number passed through `make`."""
+
+        def part(x: Part) -> Part:
+            return Part(**{f.name: make(getattr(x, f.name)) for f in fields(x)})
+
+        return Bodies(
+            part(self.rear), part(self.front),
+            make(self.sin_tilt), make(self.cos_tilt), make(self.g),
+        )  # fmt: skip
+
+
+def bodies(bicycle: Bicycle, a: Arithmetic) -> Bodies:
+    """The bodies of a bicycle in the number type of `a`."""
+    p = {symbol: value.rational for symbol, value in bicycle.values.items()}
+    pivot = p["w"] + p["c"]
+
+    def part(frame: str, wheel: str, hub_x: Fraction) -> Part:
+        radius = p[f"r{wheel}"]
+        values = {
+            "x": p[f"x{frame}"] - hub_x,
+            "z": p[f"z{frame}"] + radius,
+            **{name: p[f"I{frame}{name[1:]}"] for name in ("ixx", "iyy", "izz", "ixz")},
+            "m": p[f"m{frame}"],
+            "pivot_x": pivot - hub_x,
+            "pivot_z": radius,
+            "wheel_m": p[f"m{wheel}"],
+            "wheel_r": radius,
+            "axial": p[f"I{wheel}yy"],
+            "diametral": p[f"I{wheel}xx"],
+        }
+        return Part(**{name: a.number(x) for name, x in values.items()})
+
+    tilt = a.number(bicycle["lam"])
+    return Bodies(
+        rear=part("B", "R", Fraction(0)), front=part("H", "F", p["w"]),
+        sin_tilt=a.sin(tilt), cos_tilt=a.cos(tilt), g=a.number(p["g"]),
+    )  # fmt: skip
+
+
+def binary64_bodies(bicycle: Bicycle) -> Bodies:
+    """The bodies computed with 25 digits and rounded to binary64."""
+    return bodies(bicycle, Multiprecision(_DIGITS)).convert(float)

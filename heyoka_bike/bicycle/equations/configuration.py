@@ -1,0 +1,139 @@
+"""Where every part of the bicycle is, how it is turned, and how fast it turns.
+
+The *ground frame* has x along the initial heading, y to the right, z down, and its origin where the
+rear wheel touches the floor at the start. Yaw, place and the angles of the wheels drive nothing;
+they are integrals of what the state gives. All else here follows from the state and from them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from heyoka_bike.bicycle.equations.axes import Axes, Points
+from heyoka_bike.bicycle.equations.bodies import Bodies
+from heyoka_bike.bicycle.equations.constants import Constants
+from heyoka_bike.bicycle.equations.kinematics import Posture, Speeds
+from heyoka_bike.numbers.arithmetic import Arithmetic, Number
+from heyoka_bike.numbers.vectors import Quaternion, Vector, from_turned_z, plus, product, scaled
+
+INTEGRALS = ("rear_contact_x", "rear_contact_y", "rear_wheel_angle", "front_wheel_angle")
+"""Of `rates_of_integrals`, zero at the start."""
+
+
+def wheel_rates(k: Constants, u: Speeds) -> tuple[Number, Number]:
+    """Rates of the wheels about y in the frames that hold them [rad/s]: forward is negative."""
+    return -(u.v / k.rear.r + u.q), -(u.v_f / k.front.r + u.q_f)
+
+
+def track_speeds(k: Constants, u: Speeds) -> tuple[Number, Number]:
+    """Speeds of the contact points along their tracks [m/s].
+
+    The contact point of a rolling wheel moves along its heading by as much as the rim turns past
+    it: with the roll frame's rate nu about the axle (see `kinematics`), v + r nu.
+    """
+    return k.length * (u.v + k.rear.r * u.nu), k.length * (u.v_f + k.front.r * u.nu_f)
+
+
+def rates_of_integrals(k: Constants, a: Arithmetic, u: Speeds, yaw: Number) -> list[Number]:
+    """Time derivatives of `INTEGRALS`."""
+    speed, _ = track_speeds(k, u)
+    return [speed * a.cos(yaw), speed * a.sin(yaw), *wheel_rates(k, u)]
+
+
+@dataclass(frozen=True, slots=True)
+class Configuration:
+    """Places [m] in the ground frame, attitudes, and angular velocities [rad/s].
+
+    Each is found when asked for.
+
+    Attributes
+    ----------
+    k, b
+        Of the bicycle, in the number type of `a`.
+    o, u
+        See `outputs.unfold`.
+    angles
+        Roll, pitch, steer and yaw [rad].
+    x, y
+        Of the rear contact point [m].
+    """
+
+    k: Constants
+    b: Bodies
+    a: Arithmetic
+    o: Posture
+    u: Speeds
+    angles: Sequence[Number]
+    x: Number
+    y: Number
+
+    @property
+    def _axes(self) -> Axes:
+        return Axes.of(self.b, self.o)
+
+    def _turned(self, v: Vector) -> Vector:
+        """A vector given in heading axes, in the ground frame."""
+        yaw = self.angles[3]
+        return from_turned_z(self.a.sin(yaw), self.a.cos(yaw), v)
+
+    def places(self) -> dict[str, Vector]:
+        """Contact points, hubs, and centres of mass of the frames and of the whole bicycle.
+
+        The centre of mass of a wheel is its hub.
+        """
+        b, axes = self.b, self._axes
+        points = Points.of(b, axes)
+        rear = plus(points.rear_hub, axes.from_rear((b.rear.x, 0, b.rear.z)))
+        front = plus(points.front_hub, axes.from_front((b.front.x, 0, b.front.z)))
+        parts = (
+            (b.rear.wheel_m, points.rear_hub), (b.rear.m, rear),
+            (b.front.wheel_m, points.front_hub), (b.front.m, front),
+        )  # fmt: skip
+        total = self.a.sum([m for m, _ in parts])
+        x, y, z = (self.a.sum([m * v[i] for m, v in parts]) / total for i in range(3))
+        from_contact = {
+            "front_contact": points.front_contact,
+            "rear_hub": points.rear_hub,
+            "front_hub": points.front_hub,
+            "rear_frame_com": rear,
+            "front_frame_com": front,
+            "com": (x, y, z),
+        }
+        turned = {name: self._turned(v) for name, v in from_contact.items()}
+        return {name: (self.x + v[0], self.y + v[1], v[2]) for name, v in turned.items()}
+
+    def attitudes(self) -> dict[str, tuple[Vector, Vector, Vector]]:
+        """Axes of rear frame and fork in the ground frame: the columns of rotation matrices."""
+        axes = self._axes
+        x, y, z = (1, 0, 0), (0, 1, 0), (0, 0, 1)
+        return {
+            name: (self._turned(turn(x)), self._turned(turn(y)), self._turned(turn(z)))
+            for name, turn in (("rear_frame", axes.from_rear), ("front_frame", axes.from_front))
+        }
+
+    def quaternions(self) -> dict[str, Quaternion]:
+        """The attitudes as unit quaternions: yaw, roll, pitch, and then steer about its axis.
+
+        The signs are those of half the angles, so they never jump.
+        """
+        sines, cosines = ([f(x / 2) for x in self.angles] for f in (self.a.sin, self.a.cos))
+        yawed, rolled = (cosines[3], 0, 0, sines[3]), (cosines[0], sines[0], 0, 0)
+        rear = product(product(yawed, rolled), (cosines[1], 0, sines[1], 0))
+        along = scaled(sines[2], (self.b.sin_tilt, 0, self.b.cos_tilt))
+        return {"rear_frame": rear, "front_frame": product(rear, (cosines[2], *along))}
+
+    def turning(self) -> dict[str, Vector]:
+        """Angular velocities of rear frame and fork, each along its own axes."""
+        axes, u = self._axes, self.u
+        return {
+            "rear_frame": axes.across_tilt((u.w1, u.q, u.w3)),
+            "front_frame": axes.across_tilt((u.w1_f, u.q_f, u.w3_f)),
+        }
+
+    def spins(self) -> dict[str, Number]:
+        """Angular velocities of the wheels about their axles; else they turn with their frames."""
+        return {
+            "rear_wheel": -(self.u.v / self.k.rear.r),
+            "front_wheel": -(self.u.v_f / self.k.front.r),
+        }

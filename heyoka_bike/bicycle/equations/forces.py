@@ -1,0 +1,264 @@
+"""Forces of the floor on the wheels and in the joints, by Newton's and Euler's laws.
+
+The motion is known: the state, and its rates from the equations of motion. Every speed is a dual
+number whose slope is its rate of change, so the accelerations of all bodies follow from the same
+lines as their speeds, and what each body needs of force and moment from those. Then
+
+- about its axle nothing but the floor turns a wheel: its longitudinal force;
+- about the rear contact point nothing but the front contact turns the whole bicycle: its normal
+  force, and across the line of the contact points its horizontal one;
+- the rear contact carries the rest of the bicycle's weight and inertia, the axles and the steer
+  bearing those of their wheels and of the front assembly.
+
+There are 24 conditions for 21 reactions. The three that are left over are the equations of motion:
+the moments of the bearings about their own axes vanish.
+
+With NumPy arrays::
+
+    k, b = binary64_constants(bicycle), binary64_bodies(bicycle)
+    state = roll, pitch, steer, roll_rate, steer_rate, forward_speed / rR
+    forces(k, b, Arrays(), state, is_regular=True).front.normal  # ndarray [N]
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from heyoka_bike.bicycle.equations.axes import Axes, Points
+from heyoka_bike.bicycle.equations.bodies import Bodies, Part
+from heyoka_bike.bicycle.equations.constants import Constants
+from heyoka_bike.bicycle.equations.kinematics import posture
+from heyoka_bike.bicycle.equations.model import few_products, regular
+from heyoka_bike.bicycle.equations.outputs import unfold
+from heyoka_bike.numbers.arithmetic import Arithmetic, Number
+from heyoka_bike.numbers.dual import Dual, Duals
+from heyoka_bike.numbers.vectors import Vector, cross, minus, plus, scaled
+
+
+@dataclass(frozen=True, slots=True)
+class Contact:
+    """Force of the floor on a wheel [N].
+
+    Attributes
+    ----------
+    normal
+        Upward; the wheel stays on the floor as long as it is positive.
+    longitudinal, lateral
+        Along the wheel's heading, where its plane meets the floor, and to the right of it.
+    """
+
+    normal: Number
+    longitudinal: Number
+    lateral: Number
+
+    def friction(self, a: Arithmetic) -> Number:
+        """Tangential over normal force: the friction coefficient that rolling needs at least."""
+        along, across = self.longitudinal, self.lateral
+        return a.sqrt(along * along + across * across) / self.normal
+
+
+@dataclass(frozen=True, slots=True)
+class Joint:
+    """Force [N] of a bearing at its point, and moment [N m] about that point.
+
+    The component of the moment about the bearing's own axis is zero, by the equations of motion.
+    """
+
+    force: Vector
+    moment: Vector
+
+
+@dataclass(frozen=True, slots=True)
+class Forces:
+    """All reactions; those of the joints are found when asked for.
+
+    Attributes
+    ----------
+    rear, front : Contact
+    """
+
+    rear: Contact
+    front: Contact
+    _parts: _Parts
+    _on_rear: Vector
+    _on_front: Vector
+
+    @property
+    def rear_axle(self) -> Joint:
+        """On the rear wheel at its hub, along the rear frame's axes; y is the axle."""
+        p = self._parts
+        at_wheel = p.axes.to_rear(self._on_rear)
+        arm = scaled(p.bodies.rear.wheel_r, p.axes.to_rear(p.axes.rear_down))
+        return _left_by(p.rear.wheel, at_wheel, cross(arm, at_wheel))
+
+    @property
+    def front_axle(self) -> Joint:
+        """On the front wheel at its hub, along the fork's axes; y is the axle."""
+        return _left_by(self._parts.front.wheel, *self._floor_on_front)
+
+    @property
+    def steer(self) -> Joint:
+        """On the fork at the pivot (see `bodies`).
+
+        z down the steer axis, y right along the front axle, x forward across both.
+        """
+        p = self._parts
+        part = p.bodies.front
+        push = _left_by(p.front.frame + p.front.wheel, *self._floor_on_front)
+        turn = minus(push.moment, cross((part.pivot_x, 0, part.pivot_z), push.force))
+        return Joint(*(p.axes.across_tilt(v, back=True) for v in (push.force, turn)))
+
+    @property
+    def _floor_on_front(self) -> tuple[Vector, Vector]:
+        """Force of the floor on the front wheel and its moment about the hub, in front axes."""
+        p = self._parts
+        at_wheel = p.axes.to_front(self._on_front)
+        arm = scaled(p.bodies.front.wheel_r, p.axes.to_front(p.axes.front_down))
+        return at_wheel, cross(arm, at_wheel)
+
+
+def forces(
+    k: Constants, b: Bodies, a: Arithmetic, state: Sequence[Number], *, is_regular: bool
+) -> Forces:
+    """Reactions in a state of either form; a seventh entry, the yaw, is ignored.
+
+    Parameters
+    ----------
+    k, b
+        Of the bicycle, in the number type of `a`.
+    state
+        rad, rad/s, see `kinematics`.
+    """
+    form = regular if is_regular else few_products
+    rates = form(k, a, state[:6])
+    moving = [Dual(x, (rate,)) for x, rate in zip(state[:6], rates, strict=True)]
+    o, u = unfold(k, Duals(a), moving, is_regular=is_regular)
+    at_rest = posture(k, a, *state[:3])
+    axes = Axes.of(b, at_rest)
+    weight = (0, 0, -b.g)
+    v, v_f, p_f = k.length * u.v, k.length * u.v_f, o.cb_f * u.w1_f + o.sb_f * u.w3_f
+    rear = _loads(
+        b.rear, axes, (u.w1, u.q, u.w3), (v * o.cb, b.rear.wheel_r * u.p, v * o.sb), v,
+        axes.to_rear(weight),
+    )  # fmt: skip
+    front = _loads(
+        b.front, axes, (u.w1_f, u.q_f, u.w3_f),
+        (v_f * o.cb_f, b.front.wheel_r * p_f, v_f * o.sb_f), v_f, axes.to_front(weight),
+    )  # fmt: skip
+    return _contacts(_Parts(b, axes, rear, front))
+
+
+@dataclass(frozen=True, slots=True)
+class _Wrench:
+    """Force, and moment about a hub."""
+
+    force: Vector
+    moment: Vector
+
+    def __add__(self, other: _Wrench) -> _Wrench:
+        return _Wrench(plus(self.force, other.force), plus(self.moment, other.moment))
+
+
+@dataclass(frozen=True, slots=True)
+class _Loads:
+    """What the motion of a frame and its wheel needs besides their weight, in the frame's axes."""
+
+    frame: _Wrench
+    wheel: _Wrench
+
+
+@dataclass(frozen=True, slots=True)
+class _Parts:
+    """What both halves of the bicycle need, and how they are turned."""
+
+    bodies: Bodies
+    axes: Axes
+    rear: _Loads
+    front: _Loads
+
+
+def _loads(part: Part, axes: Axes, turning: Vector, hub: Vector, v: Dual, lift: Vector) -> _Loads:
+    """Newton's and Euler's laws for a frame and its wheel.
+
+    Parameters
+    ----------
+    turning, hub
+        Angular velocity and velocity of the hub along axes turned by the tilt, dual numbers.
+    v
+        Speed of the hub along the wheel's heading.
+    lift
+        Minus gravity, in the frame's axes.
+    """
+    omega, velocity = (axes.across_tilt(_values(x)) for x in (turning, hub))
+    alpha, change = (axes.across_tilt(_slopes(x)) for x in (turning, hub))
+    acceleration = plus(lift, plus(change, cross(omega, velocity)))
+    arm = (part.x, 0, part.z)
+    swing = plus(cross(alpha, arm), cross(omega, cross(omega, arm)))
+    force = scaled(part.m, plus(acceleration, swing))
+    moment = plus(_times(part, alpha), cross(omega, _times(part, omega)))
+    spin, spin_rate = (-(x / part.wheel_r) for x in (v.value, v.slopes[0]))
+    rim = (part.diametral * omega[0], part.axial * spin, part.diametral * omega[2])
+    rim_rate = (part.diametral * alpha[0], part.axial * spin_rate, part.diametral * alpha[2])
+    return _Loads(
+        frame=_Wrench(force, plus(moment, cross(arm, force))),
+        wheel=_Wrench(scaled(part.wheel_m, acceleration), plus(rim_rate, cross(omega, rim))),
+    )
+
+
+def _times(part: Part, v: Vector) -> Vector:
+    """A frame's inertia times a vector."""
+    x, y, z = v
+    return part.ixx * x + part.ixz * z, part.iyy * y, part.ixz * x + part.izz * z
+
+
+def _values(v: Vector) -> Vector:
+    return v[0].value, v[1].value, v[2].value
+
+
+def _slopes(v: Vector) -> Vector:
+    return v[0].slopes[0], v[1].slopes[0], v[2].slopes[0]
+
+
+def _contacts(p: _Parts) -> Forces:
+    """The contact forces that give the whole bicycle what it needs."""
+    b, axes = p.bodies, p.axes
+    points = Points.of(b, axes)
+    x, y, _ = points.front_contact  # the floor is level
+    whole, whole_f = p.rear.frame + p.rear.wheel, p.front.frame + p.front.wheel
+    force, force_f = axes.from_rear(whole.force), axes.from_front(whole_f.force)
+    about_rear = plus(
+        plus(axes.from_rear(whole.moment), cross(points.rear_hub, force)),
+        plus(axes.from_front(whole_f.moment), cross(points.front_hub, force_f)),
+    )
+    ahead, aside, _ = axes.front_heading
+    # Three conditions for two horizontal components; they agree, so least squares is exact, and
+    # regular where any two are: along each heading, and turning about the rear contact point.
+    spin = p.rear.wheel.moment[1] / b.rear.wheel_r
+    spin_f = p.front.wheel.moment[1] / b.front.wheel_r
+    rest = force[0] + force_f[0] - spin
+    b_x = ahead * spin_f - y * about_rear[2] + rest
+    b_y = aside * spin_f + x * about_rear[2]
+    a_xx, a_xy, a_yy = 1 + ahead * ahead + y * y, ahead * aside - x * y, aside * aside + x * x
+    along = x * ahead + y * aside
+    determinant = along * along + a_yy
+    on_front = (
+        (a_yy * b_x - a_xy * b_y) / determinant,
+        (a_xx * b_y - a_xy * b_x) / determinant,
+        (about_rear[0] * y - about_rear[1] * x) / (x * x + y * y),
+    )
+    on_rear = minus(plus(force, force_f), on_front)
+    return Forces(
+        rear=Contact(normal=-on_rear[2], longitudinal=on_rear[0], lateral=on_rear[1]),
+        front=Contact(
+            normal=-on_front[2],
+            longitudinal=ahead * on_front[0] + aside * on_front[1],
+            lateral=ahead * on_front[1] - aside * on_front[0],
+        ),
+        _parts=p, _on_rear=on_rear, _on_front=on_front,
+    )  # fmt: skip
+
+
+def _left_by(needed: _Wrench, floor: Vector, floor_moment: Vector) -> Joint:
+    """What a bearing adds to the force of the floor on a wheel, about its hub."""
+    return Joint(minus(needed.force, floor), minus(needed.moment, floor_moment))

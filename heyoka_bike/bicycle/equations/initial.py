@@ -1,0 +1,139 @@
+"""From a maneuver to the initial state: the pitch and the rates that rolling demands."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import Any
+
+import flint
+
+from heyoka_bike.bicycle.equations.constants import Constants, constants
+from heyoka_bike.bicycle.equations.kinematics import front_contact_height, posture, rear_rates
+from heyoka_bike.bicycle.equations.model import regular
+from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
+from heyoka_bike.errors import InputError
+from heyoka_bike.numbers.arithmetic import Arrays, Balls, Multiprecision
+from heyoka_bike.numbers.dual import Duals
+
+_CONTINUATION_STEPS = 24
+
+
+def initial_state(
+    bicycle: Bicycle, maneuver: Maneuver, k: Constants, balls: Balls
+) -> list[flint.arb]:
+    """State of the regular form at t = 0, with the yaw: seven balls, rad and rad/s.
+
+    Raises
+    ------
+    InputError
+        No pitch puts both wheels on the floor, or the reduced mass matrix is singular there.
+    """
+    with balls.precision():
+        roll, steer = balls.number(maneuver.roll), balls.number(maneuver.steer)
+        pitch = _pitch(bicycle, maneuver, k, balls)
+        state = [
+            roll,
+            pitch,
+            steer,
+            balls.number(maneuver.roll_rate),
+            balls.number(maneuver.steer_rate),
+            balls.number(maneuver.speed) / k.length,
+            balls.number(0),
+        ]
+        if not all(x.is_finite() for x in regular(k, balls, state[:6])):
+            raise InputError(
+                f"{maneuver.name}: the reduced mass matrix is singular at the initial state, "
+                "expected inertia that resists roll, steer and rolling"
+            )
+        return state
+
+
+def few_product_state(k: Constants, balls: Balls, state: list[flint.arb]) -> list[flint.arb]:
+    """The same state in the variables of the few-product form."""
+    with balls.precision():
+        roll, pitch, steer, roll_rate, steer_rate, spin, yaw = state
+        o = posture(k, balls, roll, pitch, steer)
+        w1, w3, _ = rear_rates(o, k.rear.r * spin, roll_rate, steer_rate)
+        return [roll, pitch, steer, w1, w3, spin, yaw]
+
+
+def start_state(
+    bicycle: Bicycle, maneuver: Maneuver, bits: int, *, is_regular: bool = False
+) -> list[flint.arb]:
+    """Initial state of either form at a precision, without the yaw; see `initial_state`."""
+    balls = Balls(bits)
+    with balls.precision():
+        k = constants(bicycle, balls)
+        state = initial_state(bicycle, maneuver, k, balls)
+        return (state if is_regular else few_product_state(k, balls, state))[:6]
+
+
+def _pitch(bicycle: Bicycle, maneuver: Maneuver, k: Constants, balls: Balls) -> flint.arb:
+    """Pitch that puts the front wheel on the floor, enclosed.
+
+    With zero steer the frames of front and rear coincide and the pitch is zero at any roll. The
+    root wanted is the one that grows from there, followed in the steer angle.
+    """
+    if maneuver.steer.is_zero:
+        return balls.number(0)
+    unreachable = InputError(
+        f"{maneuver.name}: no pitch puts both wheels on the floor at roll "
+        f"{float(maneuver.roll):g} rad and steer {float(maneuver.steer):g} rad"
+    )
+    a = Multiprecision(int(balls.bits * 0.302) + 5)
+    mp = a.context
+    km = constants(bicycle, a)
+    roll, steer = a.number(maneuver.roll), a.number(maneuver.steer)
+    pitch = mp.zero
+    for step in range(1, _CONTINUATION_STEPS + 1):
+        part = steer * step / _CONTINUATION_STEPS
+        last = step == _CONTINUATION_STEPS
+
+        def height(x: object, part: object = part) -> object:
+            return front_contact_height(km, a, roll, x, part)
+
+        try:
+            pitch = mp.findroot(
+                height, (pitch, pitch + mp.mpf("0.001")), tol=mp.eps * 1024 if last else 1e-24
+            )
+        except (ValueError, ZeroDivisionError):
+            raise unreachable from None
+        if mp.im(pitch) != 0 or abs(pitch) > mp.pi / 2:
+            raise unreachable
+    # A sign change over a tiny interval proves the root.
+    centre = balls.number(Fraction(int(mp.nint(mp.ldexp(pitch, balls.bits))), 2**balls.bits))
+    roll_ball, steer_ball = balls.number(maneuver.roll), balls.number(maneuver.steer)
+    radius = balls.number(Fraction(2) ** (16 - balls.bits))
+    below, above = (
+        front_contact_height(k, balls, roll_ball, centre + side * radius, steer_ball)
+        for side in (-1, 1)
+    )
+    if not ((below > 0 and above < 0) or (below < 0 and above > 0)):
+        raise unreachable
+    enclosed = flint.arb(centre, radius)
+    # ... and a slope that does not vanish there that it is the only one.
+    duals = Duals(balls)
+    (pitch_dual,) = duals.variables([enclosed])
+    slope = front_contact_height(k, duals, roll_ball, pitch_dual, steer_ball).slopes[0]
+    if not abs(slope) > 0:
+        raise unreachable
+    return enclosed
+
+
+# Rounds and difference of Newton's iteration for the pitch.
+_ROUNDS = 4
+
+_SHIFT = 1e-6
+
+
+def pitch_on_the_floor(k: Constants, roll: Any, pitch: Any, steer: Any) -> Any:
+    """Pitch with both wheels on the floor [rad], for floats or arrays; `pitch` is where to begin.
+
+    Pitch is a few hundredths: Newton's iteration is there from zero after a few rounds.
+    """
+    a = Arrays()
+    for _ in range(_ROUNDS):
+        gap = front_contact_height(k, a, roll, pitch, steer)
+        slope = front_contact_height(k, a, roll, pitch + _SHIFT, steer) - gap
+        pitch = pitch - gap * _SHIFT / slope
+    return pitch

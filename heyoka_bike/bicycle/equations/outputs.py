@@ -1,0 +1,144 @@
+"""The columns of the benchmark, with every definition of them, from the state.
+
+What each column means is in `columns`.
+
+The rear frame has attitude R = Rz(yaw) Rx(roll) Ry(pitch); z is down, so a positive roll leans to
+the right and a positive yaw turns to the right.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from heyoka_bike.bicycle.equations.constants import Assembly, Constants
+from heyoka_bike.bicycle.equations.kinematics import Posture, Speeds, posture, rear_rates, speeds
+from heyoka_bike.numbers.arithmetic import Arithmetic, Number
+
+_Vector = tuple[Number, Number, Number]
+
+
+@dataclass(frozen=True, slots=True)
+class Energies:
+    """Potential and kinetic energy [J]; the potential energy is zero at the floor."""
+
+    potential: Number
+    kinetic: Number
+
+
+def unfold(
+    k: Constants, a: Arithmetic, state: Sequence[Number], *, is_regular: bool
+) -> tuple[Posture, Speeds]:
+    """Posture and speeds from the state of either form; a seventh entry, the yaw, is ignored."""
+    roll, pitch, steer, rate1, rate3, spin = state[:6]
+    o = posture(k, a, roll, pitch, steer)
+    v = k.rear.r * spin
+    if not is_regular:
+        return o, speeds(k, o, v, rate1, rate3)
+    w1, w3, _ = rear_rates(o, v, rate1, rate3)
+    return o, speeds(k, o, v, w1, w3, rate3)
+
+
+def yaw_rate(o: Posture, u: Speeds) -> Number:
+    """Rate of the rear heading [rad/s]; not that of the front's, which differs."""
+    return u.n / o.cos_roll
+
+
+def energies(k: Constants, o: Posture, u: Speeds) -> Energies:
+    """Energies of the whole bicycle."""
+    rear, front = k.rear, k.front
+    height = o.cos_roll * (rear.r + rear.l1 * o.sb - rear.l3 * o.cb)
+    height_f = o.cos_roll * (front.r * o.kappa + front.l1 * o.y - front.l3 * o.cb)
+    weight = k.g * (rear.m * height + front.m * height_f)
+    velocity, velocity_f = _centre_velocity(k, o, u)
+    kinetic2 = _kinetic2(rear, velocity, u.w1, u.q, u.w3, u.v)
+    kinetic2 += _kinetic2(front, velocity_f, u.w1_f, u.q_f, u.w3_f, u.v_f)
+    joule = k.mass * k.length * k.length
+    return Energies(potential=joule * weight, kinetic=joule * kinetic2 / 2)
+
+
+def _kinetic2(
+    b: Assembly, velocity: _Vector, w1: Number, q: Number, w3: Number, v: Number
+) -> Number:
+    """Twice the kinetic energy of one assembly."""
+    x, y, z = velocity
+    turning = b.i11 * w1 * w1 + 2 * b.i13 * w1 * w3 + b.i33 * w3 * w3 + b.i22 * q * q
+    return b.m * (x * x + y * y + z * z) + turning + b.spin / b.r * (v * v)
+
+
+def _centre_velocity(k: Constants, o: Posture, u: Speeds) -> tuple[_Vector, _Vector]:
+    """Velocities of the two centres of mass, each in its own assembly frame."""
+    rear, front = k.rear, k.front
+    p_f = o.cb_f * u.w1_f + o.sb_f * u.w3_f
+    return (
+        (
+            u.v * o.cb + u.q * rear.l3,
+            rear.r * u.p + rear.l1 * u.w3 - rear.l3 * u.w1,
+            u.v * o.sb - u.q * rear.l1,
+        ),
+        (
+            u.v_f * o.cb_f + u.q_f * front.l3,
+            front.r * p_f + front.l1 * u.w3_f - front.l3 * u.w1_f,
+            u.v_f * o.sb_f - u.q_f * front.l1,
+        ),
+    )
+
+
+def columns(
+    k: Constants, a: Arithmetic, o: Posture, u: Speeds, roll: Number, pitch: Number,
+    steer: Number, yaw: Number,
+) -> Mapping[str, Number]:  # fmt: skip
+    """Every column of `columns.COLUMNS` by name, SI units."""
+    sp, cp = o.sin_roll, o.cos_roll
+    s_pitch, c_pitch = a.sin(pitch), a.cos(pitch)
+    s_yaw, c_yaw = a.sin(yaw), a.cos(yaw)
+    yaw_dot = yaw_rate(o, u)
+    pitch_dot = u.q - u.nu
+    hub_y = k.rear.r * u.p
+
+    # R = Rx(first) Ry Rz: the frame's z axis is (., -sin(first), cos(first)) up to a factor.
+    num = c_yaw * sp * c_pitch - s_yaw * s_pitch
+    num_dot = (
+        u.p * c_yaw * cp * c_pitch
+        - yaw_dot * (s_yaw * sp * c_pitch + c_yaw * s_pitch)
+        - pitch_dot * (c_yaw * sp * s_pitch + s_yaw * c_pitch)
+    )
+    den = cp * c_pitch
+    den_dot = -(u.p * sp * c_pitch) - pitch_dot * cp * s_pitch
+
+    (a1, a2, a3), (b1, b2, b3) = _centre_velocity(k, o, u)
+    rear_m, front_m = k.rear.m, k.front.m
+    # Front centre of mass in the rear's frame, then the mean.
+    mean = (
+        rear_m * a1 + front_m * (o.c * b1 - o.s * b2),
+        rear_m * a2 + front_m * (o.s * b1 + o.c * b2),
+        rear_m * a3 + front_m * b3,
+    )
+    e = energies(k, o, u)
+    speed = {
+        "forward_speed": u.v,
+        "forward_speed_hub_body_x": u.v * c_pitch,
+        "forward_speed_wheel_spin": u.v + k.rear.r * u.q,
+        "forward_speed_contact": u.v + k.rear.r * u.nu,
+        "forward_speed_hub_norm": a.sqrt(u.v * u.v + hub_y * hub_y),
+        "forward_speed_com_norm": a.sqrt(a.sum([x * x for x in mean])) / (rear_m + front_m),
+        "forward_speed_hub_global_x": u.v * c_yaw - hub_y * cp * s_yaw,
+    }
+    return {
+        "roll_angle": roll,
+        "roll_rate": u.p,
+        "potential_energy": e.potential,
+        "kinetic_energy": e.kinetic,
+        "mechanical_energy": e.potential + e.kinetic,
+        "steer_angle": steer,
+        "steer_rate": u.steer_rate,
+        "roll_angle_tait_bryan_xyz": a.atan2(num, den),
+        "roll_angle_zyx": a.atan2(sp, den),
+        "roll_rate_body_x": u.p * c_pitch - u.n * s_pitch,
+        "roll_rate_tait_bryan_xyz_rate": (num_dot * den - num * den_dot) / (num * num + den * den),
+        "roll_rate_zyx_rate": (u.p * cp * den - sp * den_dot) / (sp * sp + den * den),
+        **{name: k.length * x for name, x in speed.items()},
+        "pitch": pitch,
+        "yaw": yaw,
+        "yaw_rate": yaw_dot,
+    }

@@ -1,0 +1,1 @@
+"""The linearised bicycle, and critical speeds proved over boxes of parameters."""

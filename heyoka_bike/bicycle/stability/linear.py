@@ -1,0 +1,401 @@
+"""Linearisation about upright straight running: matrices, eigenvalues, critical speeds.
+
+To first order in roll and steer, pitch and speed are constant and, with q = (roll, steer),
+
+    M q'' + v C1 q' + (g K0 + v^2 K2) q = 0,
+
+in the notation of Meijaard, Papadopoulos, Ruina and Schwab (2007), doi:10.1098/rspa.2007.1857.
+No formula is taken from there: M comes from the kinetic energy of the nonlinear model, the other
+matrices from derivatives of its accelerations. These are taken by dual numbers, which are exact up
+to rounding.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import cache, cached_property
+from itertools import pairwise, zip_longest
+
+import mpmath
+
+from heyoka_bike.bicycle.equations.constants import constants
+from heyoka_bike.bicycle.equations.model import regular
+from heyoka_bike.bicycle.equations.outputs import energies, unfold
+from heyoka_bike.bicycle.parameters import Bicycle
+from heyoka_bike.errors import InputError
+from heyoka_bike.numbers.arithmetic import Multiprecision, Number
+from heyoka_bike.numbers.dual import Duals
+from heyoka_bike.numbers.exact import Exact
+
+MIN_DIGITS, MAX_DIGITS = 5, 1000
+
+_GUARD = 15
+
+Rows = Sequence[Sequence[Number]]
+Matrix = tuple[tuple[Number, Number], tuple[Number, Number]]
+
+
+@dataclass(frozen=True)
+class Linearisation:
+    """The linear bicycle M q'' + v C1 q' + (g K0 + v^2 K2) q = 0, q = (roll, steer).
+
+    Attributes
+    ----------
+    M, C1, K0, K2 : Matrix
+        First row: roll equation; second row: steer equation [kg m^2, kg m, kg m, kg].
+    g : mpf
+        Gravity [N/kg].
+    digits : int
+        Significant decimal digits to which each number here is rounded.
+    """
+
+    M: Matrix
+    C1: Matrix
+    K0: Matrix
+    K2: Matrix
+    g: mpmath.mpf
+    digits: int
+    _quartic: _Quartic = field(repr=False, compare=False)
+
+    def eigenvalues(self, speed: Fraction | int | mpmath.mpf) -> tuple[mpmath.mpc, ...]:
+        """Four eigenvalues [1/s] at a speed [m/s], ordered by real, then by imaginary part."""
+        q = self._quartic
+        is_exact = isinstance(speed, int | Fraction)
+        v = q.a.number(speed) if is_exact else q.a.context.mpf(speed)
+        roots = [z / q.root_w for z in _roots(q.at(v / q.root_w, q.g), self.digits)]
+        parts = sorted((self._rounded(z.real), self._rounded(z.imag)) for z in roots)
+        return tuple(x.context.mpc(x, y) for x, y in parts)
+
+    @cached_property
+    def weave_speeds(self) -> tuple[tuple[mpmath.mpf, mpmath.mpf], ...]:
+        """Speeds [m/s] where a complex pair crosses the imaginary axis, and its frequency [rad/s].
+
+        Hurwitz' determinant changes sign there, and s^2 = -d / b is negative.
+        """
+        q = self._quartic
+        changes = [x for x in q.changes(q.hurwitz()) if q.b.sign(x) * q.d.sign(x) > 0]
+        return tuple((self._speed(x), self._eigenvalue(_sqrt(q.d(x) / q.b(x)))) for x in changes)
+
+    @cached_property
+    def capsize_speeds(self) -> tuple[mpmath.mpf, ...]:
+        """Speeds [m/s] where a real eigenvalue changes sign."""
+        return tuple(self._speed(x) for x in self._quartic.changes(self._quartic.e))
+
+    @cached_property
+    def double_roots(self) -> tuple[tuple[mpmath.mpf, mpmath.mpf], ...]:
+        """Speeds [m/s] where two real eigenvalues merge into a complex pair, and their value [1/s].
+
+        The discriminant changes sign there; the value is a stationary point of the quartic.
+        """
+        found = []
+        for x in self._quartic.changes(self._quartic.discriminant()):
+            p = self._quartic.at(_sqrt(x), 1)
+            slope = [power * c for power, c in zip((4, 3, 2, 1), p, strict=False)]
+            real = [s.real for s in _roots(slope, self.digits) if s.imag == 0]
+            _, value = min((abs(s.context.polyval(p, s)), s) for s in real)
+            found.append((self._speed(x), self._eigenvalue(value)))
+        return tuple(found)
+
+    @cached_property
+    def stable_ranges(self) -> tuple[tuple[mpmath.mpf, mpmath.mpf | None], ...]:
+        """Ranges of forward speed [m/s] where all real parts are negative; None if without end.
+
+        Every coefficient and Hurwitz' determinant are positive there. Without gravity there is
+        none: an eigenvalue is zero.
+        """
+        q = self._quartic
+        if q.g == 0:
+            return ()
+        conditions = (q.b, q.c, q.d, q.e, q.hurwitz())
+        edges = sorted({0 * q.g, *(x for p in conditions for x in q.changes(p))})
+        found: list[tuple[mpmath.mpf, mpmath.mpf | None]] = []
+        for low, high in pairwise([*edges, None]):
+            inside = 2 * low + 1 if high is None else (low + high) / 2
+            if all(p.sign(inside) > 0 for p in conditions):
+                found.append((self._speed(low), None if high is None else self._speed(high)))
+        return tuple(found)
+
+    def _speed(self, x: mpmath.mpf) -> mpmath.mpf:
+        return self._rounded(_sqrt(x * self._quartic.g) * self._quartic.root_w)
+
+    def _eigenvalue(self, s: mpmath.mpf) -> mpmath.mpf:
+        return self._rounded(s * _sqrt(self._quartic.g) / self._quartic.root_w)
+
+    def _rounded(self, x: mpmath.mpf) -> mpmath.mpf:
+        return _rounded(x, self.digits)
+
+
+def linearise(bicycle: Bicycle, digits: int) -> Linearisation:
+    """Linearise the nonlinear model about upright straight running.
+
+    Parameters
+    ----------
+    bicycle : Bicycle
+    digits : int
+        Significant decimal digits of the result, 5 to 1000.
+
+    Raises
+    ------
+    InputError
+        `digits` is out of range, or the mass matrix of roll and steer is singular.
+    """
+    if not MIN_DIGITS <= digits <= MAX_DIGITS:
+        raise InputError(f"digits: found {digits}, expected {MIN_DIGITS} to {MAX_DIGITS}")
+    a = Multiprecision(_working_digits(digits))
+    mass = _mass_matrix(bicycle, a)
+    # The derivatives by the angles are linear in g and in v^2, those by the rates in v.
+    weight = _forces(mass, _acceleration_slopes(bicycle, a, g=1, speed=0))
+    motion = _forces(mass, _acceleration_slopes(bicycle, a, g=0, speed=1))
+    w = a.number(bicycle["w"])
+    parts = (
+        _map(mass, lambda x: x / w), _columns(motion, 2), _columns(weight, 0),
+        _map(_columns(motion, 0), lambda x: x * w),
+    )  # fmt: skip
+    residue = max(_residue(x) for part in parts for row in part for x in row)
+    m, c1, k0, k2 = (_map(part, lambda x: _chopped(x, residue)) for part in parts)
+
+    def shown(part: Matrix, unit: Number) -> Matrix:
+        return _map(part, lambda x: _rounded(x * unit, digits))
+
+    g = a.number(bicycle["g"])
+    return Linearisation(
+        M=shown(m, w), C1=shown(c1, 1), K0=shown(k0, 1), K2=shown(k2, 1 / w),
+        g=_rounded(g, digits), digits=digits, _quartic=_Quartic.of(a, g, w, m, c1, k0, k2),
+    )  # fmt: skip
+
+
+def _mass_matrix(bicycle: Bicycle, a: Multiprecision) -> Matrix:
+    """Hessian of the kinetic energy by roll rate and steer rate."""
+    k = constants(bicycle, a)
+    zero = a.number(0)
+
+    def twice_energy(roll_rate: int, steer_rate: int) -> Number:
+        rates = (a.number(roll_rate), a.number(steer_rate))
+        o, u = unfold(k, a, (zero, zero, zero, *rates, zero), is_regular=True)
+        return 2 * energies(k, o, u).kinetic
+
+    m11, m22 = twice_energy(1, 0), twice_energy(0, 1)
+    m12 = (twice_energy(1, 1) - m11 - m22) / 2
+    if abs(m11 * m22 - m12 * m12) <= abs(m11 * m22) / 10**_GUARD:
+        raise InputError(
+            f"the mass matrix of roll and steer of '{bicycle.name}' is singular, "
+            "expected mass or inertia that resists both"
+        )
+    return (m11, m12), (m12, m22)
+
+
+def _acceleration_slopes(bicycle: Bicycle, a: Multiprecision, *, g: int, speed: int) -> Rows:
+    """Derivatives of roll and steer acceleration by (roll, steer, roll rate, steer rate).
+
+    The pitch is fixed: by the symmetry of left and right it is of second order.
+    """
+    dual = Duals(a)
+    k = constants(bicycle.replace(g=Exact(Fraction(g))), a)
+    zero = a.number(0)
+    roll, steer, roll_rate, steer_rate = dual.variables([zero] * 4)
+    rates = regular(k, dual, (roll, zero, steer, roll_rate, steer_rate, speed / k.length))
+    return rates[3].slopes, rates[4].slopes
+
+
+def _forces(mass: Rows, slopes: Rows) -> Rows:
+    """Minus the mass matrix times the derivatives of the accelerations."""
+    return [[-(row[0] * x + row[1] * y) for x, y in zip(*slopes, strict=True)] for row in mass]
+
+
+def _columns(rows: Rows, first: int) -> Matrix:
+    return (rows[0][first], rows[0][first + 1]), (rows[1][first], rows[1][first + 1])
+
+
+def _map(m: Matrix, make: Callable[[Number], Number]) -> Matrix:
+    return (make(m[0][0]), make(m[0][1])), (make(m[1][0]), make(m[1][1]))
+
+
+def _working_digits(digits: int) -> int:
+    # A double eigenvalue has half of the digits of the matrices.
+    return 2 * (digits + _GUARD) + _GUARD
+
+
+def _residue(x: Number) -> Number:
+    """What is zero up to rounding beside x."""
+    return abs(x) * x.context.eps * 10**_GUARD
+
+
+def _sqrt(x: Number) -> Number:
+    return x.context.sqrt(x)
+
+
+def _chopped(x: Number, residue: Number) -> Number:
+    return x if abs(x) > residue else 0 * x
+
+
+def _sum(x: Number, y: Number) -> Number:
+    return _chopped(x + y, _residue(abs(x) + abs(y)))
+
+
+def _rounded(x: mpmath.mpf, digits: int) -> mpmath.mpf:
+    """The nearest number of so many decimal digits, in a context that holds little more."""
+    return _context(digits).mpf(mpmath.nstr(x, digits))
+
+
+@cache
+def _context(digits: int) -> mpmath.ctx_mp.MPContext:
+    return Multiprecision(digits).context
+
+
+def _roots(coefficients: Sequence[mpmath.mpf], digits: int) -> list[mpmath.mpc]:
+    """Roots of a real polynomial, highest power first, each part exact to `digits` or zero."""
+    p = list(coefficients)
+    while p[-1] == 0:
+        p.pop()
+    mp = p[0].context
+    zeros = [mp.mpc(0)] * (len(coefficients) - len(p))
+    if len(p) == 1:
+        return zeros
+    size, inverse_size = _root_size(p), _root_size(p[::-1])
+    spread = int(mp.log10(size * inverse_size))
+    coarse = Multiprecision(digits + _GUARD + spread).context
+    # A double root comes out with half of the digits, at one bit a step.
+    found = coarse.polyroots(
+        [q / (p[0] * size**i) for i, q in enumerate(p)],
+        maxsteps=50 + 4 * mp.prec + coarse.prec, cleanup=False, extraprec=mp.prec,
+    )  # fmt: skip
+    residue = mp.mpf(10) ** -(digits + 5)
+    upper = [z for z in found if z.imag > residue * abs(z)]
+    real = sorted(found, key=lambda z: abs(z.imag))[: len(found) - 2 * len(upper)]
+    pairs = [mp.mpc(z.real if abs(z.real) > residue * abs(z) else 0, z.imag) for z in upper]
+    roots = [*(mp.mpc(z.real) for z in real), *pairs, *(z.conjugate() for z in pairs)]
+    return zeros + [z * size for z in roots]
+
+
+def _root_size(p: Sequence[mpmath.mpf]) -> mpmath.mpf:
+    """Bound of the roots, not above the largest by more than a small factor."""
+    return max(p[0].context.root(abs(q / p[0]), i) for i, q in enumerate(p) if i)
+
+
+@dataclass(frozen=True, slots=True)
+class _Polynomial:
+    """A polynomial in x = v^2, lowest power first; sums that cancel up to rounding are zero."""
+
+    coefficients: tuple[Number, ...]
+
+    def __add__(self, other: _Polynomial) -> _Polynomial:
+        pairs = zip_longest(self.coefficients, other.coefficients, fillvalue=0)
+        return _Polynomial(tuple(_sum(p, q) for p, q in pairs))
+
+    def __sub__(self, other: _Polynomial) -> _Polynomial:
+        return self + other * -1
+
+    def __mul__(self, other: _Polynomial | Number) -> _Polynomial:
+        if not isinstance(other, _Polynomial):
+            return _Polynomial(tuple(p * other for p in self.coefficients))
+        out: list[Number] = [0] * (len(self.coefficients) + len(other.coefficients) - 1)
+        for i, p in enumerate(self.coefficients):
+            for j, q in enumerate(other.coefficients):
+                out[i + j] = _sum(out[i + j], p * q)
+        return _Polynomial(tuple(out))
+
+    def times_x(self) -> _Polynomial:
+        return _Polynomial((0 * self.coefficients[0], *self.coefficients))
+
+    def __call__(self, x: Number, g: Number = 1) -> Number:
+        """The value at x, made homogeneous by powers of g."""
+        value, power = 0 * x, 1
+        for p in reversed(self.coefficients):
+            value = value * x + p * power
+            power = power * g
+        return value
+
+    def sign(self, x: Number) -> int:
+        """Sign of the value at x, 0 if that is zero up to rounding."""
+        value = self(x)
+        size = _Polynomial(tuple(abs(p) for p in self.coefficients))(x)
+        return 0 if abs(value) <= _residue(size) else 1 if value > 0 else -1
+
+    def sign_changes(self) -> list[Number]:
+        """Positive x where the sign changes, ascending: at most one between two extrema."""
+        p = self._trimmed()
+        if len(p.coefficients) < 2:
+            return []
+        slope = _Polynomial(tuple(i * c for i, c in enumerate(p.coefficients))[1:])
+        end = 2 + 2 * max(abs(c / p.coefficients[-1]) for c in p.coefficients)
+        edges = [x for x in (0 * end, *slope.sign_changes(), end) if p.sign(x)]
+        return [p._change(u, v, slope) for u, v in pairwise(edges) if p.sign(u) != p.sign(v)]
+
+    def _change(self, low: Number, high: Number, slope: _Polynomial) -> Number:
+        """The change of sign in an interval, by Newton's method inside a shrinking bracket."""
+        sign, x = self.sign(high), (low + high) / 2
+        while low < x < high and (here := self.sign(x)):
+            low, high = (low, x) if here == sign else (x, high)
+            x -= self(x) / slope(x) if slope(x) else 0
+            if not low < x < high:
+                x = (low + high) / 2
+        return x
+
+    def _trimmed(self) -> _Polynomial:
+        """Without coefficients that are rounding residues, and divided by a power of x."""
+        residue = max(_residue(p) for p in self.coefficients)
+        kept = [i for i, p in enumerate(self.coefficients) if abs(p) > residue]
+        return _Polynomial(self.coefficients[kept[0] : kept[-1] + 1] if kept else ())
+
+
+@dataclass(frozen=True, slots=True)
+class _Quartic:
+    """Characteristic polynomial s^4 + v b s^3 + c s^2 + v d s + e, b to e polynomials of x = v^2.
+
+    Here s is in units of 1/sqrt(w) and v of sqrt(w), with w the wheel base, and gravity is 1: all
+    critical speeds and eigenvalues are proportional to sqrt(g).
+    """
+
+    a: Multiprecision
+    g: Number
+    root_w: Number
+    b: _Polynomial
+    c: _Polynomial
+    d: _Polynomial
+    e: _Polynomial
+
+    @classmethod
+    def of(
+        cls, a: Multiprecision, g: Number, w: Number, m: Matrix, c1: Matrix, k0: Matrix, k2: Matrix
+    ) -> _Quartic:
+        """From M / w, C1, K0 and w K2."""
+
+        def mixed(p: Rows, q: Rows) -> Number:
+            """The part of det(p + q) that is of first order in both."""
+            return p[0][0] * q[1][1] + q[0][0] * p[1][1] - p[0][1] * q[1][0] - q[0][1] * p[1][0]
+
+        mass, damping = (_map(part, lambda p: _Polynomial((p,))) for part in (m, c1))
+        k = tuple(
+            tuple(_Polynomial(pair) for pair in zip(*rows, strict=True))
+            for rows in zip(k0, k2, strict=True)
+        )
+        scale = 1 / (m[0][0] * m[1][1] - m[0][1] * m[1][0])
+        return cls(
+            a=a, g=g, root_w=_sqrt(w),
+            b=mixed(mass, damping) * scale,
+            c=mixed(mass, k) * scale + mixed(damping, damping).times_x() * (scale / 2),
+            d=mixed(damping, k) * scale,
+            e=mixed(k, k) * (scale / 2),
+        )  # fmt: skip
+
+    def at(self, v: Number, g: Number) -> list[Number]:
+        """Coefficients at a speed and gravity, highest power first."""
+        x = v * v
+        return [1 + 0 * x, v * self.b(x, g), self.c(x, g), v * self.d(x, g), self.e(x, g)]
+
+    def changes(self, p: _Polynomial) -> list[Number]:
+        """Values of x where p changes sign, if there is gravity."""
+        return p.sign_changes() if self.g else []
+
+    def hurwitz(self) -> _Polynomial:
+        """Hurwitz' determinant over x."""
+        return self.b * self.c * self.d - self.d * self.d - self.b * self.b * self.e
+
+    def discriminant(self) -> _Polynomial:
+        """27 times the discriminant of the quartic."""
+        b, c, d, e = self.b, self.c, self.d, self.e
+        i = e * 12 - (b * d * 3).times_x() + c * c
+        j = c * e * 72 + (b * c * d * 9 - d * d * 27 - b * b * e * 27).times_x() - c * c * c * 2
+        return i * i * i * 4 - j * j

@@ -1,0 +1,73 @@
+"""Result files as commands take them."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from contextlib import AbstractContextManager, nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from heyoka_bike.errors import InputError
+
+if TYPE_CHECKING:
+    from heyoka_bike.reference.load import Reference
+    from heyoka_bike.scoring.reading.results import Results
+
+_STANDARD_INPUT = "-"
+
+# A file of this many bytes takes longer to read than anyone likes to wait without a word.
+_LONG = 20_000_000
+
+
+def maneuvers_of(text: str | None, count: int, reference: Reference) -> Sequence[int | None]:
+    """Maneuver of each file as told by ``--maneuver``, None where it is not."""
+    if text is None:
+        return [None] * count
+    parts = text.split(",")
+    for part in parts:
+        if not (part.isascii() and part.isdigit() and int(part[:9]) in reference):
+            raise InputError(f"--maneuver: found '{part:.40}', expected 1 to {len(reference)}")
+    if len(parts) not in (1, count):
+        raise InputError(f"--maneuver: found {len(parts)} for {count} files, expected one for each")
+    return [int(part) for part in parts] * (count if len(parts) == 1 else 1)
+
+
+def refuse_overwriting(files: Sequence[str], outputs: Sequence[Path]) -> None:
+    """Raise `InputError` if an output is one of the result files."""
+    for path in outputs:
+        for file in files:
+            if file != _STANDARD_INPUT and path.exists() and path.resolve() == Path(file).resolve():
+                raise InputError(
+                    "is a result file to be scored, expected another --output", file=path
+                )
+
+
+def read(file: str, maneuver: int | None, reference: Reference) -> Results:
+    """Read a result file, with a word on the terminal if that takes long."""
+    from heyoka_bike.scoring.reading import read_results
+
+    with _patience(file):
+        results = read_results(file, maneuver=maneuver, count=len(reference))
+    held = [rows.maneuver for rows in results.maneuvers]
+    if maneuver is not None and held != [maneuver]:
+        shown = ", ".join(map(str, held))
+        raise InputError(
+            f"found --maneuver {maneuver} for a file that holds maneuver {shown}, expected it for "
+            "a file of one maneuver",
+            file=file,
+        )
+    return results
+
+
+def _patience(file: str) -> AbstractContextManager[Any]:
+    """A word on the terminal while a long file is read."""
+    try:
+        is_long = file != _STANDARD_INPUT and Path(file).stat().st_size > _LONG
+    except OSError:
+        is_long = False
+    if not is_long or not sys.stderr.isatty():
+        return nullcontext()
+    from rich.console import Console
+
+    return Console(stderr=True).status(f"reading {file}")

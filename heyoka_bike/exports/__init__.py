@@ -1,5 +1,0 @@
-"""The reference as plain files for programs without HDF5 or Python: one module for each format.
-
-Each module has ``SUFFIXES`` and ``render(kit, stem)``, which gives the bytes of each file by the
-ending that its name has after the stem (``.h``, ``-1.csv``). What all of them need is in `kit`.
-"""

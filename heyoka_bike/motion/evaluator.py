@@ -1,0 +1,115 @@
+"""Columns along a trajectory, in ball arithmetic."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+import flint
+
+from heyoka_bike.bicycle.equations.constants import Constants, constants
+from heyoka_bike.bicycle.equations.kinematics import front_contact_height
+from heyoka_bike.bicycle.equations.outputs import columns, energies, unfold
+from heyoka_bike.motion.trajectory import Certificate, Trajectory, row_times
+from heyoka_bike.numbers.arithmetic import Balls, exact_ball
+
+
+@dataclass(frozen=True)
+class Drift:
+    """How far a run leaves what the exact motion keeps, the worst over the rows.
+
+    Attributes
+    ----------
+    energy : float
+        max abs(E - E0) / E0, in units of 2^-p.
+    contact : float
+        max abs height of the front wheel above the floor [m].
+    performance : float
+        The benchmark's eq. (1): 100 (max E - min E) / E0 [%].
+    """
+
+    energy: float
+    contact: float
+    performance: float
+
+
+def evaluator(
+    trajectory: Trajectory, bits: int, certificate: Certificate | None = None
+) -> Evaluator:
+    """Columns of a trajectory in ball arithmetic of `bits`.
+
+    With a certificate they are enclosures of the exact motion's columns, without one of the
+    candidate's.
+    """
+    balls = Balls(bits)
+    with balls.precision():
+        return Evaluator(trajectory, balls, constants(trajectory.bicycle, balls), certificate)
+
+
+@dataclass(frozen=True)
+class Evaluator:
+    """Evaluates columns along a trajectory; use it inside ``with evaluator.balls.precision()``."""
+
+    trajectory: Trajectory
+    balls: Balls
+    constants: Constants
+    certificate: Certificate | None = None
+
+    def columns(self, t: Fraction | flint.arb, piece: int | None = None) -> dict[str, flint.arb]:
+        """Every column by name at time `t`; a time that is a ball needs its piece."""
+        return self.columns_of(self.state(t, piece))
+
+    def state(self, t: Fraction | flint.arb, piece: int | None = None) -> list[flint.arb]:
+        """State at time `t`; a time that is a ball needs its piece."""
+        if piece is None and isinstance(t, Fraction):
+            piece = self.trajectory.piece_at(t)
+        state = self.trajectory.state(t, piece)
+        if self.certificate is not None and piece is not None:
+            bounds = self.certificate.pieces[piece]
+            state = [flint.arb(x, _arb(b)) for x, b in zip(state, bounds, strict=True)]
+        return state
+
+    @property
+    def end(self) -> Fraction:
+        """End of the last piece [s]."""
+        return self.trajectory.breaks[-1]
+
+    def near(self, t: flint.arb, about: Fraction) -> dict[str, flint.arb]:
+        """Every column by name at `t`, on the piece that holds the time `about`."""
+        return self.columns(t, self.trajectory.piece_at(about))
+
+    def columns_of(self, state: list[flint.arb]) -> dict[str, flint.arb]:
+        """Every column by name of a state."""
+        k, a = self.constants, self.balls
+        o, u = unfold(k, a, state, is_regular=self.trajectory.is_regular)
+        roll, pitch, steer, *_, yaw = state
+        return dict(columns(k, a, o, u, roll, pitch, steer, yaw))
+
+    def drift(self) -> Drift:
+        """Energy and contact drift over the rows of the maneuver."""
+        k, a, run = self.constants, self.balls, self.trajectory
+        values = []
+        contact = flint.arb(0)
+        with a.precision():
+            for t in row_times(run.maneuver):
+                state = run.state(t)
+                o, u = unfold(k, a, state, is_regular=run.is_regular)
+                e = energies(k, o, u)
+                values.append(e.potential + e.kinetic)
+                gap = abs(front_contact_height(k, a, state[0], state[1], state[2]))
+                contact = gap.max(contact)
+            start = values[0]
+            high, low = values[0], values[0]
+            for value in values:
+                high, low = high.max(value), low.min(value)
+            worst = (high - start).max(start - low) / start
+            return Drift(
+                energy=float((worst * flint.arb(2) ** run.bits).mid()),
+                contact=float(contact.mid()),
+                performance=float((100 * (high - low) / start).mid()),
+            )
+
+
+def _arb(value: Fraction) -> flint.arb:
+    """A dyadic as a ball of no radius, or a slightly larger one."""
+    return exact_ball(value).upper()

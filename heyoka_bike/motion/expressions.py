@@ -1,0 +1,59 @@
+"""The equations as heyoka expressions."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from fractions import Fraction
+from typing import Any
+
+from heyoka_bike.errors import MissingPackageError
+from heyoka_bike.numbers.arithmetic import Number
+from heyoka_bike.numbers.exact import Exact
+
+
+class Expressions:
+    """heyoka expressions whose constants are exact in one precision.
+
+    Constants come in from `Constants.convert`; in the equations themselves only the integers 0, 1
+    and 2 are written, which are exact in every format.
+    """
+
+    def number(self, value: Exact | Fraction | int) -> Number:
+        raise TypeError("constants of an expression are made by Constants.convert")
+
+    def sin(self, x: Number) -> Number:
+        return require_heyoka().sin(x)
+
+    def cos(self, x: Number) -> Number:
+        return require_heyoka().cos(x)
+
+    def sqrt(self, x: Number) -> Number:
+        return require_heyoka().sqrt(x)
+
+    def atan2(self, y: Number, x: Number) -> Number:
+        return require_heyoka().atan2(y, x)
+
+    def sum(self, terms: Iterable[Number]) -> Number:
+        hy = require_heyoka()
+        return hy.sum(
+            [x if isinstance(x, hy.expression) else hy.expression(float(x)) for x in terms]
+        )
+
+
+def require_heyoka() -> Any:
+    """The module heyoka.
+
+    Raises
+    ------
+    MissingPackageError
+        It is not installed.
+    """
+    try:
+        import heyoka
+    except ModuleNotFoundError as e:
+        if e.name != "heyoka":
+            raise
+        raise MissingPackageError(
+            "heyoka is not installed; integrating needs it (pip install heyoka, Linux only)"
+        ) from None
+    return heyoka

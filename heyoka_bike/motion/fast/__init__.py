@@ -1,0 +1,1 @@
+"""Motions in binary64, as fast as possible."""

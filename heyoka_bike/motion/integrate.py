@@ -1,0 +1,341 @@
+"""Adaptive Taylor integration with heyoka, at any precision, behind one call.
+
+heyoka supplies the Taylor coefficients and the step size. The step is then cut back to a dyadic
+number of few bits, so that breaks are exact in binary64, and the state is carried from step to step
+as exact integers with 16 bits more than the run's precision: the increments of a step are rounded,
+their sum is not (compensated summation), so roundoff does not accumulate with the number of steps.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+from typing import Any
+
+import flint
+
+from heyoka_bike.bicycle.equations.constants import Constants, constants
+from heyoka_bike.bicycle.equations.initial import few_product_state, initial_state
+from heyoka_bike.bicycle.equations.kinematics import lateral_condition, posture, state_names
+from heyoka_bike.bicycle.equations.model import few_products, regular
+from heyoka_bike.bicycle.equations.outputs import unfold, yaw_rate
+from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
+from heyoka_bike.errors import InputError, SingularMotionError
+from heyoka_bike.motion.expressions import Expressions, require_heyoka
+from heyoka_bike.motion.trajectory import Trajectory
+from heyoka_bike.numbers.arithmetic import Balls, Number
+from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.numbers.precision import Precision
+
+GUARD_BITS = 16
+_BREAK_BITS = 6  # a step loses at most 2^-6 of its length to the rounding of its end
+_MIN_STEP = 2.0**-30  # [s]; a Taylor step is a fixed part of the distance to a singularity
+_MIN_TRAIL = 0.02  # of the front wheel radius; below it the regular form takes over
+
+Progress = Callable[[float], None]
+"""Called with the time reached [s]."""
+
+
+def right_hand_side(
+    bicycle: Bicycle, precision: Precision, *, is_regular: bool = False, with_yaw: bool = True
+) -> list[tuple[Any, Any]]:
+    """The equations as heyoka expressions: pairs of variable and time derivative.
+
+    Every constant is the exact one, correctly rounded to the precision.
+    """
+    hy = require_heyoka()
+    k = _constants(bicycle, precision)
+    names = state_names(is_regular)
+    state = list(hy.make_vars(*names))
+    a = Expressions()
+    rates = (regular if is_regular else few_products)(k, a, state)
+    if with_yaw:
+        o, u = unfold(k, a, state, is_regular=is_regular)
+        state.append(hy.make_vars("yaw"))
+        rates.append(yaw_rate(o, u))
+    return list(zip(state, rates, strict=True))
+
+
+def integrate(
+    bicycle: Bicycle,
+    maneuver: Maneuver,
+    precision: Precision | str | int = "binary64",
+    *,
+    tolerance: float | None = None,
+    is_regular: bool | None = None,
+    progress: Progress | None = None,
+) -> Trajectory:
+    """Integrate a maneuver from 0 to its duration.
+
+    Parameters
+    ----------
+    precision
+        See `Precision.of`.
+    tolerance : float, optional
+        Relative tolerance of heyoka's step; by default a quarter of the precision's epsilon over
+        the largest state.
+    is_regular : bool, optional
+        Form of the equations; by default the few-product form, and the regular one where the
+        mechanical trail comes near zero.
+    progress : callable, optional
+        Called with the time reached [s].
+
+    Raises
+    ------
+    InputError
+        The initial state is unreachable, or the tolerance is not usable.
+    SingularMotionError
+        The motion meets a singularity before its end.
+    MissingPackageError
+        heyoka is not installed.
+    """
+    p = precision if isinstance(precision, Precision) else Precision.of(precision)
+    if is_regular is None:
+        try:
+            return _integrate(bicycle, maneuver, p, tolerance, False, progress)
+        except _TrailTooSmall:
+            is_regular = True
+    return _integrate(bicycle, maneuver, p, tolerance, is_regular, progress)
+
+
+class _TrailTooSmall(Exception):  # noqa: N818
+    """Raised to leave the few-product form."""
+
+
+def _integrate(
+    bicycle: Bicycle, maneuver: Maneuver, precision: Precision, tolerance: float | None,
+    is_regular: bool, progress: Progress | None,
+) -> Trajectory:  # fmt: skip
+    native = Native(precision)
+    grid = precision.bits + GUARD_BITS
+    balls = Balls(precision.bits + 64)
+    with balls.precision():
+        k = constants(bicycle, balls)
+        start = initial_state(bicycle, maneuver, k, balls)
+        watch = _Watch(k, is_regular)
+        watch.check([float(x.mid()) for x in start], 0.0)
+        if not is_regular:
+            start = few_product_state(k, balls, start)
+        state = [_to_grid(x, grid) for x in start]
+    end = _dyadic_above(maneuver.duration)
+    adaptive = _adaptive(bicycle, precision, native, state, grid, tolerance, is_regular)
+    breaks, pieces = [Fraction(0)], []
+    while breaks[-1] < end:
+        t = breaks[-1]
+        adaptive.time = native.from_integer(0, 0)
+        adaptive.state[:] = [native.from_integer(x, grid) for x in state]
+        # A limit is needed by steady motions, whose natural step is infinite.
+        rest = native.from_integer((end - t).numerator, (end - t).denominator.bit_length() - 1)
+        outcome, _ = adaptive.step(max_delta_t=rest, write_tc=True)
+        natural = float(adaptive.last_h)
+        if not math.isfinite(natural) or natural < _MIN_STEP or "err" in str(outcome):
+            raise watch.singular([x / 2**grid for x in state], float(t))
+        h = end - t if natural >= float(rest) else _dyadic_below(natural)
+        piece = _piece(native, adaptive.tc, state, h, grid)
+        pieces.append(piece)
+        breaks.append(t + h)
+        state = [sum(c) for c in piece]
+        watch.check([x / 2**grid for x in state], float(t + h))
+        if progress is not None:
+            progress(float(min(t + h, maneuver.duration)))
+    return Trajectory(
+        bicycle=bicycle, maneuver=maneuver, precision=precision.name, bits=precision.bits,
+        is_regular=is_regular, order=adaptive.order, grid=grid,
+        breaks=tuple(breaks), pieces=tuple(pieces),
+    )  # fmt: skip
+
+
+def _adaptive(
+    bicycle: Bicycle, precision: Precision, native: Native, state: Sequence[int], grid: int,
+    tolerance: float | None, is_regular: bool,
+) -> Any:  # fmt: skip
+    hy = require_heyoka()
+    if tolerance is None:
+        tol = native.from_integer(1, precision.bits + 5)
+    elif 2.0**-precision.bits / 64 <= tolerance < 1:
+        exact = Fraction(tolerance)
+        tol = native.from_integer(exact.numerator, exact.denominator.bit_length() - 1)
+    else:
+        raise InputError(
+            f"found tolerance {tolerance:g}, expected between {2.0**-precision.bits / 64:g} and 1"
+        )
+    options = {"prec": precision.bits} if native.is_mpfr else {}
+    return hy.taylor_adaptive(
+        right_hand_side(bicycle, precision, is_regular=is_regular),
+        [native.from_integer(x, grid) for x in state],
+        fp_type=native.type,
+        tol=tol,
+        compact_mode=True,
+        **options,
+    )
+
+
+class Native:
+    """heyoka's number type for a precision, and exact conversions from and to integers."""
+
+    def __init__(self, precision: Precision) -> None:
+        import numpy as np
+
+        hy = require_heyoka()
+        self.bits = precision.bits
+        self.is_mpfr = precision.name.endswith("digits")
+        if self.is_mpfr:
+            # Without this handler NumPy arrays of heyoka.real leak their digits.
+            hy.install_custom_numpy_mem_handler()
+            self.type: Any = hy.real
+        elif precision.name == "binary64":
+            self.type = float
+        elif precision.name == "longdouble":
+            if np.finfo(np.longdouble).nmant != 63:
+                raise InputError("this machine's long double is not the 80-bit format")
+            self.type = np.longdouble
+        else:
+            if not hasattr(hy, "real128"):
+                raise InputError("this build of heyoka has no binary128")
+            self.type = hy.real128
+
+    def from_integer(self, n: int, grid: int) -> Any:
+        """The value n 2^-grid, correctly rounded to the precision."""
+        # Round to the significand first: then every step below is exact.
+        extra = n.bit_length() - self.bits
+        if extra > 0:
+            low = n & ((1 << extra) - 1)
+            half = 1 << (extra - 1)
+            n >>= extra
+            if low > half or (low == half and n & 1):
+                n += 1
+            grid -= extra
+        if self.is_mpfr:
+            x, scale = self.type(n, self.bits), self.type(1 << abs(grid), self.bits)
+        elif self.type is float:
+            x, scale = float(n), float(1 << abs(grid))
+        else:
+            # Through text: NumPy would pass a Python integer through binary64.
+            x, scale = self.type(str(n)), self.type(str(1 << abs(grid)))
+        return x / scale if grid > 0 else x * scale
+
+    def to_integer(self, x: Any, shift: int) -> int:
+        """The value times 2^shift, truncated to an integer."""
+        if self.type is float:
+            n, d = float(x).as_integer_ratio()
+            return (n << shift) // d
+        if self.is_mpfr:
+            return int(x * self.type(1 << shift, self.bits))
+        return int(x * self.type(str(1 << shift)))
+
+
+def _piece(
+    native: Native, coefficients: Any, state: Sequence[int], h: Fraction, grid: int
+) -> tuple[tuple[int, ...], ...]:
+    """Coefficients in s = t / h as integers times 2^-grid; the constant ones are the state's."""
+    halvings = h.denominator.bit_length() - 1
+    piece = []
+    for x0, row in zip(state, coefficients, strict=True):
+        out, power = [x0], 1
+        for order, c in enumerate(row[1:], start=1):
+            power *= h.numerator
+            # c h^order 2^grid, rounded; for a step longer than one the conversion keeps more bits.
+            shift = grid + max(power.bit_length() - order * halvings, 0)
+            scaled = native.to_integer(c, shift) * power
+            drop = shift - grid + order * halvings
+            out.append((scaled + ((1 << drop) >> 1)) >> drop)
+        piece.append(tuple(out))
+    return tuple(piece)
+
+
+class _Watch:
+    """Keeps an eye on what the equations divide by."""
+
+    def __init__(self, k: Constants, is_regular: bool) -> None:
+        self.k = k.convert(lambda x: float(x.mid()))
+        self.is_regular = is_regular
+        self.side: bool | None = None
+
+    def check(self, state: Sequence[float], t: float) -> None:
+        """Leave the few-product form where the mechanical trail is small or changes sign."""
+        o = posture(self.k, _FLOATS, state[0], state[1], state[2])
+        if self.is_regular:
+            return
+        trail = o.trail / self.k.front.r
+        side = trail > 0
+        if abs(trail) < _MIN_TRAIL or (self.side is not None and side != self.side):
+            raise _TrailTooSmall
+        self.side = side
+
+    def singular(self, state: Sequence[float], t: float) -> SingularMotionError:
+        """The error for a motion that cannot be continued past `t`."""
+        roll, pitch, steer = state[:3]
+        o = posture(self.k, _FLOATS, roll, pitch, steer)
+        candidates = {
+            "the rear wheel lies on the floor": abs(o.cos_roll),
+            "the front wheel lies on the floor": abs(o.cos_roll * o.kappa),
+            "the front wheel's heading is across the steer plane": abs(o.cb_f),
+            "the rolling conditions of the wheels become dependent": abs(o.den),
+        }
+        if self.is_regular:
+            # See `rear_rates`: an end of these variables, not of the motion.
+            _, c1, c3 = lateral_condition(o)
+            turn = "roll and steer rate no longer give the turn rate"
+            candidates[turn] = abs(c3 * o.cb - c1 * o.sb)
+        what = min(candidates, key=candidates.__getitem__)
+        if candidates[what] > 1e-2:
+            what = "the accelerations grow without bound"
+        return SingularMotionError(
+            f"the motion meets a singularity at t = {t:.9g} s: {what} "
+            f"(roll {roll:.4g} rad, pitch {pitch:.4g} rad, steer {steer:.4g} rad)",
+            t,
+        )
+
+
+class _Floats:
+    """Plain floats, for looking at a posture."""
+
+    sin = staticmethod(math.sin)
+    cos = staticmethod(math.cos)
+    sqrt = staticmethod(math.sqrt)
+    atan2 = staticmethod(math.atan2)
+    sum = staticmethod(math.fsum)
+
+    def number(self, value: Exact | Fraction | int) -> Number:
+        return float(value)
+
+
+_FLOATS = _Floats()
+
+
+def _constants(bicycle: Bicycle, precision: Precision) -> Constants:
+    """Constants as expressions: computed in balls, each correctly rounded to the precision."""
+    hy = require_heyoka()
+    native = Native(precision)
+    balls = Balls(2 * precision.bits + 64)
+    with balls.precision():
+        return constants(bicycle, balls).convert(
+            lambda x: hy.expression(native.from_integer(*_mantissa(x, precision.bits)))
+        )
+
+
+def _mantissa(x: flint.arb, bits: int) -> tuple[int, int]:
+    """Midpoint of a ball as n 2^-grid; the ball must be small enough to give `bits` bits."""
+    if not x.is_exact() and x.rel_accuracy_bits() < bits + 8:
+        raise ArithmeticError(f"constant {x} is not known to {bits} bits")
+    man, exp = x.mid().man_exp()
+    return int(man), -int(exp)
+
+
+def _to_grid(x: flint.arb, grid: int) -> int:
+    """Midpoint of a ball as an integer times 2^-grid, rounded."""
+    man, exp = x.mid().man_exp()
+    n, shift = int(man), int(exp) + grid
+    return n << shift if shift >= 0 else (n + (1 << (-shift - 1))) >> -shift
+
+
+def _dyadic_below(h: float) -> Fraction:
+    """The largest dyadic of few bits that is not above h."""
+    mantissa, exponent = math.frexp(h)
+    return Fraction(math.floor(mantissa * 2**_BREAK_BITS)) * Fraction(2) ** (exponent - _BREAK_BITS)
+
+
+def _dyadic_above(t: Fraction) -> Fraction:
+    """The smallest multiple of 2^-20 that is not below t."""
+    return Fraction(math.ceil(t * 2**20), 2**20)

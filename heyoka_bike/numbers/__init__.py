@@ -1,0 +1,1 @@
+"""Number types without a bicycle in them."""

@@ -1,0 +1,196 @@
+"""Number types for functions that are analytic on a disc: Taylor series, and values on its rim.
+
+`Series` works with truncated Taylor series whose coefficients are balls. What they leave out is
+bounded by Cauchy's estimate from the size of the function on a circle, where `Rim` evaluates it.
+For that the function must be analytic inside. Every division and square root on the way is watched:
+where the real part of the divisor (or the radicand) keeps its sign on the whole circle it keeps it
+inside, because the real part of an analytic function takes its extremes on the boundary; taken in
+the order of evaluation, this proves each intermediate result analytic.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from fractions import Fraction
+
+import flint
+
+from heyoka_bike.numbers.arithmetic import Balls, Number
+from heyoka_bike.numbers.exact import Exact
+
+
+class Series:
+    """Taylor series of a fixed length with ball coefficients.
+
+    flint reads coefficients beyond a series' own precision as zero and keeps the greatest length
+    in a global; `check` refuses a series that is shorter than it should be.
+    """
+
+    def __init__(self, bits: int, length: int) -> None:
+        self.bits, self.length = bits, length
+        self.balls = Balls(bits)
+
+    @contextmanager
+    def precision(self) -> Iterator[None]:
+        """Set flint's precision and series length."""
+        before = flint.ctx.cap
+        with flint.ctx.workprec(self.bits):
+            flint.ctx.cap = self.length
+            try:
+                yield
+            finally:
+                flint.ctx.cap = before
+
+    def series(self, coefficients: Iterable[Number]) -> flint.arb_series:
+        """A polynomial as a series (it must not be longer than the series are)."""
+        terms = list(coefficients)
+        if len(terms) > self.length:
+            raise ValueError(f"{len(terms)} coefficients do not fit a series of {self.length}")
+        return flint.arb_series(terms, self.length)
+
+    def check(self, x: Number) -> flint.arb_series:
+        """The series itself, if it has its full length."""
+        if not isinstance(x, flint.arb_series):
+            return self.series([x])
+        if x.prec != self.length:
+            raise RuntimeError(f"a series of length {x.prec} where {self.length} is needed")
+        return x
+
+    def coefficients(self, x: Number) -> list[flint.arb]:
+        """All coefficients, `length` of them."""
+        s = self.check(x)
+        found = list(s.coeffs())
+        return found + [flint.arb(0)] * (self.length - len(found))
+
+    def number(self, value: Exact | Fraction | int) -> flint.arb:
+        return self.balls.number(value)
+
+    def sin(self, x: Number) -> Number:
+        return self._checked(x).sin()
+
+    def cos(self, x: Number) -> Number:
+        return self._checked(x).cos()
+
+    def sqrt(self, x: Number) -> Number:
+        return self._checked(x).sqrt()
+
+    def atan2(self, y: Number, x: Number) -> Number:
+        """Angle of a point with positive x, as the arc tangent."""
+        return self._checked(y / x).atan()
+
+    def sum(self, terms: Iterable[Number]) -> Number:
+        return sum(terms)
+
+    def _checked(self, x: Number) -> Number:
+        return self.check(x) if isinstance(x, flint.arb_series) else x
+
+
+class NotAnalyticError(ArithmeticError):
+    """A divisor or radicand whose real part could not be shown to keep its sign."""
+
+
+class Rim:
+    """Complex balls on a circle, with a record of the sign of every divisor and radicand.
+
+    The signs must be the same on all arcs of a circle: use one `Rim` for the circle and call
+    `start` before each arc.
+    """
+
+    def __init__(self, bits: int) -> None:
+        self.bits = bits
+        self.balls = Balls(bits)
+        self._signs: list[int] = []
+        self._position = 0
+
+    def start(self) -> None:
+        """Begin the evaluation on the next arc."""
+        self._position = 0
+
+    def watch(self, x: flint.acb) -> None:
+        """Record the sign of a real part, or compare it with that of the arcs before."""
+        re = x.real
+        sign = 1 if re > 0 else -1 if re < 0 else 0
+        if sign == 0:
+            raise NotAnalyticError("a divisor may vanish")
+        if self._position == len(self._signs):
+            self._signs.append(sign)
+        elif self._signs[self._position] != sign:
+            raise NotAnalyticError("a divisor changes the sign of its real part")
+        self._position += 1
+
+    def forget(self) -> None:
+        """Start over with a new circle."""
+        self._signs, self._position = [], 0
+
+    def value(self, x: flint.acb) -> Value:
+        """A complex ball as a watched number."""
+        return Value(x, self)
+
+    def number(self, value: Exact | Fraction | int) -> flint.arb:
+        return self.balls.number(value)
+
+    def sin(self, x: Number) -> Number:
+        return Value(x.x.sin(), self) if isinstance(x, Value) else x.sin()
+
+    def cos(self, x: Number) -> Number:
+        return Value(x.x.cos(), self) if isinstance(x, Value) else x.cos()
+
+    def sqrt(self, x: Number) -> Number:
+        if not isinstance(x, Value):
+            return x.sqrt()
+        self.watch(x.x)
+        if not x.x.real > 0:
+            raise NotAnalyticError("a radicand may be negative")
+        return Value(x.x.sqrt(), self)
+
+    def atan2(self, y: Number, x: Number) -> Number:
+        """Arc tangent of y / x; analytic where x and 1 + (y / x)^2 have positive real parts."""
+        if isinstance(x, Value) and not x.x.real > 0:
+            raise NotAnalyticError("an angle may pass a quarter turn")
+        ratio = (y / x).x
+        square = 1 + ratio * ratio
+        self.watch(square)
+        if not square.real > 0:
+            raise NotAnalyticError("an arc tangent may meet its branch point")
+        return Value(ratio.atan(), self)
+
+    def sum(self, terms: Iterable[Number]) -> Number:
+        return sum(terms)
+
+
+class Value:
+    """A complex ball whose divisions are watched."""
+
+    __slots__ = ("rim", "x")
+
+    def __init__(self, x: flint.acb, rim: Rim) -> None:
+        self.x, self.rim = x, rim
+
+    def __add__(self, other: Number) -> Value:
+        return Value(self.x + (other.x if isinstance(other, Value) else other), self.rim)
+
+    def __sub__(self, other: Number) -> Value:
+        return Value(self.x - (other.x if isinstance(other, Value) else other), self.rim)
+
+    def __rsub__(self, other: Number) -> Value:
+        return Value(other - self.x, self.rim)
+
+    def __mul__(self, other: Number) -> Value:
+        return Value(self.x * (other.x if isinstance(other, Value) else other), self.rim)
+
+    def __neg__(self) -> Value:
+        return Value(-self.x, self.rim)
+
+    def __truediv__(self, other: Number) -> Value:
+        if isinstance(other, Value):
+            self.rim.watch(other.x)
+            return Value(self.x / other.x, self.rim)
+        return Value(self.x / other, self.rim)
+
+    def __rtruediv__(self, other: Number) -> Value:
+        self.rim.watch(self.x)
+        return Value(other / self.x, self.rim)
+
+    __radd__ = __add__
+    __rmul__ = __mul__

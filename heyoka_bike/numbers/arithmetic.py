@@ -1,0 +1,149 @@
+"""The number types in which the model is evaluated.
+
+The equations in `model` and `outputs` are written once. They use ``+ - * /`` on their numbers and
+take everything else from an `Arithmetic`: constants made from exact numbers, and the elementary
+functions. Python integers are the only literals in the equations; every number type here takes
+them exactly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from contextlib import AbstractContextManager
+from fractions import Fraction
+from typing import Any, Protocol
+
+import flint
+import mpmath
+import numpy as np
+
+from heyoka_bike.numbers.exact import Exact
+
+Number = Any
+"""A value of one of the number types: an expression, a ball, an mpf, a dual number ..."""
+
+
+class Arithmetic(Protocol):
+    """What the equations need besides ``+ - * /``."""
+
+    def number(self, value: Exact | Fraction | int) -> Number:
+        """The exact value in this number type."""
+
+    def sin(self, x: Number) -> Number: ...
+    def cos(self, x: Number) -> Number: ...
+    def sqrt(self, x: Number) -> Number: ...
+    def atan2(self, y: Number, x: Number) -> Number: ...
+    def sum(self, terms: Iterable[Number]) -> Number:
+        """Sum of the terms (one operation in a heyoka decomposition)."""
+
+
+class Balls:
+    """Ball arithmetic (Arb, through python-flint) with a working precision in bits.
+
+    flint keeps its precision in a global context, to be set around whole formulas by
+    ``with balls.precision():``. Outside of it every method raises, lest a formula be evaluated at
+    another precision unnoticed.
+    """
+
+    def __init__(self, bits: int) -> None:
+        self.bits = bits
+
+    def precision(self) -> AbstractContextManager[None]:
+        """Context manager that sets flint's working precision to `bits`."""
+        context: AbstractContextManager[None] = flint.ctx.workprec(self.bits)
+        return context
+
+    def _check(self) -> None:
+        if flint.ctx.prec != self.bits:
+            raise RuntimeError(f"flint works at {flint.ctx.prec} bits, expected {self.bits}")
+
+    def number(self, value: Exact | Fraction | int) -> flint.arb:
+        self._check()
+        exact = value if isinstance(value, Exact) else Exact(Fraction(value))
+        x = exact_ball(exact.rational)
+        if not exact.is_rational:
+            x += exact_ball(exact.pi_multiple) * flint.arb.pi()
+        return x
+
+    def sin(self, x: flint.arb) -> flint.arb:
+        self._check()
+        return x.sin()
+
+    def cos(self, x: flint.arb) -> flint.arb:
+        self._check()
+        return x.cos()
+
+    def sqrt(self, x: flint.arb) -> flint.arb:
+        self._check()
+        return x.sqrt()
+
+    def atan2(self, y: flint.arb, x: flint.arb) -> flint.arb:
+        self._check()
+        return flint.arb.atan2(y, x)
+
+    def sum(self, terms: Iterable[flint.arb]) -> flint.arb:
+        return sum(terms, flint.arb(0))
+
+
+class Multiprecision:
+    """mpmath at a number of decimal digits, in a context of its own."""
+
+    def __init__(self, digits: int) -> None:
+        self.context = mpmath.mp.clone()
+        self.context.dps = digits
+
+    def number(self, value: Exact | Fraction | int) -> mpmath.mpf:
+        exact = value if isinstance(value, Exact) else Exact(Fraction(value))
+        mp = self.context
+        x = mp.mpf(exact.rational.numerator) / exact.rational.denominator
+        if not exact.is_rational:
+            x += mp.pi * exact.pi_multiple.numerator / exact.pi_multiple.denominator
+        return x
+
+    def sin(self, x: mpmath.mpf) -> mpmath.mpf:
+        return self.context.sin(x)
+
+    def cos(self, x: mpmath.mpf) -> mpmath.mpf:
+        return self.context.cos(x)
+
+    def sqrt(self, x: mpmath.mpf) -> mpmath.mpf:
+        return self.context.sqrt(x)
+
+    def atan2(self, y: mpmath.mpf, x: mpmath.mpf) -> mpmath.mpf:
+        return self.context.atan2(y, x)
+
+    def sum(self, terms: Iterable[mpmath.mpf]) -> mpmath.mpf:
+        return sum(terms, self.context.zero)
+
+
+class Arrays:
+    """NumPy arrays of binary64; constants come from `Constants.convert`."""
+
+    def number(self, value: Exact | Fraction | int) -> float:
+        return float(value)
+
+    def sin(self, x: Any) -> Any:
+        return np.sin(x)
+
+    def cos(self, x: Any) -> Any:
+        return np.cos(x)
+
+    def sqrt(self, x: Any) -> Any:
+        return np.sqrt(x)
+
+    def atan2(self, y: Any, x: Any) -> Any:
+        return np.arctan2(y, x)
+
+    def sum(self, terms: Iterable[Any]) -> Any:
+        return sum(terms)
+
+
+def exact_ball(value: Fraction) -> flint.arb:
+    """The rational as a ball at flint's current precision; exact where it fits."""
+    return flint.arb(flint.fmpq(value.numerator, value.denominator))
+
+
+def upper_fraction(x: flint.arb) -> Fraction:
+    """An upper bound of a ball, exactly."""
+    man, exp = x.upper().man_exp()
+    return int(man) * Fraction(2) ** int(exp)

@@ -1,0 +1,123 @@
+"""Dual numbers: a value with its first derivatives, over any number type.
+
+Derivatives that are structurally zero are kept as the integer 0 and cost nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+from heyoka_bike.numbers.arithmetic import Arithmetic, Number
+from heyoka_bike.numbers.exact import Exact
+
+
+@dataclass(frozen=True, slots=True)
+class Dual:
+    """A number with its derivatives by some variables."""
+
+    value: Number
+    slopes: tuple[Number, ...]
+
+    def __add__(self, other: Number) -> Dual:
+        if isinstance(other, Dual):
+            pairs = zip(self.slopes, other.slopes, strict=True)
+            return Dual(self.value + other.value, tuple(_plus(p, q) for p, q in pairs))
+        return Dual(self.value + other, self.slopes)
+
+    def __neg__(self) -> Dual:
+        return Dual(-self.value, tuple(-p for p in self.slopes))
+
+    def __sub__(self, other: Number) -> Dual:
+        return self.__add__(-other)
+
+    def __rsub__(self, other: Number) -> Dual:
+        return self.__neg__().__add__(other)
+
+    def __mul__(self, other: Number) -> Dual:
+        if isinstance(other, Dual):
+            x, y = self.value, other.value
+            pairs = zip(self.slopes, other.slopes, strict=True)
+            return Dual(x * y, tuple(_plus(_times(p, y), _times(q, x)) for p, q in pairs))
+        return self.chain(self.value * other, other)
+
+    def __truediv__(self, other: Number) -> Dual:
+        if isinstance(other, Dual):
+            quotient = self.value / other.value
+            pairs = zip(self.slopes, other.slopes, strict=True)
+            slopes = (_plus(p, _times(-quotient, q)) for p, q in pairs)
+            return Dual(quotient, tuple(_over(p, other.value) for p in slopes))
+        return Dual(self.value / other, tuple(_over(p, other) for p in self.slopes))
+
+    def __rtruediv__(self, other: Number) -> Dual:
+        quotient = other / self.value
+        return self.chain(quotient, -quotient / self.value)
+
+    __radd__ = __add__
+    __rmul__ = __mul__
+
+    def chain(self, value: Number, slope: Number) -> Dual:
+        """A function of this number, from its value and its derivative."""
+        return Dual(value, tuple(_times(p, slope) for p in self.slopes))
+
+
+class Duals:
+    """Dual numbers over the numbers of another arithmetic."""
+
+    def __init__(self, inner: Arithmetic) -> None:
+        self.inner = inner
+
+    def variables(self, values: Sequence[Number]) -> list[Dual]:
+        """The values as independent variables."""
+        n = len(values)
+        return [Dual(x, tuple(1 if i == j else 0 for j in range(n))) for i, x in enumerate(values)]
+
+    def number(self, value: Exact | Fraction | int) -> Number:
+        return self.inner.number(value)
+
+    def sin(self, x: Number) -> Number:
+        if isinstance(x, Dual):
+            return x.chain(self.inner.sin(x.value), self.inner.cos(x.value))
+        return self.inner.sin(x)
+
+    def cos(self, x: Number) -> Number:
+        if isinstance(x, Dual):
+            return x.chain(self.inner.cos(x.value), -self.inner.sin(x.value))
+        return self.inner.cos(x)
+
+    def sqrt(self, x: Number) -> Number:
+        if isinstance(x, Dual):
+            root = self.inner.sqrt(x.value)
+            return x.chain(root, 1 / (2 * root))
+        return self.inner.sqrt(x)
+
+    def atan2(self, y: Number, x: Number) -> Number:
+        raise NotImplementedError("no derivative of atan2 is needed")
+
+    def sum(self, terms: Iterable[Number]) -> Number:
+        return sum(terms)
+
+
+def _is_zero(x: Number) -> bool:
+    return isinstance(x, int) and x == 0
+
+
+def _plus(x: Number, y: Number) -> Number:
+    if _is_zero(x):
+        return y
+    return x if _is_zero(y) else x + y
+
+
+def _times(x: Number, y: Number) -> Number:
+    if _is_zero(x) or _is_zero(y):
+        return 0
+    if isinstance(x, int) and x == 1:
+        return y
+    return x * y
+
+
+def _over(x: Number, y: Number) -> Number:
+    if isinstance(x, int) and isinstance(y, int) and x:
+        raise TypeError("a quotient of two integers would be a float")
+    return 0 if _is_zero(x) else x / y

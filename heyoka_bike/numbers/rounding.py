@@ -1,0 +1,110 @@
+"""Correct rounding: from an enclosure to the one binary64 or decimal it decides.
+
+An enclosure is a ball [m - r, m + r], given as integers on a common power of two. A rounding is
+accepted only where both of its ends round to the same number.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from decimal import ROUND_CEILING, ROUND_HALF_EVEN, Context, Decimal
+from fractions import Fraction
+
+import flint
+
+from heyoka_bike.errors import UndecidedError
+
+
+@dataclass(frozen=True, slots=True)
+class Enclosure:
+    """The interval [low, high] 2^-grid."""
+
+    low: int
+    high: int
+    grid: int
+
+    @classmethod
+    def of(cls, x: flint.arb) -> Enclosure:
+        """The interval of a ball, exactly."""
+        middle, radius = x.mid().man_exp(), x.rad().man_exp()
+        grid = max(-int(middle[1]), -int(radius[1]), 0)
+        m, r = int(middle[0]) << (grid + int(middle[1])), int(radius[0]) << (grid + int(radius[1]))
+        return cls(m - r, m + r, grid)
+
+    def binary64(self) -> float | None:
+        """The binary64 nearest to every number of the enclosure; None if there is not just one."""
+        low, high = _to_float(self.low, self.grid), _to_float(self.high, self.grid)
+        return low if low == high else None
+
+    def minus(self, x: float) -> Enclosure:
+        """The enclosure of the number minus `x`."""
+        n, d = x.as_integer_ratio()
+        shift = d.bit_length() - 1
+        up = max(shift - self.grid, 0)
+        grid = self.grid + up
+        offset = n << (grid - shift)
+        return Enclosure((self.low << up) - offset, (self.high << up) - offset, grid)
+
+    def decimal(self, digits: int) -> str | None:
+        """The number to significant digits; None if the enclosure does not decide them."""
+        context = Context(prec=digits, rounding=ROUND_HALF_EVEN, Emin=-9999, Emax=9999)
+        low, high = (
+            context.divide(Decimal(end), Decimal(1 << self.grid)) for end in (self.low, self.high)
+        )
+        return format_decimal(low, digits) if low == high else None
+
+
+def hi_lo(x: Enclosure | Fraction, name: str) -> tuple[float, float]:
+    """The correctly rounded binary64, and the correctly rounded rest.
+
+    Raises
+    ------
+    UndecidedError
+        The enclosure contains a number halfway between two binary64 ones; `name` says which.
+    """
+    if isinstance(x, Fraction):
+        hi = x.numerator / x.denominator
+        rest = x - Fraction(hi)
+        return hi + 0.0, rest.numerator / rest.denominator + 0.0
+    rounded = x.binary64()
+    if rounded is None:
+        raise UndecidedError(f"{name}: the digits at hand do not decide its nearest binary64")
+    rest_rounded = x.minus(rounded).binary64()
+    if rest_rounded is None:
+        raise UndecidedError(f"{name}: the digits at hand do not decide the rest of its binary64")
+    return rounded + 0.0, rest_rounded + 0.0
+
+
+def decimal_digits(x: Enclosure | Fraction, digits: int, name: str) -> str:
+    """The number with `digits` significant digits, correctly rounded; zero is ``0``.
+
+    Raises
+    ------
+    UndecidedError
+        The enclosure does not decide the last digit.
+    """
+    if isinstance(x, Fraction):
+        context = Context(prec=digits, rounding=ROUND_HALF_EVEN, Emin=-9999, Emax=9999)
+        # Exact: one division, correctly rounded.
+        return format_decimal(context.divide(Decimal(x.numerator), Decimal(x.denominator)), digits)
+    text = x.decimal(digits)
+    if text is None:
+        raise UndecidedError(f"{name}: the digits at hand do not decide {digits} decimal digits")
+    return text
+
+
+def format_decimal(x: Decimal, digits: int) -> str:
+    """Scientific notation with exactly `digits` significant digits; ``0`` for zero."""
+    if x == 0:
+        return "0"
+    return f"{x:.{digits - 1}e}"
+
+
+def _to_float(n: int, grid: int) -> float:
+    return n / (1 << grid)  # int / int is correctly rounded
+
+
+def decimal_above(x: Fraction) -> str:
+    """A short decimal that is not below a nonnegative number."""
+    context = Context(prec=3, rounding=ROUND_CEILING, Emin=-99999, Emax=99999)
+    return f"{context.divide(Decimal(x.numerator), Decimal(x.denominator)):e}"

@@ -1,0 +1,63 @@
+"""Vectors of three numbers of any type, turns of their axes, and quaternions."""
+
+from __future__ import annotations
+
+from heyoka_bike.numbers.arithmetic import Number
+
+Vector = tuple[Number, Number, Number]
+Quaternion = tuple[Number, Number, Number, Number]
+"""The scalar first."""
+
+
+def plus(u: Vector, v: Vector) -> Vector:
+    """Sum."""
+    return u[0] + v[0], u[1] + v[1], u[2] + v[2]
+
+
+def minus(u: Vector, v: Vector) -> Vector:
+    """Difference."""
+    return u[0] - v[0], u[1] - v[1], u[2] - v[2]
+
+
+def scaled(factor: Number, v: Vector) -> Vector:
+    """Multiple."""
+    return factor * v[0], factor * v[1], factor * v[2]
+
+
+def cross(u: Vector, v: Vector) -> Vector:
+    """Cross product."""
+    return (
+        u[1] * v[2] - u[2] * v[1],
+        u[2] * v[0] - u[0] * v[2],
+        u[0] * v[1] - u[1] * v[0],
+    )
+
+
+def from_turned_x(sine: Number, cosine: Number, v: Vector) -> Vector:
+    """A vector given in axes that are turned about x by an angle, in those before the turn.
+
+    With the opposite sine it is the other way round; likewise for y and z.
+    """
+    x, y, z = v
+    return x, cosine * y - sine * z, sine * y + cosine * z
+
+
+def from_turned_y(sine: Number, cosine: Number, v: Vector) -> Vector:
+    """The same for a turn about y."""
+    x, y, z = v
+    return cosine * x + sine * z, y, cosine * z - sine * x
+
+
+def from_turned_z(sine: Number, cosine: Number, v: Vector) -> Vector:
+    """The same for a turn about z."""
+    x, y, z = v
+    return cosine * x - sine * y, sine * x + cosine * y, z
+
+
+def product(p: Quaternion, q: Quaternion) -> Quaternion:
+    """Product of quaternions: the turn q followed by p, both about axes that stay."""
+    (a, *_), (b, *_) = p, q
+    u, v = p[1:], q[1:]
+    scalar = a * b - (u[0] * v[0] + u[1] * v[1] + u[2] * v[2])
+    x, y, z = plus(plus(scaled(a, v), scaled(b, u)), cross(u, v))
+    return scalar, x, y, z

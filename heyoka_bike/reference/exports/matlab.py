@@ -1,0 +1,56 @@
+"""MATLAB and GNU Octave: a function file with the dense output and its evaluator."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from string import Template
+
+from heyoka_bike.errors import InputError, quoted
+from heyoka_bike.reference.exports.selection import Kit, about, commented
+
+SUFFIXES = (".m",)
+
+# MATLAB's namelengthmax.
+_FUNCTION = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,62}")
+
+
+def render(kit: Kit, stem: str) -> dict[str, bytes]:
+    """The function, named as its file must be; 17 digits are read back exactly.
+
+    Raises
+    ------
+    InputError
+        The name is not that of a function.
+    """
+    if not _FUNCTION.fullmatch(stem):
+        raise InputError(
+            f"--output: found {quoted(stem)}, expected the name of a function: a letter, then "
+            "letters, digits and _"
+        )
+    use = f"Use: put {stem}.m into your folder; {stem}({kit.numbers[0]}, "
+    use += f"'{kit.columns[0].name}', 0:0.01:1)"
+    fields = {
+        "about": commented(
+            about(kit, "dense output, piecewise Chebyshev polynomials", use), "%"
+        ).rstrip("\n"),
+        "stem": stem,
+        "data": "\n".join(_data(kit)),
+    }
+    template = Path(__file__).with_name("evaluator.m").read_text("ascii")
+    return {".m": Template(template).substitute(fields).encode("ascii")}
+
+
+def _data(kit: Kit) -> Iterator[str]:
+    for i, (number, m) in enumerate(kit.maneuvers, 1):
+        yield f"tables({i}).number = {number};"
+        yield f"tables({i}).breaks = [{_row(m.breaks.tolist())}];"
+        for column in kit.columns:
+            yield f"tables({i}).c.{column.name} = ["
+            yield from (_row(piece) for piece in m.dense.hi[column.name].tolist())
+            yield "];"
+
+
+def _row(values: Iterable[float]) -> str:
+    return " ".join(f"{x:.17g}" for x in values)

@@ -1,0 +1,142 @@
+"""What is exported, and the comment that every file begins with."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS, Column
+from heyoka_bike.errors import InputError, quoted
+from heyoka_bike.reference.load import Reference, ReferenceManeuver
+from heyoka_bike.version import __version__
+
+ALL = "all"
+
+TITLE = 'Reference solutions of the IFToMM multibody benchmark "Uncontrolled bicycle"'
+LICENCE = "MIT, Copyright (c) 2026 The heyoka_bike developers"
+AXES = (
+    "SI units. Axes: x forward, y to the right, z down; roll, steer and yaw positive to the right."
+)
+
+_DEFINITIONS = {column.name: column for column in COLUMNS}
+_WIDTH = 96
+
+
+@dataclass(frozen=True, slots=True)
+class Kit:
+    """Maneuvers and columns of a reference that are exported.
+
+    Attributes
+    ----------
+    reference : Reference
+    numbers : tuple of int
+        Maneuvers, by their numbers in the reference.
+    columns : tuple of Column
+    """
+
+    reference: Reference
+    numbers: tuple[int, ...]
+    columns: tuple[Column, ...]
+
+    @property
+    def maneuvers(self) -> Iterator[tuple[int, ReferenceManeuver]]:
+        """The maneuvers with their numbers."""
+        return ((n, self.reference[n]) for n in self.numbers)
+
+    @property
+    def terms(self) -> int:
+        """Coefficients of a piece."""
+        first = self.reference[self.numbers[0]]
+        return int(first.dense.hi[self.columns[0].name].shape[-1])
+
+
+def choose(reference: Reference, maneuver: int | None, columns: str | None) -> Kit:
+    """The maneuver, or all, and the columns as the command line names them.
+
+    Raises
+    ------
+    InputError
+        There is no such maneuver or column.
+    """
+    if maneuver is not None and maneuver not in reference:
+        raise InputError(f"--maneuver: found {maneuver}, expected 1 to {len(reference)}")
+    numbers = tuple(reference) if maneuver is None else (maneuver,)
+    there = reference[numbers[0]].columns
+    if columns is None:
+        names = BENCHMARK_COLUMNS
+    elif columns == ALL:
+        names = there
+    else:
+        names = tuple(dict.fromkeys(name.strip() for name in columns.split(",")))
+    for name in names:
+        if name not in there or name not in _DEFINITIONS:
+            raise InputError(
+                f"--columns: found {quoted(name)}, expected {ALL} or some of {', '.join(there)}"
+            )
+    return Kit(reference, numbers, tuple(_DEFINITIONS[name] for name in names))
+
+
+def about(kit: Kit, content: str, use: str) -> list[str]:
+    """Lines that say what a file is, in printable ASCII.
+
+    Parameters
+    ----------
+    kit
+    content
+        What is in the file.
+    use
+        How it is compiled or read.
+    """
+    reference = kit.reference
+    paragraphs = [
+        f"{TITLE}: {content}.",
+        f"Dataset version {reference.dataset_version}, bicycle {quoted(reference.bicycle)}.",
+        f"content_sha256 {reference.content_sha256}",
+        f"Written by heyoka-bike export {__version__}. Licence: {LICENCE}.",
+        AXES,
+        use,
+        "Maneuvers:",
+        *(
+            f"  {n}: {quoted(m.name)}, forward speed {m.inputs['speed']} m/s, "
+            f"roll rate {m.inputs['roll_rate']} rad/s, 0 to {m.inputs['duration']} s"
+            for n, m in kit.maneuvers
+        ),
+        "Columns:",
+        *(f"  {described(column)}" for column in kit.columns),
+    ]
+    lines = []
+    for text in paragraphs:
+        ascii_only = text.encode("ascii", "backslashreplace").decode()
+        indent = "    " if text.startswith("  ") else ""
+        lines += textwrap.wrap(ascii_only, _WIDTH, subsequent_indent=indent, break_on_hyphens=False)
+    return lines
+
+
+def described(column: Column) -> str:
+    """A column, its unit and its definition on one line."""
+    positive = f"; positive {column.positive}" if column.positive else ""
+    return f"{column.name} [{column.unit}]: {column.long_name}: {column.meaning}{positive}"
+
+
+def commented(lines: list[str], mark: str) -> str:
+    """The lines as a comment."""
+    return "".join(f"{mark} {line}".rstrip() + "\n" for line in lines)
+
+
+def sharing_times(kit: Kit) -> dict[str, Kit]:
+    """The maneuvers that fit into one table, by what is added to the name of its file.
+
+    One table if all have the same times, else one for each maneuver, as in the reference folder.
+    """
+    grids = {(m.inputs["duration"], m.inputs["spacing"]) for _, m in kit.maneuvers}
+    if len(grids) == 1:
+        return {"": kit}
+    return {f"-{n}": Kit(kit.reference, (n,), kit.columns) for n in kit.numbers}
+
+
+def row_times(maneuver: ReferenceManeuver) -> list[Fraction]:
+    """Exact times of the rows [s]."""
+    spacing = Fraction(maneuver.inputs["spacing"])
+    return [i * spacing for i in range(len(maneuver.time))]

@@ -1,0 +1,1 @@
+"""Everything about a maneuver, and the bytes of each file."""

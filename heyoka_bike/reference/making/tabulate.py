@@ -1,0 +1,120 @@
+"""Everything published about one maneuver: integrated, certified, rounded, made dense."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
+from heyoka_bike.errors import UndecidedError
+from heyoka_bike.motion.evaluator import Drift, evaluator
+from heyoka_bike.motion.integrate import integrate
+from heyoka_bike.motion.trajectory import Certificate, Trajectory, row_times
+from heyoka_bike.numbers.precision import Precision
+from heyoka_bike.numbers.rounding import hi_lo
+from heyoka_bike.reference.making.derivatives import differentiate
+from heyoka_bike.reference.proof.certify import certify
+from heyoka_bike.reference.proof.dense import Dense, interpolate
+from heyoka_bike.reference.proof.dense_bound import bound_dense
+from heyoka_bike.reference.proof.motion_rows import MotionTable, tabulate_motion
+from heyoka_bike.reference.proof.rows import (
+    EVALUATION_BITS,
+    Array,
+    Rows,
+    constant_columns,
+    round_rows,
+)
+from heyoka_bike.reference.sensitivities import Sensitivity
+
+Progress = Callable[[str, float], None]
+"""Called with the stage and the time reached in it [s]."""
+
+STAGES = ("integrate", "certify", "rows", "dense", "motion", "vary")
+
+_ATTEMPTS = 4
+_MORE_DIGITS = 20
+
+
+@dataclass(frozen=True)
+class Table:
+    """Everything published about one maneuver.
+
+    Attributes
+    ----------
+    trajectory : Trajectory
+        The candidate.
+    certificate : Certificate
+        How far the exact motion may be from it.
+    drift : Drift
+    time, time_lo : ndarray, shape (rows,)
+        Time of the rows [s] as hi + lo.
+    rows : Rows
+    dense : Dense
+    motion : MotionTable
+    sensitivity : Sensitivity
+    """
+
+    trajectory: Trajectory
+    certificate: Certificate
+    drift: Drift
+    time: Array
+    time_lo: Array
+    rows: Rows
+    dense: Dense
+    motion: MotionTable
+    sensitivity: Sensitivity
+
+    @property
+    def maneuver(self) -> Maneuver:
+        return self.trajectory.maneuver
+
+
+def tabulate(
+    bicycle: Bicycle, maneuver: Maneuver, digits: int, progress: Progress | None = None
+) -> Table:
+    """Integrate a maneuver at `digits` decimal digits, and prove and round what is published.
+
+    An entry whose rounding is not decided makes it start again with 20 digits more, three times.
+
+    Raises
+    ------
+    SingularMotionError
+        The motion meets a singularity before its end.
+    NotCertifiedError
+        The candidate cannot be certified.
+    UndecidedError
+        A rounding that stays undecided, named.
+    """
+    report = progress or (lambda stage, t: None)
+    for attempt in range(_ATTEMPTS):
+        try:
+            return _tabulate(bicycle, maneuver, digits + attempt * _MORE_DIGITS, report)
+        except UndecidedError:
+            if attempt == _ATTEMPTS - 1:
+                raise
+    raise AssertionError("unreachable")
+
+
+def _tabulate(bicycle: Bicycle, maneuver: Maneuver, digits: int, report: Progress) -> Table:
+    run = integrate(
+        bicycle, maneuver, Precision.of(digits), progress=lambda t: report("integrate", t)
+    )
+    certificate = certify(run, lambda t: report("certify", t))
+    rows = round_rows(run, certificate, lambda t: report("rows", t))
+    at = evaluator(run, run.bits + EVALUATION_BITS)
+    constant = constant_columns(run)
+    dense = interpolate(at, rows.scales, constant, lambda t: report("dense", t))
+    times = [hi_lo(t, "time") for t in row_times(maneuver)]
+    return Table(
+        trajectory=run,
+        certificate=certificate,
+        drift=at.drift(),
+        time=np.array([t[0] for t in times]),
+        time_lo=np.array([t[1] for t in times]),
+        rows=rows,
+        dense=bound_dense(run, certificate, dense, constant),
+        motion=tabulate_motion(run, certificate, lambda t: report("motion", t)),
+        sensitivity=differentiate(bicycle, maneuver, lambda t: report("vary", t)),
+    )

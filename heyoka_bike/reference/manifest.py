@@ -1,0 +1,230 @@
+"""The manifest of a reference folder: which files belong to it, and what makes them whole.
+
+A set is written file by file, each beside its place and renamed into it, the manifest last. A
+reader accepts only what the manifest says, so a run that was interrupted shows as files that the
+old manifest (or none) does not match; running again repairs it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from heyoka_bike.errors import DatasetError
+from heyoka_bike.system.files import replace_file
+from heyoka_bike.system.resources import reference_folder
+
+MANIFEST = "manifest.json"
+SCHEMA_VERSION = 1
+
+DATASET_VERSION = "1.2.0"
+"""Version of the published set that this package makes."""
+
+_VALUES_VERSION = "1.0.0"
+
+PUBLISHED_MANIFEST_SHA256 = "e04aac71d666541e02812a116e340219b7c1851f44402372040c0590847932a6"
+"""Hash of the manifest of the published set."""
+
+CUSTOM = "custom"
+"""Dataset version of a set made from other inputs than the benchmark's."""
+
+
+@dataclass(frozen=True)
+class Manifest:
+    """A parsed manifest.json.
+
+    Attributes
+    ----------
+    dataset_version, content_sha256
+        Version of the set, and the hash of its numbers.
+    inputs : mapping
+        Bicycle and maneuvers, as exact text.
+    files : mapping of str to (int, str)
+        Bytes and sha256 by file name.
+    sha256 : str
+        Hash of the manifest itself.
+    """
+
+    dataset_version: str
+    content_sha256: str
+    inputs: Mapping[str, Any]
+    files: Mapping[str, tuple[int, str]]
+    sha256: str
+
+
+def values_version(dataset_version: str) -> str:
+    """The version that first had the values of a set: it is written beside them.
+
+    Files that a minor version adds thus leave the bytes of the older ones as they are.
+    """
+    return _VALUES_VERSION if dataset_version == DATASET_VERSION else dataset_version
+
+
+def render(
+    *, dataset_version: str, content_sha256: str, inputs: Mapping[str, Any],
+    made_by: Mapping[str, Any], files: Mapping[str, bytes],
+) -> bytes:  # fmt: skip
+    """Bytes of the manifest of the given files; no date, host or time in it."""
+    document = {
+        "schema_version": SCHEMA_VERSION,
+        "dataset_version": dataset_version,
+        "content_sha256": content_sha256,
+        "made_by": made_by,
+        "inputs": inputs,
+        "files": [
+            {"file": name, "bytes": len(data), "sha256": sha256(data)}
+            for name, data in sorted(files.items())
+        ],
+    }
+    return (json.dumps(document, indent=2, ensure_ascii=False) + "\n").encode()
+
+
+def read_manifest(folder: str | Path) -> Manifest:
+    """Read the manifest of a folder.
+
+    Raises
+    ------
+    DatasetError
+        It is missing, unreadable, or not a manifest this version understands.
+    """
+    path = Path(folder) / MANIFEST
+    try:
+        raw = path.read_bytes()
+    except FileNotFoundError:
+        raise DatasetError(
+            f"{folder}: no {MANIFEST} found, expected a folder written by 'heyoka-bike generate' "
+            "(if a run was interrupted, run it again)"
+        ) from None
+    except OSError as e:
+        raise DatasetError(f"{path}: cannot be read: {e.strerror or e}") from None
+    try:
+        document = json.loads(raw)
+        version = document["schema_version"]
+        if version != SCHEMA_VERSION:
+            newer = isinstance(version, int) and version > SCHEMA_VERSION
+            advice = "a newer heyoka_bike reads it" if newer else "generate the set again"
+            raise DatasetError(
+                f"{path}: found schema version {version}, expected {SCHEMA_VERSION} ({advice})"
+            )
+        return Manifest(
+            dataset_version=str(document["dataset_version"]),
+            content_sha256=str(document["content_sha256"]),
+            inputs=dict(document["inputs"]),
+            files={str(f["file"]): (int(f["bytes"]), str(f["sha256"])) for f in document["files"]},
+            sha256=sha256(raw),
+        )
+    except (ValueError, KeyError, TypeError, RecursionError) as e:
+        if isinstance(e, DatasetError):
+            raise
+        raise DatasetError(f"{path}: is not a manifest ({type(e).__name__}: {e})") from None
+
+
+def check_published(folder: str | Path) -> None:
+    """Refuse a folder that does not hold the published set this version of the package knows.
+
+    Raises
+    ------
+    DatasetError
+        Its manifest is missing or another one.
+    """
+    if read_manifest(folder).sha256 != PUBLISHED_MANIFEST_SHA256:
+        raise DatasetError(
+            f"{folder}: its manifest is not that of the published set {DATASET_VERSION}; "
+            "name the folder to use a set of your own"
+        )
+
+
+def read_file(folder: str | Path, name: str, manifest: Manifest) -> bytes:
+    """Contents of a file of the set, checked against the manifest.
+
+    Raises
+    ------
+    DatasetError
+        The file is not in the manifest, missing, or differs from it.
+    """
+    path = Path(folder) / name
+    if name not in manifest.files:
+        raise DatasetError(f"{folder}: {MANIFEST} has no entry for {name}")
+    try:
+        data = path.read_bytes()
+    except OSError as e:
+        raise DatasetError(f"{path}: cannot be read: {e.strerror or e}") from None
+    size, digest = manifest.files[name]
+    if len(data) != size or sha256(data) != digest:
+        raise DatasetError(
+            f"{path}: does not match {MANIFEST} (found {len(data)} bytes, sha256 "
+            f"{sha256(data)[:12]}...; expected {size} bytes, {digest[:12]}...): the file is "
+            "damaged or 'heyoka-bike generate' was interrupted; run it again"
+        )
+    return data
+
+
+def load_file(folder: str | Path | None, name: str) -> tuple[Path, Manifest, bytes]:
+    """Folder and manifest of a set, by default the published one, and a file of it, all checked.
+
+    Raises
+    ------
+    DatasetError
+        The set is missing, incomplete or damaged; the published one must also carry the hash that
+        this version of the package knows.
+    """
+    where = reference_folder() if folder is None else Path(folder)
+    manifest = read_manifest(where)
+    if folder is None:
+        check_published(where)
+    return where, manifest, read_file(where, name, manifest)
+
+
+def write_set(folder: str | Path, files: Mapping[str, bytes], manifest: bytes) -> list[str]:
+    """Put the files of a set in place, the manifest last; returns the names that changed.
+
+    Files of equal content are left untouched.
+
+    Raises
+    ------
+    DatasetError
+        The folder cannot be written.
+    """
+    folder = Path(folder)
+    changed = []
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, data in [*sorted(files.items()), (MANIFEST, manifest)]:
+            if _is_same(folder / name, data):
+                continue
+            replace_file(folder / name, data)
+            changed.append(name)
+        for stale in folder.glob("*.part"):
+            stale.unlink(missing_ok=True)
+        _sync_folder(folder)
+    except OSError as e:
+        raise DatasetError(
+            f"{e.filename or folder}: cannot be written: {e.strerror or e}"
+        ) from None
+    return changed
+
+
+def sha256(data: bytes) -> str:
+    """Hexadecimal SHA-256."""
+    return hashlib.sha256(data).hexdigest()
+
+
+def _is_same(path: Path, data: bytes) -> bool:
+    try:
+        return path.stat().st_size == len(data) and path.read_bytes() == data
+    except FileNotFoundError:
+        return False
+
+
+def _sync_folder(folder: Path) -> None:
+    if hasattr(os, "O_DIRECTORY"):
+        handle = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+        try:
+            os.fsync(handle)
+        finally:
+            os.close(handle)

@@ -1,0 +1,1 @@
+"""From a candidate to certified bounds and rounded numbers."""

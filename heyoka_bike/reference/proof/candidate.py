@@ -1,0 +1,100 @@
+"""candidate.h5: the computed trajectories themselves, as exact integers.
+
+This is what a certificate is about. With it the published digits can be checked, or evaluated anew,
+without heyoka and without running anything again.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
+from heyoka_bike.errors import DatasetError
+from heyoka_bike.motion.trajectory import Trajectory
+from heyoka_bike.reference import manifest as manifest_file
+from heyoka_bike.reference.layout import CANDIDATE, FILTERS
+
+
+def render(trajectories: Sequence[Trajectory], inputs: Mapping[str, Any]) -> bytes:
+    """Bytes of candidate.h5; `inputs` as in the manifest."""
+    buffer = io.BytesIO()
+    with h5py.File(buffer, "w", libver=("v110", "v110"), track_order=True) as f:
+        f.attrs["title"] = "Candidate solutions: exact piecewise polynomials"
+        f.attrs["comment"] = (
+            "On the piece [a, b] of breaks a state variable is sum_k n_k 2^-grid s^k, "
+            "s = (t - a) / (b - a); coefficients[piece, state, k] holds n_k as a little-endian "
+            "two's complement integer. Angles in rad, rates in rad/s."
+        )
+        f.attrs["bicycle"] = inputs["bicycle"]["name"]
+        f.attrs["parameters"] = json.dumps(inputs["bicycle"]["parameters"])
+        for i, run in enumerate(trajectories, start=1):
+            group = f.create_group(f"maneuver_{i}", track_order=True)
+            for key, text in inputs["maneuvers"][i - 1].items():
+                group.attrs[key] = text
+            group.attrs["states"] = json.dumps(run.states)
+            group.attrs["form"] = "regular" if run.is_regular else "few_products"
+            group.attrs["grid"] = run.grid
+            group.attrs["taylor_order"] = run.order
+            group.attrs["precision"] = run.precision
+            group.attrs["precision_bits"] = run.bits
+            breaks = np.array([float(t) for t in run.breaks])
+            group.create_dataset("breaks", data=breaks, **FILTERS)
+            group.create_dataset("coefficients", data=_to_bytes(run.pieces), **FILTERS)
+    return buffer.getvalue()
+
+
+def read_candidate(folder: str | Path) -> tuple[Trajectory, ...]:
+    """Trajectories of a reference folder, in the order of its maneuvers.
+
+    Raises
+    ------
+    DatasetError
+        The file is missing, does not match the manifest, or is not a candidate file.
+    """
+    raw = manifest_file.read_file(folder, CANDIDATE, manifest_file.read_manifest(folder))
+    try:
+        with h5py.File(io.BytesIO(raw), "r") as f:
+            bicycle = Bicycle.parse(str(f.attrs["bicycle"]), json.loads(f.attrs["parameters"]))
+            return tuple(_read(bicycle, f[f"maneuver_{i}"]) for i in range(1, len(f) + 1))
+    except (OSError, KeyError, ValueError, TypeError) as e:
+        raise DatasetError(f"{Path(folder) / CANDIDATE}: is not a candidate file ({e})") from None
+
+
+def _read(bicycle: Bicycle, group: Any) -> Trajectory:
+    return Trajectory(
+        bicycle=bicycle,
+        maneuver=Maneuver.parse(str(group.attrs["name"]), group.attrs),
+        precision=str(group.attrs["precision"]),
+        bits=int(group.attrs["precision_bits"]),
+        is_regular=group.attrs["form"] == "regular",
+        order=int(group.attrs["taylor_order"]),
+        grid=int(group.attrs["grid"]),
+        breaks=tuple(Fraction(float(t)) for t in group["breaks"][:]),
+        pieces=_from_bytes(group["coefficients"][:]),
+    )
+
+
+def _to_bytes(pieces: Sequence[Sequence[Sequence[int]]]) -> Any:
+    width = max(n.bit_length() for piece in pieces for row in piece for n in row) // 8 + 1
+    raw = b"".join(
+        n.to_bytes(width, "little", signed=True) for piece in pieces for row in piece for n in row
+    )
+    shape = (len(pieces), len(pieces[0]), len(pieces[0][0]), width)
+    return np.frombuffer(raw, dtype=np.uint8).reshape(shape)
+
+
+def _from_bytes(table: Any) -> tuple[tuple[tuple[int, ...], ...], ...]:
+    return tuple(
+        tuple(
+            tuple(int.from_bytes(n.tobytes(), "little", signed=True) for n in row) for row in piece
+        )
+        for piece in table
+    )

@@ -1,0 +1,157 @@
+"""Bounds of analytic functions of the state on a circle around a piece of a candidate.
+
+With s = (t - t0) / h, the candidate p(s) is a polynomial and makes sense for complex s. A function
+F of the state (the equations of motion, the columns) is evaluated for abs(s) = R and for all states
+within rho_j of p(s) in variable j. What is found there bounds F inside, its Taylor
+coefficients in s, and, by Cauchy's estimate in the state, its derivatives: on the polydisc of half
+the radii the derivative by variable j is at most M / (rho_j / 2), at its centre M / rho_j.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import product
+
+import flint
+
+from heyoka_bike.bicycle.equations.constants import Constants, constants
+from heyoka_bike.errors import NotCertifiedError
+from heyoka_bike.motion.trajectory import Piece, Trajectory
+from heyoka_bike.numbers.analytic import NotAnalyticError, Rim
+from heyoka_bike.numbers.arithmetic import Arithmetic, Balls, Number, exact_ball
+from heyoka_bike.numbers.ball_matrices import total
+from heyoka_bike.reference.proof.error_flow import SIZE
+
+RADII = (4, 3, 2)
+"""Circles tried on a piece, in its lengths, the largest first."""
+
+RHO = tuple(Fraction(1, 2**k) for k in (8, 8, 8, 6, 6, 6, 8, 8, 8, 8, 8))
+"""Radii of the polydisc around the candidate's state: rad for angles, rad/s for rates; then, where
+they are carried along, m and rad for the integrals (see `motion.configuration`)."""
+
+SMALLER = (1, 64)
+"""The radii over these are tried in turn: where a bicycle is about to fall the formulas' own
+overestimation takes the first for a divisor that vanishes."""
+
+_BITS = 64
+_FIRST_ARCS, _MOST_ARCS = 8, 1024
+
+Function = Callable[[Trajectory, Constants, Arithmetic, Sequence[Number]], list[Number]]
+
+
+@dataclass(frozen=True)
+class Circle:
+    """A circle inside of which F is analytic, and bounds on abs(F_i) on it and on the polydisc.
+
+    Attributes
+    ----------
+    radius : int
+        R, in lengths of the piece.
+    rho : list of arb
+        Radii of the polydisc.
+    values : list of arb
+    """
+
+    radius: int
+    rho: list[flint.arb]
+    values: list[flint.arb]
+
+
+def circle_bound(piece: Piece, function: Function, radii: Sequence[int] = RADII) -> Circle:
+    """Bound a function on the first of some circles inside of which it is shown analytic.
+
+    Raises
+    ------
+    NotAnalyticError
+        On no circle tried.
+    """
+    reason = ""
+    for smaller, radius in product(SMALLER, radii):
+        polydisc = [x / smaller for x in rho(len(piece.rows))]
+        try:
+            return Circle(radius, polydisc, _values(piece, function, radius, polydisc))
+        except NotAnalyticError as e:
+            reason = str(e)
+    raise NotAnalyticError(f"no analyticity shown for abs(s) <= {radii[-1]}: {reason}")
+
+
+def rho(variables: int = SIZE) -> list[flint.arb]:
+    """The first of `RHO` as numbers of flint's; exact at any precision."""
+    return [exact_ball(x) for x in RHO[:variables]]
+
+
+def geometric(radius: int, length: int) -> flint.arb:
+    """Sum of R^-m for m >= length."""
+    ratio = flint.arb(1) / radius
+    return ratio**length / (1 - ratio)
+
+
+def refused(piece: Piece, why: str) -> NotCertifiedError:
+    """The error for a piece that is not certified."""
+    run = piece.run
+    return NotCertifiedError(
+        f"{run.maneuver.name}: step {piece.step + 1} of {run.steps}, t = {float(piece.t0):g} to "
+        f"{float(piece.t1):g} s, is not certified: {why}"
+    )
+
+
+def _values(
+    piece: Piece, function: Function, radius: int, polydisc: Sequence[flint.arb]
+) -> list[flint.arb]:
+    run = piece.run
+    a = Rim(_BITS)
+    balls = Balls(_BITS)
+    with balls.precision():
+        k = constants(run.bicycle, balls)
+        unit = flint.arb(2) ** -piece.grid
+        rows = [[flint.arb(c) * unit for c in row] for row in piece.rows]
+        polynomials = [flint.acb_poly([flint.acb(c) for c in row]) for row in rows]
+        # abs(p') on the disc, by its coefficients.
+        slopes = [
+            total(m * abs(c) * flint.arb(radius) ** (m - 1) for m, c in enumerate(row) if m)
+            for row in rows
+        ]
+        biggest: list[flint.arb] = []
+        # Real polynomials take conjugate values at conjugate points: half a circle is enough.
+        arcs = [
+            (Fraction(j, _FIRST_ARCS), Fraction(j + 1, _FIRST_ARCS)) for j in range(_FIRST_ARCS)
+        ]
+        while arcs:
+            low, high = arcs.pop()
+            a.start()
+            try:
+                state = _arc(a, polynomials, slopes, polydisc, radius, low, high)
+                values = [_complex(x) for x in function(run, k, a, state)]
+                if not all(x.is_finite() for x in values):
+                    raise NotAnalyticError("a value is not finite")
+            except NotAnalyticError:
+                if (high - low) * _MOST_ARCS <= 1:
+                    raise
+                middle = (low + high) / 2
+                arcs += [(low, middle), (middle, high)]
+                continue
+            sizes = [abs(x).upper() for x in values]
+            biggest = [m.max(x) for m, x in zip(biggest, sizes, strict=True)] if biggest else sizes
+        return biggest
+
+
+def _arc(
+    a: Rim, polynomials: Sequence[flint.acb_poly], slopes: Sequence[flint.arb],
+    polydisc: Sequence[flint.arb], radius: int, low: Fraction, high: Fraction,
+) -> list[Number]:  # fmt: skip
+    """States on an arc, angles in units of pi, each a ball that holds the arc and the polydisc."""
+    middle, half = (low + high) / 2, (high - low) / 2
+    q = flint.fmpq(middle.numerator, middle.denominator)
+    centre = flint.acb(flint.arb.cos_pi_fmpq(q), flint.arb.sin_pi_fmpq(q)) * radius
+    reach = radius * flint.arb.pi() * flint.fmpq(half.numerator, half.denominator)
+    state: list[Number] = []
+    for p, slope, margin in zip(polynomials, slopes, polydisc, strict=True):
+        wide = flint.arb(0, (slope * reach + margin).upper())
+        state.append(a.value(p(centre) + flint.acb(wide, wide)))
+    return state
+
+
+def _complex(x: Number) -> flint.acb:
+    return x.x if hasattr(x, "rim") else flint.acb(x)

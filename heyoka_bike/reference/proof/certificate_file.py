@@ -1,0 +1,122 @@
+"""certificate.json: what is proved about a set, and what is trusted."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import flint
+
+from heyoka_bike.motion.trajectory import Certificate, Trajectory
+from heyoka_bike.numbers.rounding import decimal_above
+from heyoka_bike.reference.proof.dense import Dense
+from heyoka_bike.reference.proof.rows import Rows
+
+STATEMENT = (
+    "For every maneuver, at every time of the interval, each state variable of the exact motion "
+    "differs from the polynomial in candidate.h5 by at most the bound given. Every value of the "
+    "rows is the binary64 nearest to the exact one, its _lo the binary64 nearest to the rest, and "
+    "the 50-digit text is correctly rounded. The dense output differs from the exact columns by at "
+    "most the bounds given, relative to the largest absolute value of the column's rows."
+)
+
+TRUSTED = (
+    "that the equations of motion in heyoka_bike (modules constants, kinematics, model, outputs) "
+    "are those of the Carvallo-Whipple bicycle; the independent Newton-Euler model in the tests "
+    "speaks for it",
+    "that they conserve the mechanical energy, which is published as its initial value, and that "
+    "straight running is a solution",
+    "that with an initial steer angle the pitch is the root followed from zero steer (the root "
+    "itself is enclosed)",
+    "the ball arithmetic of FLINT/Arb, through python-flint",
+    "the modules of heyoka_bike that 'certify' imports, and the Python interpreter that runs them",
+)
+"""What is not proved but assumed. heyoka, its tolerance and its rounding are not among it."""
+
+
+@dataclass(frozen=True)
+class Proof:
+    """What was proved about one maneuver.
+
+    Attributes
+    ----------
+    name : str
+    steps, entries, ambiguous : int
+        Pieces of the candidate; rounded entries of the rows; those that were not decided.
+    states : mapping of str to (Fraction, Fraction)
+        Bound over the interval and at its end, by state variable [rad, rad/s].
+    dense : mapping of str to Fraction
+        Bound of the dense output over the column's scale.
+    cpu : float
+        Processor time [s].
+    """
+
+    name: str
+    steps: int
+    entries: int
+    ambiguous: int
+    states: Mapping[str, tuple[Fraction, Fraction]]
+    dense: Mapping[str, Fraction]
+    cpu: float = 0.0
+
+    @property
+    def bound(self) -> Fraction:
+        """Largest bound over the interval."""
+        return max(x for x, _ in self.states.values())
+
+    @property
+    def bound_end(self) -> Fraction:
+        """Largest bound at the end."""
+        return max(x for _, x in self.states.values())
+
+
+def summarise(
+    run: Trajectory, certificate: Certificate, rows: Rows, dense: Dense, cpu: float = 0.0
+) -> Proof:
+    """Gather what was proved."""
+    worst = [max(column) for column in zip(*certificate.pieces, strict=True)]
+    pairs = zip(certificate.states, zip(worst, certificate.end, strict=True), strict=True)
+    return Proof(
+        name=run.maneuver.name,
+        steps=run.steps,
+        entries=sum(x.size for x in rows.hi.values()),
+        ambiguous=0,
+        states=dict(pairs),
+        dense={
+            name: Fraction(float(x.max())) / Fraction(rows.scales[name] or 1.0)
+            for name, x in dense.bound.items()
+        },
+        cpu=cpu,
+    )
+
+
+def render_certificate(proofs: Sequence[Proof], inputs: Mapping[str, Any]) -> bytes:
+    """Bytes of certificate.json."""
+    document = {
+        "schema_version": 1,
+        "statement": STATEMENT,
+        "inputs": inputs,
+        "maneuvers": [_entry(proof) for proof in proofs],
+        "trusted": TRUSTED,
+        "software": {"flint": flint.__FLINT_VERSION__, "python-flint": flint.__version__},
+    }
+    return (json.dumps(document, indent=2, ensure_ascii=False) + "\n").encode()
+
+
+def _entry(proof: Proof) -> dict[str, Any]:
+    return {
+        "maneuver": proof.name,
+        "steps": proof.steps,
+        "entries": proof.entries,
+        "ambiguous": proof.ambiguous,
+        "bound": decimal_above(proof.bound),
+        "bound_end": decimal_above(proof.bound_end),
+        "state_bounds": {
+            state: {"interval": decimal_above(x), "end": decimal_above(y)}
+            for state, (x, y) in proof.states.items()
+        },
+        "dense_relative_bounds": {name: decimal_above(x) for name, x in proof.dense.items()},
+    }

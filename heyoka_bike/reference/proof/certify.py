@@ -1,0 +1,293 @@
+"""A rigorous bound on the distance between a candidate trajectory and the exact motion.
+
+The candidate p is any piecewise polynomial; nothing about the run that produced it is trusted. All
+that follows is in ball arithmetic (Arb), with the parameters as exact rationals and the tilt as a
+ball around a multiple of pi. On a piece of length h, with s = (t - t0) / h:
+
+1. The defect ``delta = p' - h f(p)`` is expanded in s to a length L; the sum of its coefficients'
+   absolute values bounds it on 0 <= s <= 1.
+2. The terms left out are bounded by Cauchy's estimate from the size of f on the circle abs(s) = R.
+   There the state is widened by a polydisc of radius rho, so the same numbers bound the derivatives
+   of f by the state (Cauchy again) on the whole disc. Analyticity: see `analytic`.
+3. The Jacobian J along p is expanded in s, exactly (dual numbers over series).
+4. Y is a polynomial that nearly solves ``Y' = h J Y``, Y(0) = 1; its own defect D is bounded.
+5. The error is ``e = Y z`` with ``z' = Y^-1 (-D z + q - delta)``, where q, the part of
+   ``h (f(p + e) - f(p))`` of second and higher order in e, is bounded by Cauchy's estimate on the
+   line through p and p + e. All of the linear motion is in Y, so Gronwall's inequality has only the
+   tiny D to work on. Y^-1 is bounded by a polynomial V that nearly solves ``V' = -h V J``. From
+   piece to piece e is carried by Y(1) in a moving frame (Lohner's QR method), which keeps the bound
+   from growing where the motion does not. Jumps between pieces and the distance of the initial
+   states are added.
+
+A piece over which Y is badly conditioned, or on which no circle works, is halved, exactly.
+
+The bound of q assumes a bound eps on e; that it holds follows, by continuity, when the bound
+obtained for e is below eps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+from itertools import pairwise
+from math import ceil
+
+import flint
+import numpy as np
+
+from heyoka_bike.bicycle.equations.constants import Constants, constants
+from heyoka_bike.bicycle.equations.initial import few_product_state, initial_state
+from heyoka_bike.bicycle.equations.model import few_products, regular
+from heyoka_bike.bicycle.equations.outputs import unfold, yaw_rate
+from heyoka_bike.errors import NotCertifiedError
+from heyoka_bike.motion.trajectory import Certificate, Piece, Trajectory
+from heyoka_bike.numbers.analytic import NotAnalyticError, Series
+from heyoka_bike.numbers.arithmetic import Arithmetic, Balls, Number, exact_ball, upper_fraction
+from heyoka_bike.numbers.ball_matrices import (
+    Vector,
+    fundamental,
+    identity,
+    inverse_fundamental,
+    largest,
+    norm,
+    perron,
+    supremum,
+    total,
+    variational_defect,
+)
+from heyoka_bike.numbers.dual import Dual, Duals
+from heyoka_bike.reference.proof.cauchy import RADII, Circle, circle_bound, geometric, refused
+from heyoka_bike.reference.proof.error_flow import MATRIX_BITS, SIZE, Carried, Flow, Frame
+
+_RESOLVED = 0.1
+_CONDITION = 1e6
+_TRIALS, _DEPTH = 20, 6
+_MATRIX_LENGTHS = (40, 64)
+"""Orders tried for Y."""
+
+Progress = Callable[[float], None]
+
+
+def rates(run: Trajectory, k: Constants, a: Arithmetic, state: Sequence[Number]) -> list[Number]:
+    """Right-hand side of all seven state variables; the yaw does not enter."""
+    o, u = unfold(k, a, state, is_regular=run.is_regular)
+    form = regular if run.is_regular else few_products
+    return [*form(k, a, state[:6]), yaw_rate(o, u)]
+
+
+def certify(trajectory: Trajectory, progress: Progress | None = None) -> Certificate:
+    """Prove how far the exact motion is from a candidate, over all of its time.
+
+    Raises
+    ------
+    NotCertifiedError
+        The step, the time and the inequality that failed.
+    """
+    _check_shape(trajectory)
+    prover = _Prover(trajectory)
+    frame = prover.initial_frame()
+    bounds = []
+    for i in range(trajectory.steps):
+        sup, frame = prover.piece(trajectory.piece(i), frame)
+        frame = frame.widened(prover.jump(i))
+        bounds.append(_fractions(sup))
+        if progress is not None:
+            progress(float(trajectory.breaks[i + 1]))
+    # The frame's corners may stick out of the bound over the last piece, which holds there too.
+    with flint.ctx.workprec(MATRIX_BITS):
+        end = tuple(map(min, _fractions(frame.bound()), bounds[-1]))
+    return Certificate(trajectory.states, tuple(bounds), end)
+
+
+def _check_shape(run: Trajectory) -> None:
+    breaks = run.breaks
+    problem = None
+    if breaks[0] != 0 or breaks[-1] < run.maneuver.duration:
+        problem = (
+            f"it covers {float(breaks[0]):g} to {float(breaks[-1]):g} s, "
+            f"expected 0 to {float(run.maneuver.duration):g} s"
+        )
+    elif any(a >= b for a, b in pairwise(breaks)):
+        problem = "its breaks do not increase"
+    elif len(run.pieces) != len(breaks) - 1:
+        problem = f"it has {len(run.pieces)} pieces for {len(breaks) - 1} intervals"
+    elif any(len(piece) != SIZE for piece in run.pieces):
+        problem = f"a piece does not have {SIZE} state variables"
+    if problem:
+        raise NotCertifiedError(f"{run.maneuver.name}: the candidate is not whole: {problem}")
+
+
+class _TooLongError(Exception):
+    """A piece over which the proof does not work, and why; its halves may do."""
+
+
+class _Prover:
+    def __init__(self, run: Trajectory) -> None:
+        self.run = run
+        self.too_long = run.breaks[-1] * 2
+        self.bits = run.grid + 64
+        longest = max(len(row) for piece in run.pieces for row in piece)
+        # R^-L is below the grid of the candidate for every circle that is tried.
+        self.lengths = {
+            radius: max(ceil((run.grid + 16) / np.log2(radius)), longest) + 2 for radius in RADII
+        }
+        self.matrix = self._constants(MATRIX_BITS)
+        self.high = self._constants(self.bits)
+
+    def _constants(self, bits: int) -> Constants:
+        balls = Balls(bits)
+        with balls.precision():
+            return constants(self.run.bicycle, balls)
+
+    def initial_frame(self) -> Frame:
+        """Distance of the candidate's start from the exact initial state."""
+        balls = Balls(self.bits)
+        run = self.run
+        with balls.precision():
+            start = initial_state(run.bicycle, run.maneuver, self.high, balls)
+            if not run.is_regular:
+                start = few_product_state(self.high, balls, start)
+            unit = flint.arb(2) ** -run.grid
+            first = [row[0] * unit for row in run.pieces[0]]
+            distance = [abs(x - y).upper() for x, y in zip(start, first, strict=True)]
+        with flint.ctx.workprec(MATRIX_BITS):
+            return Frame(identity(SIZE), [x.upper() for x in distance])
+
+    def piece(self, piece: Piece, frame: Frame, depth: int = 0) -> tuple[Vector, Frame]:
+        """Bound over a piece, and the frame at its end; the piece is halved where that helps."""
+        # What was too long a moment ago is not tried again.
+        if depth == _DEPTH or piece.h < self.too_long:
+            try:
+                return self._whole(piece, frame)
+            except (_TooLongError, NotAnalyticError) as e:
+                if depth == _DEPTH:
+                    raise refused(piece, str(e)) from None
+                self.too_long = piece.h
+        left, right = piece.halves()
+        sup_left, frame = self.piece(left, frame, depth + 1)
+        sup_right, frame = self.piece(right, frame, depth + 1)
+        return [x.max(y) for x, y in zip(sup_left, sup_right, strict=True)], frame
+
+    def _whole(self, piece: Piece, frame: Frame) -> tuple[Vector, Frame]:
+        rim = circle_bound(piece, rates)
+        near = circle_bound(piece, rates, (1,))
+        with flint.ctx.workprec(MATRIX_BITS):
+            carried = Carried(self._flow(piece, rim), frame)
+        delta = self._defect(piece, rim)
+        with flint.ctx.workprec(MATRIX_BITS):
+            step = exact_ball(piece.h)
+            sup, added = carried.bounds(delta)
+            for _ in range(_TRIALS):
+                eps = [2 * x for x in sup]
+                reach = largest(x / y for x, y in zip(eps, near.rho, strict=True))
+                if not reach < 0.5:
+                    break
+                # f beyond its first order in e, on the line through p: Cauchy in one variable.
+                beyond = [2 * step * m * reach**2 for m in near.values]
+                forces = [d + m for d, m in zip(delta, beyond, strict=True)]
+                sup, added = carried.bounds(forces)
+                if all(x < y or x == 0 for x, y in zip(sup, eps, strict=True)):
+                    return sup, carried.end(added)
+            raise refused(
+                piece, f"the error bound is {_show(reach)} of the polydisc's radius, not below 1/2"
+            )
+
+    def _flow(self, piece: Piece, rim: Circle) -> Flow:
+        """Y and the bounds that go with it, at the first order that resolves it."""
+        for length in _MATRIX_LENGTHS:
+            jacobian, tail = self._jacobian(piece, rim, length)
+            weights = perron(jacobian)
+            y, v = fundamental(jacobian), inverse_fundamental(jacobian)
+            defect, defect_v = variational_defect(jacobian, tail, y, v, weights)
+            size_y, size_v = (norm(supremum(p), weights) for p in (y, v))
+            condition = size_y * size_v
+            if not condition < _CONDITION:
+                raise _TooLongError(f"Y has condition {_show(condition)}, not below {_CONDITION}")
+            # V Y = 1 up to eta, so abs(Y^-1) is at most size_v / (1 - eta).
+            eta = (defect_v * size_y + size_v * defect).upper()
+            if eta * condition**2 < _RESOLVED:
+                return Flow(y, v, weights, defect, size_v / (1 - eta), eta)
+        raise _TooLongError(f"Y is not resolved at order {_MATRIX_LENGTHS[-1]}")
+
+    def jump(self, i: int) -> Vector:
+        """Distance from the end of piece i to the start of the next."""
+        run = self.run
+        if i + 1 == run.steps:
+            return [flint.arb(0)] * SIZE
+        with flint.ctx.workprec(MATRIX_BITS):
+            unit = flint.arb(2) ** -run.grid
+            return [
+                (abs(flint.arb(sum(now) - after[0])) * unit).upper()
+                for now, after in zip(run.pieces[i], run.pieces[i + 1], strict=True)
+            ]
+
+    def _defect(self, piece: Piece, rim: Circle) -> list[flint.arb]:
+        """Bound on abs(p' - h f(p)) over the piece, by state variable."""
+        run, length = self.run, self.lengths[rim.radius]
+        a = Series(self.bits, length)
+        with a.precision():
+            unit = flint.arb(2) ** -piece.grid
+            rows = [[c * unit for c in row] for row in piece.rows]
+            step = exact_ball(piece.h)
+            values = rates(run, self.high, a, [a.series(row) for row in rows])
+            bounds = []
+            for row, rate, biggest in zip(rows, values, rim.values, strict=True):
+                slopes = [m * c for m, c in enumerate(row)][1:]
+                slopes += [flint.arb(0)] * (length - len(slopes))
+                inside = total(
+                    abs(slope - step * c)
+                    for slope, c in zip(slopes, a.coefficients(rate), strict=True)
+                )
+                bound = (inside + step * biggest * geometric(rim.radius, length)).upper()
+                if not bound.is_finite():
+                    raise refused(piece, "the defect is not finite")
+                bounds.append(bound)
+            return bounds
+
+    def _jacobian(
+        self, piece: Piece, rim: Circle, length: int
+    ) -> tuple[list[flint.arb_mat], flint.arb_mat]:
+        """Taylor coefficients of h J along the piece, and a bound on what they leave out."""
+        run = self.run
+        a = Series(MATRIX_BITS, length)
+        with a.precision():
+            unit = flint.arb(2) ** -piece.grid
+            step = exact_ball(piece.h)
+            # Coefficients of J below the length depend on those of p below it only.
+            rows = [[c * unit for c in row] for row in piece.rows]
+            duals = Duals(a)
+            state: list[Number] = list(
+                duals.variables([a.series(row[:length]) for row in rows[:6]])
+            )
+            values = rates(run, self.matrix, duals, state)
+            zeros = [flint.arb(0)] * length
+            coefficients = [
+                [
+                    zeros if _is_zero(slope) else a.coefficients(step * slope)
+                    for slope in (rate.slopes if isinstance(rate, Dual) else [0] * 6)
+                ]
+                for rate in values
+            ]
+            # The last column is that of the yaw, on which nothing depends.
+            matrices = [
+                flint.arb_mat([[*(entry[m] for entry in row), 0] for row in coefficients])
+                for m in range(length)
+            ]
+            rest = step * geometric(rim.radius, length)
+            tail = flint.arb_mat(
+                [[*((rest * f / x).upper() for x in rim.rho[:6]), 0] for f in rim.values]
+            )
+            return matrices, tail
+
+
+def _fractions(bounds: Sequence[flint.arb]) -> tuple[Fraction, ...]:
+    """Upper bounds as exact dyadics."""
+    return tuple(map(upper_fraction, bounds))
+
+
+def _is_zero(x: Number) -> bool:
+    return isinstance(x, int) and x == 0
+
+
+def _show(x: flint.arb) -> str:
+    return str(x.mid().str(3, radius=False))

@@ -1,0 +1,197 @@
+"""A rigorous bound on the distance of the dense output from the exact motion.
+
+Along each piece of the candidate every column is expanded as a Taylor series in balls, its
+remainder bounded by Cauchy's estimate on a circle (see `circle`). Where a Chebyshev piece overlaps
+it, both are written as polynomials in one variable u, -1 <= u <= 1, on short spans; the absolute
+values of the coefficients of their difference bound it. The distance of the exact motion from the
+candidate is added through the columns' derivatives by the state, bounded on the same circle's
+polydisc.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from fractions import Fraction
+from itertools import pairwise
+from math import ceil, log2
+
+import flint
+import numpy as np
+
+from heyoka_bike.bicycle.columns import COLUMNS
+from heyoka_bike.bicycle.equations.constants import Constants, constants
+from heyoka_bike.bicycle.equations.outputs import columns, unfold
+from heyoka_bike.errors import NotCertifiedError
+from heyoka_bike.motion.trajectory import Certificate, Piece, Trajectory
+from heyoka_bike.numbers.analytic import NotAnalyticError, Series
+from heyoka_bike.numbers.arithmetic import Arithmetic, Number, exact_ball, upper_fraction
+from heyoka_bike.numbers.ball_matrices import total
+from heyoka_bike.reference.proof.cauchy import Function, circle_bound, geometric, refused
+from heyoka_bike.reference.proof.dense import Dense
+from heyoka_bike.reference.proof.rows import Value, upward
+
+BITS = 192
+_REMAINDER_BITS = 128
+_DEPTH = 6
+
+
+def bound_dense(
+    run: Trajectory, certificate: Certificate, dense: Dense, constant: Mapping[str, Value]
+) -> Dense:
+    """The dense output with a certified bound for each piece and column."""
+    parts = (
+        expansion
+        for i in range(run.steps)
+        for expansion in expansions(run.piece(i), certificate.pieces[i], _columns)
+    )
+    return bound_pieces(run, parts, dense, [c.name for c in COLUMNS], constant)
+
+
+def bound_pieces(
+    run: Trajectory, parts: Iterable[Expansion], dense: Dense, names: Sequence[str],
+    constant: Mapping[str, Value],
+) -> Dense:  # fmt: skip
+    """Dense output with a certified bound for each piece and each of the columns `names`.
+
+    `parts` are expansions of these columns along all pieces of the candidate.
+    """
+    _check_shape(run, dense, names)
+    breaks = [Fraction(float(t)) for t in dense.breaks]
+    bound = np.zeros((len(breaks) - 1, len(names)))
+    for expansion in parts:
+        for j, (a, b) in enumerate(pairwise(breaks)):
+            low, high = max(a, expansion.t0), min(b, expansion.t1)
+            if low < high:
+                coefficients = [(dense.hi[name][j], dense.lo[name][j]) for name in names]
+                for span in _spans(low, high, b - a):
+                    found = expansion.distances(coefficients, (a, b), *span)
+                    bound[j] = np.maximum(bound[j], found)
+    for m, name in enumerate(names):
+        if name in constant:
+            bound[:, m] = [
+                _constant_distance(constant[name], hi, lo)
+                for hi, lo in zip(dense.hi[name], dense.lo[name], strict=True)
+            ]
+    by_name = {name: np.ascontiguousarray(bound[:, m]) for m, name in enumerate(names)}
+    return replace(dense, bound=by_name)
+
+
+def _check_shape(run: Trajectory, dense: Dense, names: Sequence[str]) -> None:
+    """Every dense piece must lie in the time of the candidate, or nothing would bound it."""
+    breaks = dense.breaks
+    problem = None
+    if breaks.ndim != 1 or len(breaks) < 2 or not np.isfinite(breaks).all():
+        problem = "its breaks are not at least two numbers"
+    elif breaks[0] != 0 or not (np.diff(breaks) > 0).all():
+        problem = "its breaks do not increase from 0"
+    elif not run.maneuver.duration <= Fraction(float(breaks[-1])) <= run.breaks[-1]:
+        problem = f"it ends at {breaks[-1]:g} s, expected {float(run.maneuver.duration):g} s"
+    else:
+        shape = dense.hi[names[0]].shape
+        for name in names:
+            for x in (dense.hi[name], dense.lo[name]):
+                if x.dtype != np.float64 or x.shape != shape or len(x) != len(breaks) - 1:
+                    problem = f"{name} is not a table of binary64 with a row for each piece"
+                elif not np.isfinite(x).all():
+                    problem = f"{name} has a coefficient that is not finite"
+    if problem:
+        raise NotCertifiedError(f"{run.maneuver.name}: the dense output is not whole: {problem}")
+
+
+def expansions(
+    piece: Piece, state_bound: tuple[Fraction, ...], function: Function, depth: int = 0
+) -> Iterator[Expansion]:
+    """Expansions along a piece, or along parts of it where no circle works for the whole."""
+    try:
+        yield Expansion(piece, state_bound, function)
+    except NotAnalyticError as e:
+        if depth == _DEPTH:
+            raise refused(piece, str(e)) from None
+        for half in piece.halves():
+            yield from expansions(half, state_bound, function, depth + 1)
+
+
+def _spans(low: Fraction, high: Fraction, width: Fraction) -> list[tuple[Fraction, Fraction]]:
+    """The interval in equal parts of at most a sixteenth of the Chebyshev piece.
+
+    On a long span the coefficients of T_31 in powers of u are far larger than T_31 itself.
+    """
+    n = ceil((high - low) / width * 16)
+    return [(low + (high - low) * i / n, low + (high - low) * (i + 1) / n) for i in range(n)]
+
+
+class Expansion:
+    """Taylor polynomials of columns along one piece of the candidate, with remainders."""
+
+    def __init__(self, piece: Piece, state_bound: tuple[Fraction, ...], function: Function) -> None:
+        run = piece.run
+        self.t0, self.t1, self.h = piece.t0, piece.t1, piece.h
+        circle = circle_bound(piece, function)
+        length = ceil(_REMAINDER_BITS / log2(circle.radius))
+        a = Series(BITS, length)
+        with a.precision():
+            unit = flint.arb(2) ** -piece.grid
+            state = [a.series([c * unit for c in row[:length]]) for row in piece.rows]
+            values = function(run, constants(run.bicycle, a), a, state)
+            self.polynomials = [flint.arb_poly(a.coefficients(x)) for x in values]
+            # Terms past the length, and the exact motion's distance: derivatives by the state are
+            # at most M / (rho / 2) where the state is within rho / 2 of the candidate.
+            moved = total(exact_ball(b) / x for b, x in zip(state_bound, circle.rho, strict=True))
+            rest = geometric(circle.radius, length) + 2 * moved
+            self.remainders = [(m * rest).upper() for m in circle.values]
+
+    def distances(
+        self, coefficients: Sequence[tuple[np.ndarray, np.ndarray]],
+        piece: tuple[Fraction, Fraction], low: Fraction, high: Fraction,
+    ) -> list[float]:  # fmt: skip
+        """Bounds on the distance of each column from its Chebyshev piece for low <= t <= high."""
+        middle, half = (low + high) / 2, (high - low) / 2
+        with flint.ctx.workprec(BITS):
+            s = flint.arb_poly([exact_ball((middle - self.t0) / self.h), exact_ball(half / self.h)])
+            n = len(coefficients[0][0])
+            c = [
+                [flint.arb(float(x)) + float(y) for x, y in zip(hi, lo, strict=True)]
+                for hi, lo in coefficients
+            ]
+            chebyshev = flint.arb_mat(c) * _basis(piece, middle, half, n)
+            bounds = []
+            for m, (polynomial, rest) in enumerate(
+                zip(self.polynomials, self.remainders, strict=True)
+            ):
+                taylor = polynomial(s)
+                difference = total(
+                    abs(taylor[j] - (chebyshev[m, j] if j < n else 0))
+                    for j in range(max(taylor.length(), n))
+                )
+                bounds.append(upward(upper_fraction(difference + rest)))
+            return bounds
+
+
+def _basis(
+    piece: tuple[Fraction, Fraction], middle: Fraction, half: Fraction, n: int
+) -> flint.arb_mat:
+    """Rows: T_0 .. T_(n-1) of the Chebyshev piece's argument as polynomials in u."""
+    a, b = piece
+    x = flint.arb_poly([exact_ball((2 * middle - a - b) / (b - a)), exact_ball(2 * half / (b - a))])
+    t = [flint.arb_poly([1]), x]
+    while len(t) < n:
+        t.append(2 * x * t[-1] - t[-2])
+    return flint.arb_mat([[p[j] for j in range(n)] for p in t[:n]])
+
+
+def _columns(run: Trajectory, k: Constants, a: Arithmetic, state: Sequence[Number]) -> list[Number]:
+    """All columns in order; on a circle an energy or an angle is as analytic as the rates."""
+    o, u = unfold(k, a, state, is_regular=run.is_regular)
+    values = columns(k, a, o, u, state[0], state[1], state[2], state[6])
+    return [values[c.name] for c in COLUMNS]
+
+
+def _constant_distance(x: Value, hi: np.ndarray, lo: np.ndarray) -> float:
+    """Distance of a constant from a piece, whose coefficients but c_0 should be zero."""
+    rest = sum((abs(Fraction(float(c))) for c in [*hi[1:], *lo[1:]]), Fraction(0))
+    stored = Fraction(float(hi[0])) + Fraction(float(lo[0]))
+    if isinstance(x, Fraction):
+        return upward(abs(x - stored) + rest)
+    with flint.ctx.workprec(4096):
+        return upward(upper_fraction(abs(x - exact_ball(stored)) + exact_ball(rest)))

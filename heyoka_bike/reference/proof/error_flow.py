@@ -1,0 +1,109 @@
+"""How an error is carried over one piece, by the variational equation along the candidate."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import flint
+
+from heyoka_bike.numbers.ball_matrices import (
+    Vector,
+    abs_times,
+    norm,
+    supremum,
+    turned,
+    value,
+    weighted,
+)
+
+MATRIX_BITS = 128
+SIZE = 7
+"""State variables, the yaw included."""
+
+_SPANS = 8
+
+
+@dataclass(frozen=True)
+class Frame:
+    """The error lies in ``matrix . box``, abs(box) <= radii."""
+
+    matrix: flint.arb_mat
+    radii: Vector
+
+    def bound(self) -> list[flint.arb]:
+        """Componentwise bound."""
+        return abs_times(self.matrix, self.radii)
+
+    def widened(self, by: Vector) -> Frame:
+        """The frame with a box of the given radii added."""
+        if all(x == 0 for x in by):
+            return self
+        with flint.ctx.workprec(MATRIX_BITS):
+            return Frame(*turned(self.matrix, self.radii, by))
+
+
+@dataclass(frozen=True)
+class Flow:
+    """Y over a piece: its defect, and the size of its inverse, in a weighted norm."""
+
+    y: list[flint.arb_mat]
+    v: list[flint.arb_mat]
+    weights: Vector
+    defect: flint.arb
+    size_inverse: flint.arb
+    eta: flint.arb
+
+
+class Carried:
+    """The error over a piece: what comes in through the frame, and what forces add on the way.
+
+    A force at tau reaches s through Y(s) Y(tau)^-1. That product is formed before its absolute
+    value is taken: the two factors are large and cancel. Its bound for all s is put together from
+    spans: to the middle c of a span by Y(c) V(tau), from there on by Y(s) V(c).
+    """
+
+    def __init__(self, flow: Flow, frame: Frame) -> None:
+        self.flow, self.frame = flow, frame
+        weights = flow.weights
+        self.product = [m * frame.matrix for m in flow.y]
+        self.incoming = abs_times(supremum(self.product), frame.radii)
+        self.start = weighted(frame.bound(), weights)
+        self.size_y = norm(supremum(flow.y), weights)
+        y_end = value(flow.y, flint.arb(1))
+        self.push_end = supremum([y_end * m for m in flow.v])
+        self.push = _entrywise(self.push_end, self.push_end)
+        for j in range(_SPANS):
+            low, high = flint.arb(j) / _SPANS, flint.arb(j + 1) / _SPANS
+            c = (low + high) / 2
+            y, v = value(flow.y, c), value(flow.v, c)
+            there = supremum([y * m for m in flow.v], high=high)
+            onward = supremum([m * v for m in flow.y], 1, low=low, high=high)
+            self.push = _entrywise(self.push, onward * there)
+
+    def bounds(self, forces: Vector) -> tuple[Vector, Vector]:
+        """Bounds under forces added to e': on abs(e) over the piece, and on their part at its end.
+
+        Every replacement of Y^-1 by V, and the defect D of Y, is charged in norm.
+        """
+        flow, weights = self.flow, self.flow.weights
+        size = weighted(forces, weights)
+        kappa = flow.size_inverse * flow.defect
+        inside = kappa * kappa.exp() * (self.start + flow.size_inverse * size)
+        # Y(s) V(c) is off from Y(s) Y(c)^-1 by `one`; a product of two such by two and its square.
+        one = self.size_y * flow.size_inverse * flow.eta
+        replaced = one * (1 + 2 * self.size_y * flow.size_inverse + one)
+        charge = self.size_y * inside + replaced * size
+        charges = [(charge * w).upper() for w in weights]
+        over = abs_times(self.push, forces)
+        sup = [(x + y + z).upper() for x, y, z in zip(self.incoming, over, charges, strict=True)]
+        at_end = abs_times(self.push_end, forces)
+        return sup, [(x + y).upper() for x, y in zip(at_end, charges, strict=True)]
+
+    def end(self, added: Vector) -> Frame:
+        """The frame at the end."""
+        return Frame(*turned(value(self.product, flint.arb(1)), self.frame.radii, added))
+
+
+def _entrywise(a: flint.arb_mat, b: flint.arb_mat) -> flint.arb_mat:
+    """Upper bounds of the larger entry of two nonnegative matrices."""
+    return flint.arb_mat([[a[i, j].max(b[i, j]).upper() for j in range(SIZE)] for i in range(SIZE)])

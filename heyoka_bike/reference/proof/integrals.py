@@ -1,0 +1,139 @@
+"""Place and wheel angles along a candidate, as polynomials with certified bounds.
+
+They are integrals of functions g of the state. On each piece of the candidate p the Taylor series
+of h g(p(s)) is integrated in balls, and its coefficients rounded to the candidate's grid: a
+polynomial q. Its distance from the exact integral grows over a piece by at most
+
+- ``q' - h g(p)``: the coefficients' absolute values, and beyond the length of the series Cauchy's
+  estimate on a circle (see `circle`);
+- ``h g(x) - h g(p)`` for the exact state x, which the certificate keeps near p: its distance times
+  the derivatives of g, bounded on the polydisc around p.
+
+A piece on which no circle works is halved, exactly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from math import ceil, log2
+
+import flint
+
+from heyoka_bike.bicycle.equations.configuration import INTEGRALS, rates_of_integrals
+from heyoka_bike.bicycle.equations.constants import Constants, constants
+from heyoka_bike.bicycle.equations.outputs import unfold
+from heyoka_bike.motion.trajectory import Certificate, Piece, Trajectory
+from heyoka_bike.numbers.analytic import NotAnalyticError, Series
+from heyoka_bike.numbers.arithmetic import Arithmetic, Balls, Number, exact_ball, upper_fraction
+from heyoka_bike.numbers.ball_matrices import total
+from heyoka_bike.reference.proof.cauchy import Circle, circle_bound, geometric, refused
+
+_GUARD_BITS = 64
+_DEPTH = 6
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """A piece of a candidate with the integrals, and how far the exact motion may be from it.
+
+    Attributes
+    ----------
+    piece : Piece
+        Rows of the state, the yaw last, and then of `INTEGRALS`.
+    bounds : tuple of Fraction
+        Over the piece, row by row.
+    """
+
+    piece: Piece
+    bounds: tuple[Fraction, ...]
+
+
+def with_integrals(run: Trajectory, certificate: Certificate) -> Iterator[Stretch]:
+    """The candidate piece by piece, with the integrals from the start of the motion.
+
+    Raises
+    ------
+    NotCertifiedError
+        A piece inside of which the integrands are not shown to be analytic.
+    """
+    integrator = _Integrator(run)
+    for i, bounds in enumerate(certificate.pieces):
+        yield from integrator.stretches(run.piece(i), bounds)
+
+
+class _Integrator:
+    """Carries the integrals, exact numbers, and the bounds on their errors."""
+
+    def __init__(self, run: Trajectory) -> None:
+        self.bits = run.grid + _GUARD_BITS
+        balls = Balls(self.bits)
+        with balls.precision():
+            self.constants = constants(run.bicycle, balls)
+        self.at = [Fraction(0)] * len(INTEGRALS)
+        self.error = [Fraction(0)] * len(INTEGRALS)
+
+    def stretches(
+        self, piece: Piece, bounds: tuple[Fraction, ...], depth: int = 0
+    ) -> Iterator[Stretch]:
+        """A piece with its integrals, in parts where no circle works for the whole."""
+        try:
+            circle = circle_bound(piece, _rates)
+        except NotAnalyticError as e:
+            if depth == _DEPTH:
+                raise refused(piece, str(e)) from None
+            for half in piece.halves():
+                yield from self.stretches(half, bounds, depth + 1)
+            return
+        integrands = self._integrands(piece, circle)
+        with flint.ctx.workprec(self.bits):
+            moved = total(exact_ball(b) / x for b, x in zip(bounds, circle.rho, strict=True))
+            rows = [self._row(piece, i, c) for i, c in enumerate(integrands)]
+            for i, (row, integrand) in enumerate(zip(rows, integrands, strict=True)):
+                beyond = geometric(circle.radius, len(integrand)) + 2 * moved
+                rest = exact_ball(piece.h) * circle.values[i] * beyond
+                self.error[i] += upper_fraction(_defect(piece, row, integrand) + rest)
+                self.at[i] = Fraction(sum(row), 2**piece.grid)
+        yield Stretch(
+            replace(piece, rows=piece.rows + tuple(map(tuple, rows))), bounds + tuple(self.error)
+        )
+
+    def _integrands(self, piece: Piece, circle: Circle) -> list[list[flint.arb]]:
+        """Taylor coefficients of h g, to where Cauchy's estimate is below the grid."""
+        longest = len(piece.rows[0])
+        length = max(ceil(self.bits / log2(circle.radius)), longest)
+        a = Series(self.bits, length)
+        with a.precision():
+            unit, step = flint.arb(2) ** -piece.grid, exact_ball(piece.h)
+            state = [a.series([c * unit for c in row]) for row in piece.rows]
+            values = _rates(piece.run, self.constants, a, state)
+            return [a.coefficients(step * x) for x in values]
+
+    def _row(self, piece: Piece, i: int, integrand: Sequence[flint.arb]) -> list[int]:
+        """Integers of an integral's polynomial; where it begins may have to be rounded."""
+        grid = flint.arb(2) ** piece.grid
+        first = round(self.at[i] * 2**piece.grid)
+        self.error[i] += abs(self.at[i] - Fraction(first, 2**piece.grid))
+        powers = range(1, len(piece.rows[0]))
+        return [first, *(_nearest(integrand[m - 1] * grid / m) for m in powers)]
+
+
+def _defect(piece: Piece, row: Sequence[int], integrand: Sequence[flint.arb]) -> flint.arb:
+    """Sum of the absolute coefficients of q' - h g, as far as the series goes."""
+    unit = flint.arb(2) ** -piece.grid
+    slopes = [m * c * unit for m, c in enumerate(row)][1:]
+    slopes += [flint.arb(0)] * (len(integrand) - len(slopes))
+    return total(abs(x - c) for x, c in zip(slopes, integrand, strict=True))
+
+
+def _nearest(x: flint.arb) -> int:
+    """The integer nearest to the middle of a ball."""
+    man, exp = x.mid().man_exp()
+    n, shift = int(man), int(exp)
+    return n << shift if shift >= 0 else (n + (1 << (-shift - 1))) >> -shift
+
+
+def _rates(run: Trajectory, k: Constants, a: Arithmetic, state: Sequence[Number]) -> list[Number]:
+    _, u = unfold(k, a, state, is_regular=run.is_regular)
+    return rates_of_integrals(k, a, u, state[6])

@@ -1,0 +1,228 @@
+"""What is proved about a set: certificate.json, and proving it again from the published files.
+
+Proving again needs the folder and python-flint only: candidate.h5 holds the trajectories, and
+everything else follows from them and from the inputs written beside them.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import time
+from collections.abc import Callable, Mapping, Sequence
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from heyoka_bike.bicycle.columns import COLUMNS
+from heyoka_bike.bicycle.motion_columns import DENSE_COLUMNS
+from heyoka_bike.bicycle.parameters import describe_inputs
+from heyoka_bike.errors import DatasetError, NotCertifiedError
+from heyoka_bike.motion.trajectory import Certificate, Trajectory, row_times
+from heyoka_bike.numbers.rounding import hi_lo
+from heyoka_bike.reference import manifest as manifest_file
+from heyoka_bike.reference.layout import CERTIFICATE, HDF5, MOTION, content_of_file
+from heyoka_bike.reference.proof.candidate import read_candidate
+from heyoka_bike.reference.proof.certificate_file import (
+    STATEMENT,
+    TRUSTED,
+    Proof,
+    _entry,
+    summarise,
+)
+from heyoka_bike.reference.proof.certify import certify
+from heyoka_bike.reference.proof.dense import Dense
+from heyoka_bike.reference.proof.dense_bound import bound_dense
+from heyoka_bike.reference.proof.integrals import with_integrals
+from heyoka_bike.reference.proof.motion_rows import (
+    MotionTable,
+    bound_motion,
+    motion_expansions,
+    round_motion,
+)
+from heyoka_bike.reference.proof.rows import Rows, constant_columns, round_rows
+
+Progress = Callable[[str, float], None]
+
+_NAMES = tuple(c.name for c in COLUMNS)
+
+
+def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
+    """Trajectories of a set whose files are all whole and speak of the same inputs.
+
+    Raises
+    ------
+    DatasetError
+        A file is missing or does not match the manifest.
+    NotCertifiedError
+        The files do not agree on the bicycle or the maneuvers.
+    """
+    manifest = manifest_file.read_manifest(folder)
+    raw = {name: manifest_file.read_file(folder, name, manifest) for name in manifest.files}
+    runs = read_candidate(folder)
+    if not runs:
+        raise DatasetError(f"{folder}: candidate.h5 holds no maneuver")
+    inputs = describe_inputs(runs[0].bicycle, [run.maneuver for run in runs])
+    try:
+        with h5py.File(io.BytesIO(raw[HDF5]), "r") as f:
+            content = content_of_file(f)
+            groups = [f[f"maneuver_{i}"].attrs for i in range(1, len(f) + 1)]
+            stated = {
+                "bicycle": {
+                    "name": f.attrs["bicycle"], "parameters": json.loads(f.attrs["parameters"]),
+                },
+                "maneuvers": [{key: g[key] for key in inputs["maneuvers"][0]} for g in groups],
+            }  # fmt: skip
+        certified = json.loads(raw[CERTIFICATE])["inputs"]
+    except (OSError, KeyError, ValueError, TypeError) as e:
+        raise DatasetError(f"{folder}: {HDF5} or {CERTIFICATE} cannot be read ({e})") from None
+    for name, other in (
+        (manifest_file.MANIFEST, manifest.inputs), (HDF5, stated), (CERTIFICATE, certified),
+    ):  # fmt: skip
+        if other != inputs:
+            raise NotCertifiedError(f"{folder}: the inputs in {name} are not those of candidate.h5")
+    if content != manifest.content_sha256:
+        raise NotCertifiedError(f"{folder}: content_sha256 is not that of the numbers in {HDF5}")
+    return runs
+
+
+def prove_again(
+    folder: str | Path, run: Trajectory, number: int, progress: Progress | None = None
+) -> tuple[Proof, Rows]:
+    """Prove one maneuver of a folder from its candidate, and compare with what is published.
+
+    Raises
+    ------
+    NotCertifiedError
+        The candidate is not certified, or a published number or bound is not what was proved.
+    """
+    report = progress or (lambda stage, t: None)
+    start = time.process_time()
+    certificate = certify(run, lambda t: report("certify", t))
+    rows = round_rows(run, certificate, lambda t: report("rows", t))
+    published, bounds = _read_published(folder, number)
+    _compare_rows(run, rows, folder, number)
+    dense = bound_dense(run, certificate, published, constant_columns(run))
+    report("dense", float(run.maneuver.duration))
+    _compare_dense(run, dense, bounds)
+    if MOTION in manifest_file.read_manifest(folder).files:
+        _prove_motion(run, certificate, folder, number)
+    report("motion", float(run.maneuver.duration))
+    proof = summarise(run, certificate, rows, dense, time.process_time() - start)
+    _compare_certificate(folder, number, proof)
+    return proof, rows
+
+
+def _prove_motion(
+    run: Trajectory, certificate: Certificate, folder: str | Path, number: int
+) -> None:
+    """Prove every number of the whole motion, and compare with what is published."""
+    stretches = list(with_integrals(run, certificate))
+    _compare_rows(run, round_motion(run, stretches), folder, number, MOTION)
+    published, bounds = _read_published(folder, number, MOTION, DENSE_COLUMNS)
+    parts = list(motion_expansions(stretches))
+    _compare_dense(run, bound_motion(run, parts, published), bounds)
+
+
+def _compare_dense(run: Trajectory, dense: Dense, bounds: Mapping[str, Any]) -> None:
+    """No published bound of a dense piece is smaller than what was proved."""
+    for name, x in dense.bound.items():
+        kept = x <= bounds[name] if x.shape == bounds[name].shape else np.zeros(1, dtype=bool)
+        if not kept.all():
+            piece = int(np.argmin(kept))
+            raise NotCertifiedError(
+                f"{run.maneuver.name}: dense {name}, piece {piece + 1}: proved {x[piece]:.3g}, "
+                f"published bound {bounds[name].ravel()[piece]:.3g}"
+            )
+
+
+def _read_published(
+    folder: str | Path, number: int, file: str = HDF5,
+    names: Sequence[str] = _NAMES,
+) -> tuple[Dense, Mapping[str, Any]]:  # fmt: skip
+    raw = manifest_file.read_file(folder, file, manifest_file.read_manifest(folder))
+    try:
+        with h5py.File(io.BytesIO(raw), "r") as f:
+            group = f[f"maneuver_{number}/dense"]
+            dense = Dense(
+                breaks=group["breaks"][:],
+                hi={n: group[n][:] for n in names},
+                lo={n: group[f"{n}_lo"][:] for n in names},
+            )
+            return dense, {n: group[f"{n}_bound"][:] for n in names}
+    except (OSError, KeyError, ValueError) as e:
+        raise DatasetError(f"{Path(folder) / file}: is not a reference file ({e})") from None
+
+
+def _compare_rows(
+    run: Trajectory, rows: Rows | MotionTable, folder: str | Path, number: int, file: str = HDF5
+) -> None:
+    """Every published row: times and values to the bit, bounds not smaller than proved."""
+    times = np.array([hi_lo(t, "time") for t in row_times(run.maneuver)])
+    exact = {"time": times[:, 0], "time_lo": times[:, 1]}
+    exact |= dict(rows.hi) | {f"{name}_lo": x for name, x in rows.lo.items()}
+    raw = manifest_file.read_file(folder, file, manifest_file.read_manifest(folder))
+    with h5py.File(io.BytesIO(raw), "r") as f:
+        group = f[f"maneuver_{number}"]
+        for name, x in exact.items():
+            stored = _like(group[name][:], x, run, name)
+            _all_hold(stored.view("i8") == x.view("i8"), stored, x, run, name)
+        for name, x in rows.bound.items():
+            stored = _like(group[f"{name}_bound"][:], x, run, f"{name}_bound")
+            _all_hold(stored >= x, stored, x, run, f"{name}_bound")
+
+
+def _like(stored: Any, x: Any, run: Trajectory, name: str) -> Any:
+    if stored.dtype != np.float64 or stored.shape != x.shape:
+        raise NotCertifiedError(
+            f"{run.maneuver.name}: {name}: found {stored.shape} of {stored.dtype}, "
+            f"expected {x.shape} of float64"
+        )
+    return np.ascontiguousarray(stored)
+
+
+def _all_hold(kept: Any, stored: Any, x: Any, run: Trajectory, name: str) -> None:
+    if not kept.all():
+        row = int(np.argmin(kept))
+        published, proved = float(stored[row]), float(x[row])
+        raise NotCertifiedError(
+            f"{run.maneuver.name}: {name}, row {row}: published {published!r}, proved {proved!r}"
+        )
+
+
+def _compare_certificate(folder: str | Path, number: int, proof: Proof) -> None:
+    """What certificate.json says of a maneuver: no bound smaller than proved, all else equal."""
+    raw = manifest_file.read_file(folder, CERTIFICATE, manifest_file.read_manifest(folder))
+    try:
+        document = json.loads(raw)
+        published = document["maneuvers"][number - 1]
+    except (ValueError, KeyError, IndexError, TypeError) as e:
+        raise DatasetError(f"{Path(folder) / CERTIFICATE}: is not a certificate ({e})") from None
+    if document.get("statement") != STATEMENT or document.get("trusted") != list(TRUSTED):
+        raise NotCertifiedError(f"{CERTIFICATE}: its statement is not what is proved")
+    _covers(published, _entry(proof), f"{CERTIFICATE}, {proof.name}")
+
+
+def _covers(published: Any, proved: Any, where: str) -> None:
+    """Decimal strings are bounds; everything else must be the same."""
+    if isinstance(proved, dict):
+        if not isinstance(published, dict) or set(published) != set(proved):
+            raise NotCertifiedError(f"{where}: found other entries than {', '.join(proved)}")
+        for key, x in proved.items():
+            _covers(published[key], x, f"{where}, {key}")
+        return
+    bound = _as_bound(proved)
+    if bound is not None and (said := _as_bound(published)) is not None and said >= bound:
+        return
+    if published != proved:
+        raise NotCertifiedError(f"{where}: published {published!r:.80}, proved {proved!r}")
+
+
+def _as_bound(x: Any) -> Fraction | None:
+    try:
+        return Fraction(x) if isinstance(x, str) else None
+    except (ValueError, ZeroDivisionError):
+        return None

@@ -1,0 +1,144 @@
+"""The rows of a table: enclosures of the exact values, and their correct rounding."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from math import inf, nextafter
+
+import flint
+import numpy as np
+from numpy.typing import NDArray
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
+from heyoka_bike.bicycle.equations.initial import initial_state
+from heyoka_bike.bicycle.equations.outputs import energies, unfold
+from heyoka_bike.motion.evaluator import Evaluator, evaluator
+from heyoka_bike.motion.trajectory import Certificate, Trajectory, row_times
+from heyoka_bike.numbers.rounding import Enclosure, decimal_digits, hi_lo
+from heyoka_bike.reference.proof.first_row import exact_columns
+
+TEXT_DIGITS = 50
+EVALUATION_BITS = 64
+"""Bits that evaluation uses beyond those of the run."""
+
+Array = NDArray[np.float64]
+Value = flint.arb | Fraction
+Progress = Callable[[float], None]
+
+
+@dataclass(frozen=True)
+class Rows:
+    """The correctly rounded rows of a maneuver.
+
+    Attributes
+    ----------
+    hi, lo : mapping of str to ndarray, shape (rows,)
+        The binary64 nearest to the exact value, and the binary64 nearest to the rest.
+    bound : mapping of str to ndarray, shape (rows,)
+        Certified bound on abs(exact - (hi + lo)).
+    text : mapping of str to tuple of str
+        The benchmark's columns with 50 significant digits, correctly rounded.
+    """
+
+    hi: Mapping[str, Array]
+    lo: Mapping[str, Array]
+    bound: Mapping[str, Array]
+    text: Mapping[str, tuple[str, ...]]
+
+    @property
+    def scales(self) -> dict[str, float]:
+        """Largest absolute value of each column."""
+        return {name: float(np.abs(x).max()) for name, x in self.hi.items()}
+
+
+def constant_columns(run: Trajectory) -> dict[str, Value]:
+    """Columns whose exact value does not change: the energy, and all of a steady motion.
+
+    The energy follows from the initial state alone.
+    """
+    exact = exact_columns(run.bicycle, run.maneuver)
+    if run.maneuver.is_straight and len(exact) == len(COLUMNS):
+        return dict(exact)
+    if "mechanical_energy" in exact:
+        return {"mechanical_energy": exact["mechanical_energy"]}
+    at = evaluator(run, run.bits + EVALUATION_BITS)
+    k, balls = at.constants, at.balls
+    with balls.precision():
+        state = initial_state(run.bicycle, run.maneuver, k, balls)
+        o, u = unfold(k, balls, state, is_regular=True)
+        e = energies(k, o, u)
+        return {"mechanical_energy": e.potential + e.kinetic}
+
+
+def round_rows(run: Trajectory, certificate: Certificate, progress: Progress | None = None) -> Rows:
+    """Round every entry of the rows.
+
+    Row 0 follows from the initial state in exact arithmetic, as far as it is rational; the others
+    from the candidate and the certified bound on its distance from the exact motion.
+
+    Raises
+    ------
+    UndecidedError
+        Enclosures that do not decide a rounding, named.
+    """
+    at = evaluator(run, run.bits + EVALUATION_BITS, certificate)
+    first = exact_columns(run.bicycle, run.maneuver)
+    constant = constant_columns(run)
+    enclosed = enclose_rows(at, first, constant, progress)
+    hi: dict[str, list[float]] = {c.name: [] for c in COLUMNS}
+    lo: dict[str, list[float]] = {c.name: [] for c in COLUMNS}
+    bound: dict[str, list[float]] = {c.name: [] for c in COLUMNS}
+    for i, row in enumerate(enclosed):
+        for name, x in row.items():
+            a, b = hi_lo(x, f"{run.maneuver.name}: {name}, row {i}")
+            hi[name].append(a)
+            lo[name].append(b)
+            bound[name].append(distance(x, a, b))
+    text = {
+        name: tuple(
+            decimal_digits(row[name], TEXT_DIGITS, f"{run.maneuver.name}: {name}, row {i}")
+            for i, row in enumerate(enclosed)
+        )
+        for name in BENCHMARK_COLUMNS
+    }
+    return Rows(_arrays(hi), _arrays(lo), _arrays(bound), text)
+
+
+def distance(x: Enclosure | Fraction, hi: float, lo: float) -> float:
+    """Upper bound, as binary64, of the distance of an exact number from hi + lo."""
+    stored = Fraction(hi) + Fraction(lo)
+    if isinstance(x, Fraction):
+        return upward(abs(x - stored))
+    unit = Fraction(1, 1 << x.grid)
+    return upward(max(abs(x.low * unit - stored), abs(x.high * unit - stored)))
+
+
+def upward(x: Fraction) -> float:
+    """The smallest binary64 that is not below a nonnegative number."""
+    nearest = x.numerator / x.denominator
+    return nearest if Fraction(nearest) >= x else nextafter(nearest, inf)
+
+
+def enclose_rows(
+    at: Evaluator, first: Mapping[str, Fraction], constant: Mapping[str, Value],
+    progress: Progress | None = None,
+) -> Sequence[dict[str, Enclosure | Fraction]]:  # fmt: skip
+    """Every column of every row as far as it is known: row 0 and constants, then the others."""
+    rows = []
+    with at.balls.precision():
+        for i, t in enumerate(row_times(at.trajectory.maneuver)):
+            row: dict[str, Value] = {**at.columns(t), **constant}
+            if i == 0:
+                row |= first
+            rows.append(
+                {name: x if isinstance(x, Fraction) else Enclosure.of(x) for name, x in row.items()}
+            )
+            if progress is not None:
+                progress(float(t))
+    return rows
+
+
+def _arrays(table: Mapping[str, Sequence[float]]) -> dict[str, Array]:
+    return {name: np.array(values) for name, values in table.items()}

@@ -1,0 +1,129 @@
+"""Sensitivities of the reference: d column / d unknown over time, and the file that holds them.
+
+The unknowns are the 26 parameters of the bicycle and the five numbers of a start. How they are
+computed is in `derivatives`; reading and evaluating needs NumPy and h5py only.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import numpy as np
+from numpy.typing import ArrayLike
+
+from heyoka_bike.bicycle.columns import COLUMNS
+from heyoka_bike.bicycle.parameters import PARAMETERS, STATE_INPUTS
+from heyoka_bike.errors import DatasetError, InputError
+from heyoka_bike.numbers.chebyshev import locate
+from heyoka_bike.numbers.double import Array
+from heyoka_bike.reference import manifest as manifest_file
+from heyoka_bike.reference.layout import SENSITIVITIES
+
+START = ("roll", "steer", "roll_rate", "steer_rate", "speed")
+"""The start: what a maneuver says of the state at t = 0."""
+
+UNKNOWNS: Mapping[str, str] = {
+    **{symbol: p.unit for symbol, p in PARAMETERS.items()},
+    **{f"initial_{key}": STATE_INPUTS[key].unit for key in START},
+}
+"""Unit of each unknown by name: the parameters, then the start."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sensitivity:
+    """Derivatives of the columns of a maneuver, as piecewise Chebyshev polynomials.
+
+    Attributes
+    ----------
+    breaks : ndarray, shape (P + 1,)
+        Ends of the pieces [s], exact.
+    coefficients : mapping of str to ndarray, shape (P, N, U)
+        Of T_0 .. T_(N-1) in x = 2 (t - a) / (b - a) - 1 on the piece [a, b], c_0 not halved, by
+        column; the unknowns in the order of `UNKNOWNS`. Unit of the column over that of the
+        unknown. NaN where a column does not depend smoothly on an unknown.
+    """
+
+    breaks: Array
+    coefficients: Mapping[str, Array]
+
+    def evaluate(self, times: ArrayLike, names: Sequence[str] | None = None) -> Mapping[str, Array]:
+        """Derivatives at some times.
+
+        Parameters
+        ----------
+        times : array_like, shape (n,)
+            [s], within the run.
+        names
+            Columns; by default all.
+
+        Returns
+        -------
+        mapping of str to ndarray, shape (n, U)
+
+        Raises
+        ------
+        InputError
+            A time outside the run.
+        """
+        t = np.asarray(times, dtype=np.float64).ravel()
+        if len(t) and not (t.min() >= self.breaks[0] and t.max() <= self.breaks[-1]):
+            raise InputError(
+                f"time: found {t.min():g} to {t.max():g} s, expected 0 to {self.breaks[-1]:g} s"
+            )
+        piece = locate(self.breaks, (t, np.zeros_like(t)))
+        a, b = self.breaks[piece], self.breaks[piece + 1]
+        x = 2.0 * (t - a) / (b - a) - 1.0
+        orders = next(iter(self.coefficients.values())).shape[1]
+        basis = np.polynomial.chebyshev.chebvander(x, orders - 1)
+        found = {}
+        for name in self.coefficients if names is None else names:
+            coefficients = self.coefficients[name]
+            values = np.empty((len(t), coefficients.shape[2]))
+            for p in np.unique(piece):
+                rows = piece == p
+                values[rows] = basis[rows] @ coefficients[p]
+            found[name] = values
+        return found
+
+
+@dataclass(frozen=True, eq=False)
+class Sensitivities:
+    """Of all maneuvers of a set; ``sensitivities[2]`` is maneuver 2."""
+
+    maneuvers: tuple[Sensitivity, ...]
+
+    def __getitem__(self, number: int) -> Sensitivity:
+        if not 1 <= number <= len(self.maneuvers):
+            raise KeyError(f"found maneuver {number}, expected 1 to {len(self.maneuvers)}")
+        return self.maneuvers[number - 1]
+
+    def __len__(self) -> int:
+        return len(self.maneuvers)
+
+
+def load_sensitivities(folder: str | Path | None = None) -> Sensitivities:
+    """Load the sensitivities of a reference set, by default of the published one.
+
+    Raises
+    ------
+    DatasetError
+        The set has none, or the file is damaged.
+    """
+    where, manifest, raw = manifest_file.load_file(folder, SENSITIVITIES)
+    try:
+        with h5py.File(io.BytesIO(raw), "r") as f:
+            if tuple(json.loads(f.attrs["unknowns"])) != tuple(UNKNOWNS):
+                raise ValueError("other unknowns than this version has")
+            found = []
+            for i in range(1, len(manifest.inputs["maneuvers"]) + 1):
+                group = f[f"maneuver_{i}"]
+                coefficients = {c.name: group[c.name][:] for c in COLUMNS}
+                found.append(Sensitivity(group["breaks"][:], coefficients))
+    except (OSError, KeyError, ValueError) as e:
+        raise DatasetError(f"{where / SENSITIVITIES}: is not a file of sensitivities ({e})") from e
+    return Sensitivities(tuple(found))

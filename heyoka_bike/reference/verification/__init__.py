@@ -1,0 +1,1 @@
+"""Every byte, structure and number of a set, checked without heyoka; and the runs made again."""

@@ -1,0 +1,145 @@
+"""Whether the files of a reference folder are there and whole: the manifest, sizes and hashes."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from heyoka_bike.errors import DatasetError
+from heyoka_bike.reference.manifest import (
+    CUSTOM,
+    DATASET_VERSION,
+    MANIFEST,
+    PUBLISHED_MANIFEST_SHA256,
+    Manifest,
+    read_manifest,
+    sha256,
+)
+from heyoka_bike.reference.verification.checks import Check
+
+_DATA = "uncontrolled-bicycle.h5"
+"""A folder that holds this file is a reference set, whatever is wrong with its manifest."""
+
+
+@dataclass(frozen=True, slots=True)
+class Files:
+    """What there is to look into.
+
+    Attributes
+    ----------
+    manifest : Manifest or None
+        None if it is not usable.
+    data : mapping of str to bytes
+        Contents by name of the files that are what the manifest says.
+    """
+
+    manifest: Manifest | None
+    data: Mapping[str, bytes] = field(default_factory=dict)
+
+
+def check_files(folder: Path, *, is_published: bool = False) -> tuple[Files, list[Check]]:
+    """Compare the files of a folder with its manifest, and the manifest with what is known of it.
+
+    Parameters
+    ----------
+    folder
+    is_published
+        Whether it has to be the published set; else its own manifest says whether it is.
+
+    Raises
+    ------
+    DatasetError
+        The folder cannot be read, or is no reference set at all.
+    """
+    try:
+        present = sorted(os.listdir(folder))
+    except OSError as e:
+        raise DatasetError(f"{folder}: cannot be read: {e.strerror or e}") from None
+    try:
+        manifest = read_manifest(folder)
+        raw = (folder / MANIFEST).read_bytes()
+    except (DatasetError, OSError) as e:
+        if _DATA not in present:
+            raise DatasetError(str(e)) from None
+        return Files(None), [Check("manifest", False, MANIFEST, str(e), {"values": 0})]
+    checks = [_form(raw), _known(manifest, is_published=is_published)]
+    data = {}
+    for name in manifest.files:
+        check, content = _file(folder, name, manifest)
+        checks.append(check)
+        if content is not None:
+            data[name] = content
+    checks.append(_extra(present, manifest))
+    return Files(manifest, data), checks
+
+
+def _form(raw: bytes) -> Check:
+    """The manifest is as `generate` writes it: nothing else could go unnoticed in it."""
+    document = json.loads(raw)
+    expected = ["schema_version", "dataset_version", "content_sha256", "made_by", "inputs", "files"]
+    message, passed = "is written the way 'heyoka-bike generate' writes it", True
+    if list(document) != expected:
+        message = f"found the entries {', '.join(document)}; expected {', '.join(expected)}"
+        passed = False
+    elif raw != (json.dumps(document, indent=2, ensure_ascii=False) + "\n").encode():
+        message, passed = "is not written the way 'heyoka-bike generate' writes it", False
+    elif sorted(names := [str(f["file"]) for f in document["files"]]) != names or len(
+        set(names)
+    ) < len(names):
+        message, passed = "its files are not in order, each once", False
+    return Check("manifest", passed, MANIFEST, message, {"values": len(raw)})
+
+
+def _known(manifest: Manifest, *, is_published: bool) -> Check:
+    """The manifest of a published set is the one whose hash the package knows."""
+    version, found = manifest.dataset_version, manifest.sha256
+    passed, short = True, f"sha256 {found[:12]}..."
+    if found == PUBLISHED_MANIFEST_SHA256:
+        message = f"{short} is that of the published set {version}"
+    elif version == CUSTOM and not is_published:
+        message = f"a set of your own: the package knows no hash to expect (found {short})"
+    else:
+        passed = False
+        message = (
+            f"found {short} of dataset version {version!r:.40}, expected "
+            f"{PUBLISHED_MANIFEST_SHA256[:12]}... of the published set {DATASET_VERSION}"
+        )
+    return Check("manifest_hash", passed, MANIFEST, message, {"values": 1, "sha256": found})
+
+
+def _file(folder: Path, name: str, manifest: Manifest) -> tuple[Check, bytes | None]:
+    """The check of a file, and its contents if they are what the manifest says."""
+    size, digest = manifest.files[name]
+    path = folder / name
+    if path.name != name or name in ("", ".", "..", MANIFEST):
+        message = f"lists the file {name!r:.60}, expected a name inside the folder"
+        return Check("file", False, MANIFEST, message, {"values": 0}), None
+    try:
+        found = path.stat().st_size
+        # The size is looked at first: what is far too long is not read.
+        data = path.read_bytes() if found == size else None
+    except FileNotFoundError:
+        return Check("file", False, name, "is missing", {"values": 0}), None
+    except (OSError, ValueError) as e:
+        message = f"cannot be read: {getattr(e, 'strerror', None) or e}"
+        return Check("file", False, name, message, {"values": 0}), None
+    if data is None:
+        message = f"found {found} bytes, expected {size}"
+        return Check("file", False, name, message, {"values": found}), None
+    if (other := sha256(data)) != digest:
+        message = f"found sha256 {other[:12]}..., expected {digest[:12]}..."
+        return Check("file", False, name, message, {"values": size}), None
+    message = f"sha256 {digest[:12]}... as in the manifest"
+    return Check("file", True, name, message, {"values": size}), data
+
+
+def _extra(present: Sequence[str], manifest: Manifest) -> Check:
+    extra = [name for name in present if name not in manifest.files and name != MANIFEST]
+    message = "no other files"
+    if extra:
+        shown = ", ".join(f"{name!r:.60}" for name in extra[:5])
+        message = f"also there, not part of the set: {shown}" + (", ..." if extra[5:] else "")
+    return Check("other_files", True, MANIFEST, message, {"values": len(extra), "files": extra})

@@ -1,0 +1,146 @@
+"""Whether the whole motion agrees with the reference, with itself and with its bounds.
+
+As in `numbers`, every number is a ball [hi + lo - bound, hi + lo + bound], and what must be equal
+for exact values must overlap.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import flint
+import numpy as np
+
+from heyoka_bike.bicycle.equations.bodies import bodies
+from heyoka_bike.bicycle.equations.configuration import INTEGRALS
+from heyoka_bike.bicycle.equations.constants import constants
+from heyoka_bike.bicycle.equations.whole_motion import NonnegativeRoots, motion_columns
+from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
+from heyoka_bike.motion.trajectory import row_times
+from heyoka_bike.numbers.arithmetic import exact_ball
+from heyoka_bike.numbers.rounding import hi_lo
+from heyoka_bike.reference.layout import HDF5, MOTION
+from heyoka_bike.reference.load import Values
+from heyoka_bike.reference.motion import MotionManeuver
+from heyoka_bike.reference.proof.dense import NODES
+from heyoka_bike.reference.verification import numbers
+from heyoka_bike.reference.verification.checks import Tally
+from heyoka_bike.reference.verification.numbers import BITS, STATE, Stored, holds_zero, stored_ball
+
+NAMES = ("motion_state", "motion_identities", "rolling")
+"""Checks that are made of the whole motion only."""
+
+
+def follows_from_state(x: Stored, m: MotionManeuver) -> list[Tally]:
+    """Every column of a row follows from the state in the reference's row, and the integrals."""
+    tally = Tally("motion_state", MOTION)
+    times = np.array([hi_lo(t, "time") for t in row_times(x.maneuver)])
+    if times[:, 0].tobytes() != m.time.tobytes() or times[:, 1].tobytes() != m.time_lo.tobytes():
+        tally.fail(f"{x.maneuver.name}: its times are not the multiples of the spacing")
+    balls = NonnegativeRoots(BITS)
+    with balls.precision():
+        k, b = constants(x.bicycle, balls), bodies(x.bicycle, balls)
+        for i in range(x.maneuver.rows):
+            row = {name: stored_ball(x.reference.rows, name, i) for name in STATE}
+            *angles_and_rates, speed, yaw = (row[name] for name in STATE)
+            integrals = (stored_ball(m.rows, name, i) for name in INTEGRALS)
+            state = [*angles_and_rates, speed / k.length, yaw, *integrals]
+            found = motion_columns(k, b, balls, state, is_regular=True)
+            for name, value in found.items():
+                off = value - stored_ball(m.rows, name, i)
+                tally.values += 1
+                tally.largest = max(tally.largest, abs(float(off.mid())) / (m.scale(name) or 1.0))
+                if not holds_zero(off):
+                    tally.fail(
+                        f"{x.at(name, i)}: differs by {float(off.mid()):.2g} {m.units[name]} from "
+                        f"what the state in {HDF5} gives"
+                    )
+    return [tally]
+
+
+def identities(x: Stored, m: MotionManeuver) -> list[Tally]:
+    """Unit quaternions, and wheels whose lowest points are the contact points on the floor."""
+    tally = Tally("motion_identities", MOTION)
+    for i in range(x.maneuver.rows):
+        with flint.ctx.workprec(BITS):
+            at = {c.name: stored_ball(m.rows, c.name, i) for c in MOTION_COLUMNS}
+            found = {}
+            for end, radius in (("rear", x.bicycle["rR"]), ("front", x.bicycle["rF"])):
+                a, *v = (at[f"{end}_frame_q{j}"] for j in range(4))
+                found[f"{end} quaternion"] = a * a + sum(c * c for c in v) - 1
+                # Of the axle, and how far the wheel's plane is from the vertical.
+                axle = [at[f"{end}_frame_r{j}2"] for j in (1, 2, 3)]
+                arm = exact_ball(radius.rational) / (1 - axle[2] * axle[2]).sqrt()
+                down = [-axle[2] * axle[0], -axle[2] * axle[1], 1 - axle[2] * axle[2]]
+                hub = [at[f"{end}_hub_{axis}"] for axis in "xyz"]
+                contact = [at[f"{end}_contact_x"], at[f"{end}_contact_y"], flint.arb(0)]
+                for axis, h, d, c in zip("xyz", hub, down, contact, strict=True):
+                    found[f"{end} wheel, {axis} of its lowest point"] = h + arm * d - c
+        for what, off in found.items():
+            tally.values += 1
+            tally.largest = max(tally.largest, abs(float(off.mid())))
+            if not holds_zero(off):
+                tally.fail(f"{x.at(what, i)}: off by {float(off.mid()):.2g}")
+    return [tally]
+
+
+def rolling(x: Stored, m: MotionManeuver) -> list[Tally]:
+    """The integrals' dense output changes at the rates that the reference has at its rows.
+
+    A polynomial of degree n that is off by B over a piece of length h has, by Markov's inequality,
+    a derivative off by at most 2 n^2 B / h; what is off here is nearly one.
+    """
+    tally = Tally("rolling", MOTION)
+    breaks = [Fraction(float(t)) for t in m.breaks]
+    rows = x.reference.rows
+    with flint.ctx.workprec(BITS):
+        radius = exact_ball(x.bicycle["rR"].rational)
+        pieces: dict[int, dict[str, flint.arb_poly]] = {}
+        piece = 0
+        for i, t in enumerate(row_times(x.maneuver)):
+            while piece < len(breaks) - 2 and breaks[piece + 1] <= t:
+                piece += 1
+            a, b = breaks[piece], breaks[piece + 1]
+            if piece not in pieces:
+                pieces = {piece: {n: _derivative(m.dense, n, piece) for n in _ROLLING}}
+            speed = stored_ball(rows, "forward_speed_contact", i)
+            yaw = stored_ball(rows, "yaw", i)
+            turning = stored_ball(rows, "forward_speed_wheel_spin", i) / radius
+            rates = (speed * yaw.cos(), speed * yaw.sin(), -turning)
+            for name, rate in zip(_ROLLING, rates, strict=True):
+                slope = pieces[piece][name](exact_ball((2 * t - a - b) / (b - a)))
+                off = slope * 2 / exact_ball(b - a) - rate
+                allowed = 2 * NODES**2 * float(m.dense.bound[name][piece]) / exact_ball(b - a)
+                tally.values += 1
+                tally.largest = max(tally.largest, abs(float(off.mid())))
+                if not abs(off).lower() <= allowed:
+                    tally.fail(
+                        f"{x.at(f'dense {name}', i)}: its rate is {float(off.mid()):.2g} "
+                        f"{m.units[name]} s-1 off that of the reference"
+                    )
+    return [tally]
+
+
+_ROLLING = INTEGRALS[:3]
+"""The integrals whose rates are columns of the reference, up to a factor."""
+
+
+def _derivative(dense: Values, name: str, piece: int) -> flint.arb_poly:
+    """The derivative by the argument of a Chebyshev piece."""
+    x = flint.arb_poly([0, 1])
+    t = [flint.arb_poly([1]), x]
+    while len(t) < NODES:
+        t.append(2 * x * t[-1] - t[-2])
+    total = flint.arb_poly([])
+    for order, polynomial in enumerate(t):
+        c = flint.arb(float(dense.hi[name][piece, order])) + float(dense.lo[name][piece, order])
+        total += c * polynomial
+    return total.derivative()
+
+
+def dense(x: Stored, m: MotionManeuver) -> list[Tally]:
+    """The dense output: its value at the rows, and how its pieces join."""
+    return numbers.dense(Stored(x.number, x.bicycle, x.maneuver, m), MOTION)
+
+
+CHECKS = (follows_from_state, identities, rolling, dense)

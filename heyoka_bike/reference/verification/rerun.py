@@ -1,0 +1,195 @@
+"""Integrating a reference set again, and counting the digits in which it comes out the same.
+
+Every column is compared at every row with the finest published number of it: the text of 50 digits,
+or hi + lo where there is no such text, and with the trajectory in candidate.h5, which has some 65.
+
+How many digits must agree follows from the certificate, which bounds what a run of p bits is off
+by some B. Truncation and roundoff of a Taylor integration are proportional to 2^-p, and what the
+motion makes of them does not depend on p, so a run of q bits is expected within 2^(p - q) B. This
+is no proof, only the published run is certified. States of that uncertainty are evaluated as balls;
+each must overlap the published number and its bound.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from math import inf, log10
+
+import flint
+
+from heyoka_bike.motion.evaluator import evaluator
+from heyoka_bike.motion.expressions import require_heyoka
+from heyoka_bike.motion.integrate import integrate
+from heyoka_bike.motion.trajectory import Certificate, Trajectory, row_times
+from heyoka_bike.numbers.arithmetic import exact_ball
+from heyoka_bike.numbers.precision import MAX_DIGITS, Precision
+from heyoka_bike.reference.layout import HDF5
+from heyoka_bike.reference.verification.checks import Check, Tally
+from heyoka_bike.reference.verification.numbers import (
+    Stored,
+    certificate_of,
+    half_unit,
+    stored_ball,
+)
+from heyoka_bike.reference.verification.schema import Text
+from heyoka_bike.reference.verification.verify import Part
+from heyoka_bike.system.parallel import progress_bars, side_by_side
+
+QUICK: tuple[str | int, ...] = ("binary128", 40)
+"""Precisions of a quick rerun."""
+MORE_DIGITS = 20
+"""By which the second of a full rerun is longer than the set's own."""
+
+_SHARES = {"integrate": 0.9, "compare": 0.1}
+_GUARD_BITS = 64  # of evaluation, beyond the longer of the two runs
+
+
+@dataclass(frozen=True, slots=True)
+class Agreement:
+    """How a rerun of a maneuver compares with what is published.
+
+    Attributes
+    ----------
+    maneuver, precision : str
+    published, candidate : mapping of str to float
+        Agreeing digits by column: -log10 of the largest difference over the rows, relative to the
+        largest value of the column; at most the digits of the shorter of the two runs.
+    promised : mapping of str to float
+        Digits that have to agree with what is published.
+    tally : Tally
+        Values compared, and those that are farther apart than they can be.
+    steps : int
+    seconds : float
+        Wall time of the integration.
+    """
+
+    maneuver: str
+    precision: str
+    published: Mapping[str, float]
+    candidate: Mapping[str, float]
+    promised: Mapping[str, float]
+    tally: Tally
+    steps: int
+    seconds: float
+
+    def check(self) -> Check:
+        """The agreement as a check."""
+        worst = min(self.published, key=self.published.__getitem__)
+        message = (
+            f"{self.maneuver}, {self.precision}: {self.published[worst]:.1f} digits of {worst} "
+            f"agree, {min(self.candidate.values()):.1f} with the candidate"
+        )
+        return self.tally.done(
+            message, maneuver=self.maneuver, precision=self.precision, steps=self.steps,
+            seconds=round(self.seconds, 3), digits=dict(self.published),
+            digits_of_candidate=dict(self.candidate), digits_promised=dict(self.promised),
+        )  # fmt: skip
+
+
+def rerun(parts: Sequence[Part], *, is_quick: bool = False) -> list[Agreement]:
+    """Integrate the maneuvers of a whole set again, at two precisions each, side by side.
+
+    Raises
+    ------
+    MissingPackageError
+        heyoka is not installed.
+    """
+    require_heyoka()
+    jobs = []
+    for part in parts:
+        assert part.stored is not None
+        assert part.run is not None
+        assert part.entry is not None
+        certificate = certificate_of(part.run, part.entry)
+        jobs += [
+            (part.stored, part.run, certificate, part.long_text, precision)
+            for precision in precisions(part.run, is_quick=is_quick)
+        ]
+    names = [f"{stored.maneuver.name}, {p.name}" for stored, _, _, _, p in jobs]
+    durations = [float(stored.maneuver.duration) for stored, *_ in jobs]
+    with progress_bars(names, durations, _SHARES) as report:
+        return side_by_side(agreement, jobs, report)
+
+
+def precisions(run: Trajectory, *, is_quick: bool) -> tuple[Precision, ...]:
+    """The precisions in which a maneuver is integrated again."""
+    if is_quick:
+        return tuple(map(Precision.of, QUICK))
+    digits = int(run.precision.split()[0])
+    more = min(digits + MORE_DIGITS, MAX_DIGITS)
+    return Precision.of(digits), Precision.of(more)
+
+
+def agreement(
+    stored: Stored, run: Trajectory, certificate: Certificate, text: Text | None,
+    precision: Precision, progress: Callable[[str, float], None],
+) -> Agreement:  # fmt: skip
+    """Integrate a maneuver and compare it with what is published."""
+    start = time.perf_counter()
+    again = integrate(
+        run.bicycle, run.maneuver, precision, progress=lambda t: progress("integrate", t)
+    )
+    seconds = time.perf_counter() - start
+    bits = max(run.bits, again.bits) + _GUARD_BITS
+    at_run, at_again = evaluator(run, bits), evaluator(again, bits)
+    around = evaluator(again, bits, _may_be_off(certificate, run, again))
+    names = stored.reference.columns
+    off = {kind: dict.fromkeys(names, 0.0) for kind in ("published", "candidate", "allowed")}
+    tally = Tally("rerun", HDF5)
+    with at_run.balls.precision():
+        for i, t in enumerate(row_times(run.maneuver)):
+            found, ball, candidate = at_again.columns(t), around.columns(t), at_run.columns(t)
+            for name in names:
+                published = _published(stored, text, name, i)
+                _widen(off["allowed"], name, ball[name].rad() + published.rad())
+                for kind, number in (("published", published), ("candidate", candidate[name])):
+                    tally.values += 1
+                    apart = found[name] - number
+                    _widen(off[kind], name, apart.mid())
+                    if not ball[name].is_finite() or not ball[name].overlaps(number):
+                        tally.fail(
+                            f"{stored.at(name, i)}: {precision.name}: {float(apart.mid()):.2g} "
+                            f"from the {kind} value, expected at most "
+                            f"{float(ball[name].rad() + number.rad()):.2g}"
+                        )
+            progress("compare", float(t))
+    most = min(run.bits, again.bits) * log10(2)
+    digits = {
+        kind: {name: min(_digits(x, stored.scale(name)), most) for name, x in worst.items()}
+        for kind, worst in off.items()
+    }
+    return Agreement(
+        maneuver=stored.maneuver.name, precision=precision.name, published=digits["published"],
+        candidate=digits["candidate"], promised=digits["allowed"], tally=tally,
+        steps=again.steps, seconds=seconds,
+    )  # fmt: skip
+
+
+def _may_be_off(certificate: Certificate, run: Trajectory, again: Trajectory) -> Certificate:
+    """What a run of other precision may be off the published one, which the certificate bounds.
+
+    The bound over the whole time, for all states alike: the other run has steps, and maybe states,
+    of its own.
+    """
+    worst = certificate.worst * (1 + Fraction(2) ** (run.bits - again.bits))
+    bounds = (worst,) * len(again.states)
+    return Certificate(again.states, (bounds,) * again.steps, bounds)
+
+
+def _published(stored: Stored, text: Text | None, name: str, row: int) -> flint.arb:
+    """The finest published number of a value, with its bound."""
+    if text is None or (stored.number, name) not in text.columns:
+        return stored_ball(stored.reference.rows, name, row)
+    token = text.columns[stored.number, name][row]
+    return flint.arb(exact_ball(Fraction(token)), exact_ball(half_unit(token)).upper())
+
+
+def _widen(worst: dict[str, float], name: str, x: flint.arb) -> None:
+    worst[name] = max(worst[name], abs(float(x)))
+
+
+def _digits(error: float, scale: float) -> float:
+    return -log10(error / scale) if error else inf

@@ -1,0 +1,472 @@
+"""Whether the files of a reference folder are built as docs/files.md says, before they are used.
+
+Every function yields problems, each in words. They take bytes, of which nothing is believed but
+that they are what the manifest says; shapes are compared before anything is read.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import h5py
+import numpy as np
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS, Column
+from heyoka_bike.bicycle.equations.kinematics import state_names
+from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
+from heyoka_bike.bicycle.parameters import STATE_INPUTS, Maneuver
+from heyoka_bike.numbers.precision import Precision
+from heyoka_bike.reference.layout import TEXT, TEXT_50, content_of_file, content_sha256
+from heyoka_bike.reference.making.hdf5_groups import Described
+from heyoka_bike.reference.manifest import Manifest, values_version
+from heyoka_bike.reference.proof.certificate_file import STATEMENT, TRUSTED
+from heyoka_bike.reference.proof.dense import NODES
+from heyoka_bike.reference.proof.rows import TEXT_DIGITS
+from heyoka_bike.reference.sensitivities import UNKNOWNS
+
+DAMAGE = (
+    OSError, ArithmeticError, AttributeError, LookupError, MemoryError, RuntimeError, TypeError,
+    ValueError,
+)  # fmt: skip
+"""What h5py, json and the rest raise for bytes that are not what they should be: nearly all."""
+
+# Sensitivities are multiples of 2^-50 of their scale, rounded up to a power of two: three of them.
+_GRID = 3 * 2.0**-50
+
+# Set by HDF5's dimension scales.
+_SCALE_ATTRIBUTES = {"CLASS", "NAME", "REFERENCE_LIST", "DIMENSION_LIST"}
+_FIXED_TEXT = {"title", "comment"}
+_NUMBER_50 = re.compile(rf"-?[1-9]\.[0-9]{{{TEXT_DIGITS - 1}}}e[+-](0|[1-9][0-9]*)|0")
+_ENTRY = (
+    "maneuver", "steps", "entries", "ambiguous", "bound", "bound_end", "state_bounds",
+    "dense_relative_bounds",
+)  # fmt: skip
+_STATES = {
+    form: [*state_names(is_regular), "yaw"]
+    for form, is_regular in (("few_products", False), ("regular", True))
+}
+"""Variables of the candidate by the form of the equations."""
+_BOUND = re.compile(r"[0-9](\.[0-9]+)?e[+-]?[0-9]{1,5}|0(e[+-]?[0-9]{1,5})?")
+_TIME = re.compile(r"(0|[1-9][0-9]*)(\.[0-9]*[1-9])?")
+
+
+@dataclass(frozen=True, slots=True)
+class TextFile:
+    """One of the text files of a set.
+
+    Attributes
+    ----------
+    name : str
+    numbers : tuple of int
+        The maneuvers it holds, from 1.
+    is_long : bool
+        Whether its numbers have 50 digits.
+    """
+
+    name: str
+    numbers: tuple[int, ...]
+    is_long: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Text:
+    """A text file: its numbers as they are written, by maneuver and column."""
+
+    file: TextFile
+    columns: Mapping[tuple[int, str], tuple[str, ...]]
+
+
+class _UnusableError(Exception):
+    """A problem after which there is no use in looking further; its text says which."""
+
+
+def problems_of(look: Callable[..., Iterator[str]], *arguments: Any) -> list[str]:
+    """The problems that are found, or that the file cannot be read."""
+    found: list[str] = []
+    try:
+        found.extend(look(*arguments))
+    except _UnusableError as e:
+        found.append(str(e))
+    except DAMAGE as e:
+        found.append(f"cannot be read ({type(e).__name__}: {' '.join(str(e).split()):.200})")
+    return found
+
+
+def text_files(maneuvers: Sequence[Maneuver]) -> tuple[TextFile, ...]:
+    """The text files of a set: for all maneuvers, or one for each that has its own time grid."""
+    numbers = tuple(range(1, len(maneuvers) + 1))
+    both = ((TEXT, False), (TEXT_50, True))
+    if len({(m.rows, m.spacing) for m in maneuvers}) == 1:
+        return tuple(TextFile(name, numbers, is_long) for name, is_long in both)
+    return tuple(
+        TextFile(f"-{i}.".join(name.rsplit(".", 1)), (i,), is_long)
+        for name, is_long in both
+        for i in numbers
+    )
+
+
+def of_hdf5(raw: bytes, manifest: Manifest, maneuvers: Sequence[Maneuver]) -> Iterator[str]:
+    """Problems of the file of rows and dense output."""
+    with h5py.File(io.BytesIO(raw), "r") as f:
+        expected = {
+            "Conventions": "CF-1.8",
+            "dataset_version": values_version(manifest.dataset_version),
+            "content_sha256": manifest.content_sha256,
+        }
+        yield from _tables(f, expected, COLUMNS, COLUMNS, manifest, maneuvers)
+
+
+def of_motion(raw: bytes, manifest: Manifest, maneuvers: Sequence[Maneuver]) -> Iterator[str]:
+    """Problems of the file of the whole motion; its hash must be that of its numbers."""
+    dense = [c for c in MOTION_COLUMNS if c.is_dense]
+    with h5py.File(io.BytesIO(raw), "r") as f:
+        expected = {"Conventions": "CF-1.8", "content_sha256": content_of_file(f)}
+        yield from _tables(f, expected, MOTION_COLUMNS, dense, manifest, maneuvers)
+
+
+def _tables(
+    f: h5py.File, attributes: Mapping[str, str], columns: Sequence[Described],
+    dense: Sequence[Described], manifest: Manifest, maneuvers: Sequence[Maneuver],
+) -> Iterator[str]:  # fmt: skip
+    """Problems of a file of rows and dense output."""
+
+    def table(group: Any, maneuver: Maneuver, inputs: Mapping[str, Any]) -> Iterator[str]:
+        yield from _attributes(group, inputs, set())
+        yield from _rows(group, maneuver.rows, columns)
+        yield from _dense(group["dense"], dense)
+
+    yield from _groups(f, attributes, table, manifest, maneuvers)
+
+
+def _groups(
+    f: h5py.File, attributes: Mapping[str, str], look: Callable[..., Iterator[str]],
+    manifest: Manifest, maneuvers: Sequence[Maneuver],
+) -> Iterator[str]:  # fmt: skip
+    """Problems of a file that has a group for each maneuver, each of which `look` looks at."""
+    bicycle = manifest.inputs["bicycle"]
+    expected = {
+        **attributes,
+        "bicycle": bicycle["name"],
+        "parameters": json.dumps(bicycle["parameters"]),
+    }
+    yield from _attributes(f, expected, _FIXED_TEXT)
+    groups = [f"maneuver_{i}" for i in range(1, len(maneuvers) + 1)]
+    yield from _names(f, groups)
+    if set(f) != set(groups):
+        return
+    for group, maneuver, inputs in zip(
+        groups, maneuvers, manifest.inputs["maneuvers"], strict=True
+    ):
+        yield from look(f[group], maneuver, inputs)
+
+
+def content_differs(raw: bytes, manifest: Manifest, _: Sequence[Maneuver]) -> Iterator[str]:
+    """A content_sha256 that is not that of the numbers."""
+    with h5py.File(io.BytesIO(raw), "r") as f:
+        found = content_of_file(f)
+    if found != manifest.content_sha256:
+        yield (
+            f"the numbers have content_sha256 {found[:12]}..., the manifest says "
+            f"{manifest.content_sha256:.12}..."
+        )
+
+
+def _rows(group: Any, rows: int, columns: Sequence[Described]) -> Iterator[str]:
+    scale = group["time"]
+    suffixes = ("", "_lo", "_bound")
+    yield from _names(group, ["time", "time_lo", "dense", *_stored(columns, suffixes)])
+    described = {"units": "s", "long_name": "time", "axis": "T"}
+    yield from _dataset(scale, "f8", (rows,), described, {"definition"})
+    described = {"units": "s", "long_name": "time, low part"}
+    yield from _dataset(group["time_lo"], "f8", (rows,), described, {"definition"}, [scale])
+    for column in columns:
+        for suffix in suffixes:
+            dataset = group[column.name + suffix]
+            described, also = _described(column, suffix)
+            yield from _dataset(dataset, "f8", (rows,), described, also, [scale])
+        if (group[f"{column.name}_bound"][:] < 0).any():
+            yield f"{group.name}/{column.name}_bound: found a negative bound"
+
+
+def _described(column: Described, suffix: str) -> tuple[dict[str, str], set[str]]:
+    """Attributes of a dataset of rows, and those of which only the name is known."""
+    low = {"": "", "_lo": ", low part", "_bound": ", certified bound"}[suffix]
+    described = {"units": column.unit, "long_name": column.long_name + low}
+    if suffix:
+        return described, {"definition"}
+    described["definition"] = column.meaning
+    if isinstance(column, Column):
+        described["definition_name"] = column.definition
+    if column.positive:
+        described["positive"] = column.positive
+    return described, set()
+
+
+def _dense(group: Any, columns: Sequence[Described]) -> Iterator[str]:
+    stored = _stored(columns, ("", "_lo", "_bound"))
+    yield from _names(group, ["breaks", "piece", "order", *stored])
+    yield from _attributes(group, {}, {"comment"})
+    breaks, piece, order = (group[name] for name in ("breaks", "piece", "order"))
+    pieces = max(breaks.size - 1, 1)
+    described = {"units": "s", "long_name": "ends of the pieces"}
+    yield from _dataset(breaks, "f8", (pieces + 1,), described, {"definition"})
+    yield from _dataset(piece, "i4", (pieces,), {}, set())
+    yield from _dataset(order, "i4", (NODES,), {}, set())
+    for index in (piece, order):
+        if not np.array_equal(index[:], np.arange(index.size)):
+            yield f"{index.name}: found other numbers than 0, 1, 2, ..."
+    times = breaks[:]
+    if times[0] != 0 or not (np.diff(times) > 0).all():
+        yield f"{breaks.name}: the breaks do not increase from 0"
+    for column in columns:
+        for suffix, low in (("", ""), ("_lo", ", low part")):
+            described = {
+                "units": column.unit,
+                "long_name": f"{column.long_name}, Chebyshev coefficients{low}",
+                "definition": column.meaning,
+            }
+            dataset = group[column.name + suffix]
+            yield from _dataset(dataset, "f8", (pieces, NODES), described, set(), [piece, order])
+        described = {"units": column.unit, "long_name": f"{column.long_name}, certified bound"}
+        bound = group[f"{column.name}_bound"]
+        yield from _dataset(bound, "f8", (pieces,), described, {"definition"}, [piece])
+        if (bound[:] < 0).any():
+            yield f"{bound.name}: found a negative bound"
+
+
+def _stored(columns: Sequence[Described], suffixes: Sequence[str]) -> list[str]:
+    return [column.name + suffix for column in columns for suffix in suffixes]
+
+
+def _names(group: Any, expected: Sequence[str]) -> Iterator[str]:
+    """Members that are missing, or of which nothing is said."""
+    found = set(group)
+    for name in expected:
+        if name not in found:
+            yield f"{group.name}: has no {name}"
+    for name in sorted(found - set(expected)):
+        yield f"{group.name}: has {name!r:.60}, which is not part of a set"
+
+
+def _dataset(
+    dataset: Any, kind: str, shape: tuple[int, ...], attributes: Mapping[str, str],
+    also: set[str], scales: Sequence[Any] = (),
+) -> Iterator[str]:  # fmt: skip
+    """Problems of a dataset: type, shape, attributes, dimension scales, numbers not finite."""
+    if dataset.dtype != np.dtype(f"<{kind}") or dataset.shape != shape:
+        raise _UnusableError(
+            f"{dataset.name}: found {dataset.shape} of {dataset.dtype}, expected {shape} of "
+            f"{np.dtype(f'<{kind}')}"
+        )
+    yield from _attributes(dataset, attributes, also)
+    for axis, scale in enumerate(scales):
+        attached = dataset.dims[axis].values()
+        if len(attached) != 1 or attached[0] != scale:
+            yield f"{dataset.name}: axis {axis} does not have the scale {scale.name}"
+    values = dataset[:]
+    if not np.isfinite(values).all():
+        yield f"{dataset.name}: found a number that is not finite"
+
+
+def _attributes(item: Any, expected: Mapping[str, Any], also: set[str]) -> Iterator[str]:
+    """Attributes that are missing, not known, or say something else; of `also` only the names."""
+    found = {name: item.attrs[name] for name in item.attrs if name not in _SCALE_ATTRIBUTES}
+    for name in sorted(found.keys() | expected.keys() | also):
+        if name not in found:
+            yield f"{item.name}: has no attribute {name}"
+        elif name not in expected and name not in also:
+            yield f"{item.name}: has the attribute {name!r:.60}, which is not part of a set"
+        elif name in also and not (isinstance(found[name], str) and found[name].isprintable()):
+            yield f"{item.name}: attribute {name} is not a line of text"
+        elif name in expected and not _same(found[name], expected[name]):
+            yield (
+                f"{item.name}: attribute {name}: found {found[name]!r:.80}, "
+                f"expected {expected[name]!r:.80}"
+            )
+
+
+def _same(found: Any, expected: Any) -> bool:
+    return isinstance(found, str) and found == expected
+
+
+def of_candidate(raw: bytes, manifest: Manifest, maneuvers: Sequence[Maneuver]) -> Iterator[str]:
+    """Problems of the file of trajectories."""
+    with h5py.File(io.BytesIO(raw), "r") as f:
+        yield from _groups(f, {}, _trajectory, manifest, maneuvers)
+
+
+def _trajectory(group: Any, maneuver: Maneuver, inputs: Mapping[str, Any]) -> Iterator[str]:
+    yield from _names(group, ["breaks", "coefficients"])
+    numbers = ("grid", "taylor_order", "precision_bits")
+    yield from _names_of_attributes(
+        group, ["name", *STATE_INPUTS, "states", "form", "precision", *numbers]
+    )
+    for name, text in inputs.items():
+        if not _same(group.attrs[name], text):
+            yield (
+                f"{group.name}: attribute {name}: found {group.attrs[name]!r:.80}, "
+                f"expected {text!r:.80}"
+            )
+    form = group.attrs["form"]
+    if form not in _STATES:
+        yield (
+            f"{group.name}: attribute form: found {form!r:.80}, "
+            f"expected one of {', '.join(_STATES)}"
+        )
+    elif json.loads(group.attrs["states"]) != _STATES[form]:
+        yield f"{group.name}: attribute states: found other variables than those of {form}"
+    grid, order, bits = (int(group.attrs[name]) for name in numbers)
+    if Precision.of(str(group.attrs["precision"]).split()[0]).bits != bits:
+        yield f"{group.name}: {group.attrs['precision']!r:.80} do not have {bits} bits"
+    if not bits <= grid <= 2 * bits:
+        yield f"{group.name}: attribute grid: found {grid}, expected {bits} or somewhat more"
+    breaks, coefficients = group["breaks"], group["coefficients"]
+    pieces = max(breaks.size - 1, 1)
+    yield from _dataset(breaks, "f8", (pieces + 1,), {}, set())
+    width = coefficients.shape[-1]
+    # A state of more than 2^64 would be no motion of a bicycle.
+    if width > (grid + 64) // 8 + 1:
+        raise _UnusableError(f"{coefficients.name} has integers of {width} bytes")
+    yield from _dataset(coefficients, "u1", (pieces, 7, order + 1, width), {}, set())
+    times = breaks[:]
+    if times[0] != 0 or not (np.diff(times) > 0).all() or times[-1] < maneuver.duration:
+        yield f"{breaks.name}: do not increase from 0 to {float(maneuver.duration):g} s"
+
+
+def _names_of_attributes(item: Any, expected: Sequence[str]) -> Iterator[str]:
+    for name in sorted(set(item.attrs) ^ set(expected)):
+        has = "has no attribute" if name in expected else "has the unknown attribute"
+        yield f"{item.name}: {has} {name!r:.60}"
+
+
+def of_sensitivities(
+    raw: bytes, manifest: Manifest, maneuvers: Sequence[Maneuver]
+) -> Iterator[str]:
+    """Problems of the file of sensitivities: the structure, the hash, and sums of the energies."""
+    parts: dict[str, dict[str, Any]] = {}
+    with h5py.File(io.BytesIO(raw), "r") as f:
+        yield from _names(f, [f"maneuver_{i}" for i in range(1, len(maneuvers) + 1)])
+        expected = json.dumps(manifest.inputs["bicycle"]["parameters"])
+        if f.attrs["parameters"] != expected:
+            yield f"attribute parameters: found {f.attrs['parameters']!r:.80}"
+        if json.loads(f.attrs["unknowns"]) != list(UNKNOWNS):
+            yield f"attribute unknowns: expected {', '.join(UNKNOWNS)}"
+        for i, inputs in enumerate(manifest.inputs["maneuvers"], start=1):
+            group = f[f"maneuver_{i}"]
+            yield from _names(group, ["breaks", *(column.name for column in COLUMNS)])
+            for name, text in inputs.items():
+                if not _same(group.attrs[name], text):
+                    yield f"{group.name}: attribute {name}: found {group.attrs[name]!r:.80}"
+            pieces = group["breaks"].size - 1
+            yield from _dataset(group["breaks"], "f8", (pieces + 1,), {"units": "s"}, set())
+            for column in COLUMNS:
+                dataset = group[column.name]
+                shape = (pieces, *dataset.shape[1:2], len(UNKNOWNS))
+                if dataset.dtype != np.dtype("<f8") or dataset.shape != shape:
+                    yield f"{dataset.name}: found {dataset.shape}, expected {shape} of binary64"
+                elif np.isinf(dataset[:]).any():
+                    yield f"{dataset.name}: found a number that is not finite"
+            parts[f"maneuver_{i}"] = {name: group[name][:] for name in group}
+            kept = parts[f"maneuver_{i}"]
+            energies = [kept[f"{name}_energy"] for name in ("potential", "kinetic", "mechanical")]
+            size = max(float(np.nanmax(np.abs(e), initial=0.0)) for e in energies)
+            difference = np.abs(energies[0] + energies[1] - energies[2])
+            if float(np.nanmax(difference, initial=0.0)) > _GRID * size:
+                yield f"{group.name}: derivatives of the energies do not add up"
+        if f.attrs["content_sha256"] != content_sha256(parts):
+            yield "attribute content_sha256: is not that of the numbers"
+
+
+def of_certificate(raw: bytes, manifest: Manifest, maneuvers: Sequence[Maneuver]) -> Iterator[str]:
+    """Problems of the certificate, apart from what its numbers say."""
+    document = json.loads(raw)
+    parts = ["schema_version", "statement", "inputs", "maneuvers", "trusted", "software"]
+    if list(document) != parts:
+        yield f"found the entries {', '.join(document)}; expected {', '.join(parts)}"
+        return
+    if document["schema_version"] != 1:
+        yield f"found schema version {document['schema_version']!r:.20}, expected 1"
+    if document["statement"] != STATEMENT or document["trusted"] != list(TRUSTED):
+        yield "its statement, or what is trusted, is not what is proved"
+    if document["inputs"] != manifest.inputs:
+        yield "its inputs are not those of the manifest"
+    if raw != (json.dumps(document, indent=2, ensure_ascii=False) + "\n").encode():
+        yield "is not written the way 'heyoka-bike generate' writes it"
+    if set(document["software"]) != {"flint", "python-flint"}:
+        yield "does not name the versions of flint and python-flint"
+    entries = document["maneuvers"]
+    if len(entries) != len(maneuvers):
+        yield f"found {len(entries)} maneuvers, expected {len(maneuvers)}"
+    for entry, maneuver in zip(entries, maneuvers, strict=False):
+        if list(entry) != list(_ENTRY):
+            raise _UnusableError(f"{maneuver.name}: expected the entries {', '.join(_ENTRY)}")
+        if list(entry["state_bounds"]) not in _STATES.values():
+            raise _UnusableError(f"{maneuver.name}: has other state variables than a candidate")
+        if list(entry["dense_relative_bounds"]) != [column.name for column in COLUMNS]:
+            raise _UnusableError(f"{maneuver.name}: has other columns than a set")
+        for key, bounds in (
+            *entry["state_bounds"].items(), ("dense", entry["dense_relative_bounds"]),
+            ("bound", {key: entry[key] for key in ("bound", "bound_end")}),
+        ):  # fmt: skip
+            for x in bounds.values():
+                if not _BOUND.fullmatch(x):
+                    raise _UnusableError(f"{maneuver.name}: {key}: found {x!r:.40} for a bound")
+
+
+def of_text(
+    raw: bytes, _: Manifest, maneuvers: Sequence[Maneuver], *, file: TextFile
+) -> Iterator[str]:
+    """Problems of a text file: lines, fields, the form of the numbers, the times."""
+    maneuver = maneuvers[file.numbers[0] - 1]
+    lines = raw.decode("ascii").split("\n")
+    if lines.pop() != "" or len(lines) != maneuver.rows:
+        yield f"found {len(lines)} lines, expected {maneuver.rows}, each of them ended"
+        return
+    count = 1 + len(BENCHMARK_COLUMNS) * len(file.numbers)
+    is_number = _has_50_digits if file.is_long else _has_17_digits
+    for i, line in enumerate(lines):
+        fields = line.split(" ")
+        if len(fields) != count:
+            yield f"line {i + 1}: found {len(fields)} fields, expected {count}"
+        elif not _is_time(fields[0], maneuver.time(i)):
+            expected = float(maneuver.time(i))
+            yield f"line {i + 1}: found time {fields[0]:.60} s, expected {expected:.17g} s"
+        elif wrong := [x for x in fields[1:] if not is_number(x)]:
+            yield f"line {i + 1}: found {wrong[0]!r:.80}, expected a number of the format"
+
+
+def _is_time(text: str, t: Fraction) -> bool:
+    """The shortest decimal that is exactly the time, or its first digits if there is none."""
+    if not _TIME.fullmatch(text):
+        return False
+    return abs(Fraction(text) - t) <= (t / 10**TEXT_DIGITS if _is_endless(t) else 0)
+
+
+def _is_endless(t: Fraction) -> bool:
+    denominator = t.denominator
+    for p in (2, 5):
+        while denominator % p == 0:
+            denominator //= p
+    return denominator != 1
+
+
+def _has_50_digits(text: str) -> bool:
+    return _NUMBER_50.fullmatch(text) is not None
+
+
+def _has_17_digits(text: str) -> bool:
+    return f"{float(text):.17g}" == text
+
+
+def read_text(raw: bytes, file: TextFile) -> Text:
+    """The numbers of a text file in which no problem was found."""
+    fields = [line.split(" ") for line in raw.decode("ascii").splitlines()]
+    names = [(number, name) for number in file.numbers for name in BENCHMARK_COLUMNS]
+    _, *columns = (tuple(column) for column in zip(*fields, strict=True))
+    return Text(file, dict(zip(names, columns, strict=True)))

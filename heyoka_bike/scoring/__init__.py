@@ -1,0 +1,1 @@
+"""A result file against the reference."""

@@ -1,0 +1,381 @@
+"""Which maneuver a file holds, and which of its rows lie within the run of the reference."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
+from heyoka_bike.errors import InputError, NothingScoredError
+from heyoka_bike.numbers.double import Array
+from heyoka_bike.reference.layout import MOTION
+from heyoka_bike.reference.load import Reference, ReferenceManeuver
+from heyoka_bike.reference.whole import AT_ROWS, SUMMED, WholeManeuver, with_motion
+from heyoka_bike.scoring.findings import Finding, Severity
+from heyoka_bike.scoring.reading.results import Quantum, Results, Rows
+from heyoka_bike.scoring.report import FileInfo
+from heyoka_bike.scoring.units import UNITS, factor
+
+MOST_SAMPLED = 4001
+"""Rows enough to tell columns, units and maneuvers apart."""
+
+# A column farther from the reference than half its scale says nothing about what it is.
+HALF = 0.5
+# Beyond this a product of two values overflows on the way; no program means it.
+_LARGEST = 1e150
+# A column this far from its own maneuver, in scales, may be of another one.
+_FAR = 0.1
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Part:
+    """Rows of one maneuver within the run of its reference.
+
+    Attributes
+    ----------
+    number
+        Of the maneuver, from 1.
+    reference : ReferenceManeuver
+    time, time_lo : ndarray, shape (n,)
+        [s], ascending.
+    values, lo : mapping of str to ndarray, shape (n,)
+        As written; NaN where there is no usable number.
+    quantum : mapping of str to Quantum
+    """
+
+    number: int
+    reference: ReferenceManeuver
+    time: Array
+    time_lo: Array
+    values: Mapping[str, Array]
+    lo: Mapping[str, Array]
+    quantum: Mapping[str, Quantum]
+
+    def has_values(self) -> bool:
+        """Whether there is a finite number in any column."""
+        return any(np.isfinite(v).any() for v in self.values.values())
+
+    def is_comparable(self) -> bool:
+        """Whether some column has a value where the reference is known."""
+        values = dict(self.values)
+        if isinstance(self.reference, WholeManeuver):
+            near = self.reference.near_rows(self.time)
+            values |= {key: values[key][near] for key in AT_ROWS if key in values}
+        return any(np.isfinite(v).any() for v in values.values())
+
+    def sample(self) -> NDArray[np.intp]:
+        """Indices of at most `MOST_SAMPLED` rows, evenly spread.
+
+        Those at rows of the reference are among them if some columns can be compared only there.
+        """
+        picked = spread(len(self.time), MOST_SAMPLED)
+        if AT_ROWS.isdisjoint(self.values) or not isinstance(self.reference, WholeManeuver):
+            return picked
+        return np.union1d(picked, self.reference.near_rows(self.time))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Alignment:
+    """A result file laid beside the reference."""
+
+    file: FileInfo
+    parts: tuple[Part, ...]
+    findings: tuple[Finding, ...]
+
+
+def align(results: Results, reference: Reference) -> Alignment:
+    """Lay a result file beside the reference.
+
+    Raises
+    ------
+    InputError
+        It holds a maneuver that the reference does not have, or one twice.
+    NothingScoredError
+        None of its rows can be compared, or its maneuver cannot be recognised.
+    """
+    results, reference = _with_their_columns(results, reference)
+    findings = list(results.findings)
+    parts: list[Part] = []
+    lost: list[Part] = []
+    for rows in results.maneuvers:
+        number = rows.maneuver
+        if number is None:
+            number = _recognise(results.path, rows, reference)
+            findings.append(
+                Finding(
+                    "maneuver_recognised",
+                    f"the columns are those of maneuver {number}, recognised by their values",
+                    evidence={"maneuver": number},
+                )
+            )
+        if number not in reference:
+            raise InputError(
+                f"found maneuver {number}, expected 1 to {len(reference)}", file=results.path
+            )
+        if any(part.number == number for part in parts):
+            raise InputError(f"found maneuver {number} twice", file=results.path)
+        part, outside = _within(rows, number, reference[number])
+        if rows.maneuver is not None:
+            outside += _of_another(part, rows, reference)
+        findings += [f for f in outside if f not in findings]
+        (parts if len(part.time) else lost).append(part)
+    if not any(part.has_values() for part in parts):
+        raise NothingScoredError(_why_nothing(results, reference, bool(parts)))
+    if lost:
+        raise NothingScoredError(
+            f"{results.path}: found no row of maneuver {lost[0].number} within its run, expected "
+            "at least one"
+        )
+    _check_comparable(results.path, parts)
+    first = [rows.time[0] for rows in results.maneuvers if len(rows.time)]
+    last = [rows.time[-1] for rows in results.maneuvers if len(rows.time)]
+    return Alignment(
+        file=FileInfo(
+            path=results.path,
+            format=results.format,
+            rows=max(len(rows.time) for rows in results.maneuvers),
+            t_start=float(min(first)),
+            t_end=float(max(last)),
+            significant_digits=results.significant_digits,
+        ),
+        parts=tuple(sorted(parts, key=lambda p: p.number)),
+        findings=tuple(findings),
+    )
+
+
+def restricted(alignment: Alignment, keys: Collection[str]) -> Alignment:
+    """The same with some columns only."""
+    return replace(
+        alignment,
+        parts=tuple(replace(p, values=_only(p.values, keys)) for p in alignment.parts),
+    )
+
+
+def merge(alignments: Sequence[Alignment]) -> Alignment:
+    """Files of different maneuvers of one run as one.
+
+    Raises
+    ------
+    InputError
+        There is none, or two hold the same maneuver.
+    """
+    held = [p.number for a in alignments for p in a.parts]
+    if not held or len(set(held)) < len(held):
+        found = f"maneuver {max(held, key=held.count)} twice" if held else "no results"
+        raise InputError(f"found {found}, expected files of different maneuvers")
+    if len(alignments) == 1:
+        return alignments[0]
+    files = [a.file for a in alignments]
+    digits = [f.significant_digits for f in files if f.significant_digits is not None]
+    return Alignment(
+        file=FileInfo(
+            path=", ".join(f.path for f in files),
+            format=", ".join(dict.fromkeys(f.format for f in files)),
+            rows=sum(f.rows for f in files),
+            t_start=min(f.t_start for f in files),
+            t_end=max(f.t_end for f in files),
+            significant_digits=min(digits) if digits else None,
+        ),
+        parts=tuple(sorted((p for a in alignments for p in a.parts), key=lambda p: p.number)),
+        findings=tuple(
+            Finding(f.code, f"{a.file.path}: {f.message}", f.severity, f.evidence)
+            for a in alignments
+            for f in a.findings
+        ),
+    )
+
+
+def spread(count: int, most: int) -> NDArray[np.intp]:
+    """At most so many of the indices below `count`, evenly spread."""
+    if count <= most:
+        return np.arange(count)
+    return np.linspace(0, count - 1, most).astype(np.intp)
+
+
+def _with_their_columns(results: Results, reference: Reference) -> tuple[Results, Reference]:
+    """The reference with all columns of the results, without those that it does not have."""
+    written = {key for rows in results.maneuvers for key in rows.values}
+    unknown = [key for key in COMPARED if key in written and key not in reference[1].columns]
+    if not unknown:
+        return results, reference
+    whole = with_motion(reference)
+    if whole is not None:
+        return results, whole
+    known = written - set(unknown)
+    finding = Finding(
+        "columns_without_reference",
+        f"{', '.join(unknown)}: left out, for the reference in {reference.folder} has no {MOTION}",
+        Severity.WARNING,
+        {"columns": unknown},
+    )
+    if not known:
+        raise NothingScoredError(f"{results.path}: {finding.message}")
+    maneuvers = tuple(replace(r, values=_only(r.values, known)) for r in results.maneuvers)
+    return replace(results, maneuvers=maneuvers, findings=(*results.findings, finding)), reference
+
+
+def _only(columns: Mapping[str, Array], keys: Collection[str]) -> dict[str, Array]:
+    return {key: x for key, x in columns.items() if key in keys}
+
+
+def _recognise(path: str, rows: Rows, reference: Reference) -> int:
+    """Number of the maneuver that the values are nearest to."""
+    distance = {}
+    parts = {number: _within(rows, number, reference[number])[0] for number in reference}
+    _check_comparable(path, list(parts.values()))
+    for number, part in parts.items():
+        # A few rows that happen to lie within the run say nothing about the others.
+        enough = 2 * len(part.time) > len(rows.time)
+        distance[number] = _distance(part) if enough else 1.0
+    nearest, *others = sorted(distance, key=distance.__getitem__)
+    # The same factor that tells definitions apart.
+    if distance[nearest] >= HALF or (others and distance[others[0]] < 2 * distance[nearest]):
+        hint = _milliseconds(rows.time, max(float(reference[n].duration) for n in reference))
+        raise NothingScoredError(
+            f"{path}: found columns that fit no maneuver clearly (relative distances "
+            + ", ".join(f"{n}: {d:.2g}" for n, d in sorted(distance.items()))
+            + f"), expected those of one; say which with --maneuver N{hint}"
+        )
+    return nearest
+
+
+def _of_another(part: Part, rows: Rows, reference: Reference) -> tuple[Finding, ...]:
+    """A word if the values are clearly those of another maneuver than told."""
+    own = _distance(part) if len(part.time) else 0.0
+    if own < _FAR:
+        return ()
+    distance = {n: _distance(_within(rows, n, reference[n])[0]) for n in reference}
+    nearest = min(distance, key=distance.__getitem__)
+    if nearest == part.number or distance[nearest] > own / 2 or distance[nearest] > HALF:
+        return ()
+    return (
+        Finding(
+            "another_maneuver",
+            f"the values in the place of maneuver {part.number} are nearer to maneuver {nearest} "
+            f"(relative distance {distance[nearest]:.2g}, against {own:.2g})",
+            Severity.WARNING,
+            {"maneuver": part.number, "nearest": nearest},
+        ),
+    )
+
+
+def _distance(part: Part) -> float:
+    """Geometric mean over the columns of their distance from the maneuver, in scales."""
+    pick = part.sample()
+    names = [key for key in COMPARED if key in part.values]
+    expected = part.reference.approximate(part.time[pick], names)
+    logs = []
+    for key in names:
+        values = part.values[key][pick]
+        good = np.isfinite(values) & np.isfinite(expected[key])
+        # Heights and normal forces hardly vary: what tells maneuvers apart is how they do.
+        rows = part.reference.rows[key]
+        scale = part.reference.scale(key) if key in BENCHMARK_COLUMNS else float(np.ptp(rows))
+        if not good.any() or not scale:
+            continue
+        nearest = min(
+            float(np.median(np.abs(sign * factor(unit)[0] * values[good] - expected[key][good])))
+            for unit in UNITS[COMPARED[key][0].unit]
+            for sign in (1, -1)
+        )
+        # Nothing is nearer than binary64 can tell, or farther than not at all.
+        logs.append(np.log(np.clip(nearest / scale, np.finfo(np.float64).eps, 1.0)))
+    return float(np.exp(np.mean(logs))) if logs else 1.0
+
+
+def _within(
+    rows: Rows, number: int, reference: ReferenceManeuver
+) -> tuple[Part, tuple[Finding, ...]]:
+    """The rows within the run; nothing is extrapolated."""
+    end = reference.duration
+    end_hi = float(end)
+    end_lo = float(end - Fraction(end_hi))
+    hi, lo = rows.time, rows.time_lo
+    early = (hi < 0) | ((hi == 0) & (lo < 0))
+    late = (hi > end_hi) | ((hi == end_hi) & (lo > end_lo))
+    late &= hi > end_hi * (1 + SUMMED)
+    keep = ~(early | late)
+    findings: tuple[Finding, ...] = ()
+    if not keep.all():
+        left_out = hi[~keep]
+        count = len(left_out)
+        findings = (
+            Finding(
+                "time_outside",
+                f"{count} row{'s' if count > 1 else ''} with times from {left_out.min():.6g} to "
+                f"{left_out.max():.6g} s left out: the reference covers 0 to {end_hi:g} s and "
+                f"nothing is extrapolated{_milliseconds(hi, end_hi)}",
+                Severity.WARNING,
+                {
+                    "rows": count,
+                    "t_first": float(left_out.min()),
+                    "t_last": float(left_out.max()),
+                },
+            ),
+        )
+
+    def kept_of(array: Array) -> Array:
+        # A long file is not copied for nothing.
+        return array if keep.all() else array[keep]
+
+    values = {}
+    for key, written in rows.values.items():
+        kept = kept_of(written)
+        too_large = np.abs(kept) > _LARGEST
+        values[key] = np.where(too_large, np.nan, kept) if too_large.any() else kept
+        if too_large.any():
+            findings += (
+                Finding(
+                    "too_large",
+                    f"maneuver {number}: {int(too_large.sum())} values of {key} are beyond 1e150 "
+                    "and left out",
+                    Severity.WARNING,
+                    {"maneuver": number, "column": key, "values": int(too_large.sum())},
+                ),
+            )
+    part = Part(
+        number=number,
+        reference=reference,
+        time=kept_of(hi),
+        time_lo=kept_of(lo),
+        values=values,
+        lo={key: kept_of(rest) for key, rest in rows.lo.items()},
+        quantum=rows.quantum,
+    )
+    return part, findings
+
+
+def _check_comparable(path: str, parts: Sequence[Part]) -> None:
+    """If there are values, some must be where the reference is known."""
+    having = [part for part in parts if part.has_values()]
+    if not having or any(part.is_comparable() for part in having):
+        return
+    keys = [key for key in COMPARED if any(key in part.values for part in having)]
+    raise NothingScoredError(
+        f"{path}: found no value at a row of the reference, expected some: {', '.join(keys)} can "
+        "be compared only there"
+    )
+
+
+def _why_nothing(results: Results, reference: Reference, has_rows: bool) -> str:
+    if has_rows:
+        return f"{results.path}: found no finite value within the run, expected at least one"
+    end = max(float(reference[n].duration) for n in reference)
+    times = np.concatenate([rows.time for rows in results.maneuvers])
+    if not len(times):
+        return f"{results.path}: found no rows, expected at least one"
+    return (
+        f"{results.path}: found times from {times.min():.6g} to {times.max():.6g} s, expected some "
+        f"within 0 to {end:g} s{_milliseconds(times, end)}"
+    )
+
+
+def _milliseconds(times: Array, end: float) -> str:
+    """A question where most times are a thousand times too large."""
+    most_are_late = float(np.median(times)) > end
+    in_range = 100 * end <= float(np.max(times)) <= 1000 * end * (1 + SUMMED)
+    return "; are they in milliseconds?" if most_are_late and in_range else ""

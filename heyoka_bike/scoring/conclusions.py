@@ -1,0 +1,252 @@
+"""Findings: what the numbers of a report mean, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from math import prod
+
+from heyoka_bike.scoring.findings import Finding, Severity
+from heyoka_bike.scoring.measures import TOLERANCE
+from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Report
+
+# Fewer digits than binary64 holds are worth mentioning where they are what limits the score.
+_DIGITS_OF_BINARY64 = 15
+# An error of this part of the scale is seen in a plot; the benchmark's measure may miss it.
+_VISIBLE = 1e-2
+# Rounding of written values explains up to this many times its bound: sums are rounded, too.
+_ROUNDED = 4.0
+# An error of up to this many floors is that of the digits written.
+_LIMITED = 2.0
+# As many columns as the benchmark has.
+_NAMED = 8
+
+
+def explain(report: Report) -> tuple[Finding, ...]:
+    """What is worth saying about a report, in the order of its columns."""
+    return (
+        *_understood(report),
+        *_coverage(report.maneuvers),
+        *_between(report),
+        *_performance(report.maneuvers),
+        *_consistency(report.maneuvers),
+        *_digits(report),
+    )
+
+
+def _columns(report: Report) -> dict[str, list[tuple[ManeuverScore, ColumnScore]]]:
+    found: dict[str, list[tuple[ManeuverScore, ColumnScore]]] = {}
+    for m in report.maneuvers:
+        for c in m.columns:
+            if c.values:
+                found.setdefault(c.key, []).append((m, c))
+    return found
+
+
+def _understood(report: Report) -> Iterator[Finding]:
+    columns = _columns(report)
+    signs = {}
+    for key, scores in columns.items():
+        understood, written = scores[0][1].as_understood, scores[0][1].as_written
+        signs[key] = understood.sign
+        evidence = {
+            "column": key,
+            "max_abs_error": [c.as_understood.measures.max_abs_error for _, c in scores],
+            "max_abs_error_as_written": [c.as_written.measures.max_abs_error for _, c in scores],
+        }
+        errors = _errors(scores)
+        if understood.definition != written.definition:
+            default = [
+                next(a.max_abs_error for a in c.alternatives if a.definition == written.definition)
+                for _, c in scores
+            ]
+            also = scores[0][1].indistinguishable
+            yield Finding(
+                "definition",
+                f"{key} is {understood.definition}: errors {errors}, against "
+                f"{_list(default)} for the default {written.definition}"
+                + (f" (cannot be told apart from {', '.join(also)})" if also else ""),
+                evidence={**evidence, "definition": understood.definition},
+            )
+        if understood.sign < 0:
+            yield Finding(
+                "sign",
+                f"{key} has the other sign: errors {errors} with it turned round",
+                evidence=evidence,
+            )
+        if understood.unit != written.unit:
+            yield Finding(
+                "unit",
+                f"{key} is in {understood.unit}, not {written.unit}: errors {errors} in the latter",
+                evidence={**evidence, "unit": understood.unit},
+            )
+        if understood.offset:
+            yield Finding(
+                "offset",
+                f"{key} has another zero, {understood.offset:+.9g} J: errors {errors} without that "
+                "constant",
+                evidence={**evidence, "offset": understood.offset},
+            )
+    for angle, rate in (("roll_angle", "roll_rate"), ("steer_angle", "steer_rate")):
+        if signs.get(angle, 1) != signs.get(rate, signs.get(angle, 1)):
+            yield Finding(
+                "signs_disagree",
+                f"{angle} and {rate} have opposite signs: one of them is turned round",
+                Severity.WARNING,
+                {"columns": [angle, rate]},
+            )
+    for name in ("rear_frame", "front_frame"):
+        for entries in _no_attitude(name, signs):
+            yield Finding(
+                "signs_disagree",
+                f"{_names(entries)} have signs that are those of no attitude in other axes: it may "
+                "be the inverse, or some are turned round",
+                Severity.WARNING,
+                {"columns": entries},
+            )
+
+
+def _no_attitude(name: str, signs: Mapping[str, int]) -> Iterator[list[str]]:
+    """Entries of a quaternion or a rotation matrix whose signs no change of axes makes.
+
+    Axes that are turned round, d = diag(+-1, +-1, +-1), change R to d R d and the vector part of q
+    to det(d) d q; and q and -q are the same.
+    """
+    quaternion = [f"{name}_q{i}" for i in range(4)]
+    if all(key in signs for key in quaternion) and prod(signs[key] for key in quaternion) < 0:
+        yield quaternion
+    matrix = {(i, j): f"{name}_r{i}{j}" for i in (1, 2, 3) for j in (1, 2, 3)}
+    if any(key not in signs for key in matrix.values()):
+        return
+    turned = {ij: signs[key] for ij, key in matrix.items()}
+    is_symmetric = all(s == turned[j, i] for (i, j), s in turned.items())
+    triangle = turned[1, 2] * turned[2, 3] * turned[1, 3]
+    if triangle < 0 or not is_symmetric or any(turned[i, i] < 0 for i in (1, 2, 3)):
+        yield list(matrix.values())
+
+
+def _coverage(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
+    said = set()
+    for m in maneuvers:
+        duration = (m.t_end - m.t_start) / m.coverage if m.coverage else 0.0
+        slack = 1.5 * (m.step or 0.0) / duration if duration else 0.0
+        ends = (m.t_start, m.t_end)
+        if m.coverage + 2 * slack < 1.0 and ends not in said:
+            said.add(ends)
+            which = [n.maneuver for n in maneuvers if (n.t_start, n.t_end) == ends]
+            yield Finding(
+                "coverage",
+                f"complete rows of maneuver {', '.join(map(str, which))} cover {m.t_start:.6g} to "
+                f"{m.t_end:.6g} s only; the rest of the run is not judged",
+                Severity.WARNING,
+                {"maneuvers": which, "t_start": m.t_start, "t_end": m.t_end},
+            )
+
+
+def _between(report: Report) -> Iterator[Finding]:
+    """Where rows of the file are between those of the reference."""
+    left_out = [(c, (c.between, m.rows)) for m in report.maneuvers for c in m.columns if c.between]
+    sparse = {c.key for c, _ in left_out if c.is_sparse}
+    found: dict[str, tuple[int, int]] = {}
+    for c, counts in left_out:
+        found[c.key] = max(counts, found.get(c.key, counts))
+    for counts in dict.fromkeys(found.values()):
+        keys = [key for key, same in found.items() if same == counts]
+        yield Finding(
+            "between_rows",
+            f"{_names(keys)}: known at the rows of the reference only, so {counts[0]} of "
+            f"{counts[1]} values between them are not compared",
+            Severity.WARNING if sparse.intersection(keys) else Severity.INFO,
+            {"columns": keys, "values": counts[0]},
+        )
+
+
+def _performance(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
+    limit = next((m.performance_limit for m in maneuvers if m.performance_limit), None)
+    for m in maneuvers:
+        if m.performance is None or limit is None or m.performance >= limit:
+            continue
+        wrong = {
+            c.key: c.as_understood.measures.max_rel_error or 0.0
+            for c in m.columns
+            if not c.is_at_floor(_LIMITED)
+        }
+        key = max(wrong, key=wrong.__getitem__, default="")
+        worst = wrong.get(key, 0.0)
+        # Where the energy itself is wrong, it shows the error, but eq. (1) does not ask for it.
+        if worst > _VISIBLE and wrong.get("mechanical_energy", 0.0) < _VISIBLE:
+            yield Finding(
+                "energy_hides_error",
+                f"maneuver {m.maneuver}: eq. (1) is {m.performance:.2g} %, below {limit:g} %, and "
+                f"yet {key} is wrong by {_percent(worst)} of its scale; energy alone does not "
+                "show this error",
+                Severity.WARNING,
+                {
+                    "maneuver": m.maneuver,
+                    "performance": m.performance,
+                    "column": key,
+                    "max_rel_error": worst,
+                },
+            )
+
+
+def _consistency(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
+    for m in maneuvers:
+        total, floor = m.consistency.energy_sum, m.consistency.energy_sum_floor
+        if total is not None and floor is not None and total > _ROUNDED * floor:
+            yield Finding(
+                "energy_sum",
+                f"maneuver {m.maneuver}: potential plus kinetic energy differs from the mechanical "
+                f"energy by up to {total:.2g} J; rounding explains {floor:.2g} J",
+                Severity.WARNING,
+                {"maneuver": m.maneuver, "energy_sum": total, "floor": floor},
+            )
+        for key in m.consistency.contradicted:
+            found = getattr(m.consistency, key)
+            rate = next((c for c in m.columns if c.key == key), None)
+            if found is None or rate is None:
+                continue
+            scale = float(abs(rate.trace.reference).max())
+            if found > TOLERANCE * scale:
+                yield Finding(
+                    "rate_is_not_the_derivative",
+                    f"maneuver {m.maneuver}: {key} is not the derivative of its own angle, which "
+                    f"is much better than it: {found:.2g} rad/s apart (root mean square)",
+                    Severity.WARNING,
+                    {"maneuver": m.maneuver, "column": key, "rms_difference": found},
+                )
+
+
+def _digits(report: Report) -> Iterator[Finding]:
+    """Where not the program but the digits it wrote limit the score."""
+    digits = report.file.significant_digits
+    if digits is None or digits >= _DIGITS_OF_BINARY64:
+        return
+    limited = []
+    for key, scores in _columns(report).items():
+        if all(c.is_at_floor(_LIMITED) for _, c in scores):
+            limited.append(key)
+    if limited:
+        yield Finding(
+            "digits_written",
+            f"{_names(limited)}: the error is that of the digits written ({digits} in the "
+            "column with the fewest); write 17 to show what the program can do",
+            evidence={"columns": limited, "significant_digits": digits},
+        )
+
+
+def _names(keys: Sequence[str]) -> str:
+    """Columns of a sentence, not too many of them."""
+    more = len(keys) - _NAMED
+    return ", ".join(keys[:_NAMED]) + (f" and {more} more" if more > 0 else "")
+
+
+def _percent(part: float) -> str:
+    return f"{100 * part:.0f} %" if part >= 0.1 else f"{100 * part:.2g} %"
+
+
+def _errors(scores: Sequence[tuple[ManeuverScore, ColumnScore]]) -> str:
+    return _list([c.as_understood.measures.max_abs_error for _, c in scores])
+
+
+def _list(errors: Sequence[float | None]) -> str:
+    return " / ".join("-" if e is None else f"{e:.2g}" for e in errors)

@@ -1,0 +1,200 @@
+"""A diagnosis in words: ranked findings, each with its evidence, and "cannot tell" where so."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import floor, log10
+from typing import Any
+
+from heyoka_bike.bicycle.parameters import PARAMETERS
+from heyoka_bike.reference.load import Reference, load_reference
+from heyoka_bike.reference.sensitivities import UNKNOWNS
+from heyoka_bike.scoring.diagnosis.numerical import causes as numerical
+from heyoka_bike.scoring.diagnosis.ranking import Diagnosis, Hypothesis
+from heyoka_bike.scoring.diagnosis.unknowns.estimation import Fit, Unknown
+from heyoka_bike.scoring.findings import Finding, Severity
+from heyoka_bike.scoring.report import ColumnScore, Explanation, ManeuverScore, Report
+
+# Classes of hypotheses worth a sentence.
+_MOST = 3
+# A correct file's error is its floor; sums and conversions may double it.
+_AT_FLOOR = 2.0
+# All parameters and starts together explain up to a factor of 80 of an integrator's error.
+_ALL = 300.0
+_MOST_DECIMALS = 12
+_COUNTS = {1: "One parameter explains", 2: "Two parameters explain", 3: "Three parameters explain"}
+
+
+def findings(
+    diagnosis: Diagnosis, report: Report, reference: Reference | None = None
+) -> tuple[Finding, ...]:
+    """What explains the file, or what its error looks like if nothing does.
+
+    The reference is that of the report, by default the published one.
+    """
+    columns = [(m, c) for m in report.maneuvers for c in m.columns if c.values]
+    if all(c.is_at_floor(_AT_FLOOR) for _, c in columns):
+        return (
+            Finding(
+                "nothing_to_explain",
+                "every column is as right as the digits written can tell",
+            ),
+        )
+    if 2 * sum(not c.trace.value.any() for _, c in columns) > len(columns):
+        return (Finding("cannot_tell", "Most columns hold nothing but zeros", Severity.WARNING),)
+    fits = diagnosis.estimate.fits if diagnosis.estimate else ()
+    found = [_fitted(diagnosis)] if fits else []
+    found += [
+        _explained(rank, hypotheses)
+        for rank, hypotheses in enumerate(diagnosis.classes[: _MOST - len(found)], len(found) + 1)
+    ]
+    if not found:
+        found += [_no_mistake(diagnosis, columns)]
+        found += numerical.findings(report, reference or load_reference())
+    if diagnosis.untried:
+        found.append(_without_heyoka(diagnosis))
+    return tuple(found)
+
+
+def explanation(diagnosis: Diagnosis, found: Sequence[Finding]) -> Explanation | None:
+    """The first of the findings, with its curves."""
+    if not diagnosis.curves or found[0].code not in ("mistake", "parameters"):
+        return None
+    return Explanation(found[0].message, diagnosis.curves)
+
+
+def _explained(rank: int, hypotheses: Sequence[Hypothesis]) -> Finding:
+    first, *others = hypotheses
+    says = ", and ".join(m.says for m in first.mistakes)
+    text = (
+        f"{'' if rank == 1 else 'or, less likely, '}{says}: simulated so, the typical error is "
+        f"smaller by a factor of {first.relief:.2g} in what this changes; check "
+        + ", and ".join(dict.fromkeys(m.check for m in first.mistakes))
+    )
+    if any(m.kind == "start" for m in first.mistakes):
+        text += (
+            "; where rolling does not allow a start, the nearest velocities in kinetic energy are "
+            "taken, as an impulse of the constraint forces leaves them"
+        )
+    if others:
+        text += "; the file cannot tell this from " + "; or ".join(
+            ", and ".join(m.says for m in h.mistakes) for h in others[:_MOST]
+        )
+    return Finding(
+        "mistake",
+        text[0].upper() + text[1:],
+        Severity.WARNING if rank == 1 else Severity.INFO,
+        {
+            "rank": rank,
+            "mistakes": list(first.codes),
+            "gain": first.gain,
+            "relief": first.relief,
+            "before": _evidence(first.before),
+            "after": _evidence(first.after),
+            "indistinguishable": [list(h.codes) for h in others],
+        },
+    )
+
+
+def _fitted(diagnosis: Diagnosis) -> Finding:
+    """The fewest parameters that explain the file."""
+    estimate = diagnosis.estimate
+    assert estimate is not None
+    best, *others = estimate.fits
+    text = (
+        f"{_COUNTS[len(best.changes)]} it: {_changed(best, diagnosis.values)}; with that, the "
+        f"error is smaller by a factor of {best.relief:.2g} in what this changes"
+    )
+    if estimate.is_first_order:
+        text += ", to first order"
+    text += "; check " + ("it" if len(best.changes) == 1 else "them") + " in your input"
+    if others:
+        text += "; the file cannot tell this from " + "; or ".join(
+            _changed(fit, diagnosis.values) for fit in others[:_MOST]
+        )
+    return Finding(
+        "parameters",
+        text,
+        Severity.WARNING,
+        {
+            "rank": 1,
+            "changes": [_as_evidence(fit, diagnosis.values) for fit in estimate.fits],
+            "gain": best.gain,
+            "relief": best.relief,
+            "is_first_order": estimate.is_first_order,
+            "singular_values": list(estimate.singular_values),
+        },
+    )
+
+
+def _changed(fit: Fit, values: Mapping[Unknown, float]) -> str:
+    parts = []
+    for unknown, change in fit.changes.items():
+        uncertain, before = fit.uncertain[unknown], values[unknown]
+        # So many digits as the uncertainty allows, its first one among them.
+        decimals = min(max(1, 1 - floor(log10(uncertain))), _MOST_DECIMALS) if uncertain else 1
+        after = f"{before + change:.{decimals}f}".rstrip("0").rstrip(".")
+        parts.append(
+            f"{_named(unknown)} is {after} {UNKNOWNS[unknown[0]]} (+- "
+            f"{uncertain:.1g}) instead of {before:.10g}"
+        )
+    return ", and ".join(parts)
+
+
+def _named(unknown: Unknown) -> str:
+    name, number = unknown
+    if number is None:
+        return f"the {PARAMETERS[name].description} ({name})"
+    return f"the {name.replace('_', ' ')} of maneuver {number}"
+
+
+def _as_evidence(fit: Fit, values: Mapping[Unknown, float]) -> list[dict[str, Any]]:
+    return [
+        {
+            "unknown": name,
+            "maneuver": number,
+            "value": values[name, number] + change,
+            "uncertain": fit.uncertain[name, number],
+            "instead_of": values[name, number],
+            "unit": UNKNOWNS[name],
+        }
+        for (name, number), change in fit.changes.items()
+    ]
+
+
+def _without_heyoka(diagnosis: Diagnosis) -> Finding:
+    return Finding(
+        "not_tried",
+        f"heyoka is not installed: {diagnosis.untried} hypotheses could not be simulated, only "
+        "mistakes in the output and small changes of parameters were tried",
+        evidence={"untried": diagnosis.untried},
+    )
+
+
+def _evidence(typical: Any) -> dict[str, float]:
+    return {f"{maneuver}.{key}": value for (maneuver, key), value in typical.items()}
+
+
+def _no_mistake(
+    diagnosis: Diagnosis, columns: Sequence[tuple[ManeuverScore, ColumnScore]]
+) -> Finding:
+    worst, where = max(
+        (c.as_understood.measures.max_rel_error or 0.0, f"{c.key} of maneuver {m.maneuver}")
+        for m, c in columns
+    )
+    text = (
+        f"None of {diagnosis.tried} usual mistakes, alone or two together, explains the difference "
+        f"(largest {worst:.2g} of the scale, {where})"
+    )
+    evidence: dict[str, Any] = {"tried": diagnosis.tried, "max_rel_error": worst}
+    estimate = diagnosis.estimate
+    if estimate is not None:
+        text += ", nor do one, two or three parameters or starts that differ"
+        evidence["gain_of_all_parameters"] = estimate.gain_of_all
+        evidence["singular_values"] = list(estimate.singular_values)
+        if estimate.gain_of_all > _ALL:
+            text += (
+                "; more of them together would, by a factor of "
+                f"{estimate.gain_of_all:.2g}, but the file cannot tell which"
+            )
+    return Finding("no_mistake_found", text, evidence=evidence)

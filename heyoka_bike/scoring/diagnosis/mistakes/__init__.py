@@ -1,0 +1,1 @@
+"""The usual mistakes, and the search among them."""

@@ -1,0 +1,18 @@
+"""The usual mistakes: what a program that makes one of them computes instead.
+
+Each mistake changes a `Program`: the bicycle's parameters, the start, or what is written. Mistakes
+can be made together, in any order that makes sense; `apply` makes several. Those that are read off
+a file, such as columns in another order, are in `proposals`.
+"""
+
+from __future__ import annotations
+
+from heyoka_bike.scoring.diagnosis.mistakes.model import MODEL_MISTAKES
+from heyoka_bike.scoring.diagnosis.mistakes.output import OUTPUT_MISTAKES
+from heyoka_bike.scoring.diagnosis.mistakes.starts import START_MISTAKES
+from heyoka_bike.scoring.diagnosis.programs.program import Mistake, Program, apply
+
+__all__ = ["MISTAKES", "Mistake", "Program", "apply"]
+
+MISTAKES: tuple[Mistake, ...] = (*MODEL_MISTAKES, *START_MISTAKES, *OUTPUT_MISTAKES)
+"""The library, in no particular order."""

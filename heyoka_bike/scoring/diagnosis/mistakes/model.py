@@ -1,0 +1,224 @@
+"""Mistakes in the parameters of the bicycle, alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from fractions import Fraction
+from math import cos, degrees, sin, tan
+
+from heyoka_bike.bicycle.parameters import Bicycle
+from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.scoring.diagnosis.programs.program import Mistake, Program
+
+# Point P2 of the steer axis as the benchmark text prints it, truncated: x, z [m].
+_PRINTED_P2 = (Fraction("0.82188470506"), Fraction("-0.85595086466"))
+
+_Parameters = dict[str, Fraction]
+
+
+def _model(
+    code: str, says: str, check: str, change: Callable[[_Parameters, float], None]
+) -> Mistake:
+    """A mistake in the parameters: `change` alters them in place, told the tilt [rad]."""
+
+    def make(program: Program) -> Program:
+        values = dict(program.bicycle.values)
+        tilt = float(values["lam"])
+        p = {s: x.rational for s, x in values.items() if x.is_rational}
+        change(p, tilt)
+        values.update({s: Exact(x) for s, x in p.items()})
+        # Not checked: what mistaken programs compute with need not make sense.
+        return replace(program, bicycle=Bicycle(program.bicycle.name, values))
+
+    return Mistake(code, says, check, "model", make)
+
+
+def _tilt(code: str, says: str, change: Callable[[Exact], Exact]) -> Mistake:
+    """A mistake in the tilt of the steer axis."""
+
+    def make(program: Program) -> Program:
+        values = {**program.bicycle.values, "lam": change(program.bicycle["lam"])}
+        return replace(program, bicycle=Bicycle(program.bicycle.name, values))
+
+    check = "the steer axis: tilted by lambda from the vertical, its upper end behind its lower one"
+    return Mistake(code, says, check, "model", make)
+
+
+def _set(**values: str) -> Callable[[_Parameters, float], None]:
+    return lambda p, _: p.update({s: Fraction(x) for s, x in values.items()})
+
+
+def _negate(*symbols: str) -> Callable[[_Parameters, float], None]:
+    return lambda p, _: p.update({s: -p[s] for s in symbols})
+
+
+def _times(factor: str, *symbols: str) -> Callable[[_Parameters, float], None]:
+    return lambda p, _: p.update({s: Fraction(factor) * p[s] for s in symbols})
+
+
+def _exchange(*pairs: tuple[str, str]) -> Callable[[_Parameters, float], None]:
+    return lambda p, _: p.update({s: p[t] for a, b in pairs for s, t in ((a, b), (b, a))})
+
+
+def _moved(body: str, place: str, sign: int) -> Callable[[_Parameters, float], None]:
+    """The parallel-axis terms between the centre of mass and another point, added or subtracted."""
+
+    def change(p: _Parameters, _: float) -> None:
+        x, z = p[f"x{body}"], p[f"z{body}"]
+        if place == "hub":
+            x, z = (x, z + p["rR"]) if body == "B" else (x - p["w"], z + p["rF"])
+        m = sign * p[f"m{body}"]
+        p[f"I{body}xx"] += m * z * z
+        p[f"I{body}zz"] += m * x * x
+        p[f"I{body}yy"] += m * (x * x + z * z)
+        p[f"I{body}xz"] -= m * x * z
+
+    return change
+
+
+def _rotated(body: str, sign: int) -> Callable[[_Parameters, float], None]:
+    """The inertia taken in axes turned by the tilt of the steer axis."""
+
+    def change(p: _Parameters, tilt: float) -> None:
+        s, c = sin(sign * tilt), cos(sign * tilt)
+        xx, zz, xz = (float(p[f"I{body}{ij}"]) for ij in ("xx", "zz", "xz"))
+        p[f"I{body}xx"] = Fraction(xx * c * c - 2 * xz * s * c + zz * s * s)
+        p[f"I{body}zz"] = Fraction(xx * s * s + 2 * xz * s * c + zz * c * c)
+        p[f"I{body}xz"] = Fraction((xx - zz) * s * c + xz * (c * c - s * s))
+
+    return change
+
+
+def _through_p2(p: _Parameters, tilt: float) -> None:
+    """The axis with the given tilt through the printed point."""
+    x, z = _PRINTED_P2
+    p["c"] = x - z * Fraction(tan(tilt)) - p["w"]
+
+
+def _trail_by_cosine(power: int) -> Callable[[_Parameters, float], None]:
+    return lambda p, tilt: p.update(c=p["c"] * Fraction(cos(tilt)) ** power)
+
+
+def _turns(x: Exact) -> Exact:
+    """The number of degrees of an angle, taken as radians."""
+    return Exact(Fraction(degrees(float(x))))
+
+
+def _radians(x: Exact) -> Exact:
+    """The number of radians of an angle, taken as degrees."""
+    return Exact(Fraction(0), Fraction(float(x)) / 180)
+
+
+_SAME = "the same for all bodies: the benchmark gives matrix elements"
+_POINT = "the point that your program takes inertias about"
+_AXES = "the axes in which your program takes the fork's inertia"
+_ORDER = "the order of the axes in your program: x forward, y lateral, z vertical"
+_WHEEL = "the inertia tensor of the wheel: Iyy is about its axle, Ixx = Izz about a diameter"
+_RADII = "the radii of the wheels: rear 0.3 m, front 0.35 m"
+_GRAVITY = "gravity: the benchmark has 9.81 m/s^2, down"
+_GROUND = "where the steer axis meets the ground: ahead of the front contact point"
+
+MODEL_MISTAKES: tuple[Mistake, ...] = (
+    _model("sign_IBxz", "I_Bxz of the rear frame has the opposite sign",
+           f"the sign convention of products of inertia, {_SAME}", _negate("IBxz")),
+    _model("sign_IHxz", "I_Hxz of the fork has the opposite sign",
+           f"the sign convention of products of inertia, {_SAME}", _negate("IHxz")),
+    _model("products_of_inertia", "both products of inertia have the opposite sign",
+           "whether your program wants -integral(x z dm) or the matrix element",
+           _negate("IBxz", "IHxz")),
+    _model("no_IBxz", "I_Bxz of the rear frame is missing", "the products of inertia",
+           _set(IBxz="0")),
+    _model("no_IHxz", "I_Hxz of the fork is missing", "the products of inertia", _set(IHxz="0")),
+    _model("no_products", "both products of inertia are missing", "the products of inertia",
+           _set(IBxz="0", IHxz="0")),
+    _model("inertia_B_about_origin", "the inertia of the rear frame is taken about the origin of "
+           "the frame", _POINT, _moved("B", "origin", 1)),
+    _model("inertia_B_about_hub", "the inertia of the rear frame is taken about the rear hub",
+           _POINT, _moved("B", "hub", 1)),
+    _model("inertia_H_about_origin", "the inertia of the fork is taken about the origin of the "
+           "frame", _POINT, _moved("H", "origin", 1)),
+    _model("inertia_H_about_hub", "the inertia of the fork is taken about the front hub",
+           _POINT, _moved("H", "hub", 1)),
+    _model("inertia_B_from_origin", "the inertia of the rear frame is moved from the origin of the "
+           "frame to its centre of mass, about which it is given", _POINT,
+           _moved("B", "origin", -1)),
+    _model("inertia_B_from_hub", "the inertia of the rear frame is moved from the rear hub to its "
+           "centre of mass, about which it is given", _POINT, _moved("B", "hub", -1)),
+    _model("inertia_H_from_origin", "the inertia of the fork is moved from the origin of the frame "
+           "to its centre of mass, about which it is given", _POINT, _moved("H", "origin", -1)),
+    _model("inertia_H_from_hub", "the inertia of the fork is moved from the front hub to its "
+           "centre of mass, about which it is given", _POINT, _moved("H", "hub", -1)),
+    _model("inertia_H_rotated", "the inertia of the fork is taken in axes along the steer axis",
+           _AXES, _rotated("H", 1)),
+    _model("inertia_H_rotated_back", "the inertia of the fork is turned by the tilt the wrong way",
+           _AXES, _rotated("H", -1)),
+    _model("inertia_B_xx_zz", "Ixx and Izz of the rear frame are exchanged", _ORDER,
+           _exchange(("IBxx", "IBzz"))),
+    _model("inertia_B_yy_zz", "Iyy and Izz of the rear frame are exchanged", _ORDER,
+           _exchange(("IByy", "IBzz"))),
+    _model("inertia_H_xx_zz", "Ixx and Izz of the fork are exchanged", _ORDER,
+           _exchange(("IHxx", "IHzz"))),
+    _model("inertia_H_yy_zz", "Iyy and Izz of the fork are exchanged", _ORDER,
+           _exchange(("IHyy", "IHzz"))),
+    _model("inertia_B_missing", "the rear frame with rider is a point mass", "the inertia of the "
+           "body B", _set(IBxx="0", IByy="0", IBzz="0", IBxz="0")),
+    _model("inertia_H_missing", "the fork is a point mass", "the inertia of the body H",
+           _set(IHxx="0", IHyy="0", IHzz="0", IHxz="0")),
+    _model("spin_R_missing", "the rear wheel has no inertia about its axle", _WHEEL,
+           _set(IRyy="0")),
+    _model("spin_F_missing", "the front wheel has no inertia about its axle", _WHEEL,
+           _set(IFyy="0")),
+    _model("spin_missing", "the wheels have no inertia about their axles", _WHEEL,
+           _set(IRyy="0", IFyy="0")),
+    _model("diametral_missing", "the wheels have no inertia about their diameters", _WHEEL,
+           _set(IRxx="0", IFxx="0")),
+    _model("exchanged_R", "Ixx and Iyy of the rear wheel are exchanged", _WHEEL,
+           _exchange(("IRxx", "IRyy"))),
+    _model("exchanged_F", "Ixx and Iyy of the front wheel are exchanged", _WHEEL,
+           _exchange(("IFxx", "IFyy"))),
+    _model("exchanged_RF", "Ixx and Iyy of both wheels are exchanged", _WHEEL,
+           _exchange(("IRxx", "IRyy"), ("IFxx", "IFyy"))),
+    _tilt("tilt_sign", "the steer axis is tilted forward instead of backward",
+          lambda x: Exact(-x.rational, -x.pi_multiple)),
+    _tilt("tilt_zero", "the steer axis is vertical", lambda _: Exact(Fraction(0))),
+    _tilt("tilt_from_horizontal", "the tilt of the steer axis is taken from the horizontal",
+          lambda x: Exact(-x.rational, Fraction(1, 2) - x.pi_multiple)),
+    _tilt("tilt_degrees_as_radians", "the tilt of the steer axis in degrees is taken as "
+          "radians", _turns),
+    _tilt("tilt_radians_as_degrees", "the tilt of the steer axis in radians is taken as "
+          "degrees", _radians),
+    _model("trail_sign", "the trail is negative", _GROUND, _negate("c")),
+    _model("trail_zero", "the trail is zero", _GROUND, _set(c="0")),
+    _model("trail_normal", "the trail is taken as the distance of the front contact point from the "
+           "steer axis", "the trail: it is measured along the ground", _trail_by_cosine(-1)),
+    _model("trail_shortened", "the trail is shortened by the cosine of the tilt",
+           "the trail: it is measured along the ground", _trail_by_cosine(1)),
+    _model("printed_p2", "the steer axis goes through the printed point P2",
+           "how the steer axis is built: from wheel base, trail and tilt", _through_p2),
+    _model("radii_exchanged", "the wheel radii are exchanged", _RADII, _exchange(("rR", "rF"))),
+    _model("radii_doubled", "the wheel radii are twice too large", _RADII,
+           _times("2", "rR", "rF")),
+    _model("radii_halved", "the wheel radii are taken as diameters", _RADII,
+           _times("0.5", "rR", "rF")),
+    _model("radius_R_everywhere", "both wheels have the radius of the rear one", _RADII,
+           lambda p, _: p.update(rF=p["rR"])),
+    _model("radius_F_everywhere", "both wheels have the radius of the front one", _RADII,
+           lambda p, _: p.update(rR=p["rF"])),
+    _model("wheels_exchanged", "the wheels are exchanged", "the parameters of the wheels",
+           _exchange(("rR", "rF"), ("mR", "mF"), ("IRxx", "IFxx"), ("IRyy", "IFyy"))),
+    _model("mass_H_missing", "the fork has no mass and no inertia", "the body H of the fork",
+           _set(mH="0", IHxx="0", IHyy="0", IHzz="0", IHxz="0")),
+    _model("mass_B_missing", "the rear frame with rider has no mass and no inertia",
+           "the body B of the frame with rider", _set(mB="0", IBxx="0", IByy="0", IBzz="0",
+                                                      IBxz="0")),
+    _model("wheels_missing", "the wheels have no mass and no inertia", "the bodies of the wheels",
+           _set(mR="0", IRxx="0", IRyy="0", mF="0", IFxx="0", IFyy="0")),
+    _model("gravity_9.8", "gravity is 9.8 m/s^2", _GRAVITY, _set(g="9.8")),
+    _model("gravity_9.80665", "gravity is 9.80665 m/s^2", _GRAVITY, _set(g="9.80665")),
+    _model("gravity_9.82", "gravity is 9.82 m/s^2", _GRAVITY, _set(g="9.82")),
+    _model("gravity_10", "gravity is 10 m/s^2", _GRAVITY, _set(g="10")),
+    _model("gravity_missing", "there is no gravity", _GRAVITY, _set(g="0")),
+    _model("gravity_reversed", "gravity acts upward", _GRAVITY, _negate("g")),
+)  # fmt: skip
+"""In no particular order."""

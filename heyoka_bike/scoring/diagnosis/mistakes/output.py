@@ -1,0 +1,91 @@
+"""Mistakes in what is written of a right motion."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from heyoka_bike.numbers.double import Array
+from heyoka_bike.scoring.diagnosis.programs.program import (
+    Change,
+    Columns,
+    Mistake,
+    clock_mistake,
+    output_mistake,
+)
+
+
+def _differences(which: str) -> Change:
+    """Rates from the angles of neighbouring rows."""
+
+    def rate(angle: Array, time: Array) -> Array:
+        if len(angle) < 3:
+            return np.full_like(angle, np.nan)
+        forward = np.diff(angle) / np.diff(time)
+        if which == "forward":
+            return np.append(forward, forward[-1])
+        if which == "backward":
+            return np.insert(forward, 0, forward[0])
+        found: Array = np.gradient(angle, time)
+        return found
+
+    def change(columns: Columns, time: Array) -> Columns:
+        made = dict(columns)
+        for key in ("roll", "steer"):
+            made[f"{key}_rate"] = rate(columns[f"{key}_angle"], time)
+        # The derivative of another roll angle is of another definition of the rate.
+        for angle, definition in (("tait_bryan_xyz", "tait_bryan_xyz_rate"), ("zyx", "zyx_rate")):
+            made[f"roll_rate_{definition}"] = rate(columns[f"roll_angle_{angle}"], time)
+        return made
+
+    return change
+
+
+def _energies(kinetic: float = 1.0, potential: float = 1.0, without: str | None = None) -> Change:
+    """Energies counted so many times, the kinetic one without a part of it."""
+
+    def change(columns: Columns, _: Array) -> Columns:
+        missing = 0.0 if without is None else columns[without]
+        t = kinetic * (columns["kinetic_energy"] - missing)
+        v = potential * columns["potential_energy"]
+        return {**columns, "kinetic_energy": t, "potential_energy": v, "mechanical_energy": t + v}
+
+    return change
+
+
+def _lagrangian(columns: Columns, _: Array) -> Columns:
+    difference = columns["kinetic_energy"] - columns["potential_energy"]
+    return {**columns, "mechanical_energy": difference}
+
+
+_WHEN = "when a row is written: before or after the step"
+_SPACING = "the times of the rows: 0 to 10 s by 0.01 s are 1001 of them, both ends included"
+_SUM = "the sum of the energies: every body has a potential, a translational and a rotational one"
+
+OUTPUT_MISTAKES: tuple[Mistake, ...] = (
+    clock_mistake("one_step_late", "each row is written one step late", _WHEN, shift=-1.0),
+    clock_mistake("one_step_early", "each row is written one step early, or the first one at "
+                  "t = h", _WHEN, shift=1.0),
+    clock_mistake("half_step_late", "each row is written half a step late", _WHEN, shift=-0.5),
+    clock_mistake("half_step_early", "each row is written half a step early", _WHEN, shift=0.5),
+    clock_mistake("end_left_out", "1001 rows are spread over 10 s without its end and written as "
+                  "if 0.01 s apart", _SPACING, scale=1000 / 1001),
+    clock_mistake("one_row_less", "1000 rows are spread over 10 s and written as if 0.01 s apart",
+                  _SPACING, scale=1000 / 999),
+    output_mistake("forward_differences", "the rates are forward differences of the angles",
+                   "where the rates come from", _differences("forward")),
+    output_mistake("backward_differences", "the rates are backward differences of the angles",
+                   "where the rates come from", _differences("backward")),
+    output_mistake("central_differences", "the rates are central differences of the angles",
+                   "where the rates come from", _differences("central")),
+    output_mistake("energy_without_spin", "the kinetic energy is without the wheels' spin about "
+                   "their axles", _SUM, _energies(without="spin_energy")),
+    output_mistake("energy_without_rotation", "the kinetic energy is without that of rotation",
+                   _SUM, _energies(without="rotation_energy")),
+    output_mistake("kinetic_doubled", "the kinetic energy is twice too large", _SUM,
+                   _energies(kinetic=2.0)),
+    output_mistake("potential_sign", "the potential energy falls with the height", _SUM,
+                   _energies(potential=-1.0)),
+    output_mistake("energy_difference", "the mechanical energy is the kinetic minus the potential "
+                   "one", _SUM, _lagrangian),
+)  # fmt: skip
+"""In no particular order."""

@@ -1,0 +1,200 @@
+"""Mistakes that are read off a file: columns in another order, and times on another scale.
+
+There are too many of them to try each. What fits the correct motion best is proposed, and then
+judged as all others are. The best order is an assignment of the written columns to the quantities,
+one to one, that makes the product of the errors least; the time scale is fitted by least squares.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import inf, log
+
+import numpy as np
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, DEFINITIONS, Column
+from heyoka_bike.numbers.double import Array
+from heyoka_bike.scoring.alignment import HALF, Part
+from heyoka_bike.scoring.definitions import Understanding
+from heyoka_bike.scoring.diagnosis.programs.program import (
+    Columns,
+    Mistake,
+    clock_mistake,
+    output_mistake,
+)
+from heyoka_bike.scoring.measures import rms
+from heyoka_bike.scoring.units import UNITS, factor
+
+# Angles and rates have either sign; a moved column is as near to its quantity as an oscillation
+# has to be, or a speed or energy that hardly varies.
+_OSCILLATING = ("rad", "rad s-1")
+_NEAR = {"rad": HALF, "rad s-1": HALF, "m s-1": 0.02, "J": 0.02}
+
+# Scales from which the fit begins: each reaches what makes less than half a period over the run.
+_FIRST_SCALES = (1.0, 0.98, 1.02, 0.95, 1.05)
+# Enough for a fit that converges by a factor of ten or more each time.
+_ITERATIONS = 6
+_FARTHEST = 0.1
+# Methods of integration make oscillations slower or faster, by some (h w)^2 / 12: 1e-3 for the
+# largest usable steps. Less than that is left to them.
+_LEAST = 5e-4
+
+
+@dataclass(frozen=True, slots=True)
+class _Fit:
+    """A quantity in the place of a column, and the logarithm of how far it is from it."""
+
+    cost: float
+    column: Column
+    sign: int
+    unit: str
+
+
+def columns_in_another_order(
+    written: Sequence[Mapping[str, Array]], expected: Sequence[Mapping[str, Array]]
+) -> Mistake | None:
+    """The order of the columns that fits best, unless it is the right one.
+
+    Parameters
+    ----------
+    written, expected
+        Of each maneuver: columns by key, and every definition of them by name, at the same rows.
+    """
+    keys = [key for key in BENCHMARK_COLUMNS if any(key in w for w in written)]
+    fits = [[_best_fit(key, quantity, written, expected) for quantity in DEFINITIONS]
+            for key in keys]  # fmt: skip
+    order = _assign([[fit.cost for fit in row] for row in fits])
+    moved = {
+        key: row[j]
+        for key, row, j in zip(keys, fits, order, strict=True)
+        if BENCHMARK_COLUMNS[j] != key
+    }
+    if not moved:
+        return None
+
+    def change(columns: Columns, _: Array) -> Columns:
+        made = dict(columns)
+        for key, fit in moved.items():
+            values = fit.sign / factor(fit.unit)[0] * columns[fit.column.name]
+            made.update({c.name: values for c in DEFINITIONS[key]})
+        return made
+
+    return output_mistake(
+        "columns_" + "_".join(f"{fit.column.key}_as_{key}" for key, fit in moved.items()),
+        ", ".join(
+            f"the {fit.column.long_name} is in the place of the {DEFINITIONS[key][0].long_name}"
+            for key, fit in moved.items()
+        ),
+        "the order of the columns",
+        change,
+    )
+
+
+def _best_fit(
+    key: str, quantity: str, written: Sequence[Mapping[str, Array]],
+    expected: Sequence[Mapping[str, Array]],
+) -> _Fit:  # fmt: skip
+    """A quantity in the place of a column, in the definition, sign and unit that fit best."""
+    si = DEFINITIONS[quantity][0].unit
+    fits = [
+        _Fit(
+            sum(
+                _distance(sign * factor(unit)[0] * w[key], e[c.name], c, key)
+                for w, e in zip(written, expected, strict=True)
+                if key in w
+            ),
+            c, sign, unit,
+        )
+        for unit in UNITS[si]
+        for sign in ((1, -1) if si in _OSCILLATING else (1,))
+        for c in DEFINITIONS[quantity]
+    ]  # fmt: skip
+    return min(fits, key=lambda fit: fit.cost)
+
+
+def _distance(values: Array, expected: Array, column: Column, key: str) -> float:
+    """Logarithm of the relative error; infinite if it is not near, but in its own place."""
+    good = np.isfinite(values) & np.isfinite(expected)
+    size = rms(expected[good]) if good.any() else 0.0
+    typical = float(np.median(np.abs(values - expected)[good])) if good.any() else inf
+    if column.key != key and not typical < _NEAR[column.unit] * size:
+        return inf
+    return log(max(typical / size, np.finfo(np.float64).eps)) if size else 0.0
+
+
+def _assign(cost: Sequence[Sequence[float]]) -> list[int]:
+    """One column of the matrix for each row, all different, with the least sum."""
+    best: dict[int, tuple[float, list[int]]] = {0: (0.0, [])}
+    for row in cost:
+        found: dict[int, tuple[float, list[int]]] = {}
+        for used, (total, chosen) in best.items():
+            for j, more in enumerate(row):
+                after = used | 1 << j
+                if used != after and total + more < found.get(after, (inf, []))[0]:
+                    found[after] = total + more, [*chosen, j]
+        best = found
+    return min(best.values())[1]
+
+
+def times_on_another_scale(
+    parts: Sequence[Part], rows: Sequence[Array], written: Sequence[Mapping[str, Array]],
+    understood: Mapping[str, Understanding],
+) -> Mistake | None:  # fmt: skip
+    """The scale of the times that fits best, unless it is too near to 1 to be meant.
+
+    Parameters
+    ----------
+    parts : sequence of Part
+    rows
+        Times of each part [s].
+    written
+        Columns of each part at these times by key, SI units and signs, as understood.
+    understood
+        Their definitions.
+    """
+    fits = [_fit_scale(first, parts, rows, written, understood) for first in _FIRST_SCALES]
+    _, scale = min(fits)
+    if not _LEAST < abs(scale - 1.0) < _FARTHEST:
+        return None
+    return clock_mistake(
+        "time_scaled",
+        f"the times written are {1 / scale:.6g} times those meant",
+        "the step size and the times of the rows",
+        scale=scale,
+        is_fitted=True,
+    )
+
+
+def _fit_scale(
+    scale: float, parts: Sequence[Part], rows: Sequence[Array],
+    written: Sequence[Mapping[str, Array]], understood: Mapping[str, Understanding],
+) -> tuple[float, float]:  # fmt: skip
+    """Mean logarithm of the errors, and the scale at which it is least, by Gauss and Newton.
+
+    Each column counts by the inverse of its error, as if its size were unknown.
+    """
+    for _ in range(_ITERATIONS):
+        logs, rise, curvature = [], 0.0, 0.0
+        for part, time, values in zip(parts, rows, written, strict=True):
+            inside = scale * time <= float(part.reference.duration)
+            t = scale * time[inside]
+            if len(t) < 3:
+                return inf, scale
+            names = {key: understood[key].column.name for key in values}
+            expected = part.reference.approximate(t, list(names.values()))
+            for key, name in names.items():
+                slope = np.gradient(expected[name], t) * time[inside]
+                error = values[key][inside] - expected[name]
+                good = np.isfinite(error)
+                size = float(np.mean(error[good] ** 2)) if good.any() else 0.0
+                if not size:
+                    continue
+                logs.append(0.5 * log(size))
+                rise += float(np.mean(error[good] * slope[good])) / size
+                curvature += float(np.mean(slope[good] ** 2)) / size
+        if not curvature:
+            return inf, scale
+        fitted = scale
+        scale = min(max(scale + rise / curvature, 1.0 - _FARTHEST), 1.0 + _FARTHEST)
+    return float(np.mean(logs)), fitted

@@ -1,0 +1,76 @@
+"""Mistakes in the start, and maneuvers in each other's place."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from itertools import permutations
+from math import pi
+
+from heyoka_bike.scoring.diagnosis.programs.program import Mistake, Program, start_mistake
+
+_DEGREE = pi / 180
+
+
+def _place(sources: Mapping[int, int]) -> Mistake:
+    """Maneuvers in the place of others: by the number written, the number computed."""
+
+    def make(program: Program) -> Program:
+        held = program.starts
+        starts = {n: held.get(sources.get(n, n), s) for n, s in held.items()}
+        return replace(program, starts=starts)
+
+    told = [f"maneuver {held} is in the place of maneuver {n}" for n, held in sources.items()]
+    return Mistake(
+        "maneuver_" + "_".join(f"{held}_as_{n}" for n, held in sources.items()),
+        ", and ".join((", ".join(told[:-1]), told[-1]) if told[:-1] else told),
+        "the initial speed and roll rate of each maneuver, and which rows are written where",
+        "start",
+        make,
+    )
+
+
+_NUMBERS = (1, 2, 3)
+# One alone first: a file of one maneuver does not tell whether others are misplaced, too.
+_ALONE = [{n: held} for n in _NUMBERS for held in _NUMBERS if n != held]
+_ORDERS = [
+    {n: held for n, held in zip(_NUMBERS, order, strict=True) if n != held}
+    for order in permutations(_NUMBERS)
+    if order != _NUMBERS
+]
+
+START_MISTAKES: tuple[Mistake, ...] = (
+    start_mistake("roll_of_frame_only", "only the rear frame starts with the roll rate",
+                  "the initial velocities of fork and wheels",
+                  lambda s: replace(s, rolling=s.rolling & frozenset("B"))),
+    start_mistake("roll_without_wheels", "the wheels start without the roll rate",
+                  "the initial velocities of the wheels",
+                  lambda s: replace(s, rolling=s.rolling - frozenset("RF"))),
+    start_mistake("roll_about_centre", "the roll rate is about the centre of mass, not the ground",
+                  "the lateral velocities at the start: zero on the ground",
+                  lambda s: replace(s, about_centre=True)),
+    start_mistake("roll_rate_in_degrees", "the initial roll rate is taken as degrees per second",
+                  "the unit of the initial roll rate",
+                  lambda s: replace(s, roll_rate=s.roll_rate * _DEGREE)),
+    start_mistake("no_roll_rate", "the initial roll rate is zero", "the initial roll rate",
+                  lambda s: replace(s, roll_rate=0.0)),
+    start_mistake("roll_rate_sign", "the initial roll rate is to the left",
+                  "the sign of the initial roll rate",
+                  lambda s: replace(s, roll_rate=-s.roll_rate)),
+    start_mistake("front_wheel_at_rest", "the front wheel starts without spin",
+                  "the initial angular velocity of the front wheel",
+                  lambda s: replace(s, spinning=s.spinning - frozenset("F"))),
+    start_mistake("rear_wheel_at_rest", "the rear wheel starts without spin",
+                  "the initial angular velocity of the rear wheel",
+                  lambda s: replace(s, spinning=s.spinning - frozenset("R"))),
+    start_mistake("wheels_at_rest", "both wheels start without spin",
+                  "the initial angular velocities of the wheels",
+                  lambda s: replace(s, spinning=frozenset())),
+    start_mistake("speed_of_centre", "the initial speed is that of the centre of mass",
+                  "the point whose speed is set: the rear hub",
+                  lambda s: replace(s, speed_of_centre=True)),
+    start_mistake("speed_in_km_h", "the initial speed is taken as km/h",
+                  "the unit of the initial speed", lambda s: replace(s, speed=s.speed / 3.6)),
+    *(_place(sources) for sources in (*_ALONE, *_ORDERS)),
+)  # fmt: skip
+"""In no particular order."""

@@ -1,0 +1,1 @@
+"""What the error of a file looks like."""

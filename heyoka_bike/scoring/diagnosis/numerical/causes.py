@@ -1,0 +1,330 @@
+"""Numerical causes, where no mistake of the model explains a file: what its error looks like."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from heyoka_bike.errors import MissingPackageError
+from heyoka_bike.numbers.double import Array
+from heyoka_bike.reference.load import Reference
+from heyoka_bike.scoring.alignment import HALF
+from heyoka_bike.scoring.diagnosis.numerical.height import Heights
+from heyoka_bike.scoring.diagnosis.numerical.roughness import (
+    SMOOTH,
+    Roughness,
+    interpolation,
+    roughness,
+)
+from heyoka_bike.scoring.diagnosis.numerical.step_order import Order, order_of
+from heyoka_bike.scoring.findings import Finding
+from heyoka_bike.scoring.measures import rms
+from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Report
+
+# A correct file's error is its floor; sums and conversions may double it.
+_AT_FLOOR = 2.0
+# Fewer rows show no shape.
+_FEW_ROWS = 10
+# An error that one would like to reach, of the scale.
+_WANTED = 1e-6
+# Tenths of the run may go the other way by this part of the whole change of the energy.
+_BACK = 0.02
+# Heights that are neither rounding nor a small part of what the potential energy is wrong by.
+_ABOVE_FLOOR = 10.0
+_COUNTS = 0.05
+# A sunken wheel stays where it is, but for the first fifth of the run, in which it settles.
+_STEADY = 0.2
+# A drift is larger later than in the first fifth, and on one side of the floor: what oscillates
+# about it, with the motion, is not more than the drift.
+_GROWN = 1.5
+_ONE_WAY = 0.4
+# Noise of velocities hardly shows in the angles, their integrals; that of output does.
+_IN_RATES = 10.0
+# Parts of the error: what shows at all, and what noise of iterations must be; Exudyn's with tight
+# ones is below 2e-4, with loose ones above 5e-3.
+_SEEN = 1e-4
+_NOISE = 2e-3
+# Correlation one and two rows on, of what alternates.
+_ALTERNATES = 0.95
+# More than this part of the error is noise where all of it jumps.
+_MOSTLY = 0.3
+# Of white noise, with the scatter of a thousand rows.
+_WHITE = (-0.8, 0.4)
+_SCATTER = 0.1
+# With fewer digits every number is that of a single-precision one.
+_DIGITS_BEYOND_SINGLE = 9
+
+
+def findings(report: Report, reference: Reference) -> tuple[Finding, ...]:
+    """What numerical causes the error has; at least one finding, if only that it is smooth."""
+    far = [_error_in_scales(c) > HALF for m in report.maneuvers for c in m.columns if c.values]
+    if 2 * sum(far) >= len(far):
+        return (_too_far(),)
+    if max(m.rows for m in report.maneuvers) < _FEW_ROWS:
+        return (Finding("cannot_tell", "So few rows do not show what the error looks like"),)
+    order = _order(report, reference)
+    floor = tuple(_height(report, reference))
+    if any(f.code == "wheels_sink_in" for f in floor):
+        # The contact's own vibrations and losses would be taken for those of an integrator.
+        return floor
+    found = (
+        *(() if order is None else (_of_order(order, report),)),
+        # What a method in the state's own coordinates does to the energy says nothing more.
+        *(_energy(report) if order is None or order.constrained else ()),
+        *_rough(report, order),
+        *floor,
+        *_single_precision(report),
+    )
+    return found or (_smooth(),)
+
+
+def _order(report: Report, reference: Reference) -> Order | None:
+    try:
+        return order_of(report, reference)
+    except MissingPackageError:
+        return None
+
+
+def _of_order(order: Order, report: Report) -> Finding:
+    worst = max(_error_in_scales(c) for m in report.maneuvers for c in m.columns)
+    # Of multibody methods those of other orders come nearer.
+    is_sure = not order.constrained
+    most, others = (100 * (1 - x) for x in (order.left, min(order.others.values())))
+    text = (
+        f"This {'is' if is_sure else 'looks like'} integration error of order about {order.order}: "
+        f"the errors of a {order.method} method of order {order.order} explain {most:.0f} % of it, "
+        f"those of other orders at most {others:.0f} %; halve the step and it "
+        f"{'falls' if is_sure else 'should fall'} to about 1/{2**order.order}"
+    )
+    smaller = (worst / _WANTED) ** (1 / order.order)
+    if smaller > 1:
+        times = float(f"{smaller:.2g}")
+        text += f"; an error of 1e-6 of the scale needs a step about {times:g} times smaller"
+    return Finding(
+        "step_size_error",
+        text,
+        evidence={
+            "order": order.order,
+            "method": order.method,
+            "remaining": order.left,
+            "remaining_of_other_orders": {str(p): x for p, x in order.others.items()},
+            "max_rel_error": worst,
+            "step_ratio": smaller,
+        },
+    )
+
+
+def _error_in_scales(c: ColumnScore) -> float:
+    return c.as_understood.measures.max_rel_error or 0.0
+
+
+def _too_far() -> Finding:
+    return Finding(
+        "cannot_tell",
+        "Half of the columns or more are off by half their own size, so that their error says "
+        "nothing: look at the first rows, whether the columns are those of the benchmark, in its "
+        "order and units, and at a run that is short",
+    )
+
+
+def _smooth() -> Finding:
+    return Finding(
+        "smooth_error",
+        "The error is smooth, as the step size or tolerance of an integrator makes it, but its "
+        "shape does not tell the order; to be sure, halve the step, or divide the tolerance by "
+        "ten, and score both files together: an error of the integrator falls, by 2^p with a "
+        "method of order p, that of a wrong model stays",
+    )
+
+
+def _energy(report: Report) -> Iterator[Finding]:
+    """Energy that falls or grows steadily in every maneuver."""
+    trends = [_trend(m) for m in report.maneuvers]
+    numbers = [m.maneuver for m in report.maneuvers]
+    changes = {str(n): t for n, t in zip(numbers, trends, strict=True)}
+    evidence = {"maneuvers": numbers, "relative_change": changes}
+    if trends and all(t < 0 for t in trends):
+        yield Finding(
+            "numerical_damping",
+            "The mechanical energy falls steadily in every maneuver, as numerical damping makes "
+            "it: an integrator or a setting with less damping (a spectral radius nearer to 1), or "
+            "a smaller step",
+            evidence=evidence,
+        )
+    if trends and all(t > 0 for t in trends):
+        yield Finding(
+            "energy_grows",
+            "The mechanical energy grows steadily in every maneuver, as with an explicit method "
+            "of low order: a smaller step, or a method of higher order",
+            evidence=evidence,
+        )
+
+
+def _trend(m: ManeuverScore) -> float:
+    """Relative change of the mechanical energy over the run if it is steady, otherwise 0."""
+    energy = next((c for c in m.columns if c.key == "mechanical_energy"), None)
+    if energy is None or energy.is_at_floor(_AT_FLOOR) or energy.values < 20:
+        return 0.0
+    means = np.array([np.mean(part) for part in np.array_split(energy.trace.error, 10)])
+    change = float(means[-1] - means[0])
+    back = float(np.min(np.diff(means) * np.sign(change)))
+    if abs(change) <= 10 * (energy.floor or 0.0) or back < -_BACK * abs(change):
+        return 0.0
+    return change / float(np.max(np.abs(energy.trace.value)))
+
+
+def _rough(report: Report, order: Order | None) -> Iterator[Finding]:
+    """What jumps from row to row: interpolation, iterations, noise, or steps of varying size."""
+    between = [interpolation(m) for m in report.maneuvers]
+    first = next((b for b in between if b is not None), None)
+    if first is not None and 2 * between.count(first) > len(between):
+        spacing = report.maneuvers[0].step or 0.0
+        kind = "straight lines" if first.degree == 1 else "cubics"
+        yield Finding(
+            "interpolated_output",
+            f"Every {first.rows} rows, {first.rows * spacing:.6g} s, the error is that of a step; "
+            f"the rows between are interpolated by {kind}, which adds to it: write rows at the "
+            "steps, or use an interpolation of the order of the method",
+            evidence={"rows": first.rows, "first": first.first, "degree": first.degree},
+        )
+        return
+    found = {(m.maneuver, c.key): roughness(c) for m in report.maneuvers for c in m.columns}
+    jumping = {
+        place: r
+        for place, r in found.items()
+        if r is not None and r.at_one < SMOOTH and r.part > _SEEN
+    }
+    evidence = {"columns": [f"{number}.{key}" for number, key in jumping]}
+    numbers = [m.maneuver for m in report.maneuvers]
+    noisy = [r for r in jumping.values() if r.part > _MOSTLY and _is_white(r)]
+    in_rates = [n for n in numbers if _in_rates(n, jumping)]
+    ringing = [n for n in numbers if _rings(n, jumping)]
+    if len(noisy) > len(found) / 2:
+        yield Finding(
+            "rough_error",
+            "The error jumps from row to row like noise, far above the digits written, which no "
+            "step size makes: look for single-precision numbers on the way, random terms, or a "
+            "loose tolerance of the iterations",
+            evidence=evidence,
+        )
+    elif 2 * len(ringing) > len(numbers):
+        yield Finding(
+            "step_ringing",
+            "The velocities alternate from row to row, as the trapezoidal rule leaves them where "
+            "nothing damps the highest frequency: accelerations that are consistent at the start, "
+            "or a little numerical damping",
+            evidence={"maneuvers": ringing},
+        )
+    elif 2 * len(in_rates) > len(numbers):
+        yield Finding(
+            "iteration_noise",
+            "The velocities jump from row to row, much more than the angles, as a loose tolerance "
+            "of the Newton iterations in each step makes them: tighten it until the energy's "
+            "error is smooth; a smaller step does not help",
+            evidence={"maneuvers": in_rates},
+        )
+    elif order is None and len(jumping) > len(found) / 2:
+        yield Finding(
+            "steps_of_varying_size",
+            "The error is rough between steps of varying size, as an integrator with a tolerance "
+            "and rows between its steps makes it; this says no order: divide the tolerance by "
+            "ten, and score both files together",
+            evidence=evidence,
+        )
+
+
+def _is_white(r: Roughness) -> bool:
+    return abs(r.at_one - _WHITE[0]) < _SCATTER and abs(r.at_two - _WHITE[1]) < 2 * _SCATTER
+
+
+def _in_rates(number: int, jumping: Mapping[tuple[int, str], Roughness]) -> bool:
+    """Whether both rates of a maneuver jump, much more than their angles."""
+    for kind in ("roll", "steer"):
+        angle, rate = (jumping.get((number, f"{kind}_{x}")) for x in ("angle", "rate"))
+        if rate is None or rate.at_one >= 0 or rate.part < _NOISE:
+            return False
+        if angle is not None and rate.part < _IN_RATES * angle.part:
+            return False
+    return True
+
+
+def _rings(number: int, jumping: Mapping[tuple[int, str], Roughness]) -> bool:
+    """Whether the steer rate of a maneuver alternates from row to row."""
+    rate = jumping.get((number, "steer_rate"))
+    return rate is not None and -rate.at_one > _ALTERNATES and rate.at_two > _ALTERNATES
+
+
+def _height(report: Report, reference: Reference) -> Iterator[Finding]:
+    """Wheels that sink in or leave the floor."""
+    heights = Heights(reference)
+    sunken, drifts = [], []
+    for m in report.maneuvers:
+        found = heights.of(m)
+        if found is None:
+            return
+        time, height, floor = found
+        wrong = next(c for c in m.columns if c.key == "potential_energy").trace.error
+        # A wrong weight or zero is there from the start; so is what is said of no start.
+        starts = time[0] == 0.0 and abs(height[0]) <= _ABOVE_FLOOR * floor
+        size = rms(height)
+        counts = size > max(_ABOVE_FLOOR * floor, _COUNTS * rms(wrong) / heights.weight)
+        fifths = np.array_split(height, 5)
+        clear = starts and counts
+        sunken.append(_settled(fifths) if clear else 0.0)
+        drifts.append(float(np.max(np.abs(height))) if clear and _grows(fifths) else 0.0)
+    numbers = [m.maneuver for m in report.maneuvers]
+    if sunken and max(sunken) < 0 and min(sunken) > (1 + _STEADY) * max(sunken):
+        yield Finding(
+            "wheels_sink_in",
+            f"The bicycle stands {-float(np.mean(sunken)):.2g} m too low for its roll and steer, "
+            "after it has settled, as contact by penalty springs makes it: a stiffer contact, or "
+            "a constraint instead",
+            evidence={"maneuvers": numbers, "height": sunken},
+        )
+    elif drifts and 2 * sum(d > 0 for d in drifts) > len(drifts):
+        yield Finding(
+            "height_drifts",
+            f"The bicycle leaves the floor by up to {max(drifts):.2g} m, by its potential energy, "
+            "roll and steer: the positions drift from their constraints, as where only velocities "
+            "are constrained or the pitch is integrated; project the positions, stabilise them, "
+            "or take a smaller step",
+            evidence={"maneuvers": numbers, "height": drifts},
+        )
+
+
+def _settled(fifths: Sequence[Array]) -> float:
+    """Where the height settles below the floor, 0 if it does not."""
+    later = np.concatenate(fifths[1:])
+    mean = float(np.mean(later))
+    return mean if mean < 0 and np.std(later) < _STEADY * -mean else 0.0
+
+
+def _grows(fifths: Sequence[Array]) -> bool:
+    """Whether the height moves one way from the floor: neither to and fro nor all at once."""
+    first, *later = (rms(x) for x in fifths)
+    means = np.array([np.mean(x) for x in fifths])
+    one_way = bool(np.all(means[1:] * means[-1] > 0))
+    return one_way and max(later) > _GROWN * first and abs(np.sum(means)) > _ONE_WAY * sum(later)
+
+
+def _single_precision(report: Report) -> Iterator[Finding]:
+    """Values that are all single-precision numbers, although more digits are written."""
+    digits = report.file.significant_digits
+    if digits is None or digits < _DIGITS_BEYOND_SINGLE:
+        return
+    columns: list[ColumnScore] = [c for m in report.maneuvers for c in m.columns if c.values]
+    plain = [c for c in columns if c.as_understood.unit == c.as_written.unit]
+    if plain and all(_is_single(c, digits) for c in plain):
+        yield Finding(
+            "single_precision",
+            "All values are single-precision numbers, good to seven digits: compute and store "
+            "them in double precision",
+            evidence={"columns": sorted({c.key for c in plain})},
+        )
+
+
+def _is_single(c: ColumnScore, digits: int) -> bool:
+    value = c.trace.value + c.as_understood.offset
+    rounded = value.astype(np.float32).astype(np.float64)
+    return bool(np.all(np.abs(value - rounded) <= 10.0 ** (1 - digits) * np.abs(value)))

@@ -1,0 +1,1 @@
+"""A program with mistakes, and its motion."""

@@ -1,0 +1,123 @@
+"""A program as a hypothesis sees it: its bicycle, its starts, its clock, and what it writes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from heyoka_bike.bicycle.parameters import Bicycle
+from heyoka_bike.numbers.double import Array
+from heyoka_bike.scoring.diagnosis.programs.start import Start
+
+Columns = Mapping[str, Array]
+"""All columns by name, and the parts of the kinetic energy, see `Simulator.run`."""
+Change = Callable[[Columns, Array], Columns]
+"""From what should be written at the times written to what is."""
+
+
+@dataclass(frozen=True, slots=True)
+class Clock:
+    """From written times to those meant: ``scale * time + shift * step``, not before 0.
+
+    Attributes
+    ----------
+    scale
+    shift
+        In usual distances of the rows.
+    """
+
+    scale: float = 1.0
+    shift: float = 0.0
+
+    def __call__(self, time: Array, step: float) -> Array:
+        meant: Array = np.maximum(self.scale * time + self.shift * step, 0.0)
+        return meant
+
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """What a program computes and writes.
+
+    Attributes
+    ----------
+    bicycle : Bicycle
+    starts
+        Of each maneuver, by number.
+    clock : Clock
+    rows
+        Changes of the columns, in order.
+    """
+
+    bicycle: Bicycle
+    starts: Mapping[int, Start]
+    clock: Clock = Clock()
+    rows: tuple[Change, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Mistake:
+    """One usual mistake.
+
+    Attributes
+    ----------
+    code
+        Stable name.
+    says
+        What the program does, one sentence.
+    check
+        What to look at in one's own program.
+    kind
+        ``model``, ``start`` or ``output``; the former two change the motion.
+    change
+        Makes it.
+    is_fitted
+        Whether it has a number that was fitted to the file.
+    """
+
+    code: str
+    says: str
+    check: str
+    kind: str
+    change: Callable[[Program], Program]
+    is_fitted: bool = False
+
+
+def apply(program: Program, mistakes: Iterable[Mistake]) -> Program:
+    """A program that makes all of the mistakes."""
+    for mistake in mistakes:
+        program = mistake.change(program)
+    return program
+
+
+def start_mistake(code: str, says: str, check: str, change: Callable[[Start], Start]) -> Mistake:
+    """A mistake in the start of every maneuver."""
+
+    def make(program: Program) -> Program:
+        return replace(program, starts={n: change(s) for n, s in program.starts.items()})
+
+    return Mistake(code, says, check, "start", make)
+
+
+def output_mistake(code: str, says: str, check: str, change: Change) -> Mistake:
+    """A mistake in what is written of a right motion."""
+
+    def make(program: Program) -> Program:
+        return replace(program, rows=(*program.rows, change))
+
+    return Mistake(code, says, check, "output", make)
+
+
+def clock_mistake(
+    code: str, says: str, check: str, *, scale: float = 1.0, shift: float = 0.0,
+    is_fitted: bool = False,
+) -> Mistake:  # fmt: skip
+    """A mistake in the times of the rows."""
+
+    def make(program: Program) -> Program:
+        known = program.clock
+        clock = Clock(scale * known.scale, scale * known.shift + shift)
+        return replace(program, clock=clock)
+
+    return Mistake(code, says, check, "output", make, is_fitted)

@@ -1,0 +1,146 @@
+"""Trajectories of any bicycle in binary64, from one compiled integrator: milliseconds each.
+
+The constants of the equations are parameters of the compiled code, so that a changed bicycle needs
+no new compilation. The form that is regular at zero trail is used, whose state is roll, pitch,
+steer, roll rate, steer rate, the rear wheel's rolling rate and yaw.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from math import cos, sin
+from typing import Any
+
+import numpy as np
+
+from heyoka_bike.bicycle.columns import COLUMNS
+from heyoka_bike.bicycle.equations.constants import constants
+from heyoka_bike.bicycle.equations.kinematics import state_names
+from heyoka_bike.bicycle.equations.model import regular
+from heyoka_bike.bicycle.equations.outputs import columns, unfold, yaw_rate
+from heyoka_bike.bicycle.parameters import Bicycle, read_bicycle
+from heyoka_bike.motion.expressions import Expressions, require_heyoka
+from heyoka_bike.numbers.arithmetic import Multiprecision, Number
+from heyoka_bike.numbers.double import Array
+from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.system.resources import benchmark_bicycle
+
+# Rotations and products of the constants keep binary64 with some digits to spare.
+_DIGITS = 25
+_TOLERANCE = 1e-14
+# The maneuvers take 50 to 150 steps of such a tolerance; several times as many are a singularity.
+_MOST_STEPS = 500
+# The maneuvers of a file are simulated one after the other.
+_KEPT = 4
+# Angular velocities of frame and fork along e1, e2, e3 (see `kinematics`), absolute ones of the
+# wheels about their axles, all in rad/s.
+_RATES = ("w1", "q", "w3", "w1_f", "q_f", "w3_f", "spin_R", "spin_F")
+# What is computed of a motion.
+_NAMES = (*(c.name for c in COLUMNS), "spin_energy", "rotation_energy")
+
+
+class Simulator:
+    """A compiled integrator and its outputs; building it takes seconds.
+
+    Raises
+    ------
+    MissingPackageError
+        heyoka is not installed.
+    """
+
+    def __init__(self) -> None:
+        hy = require_heyoka()
+        self._arithmetic = Multiprecision(_DIGITS)
+        count = 0
+
+        def parameter(_: Number) -> Number:
+            nonlocal count
+            count += 1
+            return hy.par[count - 1]
+
+        # Of any bicycle: only which constants there are is taken from it.
+        k = constants(read_bicycle(benchmark_bicycle()), self._arithmetic).convert(parameter)
+        a = Expressions()
+        state = list(hy.make_vars(*state_names(True)))
+        yaw = hy.make_vars("yaw")
+        o, u = unfold(k, a, state, is_regular=True)
+        equations = [*zip(state, regular(k, a, state), strict=True), (yaw, yaw_rate(o, u))]
+        # Compact code is slower by half but compiles several times faster.
+        self._integrator: Any = hy.taylor_adaptive(
+            equations, np.zeros(len(state) + 1), compact_mode=True, tol=_TOLERANCE
+        )
+        found = columns(k, a, o, u, state[0], state[1], state[2], yaw)
+        rates = [u.w1, u.q, u.w3, u.w1_f, u.q_f, u.w3_f, u.v / k.rear.r, u.v_f / k.front.r]
+        self._outputs: Any = hy.cfunc(
+            [*(found[c.name] for c in COLUMNS), *rates], [*state, yaw], compact_mode=True
+        )
+        self._constants = lru_cache(_KEPT)(self._compute_constants)
+
+    def run(self, bicycle: Bicycle, start: Sequence[float], time: Array) -> dict[str, Array]:
+        """Columns of a motion as far as it goes.
+
+        Parameters
+        ----------
+        bicycle : Bicycle
+            Any parameters, sensible or not.
+        start : (roll, pitch, steer, roll rate, steer rate, speed)
+            At t = 0 [rad, rad/s, m/s]; the speed is that of the rear hub along the heading.
+        time : ndarray, shape (n,)
+            Ascending, from 0 on [s].
+
+        Returns
+        -------
+        dict of str to ndarray, shape (n,)
+            Every column of `columns.COLUMNS`, and the parts of the kinetic energy [J]
+            ``spin_energy``, of the wheels about their axles, and ``rotation_energy``, of the
+            angular velocities of all bodies, spin included; NaN from where the motion meets a
+            singularity, or everywhere if the bicycle has no motion.
+        """
+        try:
+            values, length = self._constants(tuple(bicycle.values.items()))
+        except ZeroDivisionError:
+            # Without any mass or inertia of one half.
+            return {name: np.full(len(time), np.nan) for name in _NAMES}
+        *angles_and_rates, speed = start
+        ta = self._integrator
+        ta.pars[:] = values[: len(ta.pars)]
+        ta.time = 0.0
+        ta.state[:] = [*angles_and_rates, speed / length, 0.0]
+        # Repeated times are not allowed; nor is a grid that does not begin at the present.
+        grid, back = np.unique(np.concatenate([[0.0], time]), return_inverse=True)
+        reached = ta.propagate_grid(grid, max_steps=_MOST_STEPS)[-1]
+        states = np.full((len(grid), len(ta.state)), np.nan)
+        states[: len(reached)] = reached
+        parameters = np.broadcast_to(values[:, None], (len(values), len(grid)))
+        found = self._outputs(np.ascontiguousarray(states.T), pars=np.ascontiguousarray(parameters))
+        wanted = found[:, back[1:]]
+        rates = dict(zip(_RATES, wanted[len(COLUMNS) :], strict=True))
+        made = dict(zip([c.name for c in COLUMNS], wanted, strict=False))
+        # A motion that meets a singularity may become very fast.
+        with np.errstate(over="ignore"):
+            return made | _energies({s: float(x) for s, x in bicycle.values.items()}, rates)
+
+    def _compute_constants(self, values: tuple[tuple[str, Exact], ...]) -> tuple[Array, float]:
+        """Parameters of the compiled code, and the unit of length [m]."""
+        found: list[float] = []
+        k = constants(Bicycle("", dict(values)), self._arithmetic)
+        k.convert(lambda x: found.append(float(x)))
+        return np.array(found), float(k.length)
+
+
+def _energies(p: Mapping[str, float], rates: Mapping[str, Array]) -> dict[str, Array]:
+    """Parts of the kinetic energy [J]."""
+    s, c = sin(p["lam"]), cos(p["lam"])
+    spin: Array = 0.5 * (p["IRyy"] * rates["spin_R"] ** 2 + p["IFyy"] * rates["spin_F"] ** 2)
+    rotation = spin
+    for body, wheel, end in (("B", "R", ""), ("H", "F", "_f")):
+        w1, q, w3 = (rates[name + end] for name in ("w1", "q", "w3"))
+        # In the axes of the upright bicycle.
+        x, z = c * w1 + s * w3, c * w3 - s * w1
+        xx, yy, zz, xz = (p[f"I{body}{ij}"] for ij in ("xx", "yy", "zz", "xz"))
+        diametral = p[f"I{wheel}xx"]
+        rotation = rotation + 0.5 * (
+            (xx + diametral) * x**2 + yy * q**2 + (zz + diametral) * z**2 + 2 * xz * x * z
+        )
+    return {"spin_energy": spin, "rotation_energy": rotation}

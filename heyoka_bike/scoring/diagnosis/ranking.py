@@ -1,0 +1,227 @@
+"""Why a result differs: the mistakes whose simulation explains the file.
+
+A hypothesis is a program that makes one or two of the usual `mistakes`. Its motion is simulated,
+and the file is compared with that motion as it is with the reference, with the definitions, signs
+and units that then fit best. The *gain* of a hypothesis is the geometric mean, over maneuvers and
+columns, of the factor by which the typical error (see `understanding`) falls from the correct
+program to it: the likelihood ratio if the size of what remains, an unknown smooth error of
+the integrator and the digits written, is unknown in each column. Motions are compared through their
+difference from the simulated correct one, so that the simulation's own error cancels.
+
+The *relief* is the same mean over the columns that the mistakes change at all: a wrong rate alone
+changes two of eight. Hypotheses are ranked by their gain; those that the columns in which they
+differ tell apart by less than a factor of 2 form a class.
+
+Every mistake is tried alone; then the best one with all others, of the other pairs those that
+`pairs` finds promising, and the best pair with one of the two replaced.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+
+from heyoka_bike.errors import DatasetError, MissingPackageError
+from heyoka_bike.reference.load import Reference
+from heyoka_bike.reference.sensitivities import Sensitivities, load_sensitivities
+from heyoka_bike.scoring.alignment import HALF, Alignment
+from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, Mistake
+from heyoka_bike.scoring.diagnosis.mistakes.search import Hypothesis, Search
+from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
+from heyoka_bike.scoring.diagnosis.unknowns import estimation
+from heyoka_bike.scoring.diagnosis.unknowns.estimation import Estimate, Unknown
+from heyoka_bike.scoring.diagnosis.unknowns.fitting import Fitting
+from heyoka_bike.scoring.report import Curve
+
+__all__ = ["Diagnosis", "Hypothesis", "diagnose"]
+
+# The same factor that tells definitions apart.
+_TOLD_APART = 2.0
+# The product over the maneuvers of the relief that is worth a claim: 2 for each of three, 8 for one
+# alone. Errors of correct programs resemble some mistake by up to 7 in one maneuver.
+_CLAIMED = 2.0**3
+# The same for what a second mistake explains beyond the first: two always fit a little better.
+_SECOND = 3.0**3
+# What leaves more than this part of the columns off by half their scale explains no file.
+_STRANGE = 0.25
+# A number that is fitted fits something always; up to 7 in the errors of correct programs.
+_FITTED = 10.0
+# A mistake that is made leaves no column much farther off than if it were not.
+_WORSE = 2.0
+# What leaves so many times more than the best where the two differ is not less likely, but refuted.
+_REFUTED = 100.0
+# The best single mistakes, which are tried with others whatever superposition says.
+_LEADERS = 3
+# ... if they explain anything: two rates of eight columns that get better by a factor of 1.5.
+_LEADING = 1.1
+# Single mistakes that are tried in the place of either of the best pair.
+_RIVALS = 12
+# A fit of parameters must explain so many times more than the best class to come first.
+_FURTHER = 3.0
+# No combination of parameters explains so much by chance; nor does a class: no fit is needed.
+_EXPLAINED = 100.0
+
+Progress = Callable[[float], None]
+"""Called with the part of the work that is done, 0 to 1."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Diagnosis:
+    """What explains a file.
+
+    Attributes
+    ----------
+    classes : tuple of tuple of Hypothesis
+        Ranked; hypotheses of a class cannot be told apart. Empty if nothing explains it.
+    tried, untried
+        How many hypotheses were simulated, and how many could not be without heyoka.
+    estimate : Estimate or None
+        What changed parameters or starts explain; its fits explain far more than any class. None
+        where the set has no sensitivities, or a class leaves nothing worth a fit.
+    values : mapping of Unknown to float
+        Of the unknowns of the fits, in the correct program [SI].
+    curves : tuple of Curve
+        What the best of all leaves, in the column of each maneuver that it explains best.
+    """
+
+    classes: tuple[tuple[Hypothesis, ...], ...]
+    tried: int
+    untried: int = 0
+    estimate: Estimate | None = None
+    values: Mapping[Unknown, float] = field(default_factory=dict)
+    curves: tuple[Curve, ...] = ()
+
+
+def diagnose(
+    alignment: Alignment, reference: Reference, *, simulator: Simulator | None = None,
+    progress: Progress = lambda _: None,
+) -> Diagnosis:  # fmt: skip
+    """Search the mistakes, alone and in pairs, and the parameters that explain a file.
+
+    Without heyoka only what needs no simulation is tried, and small changes to first order.
+    """
+    if simulator is None:
+        with suppress(MissingPackageError):
+            simulator = Simulator()
+    sensitivities = None
+    with suppress(DatasetError):
+        sensitivities = load_sensitivities(reference.folder)
+    search = Search(alignment.parts, reference, simulator, sensitivities)
+    singles: list[Hypothesis] = []
+    mistakes = [*MISTAKES, *search.proposals()]
+    for i, mistake in enumerate(mistakes):
+        if search.is_new((mistake,)):
+            singles.append(search.judge((mistake,)))
+        progress(0.5 * (i + 1) / len(mistakes))
+    ranked = sorted(singles, key=lambda h: -h.gain)
+    leaders = [h for h in ranked[:_LEADERS] if h.gain > _LEADING]
+    for leader in leaders:
+        order = search.order_beside(leader)
+        if order is not None and (order.code,) not in {h.codes for h in singles}:
+            singles.append(search.judge((order,)))
+    chosen = _beside(leaders, singles) + search.promising_pairs(singles)
+    pairs: list[Hypothesis] = []
+    for i, pair in enumerate(chosen):
+        if search.is_new(pair):
+            pairs.append(search.judge(pair))
+        progress(0.5 + 0.35 * (i + 1) / len(chosen))
+    best = max([*singles, *pairs], key=lambda h: h.gain)
+    near = _with_one_replaced(best, ranked[:_RIVALS], mistakes)
+    pairs += [search.judge(pair) for pair in near if search.is_new(pair)]
+    classes = _classes(search, singles, pairs)
+    untried = 0 if simulator else sum(h.gain == 0.0 for h in (*singles, *pairs))
+    found = Diagnosis(
+        classes=classes,
+        tried=len(singles) + len(pairs) - untried,
+        untried=untried,
+        curves=search.curves(classes[0][0]) if classes else (),
+    )
+    worth = classes[0][0].gain if classes else 1.0
+    if sensitivities is None or worth > _EXPLAINED:
+        return found
+    return _with_estimate(found, search.fitting(), sensitivities, simulator, worth)
+
+
+def _with_estimate(
+    found: Diagnosis, fitting: Fitting, sensitivities: Sensitivities,
+    simulator: Simulator | None, worth: float,
+) -> Diagnosis:  # fmt: skip
+    """The same with the parameters that explain far more."""
+    problem = fitting.problem(sensitivities)
+    errors = fitting.errors(simulator) if simulator else None
+    estimate = estimation.estimate(problem, errors, _FURTHER * worth if found.classes else 1.0)
+    if not estimate.fits:
+        return replace(found, estimate=estimate)
+    best = estimate.fits[0]
+    return replace(
+        found,
+        classes=tuple(c for c in found.classes if _REFUTED * c[0].gain > best.gain),
+        estimate=estimate,
+        values={u: fitting.value(u) for fit in estimate.fits for u in fit.changes},
+        curves=fitting.curves(problem, errors, best),
+    )
+
+
+def _beside(
+    leaders: Sequence[Hypothesis], singles: Sequence[Hypothesis]
+) -> list[tuple[Mistake, ...]]:
+    """The best mistake with every other one, the next best with those that need no new motion."""
+    place = {h.codes: i for i, h in enumerate(singles)}
+    found = []
+    for rank, leader in enumerate(leaders):
+        for h in singles:
+            if h is not leader and (rank == 0 or h.mistakes[0].kind == "output"):
+                first, second = sorted((leader, h), key=lambda x: place[x.codes])
+                found.append((*first.mistakes, *second.mistakes))
+    return found
+
+
+def _with_one_replaced(
+    best: Hypothesis, rivals: Sequence[Hypothesis], order: Sequence[Mistake]
+) -> list[tuple[Mistake, ...]]:
+    """Pairs that differ from the best one in one mistake; none if that is not a pair."""
+    if len(best.mistakes) == 1:
+        return []
+    place = {m.code: i for i, m in enumerate(order)}
+    pairs = [
+        (kept, *rival.mistakes)
+        for kept in best.mistakes
+        for rival in rivals
+        if rival.codes[0] not in best.codes
+    ]
+    return [tuple(sorted(pair, key=lambda m: place.get(m.code, len(order)))) for pair in pairs]
+
+
+def _classes(
+    search: Search, singles: Sequence[Hypothesis], pairs: Sequence[Hypothesis]
+) -> tuple[tuple[Hypothesis, ...], ...]:
+    """What is worth claiming, ranked, in classes that cannot be told apart."""
+    alone = {h.mistakes[0].code: h for h in singles}
+
+    def explains(h: Hypothesis) -> bool:
+        maneuvers = len({number for number, _ in h.after})
+        return (
+            h.relief**maneuvers > _CLAIMED
+            and h.gain > 1.0
+            and (h.relief > _FITTED or not any(m.is_fitted for m in h.mistakes))
+            and all(h.after[k] < _WORSE * h.before[k] for k in h.after if k in h.before)
+            and sum(x > HALF for x in h.after.values()) <= _STRANGE * len(h.after)
+        )
+
+    def needs_both(h: Hypothesis) -> bool:
+        maneuvers = len({number for number, _ in h.after})
+        return all(search.advantage(h, alone[c]) ** maneuvers > _SECOND for c in h.codes)
+
+    worth = [h for h in singles if explains(h)]
+    worth += [h for h in pairs if explains(h) and needs_both(h)]
+    worth.sort(key=lambda h: -h.gain)
+    classes: list[list[Hypothesis]] = []
+    for h in worth:
+        if classes and search.advantage(classes[0][0], h) > _REFUTED:
+            continue
+        if classes and search.advantage(classes[-1][0], h) < _TOLD_APART:
+            classes[-1].append(h)
+        else:
+            classes.append([h])
+    return tuple(tuple(c) for c in classes)

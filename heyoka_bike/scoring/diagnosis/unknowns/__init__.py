@@ -1,0 +1,1 @@
+"""Parameters and starts whose other values explain a file."""

@@ -1,0 +1,153 @@
+"""What `estimation` needs of a file: errors, derivatives, and errors by simulation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+
+import numpy as np
+
+from heyoka_bike.bicycle.columns import DEFINITIONS
+from heyoka_bike.bicycle.equations.constants import binary64_constants
+from heyoka_bike.bicycle.equations.initial import pitch_on_the_floor
+from heyoka_bike.bicycle.parameters import Bicycle
+from heyoka_bike.numbers.double import Array
+from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.reference.sensitivities import START, Sensitivities
+from heyoka_bike.scoring.diagnosis.programs.program import Program
+from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
+from heyoka_bike.scoring.diagnosis.programs.start import initial_state
+from heyoka_bike.scoring.diagnosis.unknowns.estimation import (
+    Errors,
+    Fit,
+    Place,
+    Problem,
+    Unknown,
+    jacobian,
+    left_by,
+    unknowns_of,
+)
+from heyoka_bike.scoring.measures import rms
+from heyoka_bike.scoring.report import Curve
+
+_STATE = ("roll", "pitch", "steer", "roll_rate", "steer_rate", "speed")
+
+
+class Fitting:
+    """A file and the program that is to be changed until it explains it.
+
+    Parameters
+    ----------
+    numbers : sequence of int
+        Of the maneuvers in the file.
+    times : sequence of ndarray, shape (n,)
+        Rows of each maneuver that are compared [s].
+    written : sequence of mapping of str to ndarray, shape (n,)
+        Columns of each maneuver by key, as understood [SI].
+    exact : sequence of mapping of str to ndarray, shape (n,)
+        What the reference has for them, by name.
+    names : mapping of str to str
+        Name of the column, in its definition, by key.
+    floors : mapping of (int, str) to float
+        What the digits cannot tell [SI].
+    program : Program
+        The correct one.
+    """
+
+    def __init__(
+        self, numbers: Sequence[int], times: Sequence[Array],
+        written: Sequence[Mapping[str, Array]], exact: Sequence[Mapping[str, Array]],
+        names: Mapping[str, str], floors: Mapping[Place, float], program: Program,
+    ) -> None:  # fmt: skip
+        self._numbers, self._times, self._names = numbers, times, names
+        self._program = program
+        self._errors = {
+            (n, key): w[key] - e[names[key]]
+            for n, w, e in zip(numbers, written, exact, strict=True)
+            for key in w
+        }
+        self._scales = {
+            (n, key): rms(e[names[key]]) or 1.0
+            for n, w, e in zip(numbers, written, exact, strict=True)
+            for key in w
+        }
+        self._floors = floors
+
+    def problem(self, sensitivities: Sensitivities) -> Problem:
+        """The errors with their derivatives."""
+        unknowns = unknowns_of(self._numbers)
+        jacobians = {}
+        for n, t in zip(self._numbers, self._times, strict=True):
+            found = jacobian(sensitivities, n, t, list(set(self._names.values())), unknowns)
+            for number, key in self._errors:
+                if number == n:
+                    jacobians[number, key] = found[self._names[key]]
+        return Problem(
+            errors=self._errors, jacobians=jacobians, scales=self._scales, floors=self._floors,
+            times=dict(zip(self._numbers, self._times, strict=True)),
+            unknowns=unknowns, sizes=np.array([abs(self.value(u)) or 1.0 for u in unknowns]),
+        )  # fmt: skip
+
+    def value(self, unknown: Unknown) -> float:
+        """Value of an unknown in the program [SI]."""
+        name, number = unknown
+        if number is None:
+            return float(self._program.bicycle[name])
+        return self._state(number, {})[_STATE.index(name.removeprefix("initial_"))]
+
+    def errors(self, simulator: Simulator) -> Errors:
+        """What a changed program leaves, through its difference from the correct one."""
+        correct = self._motions(simulator, {})
+
+        def left(changes: Mapping[Unknown, float]) -> dict[Place, Array]:
+            motions = self._motions(simulator, changes)
+            return {
+                (n, key): error - (motions[n][self._names[key]] - correct[n][self._names[key]])
+                for (n, key), error in self._errors.items()
+            }
+
+        return left
+
+    def curves(self, problem: Problem, errors: Errors | None, fit: Fit) -> tuple[Curve, ...]:
+        """What a fit leaves, in the column of each maneuver that it explains best."""
+        left = left_by(problem, errors, fit)
+        found = []
+        for n, t in zip(self._numbers, self._times, strict=True):
+            relief = {
+                key: rms(e[good]) / max(rms(left[n, key][good]), np.finfo(np.float64).tiny)
+                for (number, key), e in self._errors.items()
+                if number == n and (good := np.isfinite(e)).any()
+            }
+            if not relief:
+                continue
+            key = max(relief, key=lambda k: relief[k])
+            good = np.isfinite(self._errors[n, key])
+            before, after = (np.abs(e[n, key][good]) for e in (self._errors, left))
+            unit = DEFINITIONS[key][0].unit
+            found.append(Curve(n, key, unit, t[good], before, after))
+        return tuple(found)
+
+    def _motions(
+        self, simulator: Simulator, changes: Mapping[Unknown, float]
+    ) -> dict[int, Mapping[str, Array]]:
+        values = dict(self._program.bicycle.values)
+        for (name, number), change in changes.items():
+            if number is None:
+                x = values[name]
+                values[name] = Exact(x.rational + Fraction(change), x.pi_multiple)
+        bicycle = Bicycle(self._program.bicycle.name, values)
+        found: dict[int, Mapping[str, Array]] = {}
+        for n, t in zip(self._numbers, self._times, strict=True):
+            state = self._state(n, changes)
+            if state[2] != 0.0:
+                k = binary64_constants(bicycle)
+                state[1] = float(pitch_on_the_floor(k, state[0], 0.0, state[2]))
+            found[n] = simulator.run(bicycle, state, t)
+        return found
+
+    def _state(self, number: int, changes: Mapping[Unknown, float]) -> list[float]:
+        p = {s: float(x) for s, x in self._program.bicycle.values.items()}
+        state = list(initial_state(p, self._program.starts[number]))
+        for key in START:
+            state[_STATE.index(key)] += changes.get((f"initial_{key}", number), 0.0)
+        return state

@@ -1,0 +1,115 @@
+"""Which few unknowns explain an error, to first order: every one, two and three of them.
+
+The error of each column of each maneuver is a *block*. With the sensitivities it is, to first
+order, J x for changes x of the unknowns. What is minimised is the sum of the logarithms of what is
+left in the blocks, the likelihood if the size of the rest is unknown in each: least squares, with
+each block weighted by the inverse of what it has left, repeated. A thousand subsets are solved at
+once from the blocks' normal equations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heyoka_bike.numbers.double import Array
+
+# Each repetition divides what is wrong with the weights; more changes nothing that is seen.
+_REPETITIONS = 12
+# The normal equations are solved in binary64: below this part of a block nothing is left to see.
+_VISIBLE = 1e-7
+# Of a direction that is all but fixed by the others, this part of its size is added: Levenberg.
+_DAMPING = 1e-12
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Blocks:
+    """Normal equations of each block.
+
+    Attributes
+    ----------
+    squares : ndarray, shape (B,)
+        Mean square of the error.
+    moments : ndarray, shape (B, U)
+        Mean of J times the error.
+    products : ndarray, shape (B, U, U)
+        Mean of J times J.
+    floors : ndarray, shape (B,)
+        Mean square of what cannot be seen.
+    """
+
+    squares: Array
+    moments: Array
+    products: Array
+    floors: Array
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Subsets:
+    """Fits of some subsets of the unknowns.
+
+    Attributes
+    ----------
+    members : ndarray of int, shape (K, m)
+        Indices of the unknowns.
+    changes : ndarray, shape (K, m)
+    gains : ndarray, shape (K,)
+        Geometric mean over the blocks of the factor by which the root mean square falls.
+    """
+
+    members: NDArray[np.intp]
+    changes: Array
+    gains: Array
+
+
+def blocks(errors: Sequence[Array], jacobians: Sequence[Array], floors: Sequence[float]) -> Blocks:
+    """Normal equations from errors, shape (n,), and Jacobians, shape (n, U), of each block."""
+    return Blocks(
+        squares=np.array([np.mean(e**2) for e in errors]),
+        moments=np.array([j.T @ e / len(e) for e, j in zip(errors, jacobians, strict=True)]),
+        products=np.array([j.T @ j / len(j) for j in jacobians]),
+        floors=np.array(floors) ** 2,
+    )
+
+
+def best_subsets(b: Blocks, size: int, count: int) -> Subsets:
+    """The best subsets of so many unknowns, by their gains."""
+    used = np.flatnonzero(np.any(np.diagonal(b.products, axis1=1, axis2=2) > 0, axis=0))
+    members = np.array(list(combinations(used, size)), dtype=np.intp).reshape(-1, size)
+    changes, gains = solve(b, members)
+    order = np.argsort(-gains, kind="stable")[:count]
+    return Subsets(members[order], changes[order], gains[order])
+
+
+def solve(b: Blocks, members: NDArray[np.intp]) -> tuple[Array, Array]:
+    """Changes of the unknowns of each subset, shape (K, m), and the gains, shape (K,)."""
+    rows = members[:, :, None]
+    products = np.moveaxis(b.products[:, rows, members[:, None, :]], 0, 1)  # K, B, m, m
+    moments = np.moveaxis(b.moments[:, members], 0, 1)  # K, B, m
+    before = b.squares + b.floors
+    least = b.floors + _VISIBLE**2 * b.squares
+    left = np.broadcast_to(before, (len(members), len(before)))
+    changes = np.zeros(members.shape)
+    for _ in range(_REPETITIONS):
+        weights = 1.0 / left
+        matrix = np.einsum("kb,kbij->kij", weights, products)
+        vector = np.einsum("kb,kbi->ki", weights, moments)
+        changes = _solved(matrix, vector)
+        explained = np.einsum("kbi,ki->kb", moments, changes)
+        quadratic = np.einsum("kbij,ki,kj->kb", products, changes, changes)
+        left = np.maximum(b.squares - 2 * explained + quadratic, 0.0) + least
+    gains = np.exp(np.mean(np.log(before / left), axis=1) / 2)
+    return changes, gains
+
+
+def _solved(matrix: Array, vector: Array) -> Array:
+    """Solutions of the normal equations, the unknowns scaled to the same size."""
+    size = np.sqrt(np.maximum(np.diagonal(matrix, axis1=1, axis2=2), np.finfo(np.float64).tiny))
+    scaled = matrix / size[:, :, None] / size[:, None, :]
+    scaled += _DAMPING * np.eye(matrix.shape[1])
+    found: Array = np.linalg.solve(scaled, (vector / size)[:, :, None])[:, :, 0] / size
+    return found

@@ -1,0 +1,151 @@
+"""How finely columns are written."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from math import floor, log10
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heyoka_bike.numbers.double import Array
+from heyoka_bike.scoring.reading.results import Quantum
+from heyoka_bike.scoring.reading.written import Written
+
+BINARY64_DIGITS = 17
+"""Decimal digits that tell any two binary64 numbers apart."""
+# Decimal digits of the usual binary formats, to the nearest.
+_DIGITS_OF_BITS = {11: 3, 24: 7, 53: 16, 64: 19, 113: 34}
+
+_MANY = np.iinfo(np.int64).max
+# With fewer decimal digits single precision numbers are no longer told apart.
+_SINGLE_DIGITS = 9
+_ENOUGH_SINGLE = 20
+
+
+def significant(number: str) -> str:
+    """Significant digits written in a decimal, zeros at the end included."""
+    mantissa = number.replace("E", "e").partition("e")[0]
+    return mantissa.lstrip("+-0.").replace(".", "")
+
+
+class Tally:
+    """Digits written in the columns of a text, from samples of it."""
+
+    def __init__(self, columns: int, time: int) -> None:
+        self.time = time
+        self.digits = np.zeros(columns, dtype=np.int64)
+        self.fewest = np.full(columns, _MANY)
+        self.most = np.full(columns, -1)
+
+    def add(self, digits: NDArray[np.int64], places: NDArray[np.int64]) -> None:
+        """Count more numbers: arrays of shape (columns, samples), as of `number_blocks.Block`."""
+        if digits.shape[1]:
+            self.digits = np.maximum(self.digits, digits.max(axis=1))
+            known = np.where(places < -1, _MANY, places)
+            self.fewest = np.minimum(self.fewest, known.min(axis=1))
+            self.most = np.maximum(self.most, places.max(axis=1))
+
+    def columns(self, values: Sequence[Array], lo: Sequence[Array | None]) -> list[Written]:
+        """The columns with what was counted; a constant one is written like the others."""
+        pairs = zip(values, lo, strict=True)
+        written = [self._column(j, v, rest) for j, (v, rest) in enumerate(pairs)]
+        varying = [w for j, w in enumerate(written) if j != self.time and w.digits is not None]
+        if not varying:
+            return written
+        finest = max(varying, key=lambda w: w.digits or 0).quantum
+        return [w if w.digits is not None else replace(w, quantum=finest) for w in written]
+
+    def _column(self, j: int, values: Array, lo: Array | None) -> Written:
+        digits, fewest, most = int(self.digits[j]), int(self.fewest[j]), int(self.most[j])
+        significant = digits
+        varies = bool(len(values)) and not _is_constant(values, lo)
+        largest = _largest(values)
+        is_fixed = fewest == most >= 0
+        if j == self.time and fewest >= 0 and digits < BINARY64_DIGITS:
+            # The times 0.07 and 10 are written to the same places, without the zeros.
+            is_fixed = True
+        if is_fixed and varies and 10.0**-most >= np.spacing(largest):
+            count = max(1, floor(log10(largest)) + 1 + most)
+            return Written(values, lo, Quantum(10, places=most), count, significant)
+        if _SINGLE_DIGITS <= digits < BINARY64_DIGITS and _are_single_written(values, digits):
+            # Printed longer than they are.
+            return Written(values, lo, Quantum(2, digits=24), _DIGITS_OF_BITS[24], significant)
+        # The times always have their rest.
+        if 0 < digits < BINARY64_DIGITS or (lo is not None and digits > BINARY64_DIGITS):
+            quantum = Quantum(10, digits=digits)
+        else:
+            bits = binary_digits(values) if varies else 53
+            quantum = Quantum(2, digits=bits)
+            digits = BINARY64_DIGITS if bits == 53 else _DIGITS_OF_BITS[bits]
+        return Written(values, lo, quantum, digits if varies else None, significant)
+
+
+def binary_column(values: Array, lo: Array | None, bits: int) -> Written:
+    """A column of binary numbers of so many bits."""
+    if bits == 53:
+        bits = binary_digits(values)
+    varies = bool(len(values)) and not _is_constant(values, lo)
+    digits = _DIGITS_OF_BITS.get(bits, floor(bits * log10(2)))
+    return Written(values, lo, Quantum(2, digits=bits), digits if varies else None)
+
+
+def binary_digits(values: Array) -> int:
+    """24 if all values are single precision numbers, and not only integers; else 53."""
+    some = values[:100]
+    if not _are_single(some) or not _are_single(values):
+        return 53
+    finite = values[np.isfinite(values)]
+    return 53 if (finite == np.rint(finite)).all() else 24
+
+
+def is_long_binary64(numbers: Sequence[str], enough: int) -> bool:
+    """Whether decimals of more than 17 digits are binary64 numbers, written out further.
+
+    So NumPy's ``savetxt`` writes 0.1 as 1.000000000000000056e-01: there is nothing beyond binary64.
+    At least `enough` of them must be so long.
+    """
+    matches = 0
+    for number in numbers:
+        digits = significant(number)
+        if len(digits) <= BINARY64_DIGITS:
+            continue
+        if significant(f"{float(number):.{len(digits) - 1}e}") != digits:
+            return False
+        matches += 1
+    return matches >= enough
+
+
+def _are_single(values: Array) -> bool:
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        again = values.astype(np.float32).astype(np.float64)
+    return bool(((again == values) | ~np.isfinite(values)).all())
+
+
+def _are_single_written(values: Array, digits: int) -> bool:
+    """Whether decimals are single precision numbers, rounded to so many digits.
+
+    One number in ten is near one by chance if nine digits are written: it takes many.
+    """
+    some = values[np.isfinite(values) & (values != np.rint(values))]
+    if len(some) < _ENOUGH_SINGLE:
+        return False
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        distance = np.abs(some - some.astype(np.float32).astype(np.float64))
+    # Half a digit, and the rounding of its reading.
+    return bool((distance <= 0.501 * Quantum(10, digits=digits).at(some)).all())
+
+
+def _is_constant(values: Array, lo: Array | None) -> bool:
+    known = np.isfinite(values)
+    first = int(np.argmax(known))
+    same = values[known] == values[first]
+    if lo is not None:
+        same = same & (lo[known] == lo[first])
+    return bool(same.all())
+
+
+def _largest(values: Array) -> float:
+    finite = np.abs(values[np.isfinite(values)])
+    return float(finite.max()) if len(finite) else 0.0

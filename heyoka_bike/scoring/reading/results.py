@@ -1,0 +1,101 @@
+"""Another program's results, as its file gives them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from heyoka_bike.numbers.double import Array
+from heyoka_bike.scoring.findings import Finding
+
+
+@dataclass(frozen=True, slots=True)
+class Quantum:
+    """How finely the values of a column are written.
+
+    Attributes
+    ----------
+    base
+        10 for decimal digits, 2 for binary ones.
+    digits
+        Significant digits in that base; None if the number of places after the point is fixed.
+    places
+        Digits after the point, if that is fixed.
+    """
+
+    base: int
+    digits: int | None = None
+    places: int | None = None
+
+    def at(self, values: Array) -> Array:
+        """Distance of neighbouring written numbers at each of the values, in their unit."""
+        if self.digits is None:
+            assert self.places is not None
+            return np.full(np.shape(values), float(self.base) ** -self.places)
+        size = np.abs(np.nan_to_num(values, posinf=0.0, neginf=0.0))
+        smallest = np.finfo(np.float64).tiny
+        exponent = np.floor(np.log(np.maximum(size, smallest)) / np.log(self.base))
+        # The logarithm may be a last digit short of an integer.
+        exponent += np.power(float(self.base), exponent + 1) <= size
+        spacing = np.power(float(self.base), exponent - self.digits + 1)
+        return np.where(size < smallest, 0.0, spacing)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Rows:
+    """Columns of one maneuver, as written: nothing converted, no definition assumed.
+
+    Attributes
+    ----------
+    maneuver
+        Number of the maneuver from 1, None if the file does not tell.
+    time, time_lo : ndarray, shape (n,)
+        Times [s] in ascending order, hi + lo; a written decimal is kept exactly (to 32 digits).
+    values : mapping of str to ndarray, shape (n,)
+        By key of `columns.COMPARED`; any of them may be absent. A number that is missing
+        or not finite is NaN.
+    lo : mapping of str to ndarray, shape (n,)
+        The rest beyond binary64, for columns with more digits than that.
+    quantum : mapping of str to Quantum
+        How finely each column is written, ``time`` included.
+    """
+
+    maneuver: int | None
+    time: Array
+    time_lo: Array
+    values: Mapping[str, Array]
+    lo: Mapping[str, Array] = field(default_factory=dict)
+    quantum: Mapping[str, Quantum] = field(default_factory=dict)
+
+    def __repr__(self) -> str:
+        what = "unknown maneuver" if self.maneuver is None else f"maneuver {self.maneuver}"
+        return f"<{what}: {len(self.time)} rows of {', '.join(self.values)}>"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Results:
+    """A result file.
+
+    Attributes
+    ----------
+    path
+        Name of the file (``-`` for standard input).
+    format
+        What it was: ``text``, ``npy``, ``npz``, ``mat``, ``hdf5`` or ``array``.
+    maneuvers : tuple of Rows
+    significant_digits
+        Of the column written with the fewest, in decimal digits; None if unknown.
+    findings : tuple of Finding
+        What had to be said about reading it.
+    """
+
+    path: str
+    format: str
+    maneuvers: tuple[Rows, ...]
+    significant_digits: int | None = None
+    findings: tuple[Finding, ...] = ()
+
+    def __repr__(self) -> str:
+        return f"<results of {self.path}: {', '.join(repr(rows) for rows in self.maneuvers)}>"

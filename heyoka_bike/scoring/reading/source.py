@@ -1,0 +1,196 @@
+"""Reading of another program's results, whatever their format: the content tells it."""
+
+from __future__ import annotations
+
+import sys
+import zlib
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import ExitStack
+from io import BytesIO
+from itertools import chain
+from os import PathLike
+from pathlib import Path
+from typing import Any, BinaryIO, cast
+
+import numpy as np
+
+from heyoka_bike.errors import InputError, printable
+from heyoka_bike.scoring.reading.array_files import read_hdf5, read_mat, read_npy, read_npz
+from heyoka_bike.scoring.reading.array_tables import tables
+from heyoka_bike.scoring.reading.assembly import assemble
+from heyoka_bike.scoring.reading.results import Results
+from heyoka_bike.scoring.reading.text_lines import encoding_of
+from heyoka_bike.scoring.reading.text_table import read_text
+from heyoka_bike.scoring.reading.written import Table
+
+# Whole lines of so much text are read at once; the processor's cache holds what they become.
+_CHUNK = 1 << 21
+# The first of them shows how rows are written: it must hold any heading, and some rows.
+_HEAD = 1 << 21
+# Of that so much tells text from other files.
+_SIGNATURE = 4096
+
+_GZIP = b"\x1f\x8b"
+_HDF5 = b"\x89HDF\r\n\x1a\n"
+# MATLAB puts a text of this length before HDF5.
+_MATLAB_TEXT = 512
+_FORMATS = "text, .npy, .npz, .mat or HDF5"
+_SPREADSHEETS = (".xls", ".xlsx", ".xlsm", ".xlsb", ".ods")
+_OTHERS = (
+    (b"\xd0\xcf\x11\xe0", "a spreadsheet"),
+    (b"PAR1", "a Parquet file"),
+    (b"ARROW1", "an Arrow file"),
+    (b"\x89PNG", "a picture"),
+    (b"\xff\xd8\xff", "a picture"),
+    (b"GIF8", "a picture"),
+    (b"%PDF", "a PDF document"),
+    (b"SQLite format 3", "a database"),
+    (b"CDF", "a netCDF 3 file"),
+    (b"BZh", "a bzip2 file"),
+    (b"\xfd7zXZ", "an xz file"),
+    (b"\x28\xb5\x2f\xfd", "a zstd file"),
+    (b"7z\xbc\xaf", "a 7z file"),
+    (b"\x80\x02", "a pickle"),
+    (b"\x80\x03", "a pickle"),
+    (b"\x80\x04", "a pickle"),
+    (b"\x80\x05", "a pickle"),
+)
+
+
+def read_results(source: Any, *, maneuver: int | None = None, count: int = 3) -> Results:
+    """Read the results of a program, from a file or from its arrays.
+
+    Parameters
+    ----------
+    source : path, "-", array-like, mapping or data frame
+        A file of rows of numbers, a NumPy, MATLAB or HDF5 file, any of them compressed with gzip;
+        ``-`` is standard input. Or an array of shape (n, 9) or (n, 1 + 8 count), or columns by
+        name. Columns are the time [s] and the benchmark's eight, in its order or named.
+    maneuver
+        Number of the maneuver, from 1, that columns belong to which do not tell.
+    count
+        Number of maneuvers of the reference.
+
+    Returns
+    -------
+    Results
+        Columns as written. Times [s] are exact decimals where the file means these.
+
+    Raises
+    ------
+    InputError
+        A file that cannot be read or that holds no such rows: where, what was found, and what was
+        expected.
+    MissingPackageError
+        A package that is needed for its format is not installed.
+    """
+    if maneuver is not None and not 1 <= maneuver <= count:
+        raise InputError(f"found maneuver {maneuver}, expected 1 to {count}")
+    fitting = sorted({9, 1 + 8 * count})
+    if isinstance(source, str | PathLike):
+        path = printable(str(source))
+        found, kind = _read_file(source, path, fitting)
+    else:
+        path, kind = "array", "array"
+        found = tables(_columns(source), path, fitting)
+    return assemble(found, kind, path, maneuver, count)
+
+
+def _columns(source: Any) -> Any:
+    """A data frame as a mapping; it does not call itself one."""
+    if isinstance(source, Mapping) or not hasattr(source, "columns"):
+        return source
+    return {str(name): np.asarray(source[name]) for name in source.columns}
+
+
+def _read_file(
+    source: str | PathLike[str], path: str, fitting: Sequence[int]
+) -> tuple[list[Table], str]:
+    with ExitStack() as stack:
+        file = _open(source, path, stack)
+        head = _read(file, _HEAD, path)
+        plain: Path | None = None if source == "-" else Path(source)
+        if head.startswith(_GZIP):
+            from gzip import GzipFile
+
+            # Standard input cannot go back to its beginning.
+            ahead = cast(BinaryIO, _Ahead(head, file))
+            file, plain = cast(BinaryIO, stack.enter_context(GzipFile(fileobj=ahead))), None
+            head = _read(file, _HEAD, path)
+        if head.startswith(b"\x93NUMPY"):
+            return read_npy(_seekable(head, file, plain, path), path, fitting), "npy"
+        if head.startswith((b"PK\x03\x04", b"PK\x05\x06")):
+            return read_npz(_seekable(head, file, plain, path), path, fitting), "npz"
+        if head.startswith(_HDF5) or head[_MATLAB_TEXT:].startswith(_HDF5):
+            where = plain if plain is not None and plain.is_file() else None
+            whole = where or _seekable(head, file, None, path)
+            return read_hdf5(whole, path, fitting), "hdf5" if head.startswith(_HDF5) else "mat"
+        encoding = encoding_of(head[:_SIGNATURE])
+        is_old = encoding is None and Path(path).suffix.lower() == ".mat"
+        if head[126:128] in (b"IM", b"MI") or is_old:
+            return read_mat(_seekable(head, file, plain, path), path, fitting), "mat"
+        _refuse_others(head, path, encoding is not None)
+        assert encoding is not None
+        name, mark = encoding
+        chunks = chain((head[mark:],), _chunks(file, path))
+        return [read_text(chunks, name, path, fitting)], "text"
+
+
+def _open(source: str | PathLike[str], path: str, stack: ExitStack) -> BinaryIO:
+    if source == "-":
+        if sys.stdin is None:
+            raise InputError("cannot be read (closed), expected a result file", file=path)
+        return cast(BinaryIO, sys.stdin.buffer)
+    try:
+        if Path(source).is_dir():
+            raise InputError("found a directory, expected a result file", file=path)
+        return stack.enter_context(Path(source).open("rb"))
+    except (OSError, ValueError) as e:
+        if isinstance(e, InputError):
+            raise
+        reason = e.strerror if isinstance(e, OSError) and e.strerror else str(e)
+        raise InputError(f"cannot be read ({reason}), expected a result file", file=path) from None
+
+
+def _read(file: BinaryIO, size: int, path: str) -> bytes:
+    """Bytes of a file; all that are left if the size is -1."""
+    try:
+        return file.read(size)
+    except (OSError, EOFError, zlib.error) as e:
+        reason = printable(" ".join(str(e).split()))[:100]
+        raise InputError(f"cannot be read ({reason}), expected {_FORMATS}", file=path) from None
+
+
+def _chunks(file: BinaryIO, path: str) -> Iterator[bytes]:
+    while chunk := _read(file, _CHUNK, path):
+        yield chunk
+
+
+def _seekable(head: bytes, file: BinaryIO, plain: Path | None, path: str) -> BinaryIO:
+    """The file at its beginning, which must be in memory if it cannot seek."""
+    if plain is None or not file.seekable():
+        return BytesIO(head + _read(file, -1, path))
+    file.seek(0)
+    return file
+
+
+def _refuse_others(head: bytes, path: str, is_text: bool) -> None:
+    name = next((name for start, name in _OTHERS if head.startswith(start)), None)
+    if name is None and not is_text:
+        is_sheet = Path(path).suffix.lower() in _SPREADSHEETS
+        name = "a spreadsheet" if is_sheet else "bytes that are no text"
+    if name == "a spreadsheet":
+        raise InputError("is a spreadsheet; save it as CSV", file=path)
+    if name is not None:
+        raise InputError(f"found {name}, expected {_FORMATS}", file=path)
+
+
+class _Ahead:
+    """A file of which the beginning has been read already."""
+
+    def __init__(self, head: bytes, file: BinaryIO) -> None:
+        self._head = BytesIO(head)
+        self._file = file
+
+    def read(self, size: int = -1) -> bytes:
+        return self._head.read(size) or self._file.read(size)

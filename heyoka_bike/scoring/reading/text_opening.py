@@ -1,0 +1,207 @@
+"""The opening of a text: its dialect, its heading, and where its rows begin."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import islice
+
+from heyoka_bike.errors import InputError, quoted
+from heyoka_bike.scoring.reading.dialects import (
+    DIALECTS,
+    Dialect,
+    best_dialect,
+    plain_text,
+    without_comment,
+)
+from heyoka_bike.scoring.reading.headings import TIME, are_names, recognise
+from heyoka_bike.scoring.reading.quanta import BINARY64_DIGITS, is_long_binary64, significant
+
+# Enough to tell the dialect by the majority, and quickly.
+_SAMPLE_LINES = 300
+# Of these the digits beyond binary64 are looked at.
+_SAMPLE_ROWS = 40
+# A heading stands near the top.
+_HEADING_LINES = 100
+_FEWEST_COUNTED = 9
+
+_COMMENT_SIGNS = re.compile(r"[#%!/;*\s]+")
+_TWO_BLANKS = re.compile(r"\s{2,}")
+_BRACKETS = re.compile(r"\s*(?:\[[^\]]*\]|\([^)]*\))")
+
+
+@dataclass(frozen=True, slots=True)
+class Opening:
+    """What the first lines tell.
+
+    Attributes
+    ----------
+    dialect : Dialect
+    width : int
+        Numbers in a row.
+    skip : int
+        Number of lines before the first row.
+    names : list of str or None
+        Column names, if a heading has them.
+    heading : int or None
+        Number of its line.
+    time : int
+        Index of the column of times.
+    has_exact_times : bool
+        Whether the times have more digits than binary64.
+    exact : tuple of int
+        Columns with more digits than binary64 has.
+    """
+
+    dialect: Dialect
+    width: int
+    skip: int
+    names: list[str] | None
+    heading: int | None
+    time: int
+    has_exact_times: bool
+    exact: tuple[int, ...]
+
+
+def find_opening(text: bytes, path: str, fitting: Collection[int]) -> Opening:
+    """Find out how rows of numbers are written, and where they begin.
+
+    Parameters
+    ----------
+    text
+        The first lines.
+    path
+        Name of the file, for errors.
+    fitting
+        Numbers of columns that are expected where no heading names them.
+
+    Raises
+    ------
+    InputError
+        No rows, rows of another number of columns, or a damaged first row.
+    """
+    lines = text.split(b"\n")
+    widths = set(fitting)
+    contents = _contents(lines)
+    found = None
+    sample: list[tuple[int, str]] = []
+    for line in islice(lines, _HEADING_LINES):
+        widths |= {len(names) for names in _headings(plain_text(line)) if are_names(names)}
+    while found is None and (sample := list(islice(contents, _SAMPLE_LINES))):
+        found = best_dialect([content for _, content in sample], widths)
+    expected = " or ".join(str(n) for n in sorted(fitting))
+    if found is None:
+        what = "an empty file" if not text.strip() else "no row of numbers"
+        raise InputError(f"found {what}, expected {expected} columns of numbers", file=path)
+    dialect, width, at = found
+    rows = [sample[i] for i in at]
+    if _counts_columns(rows[0][1], dialect, width):
+        rows = rows[1:]
+    if not rows:
+        raise InputError(
+            f"found no row of numbers, expected {expected} columns of numbers", file=path
+        )
+    first = rows[0][0]
+    if width not in widths:
+        raise InputError(
+            f"found {width} columns, expected {expected}, or a line of column names such as "
+            "time, roll_angle, roll_rate",
+            file=path,
+            line=first + 1,
+        )
+    _refuse_damaged_row(sample, first, dialect, width, path)
+    names, heading = _heading(lines[:first], width)
+    spread = rows[:: max(1, len(rows) // _SAMPLE_ROWS)]
+    numbers = [[dialect.number(f) or "" for f in dialect.split(content)] for _, content in spread]
+    known = [] if names is None else [recognise(name) for name in names]
+    time = next((i for i, k in enumerate(known) if k and k[0] == TIME), 0)
+    columns = [[row[j] for row in numbers] for j in range(width)]
+    return Opening(
+        dialect,
+        width,
+        first,
+        names,
+        heading,
+        time,
+        # Three rows in a row are no accident, and there may be no more.
+        _are_beyond_binary64(columns[time], 1),
+        tuple(j for j in range(width) if _are_beyond_binary64(columns[j])),
+    )
+
+
+def row_error(
+    fields: Sequence[str], row: Sequence[str | None], width: int, path: str, line: int
+) -> InputError:
+    """What is wrong with the first bad field of a row; the column counts the fields from 1."""
+    if None in row[:width]:
+        at = row.index(None)
+        found = quoted(fields[at]) if fields[at] else "no value between two separators"
+        message = f"found {found} as value {at + 1}, expected a number"
+    else:
+        at = min(len(fields), width)
+        message = f"found {len(fields)} values, expected {width}"
+    return InputError(message, file=path, line=line, column=at + 1)
+
+
+def _contents(lines: Sequence[bytes]) -> Iterator[tuple[int, str]]:
+    """Index and text of the lines that are not blank or comments."""
+    for i, line in enumerate(lines):
+        if content := without_comment(plain_text(line)):
+            yield i, content
+
+
+def _headings(line: str) -> Iterator[list[str]]:
+    """The names in a heading, for all ways to separate them."""
+    text = _COMMENT_SIGNS.sub("", line, count=1) if _COMMENT_SIGNS.match(line) else line
+    text = text.strip()
+    if not (text[:1].isalpha() or text[:1] in "\"',;[("):
+        return
+    for dialect in DIALECTS[::2]:
+        if dialect.separator in text:
+            yield dialect.split(text)
+    yield [part for part in _TWO_BLANKS.split(text) if part]
+    yield _BRACKETS.sub("", text).split()
+
+
+def _heading(lines: Sequence[bytes], width: int) -> tuple[list[str] | None, int | None]:
+    """The last heading of so many names above the rows, and the number of its line."""
+    for i in range(len(lines) - 1, -1, -1):
+        for names in _headings(plain_text(lines[i])):
+            if len(names) == width and are_names(names):
+                return [name.strip("\"'") for name in names], i + 1
+    return None, None
+
+
+def _counts_columns(content: str, dialect: Dialect, width: int) -> bool:
+    """Whether the row is 1 2 3 ... or 0 1 2 ..., which counts the columns."""
+    # 0 1 may well be the first of rows that have names.
+    if width < _FEWEST_COUNTED:
+        return False
+    fields = dialect.split(content)
+    return fields in ([str(i + start) for i in range(width)] for start in (0, 1))
+
+
+def _refuse_damaged_row(
+    sample: Sequence[tuple[int, str]], first: int, dialect: Dialect, width: int, path: str
+) -> None:
+    """Raise an error if what stands before the rows looks like a row and not like a heading."""
+    for i, content in sample:
+        if i >= first:
+            return
+        fields = dialect.split(content)
+        row = [dialect.number(field) for field in fields]
+        numbers = len(row) - row.count(None)
+        is_row = bool(row) and row[0] is not None and numbers >= 3 and 2 * numbers > len(row)
+        if is_row and not _counts_columns(content, dialect, width):
+            raise row_error(fields, row, width, path, i + 1)
+
+
+def _are_beyond_binary64(numbers: Sequence[str], enough: int = 5) -> bool:
+    """Whether numbers have more digits than binary64, and not just more than it needs.
+
+    Of 18 digits, one in ten agrees by chance with what the nearest binary64 would give; so many
+    must agree.
+    """
+    longest = max(len(significant(number)) for number in numbers)
+    return longest > BINARY64_DIGITS and not is_long_binary64(numbers, enough)

@@ -1,0 +1,223 @@
+"""Rows of numbers in a text, in whatever way programs write them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Iterable
+from math import isfinite
+
+import numpy as np
+
+from heyoka_bike.errors import InputError
+from heyoka_bike.scoring.findings import Finding, Severity
+from heyoka_bike.scoring.reading.dialects import Dialect, plain_text, without_comment
+from heyoka_bike.scoring.reading.number_blocks import NOTHING, Block, parse_block, rest
+from heyoka_bike.scoring.reading.quanta import Tally, significant
+from heyoka_bike.scoring.reading.text_lines import whole_lines
+from heyoka_bike.scoring.reading.text_opening import Opening, find_opening, row_error
+from heyoka_bike.scoring.reading.written import Table
+
+# Rows of a block of which digits are counted; the slow reader looks at fewer.
+_COUNTED, _COUNTED_SLOWLY = 2000, 200
+_USUAL = Dialect("", ".")
+# Characters of which `float` reads numbers only.
+_PLAIN = b"0123456789+-.eE \t"
+# These begin with a set of letters, and look back from there: that is ten times faster.
+_COMMENTS = re.compile(
+    rb"[#%!/](?:(?<=[%!])|(?<=/)/|(?<=#)(?:(?<![0-9]\.#)|(?!(?i:ind|inf|qnan|snan)))).*"
+)
+_NOT_FINITE = re.compile(
+    rb"[nNiI#](?:(?<=[nN])(?<![^\s,;+-][nN])(?i:an(?:\([a-z0-9_]*\))?)"
+    rb"|(?<=[iI])(?<![^\s,;+-][iI])(?i:nf(?:inity)?)"
+    rb"|(?<=[0-9]\.#)(?i:ind|inf|qnan|snan)[0-9]*)(?![^\s,;])"
+)
+_QUOTED = re.compile(rb"([\"'])(?<![^\s,;].)([0-9a-zA-Z.+-]+)\1(?![^\s,;])")
+# Blanks before a separator are rare, and few.
+_MOST_BLANKS = 30
+
+
+def read_text(chunks: Iterable[bytes], encoding: str, path: str, fitting: Collection[int]) -> Table:
+    """Read rows of numbers.
+
+    Parameters
+    ----------
+    chunks
+        The text, cut anywhere.
+    encoding
+        See `text_lines.encoding_of`.
+    path
+        Name of the file, for errors.
+    fitting
+        Numbers of columns that are expected where no heading names them.
+
+    Raises
+    ------
+    InputError
+        Not rows of numbers: where, what was found, what was expected.
+    """
+    blocks = whole_lines(chunks, encoding, path)
+    first = next(blocks, b"")
+    reader = _Reader(path, find_opening(first, path, fitting))
+    reader.read(first)
+    for block in blocks:
+        reader.read(block)
+    return reader.finish()
+
+
+class _Reader:
+    """Rows of one dialect, from blocks of lines."""
+
+    def __init__(self, path: str, opening: Opening) -> None:
+        self.path = path
+        self.opening = opening
+        self.exact = sorted({opening.time, *opening.exact})
+        self.tally = Tally(opening.width, opening.time)
+        self.blocks: list[Block] = []
+        self.line = 0
+        self.cut: InputError | None = None
+
+    def read(self, text: bytes) -> None:
+        """Take the rows of the next block of lines."""
+        if self.line == 0:
+            self.line = self.opening.skip
+            text = text.split(b"\n", self.line)[-1]
+        block = None if self.cut else self._quickly(text)
+        if block is None:
+            block = self._line_by_line(text)
+        if block.values.shape[1]:
+            self.tally.add(block.digits, block.places)
+            self.blocks.append(
+                Block(block.values, block.lines + self.line + 1, _NONE, _NONE, block.lo)
+            )
+        self.line += text.count(b"\n")
+
+    def finish(self) -> Table:
+        """The table, when all blocks have been read."""
+        findings: tuple[Finding, ...] = ()
+        if self.cut is not None:
+            number = self.cut.line
+            findings = (
+                Finding(
+                    "last_row_incomplete",
+                    f"The last row (line {number}) is not complete and left out.",
+                    Severity.WARNING,
+                    {"line": number},
+                ),
+            )
+        blocks, width = self.blocks, self.opening.width
+        values = [np.concatenate([b.values[j] for b in blocks]) for j in range(width)]
+        lo = [
+            np.concatenate([b.lo[j] for b in blocks]) if j in self.exact else None
+            for j in range(width)
+        ]
+        lines = np.concatenate([b.lines for b in blocks])
+        self.blocks = []
+        return Table(
+            self.tally.columns(values, lo),
+            self.opening.names,
+            lines,
+            self.opening.heading,
+            has_exact_times=self.opening.has_exact_times,
+            findings=findings,
+        )
+
+    def _quickly(self, text: bytes) -> Block | None:
+        dialect = self.opening.dialect
+        for tidy in (False, True):
+            plain = canonical(text, dialect, tidy)
+            separator = dialect.separator.encode()
+            block = parse_block(plain, self.opening.width, separator, self.exact, _COUNTED)
+            if block is not None:
+                return block
+        return None
+
+    def _line_by_line(self, text: bytes) -> Block:
+        numbers: list[list[str]] = []
+        rows: list[list[float]] = []
+        lines: list[int] = []
+        at_end = not text.endswith(b"\n")
+        raw = text.split(b"\n")
+        for i, line in enumerate(raw):
+            row = self._row(line, self.line + i + 1, at_end and i == len(raw) - 1)
+            if row is not None:
+                lines.append(i)
+                rows.append([float(number) for number in row])
+                numbers.append(row)
+        step = max(1, len(rows) // _COUNTED_SLOWLY)
+        counted = [[_written(number) for number in row] for row in numbers[::step]]
+        table = np.array(rows, dtype=np.float64).reshape(-1, self.opening.width).T
+        shape = (-1, self.opening.width, 2)
+        digits, places = np.array(counted, dtype=np.int64).reshape(shape).transpose(2, 1, 0)
+        lo = {
+            j: np.array([rest(r[j], x) for r, x in zip(numbers, table[j].tolist(), strict=True)])
+            for j in self.exact
+        }
+        return Block(np.ascontiguousarray(table), np.array(lines, np.int64), digits, places, lo)
+
+    def _row(self, line: bytes, number: int, at_end: bool) -> list[str] | None:
+        """Numbers of a line as text that `float` reads; None of a blank or incomplete one."""
+        dialect, width = self.opening.dialect, self.opening.width
+        # Nothing can be wrong with these but their form, which `float` checks as well as we could.
+        if dialect == _USUAL and not (self.cut or line.translate(None, _PLAIN)):
+            plain = line.decode("ascii").split()
+            if len(plain) == width and _are_floats(plain):
+                return plain
+        content = without_comment(plain_text(line))
+        fields = dialect.split(content)
+        if not any(fields):
+            return None
+        if self.cut is not None:
+            raise self.cut
+        row = [dialect.number(field) for field in fields]
+        if len(fields) == width and None not in row:
+            return row  # type: ignore[return-value]
+        error = row_error(fields, row, width, self.path, number)
+        if dialect.is_cut(fields, width, at_end):
+            # Only the last row may be incomplete.
+            self.cut = error
+            return None
+        raise error
+
+
+_NONE = np.empty((0, 0), dtype=np.int64)
+
+
+def canonical(text: bytes, dialect: Dialect, tidy: bool) -> bytes:
+    """The lines with decimal points, the exponent letter e and no blank before a separator.
+
+    To tidy up is to leave out comments and quotes, and to write what is not finite as a number that
+    is too large.
+    """
+    if not text.isascii():
+        text = text.replace("\u2212".encode(), b"-").replace("\xa0".encode(), b" ")
+    if dialect.decimal == ",":
+        # A point has no place here.
+        text = text.replace(b".", b"?").replace(b",", b".")
+    if tidy:
+        text = _QUOTED.sub(rb"\2", _NOT_FINITE.sub(b"8e888", _COMMENTS.sub(b"", text)))
+    for letter in (b"E", b"D", b"d", b"Q", b"q"):
+        if letter in text:
+            text = text.replace(letter, b"e")
+    if separator := dialect.separator.encode():
+        for _ in range(_MOST_BLANKS):
+            if b" " + separator not in text:
+                break
+            text = text.replace(b" " + separator, separator)
+    return text if text.endswith(b"\n") else text + b"\n"
+
+
+def _are_floats(fields: list[str]) -> bool:
+    try:
+        for field in fields:
+            float(field)
+    except ValueError:
+        return False
+    return True
+
+
+def _written(number: str) -> tuple[int, int]:
+    """Significant digits and digits after the point, -1 with an exponent."""
+    if not isfinite(float(number)):
+        return 0, NOTHING
+    has_exponent = "e" in number or "E" in number
+    return len(significant(number)), -1 if has_exponent else len(number.partition(".")[2])

@@ -1,0 +1,172 @@
+"""Times of a result file: exact decimals where the file means these, in ascending order."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heyoka_bike.numbers.double import Array, two_product
+from heyoka_bike.scoring.findings import Finding, Severity
+
+# Picoseconds; finer decimals are hardly meant.
+_MOST_PLACES = 12
+_FEWEST_ROWS = 3
+# Digits that single precision numbers are written with; fewer do not show them.
+_SINGLE_DIGITS = (8, 9)
+# Times that only happen to be close to multiples pass with this probability, its logarithm.
+_CHANCE = -6.0
+# Enough rows to see at once that times are no multiples.
+_FIRST_ROWS = 64
+
+
+@dataclass(frozen=True, slots=True)
+class Times:
+    """Times made exact and put in order.
+
+    Attributes
+    ----------
+    hi, lo : ndarray, shape (n,)
+        Ascending [s].
+    order : ndarray of int, shape (n,), or None
+        Index of each time's row in the file; None if they were in order.
+    findings : tuple of Finding
+    """
+
+    hi: Array
+    lo: Array
+    order: NDArray[np.intp] | None
+    findings: tuple[Finding, ...]
+
+
+def settle(
+    hi: Array, lo: Array | None, digits: int | None, lines: Sequence[int] | NDArray[np.int64] | None
+) -> Times:
+    """Make times exact, and sort them.
+
+    Parameters
+    ----------
+    hi, lo : ndarray, shape (n,)
+        Times as read [s], finite.
+    digits
+        Significant digits if they were written as decimals; 0 for binary numbers; None for hi + lo
+        that is exact already.
+    lines
+        Number of each row's line in the file; None if it is its place, from 1.
+    """
+    findings = []
+    rest = np.zeros(len(hi)) if lo is None else lo
+    multiples = None if digits is None else as_multiples(hi, digits)
+    if multiples is not None:
+        places, exact_hi, exact_lo = multiples
+        changed = np.flatnonzero((exact_hi != hi) | (exact_lo != rest))
+        hi, rest = exact_hi, exact_lo
+        if len(changed):
+            findings.append(
+                Finding(
+                    "times_read_as_multiples",
+                    f"the times are binary numbers next to multiples of 1e-{places} s, and are "
+                    f"read as these decimals ({hi[changed[0]]:.{places}f} s is exactly that)",
+                    Severity.INFO,
+                    {"places": places, "changed": len(changed)},
+                )
+            )
+    order = None
+    back = np.flatnonzero((hi[1:] < hi[:-1]) | ((hi[1:] == hi[:-1]) & (rest[1:] < rest[:-1])))
+    if len(back):
+        where = int(back[0]) + 1
+        line = where + 1 if lines is None else int(lines[where])
+        findings.append(
+            Finding(
+                "times_unsorted",
+                f"Times go back (first in {'row' if lines is None else 'line'} {line}); the rows "
+                "are sorted by time.",
+                Severity.WARNING,
+                {"line": line, "count": len(back)},
+            )
+        )
+        order = np.lexsort((rest, hi))
+        hi, rest = hi[order], rest[order]
+    repeated = int(np.count_nonzero((hi[1:] == hi[:-1]) & (rest[1:] == rest[:-1])))
+    if repeated:
+        findings.append(
+            Finding(
+                "times_repeated",
+                f"{repeated} rows have the time of another one.",
+                Severity.INFO,
+                {"count": repeated},
+            )
+        )
+    return Times(hi, rest, order, tuple(findings))
+
+
+def as_multiples(hi: Array, digits: int = 0) -> tuple[int, Array, Array] | None:
+    """Decimal multiples of which all times are the nearest binary64, or single precision, numbers.
+
+    Parameters
+    ----------
+    hi : ndarray, shape (n,)
+        Times [s].
+    digits
+        Significant digits if the times were written as decimals, else 0.
+
+    Returns
+    -------
+    (int, ndarray, ndarray) or None
+        The smallest d such that all times mean k 10^-d, and k 10^-d as hi + lo, correctly rounded;
+        None if there is no such d up to 12, or three rows, or it could be chance.
+    """
+    # A larger number is no nearer to one multiple than to another.
+    if len(hi) < _FEWEST_ROWS or not (np.abs(hi) < 2.0**53).all():
+        return None
+    with np.errstate(over="ignore", under="ignore"):
+        single = hi.astype(np.float32)
+    found = _places(hi, np.float64)
+    if digits in _SINGLE_DIGITS and _are_written(single, hi, digits):
+        coarser = _places(single.astype(np.float64), np.float32)
+        # As decimals, 0.0700000003 and the like are multiples too, of a smaller step.
+        if coarser is not None and (found is None or coarser < found):
+            hi, found = single.astype(np.float64), coarser
+    if found is None and (single.astype(np.float64) == hi).all():
+        found = _places(hi, np.float32)
+    if found is None:
+        return None
+    ten = 10.0**found
+    k = np.rint(hi * ten)
+    exact = k / ten
+    # Every term is exact: what is left has at most 28 bits.
+    p, e = two_product(exact, np.full(len(hi), ten))
+    return found, exact, ((k - p) - e) / ten
+
+
+def _places(hi: Array, kind: type[np.floating]) -> int | None:
+    """The smallest d for which all times are the nearest numbers to multiples of 10^-d."""
+    return next((d for d in range(_MOST_PLACES + 1) if _are_multiples(hi, d, kind)), None)
+
+
+def _are_multiples(hi: Array, places: int, kind: type[np.floating]) -> bool:
+    ten = 10.0**places
+    for times in (hi[:_FIRST_ROWS], hi):
+        k = np.rint(times * ten)
+        # With more bits no quotient would be correctly rounded, nor mean anything.
+        if not (np.abs(k) < 2.0**53).all():
+            return False
+        if not ((k / ten).astype(kind).astype(np.float64) == times).all():
+            return False
+    # Of numbers this close together one in so many is the nearest to some multiple.
+    different = times[np.flatnonzero(np.diff(times, prepend=0.0) != 0)]
+    with np.errstate(divide="ignore"):
+        spacing = np.spacing(np.abs(different).astype(kind)).astype(np.float64)
+        chance = np.minimum(np.log10(spacing * ten), 0.0)
+    return bool(chance.sum() < _CHANCE)
+
+
+def _are_written(single: NDArray[np.float32], hi: Array, digits: int) -> bool:
+    """Whether the single precision numbers, written with so many digits, give these times."""
+    for n in (_FIRST_ROWS, len(hi)):
+        again = [float(f"{x:.{digits - 1}e}") for x in single[:n].tolist()]
+        if not np.array_equal(again, hi[:n]):
+            return False
+    return True

@@ -1,0 +1,67 @@
+"""Columns of numbers as they were read from any format."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heyoka_bike.numbers.double import Array
+from heyoka_bike.scoring.findings import Finding
+from heyoka_bike.scoring.reading.results import Quantum
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Written:
+    """A column as it was read.
+
+    Attributes
+    ----------
+    values : ndarray, shape (n,)
+    lo : ndarray, shape (n,) or None
+        The rest beyond binary64; None if there is none.
+    quantum : Quantum
+    digits : int or None
+        Significant decimal digits, None if the values do not tell.
+    significant : int
+        The most digits of a number of a text; 0 for binary numbers.
+    """
+
+    values: Array
+    lo: Array | None
+    quantum: Quantum
+    digits: int | None
+    significant: int = 0
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Table:
+    """Columns of the same length.
+
+    Attributes
+    ----------
+    columns : list of Written
+    names : list of str or None
+        Of the columns, if they have any.
+    lines : ndarray of int, shape (n,), or None
+        Number of each row's line in a text, from 1.
+    heading : int or None
+        Number of the line of the names in a text.
+    ordered : bool
+        Whether the place of a column means anything.
+    maneuver : int or None
+        What the file itself says about these columns.
+    has_exact_times : bool
+        Whether the times have more digits than binary64.
+    findings : tuple of Finding
+    """
+
+    columns: list[Written]
+    names: list[str] | None = None
+    lines: NDArray[np.int64] | None = None
+    heading: int | None = None
+    ordered: bool = True
+    maneuver: int | None = None
+    has_exact_times: bool = False
+    findings: tuple[Finding, ...] = ()

@@ -1,0 +1,422 @@
+"""The report of a scored result file: numbers and findings, behind every output format."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from heyoka_bike.numbers.double import Array
+from heyoka_bike.scoring.findings import Finding
+
+
+@dataclass(frozen=True, slots=True)
+class Measures:
+    """How far a column is from the reference; None where nothing could be compared.
+
+    Formulas and sources are in docs/measures.md.
+
+    Attributes
+    ----------
+    max_abs_error
+        Largest absolute error over the rows [SI unit of the column].
+    time_of_max
+        When it occurs [s].
+    rms_error
+        Root of the mean squared error of the rows [SI unit].
+    max_rel_error
+        Largest absolute error divided by the column's scale, the largest absolute value of the
+        reference over its whole run.
+    scd
+        Significant correct digits, -log10 of the former, at most 32.
+    mescd
+        Mixed-error significant correct digits, -log10 max abs(e) / (1 + abs(reference)) in SI
+        units, at most 32.
+    time_to_tolerance
+        First time at which the error exceeds 1e-3 of the scale [s]; None if it never does.
+    """
+
+    max_abs_error: float | None
+    time_of_max: float | None
+    rms_error: float | None
+    max_rel_error: float | None
+    scd: float | None
+    mescd: float | None
+    time_to_tolerance: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """One way to take a written column, and the errors that follow.
+
+    Attributes
+    ----------
+    definition
+        Which definition of the quantity it is compared with.
+    sign
+        1, or -1 if the written values have the other sign.
+    unit
+        Unit of the written values.
+    offset
+        What the written values have too much, in the SI unit of the column.
+    measures : Measures
+    """
+
+    definition: str
+    sign: int
+    unit: str
+    offset: float
+    measures: Measures
+
+
+@dataclass(frozen=True, slots=True)
+class Alternative:
+    """Another definition of a column, and how far the file is from it.
+
+    Attributes
+    ----------
+    definition
+    max_abs_error
+        [SI unit]
+    """
+
+    definition: str
+    max_abs_error: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Growth:
+    """Largest error in one part of the run.
+
+    Attributes
+    ----------
+    t_start, t_end
+        The part [s].
+    max_abs_error
+        [SI unit]; None without rows there.
+    """
+
+    t_start: float
+    t_end: float
+    max_abs_error: float | None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Trace:
+    """A column over time, for figures; SI units, as understood.
+
+    Attributes
+    ----------
+    time, value, error : ndarray, shape (n,)
+        Rows with a finite value only; the error is exact to a few digits even where it is far
+        below the last digit of the value.
+    """
+
+    time: Array
+    value: Array
+    error: Array
+
+    @property
+    def reference(self) -> Array:
+        """The reference, to binary64."""
+        return self.value - self.error
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ColumnScore:
+    """Verdict on one column of one maneuver.
+
+    Attributes
+    ----------
+    key
+        Name of the column (``roll_angle``).
+    unit
+        SI unit of all errors, UDUNITS spelling.
+    as_written : Reading
+        Taken as the default definition in SI units, with the default sign and zero.
+    as_understood : Reading
+        Taken as the definition, sign, unit and offset that fit.
+    floor
+        What the digits written and the times written allow at best [SI unit]: the largest error of
+        correctly rounded values; None if unknown.
+    alternatives : tuple of Alternative
+        The other definitions, with the same sign, unit and offset.
+    indistinguishable : tuple of str
+        Definitions that fit as well, so that none is claimed.
+    growth : tuple of Growth
+        Largest error in each tenth of the reference's run.
+    values, missing
+        How many values were compared, and how many were not finite.
+    trace : Trace
+    between
+        How many values were not compared for being between the rows of the reference, which knows
+        some columns at its rows only.
+    is_sparse
+        Whether that is most of them, and most rows of the reference have none.
+    """
+
+    key: str
+    unit: str
+    as_written: Reading
+    as_understood: Reading
+    floor: float | None
+    alternatives: tuple[Alternative, ...]
+    indistinguishable: tuple[str, ...]
+    growth: tuple[Growth, ...]
+    values: int
+    missing: int
+    trace: Trace
+    between: int = 0
+    is_sparse: bool = False
+
+    def is_at_floor(self, times: float = 1.0) -> bool:
+        """Whether the error is no more than so many times what the digits written allow."""
+        error = self.as_understood.measures.max_abs_error
+        return error is not None and self.floor is not None and error <= times * self.floor
+
+
+@dataclass(frozen=True, slots=True)
+class Consistency:
+    """How well the file agrees with itself; None where that cannot be asked of it.
+
+    Attributes
+    ----------
+    energy_sum
+        Largest abs(potential + kinetic - mechanical energy) [J].
+    energy_sum_floor
+        What rounding of the written values explains of it [J].
+    roll_rate, steer_rate
+        Difference of the rate from the derivative of its own angle, root mean square over the steps
+        [rad/s], only where the two columns as recognised are such a pair.
+    contradicted
+        Rates that their own angles contradict: the difference is more than rounding, and three
+        times what the angle's error amounts to.
+    """
+
+    energy_sum: float | None
+    energy_sum_floor: float | None
+    roll_rate: float | None
+    steer_rate: float | None
+    contradicted: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ManeuverScore:
+    """Verdict on one maneuver.
+
+    Attributes
+    ----------
+    maneuver
+        Number from 1.
+    name
+    rows
+        Rows compared.
+    t_start, t_end
+        First and last time with a value in every column [s].
+    coverage
+        (t_end - t_start) / duration of the reference; 0 without such a row.
+    step
+        Median distance of the rows [s]; None of a single row.
+    performance
+        Eq. (1) of the benchmark, 100 (max E - min E) / E0 [%], E the file's own mechanical energy
+        from the floor and E0 its first value; None of fewer than two rows, or with E0 = 0.
+    performance_limit
+        What the benchmark allows [%] for the maneuver it judges; None for the others.
+    consistency : Consistency
+    columns : tuple of ColumnScore
+        In the order of `columns.COMPARED`, those in the file.
+    """
+
+    maneuver: int
+    name: str
+    rows: int
+    t_start: float
+    t_end: float
+    coverage: float
+    step: float | None
+    performance: float | None
+    performance_limit: float | None
+    consistency: Consistency
+    columns: tuple[ColumnScore, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Requirement:
+    """One ``--require`` and what came of it.
+
+    Attributes
+    ----------
+    text
+        As given (``2.roll_angle.scd >= 6``).
+    met
+    found
+        The worst value; None if there is none or it is infinite.
+    message
+        One sentence: where the worst is, or why nothing could be compared.
+    """
+
+    text: str
+    met: bool
+    found: float | None
+    message: str
+
+
+@dataclass(frozen=True, slots=True)
+class FileInfo:
+    """The file that was scored.
+
+    Attributes
+    ----------
+    path, format
+    rows
+        Rows read, of all maneuvers that share them.
+    t_start, t_end
+        First and last time in it [s].
+    significant_digits
+        Decimal digits of the column written with the fewest; None if unknown.
+    """
+
+    path: str
+    format: str
+    rows: int
+    t_start: float
+    t_end: float
+    significant_digits: int | None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Curve:
+    """What an explanation leaves of the error of one column.
+
+    Attributes
+    ----------
+    maneuver, key, unit
+    time : ndarray, shape (n,)
+        [s]
+    before, after : ndarray, shape (n,)
+        Absolute error against the reference, and against what explains the file [unit].
+    """
+
+    maneuver: int
+    key: str
+    unit: str
+    time: Array
+    before: Array
+    after: Array
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Explanation:
+    """The first of what a diagnosis found, for the figure; its words are among the findings.
+
+    Attributes
+    ----------
+    says
+        One sentence without a full stop.
+    curves : tuple of Curve
+        In each maneuver the column that it explains best.
+    """
+
+    says: str
+    curves: tuple[Curve, ...]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Report:
+    """Everything that is said about a result file.
+
+    Attributes
+    ----------
+    dataset_version
+        Of the reference.
+    bicycle
+        Name of the reference's bicycle.
+    file : FileInfo
+    maneuvers : tuple of ManeuverScore
+    findings : tuple of Finding
+    requirements : tuple of Requirement
+    explanation : Explanation or None
+        Of a diagnosis, if there was one and it found something.
+    """
+
+    dataset_version: str
+    bicycle: str
+    file: FileInfo
+    maneuvers: tuple[ManeuverScore, ...]
+    findings: tuple[Finding, ...]
+    requirements: tuple[Requirement, ...] = ()
+    explanation: Explanation | None = None
+
+    @property
+    def passed(self) -> bool:
+        """Whether every requirement is met; true without any."""
+        return all(r.met for r in self.requirements)
+
+
+@dataclass(frozen=True, slots=True)
+class Convergence:
+    """One column over several runs of one program at different step sizes.
+
+    Attributes
+    ----------
+    maneuver, key, unit
+    definition
+        Of the last run that has the column; another one of a run is said in the findings.
+    errors : tuple of float or None
+        Largest absolute error of each run, in the order of the runs [SI unit].
+    orders : tuple of float or None
+        Observed order between neighbouring runs, log(e1 / e2) / log(h1 / h2); None where an error
+        is at its floor or the step sizes are unknown.
+    richardson_error
+        Largest error of the Richardson extrapolation of the two finest runs, on their common
+        times [SI unit]: what is reachable with them; None without an order.
+    floor
+        What the digits written by the finest run allow [SI unit].
+    """
+
+    maneuver: int
+    key: str
+    unit: str
+    definition: str
+    errors: tuple[float | None, ...]
+    orders: tuple[float | None, ...]
+    richardson_error: float | None
+    floor: float | None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Run:
+    """One run of a program in a series.
+
+    Attributes
+    ----------
+    report : Report
+    step
+        Step size [s]; None if unknown.
+    cpu
+        Processor time [s]; None if not given.
+    """
+
+    report: Report
+    step: float | None
+    cpu: float | None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Series:
+    """Several runs of one program, the coarsest first.
+
+    Attributes
+    ----------
+    runs : tuple of Run
+    convergence : tuple of Convergence
+    findings : tuple of Finding
+        About the series; those about a run are in its report.
+    """
+
+    runs: tuple[Run, ...]
+    convergence: tuple[Convergence, ...]
+    findings: tuple[Finding, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Whether every requirement is met by every run."""
+        return all(run.report.passed for run in self.runs)

@@ -1,0 +1,164 @@
+"""Requirements on a report: ``[maneuver.][column.]metric op number``.
+
+The worst value over what is not named counts: the largest for ``<`` and ``<=``, the smallest for
+``>`` and ``>=``. A column with values that are not finite fails whatever the others are, and so
+does a requirement on something that the file does not have.
+"""
+
+from __future__ import annotations
+
+import operator
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from math import inf, isfinite
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
+from heyoka_bike.errors import InputError
+from heyoka_bike.scoring.report import ColumnScore, Report, Requirement
+
+OF_COLUMN = (
+    "scd", "mescd", "max_abs_error", "rms_error", "max_rel_error", "time_to_tolerance",
+)  # fmt: skip
+"""Metrics of a column, see `report.Measures`; as understood."""
+
+OF_MANEUVER = ("performance", "coverage")
+"""Metrics of a maneuver, see `report.ManeuverScore`."""
+
+_OPERATORS: Mapping[str, Callable[[float, float], bool]] = {
+    "<=": operator.le,
+    ">=": operator.ge,
+    "<": operator.lt,
+    ">": operator.gt,
+}
+_FORM = re.compile(
+    r"\s*(?:(?:maneuver_|m)?(?P<maneuver>[0-9]{1,4})\s*\.\s*)?"
+    r"(?:(?P<column>[A-Za-z_][A-Za-z_0-9]*)\s*\.\s*)?(?P<metric>[A-Za-z_]+)\s*"
+    r"(?P<op><=|>=|<|>)\s*(?P<number>[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]{1,4})?)\s*",
+    re.ASCII,
+)
+_EXAMPLE = 'expected [maneuver.][column.]metric op number, such as "2.roll_angle.scd >= 6"'
+
+
+@dataclass(frozen=True, slots=True)
+class Parsed:
+    """A requirement that was read; None where it is about all of them."""
+
+    maneuver: int | None
+    column: str | None
+    metric: str
+    op: str
+    number: float
+
+
+def parse(text: str) -> Parsed:
+    """Read a requirement.
+
+    Raises
+    ------
+    InputError
+        It has another form, or names an unknown column or metric.
+    """
+    match = _FORM.fullmatch(text)
+    if match is None:
+        raise InputError(f"require: found {text!r:.60}, {_EXAMPLE}")
+    column, metric = match["column"], match["metric"]
+    if metric not in OF_COLUMN + OF_MANEUVER:
+        raise InputError(
+            f"require: found metric '{metric:.40}', expected one of "
+            + ", ".join(OF_COLUMN + OF_MANEUVER)
+        )
+    if column is not None and column not in COMPARED:
+        raise InputError(
+            f"require: found column '{column:.40}', expected one of "
+            f"{', '.join(BENCHMARK_COLUMNS)}, pitch, yaw, yaw_rate, or of those of motion.h5"
+        )
+    if column is not None and metric in OF_MANEUVER:
+        raise InputError(
+            f"require: found column '{column}' with '{metric}', which is of a whole maneuver"
+        )
+    number = float(match["number"])
+    if not isfinite(number):
+        raise InputError(f"require: found {match['number']}, expected a finite number")
+    maneuver = None if match["maneuver"] is None else int(match["maneuver"])
+    return Parsed(maneuver, column, metric, match["op"], number)
+
+
+def check(text: str, report: Report) -> Requirement:
+    """Whether a report meets a requirement.
+
+    Raises
+    ------
+    InputError
+        See `parse`.
+    """
+    r = parse(text)
+    maneuvers = [m for m in report.maneuvers if r.maneuver in (None, m.maneuver)]
+    if not maneuvers:
+        return Requirement(text, False, None, f"maneuver {r.maneuver} is not in the file")
+    values: list[tuple[float, str]] = []
+    for m in maneuvers:
+        where = f"maneuver {m.maneuver}"
+        if r.metric in OF_MANEUVER:
+            lacking = next((c for c in m.columns if _is_lacking(c) and _matters(c, r.metric)), None)
+            if lacking is not None:
+                return Requirement(text, False, None, f"{where}, {_why_missing(lacking)}")
+            value = getattr(m, r.metric)
+            if value is None:
+                why = f"{where} has no mechanical energy to judge"
+                return Requirement(text, False, None, why)
+            values.append((value, where))
+            continue
+        for c in m.columns:
+            if r.column not in (None, c.key):
+                continue
+            if _is_lacking(c):
+                return Requirement(text, False, None, f"{where}, {_why_missing(c)}")
+            value = _value(c, r.metric)
+            if value is None:
+                why = f"{r.metric} is not defined, nothing could be compared"
+                return Requirement(text, False, None, f"{where}, {c.key}: {why}")
+            values.append((value, f"{where}, {c.key}"))
+    if not values:
+        where = "reference" if _is_left_out(r.column, report) else "file"
+        return Requirement(text, False, None, f"{r.column or 'no column'} is not in the {where}")
+    value, where = (max if r.op in ("<", "<=") else min)(values)
+    found = value if isfinite(value) else None
+    shown = "never" if found is None else f"{found:.3g}"
+    return Requirement(text, _OPERATORS[r.op](value, r.number), found, f"{shown} ({where})")
+
+
+def _is_left_out(column: str | None, report: Report) -> bool:
+    """Whether the file has a column that the reference does not."""
+    return any(
+        column in f.evidence["columns"]
+        for f in report.findings
+        if f.code == "columns_without_reference"
+    )
+
+
+def _is_lacking(c: ColumnScore) -> bool:
+    return bool(c.missing) or c.is_sparse
+
+
+def _matters(c: ColumnScore, metric: str) -> bool:
+    return metric == "coverage" or c.key.endswith("energy")
+
+
+def _why_missing(c: ColumnScore) -> str:
+    if c.missing:
+        return f"{c.key}: {c.missing} of {c.missing + c.values + c.between} values are not finite"
+    return (
+        f"{c.key}: {c.between} of {c.between + c.values} values are between the rows of the "
+        "reference and not compared"
+    )
+
+
+def _value(c: ColumnScore, metric: str) -> float | None:
+    measures = c.as_understood.measures
+    if measures.max_abs_error is None:
+        return None
+    value: float | None = getattr(measures, metric)
+    if metric == "time_to_tolerance" and value is None:
+        return inf
+    return value

@@ -1,0 +1,415 @@
+"""Several runs of one program: order of convergence, and what extrapolation reaches.
+
+With errors e1, e2 at step sizes h1 > h2 the observed order is log(e1 / e2) / log(h1 / h2). The
+Richardson extrapolation of the two finest runs, f2 + (f2 - f1) / ((h1/h2)^p - 1) with the observed
+order p rounded to an integer, cancels the leading term of the error; its distance from the
+reference is what these runs can reach without a smaller step.
+
+References
+----------
+L. F. Richardson (1911), doi:10.1098/rsta.1911.0009; P. J. Roache (1994), doi:10.1115/1.2910291.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from itertools import pairwise
+from math import log
+
+import numpy as np
+
+from heyoka_bike.bicycle.columns import COMPARED, Column
+from heyoka_bike.errors import InputError
+from heyoka_bike.reference.load import Reference, load_reference
+from heyoka_bike.scoring.alignment import Alignment, Part, align, merge
+from heyoka_bike.scoring.definitions import Understanding, understand
+from heyoka_bike.scoring.findings import Finding, Severity
+from heyoka_bike.scoring.reading.results import Results
+from heyoka_bike.scoring.report import ColumnScore, Convergence, Report, Run, Series
+from heyoka_bike.scoring.score import report
+
+# An error this close to its floor is rounding, not the integrator's.
+_AT_FLOOR = 4.0
+# Steps that differ by less than this are the same for a program.
+_SAME_STEP = 1e-6
+# Observed orders of one column that differ by more than this are not those of one power law yet.
+_STEADY = 0.3
+# No step or time of a run of seconds [s] is less or more.
+_SHORTEST, _LONGEST = 1e-9, 1e9
+
+
+def score_series(
+    results: Sequence[Results],
+    reference: Reference | None = None,
+    *,
+    steps: Sequence[float | None] | None = None,
+    cpu: Sequence[float | None] | None = None,
+    require: Sequence[str] = (),
+) -> Series:
+    """Compare several runs of one program, at different step sizes, with the reference.
+
+    Parameters
+    ----------
+    results
+        One for each run or file; files of different maneuvers and the same step make one run.
+    reference
+        From `load_reference`; the published one by default.
+    steps
+        Step size of each file [s], None where unknown; by default the median distance of its rows.
+    cpu
+        Processor time of each file [s], None where unknown.
+    require
+        Requirements that every run has to meet, see `requirements`.
+
+    Raises
+    ------
+    InputError, NothingScoredError
+        See `scoring.score`; or steps or times that do not match the files.
+    """
+    known = load_reference() if reference is None else reference
+    return _series(_files(results, known, steps, cpu), known, steps, cpu, require)
+
+
+def score_files(
+    results: Sequence[Results],
+    reference: Reference | None = None,
+    *,
+    steps: Sequence[float | None] | None = None,
+    cpu: Sequence[float | None] | None = None,
+    require: Sequence[str] = (),
+) -> Report | Series:
+    """A `Report` if the files hold different maneuvers of one run, a `Series` of runs otherwise.
+
+    Parameters and errors are those of `score_series`.
+    """
+    known = load_reference() if reference is None else reference
+    files = _files(results, known, steps, cpu)
+    held = [p.number for a in files for p in a.parts]
+    if len(set(held)) == len(held):
+        one = merge(files)
+        return report(one, understand(one.parts), known, require)
+    return _series(files, known, steps, cpu, require)
+
+
+def _files(
+    results: Sequence[Results],
+    reference: Reference,
+    steps: Sequence[float | None] | None,
+    cpu: Sequence[float | None] | None,
+) -> list[Alignment]:
+    """The files laid beside the reference, once what is told of them fits them."""
+    for name, given in (("step", steps), ("cpu", cpu)):
+        if given is None:
+            continue
+        if len(given) != len(results):
+            raise InputError(
+                f"{name}: found {len(given)} for {len(results)} files, expected as many"
+            )
+        if not all(x is None or _SHORTEST <= x <= _LONGEST for x in given):
+            raise InputError(
+                f"{name}: found {list(given)}, expected positive numbers of seconds, "
+                f"{_SHORTEST:g} to {_LONGEST:g}"
+            )
+    return [align(r, reference) for r in results]
+
+
+def _series(
+    files: Sequence[Alignment],
+    known: Reference,
+    steps: Sequence[float | None] | None,
+    cpu: Sequence[float | None] | None,
+    require: Sequence[str],
+) -> Series:
+    sizes = [_rows_apart(a) for a in files] if steps is None else list(steps)
+    runs = _runs(files, sizes, [None] * len(files) if cpu is None else list(cpu))
+    findings: list[Finding] = []
+    if _are_unknown([step for _, step, _ in runs]):
+        runs = [(a, None, time) for a, _, time in runs]
+        if steps is None or any(step is not None for step in steps):
+            why = "the rows of several files are" if steps is None else "several files are given as"
+            findings.append(
+                Finding(
+                    "steps_unknown",
+                    f"{why} equally far apart, so the step sizes do not tell the runs apart; give "
+                    "those of the integrator (--step) to see the order of convergence",
+                    Severity.WARNING,
+                )
+            )
+    else:
+        runs.sort(key=lambda run: -(run[1] or 0.0))
+    understood = [understand(a.parts) for a, _, _ in runs]
+    found = _score(runs, understood, known, require)
+    convergence = _convergence(found)
+    extrapolated = _extrapolate(runs, convergence)
+    # What a definition changes may only show below the errors of the runs themselves.
+    understood_better = [*understood, understand(extrapolated)]
+    if _definitions(understood_better) != _definitions(understood):
+        found = _score(runs, understood_better, known, require)
+        convergence = _convergence(found)
+    findings += _nothing_shared(convergence)
+    findings += _disagreement(found)
+    findings += _orders(convergence)
+    return Series(found, convergence, tuple(findings))
+
+
+_Sized = tuple[Alignment, float | None, float | None]
+"""A run with its step size and processor time [s]."""
+
+
+def _rows_apart(a: Alignment) -> float | None:
+    """Median distance of the rows [s]."""
+    steps = []
+    for p in a.parts:
+        apart = np.diff(p.time) + np.diff(p.time_lo)
+        if (apart > 0).any():
+            steps.append(float(np.median(apart[apart > 0])))
+    return min(steps) if steps else None
+
+
+def _are_unknown(steps: Sequence[float | None]) -> bool:
+    """Whether the steps do not tell the runs apart."""
+    known = sorted(step for step in steps if step is not None)
+    return len(known) < len(steps) or any(b - a <= _SAME_STEP * b for a, b in pairwise(known))
+
+
+def _runs(
+    files: Sequence[Alignment], steps: Sequence[float | None], cpu: Sequence[float | None]
+) -> list[_Sized]:
+    """Files of different maneuvers and the same step belong to one run."""
+    groups: list[list[int]] = []
+    for i, a in enumerate(files):
+        for group in groups:
+            held = {p.number for j in group for p in files[j].parts}
+            if not held & {p.number for p in a.parts} and _same(steps[i], steps[group[0]]):
+                group.append(i)
+                break
+        else:
+            groups.append([i])
+    runs: list[_Sized] = []
+    for group in groups:
+        times = [cpu[i] for i in group]
+        total = None if None in times else sum(t for t in times if t is not None)
+        runs.append((merge([files[i] for i in group]), steps[group[0]], total))
+    return runs
+
+
+def _same(a: float | None, b: float | None) -> bool:
+    return a is not None and b is not None and abs(a - b) <= _SAME_STEP * max(a, b)
+
+
+def _clearest(understood: Sequence[Mapping[str, Understanding]]) -> dict[str, Understanding]:
+    """Each column as taken by the run that leaves the fewest definitions open, the finest such."""
+    found: dict[str, Understanding] = {}
+    for run in understood:
+        for key, u in run.items():
+            known = found.get(key)
+            if known is None or len(u.indistinguishable) <= len(known.indistinguishable):
+                found[key] = u
+    return found
+
+
+def _definitions(understood: Sequence[Mapping[str, Understanding]]) -> dict[str, Column]:
+    return {key: u.column for key, u in _clearest(understood).items()}
+
+
+def _shared(
+    own: Mapping[str, Understanding], clearest: Mapping[str, Understanding]
+) -> dict[str, Understanding]:
+    """One choice of definitions for the program, unless a run speaks against it."""
+    shared = {}
+    for key, u in own.items():
+        column = clearest[key].column
+        if column.definition in u.indistinguishable:
+            open_ones = {u.column.definition, *u.indistinguishable} - {column.definition}
+            u = replace(u, column=column, indistinguishable=tuple(sorted(open_ones)))
+        shared[key] = u
+    return shared
+
+
+def _score(
+    runs: Sequence[_Sized],
+    understood: Sequence[Mapping[str, Understanding]],
+    reference: Reference,
+    require: Sequence[str],
+) -> tuple[Run, ...]:
+    """The runs, with the definitions that the clearest of `understood` has."""
+    clearest = _clearest(understood)
+    return tuple(
+        Run(report(a, _shared(own, clearest), reference, require), step, time)
+        for (a, step, time), own in zip(runs, understood, strict=False)
+    )
+
+
+def _extrapolate(runs: Sequence[_Sized], convergence: Sequence[Convergence]) -> list[Part]:
+    """Richardson extrapolation of the two finest runs, at the times that both have."""
+    orders = [c.orders[-1] for c in convergence if c.orders[-1] is not None]
+    if len(runs) < 2:
+        return []
+    (coarse, step, _), (fine, next_step, _) = runs[-2:]
+    order = round(float(np.median(orders))) if orders else 0
+    if order < 1 or step is None or next_step is None:
+        return []
+    weight = 1.0 / ((step / next_step) ** order - 1.0)
+    parts = []
+    by_number = {p.number: p for p in coarse.parts}
+    for b in fine.parts:
+        a = by_number.get(b.number)
+        if a is None:
+            continue
+        time, i, j = np.intersect1d(a.time, b.time, return_indices=True)
+        values = {
+            key: b.values[key][j] + weight * (b.values[key][j] - a.values[key][i])
+            for key in b.values
+            if key in a.values
+        }
+        if 2 * len(time) >= len(a.time) and values:
+            parts.append(replace(b, time=time, time_lo=b.time_lo[j], values=values, lo={}))
+    return parts
+
+
+def _nothing_shared(convergence: Sequence[Convergence]) -> list[Finding]:
+    if convergence:
+        return []
+    return [
+        Finding(
+            "no_shared_columns",
+            "no maneuver has a column that two of the files share; those of one run go in one file",
+            Severity.WARNING,
+        )
+    ]
+
+
+def _disagreement(runs: Sequence[Run]) -> list[Finding]:
+    """Columns that are taken in different ways: perhaps the files are not of one program."""
+    taken: dict[str, set[tuple[str, int, str]]] = {}
+    for run in runs:
+        for m in run.report.maneuvers:
+            for c in m.columns:
+                u = c.as_understood
+                taken.setdefault(c.key, set()).add((u.definition, u.sign, u.unit))
+    different = [key for key, ways in taken.items() if len(ways) > 1]
+    if not different:
+        return []
+    return [
+        Finding(
+            "definitions_differ",
+            f"{', '.join(different)} of these files have different definitions, signs or units; "
+            "are they of one program?",
+            Severity.WARNING,
+            {"columns": different},
+        )
+    ]
+
+
+def _convergence(runs: Sequence[Run]) -> tuple[Convergence, ...]:
+    """Every column that more than one run has."""
+    by_column: dict[tuple[int, str], list[ColumnScore | None]] = {}
+    for i, run in enumerate(runs):
+        for m in run.report.maneuvers:
+            for c in m.columns:
+                by_column.setdefault((m.maneuver, c.key), [None] * len(runs))[i] = c
+    return tuple(
+        _converge(maneuver, key, columns, [run.step for run in runs])
+        for (maneuver, key), columns in sorted(
+            by_column.items(), key=lambda entry: (entry[0][0], list(COMPARED).index(entry[0][1]))
+        )
+        if sum(c is not None for c in columns) > 1
+    )
+
+
+def _converge(
+    maneuver: int, key: str, columns: Sequence[ColumnScore | None], steps: Sequence[float | None]
+) -> Convergence:
+    pairs = list(pairwise(columns))
+    orders = tuple(
+        _order(coarse, fine, *steps[i : i + 2]) for i, (coarse, fine) in enumerate(pairs)
+    )
+    last = next(c for c in reversed(columns) if c is not None)
+    coarse, fine = pairs[-1]
+    order, step, next_step = orders[-1], *steps[-2:]
+    extrapolated = None
+    if coarse and fine and order is not None and round(order) >= 1 and step and next_step:
+        extrapolated = _richardson(coarse, fine, (step / next_step) ** round(order))
+    return Convergence(
+        maneuver=maneuver,
+        key=key,
+        unit=last.unit,
+        definition=last.as_understood.definition,
+        errors=tuple(
+            None if c is None else c.as_understood.measures.max_abs_error for c in columns
+        ),
+        orders=orders,
+        richardson_error=extrapolated,
+        floor=last.floor,
+    )
+
+
+def _order(
+    coarse: ColumnScore | None,
+    fine: ColumnScore | None,
+    step: float | None,
+    next_step: float | None,
+) -> float | None:
+    """log(e1 / e2) / log(h1 / h2); None where an error is rounding only."""
+    if coarse is None or fine is None or step is None or next_step is None:
+        return None
+    if coarse.as_understood.definition != fine.as_understood.definition:
+        return None
+    errors = [c.as_understood.measures.max_abs_error or 0.0 for c in (coarse, fine)]
+    floors = [c.floor or 0.0 for c in (coarse, fine)]
+    if any(e <= _AT_FLOOR * f or e == 0.0 for e, f in zip(errors, floors, strict=True)):
+        return None
+    return log(errors[0] / errors[1]) / log(step / next_step)
+
+
+def _richardson(coarse: ColumnScore, fine: ColumnScore, ratio: float) -> float | None:
+    """Largest error of the extrapolated values at the times that both runs have.
+
+    The extrapolation is linear, so it may be done on the errors themselves.
+    """
+    _, i, j = np.intersect1d(coarse.trace.time, fine.trace.time, return_indices=True)
+    # A few common times show nothing of the others.
+    if 2 * len(i) < len(coarse.trace.time):
+        return None
+    e1, e2 = coarse.trace.error[i], fine.trace.error[j]
+    return float(np.max(np.abs(e2 + (e2 - e1) / (ratio - 1.0))))
+
+
+def _plain(order: float) -> str:
+    return f"{round(order, 2) + 0.0:.2f}"  # no -0
+
+
+def _orders(convergence: Sequence[Convergence]) -> list[Finding]:
+    """The order of the program, and whether it has settled."""
+    found = [c.orders[-1] for c in convergence if c.orders[-1] is not None]
+    if not found:
+        return []
+    order = float(np.median(found))
+    findings = [
+        Finding(
+            "order",
+            f"observed order of convergence {_plain(order)} (median of {len(found)} "
+            f"column{'s' if len(found) > 1 else ''}, from {_plain(min(found))} to "
+            f"{_plain(max(found))})",
+            evidence={"order": order, "least": min(found), "most": max(found)},
+        )
+    ]
+    unsteady = [
+        f"{c.maneuver}.{c.key}"
+        for c in convergence
+        if len(c.orders) > 1
+        and c.orders[-1] is not None
+        and c.orders[-2] is not None
+        and abs(c.orders[-1] - c.orders[-2]) > _STEADY
+    ]
+    if unsteady:
+        findings.append(
+            Finding(
+                "order_not_settled",
+                f"the order of {', '.join(unsteady)} still changes from step to step: the steps "
+                "are too large, or rounding has been reached, for one power law",
+                evidence={"columns": unsteady},
+            )
+        )
+    return findings

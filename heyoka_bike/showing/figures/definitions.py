@@ -1,0 +1,72 @@
+"""How far apart the definitions of a column are: alternates minus the default, over time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from heyoka_bike.bicycle.columns import DEFINITIONS
+from heyoka_bike.numbers.double import Array
+from heyoka_bike.reference.load import Reference, ReferenceManeuver
+from heyoka_bike.showing.figures.style import LINES, WIDTH, style, unit
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+COLUMNS = tuple(key for key, definitions in DEFINITIONS.items() if len(definitions) > 1)
+"""Columns with more than one definition."""
+
+_HEIGHT = 6.2  # [inch]
+# A panel begins at so much of the smallest of its differences at the end, all of which it shows.
+_BELOW = 1e-2
+
+
+def draw(reference: Reference, numbers: Sequence[int]) -> Figure:
+    """A panel for each column with several definitions, named as in the scorer's report.
+
+    At each row the largest absolute difference from the default up to there, in rad, rad/s and m/s;
+    the differences themselves go through zero again and again.
+
+    Raises
+    ------
+    MissingPackageError
+        matplotlib is not installed.
+    """
+    (number,) = numbers
+    maneuver = reference[number]
+    with style():
+        from matplotlib.figure import Figure
+
+        figure = Figure(figsize=(WIDTH, _HEIGHT), layout="constrained")
+        figure.suptitle(
+            f"{maneuver.name}: how far apart definitions are, the largest difference so far",
+            parse_math=False,
+        )
+        axes = figure.subplots(len(COLUMNS), 1, sharex=True)
+        for ax, key in zip(axes, COLUMNS, strict=True):
+            default, *others = DEFINITIONS[key]
+            last = []
+            for other, look in zip(others, LINES, strict=False):
+                apart = largest_so_far(maneuver, other.name, default.name)
+                last.append(float(apart[-1]))
+                ax.plot(maneuver.time, apart, label=other.definition, **look)
+            if any(last):
+                ax.set_yscale("log", nonpositive="mask")
+                ax.set_ylim(_BELOW * min(x for x in last if x), 3 * max(last))
+            said = key.replace("_", " ")
+            ax.set_ylabel(f"{said}\nminus {default.definition} [{unit(maneuver.units, key)}]")
+            ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=3)
+        axes[-1].set_xlim(float(maneuver.time[0]), float(maneuver.time[-1]))
+        axes[-1].set_xlabel("time [s]")
+        figure.align_ylabels(axes)
+    return figure
+
+
+def largest_so_far(maneuver: ReferenceManeuver, name: str, other: str) -> Array:
+    """Largest absolute difference of two columns up to each row, from hi + lo."""
+    rows = maneuver.rows
+    apart = np.abs((rows[name] - rows[other]) + (rows.lo[name] - rows.lo[other]))
+    found: Array = np.maximum.accumulate(apart)
+    return found

@@ -1,0 +1,120 @@
+"""What all figures share: colours, dashes, fonts, sizes, and how a figure becomes a file."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from heyoka_bike.errors import InputError, MissingPackageError
+from heyoka_bike.system.files import write_output
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+FORMATS = ("png", "svg", "pdf")
+
+WIDTH = 7.0
+"""Of a figure [inch]: a printed page of text."""
+
+# Okabe and Ito's palette, https://jfly.uni-koeln.de/color/.
+BLUE, VERMILLION, GREEN, ORANGE = "#0072B2", "#D55E00", "#009E73", "#E69F00"
+PURPLE, BLACK = "#CC79A7", "#000000"
+SKY, GREY = "#56B4E9", "#999999"
+
+LINES: tuple[Mapping[str, Any], ...] = (
+    {"color": BLUE, "linestyle": "-"},
+    {"color": VERMILLION, "linestyle": (0, (4, 1.5))},
+    {"color": BLACK, "linestyle": (0, (1, 1.2))},
+    {"color": GREEN, "linestyle": (0, (7, 1.5, 1.2, 1.5))},
+    {"color": ORANGE, "linestyle": (0, (3, 1, 1, 1, 1, 1))},
+    {"color": PURPLE, "linestyle": (0, (10, 2.5))},
+)
+"""Looks of lines that share a panel: dashes tell them apart without colour."""
+
+_STYLE = {
+    "axes.grid": True,
+    "axes.labelsize": 8.5,
+    "axes.linewidth": 0.6,
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "axes.titlesize": 10,
+    "axes.formatter.useoffset": False,
+    "figure.titlesize": 10,
+    "font.size": 8.5,
+    "grid.color": "#d5d5d5",
+    "grid.linewidth": 0.5,
+    "legend.fontsize": 7.5,
+    "lines.linewidth": 1.3,
+    "pdf.fonttype": 42,
+    "svg.hashsalt": "heyoka_bike",
+    "xtick.labelsize": 8,
+    "ytick.labelsize": 8,
+}
+_DPI = 200
+# No date and no version: the same set gives the same file.
+_METADATA: Mapping[str, Mapping[str, None]] = {
+    "png": {"Software": None},
+    "svg": {"Date": None, "Creator": None},
+    "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
+}
+_UNITS = {"rad": "rad", "rad s-1": "rad/s", "m s-1": "m/s", "J": "J"}
+
+
+def style() -> Any:
+    """Context of the project's style on top of matplotlib's own, whatever the user's is.
+
+    Raises
+    ------
+    MissingPackageError
+        matplotlib is not installed.
+    """
+    try:
+        import matplotlib.style
+    except ImportError:
+        raise MissingPackageError(
+            'matplotlib is not installed; drawing needs it (pip install "heyoka_bike[plot]")'
+        ) from None
+    return matplotlib.style.context(["default", _STYLE])
+
+
+def unit(columns: Mapping[str, str], name: str) -> str:
+    """Unit of a column as it is written on an axis, from `ReferenceManeuver.units`."""
+    return _UNITS.get(columns[name], columns[name])
+
+
+def render(figure: Figure, file_format: str) -> bytes:
+    """Bytes of a figure as a file: ``png``, ``svg`` or ``pdf``.
+
+    Raises
+    ------
+    InputError
+        Another format.
+    """
+    check_format(file_format)
+    buffer = io.BytesIO()
+    with style():
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+        FigureCanvasAgg(figure)
+        figure.savefig(buffer, format=file_format, dpi=_DPI, metadata=_METADATA[file_format])
+    return buffer.getvalue()
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write a figure to a file, in the format of its suffix; folders on the way are made.
+
+    Raises
+    ------
+    InputError
+        The suffix is not one of `FORMATS`, or the file cannot be written.
+    """
+    data = render(figure, path.suffix.removeprefix(".").lower())
+    write_output(path, data)
+
+
+def check_format(file_format: str) -> None:
+    """Raise `InputError` for a format other than `FORMATS`."""
+    if file_format not in FORMATS:
+        raise InputError(f"found format '{file_format}', expected {', '.join(FORMATS)}")

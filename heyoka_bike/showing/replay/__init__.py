@@ -1,0 +1,1 @@
+"""The motion in 3D: as numbers, in a page, in a film."""

@@ -1,0 +1,210 @@
+"""Where the bicycle is: places and attitudes of its bodies, and the tracks of its wheels.
+
+The equations need neither place nor yaw; both follow here from the state, by integration over time.
+The *ground frame* has x along the initial heading, y to the right, z down, and its origin where the
+rear wheel touches the floor at the start. A body's attitude is a matrix whose columns are the
+body's x, y and z axes in the ground frame; the axes are those of the upright, straight bicycle.
+
+The rates of yaw, tracks and wheels are those of `motion.configuration`. Their integrals are Gauss's
+quadrature over short steps between the times asked for, with the yaw inside a step by collocation:
+the error is that of binary64.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heyoka_bike.bicycle.equations.configuration import track_speeds, wheel_rates
+from heyoka_bike.bicycle.equations.constants import Constants
+from heyoka_bike.bicycle.equations.outputs import unfold, yaw_rate
+from heyoka_bike.numbers.arithmetic import Arrays
+from heyoka_bike.numbers.double import Array
+from heyoka_bike.reference.load import ReferenceManeuver
+
+State = Callable[[Array], Mapping[str, Array]]
+"""From ascending times [s] to the columns of `STATE` at them."""
+
+STATE = ("roll_angle", "pitch", "steer_angle", "roll_rate", "steer_rate", "forward_speed")
+"""Columns that the motion follows from, in their default definitions."""
+
+# Nodes of a step, and its length [s]. With these the places of the benchmark's maneuvers do not
+# change by more than binary64 explains when the steps are made shorter.
+_NODES, _STEP = 12, 0.05
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Place:
+    """Where a motion begins.
+
+    Attributes
+    ----------
+    x, y
+        Rear contact point [m].
+    yaw
+        [rad]
+    """
+
+    x: float = 0.0
+    y: float = 0.0
+    yaw: float = 0.0
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Motion3D:
+    """Places [m] in the ground frame and angles [rad] of the bicycle at n times.
+
+    Attributes
+    ----------
+    time : ndarray, shape (n,)
+        [s]
+    roll, pitch, steer, yaw : ndarray, shape (n,)
+        As the columns of these names; right positive, pitch nose up.
+    rear_contact, front_contact : ndarray, shape (n, 3)
+        Lowest points of the wheels.
+    rear_hub, front_hub : ndarray, shape (n, 3)
+        P1 and P3 of the benchmark.
+    rear_frame, front_frame : ndarray, shape (n, 3, 3)
+        Attitudes of frame and fork; the same where steer is zero.
+    steer_axis : ndarray, shape (n, 3)
+        Direction of the steer axis, down.
+    rear_wheel, front_wheel : ndarray, shape (n,)
+        How far each wheel has turned in its frame or fork, about the y axis: forward is negative.
+    rear_track, front_track : ndarray, shape (n,)
+        Lengths of the tracks [m].
+    """
+
+    time: Array
+    roll: Array
+    pitch: Array
+    steer: Array
+    yaw: Array
+    rear_contact: Array
+    front_contact: Array
+    rear_hub: Array
+    front_hub: Array
+    rear_frame: Array
+    front_frame: Array
+    steer_axis: Array
+    rear_wheel: Array
+    front_wheel: Array
+    rear_track: Array
+    front_track: Array
+
+
+def reference_state(maneuver: ReferenceManeuver) -> State:
+    """The state of a reference at any time of its run."""
+    return lambda t: maneuver.approximate(t, STATE)
+
+
+def motion_3d(k: Constants, state: State, time: Array, start: Place | None = None) -> Motion3D:
+    """The motion in the ground frame.
+
+    Parameters
+    ----------
+    k : Constants
+        Of the bicycle, in binary64, see `binary64_constants`.
+    state
+        Smooth, or the places are only as good as it is.
+    time : ndarray, shape (n,)
+        Ascending, n at least 1 [s].
+    start : Place
+        Where it is at the first time; the origin by default.
+    """
+    place = Place() if start is None else start
+    yaw, x, y, *turned = _integrals(k, state, time, place)
+    roll, pitch, steer, *_ = (state(time)[name] for name in STATE)
+    heading = _turn(2, yaw) @ _turn(0, roll)
+    rear_frame = heading @ _turn(1, pitch)
+    tilt = np.full_like(time, k.tilt)
+    along_axis = rear_frame @ _turn(1, tilt)
+    along_front = along_axis @ _turn(2, steer)
+    front_frame = along_front @ _turn(1, -tilt)
+    contact = np.column_stack((x, y, np.zeros_like(x)))
+    rear_hub = contact - k.length * k.rear.r * heading[:, :, 2]
+    front_hub = rear_hub + k.length * (
+        k.d1 * along_axis[:, :, 0] + k.d2 * along_axis[:, :, 2] + k.d3 * along_front[:, :, 0]
+    )
+    rear_wheel, front_wheel, rear_track, front_track = turned
+    return Motion3D(
+        time=time, roll=roll, pitch=pitch, steer=steer, yaw=yaw,
+        rear_contact=contact,
+        front_contact=front_hub + k.length * k.front.r * _down_in_plane(front_frame[:, :, 1]),
+        rear_hub=rear_hub, front_hub=front_hub,
+        rear_frame=rear_frame, front_frame=front_frame, steer_axis=along_axis[:, :, 2],
+        rear_wheel=rear_wheel, front_wheel=front_wheel,
+        rear_track=rear_track, front_track=front_track,
+    )  # fmt: skip
+
+
+def _integrals(k: Constants, state: State, time: Array, start: Place) -> list[Array]:
+    """Yaw, rear contact x and y, angles of the wheels and lengths of their tracks."""
+    fine, where = _with_steps(time)
+    step = np.diff(fine)[:, None]
+    nodes, weights, inside = _collocation()
+    at = fine[:-1, None] + step * nodes
+    values = state(at.ravel())
+    roll, pitch, steer, roll_rate, steer_rate, speed = (values[name] for name in STATE)
+    spin = speed / (k.length * k.rear.r)
+    o, u = unfold(k, Arrays(), (roll, pitch, steer, roll_rate, steer_rate, spin), is_regular=True)
+    turning = yaw_rate(o, u).reshape(at.shape)
+    yaw = _summed(start.yaw, step * turning @ weights[:, None])
+    yaw_inside = yaw[:-1, None] + step * (turning @ inside.T)
+    rear_wheel, front_wheel, rear_rim, front_rim = (
+        x.reshape(at.shape) for x in (*wheel_rates(k, u), *track_speeds(k, u))
+    )
+    rates = (
+        (start.x, rear_rim * np.cos(yaw_inside)),
+        (start.y, rear_rim * np.sin(yaw_inside)),
+        (0.0, rear_wheel), (0.0, front_wheel), (0.0, rear_rim), (0.0, front_rim),
+    )  # fmt: skip
+    found = [yaw, *(_summed(first, step * rate @ weights[:, None]) for first, rate in rates)]
+    return [x[where] for x in found]
+
+
+def _with_steps(time: Array) -> tuple[Array, NDArray[np.intp]]:
+    """The times with others between them where they are far apart, and where they are in it."""
+    counts = np.maximum(np.ceil(np.diff(time) / _STEP).astype(int), 1)
+    parts = [
+        np.linspace(a, b, n, endpoint=False)
+        for a, b, n in zip(time[:-1], time[1:], counts, strict=True)
+    ]
+    return np.concatenate([*parts, time[-1:]]), np.concatenate(([0], np.cumsum(counts)))
+
+
+def _summed(first: float, steps: Array) -> Array:
+    return first + np.concatenate(([0.0], np.cumsum(steps)))
+
+
+def _collocation() -> tuple[Array, Array, Array]:
+    """Gauss's nodes and weights on 0..1, and the weights of integrals from 0 to each node."""
+    x, w = np.polynomial.legendre.leggauss(_NODES)
+    # Integrals of Legendre's polynomials, and the polynomial through values at the nodes.
+    degrees = np.arange(_NODES)
+    values = np.polynomial.legendre.legvander(x, _NODES)
+    integrals = np.empty((_NODES, _NODES))
+    integrals[:, 0] = x + 1
+    integrals[:, 1:] = (values[:, 2:] - values[:, :-2]) / (2 * degrees[1:] + 1)
+    through = (2 * degrees[:, None] + 1) / 2 * values[:, :-1].T * w
+    return (x + 1) / 2, w / 2, integrals @ through / 2
+
+
+def _down_in_plane(axle: Array) -> Array:
+    """Direction from a hub to the lowest point of its wheel, for unit vectors along the axle."""
+    down = np.array([0.0, 0.0, 1.0]) - axle[:, 2:] * axle
+    found: Array = down / np.linalg.norm(down, axis=1, keepdims=True)
+    return found
+
+
+def _turn(axis: int, angle: Array) -> Array:
+    """Matrices of turns about an axis, shape (n, 3, 3)."""
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    found = np.zeros((len(angle), 3, 3))
+    found[:, axis, axis] = 1.0
+    found[:, i, i] = found[:, j, j] = np.cos(angle)
+    found[:, j, i] = np.sin(angle)
+    found[:, i, j] = -found[:, j, i]
+    return found

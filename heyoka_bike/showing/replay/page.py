@@ -1,0 +1,282 @@
+"""The replay as one HTML page that needs nothing else: a scene, its controls, and charts."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from heyoka_bike.numbers.double import Array
+from heyoka_bike.showing.figures.shapes import shape
+from heyoka_bike.showing.replay.motion_3d import Motion3D
+from heyoka_bike.showing.replay.scenes import Replay, Scene
+from heyoka_bike.showing.report import axis
+from heyoka_bike.showing.report.chart import Line, chart
+from heyoka_bike.showing.report.charts import legend
+from heyoka_bike.showing.report.markup import PAGE_STYLE, page, prose
+from heyoka_bike.showing.report.wording import sentence, shown, worst_words
+
+_HERE = Path(__file__).parent
+_HEIGHT = 84  # of the lines of a chart [px]
+_PANELS = (
+    ("roll_angle", "roll", "rad"),
+    ("steer_angle", "steer", "rad"),
+    ("forward_speed", "forward speed", "m/s"),
+)
+_ENERGIES = (
+    ("kinetic_energy", "kinetic", "s4"),
+    ("potential_energy", "potential", "s3"),
+    ("mechanical_energy", "mechanical", "s5"),
+)
+_SHORT = {
+    "roll_angle": "roll", "steer_angle": "steer", "forward_speed": "speed",
+    "roll_rate": "roll_rate", "steer_rate": "steer_rate",
+}  # fmt: skip
+_COUNTED = ("rear_wheel", "front_wheel", "track")
+# Digits after the point [m, rad, m/s]: less than a pixel, however near the camera is and however
+# much roll and steer are exaggerated.
+_PLACES = 6
+# Digits of a difference, which may be drawn a million times larger.
+_DIGITS = 5
+
+
+def render(replay: Replay, name: str = "") -> str:
+    """The replay as an HTML page; `name` is that of the result file, if there is one."""
+    title = shown(Path(name).name or name) if name else "Uncontrolled bicycle"
+    body = f"""{_header(replay, title, bool(name))}
+<div class="replay{" compared" if name else ""}">
+{_stage(replay)}
+{_plots(replay.scenes)}
+</div>
+{_about(replay, bool(name))}"""
+    return page(
+        f"{title} – replay",
+        body,
+        (shown(replay.bicycle.name), shown(replay.dataset_version)),
+        styles=(PAGE_STYLE, _HERE / "replay.css"),
+        script=_HERE / "replay.js",
+        data=_data(replay),
+    )
+
+
+def _header(replay: Replay, title: str, has_result: bool) -> str:
+    kicker = "Uncontrolled bicycle: replay of" if has_result else "Replay of the reference"
+    said = ""
+    if replay.report is not None:
+        worst = sentence(worst_words(replay.report))
+        said = f'<p class="facts">{prose(worst[:1].upper() + worst[1:])}.</p>'
+    return f'<header><p class="kicker">{kicker}</p><h1>{escape(title)}</h1>{said}</header>'
+
+
+def _stage(replay: Replay) -> str:
+    has_result = replay.report is not None
+    scenes = [(str(s.number), _name(s)) for s in replay.scenes]
+    shows = [("points", "points", True), ("tracks", "tracks", True), ("rider", "rider", True)]
+    if has_result:
+        shows.append(("result", "result", True))
+    boxes = "".join(
+        f'<label><input type="checkbox" name="{key}"{" checked" if on else ""}> {said}</label>'
+        for key, said, on in shows
+    )
+    magnify = (
+        '<label class="menu">difference <select name="magnify"></select></label>'
+        if has_result
+        else ""
+    )
+    keys = (
+        '<ul class="legend keys"><li><span class="swatch mine"></span> reference</li>'
+        '<li><span class="swatch result"></span> result</li></ul>'
+        if has_result
+        else ""
+    )
+    return f"""<section class="stage" aria-label="Scene">
+<div class="view"><canvas tabindex="0" role="img" aria-label="The bicycle in perspective. Drag or \
+Shift with the arrow keys to turn the camera, wheel, pinch or plus and minus to zoom."></canvas>
+{keys}<p class="scale" hidden></p></div>
+<form class="controls" autocomplete="off">
+<div class="time"><button type="button" class="play" aria-label="Play">▶</button>
+<button type="button" class="step" data-step="-1" aria-label="One frame back">‹</button>
+<button type="button" class="step" data-step="1" aria-label="One frame on">›</button>
+<input type="range" name="t" min="0" step="any" value="0" aria-label="Time [s]">
+<output class="clock">0.00 s</output></div>
+{_choice("maneuver", "Maneuver", scenes, scenes[0][0])}
+{_choice("speed", "Speed", [(x, f"{x}×") for x in ("0.1", "0.25", "0.5", "1", "2", "4")], "1")}
+{
+        _choice(
+            "camera",
+            "Camera",
+            [(x, x) for x in ("follow", "side", "behind", "above", "rider")],
+            "follow",
+        )
+    }
+{_choice("exaggerate", "Roll and steer", [("1", "as is"), ("5", "×5"), ("20", "×20")], "1")}
+<fieldset class="shows"><legend>Show</legend>{boxes}{magnify}</fieldset>
+</form>
+<table class="values" aria-label="Values at this time"></table>
+<noscript><p>The replay needs a browser with scripts; the charts do not.</p></noscript>
+</section>"""
+
+
+def _choice(name: str, said: str, items: Sequence[tuple[str, str]], chosen: str) -> str:
+    options = "".join(
+        f'<label><input type="radio" name="{name}" value="{escape(value)}"'
+        f"{' checked' if value == chosen else ''}><span>{escape(text)}</span></label>"
+        for value, text in items
+    )
+    hidden = " hidden" if len(items) < 2 else ""
+    return f'<fieldset class="choice"{hidden}><legend>{said}</legend>{options}</fieldset>'
+
+
+def _name(scene: Scene) -> str:
+    """Number of a maneuver, and its name if that says more."""
+    is_plain = scene.name == f"maneuver {scene.number}"
+    return str(scene.number) if is_plain else f"{scene.number}: {shown(scene.name)}"
+
+
+def _plots(scenes: Sequence[Scene]) -> str:
+    """Charts of all maneuvers; the script shows those of one."""
+    groups = "".join(
+        f'<div class="group" data-maneuver="{s.number}"><h2>Maneuver {escape(_name(s))}</h2>'
+        f"{''.join(_charts(s))}</div>"
+        for s in scenes
+    )
+    return f'<section class="plots" aria-label="Charts over time">{groups}</section>'
+
+
+def _charts(scene: Scene) -> list[str]:
+    result = scene.result
+    time = axis.times(0.0, float(scene.reference.motion.time[-1]))
+    found = []
+    for name, title, unit in _PANELS:
+        lines = [_line("reference", "mine", scene.reference.motion, scene.reference.columns[name])]
+        if result is not None and name in result.columns:
+            lines.append(_line("result", "result", result.motion, result.columns[name]))
+        found.append(_chart(scene, time, lines, title, unit))
+    lines = []
+    for name, said, style in _ENERGIES:
+        energy = scene.reference.columns[name]
+        lines.append(_line(said, style, scene.reference.motion, energy - energy[0]))
+        if result is not None and name in result.columns:
+            change = result.columns[name] - energy[0]
+            lines.append(_line(f"{said} of the result", "thin result", result.motion, change))
+    items = [(said, style, "") for _, said, style in _ENERGIES]
+    if any(line.style == "thin result" for line in lines):
+        items.append(("result", "thin result", ""))
+    keys = legend(items)
+    found.append(f"{_chart(scene, time, lines, 'change of energy', 'J')}{keys}")
+    return [f"<figure>{one}</figure>" for one in found]
+
+
+def _line(name: str, style: str, motion: Motion3D, values: Array) -> Line:
+    return Line(name, style, motion.time, values)
+
+
+def _chart(scene: Scene, time: axis.Axis, lines: Sequence[Line], title: str, unit: str) -> str:
+    own = [line.y for line in lines if line.style != "result"]
+    low, high = min(float(y.min()) for y in own), max(float(y.max()) for y in own)
+    # A result that leaves the picture does not flatten the reference.
+    room = 1.0 * (high - low)
+    for line in lines:
+        low = min(low, max(float(line.y.min()), low - room))
+        high = max(high, min(float(line.y.max()), high + room))
+    y = axis.values(low, high)
+    return chart(
+        time, y, lines, about=f"{title.capitalize()} over time, maneuver {scene.number}",
+        title=f"{title}{y.offset_text} [{unit}]", x_title="", height=_HEIGHT,
+    )  # fmt: skip
+
+
+def _about(replay: Replay, has_result: bool) -> str:
+    parts = []
+    for s in replay.scenes if has_result else ():
+        notes = s.notes if s.result is None else s.result.notes
+        items = "".join(f"<li>{prose(sentence(note))}</li>" for note in notes)
+        parts.append(
+            f'<section class="notes" data-maneuver="{s.number}"><h2>What is shown of the result'
+            f"{f', maneuver {s.number}' if len(replay.scenes) > 1 else ''}</h2>"
+            f"<ul>{items}</ul></section>"
+        )
+    parts.append(
+        "<details><summary>What is exact here, and the keys</summary>"
+        "<p>Wheels, hubs (P1, P3), the steer axis with P2, the centre of mass B of frame and "
+        "rider, and both contact points are where the reference has them; the yaw and the tracks "
+        "are integrated from it. Frame, fork and rider are drawings around them: the model gives "
+        "its bodies no shape, and its rider moves with the frame and holds on to nothing. Lines "
+        "on the ground are 1 m apart; the dotted one is the initial heading.</p>"
+        "<p>Space plays and pauses; left and right step by a frame, with Shift (not on the scene) "
+        "by a second; Home and End go to the ends; 1 to 9 choose the maneuver; a click into a "
+        "chart goes to that time. An address ending in <code>#t=3.2&amp;maneuver=2</code> opens "
+        "the page there; <code>camera</code>, <code>exaggerate</code>, <code>speed</code> and "
+        "<code>play=1</code> may follow.</p></details>"
+    )
+    return "\n".join(parts)
+
+
+def _data(replay: Replay) -> str:
+    drawn = shape(replay.bicycle)
+    data = {
+        "bicycle": {
+            "points": {name: _rounded(point) for name, point in drawn.points.items()},
+            "radii": drawn.radii,
+            "tilt": drawn.tilt,
+            "solids": [
+                {"body": s.body, "part": s.part, "colour": s.colour,
+                 "spheres": [_rounded(sphere) for sphere in s.spheres]}
+                for s in drawn.solids
+            ],
+        },
+        "maneuvers": [_scene_data(s) for s in replay.scenes],
+    }  # fmt: skip
+    # Numbers and names of this package: nothing in it can end the element that it stands in.
+    return json.dumps(data, separators=(",", ":"), allow_nan=False)
+
+
+def _scene_data(scene: Scene) -> dict[str, Any]:
+    motion, result = scene.reference.motion, scene.result
+    exact = _columns(motion, scene.reference.columns)
+    found: dict[str, Any] = {
+        "number": scene.number,
+        "duration": float(motion.time[-1]),
+        "columns": {name: _rounded(values) for name, values in exact.items()},
+        "result": None,
+    }
+    if result is not None:
+        rows = slice(result.first, result.first + len(result.motion.time))
+        differences = {
+            name: values - exact[name][rows]
+            for name, values in _columns(result.motion, result.columns).items()
+        }
+        # Turns and tracks are counted from the first frame of each.
+        for name in _COUNTED:
+            differences[name] = differences[name] - differences[name][0]
+        found["result"] = {
+            "first": result.first,
+            "differences": {name: _few_digits(x) for name, x in differences.items()},
+        }
+    return found
+
+
+def _columns(motion: Motion3D, columns: Mapping[str, Array]) -> dict[str, Array]:
+    """What the script draws and says; the rest follows by rigid motion."""
+    return {
+        "yaw": motion.yaw, "pitch": motion.pitch,
+        "x": motion.rear_contact[:, 0], "y": motion.rear_contact[:, 1],
+        "front_x": motion.front_contact[:, 0], "front_y": motion.front_contact[:, 1],
+        "rear_wheel": motion.rear_wheel, "front_wheel": motion.front_wheel,
+        "track": motion.rear_track,
+        **{short: columns[name] for name, short in _SHORT.items() if name in columns},
+        "roll": motion.roll, "steer": motion.steer,
+    }  # fmt: skip
+
+
+def _rounded(values: Any) -> list[float]:
+    # No minus zeros.
+    return [float(x) for x in np.round(np.asarray(values, dtype=float), _PLACES) + 0.0]
+
+
+def _few_digits(values: Array) -> list[float]:
+    return [float(f"{x:.{_DIGITS - 1}e}") for x in values]

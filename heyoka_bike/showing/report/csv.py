@@ -1,0 +1,65 @@
+"""The scores as CSV (RFC 4180): one line for each maneuver and column, SI units."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from typing import Any
+
+from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Report, Series
+
+_MEASURES = (
+    "max_abs_error", "time_of_max", "rms_error", "max_rel_error", "scd", "mescd",
+    "time_to_tolerance",
+)  # fmt: skip
+
+FIELDS = (
+    "file", "maneuver", "name", "column", "unit", "definition", "sign", "written_unit", "offset",
+    *_MEASURES, "floor", "as_written_max_abs_error", "values", "missing", "rows", "t_start",
+    "t_end", "coverage", "step", "performance", "between",
+)  # fmt: skip
+"""Fields of a line; those of a series begin with `RUN_FIELDS`."""
+
+RUN_FIELDS = ("run", "run_step", "run_cpu")
+"""Number of the run from 1, its nominal step [s] and its processor time [s]."""
+
+
+def render(scored: Report | Series) -> str:
+    """The scores of a file or of a series as CSV; what is unknown is empty."""
+    text = io.StringIO()
+    writer = csv.writer(text)
+    if isinstance(scored, Report):
+        writer.writerow(FIELDS)
+        writer.writerows(_lines(scored))
+    else:
+        writer.writerow((*RUN_FIELDS, *FIELDS))
+        for i, run in enumerate(scored.runs, start=1):
+            start = (str(i), _cell(run.step), _cell(run.cpu))
+            writer.writerows((*start, *line) for line in _lines(run.report))
+    return text.getvalue()
+
+
+def _lines(report: Report) -> list[tuple[str, ...]]:
+    return [_line(report.file.path, m, c) for m in report.maneuvers for c in m.columns]
+
+
+def _line(path: str, m: ManeuverScore, c: ColumnScore) -> tuple[str, ...]:
+    r = c.as_understood
+    measures = (getattr(r.measures, name) for name in _MEASURES)
+    cells = (
+        path, m.maneuver, m.name, c.key, c.unit, r.definition, r.sign, r.unit, r.offset,
+        *measures, c.floor, c.as_written.measures.max_abs_error, c.values, c.missing, m.rows,
+        m.t_start, m.t_end, m.coverage, m.step, m.performance, c.between,
+    )  # fmt: skip
+    return tuple(_cell(x) for x in cells)
+
+
+def _cell(x: Any) -> str:
+    if x is None:
+        return ""
+    if isinstance(x, str):
+        return x.encode("utf-8", "backslashreplace").decode("utf-8")
+    if isinstance(x, float):
+        return repr(float(x)) if math.isfinite(x) else ""
+    return str(x)

@@ -1,0 +1,122 @@
+"""The report as JSON, for programs; `score-1.schema.json` describes it."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from numbers import Integral, Real
+from typing import Any
+
+from heyoka_bike.scoring.findings import Finding
+from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Measures, Reading, Report, Series
+
+SCHEMA_VERSION = 1
+
+
+def render(scored: Report | Series) -> str:
+    """The report of a file or of a series as JSON; what is unknown is null."""
+    document = _report(scored) if isinstance(scored, Report) else _series(scored)
+    return json.dumps(_clean(document), indent=2, allow_nan=False) + "\n"
+
+
+def _report(report: Report) -> dict[str, Any]:
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "dataset_version": report.dataset_version,
+        "bicycle": report.bicycle,
+        "file": asdict(report.file),
+        "maneuvers": [_maneuver(m) for m in report.maneuvers],
+        "findings": [_finding(f) for f in report.findings],
+        "requirements": [asdict(r) for r in report.requirements],
+        "passed": report.passed,
+    }
+
+
+def _series(series: Series) -> dict[str, Any]:
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "dataset_version": series.runs[0].report.dataset_version,
+        "runs": [{"step": r.step, "cpu": r.cpu, "report": _report(r.report)} for r in series.runs],
+        "convergence": [asdict(c) for c in series.convergence],
+        "findings": [_finding(f) for f in series.findings],
+        "passed": series.passed,
+    }
+
+
+def _maneuver(m: ManeuverScore) -> dict[str, Any]:
+    return {
+        "maneuver": m.maneuver,
+        "name": m.name,
+        "rows": m.rows,
+        "t_start": m.t_start,
+        "t_end": m.t_end,
+        "coverage": m.coverage,
+        "step": m.step,
+        "performance": m.performance,
+        "performance_limit": m.performance_limit,
+        "consistency": asdict(m.consistency),
+        "columns": [_column(c) for c in m.columns],
+    }
+
+
+def _column(c: ColumnScore) -> dict[str, Any]:
+    return {
+        "key": c.key,
+        "unit": c.unit,
+        "definition": c.as_understood.definition,
+        **_measures(c.as_understood.measures),
+        "floor": c.floor,
+        "values": c.values,
+        "missing": c.missing,
+        "between": c.between,
+        "as_written": _reading(c.as_written),
+        "as_understood": _reading(c.as_understood),
+        "alternatives": [asdict(a) for a in c.alternatives],
+        "indistinguishable": c.indistinguishable,
+        "growth": [asdict(g) for g in c.growth],
+    }
+
+
+def _reading(r: Reading) -> dict[str, Any]:
+    return {
+        "definition": r.definition,
+        "sign": r.sign,
+        "unit": r.unit,
+        "offset": r.offset,
+        **_measures(r.measures),
+    }
+
+
+def _measures(m: Measures) -> dict[str, Any]:
+    return asdict(m)
+
+
+def _finding(f: Finding) -> dict[str, Any]:
+    return {
+        "code": f.code,
+        "severity": str(f.severity),
+        "message": f.message,
+        "evidence": f.evidence,
+    }
+
+
+def _clean(x: Any) -> Any:
+    """The same in what JSON has: NumPy's numbers as plain ones, no NaN, no infinity."""
+    if x is None or isinstance(x, bool):
+        return x
+    if isinstance(x, str):
+        # A file name that is not UTF-8 has lone surrogates, which many readers refuse.
+        return x.encode("utf-8", "backslashreplace").decode("utf-8")
+    if isinstance(x, Mapping):
+        return {str(_clean(k)): _clean(v) for k, v in x.items()}
+    if isinstance(x, Sequence):
+        return [_clean(v) for v in x]
+    if isinstance(x, Integral):
+        return int(x)
+    if isinstance(x, Real):
+        return float(x) if math.isfinite(x) else None
+    if hasattr(x, "tolist"):  # NumPy's booleans and arrays
+        return _clean(x.tolist())
+    raise TypeError(f"found {x!r:.60}, expected what JSON can hold")

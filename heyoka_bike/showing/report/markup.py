@@ -1,0 +1,82 @@
+"""Text as HTML, and the page that all of it stands in."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from html import escape
+from pathlib import Path
+
+# The page says itself that it loads nothing, and a browser keeps it to that.
+_POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'"
+
+# A line must not end within 1e-05, nor before a unit.
+_NUMBER = re.compile(r"-?[0-9.]+(?:e[-+]?[0-9]+)?(?: (?:%|s\b|J\b|rad\b(?:/s)?|m/s))?")
+
+
+PAGE_STYLE = Path(__file__).with_name("page.css")
+
+
+def prose(text: str) -> str:
+    """Text as HTML, every number with its unit kept on one line."""
+    return "".join(
+        f"<bdi>{escape(part)}</bdi>" if is_number else escape(part)
+        for part, is_number in _parts(text)
+    )
+
+
+def _parts(text: str) -> list[tuple[str, bool]]:
+    parts, end = [], 0
+    for found in _NUMBER.finditer(text):
+        if "e" not in found[0] and " " not in found[0]:
+            continue  # nothing to break
+        parts += [(text[end : found.start()], False), (found[0], True)]
+        end = found.end()
+    return [*parts, (text[end:], False)]
+
+
+def page(
+    title: str, body: str, source: tuple[str, str], *, styles: Sequence[Path], script: Path,
+    data: str | None = None,
+) -> str:  # fmt: skip
+    """A page that needs nothing else.
+
+    Parameters
+    ----------
+    title
+        As text.
+    body
+        As HTML.
+    source
+        Name of the bicycle and version of the reference, as text.
+    styles, script
+        Files.
+    data
+        JSON for the script, if it needs any.
+    """
+    sheets = "".join(file.read_text(encoding="utf-8") for file in styles)
+    bicycle, version = source
+    given = f'<script type="application/json" id="data">\n{data}\n</script>\n' if data else ""
+    return f"""<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta name="color-scheme" content="light dark">
+<meta http-equiv="Content-Security-Policy" content="{_POLICY}">
+<link rel="icon" href="data:,">
+<title>{escape(title)}</title>
+<style>
+{sheets}</style>
+</head>
+<body>
+<main>
+{body}
+</main>
+<footer><p>IFToMM benchmark “Uncontrolled bicycle”, {escape(bicycle)}; reference
+data {escape(version)} of heyoka_bike. SI units throughout.</p></footer>
+{given}<script>
+{script.read_text(encoding="utf-8")}</script>
+</body>
+</html>
+"""

@@ -1,0 +1,121 @@
+"""Figures of a series: error against step size, and against processor time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from heyoka_bike.scoring.report import Convergence, Series
+from heyoka_bike.showing.report import axis
+from heyoka_bike.showing.report.chart import Guide, Line, Notch, chart
+from heyoka_bike.showing.report.charts import legend, style_of
+from heyoka_bike.showing.report.wording import label, number, scale
+
+_HEIGHT = 280
+_MOST_ORDER = 12  # of the guides
+
+
+def convergence(series: Series, maneuver: int) -> str:
+    """Error against step size for a maneuver; empty if no step size is known."""
+    drawn = _drawing(series, maneuver, [r.step for r in series.runs], is_step=True)
+    if not drawn:
+        return ""
+    return (
+        f'<figure class="wide">{drawn}<figcaption>What a smaller step buys: a method of order p '
+        "follows a line of that slope, halving the step divides its error by 2 to the power p, "
+        "until the error reaches the floor that the written digits set (marks on the "
+        "right).</figcaption></figure>"
+    )
+
+
+def work_precision(series: Series, maneuver: int) -> str:
+    """Error against processor time for a maneuver; empty if no time is known."""
+    drawn = _drawing(series, maneuver, [r.cpu for r in series.runs], is_step=False)
+    if not drawn:
+        return ""
+    return (
+        f'<figure class="wide">{drawn}<figcaption>What accuracy costs: of two programs, the one '
+        "whose line lies lower and further left gives the same error in less time; the time is "
+        "that of the whole run.</figcaption></figure>"
+    )
+
+
+def _drawing(series: Series, maneuver: int, across: Sequence[float | None], is_step: bool) -> str:
+    lines, items, notches = [], [], []
+    for c in series.convergence:
+        if c.maneuver != maneuver:
+            continue
+        size = _scale(series, c)
+        points = [
+            (x, e / size)
+            for x, e in zip(across, c.errors, strict=True)
+            if x is not None and x > 0 and e is not None and e > 0 and size is not None
+        ]
+        remark = "" if points else "no error" if set(c.errors) == {0.0} else "not compared"
+        items.append((label(c.key), style_of(c.key), remark))
+        if points:
+            x, y = (np.array(v) for v in zip(*points, strict=True))
+            lines.append(Line(label(c.key), style_of(c.key), x, y, has_points=True))
+        if points and size and c.floor:
+            text = f"{label(c.key)}: floor {number(c.floor / size)}"
+            notches.append(Notch(c.floor / size, style_of(c.key), text))
+    if not lines:
+        return ""
+    every_x = np.concatenate([line.x for line in lines])
+    every_y = np.concatenate([line.y for line in lines])
+    low, high = float(every_y.min()), float(every_y.max())
+    low = min([low] + [n.value for n in notches if n.value > low * 1e-3])
+    x_axis = axis.spread(float(every_x.min()), float(every_x.max()))
+    guides = _guides(series, maneuver, lines, x_axis) if is_step else []
+    what = "step size" if is_step else "processor time"
+    return legend(items) + chart(
+        x_axis,
+        axis.decades(low, high * 2),
+        lines,
+        about=f"Errors of all columns of maneuver {maneuver} against {what}, both logarithmic",
+        title="largest error / scale of the column",
+        x_title=f"{what} [s]",
+        height=_HEIGHT,
+        notches=[n for n in notches if n.value >= low],
+        guides=guides,
+    )
+
+
+def _guides(series: Series, maneuver: int, lines: Sequence[Line], x_axis: axis.Axis) -> list[Guide]:
+    """Lines of whole orders around the observed ones, from the largest error downwards."""
+    orders = [
+        p
+        for c in series.convergence
+        if c.maneuver == maneuver
+        for p in c.orders
+        if p is not None and 0.5 <= p <= _MOST_ORDER
+    ]
+    if not orders:
+        return []
+    wide = max(float(line.x.max()) for line in lines)
+    narrow = 10.0**x_axis.low
+    top = 1.6 * max(float(line.y[line.x == wide].max(initial=0.0)) for line in lines)
+    if not top:
+        return []
+    middle = round(float(np.median(orders)))
+    chosen = sorted({max(middle - 1, 1), max(middle, 1), middle + 1})
+    return [
+        Guide((narrow, wide), (math.exp(math.log(top) + p * math.log(narrow / wide)), top),
+              f"p = {p}")
+        for p in chosen
+    ]  # fmt: skip
+
+
+def _scale(series: Series, c: Convergence) -> float | None:
+    """Scale of a column, from the first run that knows it."""
+    found = (
+        scale(column)
+        for run in series.runs
+        for m in run.report.maneuvers
+        if m.maneuver == c.maneuver
+        for column in m.columns
+        if column.key == c.key
+    )
+    return next((x for x in found if x), None)

@@ -1,0 +1,140 @@
+"""Tables of the HTML report."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from html import escape
+from pathlib import Path
+
+from heyoka_bike.scoring.report import ColumnScore, Convergence, ManeuverScore, Series
+from heyoka_bike.showing.report.wording import (
+    first_above,
+    label,
+    mark,
+    notes,
+    number,
+    one_decimal,
+    plain,
+    shown,
+    unit_text,
+)
+
+_SCORES = (
+    ("column", "the quantity, and its unit"),
+    (
+        "definition",
+        "what the column was found to mean; * is not the default, ~ others fit as well",
+    ),
+    ("max error", "largest absolute error over the rows, in the unit of the column"),
+    ("at [s]", "time of the largest error"),
+    ("rms error", "root of the mean squared error of the rows"),
+    ("relative", "largest error / largest absolute value of the reference"),
+    ("scd", "significant correct digits: -log10 of the relative error"),
+    ("mescd", "the same, of the error / (1 + value)"),
+    ("floor", "largest error of correctly rounded values, as many digits as the file has"),
+    ("above 1e-3 [s]", "first time at which the error exceeds 1e-3 of the scale"),
+    ("as written", "largest error if taken as the default definition, SI unit, sign and zero"),
+    ("values", "how many were compared"),
+)
+
+
+def table(
+    head: Sequence[tuple[str, str]],
+    rows: Iterable[Sequence[str]],
+    about: str,
+    style: str = "scores",
+) -> str:
+    """A table that scrolls in its box: the first cell of a row is its heading.
+
+    Parameters
+    ----------
+    head
+        Headings and what they mean.
+    rows
+        Cells as HTML; numbers from the second on.
+    about
+        Name of the table.
+    style
+        Its class.
+    """
+    top = "".join(
+        f'<th scope="col"{f" title={chr(34)}{escape(meaning)}{chr(34)}" if meaning else ""}>'
+        f"{escape(name)}</th>"
+        for name, meaning in head
+    )
+    body = "".join(
+        f'<tr><th scope="row">{first}</th>{"".join(f"<td>{cell}</td>" for cell in rest)}</tr>'
+        for first, *rest in rows
+    )
+    return (
+        f'<div class="scroll" tabindex="0" role="region" aria-label="{escape(about)}">'
+        f'<table class="{style}"><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table></div>'
+    )
+
+
+def scores(m: ManeuverScore, explained: bool = True) -> str:
+    """Scores of a maneuver's columns, and what their headings mean if that is to be explained."""
+    if not m.columns:
+        return ""
+    found = table(_SCORES, (_score(c) for c in m.columns), f"Scores of maneuver {m.maneuver}")
+    if not explained:
+        return found
+    meanings = "".join(f"<dt>{escape(a)}</dt><dd>{escape(b)}</dd>" for a, b in _SCORES[2:-1])
+    return f'{found}<dl class="meanings">{meanings}</dl>'
+
+
+def _score(c: ColumnScore) -> tuple[str, ...]:
+    r = c.as_understood.measures
+    definition = c.as_understood.definition.replace("_", " ") + mark(c)
+    missing = f" ({c.missing} missing)" if c.missing else ""
+    between = f" ({c.between} between rows)" if c.between else ""
+    return (
+        f"{escape(label(c.key))} <i>[{escape(unit_text(c.unit))}]</i>",
+        escape(", ".join((definition, *notes(c)))),
+        number(r.max_abs_error, 3),
+        plain(r.time_of_max),
+        number(r.rms_error, 3),
+        number(r.max_rel_error),
+        one_decimal(r.scd),
+        one_decimal(r.mescd),
+        number(c.floor),
+        first_above(c),
+        number(c.as_written.measures.max_abs_error),
+        f"{c.values}{missing}{between}",
+    )
+
+
+def convergence(series: Series, maneuver: int) -> str:
+    """Errors of a maneuver for each run, the observed order between neighbours."""
+    columns = [c for c in series.convergence if c.maneuver == maneuver]
+    has_steps = any(run.step is not None for run in series.runs)
+    head = [("step" if has_steps else "run", ""), ("CPU [s]", "processor time of the whole run")]
+    head += [(f"{label(c.key)} [{unit_text(c.unit)}]", c.definition) for c in columns]
+    has_orders = any(p is not None for c in columns for p in c.orders)
+    rows = []
+    for i, run in enumerate(series.runs):
+        if i and has_orders:
+            orders = (f"<i>{one_decimal(_at(c, i - 1))}</i>" for c in columns)
+            rows.append(("<i>observed order</i>", "", *orders))
+        errors = (number(c.errors[i], 3) for c in columns)
+        step = f"{plain(run.step)} s"
+        if run.step is None:
+            step = shown(Path(run.report.file.path).name)
+        rows.append((escape(step), plain(run.cpu, 3), *errors))
+    note = "Largest errors."
+    if has_orders:
+        rows.append(("extrapolated", "", *(number(c.richardson_error) for c in columns)))
+        note = (
+            "Largest errors, and the observed order between neighbouring runs. Extrapolated: the "
+            "error that is left by Richardson's extrapolation of the two finest runs, which "
+            "cancels the leading term."
+        )
+    rows.append(("floor", "", *(number(c.floor) for c in columns)))
+    return (
+        table(head, rows, f"Convergence of maneuver {maneuver}", "numbers")
+        + f'<p class="facts">{note}</p>'
+    )
+
+
+def _at(c: Convergence, pair: int) -> float | None:
+    return c.orders[pair] if pair < len(c.orders) else None

@@ -1,0 +1,283 @@
+"""Words and numbers that the output formats have in common."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from heyoka_bike.scoring.findings import Finding, Severity
+from heyoka_bike.scoring.measures import MOST_DIGITS
+from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Report, Run, Series
+
+
+def shown(text: str) -> str:
+    """Text on one line, with whatever cannot be printed as its escape in Python."""
+    return "".join(
+        c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text
+    )
+
+
+def sentence(text: str) -> str:
+    """A message as one line: white space collapsed, then as `shown`."""
+    return shown(" ".join(text.split()))
+
+
+def number(x: float | None, digits: int = 2) -> str:
+    """An error to a few significant digits, ``-`` if unknown."""
+    if x is None or not math.isfinite(x):
+        return "-"
+    return "0" if x == 0 else f"{x:.{digits - 1}e}"
+
+
+def readable(x: float | None) -> str:
+    """A number within a sentence: a decimal where that is short, ``-`` if unknown."""
+    if x is not None and 0.01 <= abs(x) < 1000:
+        return f"{x:.2g}" if abs(x) < 100 else f"{x:.0f}"
+    return number(x)
+
+
+def plain(x: float | None, digits: int = 4) -> str:
+    """A time or a step to a few digits without padding, ``-`` if unknown."""
+    return "-" if x is None or not math.isfinite(x) else f"{x:.{digits}g}"
+
+
+def one_decimal(x: float | None) -> str:
+    """Correct digits, or an order; ``-`` if unknown."""
+    # No digits are not minus none.
+    return "-" if x is None or not math.isfinite(x) else f"{round(x, 1) + 0.0:.1f}"
+
+
+def unit_text(unit: str) -> str:
+    """A unit as people write it: ``rad s-1`` is rad/s."""
+    return shown(unit.replace(" s-1", "/s"))
+
+
+def in_unit(said: str, unit: str) -> str:
+    """A number with its unit behind it, if it has one."""
+    return said if unit == "1" else f"{said} {unit_text(unit)}"
+
+
+def label(key: str) -> str:
+    """A column's key in words."""
+    return shown(key.replace("_", " "))
+
+
+def heading(m: ManeuverScore) -> str:
+    """Number of a maneuver, and its name if that says more."""
+    return f"maneuver {m.maneuver}" + (
+        "" if m.name == f"maneuver {m.maneuver}" else f", {shown(m.name)}"
+    )
+
+
+def reports(scored: Report | Series) -> tuple[Report, ...]:
+    """The report, or those of all runs."""
+    return (scored,) if isinstance(scored, Report) else tuple(r.report for r in scored.runs)
+
+
+def scale(column: ColumnScore) -> float | None:
+    """Scale of a column, by which its relative error is divided; None if unknown or 0."""
+    m = column.as_understood.measures
+    if m.max_abs_error and m.max_rel_error:
+        return m.max_abs_error / m.max_rel_error
+    return float(np.max(np.abs(column.trace.reference), initial=0.0)) or None
+
+
+def is_default(column: ColumnScore) -> bool:
+    """Whether a column is understood as the default definition."""
+    return column.as_understood.definition == column.as_written.definition
+
+
+def mark(column: ColumnScore) -> str:
+    """``*`` if the definition is not the default one, ``~`` if others fit as well."""
+    return ("" if is_default(column) else "*") + ("~" if column.indistinguishable else "")
+
+
+def notes(column: ColumnScore) -> tuple[str, ...]:
+    """How else a column is understood in another way than by default: sign, unit, offset."""
+    r = column.as_understood
+    found = []
+    if r.sign != column.as_written.sign:
+        found.append(f"sign {r.sign}")
+    if r.unit != column.as_written.unit:
+        found.append(unit_text(r.unit))
+    if r.offset != column.as_written.offset:
+        found.append(f"offset {plain(r.offset, 5)}")
+    return tuple(found)
+
+
+def first_above(column: ColumnScore) -> str:
+    """First time above the tolerance [s], ``never`` or ``-``."""
+    m = column.as_understood.measures
+    if m.max_abs_error is None:
+        return "-"
+    return "never" if m.time_to_tolerance is None else plain(m.time_to_tolerance)
+
+
+def by_severity(findings: tuple[Finding, ...]) -> list[Finding]:
+    """Warnings first, otherwise in the order given."""
+    return sorted(findings, key=lambda f: f.severity != Severity.WARNING)
+
+
+def worst(report: Report) -> tuple[ManeuverScore, ColumnScore] | None:
+    """The column with the fewest correct digits; None if nothing was compared."""
+    found = [
+        (c.as_understood.measures.scd, m, c)
+        for m in report.maneuvers
+        for c in m.columns
+        if c.as_understood.measures.scd is not None
+    ]
+    if not found:
+        return None
+    _, m, c = min(found, key=lambda x: x[0])
+    return m, c
+
+
+def worst_words(report: Report) -> str:
+    """How good the worst column is."""
+    found = worst(report)
+    if found is None:
+        return "nothing could be compared"
+    m, c = found
+    where = f"maneuver {m.maneuver} {shown(c.key)}"
+    measures = c.as_understood.measures
+    assert measures.scd is not None
+    if measures.scd >= MOST_DIGITS:
+        return "no error in any column"
+    if measures.scd < 0:
+        wrong = f"{readable(measures.max_rel_error)} times its scale"
+        return f"worst column without a correct digit ({where}, wrong by {wrong})"
+    limit = ", all its digits allow" if c.is_at_floor() else ""
+    return f"worst column {measures.scd:.1f} correct digits ({where}{limit})"
+
+
+def coverage_words(report: Report) -> str:
+    """How much of the reference's runs is covered; empty if all of it."""
+    short = [m for m in report.maneuvers if m.coverage < 1]
+    if not short:
+        return ""
+    m = min(short, key=lambda m: m.coverage)
+    # Rounded down: what is not complete must not read as 100 %.
+    return f"covers {percent(m.coverage)} of maneuver {m.maneuver}"
+
+
+def percent(part: float) -> str:
+    """A part of the whole, rounded down: 100 % is all of it."""
+    return f"{math.floor(1000 * part) / 10:g} %"
+
+
+def is_judged(m: ManeuverScore) -> bool:
+    """Whether the benchmark has a limit for the maneuver's eq. (1)."""
+    return m.performance_limit is not None
+
+
+WHOLE = 0.99
+"""Of the duration: a run without its first row is whole enough to be judged."""
+
+
+def is_whole(m: ManeuverScore) -> bool:
+    """Whether a maneuver is judged over its whole run, or nearly."""
+    return m.coverage >= WHOLE
+
+
+def passes(m: ManeuverScore) -> bool | None:
+    """The benchmark's verdict on a maneuver's eq. (1); None if it has none."""
+    if m.performance is None or m.performance_limit is None:
+        return None
+    return m.performance < m.performance_limit
+
+
+def performance_words(m: ManeuverScore) -> str:
+    """Eq. (1) of a maneuver and what the benchmark says to it."""
+    text = f"{readable(m.performance)} %" if m.performance is not None else "no energy to judge"
+    verdict = passes(m)
+    if verdict is None:
+        return text
+    so_far = "so far " if verdict and not is_whole(m) else ""
+    return f"{text} ({so_far}{'passes, below' if verdict else 'FAILS, not below'} {limit_text(m)})"
+
+
+def limit_text(m: ManeuverScore) -> str:
+    """What the benchmark allows for eq. (1) of a maneuver."""
+    assert m.performance_limit is not None
+    return f"{m.performance_limit:.0e} %".replace("e-0", "e-")
+
+
+def digits_words(report: Report) -> str:
+    """How many digits the file was written with."""
+    digits = report.file.significant_digits
+    return "unknown digits" if digits is None else f"{digits} digits written"
+
+
+def requirement_words(scored: Report | Series) -> str:
+    """How many requirements are met; empty without any."""
+    every = [r for report in reports(scored) for r in report.requirements]
+    if not every:
+        return ""
+    failed = sum(not r.met for r in every)
+    if len(every) == 1:
+        return "the requirement FAILED" if failed else "the requirement is met"
+    if not failed:
+        return f"all {len(every)} requirements met"
+    return f"{failed} of {len(every)} requirements FAILED"
+
+
+def verdict(report: Report) -> str:
+    """One line that says what the file is worth."""
+    f = report.file
+    contents = f"{f.rows} rows, {plain(f.t_start)} to {plain(f.t_end)} s, {digits_words(report)}"
+    parts = [contents, worst_words(report)]
+    parts += [
+        f"eq. (1) of maneuver {m.maneuver}: {performance_words(m)}"
+        for m in report.maneuvers
+        if is_judged(m)
+    ]
+    parts += [coverage_words(report), requirement_words(report)]
+    return f"{shown(f.path)}: {'; '.join(p for p in parts if p)}"
+
+
+def series_verdict(series: Series) -> str:
+    """One line that says how a series converges."""
+    steps = [r.step for r in series.runs if r.step is not None]
+    parts = [f"{len(series.runs)} runs"]
+    if steps:
+        parts[0] += f", steps {plain(max(steps))} to {plain(min(steps))} s"
+    name, run = chosen(series)
+    parts.append(f"the {name} one: {worst_words(run.report)}")
+    parts += [order_words(series), requirement_words(series)]
+    return "; ".join(p for p in parts if p)
+
+
+def chosen(series: Series) -> tuple[str, Run]:
+    """The run that is shown in full, and what makes it so: the finest, or else the best."""
+    if all(run.step is not None for run in series.runs):
+        return "finest", series.runs[-1]
+
+    def digits(run: Run) -> float:
+        found = worst(run.report)
+        scd = None if found is None else found[1].as_understood.measures.scd
+        return -math.inf if scd is None else scd
+
+    return "best", max(series.runs, key=digits)
+
+
+def order_words(series: Series) -> str:
+    """Observed orders of the finest pair of runs that has any."""
+    for pair in reversed(range(len(series.runs) - 1)):
+        orders = [c.orders[pair] for c in series.convergence if pair < len(c.orders)]
+        known = [x for x in orders if x is not None]
+        if known:
+            low, high = f"{min(known):.1f}", f"{max(known):.1f}"
+            between = low if low == high else f"{low} to {high}"
+            return f"observed order {between}"
+    return ""
+
+
+def run_words(run: Run) -> str:
+    """Name of a run's file, its step and its processor time."""
+    parts = [shown(run.report.file.path)]
+    if run.step is not None:
+        parts.append(f"step {plain(run.step)} s")
+    if run.cpu is not None:
+        parts.append(f"{plain(run.cpu, 3)} s of processor time")
+    return ", ".join(parts)

@@ -1,1 +1,0 @@
-"""Critical speeds of all bicycles whose parameters are within their uncertainties."""

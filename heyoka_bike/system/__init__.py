@@ -1,0 +1,1 @@
+"""What the computer gives: files, processes, the folders of the package."""

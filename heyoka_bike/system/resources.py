@@ -1,0 +1,67 @@
+"""Where the files that come with the project are: in the wheel, or beside it in a checkout."""
+
+from __future__ import annotations
+
+import difflib
+from pathlib import Path
+from typing import Literal
+
+from heyoka_bike.errors import InputError, quoted
+
+Inputs = Literal["bicycles", "maneuvers"]
+
+_PACKAGE = Path(__file__).resolve().parent.parent
+
+
+def _folder(name: str) -> Path:
+    inside = _PACKAGE / "bundled" / name
+    return inside if inside.is_dir() else _PACKAGE.parent / name
+
+
+def data_folder() -> Path:
+    """Folder of the inputs: ``bicycles`` and ``maneuvers``."""
+    return _folder("data")
+
+
+def reference_folder() -> Path:
+    """Folder of the published reference files."""
+    return _folder("reference")
+
+
+def benchmark_bicycle() -> Path:
+    """TOML file of the benchmark bicycle."""
+    return data_folder() / "bicycles" / "benchmark.toml"
+
+
+def benchmark_maneuvers() -> Path:
+    """TOML file of the three maneuvers of the benchmark."""
+    return data_folder() / "maneuvers" / "benchmark.toml"
+
+
+def collection(kind: Inputs) -> dict[str, Path]:
+    """The TOML files of a kind by name: ``browser``, ``adversarial/no-trail`` ..., sorted."""
+    folder = data_folder() / kind
+    files = {p.relative_to(folder).with_suffix("").as_posix(): p for p in folder.rglob("*.toml")}
+    return dict(sorted(files.items()))
+
+
+def find_input(kind: Inputs, text: str) -> Path:
+    """The TOML file that a user means: a name of the collection, else a path.
+
+    A file of the user's that is called like one of the collection is meant by ``./name``.
+
+    Raises
+    ------
+    InputError
+        There is no such name, and no file of that name without ``.toml`` either.
+    """
+    names = collection(kind)
+    if text in names:
+        return names[text]
+    path = Path(text)
+    if path.suffix == ".toml" or path.is_absolute() or path.exists():
+        return path
+    close = difflib.get_close_matches(text[:40], names, n=1)
+    guess = f"'{close[0]}' or another of" if close else "a TOML file or one of"
+    what = "bicycle" if kind == "bicycles" else kind
+    raise InputError(f"{what}: found {quoted(text)}, expected {guess}: {', '.join(names)}")

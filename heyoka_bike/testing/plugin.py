@@ -1,0 +1,258 @@
+"""Plugin of pytest: precision regression tests for authors of multibody and ODE codes.
+
+It is loaded into every run of pytest where heyoka_bike is installed, so it does nothing and imports
+nothing heavy until a test asks for one of its fixtures or carries its marker. All that needs NumPy
+is in `regression`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Generator
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from heyoka_bike.errors import BicycleError, InputError
+
+if TYPE_CHECKING:
+    from heyoka_bike.reference.load import Reference
+    from heyoka_bike.testing.score import Asked, Score
+
+_MARKER = "bicycle"
+_MARKER_HELP = (
+    "bicycle(maneuver=None, column=None, **metrics): what bicycle_score(...) requires in this test "
+    "if it is not told, such as bicycle(maneuver=2, column='roll_angle', scd=8)"
+)
+_DIAGNOSE = ("auto", "never")
+# Enough digits of a hash to tell data sets apart at a glance.
+_HASH_SHOWN = 12
+# A diagnosis takes some ten seconds. One code mostly has one mistake in all its tests, and a run
+# of a hundred failing tests must end.
+_MOST_DIAGNOSES = 3
+
+
+@dataclass(slots=True)
+class _Settings:
+    """What the command line, or else the configuration file, says.
+
+    Attributes
+    ----------
+    scd
+        Digits that ``require()`` asks for; None if not said.
+    reference
+        Folder of the reference; None for the published one.
+    diagnose
+        Whether failures are diagnosed.
+    diagnoses_left
+        How many of them in this process.
+    """
+
+    scd: float | None
+    reference: Path | None
+    diagnose: bool
+    diagnoses_left: int = _MOST_DIAGNOSES
+
+
+_SETTINGS = pytest.StashKey[_Settings]()
+_SCORES = pytest.StashKey["list[Score]"]()
+
+_fail = partial(pytest.fail, pytrace=False)
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Options of the command line and of the configuration file."""
+    group = parser.getgroup("heyoka_bike", "precision of the uncontrolled bicycle (heyoka_bike)")
+    for name, metavar, text in (
+        ("scd", "N", "correct digits that bicycle_score(...).require() asks for if not told"),
+        ("reference", "DIR", "folder of the reference set (default: the published one)"),
+        ("diagnose", "WHEN", "'auto' says in failures what the likely mistake is, some ten seconds "
+         "for each of the first three; or 'never' (default: auto)"),
+    ):  # fmt: skip
+        group.addoption(f"--bicycle-{name}", metavar=metavar, help=text)
+        parser.addini(f"bicycle_{name}", text, default="")
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Check the settings, before anything runs."""
+    config.addinivalue_line("markers", _MARKER_HELP)
+    scd, scd_from = _setting(config, "scd")
+    folder, folder_from = _setting(config, "reference")
+    when, when_from = _setting(config, "diagnose")
+    if when not in ("", *_DIAGNOSE):
+        raise pytest.UsageError(f"{when_from}: found {when!r}, expected {' or '.join(_DIAGNOSE)}")
+    reference = None
+    if folder:
+        # What a file says is meant from where it is, not from where pytest was started.
+        is_option = folder_from.startswith("--")
+        base = config.invocation_params.dir if is_option else config.rootpath
+        reference = base / Path(folder).expanduser()
+        _described(reference, folder_from)
+    config.stash[_SETTINGS] = _Settings(
+        scd=_digits(scd, scd_from) if scd else None,
+        reference=reference,
+        diagnose=when != "never",
+    )
+
+
+def _setting(config: pytest.Config, name: str) -> tuple[str, str]:
+    """A setting and who says it: the command line before the configuration file."""
+    given = config.getoption(f"bicycle_{name}")
+    if given is not None:
+        return str(given), f"--bicycle-{name}"
+    return str(config.getini(f"bicycle_{name}")), f"bicycle_{name}"
+
+
+def _digits(text: str, where: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise pytest.UsageError(f"{where}: found {text!r}, expected a number of digits such as 8")
+    return value
+
+
+def _described(folder: Path, where: str) -> str:
+    """A reference set in words, by its manifest alone."""
+    from heyoka_bike.reference.manifest import read_manifest
+
+    try:
+        manifest = read_manifest(folder)
+    except BicycleError as e:
+        raise pytest.UsageError(f"{where}: {e}") from None
+    return _dataset_words(manifest.dataset_version, manifest.content_sha256)
+
+
+def _dataset_words(version: str, content: str) -> str:
+    return f"reference {version} (content {content[:_HASH_SHOWN]})"
+
+
+def pytest_report_header(config: pytest.Config) -> str | None:
+    """Name the reference, if the settings choose one; else nobody knows yet who will use it."""
+    folder = config.stash[_SETTINGS].reference
+    return None if folder is None else f"heyoka_bike: {_described(folder, 'bicycle_reference')}"
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Name the references that were used, also by other processes."""
+    used = set()
+    for reports in terminalreporter.stats.values():
+        for report in reports:
+            said = dict(getattr(report, "user_properties", ()))
+            if "bicycle.dataset_version" in said:
+                version, content = said["bicycle.dataset_version"], said["bicycle.content_sha256"]
+                used.add(_dataset_words(version, content))
+    for words in sorted(used):
+        terminalreporter.write_line(f"heyoka_bike: scored against {words}")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_pycollect_makeitem(collector: pytest.Collector) -> Generator[None, object, object]:
+    """Refuse markers that cannot be understood, before any test runs."""
+    made = yield
+    for item in made if isinstance(made, list) else ():
+        try:
+            _marked(item)
+        except InputError as e:
+            # With pytest-xdist a usage error of the workers would not be shown.
+            raise collector.CollectError(f"{item.nodeid}: @pytest.mark.{_MARKER}: {e}") from None
+    return made
+
+
+def _marked(item: pytest.Item) -> tuple[Asked, ...]:
+    """What the markers nearest to a test ask for: its own, or else its class's, or its module's."""
+    marks = list(item.iter_markers_with_node(_MARKER))
+    nearest = [mark for node, mark in marks if node is marks[0][0]]
+    if not nearest:
+        return ()
+    from heyoka_bike.testing.score import asked
+
+    for mark in nearest:
+        if mark.args:
+            raise InputError(
+                f"found {mark.args[0]!r:.60}, expected keywords such as maneuver=2, scd=8"
+            )
+    return tuple(asked(**mark.kwargs) for mark in nearest)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call(item: pytest.Item) -> Generator[None, object, object]:
+    """Check what a marked test has scored and not checked itself."""
+    outcome = yield
+    scores = item.stash.get(_SCORES, [])
+    if not scores and any(mark.name == _MARKER for mark in item.own_markers):
+        _fail(f"marked @pytest.mark.{_MARKER}, but nothing was scored: call bicycle_score(results)")
+    for score in scores:
+        if not score.is_checked and item.get_closest_marker(_MARKER):
+            score.require()
+    return outcome
+
+
+@pytest.fixture(scope="session")
+def bicycle_reference(pytestconfig: pytest.Config) -> Reference:
+    """The reference: ``bicycle_reference.times`` [s], ``bicycle_reference[2].evaluate(t)``."""
+    return _load(pytestconfig.stash[_SETTINGS].reference)
+
+
+def _load(folder: Path | None) -> Reference:
+    from heyoka_bike.reference.load import load_reference
+
+    try:
+        return load_reference(folder)
+    except BicycleError as e:
+        _fail(str(e))
+
+
+@pytest.fixture
+def bicycle_score(request: pytest.FixtureRequest) -> Callable[..., Score]:
+    """Score results: ``bicycle_score(results).require(scd=8)``.
+
+    Called with the results (a path; an array of 25 columns, or of 9 with ``maneuver=``; columns by
+    name; a mapping of maneuvers to any of these; or `Results`), and by keyword ``maneuver``,
+    ``reference`` (a folder or a `Reference`) and ``diagnose`` (``"auto"`` or ``"never"``), it
+    returns a `regression.Score`.
+    """
+    item, settings = request.node, request.config.stash[_SETTINGS]
+    scores: list[Score] = []
+    # Of this run of the test; it may be run again.
+    item.stash[_SCORES] = scores
+
+    def bicycle_score(
+        results: Any, *, maneuver: int | None = None,
+        reference: Reference | str | Path | None = None, diagnose: str | None = None,
+    ) -> Score:  # fmt: skip
+        __tracebackhide__ = True
+        from heyoka_bike.testing.score import Defaults, properties, score_results
+
+        if diagnose not in (None, *_DIAGNOSE):
+            _fail(f"diagnose: found {diagnose!r}, expected {' or '.join(_DIAGNOSE)}")
+        if reference is None:
+            known = request.getfixturevalue("bicycle_reference")
+        elif isinstance(reference, str | Path):
+            known = _load(Path(reference))
+        else:
+            known = reference
+
+        def may_diagnose() -> str:
+            """Why there is no diagnosis; empty if there is to be one."""
+            if not (settings.diagnose if diagnose is None else diagnose == "auto"):
+                return "switched off"
+            if not settings.diagnoses_left:
+                return (
+                    f"not after the first {_MOST_DIAGNOSES} failures; run this test alone, or "
+                    "'heyoka-bike diagnose' on a file of the results"
+                )
+            settings.diagnoses_left -= 1
+            return ""
+
+        defaults = Defaults(_marked(item), settings.scd, may_diagnose, _fail)
+        score = score_results(results, known, maneuver, defaults)
+        scores.append(score)
+        item.user_properties.extend(properties(score.report, known))
+        return score
+
+    return bicycle_score

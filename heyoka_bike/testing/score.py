@@ -1,0 +1,290 @@
+"""Requirements on a code's results in its own tests, and failures that say what is wrong.
+
+What the pytest plugin does once a test uses it; nothing here depends on pytest.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NoReturn
+
+import numpy as np
+
+from heyoka_bike.errors import BicycleError, InputError
+from heyoka_bike.reference.load import Reference
+from heyoka_bike.scoring.alignment import Alignment, align, merge
+from heyoka_bike.scoring.definitions import understand
+from heyoka_bike.scoring.diagnosis.diagnose import diagnosed
+from heyoka_bike.scoring.reading import read_results
+from heyoka_bike.scoring.reading.results import Results
+from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.requirements import OF_COLUMN, OF_MANEUVER, check, parse
+from heyoka_bike.scoring.score import report
+from heyoka_bike.showing.report import wording as words
+from heyoka_bike.testing.failure import failure
+
+# Of these more is better; of all other metrics less.
+_AT_LEAST = frozenset({"scd", "mescd", "time_to_tolerance", "coverage"})
+# What explains a file, or that nothing does and what the error looks like.
+_FINDINGS_SHOWN = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """Requirements as keywords.
+
+    Attributes
+    ----------
+    maneuver, column
+        What they are about; None for the worst of all.
+    metrics : mapping of str to number
+        By name of `requirements`; the least allowed of scd, mescd, time_to_tolerance and
+        coverage, the largest allowed of the others.
+    """
+
+    maneuver: int | None = None
+    column: str | None = None
+    metrics: Mapping[str, float] = field(default_factory=dict)
+
+    def texts(self) -> tuple[str, ...]:
+        """The same as `requirements.parse` reads them."""
+        where = "" if self.maneuver is None else f"{self.maneuver}."
+        where += "" if self.column is None else f"{self.column}."
+        return tuple(
+            f"{where}{name} {'>=' if name in _AT_LEAST else '<='} {limit!r}"
+            for name, limit in self.metrics.items()
+        )
+
+
+def asked(maneuver: object = None, column: object = None, **metrics: object) -> Asked:
+    """Check requirements as keywords.
+
+    Raises
+    ------
+    InputError
+        A name that is not known, or a value of another kind.
+    """
+    known = OF_COLUMN + OF_MANEUVER
+    for name in metrics:
+        if name not in known:
+            raise InputError(
+                f"found {name!r:.60}, expected maneuver, column, or one of {', '.join(known)}"
+            )
+    if maneuver is not None and (isinstance(maneuver, bool) or not isinstance(maneuver, int)):
+        raise InputError(f"found maneuver={maneuver!r:.60}, expected its number, from 1")
+    if column is not None and not isinstance(column, str):
+        raise InputError(f"found column={column!r:.60}, expected a name such as 'roll_angle'")
+    limits = {name: _number(name, value) for name, value in metrics.items()}
+    found = Asked(maneuver, column, limits)
+    # Without a number any one shows whether the column is known.
+    for text in found.texts() or Asked(maneuver, column, {"scd": 0.0}).texts():
+        try:
+            parse(text)
+        except InputError as e:
+            raise InputError(_plain(e)) from None
+    return found
+
+
+def _plain(error: BicycleError) -> str:
+    """What is wrong with a requirement, without saying that it is one."""
+    return str(error).removeprefix("require: ")
+
+
+def _number(name: str, value: object) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float | np.number):
+        raise InputError(f"found {name}={value!r:.60}, expected a number")
+    return value if isinstance(value, int) else float(value)
+
+
+@dataclass(frozen=True, slots=True)
+class Defaults:
+    """What holds where a call says nothing, and how to say that a requirement is not met.
+
+    Attributes
+    ----------
+    marked : tuple of Asked
+        Requirements of the test's markers.
+    scd
+        Digits required where the markers say no number; None if not said.
+    may_diagnose
+        Why a failure is not to be diagnosed; empty if it is.
+    fail
+        Called with the message of a failure.
+    """
+
+    marked: tuple[Asked, ...]
+    scd: float | None
+    may_diagnose: Callable[[], str]
+    fail: Callable[[str], NoReturn]
+
+
+@dataclass(eq=False, repr=False, slots=True)
+class Score:
+    """Results compared with the reference, in a test.
+
+    Attributes
+    ----------
+    report : Report
+        All measures, definitions and findings, as from `scoring.score`.
+    is_checked
+        Whether anything was required.
+    """
+
+    report: Report
+    _alignment: Alignment
+    _reference: Reference
+    _defaults: Defaults
+    is_checked: bool = False
+
+    def require(
+        self, *requirements: str, maneuver: int | None = None, column: str | None = None,
+        **metrics: float,
+    ) -> Score:  # fmt: skip
+        """Fail the test unless the results are this good; returns itself.
+
+        Parameters
+        ----------
+        requirements
+            Such as ``"2.roll_angle.scd >= 8"``, see `requirements`.
+        maneuver, column
+            What the metrics are about; the worst of all by default.
+        metrics
+            ``scd=8``, ``max_abs_error=1e-6`` and so on: the least allowed of scd, mescd,
+            time_to_tolerance and coverage, the largest allowed of the others. Without any, those
+            of the marker ``bicycle``, or the digits of ``--bicycle-scd`` or ``bicycle_scd``.
+
+        A maneuver must be there as a whole, unless a coverage is required.
+        """
+        __tracebackhide__ = True
+        self.is_checked = True
+        try:
+            texts = self._texts(requirements, asked(maneuver, column, **metrics))
+            checked = [check(text, self.report) for text in (*texts, *_whole(texts, self.report))]
+        except BicycleError as e:
+            self._defaults.fail(f"require: {_plain(e)}")
+        if not all(r.met for r in checked):
+            self._defaults.fail(failure(checked, self.report, self._diagnosis()))
+        return self
+
+    def _texts(self, requirements: Sequence[str], own: Asked) -> tuple[str, ...]:
+        """What is required: by the call, or else by the markers, or else by the settings."""
+        if requirements and (own.maneuver, own.column) != (None, None) and not own.metrics:
+            raise InputError(
+                "found maneuver= or column= beside a requirement in words, expected its own there"
+            )
+        if requirements or own.metrics:
+            return (*requirements, *own.texts())
+        texts: list[str] = []
+        for marked in self._defaults.marked or (Asked(),):
+            metrics = marked.metrics
+            if not metrics and self._defaults.scd is not None:
+                metrics = {"scd": self._defaults.scd}
+            maneuver = marked.maneuver if own.maneuver is None else own.maneuver
+            column = marked.column if own.column is None else own.column
+            texts += Asked(maneuver, column, metrics).texts()
+        if not texts:
+            raise InputError(
+                "nothing is required: expected a number such as scd=8, here, in the marker "
+                "'bicycle', as --bicycle-scd or as bicycle_scd in the configuration file"
+            )
+        return tuple(texts)
+
+    def _diagnosis(self) -> tuple[str, ...]:
+        """Why the results differ, in sentences, or why that is not said."""
+        reason = self._defaults.may_diagnose()
+        if reason:
+            return (f"none: {reason}",)
+        try:
+            with warnings.catch_warnings():
+                # Whatever becomes of it, what the test is about is that the results are wrong.
+                warnings.simplefilter("ignore")
+                found = diagnosed(self._alignment, self.report, self._reference)
+        except BicycleError as e:
+            return (f"none: {e}",)
+        except Exception as e:
+            return (f"none: it failed with {type(e).__name__}: {e}",)
+        said = found.findings[: len(found.findings) - len(self.report.findings)]
+        shown = [f for i, f in enumerate(said) if i < _FINDINGS_SHOWN or f.code == "not_tried"]
+        return tuple(f.message for f in shown)
+
+    def __repr__(self) -> str:
+        return f"<score of {words.verdict(self.report)}>"
+
+
+def score_results(
+    results: Any, reference: Reference, maneuver: int | None, defaults: Defaults
+) -> Score:
+    """Compare the results of a program with the reference; `defaults.fail` if that cannot be.
+
+    Parameters
+    ----------
+    results
+        What `reading.read_results` takes, or what it returned, or a mapping of maneuvers' numbers
+        to either.
+    maneuver
+        Number of the maneuver that columns belong to which do not tell.
+    """
+    __tracebackhide__ = True
+    try:
+        read = list(_read(results, maneuver, len(reference)))
+        alignment = merge([align(r, reference) for r in read])
+        scored = report(alignment, understand(alignment.parts), reference)
+    except BicycleError as e:
+        defaults.fail(f"bicycle_score: {e}")
+    return Score(scored, alignment, reference, defaults)
+
+
+def _read(results: Any, maneuver: int | None, count: int) -> Iterator[Results]:
+    if isinstance(results, Mapping) and results and all(isinstance(k, int) for k in results):
+        if maneuver is not None:
+            raise InputError(f"found maneuver={maneuver} beside results by maneuver")
+        for number, one in results.items():
+            yield from _read(one, number, count)
+        return
+    if isinstance(results, Results):
+        found = results
+    else:
+        found = read_results(results, maneuver=maneuver, count=count)
+    held = [rows.maneuver for rows in found.maneuvers]
+    if maneuver is not None and held not in ([maneuver], [None]):
+        shown = ", ".join(map(str, held))
+        raise InputError(
+            f"found maneuver {maneuver} for results that hold maneuver {shown}, expected it for "
+            "those of one maneuver"
+        )
+    yield found
+
+
+def properties(scored: Report, reference: Reference) -> list[tuple[str, str]]:
+    """What is recorded of a score: the data set, and the digits of each maneuver and column."""
+    found = [
+        ("bicycle.dataset_version", reference.dataset_version),
+        ("bicycle.content_sha256", reference.content_sha256),
+    ]
+    for m in scored.maneuvers:
+        digits = [c.as_understood.measures.scd for c in m.columns]
+        known = [x for x in digits if x is not None]
+        if known:
+            found.append((f"bicycle.{m.maneuver}.scd", f"{min(known):.3f}"))
+        for c, scd in zip(m.columns, digits, strict=True):
+            where = f"bicycle.{m.maneuver}.{c.key}"
+            if scd is not None:
+                found.append((f"{where}.scd", f"{scd:.3f}"))
+            taken = ", ".join((c.as_understood.definition, *words.notes(c)))
+            found.append((f"{where}.definition", taken))
+    return found
+
+
+def _whole(texts: Sequence[str], scored: Report) -> tuple[str, ...]:
+    """That the maneuvers are whole, where nobody has said how much is enough."""
+    parsed = [parse(text) for text in texts]
+    if any(p.metric == "coverage" for p in parsed):
+        return ()
+    about = {p.maneuver for p in parsed}
+    return tuple(
+        f"{m.maneuver}.coverage >= {words.WHOLE}"
+        for m in scored.maneuvers
+        if None in about or m.maneuver in about
+    )

@@ -1,1 +1,0 @@
-"""Checks of a reference folder (`verify`, `rerun`) and of an installation (`selfcheck`)."""

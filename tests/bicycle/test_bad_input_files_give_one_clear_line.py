@@ -1,0 +1,483 @@
+"""Bad input gives one line: file, line and column, what was found and what was expected.
+
+Each case changes one thing in a good file. Nothing but `InputError` may come out.
+"""
+
+import os
+import time
+from fractions import Fraction
+
+import pytest
+
+from heyoka_bike.bicycle.parameters import read_bicycle, read_maneuvers
+from heyoka_bike.errors import Exit, InputError
+from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.system.resources import benchmark_bicycle
+
+BICYCLE = """\
+name = "test bicycle"
+[parameters]
+w = "1.02"
+c = "0.08"
+lam = "pi/10"
+g = "9.81"
+rR = "0.3"
+mR = "2"
+IRxx = "0.0603"
+IRyy = "0.12"
+xB = "0.3"
+zB = "-0.9"
+mB = { value = "85", unit = "kg" }
+IBxx = "9.2"
+IByy = "11"
+IBzz = "2.8"
+IBxz = "2.4"
+xH = "0.9"
+zH = "-0.7"
+mH = "4"
+IHxx = "0.05892"
+IHyy = "0.06"
+IHzz = "0.00708"
+IHxz = "-0.00756"
+rF = "0.35"
+mF = "3"
+IFxx = "0.1405"
+IFyy = "0.28"
+"""
+
+MANEUVERS = """\
+name = "test maneuvers"
+[[maneuver]]
+name = "first"
+speed = "4.0"
+roll_rate = "0.05"
+duration = "10"
+spacing = "0.01"
+[[maneuver]]
+speed = { value = "4.6", unit = "m/s" }
+roll_rate = "0.5"
+roll = "0.1"
+steer = "-pi/20"
+steer_rate = "0"
+duration = "10"
+spacing = "0.01"
+"""
+
+NUMBER = "expected a decimal number or an expression"
+
+# What is replaced, by what; line and column of the error; a part of its message.
+BICYCLES = [
+    # Missing, unknown, given twice
+    ('w = "1.02"\n', "", 2, 1, "found no entry 'w', expected one (wheel base)"),
+    ('IFyy = "0.28"\n', "", 2, 1, "found no entry 'IFyy'"),
+    ('name = "test bicycle"\n', "", 1, 1, "found no name of the bicycle"),
+    ("[parameters]\n", "", 2, 5, "found unknown entry 'w'"),
+    (BICYCLE, 'name = "b"\n', 1, 1, "found no table [parameters]"),
+    (BICYCLE, 'name = "b"\nparameters = 3\n', 2, 14, "parameters: found an integer"),
+    (BICYCLE, 'name = "b"\n[[parameters]]\n', 2, 1, "parameters: found a list"),
+    (BICYCLE, "", 1, 1, "found an empty file, expected a table [parameters]"),
+    (BICYCLE, " \n\t\n", 1, 1, "found an empty file"),
+    (BICYCLE, "# nothing\n", 1, 1, "found no table [parameters]"),
+    ('w = "1.02"', 'W = "1.02"', 3, 5, "found unknown entry 'W', expected"),
+    ('mB = {', "mb = {", 13, 6, "found unknown entry 'mb', expected 'mB' or another of: "),
+    ("[parameters]", "[parameter]", 2, 1, "found unknown entry 'parameter', expected 'parameters'"),
+    ('unit = "kg"', 'units = "kg"', 13, 30, "found unknown entry 'units', expected 'unit'"),
+    ('c = "0.08"', 'w = "0.08"', 4, 5, "found 'w' a second time, expected it once (first in line"),
+    ('c = "0.08"', '"w" = 1', 4, 7, "found 'w' a second time"),
+    ('IFyy = "0.28"\n', "[parameters]\n", 28, 1, "found 'parameters' a second time"),
+    ('value = "85"', 'value = "85", value = "86"', 13, 30, "found 'value' a second time"),
+    # Not a number
+    ('"1.02"', '"one"', 3, 5, f"w: found 'one', {NUMBER}"),
+    ('"1.02"', '""', 3, 5, "w: found '', "),
+    ('"1.02"', '"1,02"', 3, 5, "w: found '1,02', "),
+    ('"1.02"', '"1.02 m"', 3, 5, "w: found '1.02 m', "),
+    ('"1.02"', "true", 3, 5, "w: found a boolean, expected a number as a decimal string"),
+    ('"1.02"', "[1.02]", 3, 5, "w: found a list, expected a number"),
+    ('"1.02"', "2007-08-08", 3, 5, "w: found a date or time, expected a number"),
+    ('"1.02"', "07:32:00", 3, 5, "w: found a date or time"),
+    ('"1.02"', "{}", 3, 5, "w: found a table without 'value'"),
+    ('"1.02"', "{ value = { value = 1 } }", 3, 15, "w: found a table, expected a number"),
+    ('"1.02"', "nan", 3, 5, "w: found 'nan'"),
+    ('"1.02"', "-inf", 3, 5, "w: found '-inf'"),
+    ('"1.02"', '"inf"', 3, 5, "w: found 'inf'"),
+    ('"85"', '"nan"', 13, 16, "mB: found 'nan'"),
+    ('"85"', "false", 13, 16, "mB: found a boolean"),
+    ('"1.02"', '"1e999999999"', 3, 5, "w: found '1e999999999', expected an exponent"),
+    ('"1.02"', "1e999999999", 3, 5, "w: found '1e999999999', expected an exponent"),
+    ('"1.02"', '"1e301"', 3, 5, "expected zero or a magnitude between 1e-300 and 1e300"),
+    ('"1.02"', f'"{"1" * 700}"', 3, 5, "...' (700 characters), expected at most 600 characters"),
+    ('"1.02"', f'"{"1" * 10**5}"', 3, 2001, "found a line of 100006 characters, expected at most"),
+    ('"1.02"', "1" * 10**5, 3, 2001, "found a line of 100004 characters"),
+    ('"1.02"', "0x" + "f" * 1900, 3, 5, "(2288 characters), expected at most 600 characters"),
+    ('"1.02"', '"' + "(" * 500 + '"', 3, 5, "expected at most 50 brackets"),
+    ('"1.02"', '"9**9**9"', 3, 5, "w: found '9**9**9', "),
+    ('"1.02"', '"lambda: 0"', 3, 5, "w: found 'lambda: 0', "),
+    ('"1.02"', '"pi.real"', 3, 5, "w: found 'pi.real', "),
+    ('"1.02"', "\"__import__('os')\"", 3, 5, "w: found '__import__('os')', "),
+    ('"1.02"', '"1/0"', 3, 5, "w: found '1/0', a division by zero, expected"),
+    ('"pi/10"', '"pi*pi"', 5, 7, "lam: found 'pi*pi', a product of pi and pi, expected"),
+    ('"pi/10"', '"1/pi"', 5, 7, "lam: found '1/pi', a division by pi, expected"),
+    ('"1.02"', '"pi/3"', 3, 5, "w: found 1.0471975511966, expected a number without pi"),
+    # Control characters and line ends in what was found
+    ('"1.02"', '"1\\n2"', 3, 5, "w: found '1\\n2', "),
+    ('"1.02"', '"\\u001b[31m1"', 3, 5, "w: found '\\x1b[31m1', "),
+    ('"1.02"', '"\\u202e1"', 3, 5, "w: found '\\u202e1', "),
+    ('"1.02"', '"""\n1.02\n"""', 3, 5, "w: found '1.02\\n', "),
+    ('w = "1.02"', '"w\\n" = "1.02"', 3, 9, "found unknown entry 'w\\n', expected"),
+    ('w = "1.02"', f'{"w" * 1000} = "1.02"', 3, 1004, "found unknown entry 'wwww"),
+    # Units
+    ('unit = "kg"', 'unit = "lb"', 13, 29, "mB: found unit 'lb', expected 'kg'"),
+    ('unit = "kg"', "unit = 1", 13, 29, "mB: found an integer as unit, expected 'kg'"),
+    ('unit = "kg"', 'unit = ["kg"]', 13, 29, "mB: found a list as unit, expected 'kg'"),
+    ('unit = "kg"', 'unit = "k\\ng"', 13, 29, "mB: found unit 'k\\ng', expected 'kg'"),
+    ('unit = "kg"', "source = 5", 13, 31, "source: found an integer, expected one line of text"),
+    # Outside the model
+    ('"85"', '"-85"', 13, 16, "mB (mass of the rear frame with rider): found -85 kg, expected"),
+    ('"0.3"', '"0"', 7, 6, "rR (radius of the rear wheel): found 0 m, expected a positive number"),
+    ('"0.35"', '"-0.35"', 25, 6, "rF (radius of the front wheel): found -0.35 m, expected a"),
+    ('"1.02"', '"0"', 3, 5, "w (wheel base): found 0 m, expected a positive number"),
+    ('"1.02"', '"-1e-300"', 3, 5, "w (wheel base): found -1e-300 m, expected a positive number"),
+    ('"9.81"', '"-9.81"', 6, 5, "g (gravity): found -9.81 N/kg, expected zero or more"),
+    ('"9.2"', '"-9.2"', 14, 8, "IBxx (roll inertia of the rear frame with rider): found -9.2 kg"),
+    ('"pi/10"', '"pi/2"', 5, 7, "found 1.5707963267949 rad, expected less than pi/2 either way"),
+    ('"pi/10"', '"-pi/2"', 5, 7, "lam (steer axis tilt from the vertical): found -1.57"),
+    ('"pi/10"', '"18"', 5, 7, "found 18 rad, expected less than pi/2 either way"),
+    ('"2.4"', '"24"', 17, 8, "IBxz: found 24 kg m^2, expected at most the square root of IBxx"),
+    ('"-0.00756"', '"-0.0756"', 24, 8, "IHxz: found -0.0756 kg m^2, expected at most"),
+    (BICYCLE, BICYCLE.replace('mH = "4"', "mH = 0").replace('mF = "3"', "mF = 0"), 26, 6,
+     "mH and mF: found 0 kg for both, expected a front assembly with mass"),
+    # TOML
+    ('"1.02"', "", 3, 5, "found the end of the line, expected valid TOML (Invalid value)"),
+    ('"1.02"', "1.02 m", 3, 10, "found 'm', expected valid TOML (Expected newline"),
+    ('"1.02"', "1,02", 3, 6, "found ',02', expected valid TOML"),
+    ('"1.02"', "abc", 3, 5, "found 'abc', expected valid TOML (Invalid value)"),
+    ('"1.02"', '"1.02', 3, 10, "found the end of the line, expected valid TOML"),
+    ('w = "1.02"', "w", 3, 2, "expected valid TOML (Expected '=' after a key"),
+    ('w = "1.02"', "= 1", 3, 1, "found '= 1', expected valid TOML"),
+    ('"1.02"', '"\\q"', 3, None, "expected valid TOML (Unescaped '\\' in a string)"),
+    ('"1.02"', '"\t\x07"', 3, 7, "expected valid TOML (Illegal character '\\x07')"),
+    ('"1.02"', "[" * 1900, 3, 1, "found values nested too deeply, expected numbers"),
+    ('"1.02"', "{a=" * 600, 3, 1, "found values nested too deeply, expected numbers"),
+    ("[parameters]", "[parameters", 2, 12, "expected valid TOML"),
+    ('"1.02"', '"1.02\0"', 3, 10, "expected valid TOML (Illegal character '\\x00')"),
+    ('"1.02"', '"1.02"\r#', 3, 11, "expected valid TOML"),
+    ("test bicycle", "", 1, 8, "name: found '', expected one line of text"),
+    ("test bicycle", "a\\nb", 1, 8, "name: found 'a\\nb', expected one line of text"),
+    ("test bicycle", "a" * 201, 1, 8, "...' (201 characters), expected one line of text, at most"),
+    ('"test bicycle"', "1.5", 1, 8, "name: found a number, expected one line of text"),
+]  # fmt: skip
+
+MANEUVER_FILES = [
+    ('speed = "4.0"\n', "", 2, 1, "found no entry 'speed' in maneuver 1, expected one (speed of"),
+    ('roll_rate = "0.5"\n', "", 8, 1, "found no entry 'roll_rate' in maneuver 2"),
+    ('roll = "0.1"', 'rol = "0.1"', 11, 7, "found unknown entry 'rol', expected 'roll' or another"),
+    (MANEUVERS, "", 1, 1, "found an empty file, expected one or more [[maneuver]]"),
+    (MANEUVERS, 'name = "m"', 1, 1, "found no table [[maneuver]], expected one or more"),
+    (MANEUVERS, "maneuver = 1", 1, 12, "maneuver: found an integer, expected tables [[maneuver]]"),
+    (MANEUVERS, "maneuver = []", 1, 12, "found no table [[maneuver]], expected one or more"),
+    (MANEUVERS, "maneuver = [1]", 1, 13, "maneuver: found an integer, expected tables"),
+    (MANEUVERS, "[maneuver]\nspeed = 1", 1, 1, "found a table [maneuver], expected [[maneuver]]"),
+    (MANEUVERS, "maneuver = [{ speed = 1, speed = 2 }]", 1, 34, "found 'speed' a second time"),
+    (MANEUVERS, 'maneuver = [{ speed = "x" }]', 1, 13, "found no entry 'roll_rate'"),
+    (MANEUVERS, "maneuver = [\n { speed = 1 },\n]", 2, 2, "found no entry 'roll_rate'"),
+    ('"4.6"', '"fast"', 9, 19, "speed: found 'fast', expected a decimal number"),
+    ('"m/s"', '"km/h"', 9, 33, "speed: found unit 'km/h', expected 'm/s'"),
+    ('duration = "10"', 'duration = "0"', 6, 12, "duration (length of the run): found 0 s"),
+    ('duration = "10"', 'duration = "-10"', 6, 12, "found -10 s, expected a positive number"),
+    ('duration = "10"', 'duration = "pi"', 6, 12, "duration: found 3.14159265358979, expected a"),
+    ('duration = "10"', 'duration = "10.005"', 6, 12, "found 10.005 s, expected a whole number of"),
+    ('duration = "10"', 'duration = "0.001"', 6, 12, "found 0.001 s, expected a whole number of"),
+    ('spacing = "0.01"', 'spacing = "0.03"', 6, 12, "found 10 s, expected a whole number of"),
+    ('spacing = "0.01"', 'spacing = "0"', 7, 11, "spacing (time between two rows): found 0 s"),
+    ('spacing = "0.01"', 'spacing = "1e-6"', 7, 11, "spacing: found more than 1000001 rows"),
+    ('spacing = "0.01"', 'spacing = "1e-300"', 7, 11, "spacing: found more than 1000001 rows"),
+    ('"0.1"', '"pi/2"', 11, 8, "roll (lean of the rear wheel plane, right positive): found 1.57"),
+    ('"-pi/20"', '"-pi"', 12, 9, "steer (steer angle, right positive): found -3.14159265358979"),
+    ('"-pi/20"', '"180"', 12, 9, "found 180 rad, expected less than pi either way"),
+    ('"first"', '"maneuver 2"', 8, 1, "name: found 'maneuver 2', already that of maneuver 1"),
+    ('[[maneuver]]\nspeed', '[[maneuver]]\nname = "first"\nspeed', 9, 8, "name: found 'first'"),
+    ('"first"', '" "', 3, 8, "name: found ' ', expected one line of text"),
+    ('"first"', "1", 3, 8, "name: found an integer, expected one line of text"),
+    ('"first"', f'"{"x" * 999}"', 3, 8, "(999 characters), expected one line of text"),
+    ('"test maneuvers"', "[]", 1, 8, "name: found a list, expected one line of text"),
+    ('"0.05"', "1979-05-27T07:32:00Z", 5, 13, "roll_rate: found a date or time"),
+    ('speed = "4.0"', 'speed = "4.0"\nspeed = "5"', 5, 9, "found 'speed' a second time, expected"),
+]  # fmt: skip
+
+
+def _the_one_error(read, path):
+    start = time.monotonic()
+    with pytest.raises(InputError) as caught:
+        read(path)
+    # Seconds, not minutes; milliseconds in fact.
+    assert time.monotonic() - start < 5
+    error = caught.value
+    text = str(error)
+    assert text.isprintable(), "one line without control characters"
+    assert len(text) < 600 + len(str(path))
+    assert "found" in text or "cannot be read" in text
+    assert "expected" in text
+    assert error.exit_code is Exit.INPUT
+    assert error.__cause__ is None
+    return error
+
+
+def _written(tmp_path, text):
+    path = tmp_path / "input.toml"
+    path.write_bytes(text.encode("utf-8"))
+    return path
+
+
+def _check(read, good, case, tmp_path):
+    old, new, line, column, fragment = case
+    assert good.count(old), "the case changes something"
+    path = _written(tmp_path, good.replace(old, new, 1))
+    error = _the_one_error(read, path)
+    assert fragment in error.message
+    assert error.line == line
+    if column is not None:
+        assert error.column == column
+        assert str(error).startswith(f"{path}:{line}:{column}: ")
+
+
+def _ids(case):
+    return ascii(case[1][:30] or f"no {case[0][:20]}")
+
+
+def test_the_files_that_the_cases_change_are_good(tmp_path):
+    bicycle = read_bicycle(_written(tmp_path, BICYCLE))
+    assert bicycle.values == read_bicycle(benchmark_bicycle()).values
+    first, second = read_maneuvers(_written(tmp_path, MANEUVERS))
+    assert (first.name, second.name) == ("first", "maneuver 2")
+    assert second.steer == Exact(Fraction(0), Fraction(-1, 20))
+    assert second.roll == Exact(Fraction(1, 10))
+
+
+@pytest.mark.parametrize("case", BICYCLES, ids=_ids)
+def test_bicycle(case, tmp_path):
+    _check(read_bicycle, BICYCLE, case, tmp_path)
+
+
+@pytest.mark.parametrize("case", MANEUVER_FILES, ids=_ids)
+def test_maneuvers(case, tmp_path):
+    _check(read_maneuvers, MANEUVERS, case, tmp_path)
+
+
+READERS = pytest.mark.parametrize("read", [read_bicycle, read_maneuvers])
+
+
+@READERS
+@pytest.mark.parametrize(
+    ("raw", "line", "column", "fragment"),
+    [
+        (BICYCLE.encode("utf-16"), 1, 1, "found UTF-16 text, expected UTF-8"),
+        (b"\xfe\xff" + BICYCLE.encode("utf-16-be"), 1, 1, "found UTF-16 text, expected UTF-8"),
+        (BICYCLE.encode("utf-16-le"), 1, 2, "expected valid TOML"),
+        (b"\x7fELF\x02\x01\x01\x00", 1, 1, "expected valid TOML"),
+        (bytes(range(256)), 1, 1, "found byte 0x80, expected UTF-8 text"),
+        (b'name = "\xe9t\xe9"', 1, 9, "found byte 0xe9, expected UTF-8 text"),
+        (b'name = "a"\r\nx = "\xc3\xa9\xff"', 2, 7, "found byte 0xff, expected UTF-8 text"),
+        (b'\xef\xbb\xbfname = "\xff"', 1, 9, "found byte 0xff, expected UTF-8 text"),
+        (b"\0" * 1000, 1, 1, "found '\\x00\\x00"),
+        (b"\0", 1, 1, "found '\\x00'"),
+        (b"a" * 10**5, 1, 2001, "found a line of 100000 characters, expected at most 2000"),
+        (b"#\n" * 10**6, None, None, "found more than 200000 bytes, expected a short TOML file"),
+        (b"[" * 10**7, None, None, "found more than 200000 bytes, expected a short TOML file"),
+    ],
+    ids=lambda x: ascii(x[:12]) if isinstance(x, bytes) else None,
+)
+def test_what_is_not_text(read, raw, line, column, fragment, tmp_path):
+    path = tmp_path / "input.toml"
+    path.write_bytes(raw)
+    error = _the_one_error(read, path)
+    assert fragment in error.message
+    if raw != bytes(range(256)):
+        assert (error.line, error.column) == (line, column)
+
+
+@READERS
+def test_slow_for_tomllib(read, tmp_path):
+    """Dotted keys of a thousand parts, whose time in tomllib grows with the square."""
+    deep = ".".join(["a"] * 990)
+    lines = [f"[{deep}]", *(f"b{i} = 1" for i in range(2000))]
+    _the_one_error(read, _written(tmp_path, "\n".join(lines)))
+    _the_one_error(read, _written(tmp_path, f"x = {{ {deep} = 1 }}"))
+
+
+@READERS
+def test_no_such_file(read, tmp_path):
+    error = _the_one_error(read, tmp_path / "none.toml")
+    assert error.message == "cannot be read (No such file or directory), expected a TOML file"
+    assert error.file == str(tmp_path / "none.toml")
+    assert (error.line, error.column) == (None, None)
+
+
+@READERS
+def test_a_directory(read, tmp_path):
+    assert "found a directory, expected a TOML file" in str(_the_one_error(read, tmp_path))
+    assert "found a directory" in str(_the_one_error(read, ""))
+
+
+@READERS
+def test_names_that_no_file_has(read, tmp_path):
+    for name in ("a\0b", "a" * 300, "x/" * 3000, "\ud800", "a\nb", "\x1b[31m"):
+        _the_one_error(read, tmp_path / name)
+    _the_one_error(read, "y" * 10**6)
+    below = _written(tmp_path, BICYCLE) / "below"
+    assert "cannot be read" in str(_the_one_error(read, below))
+
+
+@READERS
+def test_a_file_name_with_a_line_end(read, tmp_path):
+    path = tmp_path / "two\nlines.toml"
+    path.write_text("[", "utf-8")
+    assert "two\\nlines.toml:1:2: found" in str(_the_one_error(read, path))
+
+
+@READERS
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs named pipes")
+def test_a_pipe_does_not_keep_us_waiting(read, tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    assert "found a pipe or device" in str(_the_one_error(read, tmp_path / "pipe"))
+
+
+@READERS
+@pytest.mark.skipif(not os.path.exists("/dev/zero"), reason="needs device files")
+def test_a_device_that_never_ends(read):
+    assert "found a pipe or device" in str(_the_one_error(read, "/dev/zero"))
+
+
+@READERS
+@pytest.mark.skipif(os.name == "nt", reason="needs file modes")
+def test_a_file_we_may_not_read(read, tmp_path, monkeypatch):
+    path = _written(tmp_path, BICYCLE)
+    path.chmod(0)
+    if os.access(path, os.R_OK):
+        # The superuser may read everything: refuse on behalf of the system.
+        def refuse(*args, **kwargs):
+            raise PermissionError(13, "Permission denied")
+
+        monkeypatch.setattr(type(path), "open", refuse)
+    assert "cannot be read (Permission denied)" in str(_the_one_error(read, path))
+
+
+@READERS
+def test_every_length_of_a_good_file_cut_short(read, tmp_path):
+    good = BICYCLE if read is read_bicycle else MANEUVERS
+    for length in range(0, len(good) - 8, 7):
+        try:
+            read(_written(tmp_path, good[:length]))
+        except InputError:
+            _the_one_error(read, _written(tmp_path, good[:length]))
+
+
+FINE = [
+    ("\n", "\r\n"),
+    ('name = "test bicycle"', '\ufeffname = "test bicycle"'),
+    ('w = "1.02"', "w = 1.02"),
+    ('w = "1.02"', "w.value = 1.02"),
+    ('w = "1.02"', 'w = { value = 1.02, unit = "m", name = "base", symbol = "w", source = "T1" }'),
+    ('w = "1.02"', "'w' = '1.02'"),
+    ('w = "1.02"', '"\\u0077" = """1.02"""'),
+    ('w = "1.02"', 'w = "102/100"'),
+    ('mB = { value = "85", unit = "kg" }', "mB = 85"),
+    ('mB = { value = "85", unit = "kg" }', "mB = 0x55"),
+    ('mB = { value = "85", unit = "kg" }', 'mB.value = "85"\nmB.unit = "kg"'),
+    ('IFyy = "0.28"', '[parameters.IFyy]\nvalue = "0.28"\nunit = "kg m^2"'),
+    ("[parameters]", '[ "parameters" ] # with [brackets] = and quotes "'),
+    ("[parameters]\n", '[sources]\ntable = "1"\n[parameters]\n'),
+]
+"""Other ways to write the same bicycle."""
+
+
+@pytest.mark.parametrize(("old", "new"), FINE, ids=lambda x: ascii(x[:20]))
+def test_other_spellings_are_understood(old, new, tmp_path):
+    assert old in BICYCLE
+    path = tmp_path / "input.toml"
+    path.write_bytes(BICYCLE.replace(old, new).encode("utf-8"))
+    assert read_bicycle(path).values == read_bicycle(benchmark_bicycle()).values
+
+
+def test_without_tables_at_all(tmp_path):
+    lines = BICYCLE.split("\n")
+    flat = [lines[0], *(f"parameters.{line}" for line in lines[2:] if line)]
+    path = _written(tmp_path, "\n".join(flat))
+    assert read_bicycle(path).values == read_bicycle(benchmark_bicycle()).values
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "column"),
+    [
+        ('w = "1.02"', 'w.value = "x"', 3, 11),
+        ('w = "1.02"', 'w . "value" = "x"', 3, 15),
+        ('IFyy = "0.28"', '[parameters.IFyy]\nunit = "kg m^2"\nvalue = "x"', 30, 9),
+        ('IFyy = "0.28"', '[parameters.IFyy]\nunit = "kg"\nvalue = "1"', 29, 8),
+        ('IFyy = "0.28"', '[parameters.IFyy]\nunit = "kg m^2"', 28, 1),
+        ("w = \"1.02\"", "'w' = { \"value\" = 'x' }", 3, 19),
+        ('w = "1.02"', '# w = 1\nw = "x"', 4, 5),
+        ('c = "0.08"', "c = '''\n'''", 4, 5),
+        ('name = "test bicycle"', 'source = """\nw = 1\n[parameters]\n"""\nname = 1', 5, 8),
+        ('name = "test bicycle"', 'sources = [1, [2, "[x]"], { a = "}" }]\nname = 1', 2, 8),
+        ('w = "1.02"', 'w = "x"\r', 3, 5),
+    ],
+    ids=lambda x: ascii(x[:20]) if isinstance(x, str) else None,
+)  # fmt: skip
+def test_the_position_is_found_in_other_spellings(old, new, line, column, tmp_path):
+    assert old in BICYCLE
+    error = _the_one_error(read_bicycle, _written(tmp_path, BICYCLE.replace(old, new, 1)))
+    assert (error.line, error.column) == (line, column)
+
+
+@pytest.mark.parametrize(
+    ("changes", "warnings"),
+    [
+        ({"IByy": "0"}, ["inertia matrix of B is only semidefinite",
+                         "moments of inertia of B violate the triangle inequality"]),
+        ({"IByy": "12.1"}, ["moments of inertia of B violate the triangle inequality"]),
+        ({"IByy": "12"}, []),
+        ({"IByy": "7"}, ["moments of inertia of B violate the triangle inequality"]),
+        ({"IHxx": "0", "IHzz": "0", "IHxz": "0", "IHyy": "0"},
+         ["inertia matrix of H is only semidefinite"]),
+        ({"IBxx": "9", "IBzz": "4", "IBxz": "-6", "IByy": "13"},
+         ["inertia matrix of B is only semidefinite"]),
+        ({"IRxx": "0"}, ["inertia matrix of R is only semidefinite",
+                         "moments of inertia of R violate the triangle inequality"]),
+        ({"IFxx": "0.14"}, []),
+        ({"IFxx": "0.1399"}, ["moments of inertia of F violate the triangle inequality"]),
+        ({"mR": "0", "IRxx": "0", "IRyy": "0"}, ["inertia matrix of R is only semidefinite"]),
+    ],
+)  # fmt: skip
+def test_idealised_inertia_is_a_warning(changes, warnings, tmp_path):
+    """Bodies of points, rods and discs make fine bicycles."""
+    text = BICYCLE
+    for symbol, value in changes.items():
+        line = next(x for x in text.split("\n") if x.startswith(f"{symbol} ="))
+        text = text.replace(line, f'{symbol} = "{value}"')
+    bicycle = read_bicycle(_written(tmp_path, text))
+    assert list(bicycle.warnings) == warnings
+    again = read_bicycle(benchmark_bicycle()).replace(
+        **{symbol: Exact.parse(value) for symbol, value in changes.items()}
+    )
+    assert again.warnings == bicycle.warnings
+    assert again.values == bicycle.values
+
+
+@pytest.mark.parametrize(
+    ("changes", "fragment"),
+    [
+        ({"x": Exact(1)}, "found unknown parameter 'x'"),
+        ({"w": Exact(0)}, "w (wheel base): found 0 m, expected a positive number"),
+        ({"mB": 85.0}, "mB: found float, expected an Exact"),
+        ({"mB": "85"}, "mB: found str, expected an Exact"),
+        ({"mB": Exact(Fraction(10**400))}, "mB: found a magnitude out of range, expected"),
+        ({"mB": Exact(Fraction(1, 10**400))}, "mB: found a magnitude out of range, expected"),
+        ({"w": Exact(Fraction(1), Fraction(1))}, "expected a number without pi"),
+        ({"mR": Exact(0), "mB": Exact(0)}, "expected a rear assembly with mass"),
+    ],
+)
+def test_a_changed_bicycle_is_checked_too(changes, fragment):
+    with pytest.raises(InputError) as caught:
+        read_bicycle(benchmark_bicycle()).replace(**changes)
+    assert fragment in caught.value.message
+    assert caught.value.file is None
+    assert str(caught.value).isprintable()

@@ -1,0 +1,92 @@
+"""What works without heyoka, and what starts fast."""
+
+import subprocess
+import sys
+
+import pytest
+
+from heyoka_bike.system.resources import data_folder
+
+BLOCK = """
+import sys
+class Block:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in {blocked!r}:
+            raise ModuleNotFoundError(f"{{name}} is blocked", name=name)
+sys.meta_path.insert(0, Block())
+"""
+HEAVY = {"heyoka", "flint", "mpmath", "scipy", "matplotlib", "rich", "plotly"}
+
+
+def python(code, blocked=()):
+    return subprocess.run(
+        [sys.executable, "-W", "error", "-c", BLOCK.format(blocked=set(blocked)) + code],
+        capture_output=True, text=True, timeout=120,
+    )  # fmt: skip
+
+
+def test_the_reader_needs_numpy_and_h5py_only():
+    code = """
+from heyoka_bike import load_reference, load_sensitivities
+r = load_reference()
+print(r[2].evaluate("0.07")["roll_angle"])
+load_sensitivities()[2].evaluate([0.07])
+"""
+    run = python(code, HEAVY)
+    assert run.returncode == 0, run.stderr
+    assert float(run.stdout) == pytest.approx(0.03396573763788303, abs=0)
+
+
+RESULTS = str(data_folder() / "peers" / "exudyn-h0.001.txt")
+
+
+@pytest.mark.parametrize(
+    "arguments", [["linear", "--speeds", "5"], ["--help"], ["score", RESULTS], ["verify"]]
+)
+def test_commands_work_without_heyoka(arguments):
+    code = f"import sys; from heyoka_bike.cli import main; sys.exit(main({arguments!r}))"
+    run = python(code, {"heyoka"})
+    assert run.returncode == 0, run.stderr
+
+
+@pytest.mark.parametrize("arguments", [["generate", "--out", "/nonexistent/x"], ["bench"]])
+def test_commands_that_need_heyoka_say_so(arguments):
+    code = f"import sys; from heyoka_bike.cli import main; sys.exit(main({arguments!r}))"
+    run = python(code, {"heyoka"})
+    assert run.returncode == 1
+    assert "heyoka is not installed" in run.stderr
+    assert run.stderr.count("\n") == 1
+
+
+def test_output_that_cannot_be_written_is_no_internal_error():
+    command = f"{sys.executable} -m heyoka_bike linear"
+    for shell, code in (
+        (f"{command} > /dev/full", 1), (f"{command} >&-", 1),
+        (f"set -o pipefail; {command} | head -n 1", 0),
+    ):  # fmt: skip
+        run = subprocess.run(["bash", "-c", shell], capture_output=True, text=True, timeout=60)
+        assert run.returncode == code, shell
+        assert run.stderr.count("\n") == (1 if code else 0)
+
+
+def test_help_imports_nothing_heavy():
+    code = """
+import sys
+from heyoka_bike.cli import parser
+parser()
+print(sorted({m.partition(".")[0] for m in sys.modules} & %r))
+"""
+    run = python(code % (HEAVY | {"numpy", "h5py"}))
+    assert run.stdout.strip() == "[]", run.stderr
+
+
+@pytest.mark.parametrize("name", ["table", "json", "csv", "junit", "html"])
+def test_scoring_needs_little(name):
+    code = f"""
+import sys
+from heyoka_bike.cli import main
+sys.exit(main(["score", {RESULTS!r}, "--format", {name!r}]))
+"""
+    run = python(code, HEAVY - ({"rich"} if name == "table" else set()))
+    assert run.returncode == 0, run.stderr
+    assert run.stderr == ""

@@ -1,0 +1,186 @@
+"""``heyoka-bike score`` from the outside: formats, exit codes, requirements, refusals."""
+
+import csv
+import io
+import json
+import subprocess
+import sys
+import xml.etree.ElementTree as ET
+
+import pytest
+
+from heyoka_bike.cli import main
+from heyoka_bike.system.resources import data_folder
+
+PEERS = data_folder() / "peers"
+FINE = str(PEERS / "exudyn-h0.001.txt")
+COARSE = str(PEERS / "exudyn-h0.01.txt")
+
+
+def run(*arguments, capsys):
+    code = main(["score", *arguments])
+    captured = capsys.readouterr()
+    return code, captured.out, captured.err
+
+
+def test_the_table_is_the_default(capsys):
+    code, out, err = run(FINE, capsys=capsys)
+    assert (code, err) == (0, "")
+    assert "exudyn-h0.001.txt" in out
+    assert "tait_bryan_xyz" in out
+    assert "scd" in out
+    assert max(map(len, out.splitlines())) <= 100
+
+
+@pytest.mark.parametrize(
+    ("name", "check"),
+    [
+        (
+            "json",
+            lambda text: json.loads(text)["maneuvers"][0]["columns"][0]["key"] == "roll_angle",
+        ),
+        ("csv", lambda text: len(list(csv.DictReader(io.StringIO(text)))) == 24),
+        ("junit", lambda text: len(ET.fromstring(text).findall(".//testcase")) == 24),
+        ("html", lambda text: text.startswith("<!DOCTYPE html>")),
+    ],
+)
+def test_other_formats_go_to_standard_output(capsys, name, check):
+    code, out, err = run(FINE, "--format", name, capsys=capsys)
+    assert (code, err) == (0, "")
+    assert check(out)
+
+
+def test_several_formats_at_once(capsys, tmp_path):
+    page, document = tmp_path / "new" / "report.html", tmp_path / "report.data"
+    code, out, _ = run(
+        FINE, "--format", "table", "--format", "json,html", "-o", str(page), "-o", str(document),
+        capsys=capsys,
+    )  # fmt: skip
+    assert code == 0
+    assert "maneuver 2" in out
+    assert page.read_text().startswith("<!DOCTYPE html>")
+    assert json.loads(document.read_text())["passed"] is True
+
+
+def test_the_suffix_of_an_output_tells_its_format(capsys, tmp_path):
+    names = {"a.json": "{", "a.csv": "file,", "a.xml": "<?xml", "a.html": "<!DOCTYPE", "a.txt": ""}
+    outputs = [x for name in names for x in ("-o", str(tmp_path / name))]
+    code, out, _ = run(FINE, *outputs, capsys=capsys)
+    assert code == 0
+    for name, start in names.items():
+        assert (tmp_path / name).read_text().startswith(start), name
+    # The verdict is on the screen all the same.
+    assert out == (tmp_path / "a.txt").read_text()
+
+
+def test_requirements_set_the_exit_code(capsys):
+    code, _, err = run(FINE, "--require", "scd >= 3", "--require", "2.performance < 1e-3",
+                       capsys=capsys)  # fmt: skip
+    assert (code, err) == (0, "")
+    code, out, err = run(FINE, "--require", "scd >= 3", "--require", "scd >= 9", capsys=capsys)
+    assert code == 3
+    assert err.count("\n") == 1
+    assert "required scd >= 9, found 3.6" in err
+    assert "FAILED" in out
+
+
+def test_a_series_shows_the_order_of_convergence(capsys):
+    code, out, _ = run(COARSE, FINE, "--step", "0.01,0.001", "--cpu", "0.5,2", capsys=capsys)
+    assert code == 0
+    assert "order of convergence 2.0" in out
+    code, text, _ = run(str(PEERS / "exudyn.toml"), "--format", "json", capsys=capsys)
+    document = json.loads(text)
+    assert [r["step"] for r in document["runs"]] == [0.01, 0.001]
+    assert document["passed"] is True
+
+
+def test_runs_with_tolerances_are_not_asked_for_steps(capsys):
+    code, out, _ = run(str(PEERS / "scipy.toml"), capsys=capsys)
+    assert code == 0
+    assert "--step" not in out
+
+
+def test_standard_input_is_read(tmp_path):
+    with open(FINE, "rb") as f:
+        found = subprocess.run(
+            [sys.executable, "-m", "heyoka_bike", "score", "-", "--format", "json"],
+            stdin=f, capture_output=True, check=True, timeout=60,
+        )  # fmt: skip
+    assert json.loads(found.stdout)["file"]["path"] == "-"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "says"),
+    [
+        (["nowhere.txt"], 1, "nowhere.txt"),
+        ([FINE, "--format", "yaml"], 1, "expected one of table, json"),
+        ([FINE, "--format", "json", "--format", "csv"], 1, "json and csv for standard output"),
+        ([FINE, "-o", "report.pdf"], 1, "expected a name ending in"),
+        ([FINE, "-o", FINE], 1, "is a result file to be scored"),
+        ([FINE, "-o", "/proc/nowhere/report.html"], 1, "cannot be written"),
+        ([FINE, "--require", "accuracy > 1"], 1, "expected one of scd"),
+        ([FINE, "--maneuver", "4"], 1, "expected 1 to 3"),
+        ([FINE, "--maneuver", "1,2"], 1, "found 2 for 1 files"),
+        ([FINE, "--maneuver", "2"], 1, "holds maneuver 1, 2, 3"),
+        ([FINE, "--step", "0"], 1, "expected more than zero"),
+        ([FINE, "--step", "fast"], 1, "--step: found"),
+        ([FINE, "--step", "0.1,0.2"], 1, "step: found 2 for 1 files"),
+        ([FINE, "--reference", "nowhere"], 1, "expected a folder written by"),
+        (["-", "-"], 1, "standard input once"),
+        ([str(PEERS / "exudyn.toml"), FINE], 1, "a list of runs"),
+        ([str(PEERS / "exudyn.toml"), "--step", "1"], 1, "in the list of runs"),
+        ([str(PEERS / "README.md")], 1, "README.md"),
+        ([], 1, "FILE"),
+    ],
+)
+def test_bad_usage_is_one_line(arguments, code, says):
+    found = subprocess.run(
+        [sys.executable, "-m", "heyoka_bike", "score", *arguments],
+        capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=60,
+    )  # fmt: skip
+    assert found.returncode == code, found.stderr
+    assert found.stderr.count("\n") == 1
+    assert says in found.stderr
+    assert found.stdout == ""
+
+
+def test_nothing_to_score_is_exit_code_2(capsys, tmp_path):
+    late = tmp_path / "late.txt"
+    late.write_text("".join(f"{20 + i} " + "1 " * 24 + "\n" for i in range(5)))
+    code, out, err = run(str(late), capsys=capsys)
+    assert (code, out) == (2, "")
+    assert err.count("\n") == 1
+    assert "found times from 20 to 24 s, expected some within 0 to 10 s" in err
+
+
+def test_a_failed_write_leaves_the_old_file(capsys, tmp_path, monkeypatch):
+    report = tmp_path / "report.json"
+    report.write_text("old")
+    monkeypatch.setattr("os.fsync", lambda _: (_ for _ in ()).throw(OSError(28, "No space left")))
+    code, _, err = run(FINE, "-o", str(report), capsys=capsys)
+    assert code == 1
+    assert "cannot be written: No space left" in err
+    assert report.read_text() == "old"
+    assert [p.name for p in tmp_path.iterdir()] == ["report.json"]
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("", "expected one or more [[run]]"),
+        ("[run]\nfile = 'a'\n", "expected [[run]]"),
+        ("[[run]]\nstep = '0.1'\n", "expected one"),
+        ("[[run]]\nfile = 'a'\nsteps = '0.1'\n", ":3:9: found unknown entry"),
+        ("[[run]]\nfile = 'a'\nstep = -1\n", ":3:8: step: found"),
+        ("[[run]]\nfile = 'a'\ncpu = 'long'\n", ":3:7: cpu: found"),
+        ("[[run]]\nfile = 'a'\ncpu = true\n", ":3:7: cpu: found"),
+        ("[[run]]\nfile = 7\n", ":2:8: file: found"),
+    ],
+)
+def test_a_bad_list_of_runs_names_line_and_column(capsys, tmp_path, text, says):
+    listing = tmp_path / "runs.toml"
+    listing.write_text(text)
+    code, out, err = run(str(listing), capsys=capsys)
+    assert (code, out) == (1, "")
+    assert err.count("\n") == 1
+    assert says in err

@@ -1,0 +1,104 @@
+"""`score --diagnose`: the same findings in every format, and a figure of what explains the file."""
+
+import json
+import re
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pytest
+from support.mistaken_programs import columns_of
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.cli import main
+from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
+from heyoka_bike.system.resources import data_folder
+
+PEERS = data_folder() / "peers"
+
+
+@pytest.fixture(scope="module")
+def late(tmp_path_factory):
+    """A file whose rows are one step late, and its reports."""
+    table = np.loadtxt(PEERS / "scipy-rtol1e-10.txt")
+    table[1:, 1:] = table[:-1, 1:]
+    folder = tmp_path_factory.mktemp("late")
+    np.savetxt(folder / "late.txt", table, "%.17g")
+    written = [f"-o{folder / name}" for name in ("r.json", "r.xml", "r.html", "r.txt")]
+    assert main(["score", str(folder / "late.txt"), "--diagnose", *written]) == 0
+    return folder
+
+
+def test_every_format_says_it(late):
+    findings = json.loads((late / "r.json").read_text())["findings"]
+    assert findings[0]["code"] == "mistake"
+    assert findings[0]["evidence"]["mistakes"] == ["one_step_late"]
+    for name in ("r.xml", "r.html", "r.txt"):
+        text = " ".join(re.sub(r"<[^>]*>", " ", (late / name).read_text()).split())
+        assert "Each row is written one step late" in text, name
+    ET.parse(late / "r.xml")
+
+
+def test_the_page_shows_what_is_left(late):
+    page = (late / "r.html").read_text()
+    (section,) = re.findall(r'<section id="explanation">.*?</section>', page, re.S)
+    # In each maneuver one chart with two lines.
+    assert section.count("<figcaption><b>Maneuver") == 3
+    assert len(re.findall(r'<path class="before"', section)) >= 3
+    assert len(re.findall(r'<path class="after"', section)) >= 3
+    assert 'href="#explanation"' in page
+
+
+def test_a_plain_score_has_no_such_figure(tmp_path):
+    out = tmp_path / "r.html"
+    assert main(["score", str(PEERS / "scipy-rtol1e-10.txt"), "-o", str(out)]) == 0
+    assert 'id="explanation"' not in out.read_text()
+
+
+def test_several_runs_are_refused(capsys):
+    files = [str(PEERS / f"exudyn-h{h}.txt") for h in ("0.01", "0.001")]
+    assert main(["score", *files, "--diagnose"]) == 1
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1
+    assert "--diagnose: found 2 runs, expected the files of one run" in error
+
+
+def noise(t):
+    return np.random.default_rng(1).standard_normal((len(t), 24))
+
+
+def zeros(t):
+    return np.zeros((len(t), 24))
+
+
+@pytest.mark.parametrize(
+    ("rows", "values", "said"),
+    [(1001, noise, "their error says nothing"), (1001, zeros, "nothing but zeros")],
+)
+def test_what_nobody_can_explain_is_not_explained(tmp_path, capsys, rows, values, said):
+    t = np.arange(rows) / 100
+    np.savetxt(tmp_path / "x.txt", np.column_stack([t, values(t)]))
+    assert main(["diagnose", str(tmp_path / "x.txt")]) == 0
+    out = " ".join(capsys.readouterr().out.split())
+    assert said in out
+    assert "simulated so" not in out
+    assert "explains it" not in out
+
+
+@pytest.mark.parametrize("rows", [slice(0, 1), slice(300, 301), slice(0, 3)])
+def test_few_rows_are_no_trouble(tmp_path, capsys, rows):
+    table = np.loadtxt(PEERS / "exudyn-h0.01.txt")[rows]
+    np.savetxt(tmp_path / "x.txt", table, "%.12g")
+    assert main(["diagnose", str(tmp_path / "x.txt")]) == 0
+    assert "explains it" not in capsys.readouterr().out
+
+
+def test_a_start_that_breaks_rolling_says_what_is_assumed(tmp_path, capsys, reference):
+    mistake = next(m for m in MISTAKES if m.code == "roll_without_wheels")
+    columns = columns_of(reference, [mistake])
+    t = reference[1].time
+    table = [t, *(columns[n][key] for n in columns for key in BENCHMARK_COLUMNS)]
+    np.savetxt(tmp_path / "x.txt", np.array(table).T, "%.12g")
+    assert main(["diagnose", str(tmp_path / "x.txt")]) == 0
+    out = " ".join(capsys.readouterr().out.split())
+    assert mistake.says in out.lower()
+    assert "nearest velocities in kinetic energy" in out

@@ -1,0 +1,65 @@
+"""The same numbers whatever the compiler behind heyoka does, and however many processes run."""
+
+import h5py
+import pytest
+
+from heyoka_bike.cli import main
+from heyoka_bike.motion.expressions import require_heyoka
+from heyoka_bike.reference.manifest import read_manifest
+from heyoka_bike.system import parallel as side_by_side
+
+MANEUVERS = """
+[[maneuver]]
+name = "a"
+speed = "4.6"
+roll_rate = "0.5"
+duration = "0.04"
+spacing = "0.01"
+
+[[maneuver]]
+name = "b"
+speed = "8"
+roll_rate = "0.05"
+duration = "0.04"
+spacing = "0.01"
+"""
+
+# Away from heyoka's defaults: opt_level 3, registers as wide as the processor likes. Unrolled code
+# at 70 digits takes minutes to compile and is left out.
+VARIANTS = [{"opt_level": 0}, {"force_avx512": True}, {"slp_vectorize": True}]
+
+
+def made(folder):
+    """Hashes of the numbers of a generated set: the certified ones, and the sensitivities."""
+    (folder / "m.toml").write_text(MANEUVERS)
+    arguments = ["generate", "--maneuvers", str(folder / "m.toml"), "--out", str(folder / "set")]
+    assert main(arguments) == 0
+    with h5py.File(folder / "set" / "sensitivities.h5") as f:
+        return read_manifest(folder / "set").content_sha256, f.attrs["content_sha256"]
+
+
+@pytest.fixture(scope="module")
+def expected(tmp_path_factory):
+    """In processes side by side, by the defaults."""
+    return made(tmp_path_factory.mktemp("plain"))
+
+
+def one_after_the_other(work, jobs, report):
+    return [work(*job, lambda stage, t: None) for job in jobs]
+
+
+@pytest.mark.parametrize("options", VARIANTS, ids=lambda o: next(iter(o)))
+def test_compilation_changes_no_digit(options, expected, tmp_path, monkeypatch):
+    hy = require_heyoka()
+    plain, used = hy.taylor_adaptive, []
+
+    def changed(*arguments, **given):
+        used.append(options)
+        return plain(*arguments, **given, **options)
+
+    monkeypatch.setattr(hy, "taylor_adaptive", changed)
+    # In this process, where heyoka is the changed one.
+    monkeypatch.setattr(side_by_side, "side_by_side", one_after_the_other)
+    assert made(tmp_path) == expected
+    # Of two maneuvers: whether they get to their end, in binary64, the motion, its sensitivities.
+    assert len(used) == 6

@@ -1,0 +1,41 @@
+"""A run of any precision p keeps energy to 16 x 2^-p and the front wheel on the floor."""
+
+import pytest
+
+from heyoka_bike.motion.evaluator import evaluator
+from heyoka_bike.motion.integrate import integrate
+
+PRECISIONS = ["binary64", "longdouble", "binary128", 30, 70]
+
+
+@pytest.mark.parametrize("number", [1, 2, 3])
+@pytest.mark.parametrize("precision", PRECISIONS)
+def test_drift(bicycle, maneuvers, precision, number):
+    run = integrate(bicycle, maneuvers[number - 1], precision)
+    drift = evaluator(run, run.bits + 64).drift()
+    # Rounding of the state to p bits is the floor: its energy is off by up to about 2 x 2^-p. The
+    # state is carried exactly from step to step, so the number of steps does not multiply it.
+    assert drift.energy <= 16
+    # Pitch, roll and steer below 1 rad, 1.02 m of wheel base.
+    assert drift.contact <= 16 * 2.0**-run.bits
+    assert drift.performance < 100 * 32 * 2.0**-run.bits
+
+
+def test_both_forms_give_the_same_motion(bicycle, maneuvers):
+    few = integrate(bicycle, maneuvers[1], 40, is_regular=False)
+    regular = integrate(bicycle, maneuvers[1], 40, is_regular=True)
+    at = evaluator(few, 200), evaluator(regular, 200)
+    with at[0].balls.precision():
+        for row in range(0, 1001, 50):
+            t = maneuvers[1].time(row)
+            a, b = at[0].columns(t), at[1].columns(t)
+            for name in a:
+                # 40 digits and 4 bits; J less than 2000, conditioning below 3.
+                assert abs(a[name] - b[name]) < 1e-36, (name, row)
+
+
+def test_a_looser_tolerance_is_seen(bicycle, maneuvers):
+    tight = integrate(bicycle, maneuvers[1])
+    loose = integrate(bicycle, maneuvers[1], tolerance=1e-6)
+    assert loose.steps < tight.steps
+    assert evaluator(loose, 128).drift().energy > 1e3

@@ -1,0 +1,98 @@
+"""The site builds without a warning, its commands run, and its generated parts are up to date."""
+
+import importlib.util
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+
+import pytest
+
+import heyoka_bike
+from heyoka_bike.bicycle.columns import COLUMNS
+from heyoka_bike.cli import main
+from heyoka_bike.system.resources import data_folder, reference_folder
+
+ROOT = data_folder().parent
+DOCS = ROOT / "docs"
+_SH = re.compile(r"^```sh\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+def sh_lines(name):
+    blocks = _SH.findall((DOCS / name).read_text(encoding="utf-8"))
+    return [line.partition("#")[0].strip() for block in blocks for line in block.splitlines()]
+
+
+def module(path):
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    found = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(found)
+    return found
+
+
+def test_the_table_of_columns_is_that_of_the_code():
+    made = module(DOCS / "_site" / "columns_table.py")
+    text = made.PAGE.read_text(encoding="utf-8")
+    assert made.page(text) == text, "run python docs/_site/columns_table.py"
+    for column in COLUMNS:
+        assert f"| `{column.name}` | {column.unit} |" in text
+
+
+def test_every_public_function_is_documented():
+    page = (DOCS / "reference" / "python.md").read_text(encoding="utf-8")
+    public = set(heyoka_bike.__all__) - {"__version__"}
+    assert set(re.findall(r"^\.\. autofunction:: (\w+)$", page, re.MULTILINE)) == public
+    rows = re.findall(r"^\| (`.*?) \|", page, re.MULTILINE)
+    assert {name for row in rows for name in re.findall(r"`(\w+)`", row)} == public
+
+
+def test_the_page_that_starts_installs_as_the_readme_does():
+    (install,) = sh_lines("start.md")
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    shared = install.removesuffix(" && . .venv/bin/activate")
+    assert shared != install
+    assert f"{shared} && .venv/bin/heyoka-bike generate" in readme
+
+
+@pytest.mark.slow
+def test_commands_of_pages_that_are_not_run_by_the_site_work(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    shutil.copyfile(data_folder() / "peers" / "exudyn-h0.001.txt", "my-results.txt")
+    shutil.copytree(reference_folder(), "my-reference")
+    lines = [line for name in ("verify.md", "replay.md") for line in sh_lines(name)]
+    assert len(lines) == 7
+    for line in lines:
+        command, *arguments = shlex.split(line)
+        assert command == "heyoka-bike"
+        assert main(arguments) == 0, line
+    assert {p.name for p in tmp_path.iterdir()} >= {
+        "uncontrolled-bicycle.html", "replay.html", "maneuver-2.gif",
+    }  # fmt: skip
+
+
+@pytest.mark.slow
+def test_the_site_builds_without_a_warning(tmp_path):
+    for name in ("sphinx", "furo", "myst_parser", "sphinx_argparse_cli"):
+        pytest.importorskip(name)
+    before = {p.name: p.stat().st_mtime_ns for p in reference_folder().iterdir()}
+    (command,) = sh_lines("index.md")
+    arguments = shlex.split(command.rpartition("sphinx-build ")[2])
+    assert "-W" in arguments
+    assert arguments[-2:] == ["docs", "docs/_build/html"]
+    done = subprocess.run(
+        [sys.executable, "-m", "sphinx", *arguments[:-1], str(tmp_path / "html")], cwd=ROOT,
+        env=os.environ | {"HEYOKA_BIKE_TRACEBACK": "1"}, capture_output=True, text=True,
+        timeout=900, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    html = {
+        p.relative_to(tmp_path / "html").as_posix(): p.read_text(encoding="utf-8")
+        for p in (tmp_path / "html").rglob("*.html")
+    }
+    assert "worst column 1.6 correct" in html["start.html"]
+    for page in html.values():
+        # Nothing is loaded from elsewhere.
+        assert not re.search(r"<(?:script|link|img)\b[^>]*(?:src|href)=\"https?:", page)
+    assert {p.name: p.stat().st_mtime_ns for p in reference_folder().iterdir()} == before

@@ -1,0 +1,86 @@
+"""Links of the README, the changelogs and docs to files and headings exist; pages are in the site.
+
+Without Sphinx: what GitHub's readers follow. External addresses are not visited.
+"""
+
+import re
+
+import pytest
+
+from heyoka_bike.system.resources import data_folder
+
+ROOT = data_folder().parent
+DOCS = ROOT / "docs"
+PAGES = sorted(p for p in DOCS.rglob("*.md") if "_build" not in p.parts)
+CHECKED = [
+    *sorted(ROOT.glob("*.md")),
+    *PAGES,
+    *sorted((ROOT / "data").rglob("*.md")),
+]
+
+_FENCE = re.compile(r"^(`{3,}).*?^\1`*[ \t]*$", re.MULTILINE | re.DOTALL)
+_TOCTREE = re.compile(r"^```\{toctree\}\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+_LINK = re.compile(r"\[[^\]]*\]\(\s*<?([^)\s>]+)>?[^)]*\)")
+_HEADING = re.compile(r"^#{1,6} +(.+?) *#*$", re.MULTILINE)
+
+
+def prose(text):
+    """Without code, in which brackets are no links and # begins no heading."""
+    return re.sub(r"`[^`\n]*`", "code", _FENCE.sub("", text))
+
+
+def anchors(text):
+    """The anchors that GitHub gives the headings."""
+    found = {}
+    for heading in _HEADING.findall(_FENCE.sub("", text)):
+        plain = re.sub(r"\[([^\]]*)\]\([^)]*\)", r"\1", heading).lower()
+        slug = re.sub(r"[^\w\- ]", "", plain).strip().replace(" ", "-")
+        count = found[slug] = found.get(slug, -1) + 1
+        if count:
+            found[f"{slug}-{count}"] = 0
+    return set(found)
+
+
+def broken(page, text):
+    """Links of a page that lead nowhere."""
+    found = []
+    for link in _LINK.findall(prose(text)):
+        if re.match(r"[a-z]+:", link):
+            continue
+        name, _, anchor = link.partition("#")
+        target = (page.parent / name).resolve() if name else page
+        is_here = target.exists() and target.is_relative_to(ROOT)
+        if not is_here or (anchor and anchor not in anchors(target.read_text(encoding="utf-8"))):
+            found.append(link)
+    return found
+
+
+def entries(page):
+    """Pages that the toctrees of a page name."""
+    return {
+        (page.parent / f"{line.strip()}.md").resolve()
+        for tree in _TOCTREE.findall(page.read_text(encoding="utf-8"))
+        for line in tree.splitlines()
+        if line.strip() and not line.startswith(":")
+    }
+
+
+@pytest.mark.parametrize("page", CHECKED, ids=lambda p: str(p.relative_to(ROOT)))
+def test_links_lead_somewhere(page):
+    assert not broken(page, page.read_text(encoding="utf-8"))
+
+
+def test_every_page_is_in_the_contents():
+    listed = set().union(*(entries(page) for page in PAGES))
+    assert listed == {page.resolve() for page in PAGES} - {(DOCS / "index.md").resolve()}
+
+
+def test_links_are_looked_at():
+    here = DOCS / "start.md"
+    assert broken(here, "[a](nowhere.md) [b](files.md#nothing) [c](#what-it-says-not)") == [
+        "nowhere.md", "files.md#nothing", "#what-it-says-not",
+    ]  # fmt: skip
+    good = "[a](files.md#the-input-files) [b](../README.md) [c](https://x.org/y) `[d](nowhere)`"
+    assert broken(here, good) == []
+    assert anchors("# A `b.c` (d)\n## E\n## E\n```sh\n# f\n```\n") == {"a-bc-d", "e", "e-1"}
+    assert sum(len(_LINK.findall(prose(page.read_text(encoding="utf-8")))) for page in PAGES) > 50

@@ -1,0 +1,142 @@
+"""A damaged candidate is refused by name, or its bound grows as much as the damage.
+
+Each case damages a certified candidate of maneuver 2 (113 bits, one second) in one way. The true
+effect of the damage is known or measured against the undamaged one, and the bound must cover it
+without being absurdly larger.
+"""
+
+from dataclasses import replace
+from fractions import Fraction
+
+import pytest
+
+from heyoka_bike.errors import NotCertifiedError
+from heyoka_bike.motion.integrate import integrate
+from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.reference.proof.certify import certify
+
+
+@pytest.fixture(scope="module")
+def run(bicycle, maneuvers):
+    return integrate(bicycle, replace(maneuvers[1], duration=Fraction(1)), "binary128")
+
+
+@pytest.fixture(scope="module")
+def sound(run):
+    return float(certify(run).worst)
+
+
+def damaged(run, piece, change):
+    """The candidate with ``change(rows)`` applied to the coefficients of one piece."""
+    pieces = [[list(row) for row in p] for p in run.pieces]
+    change(pieces[piece])
+    return replace(run, pieces=tuple(tuple(map(tuple, p)) for p in pieces))
+
+
+def test_a_sound_candidate_is_certified_near_its_roundoff(run, sound):
+    # The state is kept to 2^-129, increments are rounded to 2^-113 of up to 20 rad/s: 1e-33.
+    assert 1e-34 < sound < 1e-27
+
+
+def test_a_dropped_step(run):
+    gap = replace(
+        run, breaks=run.breaks[:5] + run.breaks[6:], pieces=run.pieces[:5] + run.pieces[6:]
+    )
+    # The pieces after it are stretched over the gap: nowhere near a solution.
+    with pytest.raises(NotCertifiedError, match=r"step 5 of \d+, t = .* is not certified"):
+        certify(gap)
+    missing = replace(run, pieces=run.pieces[:-1])
+    with pytest.raises(NotCertifiedError, match="not whole"):
+        certify(missing)
+    short = replace(run, breaks=run.breaks[:-1], pieces=run.pieces[:-1])
+    with pytest.raises(NotCertifiedError, match="expected 0 to 1 s"):
+        certify(short)
+
+
+def test_a_piece_cut_to_degree_19(run, sound):
+    def cut(rows):
+        rows[:] = [row[:20] for row in rows]
+
+    # heyoka's order here is 42: the terms past 19 carry about half the digits.
+    bound = float(certify(damaged(run, 5, cut)).worst)
+    lost = max(abs(c) for row in run.pieces[5] for c in row[20:]) / 2**run.grid
+    assert bound > lost > 1e6 * sound
+
+
+def test_a_state_jump(run, sound):
+    def jump(rows):
+        rows[0][0] += round(Fraction(1, 10**15) * 2**run.grid)
+
+    bound = float(certify(damaged(run, 6, jump)).worst)
+    assert 1e-15 <= bound < 1e-12
+
+
+def test_a_coefficient_off_by_1e_22(run, sound):
+    def nudge(rows):
+        rows[2][3] += round(Fraction(1, 10**22) * 2**run.grid)
+
+    bound = float(certify(damaged(run, 6, nudge)).worst)
+    assert 1e-22 <= bound < 1e-18
+
+
+def test_gravity_off_by_1e_24(run, sound):
+    """The candidate solves another problem; the distance of the two solutions is of order 1e-24."""
+    heavier = run.bicycle.replace(g=Exact(Fraction(981, 100) + Fraction(1, 10**24)))
+    bound = float(certify(replace(run, bicycle=heavier)).worst)
+    true = distance(run, integrate(heavier, run.maneuver, "binary128"))
+    assert 1e-26 < true <= bound < 1e3 * true
+
+
+def test_an_inertia_sign_flipped(run):
+    flipped = run.bicycle.replace(IBxz=Exact(Fraction(-24, 10)))
+    with pytest.raises(NotCertifiedError, match="not below"):
+        certify(replace(run, bicycle=flipped))
+
+
+def test_a_roll_rate_wrong_in_the_25th_digit(run, sound):
+    rate = Exact(run.maneuver.roll_rate.rational + Fraction(1, 10**25))
+    other = replace(run.maneuver, roll_rate=rate)
+    bound = float(certify(replace(run, maneuver=other)).worst)
+    true = distance(run, integrate(run.bicycle, other, "binary128"))
+    assert 1e-26 < true <= bound < 1e4 * true
+
+
+def test_a_candidate_that_is_too_coarse(run, bicycle):
+    coarse = integrate(bicycle, run.maneuver, "binary64", tolerance=1e-3)
+    with pytest.raises(NotCertifiedError):
+        certify(coarse)
+
+
+@pytest.mark.parametrize("precision", ["binary64", "longdouble", "binary128"])
+def test_the_bound_covers_the_true_error_of_every_precision(bicycle, run, precision):
+    other = integrate(bicycle, run.maneuver, precision)
+    bound = float(certify(other).worst)
+    true = distance(other, integrate(bicycle, run.maneuver, 60))
+    # Worst-case bounds on roundoff are pessimistic by some digits, never optimistic.
+    assert true <= bound < 1e7 * true
+
+
+def test_both_forms_are_certified(bicycle, run):
+    other = integrate(bicycle, run.maneuver, "binary128", is_regular=True)
+    assert float(certify(other).worst) < 1e-25
+
+
+def test_a_start_with_steer_is_certified(bicycle, run):
+    turned = replace(
+        run.maneuver, roll=Exact(Fraction(1, 10)), steer=Exact(Fraction(-1, 10)),
+        duration=Fraction(1, 2),
+    )  # fmt: skip
+    assert float(certify(integrate(bicycle, turned, "binary128")).worst) < 1e-25
+
+
+def distance(a, b):
+    """Largest distance of two candidates' states at 300 times."""
+    import flint
+
+    worst = 0.0
+    with flint.ctx.workprec(300):
+        for i in range(301):
+            t = Fraction(i, 300) * a.maneuver.duration
+            pairs = zip(a.state(t), b.state(t), strict=True)
+            worst = max(worst, *(abs(float((x - y).mid())) for x, y in pairs))
+    return worst

@@ -1,0 +1,211 @@
+"""docs/harder-tier.md: its inputs, tables and edge are what the files and the program say."""
+
+import json
+import re
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from harder_tier import (
+    CODES,
+    FOUND,
+    GRADES,
+    PAGE,
+    PROBLEMS,
+    TIGHT,
+    growth,
+    inputs,
+    judge,
+    run,
+    shown,
+    write,
+)
+from speed_page import filled
+
+from heyoka_bike.cli import main
+from heyoka_bike.errors import SingularMotionError
+from heyoka_bike.motion.integrate import integrate
+from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.reference.layout import CERTIFICATE
+from heyoka_bike.reference.load import load_reference
+from heyoka_bike.system.resources import data_folder, reference_folder
+
+# Of the page: below the first the bicycle recovers, above the second it falls.
+RECOVERS, FALLS = "2.46491144053243234304", "2.46491144053243234306"
+# Sensitivities agree with differences over this step to its square, beside a few digits of
+# binary64.
+STEP, NEAR = Fraction(1, 2**20), 1e-4
+
+
+@pytest.fixture(scope="module")
+def found():
+    return json.loads(FOUND.read_text())
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory):
+    """A set of two short maneuvers of another bicycle, with rows of their own."""
+    where = tmp_path_factory.mktemp("small")
+    (where / "m.toml").write_text(
+        'name = "small"\n'
+        + "".join(
+            f'[[maneuver]]\nname = "{name}"\nspeed = "{speed}"\nroll_rate = "0.5"\n'
+            f'duration = "{duration}"\nspacing = "{spacing}"\n'
+            for name, speed, duration, spacing in (("p", 6, "0.1", "0.05"), ("q", 8, "0.2", "0.01"))
+        )
+    )
+    out = where / "set"
+    arguments = ["--bicycle", "browser-jason", "--maneuvers", str(where / "m.toml")]
+    assert main(["generate", *arguments, "--out", str(out)]) == 0
+    return out
+
+
+def test_tables_are_those_of_the_json(found):
+    page = PAGE.read_text()
+    assert filled(page, shown(found)) == page
+    other = json.loads(FOUND.read_text())
+    next(iter(other["H1"]["maneuvers"].values()))["roll"] *= 2
+    assert filled(page, shown(other)) != page
+
+
+def test_every_maneuver_and_code_was_run(found):
+    assert list(found) == list(PROBLEMS)
+    for name in found:
+        _, maneuvers = inputs(PROBLEMS[name])
+        assert list(found[name]["maneuvers"]) == [m.name for m in maneuvers]
+        for m in maneuvers:
+            said = found[name]["maneuvers"][m.name]
+            assert said["rows"] == m.rows
+            assert list(said["codes"]) == list(CODES)
+
+
+def test_inputs_are_the_decimals_that_the_page_names():
+    _, longer = inputs(PROBLEMS["H2"])
+    _, benchmark = inputs(PROBLEMS["H1"])
+    stretched = replace(benchmark[0], name="H2", duration=Fraction(100), spacing=Fraction(1, 10))
+    assert longer == (stretched,)
+    bicycle, others = inputs(PROBLEMS["H4"])
+    assert bicycle.name == "Batavus Browser with rider Jason"
+    assert [m.speed for m in others] == [Exact(Fraction(v)) for v in ("4.5", "6", "8")]
+    assert {(m.roll_rate, m.duration, m.rows) for m in others} == {(Exact.parse("0.5"), 10, 1001)}
+
+
+def test_the_edge_is_cut_after_so_many_decimals():
+    _, maneuvers = inputs(PROBLEMS["H3"])
+    cut = [Fraction(int(Fraction(RECOVERS) * 10**n), 10**n) for n in (4, 8, 12, 20)]
+    wanted = [Fraction("1.0"), Fraction("2.0"), Fraction("2.4"), *cut]
+    assert [m.roll_rate.rational for m in maneuvers] == wanted
+    assert {(m.speed, m.duration, m.rows) for m in maneuvers} == {(Exact.parse("4.6"), 10, 1001)}
+    # Beyond binary64, as the page says of the last one.
+    assert Fraction(float(cut[-1])) != cut[-1]
+    for decimals in (RECOVERS, FALLS):
+        assert decimals in PAGE.read_text()
+
+
+def test_the_published_set_is_the_first_problem(found):
+    reference = load_reference()
+    assert found["H1"]["content_sha256"] == reference.content_sha256
+    certificate = json.loads((reference_folder() / CERTIFICATE).read_text())["maneuvers"]
+    for number, said in enumerate(found["H1"]["maneuvers"].values(), start=1):
+        assert said["roll"] == np.abs(reference[number].rows["roll_angle"]).max()
+        assert said["bound"] == certificate[number - 1]["bound"]
+
+
+def test_condition_is_what_a_disturbed_start_makes():
+    bicycle, maneuvers = inputs(PROBLEMS["H1"])
+    m = maneuvers[1]
+    times = load_reference()[2].time
+    moved = []
+    for sign in (1, -1):
+        other = replace(m, roll_rate=Exact(m.roll_rate.rational + sign * STEP))
+        columns, _, _ = run(bicycle, other, "heyoka binary64")
+        moved.append(columns[[0, 6, 1, 7, 2]])
+    change = np.linalg.norm((moved[0] - moved[1]) / float(2 * STEP), axis=0)
+    bound = growth(reference_folder(), 2, times)
+    # One direction of the start, so no more than the norm, and at t = 0 all of its own direction.
+    assert change[0] == pytest.approx(1, abs=NEAR)
+    assert np.all(change <= bound * (1 + NEAR) + NEAR)
+    assert bound[0] == pytest.approx(1, abs=NEAR)
+    assert change.max() > bound.max() / 10
+
+
+@pytest.mark.parametrize("code", ["LSODA tight", "heyoka binary64"])
+def test_a_run_scores_as_the_page_says(found, tmp_path, code):
+    bicycle, maneuvers = inputs(PROBLEMS["H1"])
+    reference = load_reference()
+    columns, _, _ = run(bicycle, maneuvers[2], code)
+    write(tmp_path / "run.txt", maneuvers[2], columns, 17)
+    again = judge(tmp_path / "run.txt", 3, reference)
+    said = found["H1"]["maneuvers"]["maneuver 3"]["codes"][code]
+    # Code compiled anew rounds differently, which moves the last of 15 digits.
+    assert again["scd"] == pytest.approx(said["scd"], abs=1)
+    assert again["coverage"] == said["coverage"] == 1
+
+
+def test_the_command_grades_another_bicycle_and_other_rows(small, tmp_path, capsys):
+    text = small / "uncontrolled-bicycle-2.txt"
+    rows = [line.split() for line in text.read_text().splitlines()]
+    assert len(rows) == 21
+    assert len(rows[0]) == 9
+    # An error of 1e-7 of the largest steer angle: 7 digits.
+    steer = max(abs(float(row[7])) for row in rows)
+    for row in rows:
+        row[7] = repr(float(row[7]) + 1e-7 * steer)
+    wrong, part = tmp_path / "wrong.txt", tmp_path / "part.txt"
+    wrong.write_text("\n".join(map(" ".join, rows)))
+    part.write_text("\n".join(map(" ".join, rows[:-1])))
+    more = ["--reference", str(small), "--maneuver", "2", "--require", "coverage >= 1", "--require"]
+    assert main(["score", str(text), *more, "scd >= 12"]) == 0
+    assert main(["score", str(wrong), *more, "scd >= 6"]) == 0
+    assert main(["score", str(wrong), *more, "scd >= 9"]) == 3
+    assert main(["score", str(part), *more, "scd >= 6"]) == 3
+    assert "coverage" in capsys.readouterr().err
+
+
+def test_grades_and_tolerances_are_those_of_the_page():
+    page = PAGE.read_text()
+    assert "**Grades.** " + ", ".join(map(str, GRADES[:-1])) + f" and {GRADES[-1]}:" in page
+    assert f"rtol = atol = {TIGHT['DOP853']:g}, Radau {TIGHT['Radau']:g}" in page
+    assert TIGHT["DOP853"] == TIGHT["LSODA"]
+
+
+def test_commands_of_the_page_name_every_set():
+    commands = re.findall(r"^heyoka-bike generate (.*?) *#", PAGE.read_text(), re.MULTILINE)
+    assert len(commands) == len(PROBLEMS)
+    for command, entry in zip(commands, PROBLEMS.values(), strict=True):
+        words = command.split()
+        given = dict(zip(words[::2], words[1::2], strict=True))
+        assert given.pop("--out") == f"sets/{entry.maneuvers}"
+        assert given.get("--bicycle", "benchmark") == entry.bicycle
+        assert given.get("--maneuvers", "benchmark") == entry.maneuvers
+        assert (data_folder() / "maneuvers" / f"{entry.maneuvers}.toml").exists()
+
+
+@pytest.mark.slow
+def test_beyond_the_edge_the_bicycle_falls():
+    bicycle, maneuvers = inputs(PROBLEMS["H3"])
+    integrate(bicycle, maneuvers[-1], "binary128")
+    beyond = replace(maneuvers[-1], roll_rate=Exact.parse(FALLS))
+    with pytest.raises(SingularMotionError):
+        integrate(bicycle, beyond, "binary128")
+
+
+@pytest.mark.slow
+def test_errors_grow_near_the_edge_as_the_page_says():
+    bicycle, maneuvers = inputs(PROBLEMS["H3"])
+    one, other = (
+        run(bicycle, replace(maneuvers[-1], roll_rate=rate), "heyoka binary128")[0]
+        for rate in (maneuvers[-1].roll_rate, Exact(Fraction(RECOVERS) - Fraction(1, 10**27)))
+    )
+    grown = np.linalg.norm((other - one)[[0, 6, 1, 7, 2]].astype(float), axis=0)
+    # From 1 s to 6 s, in which the motion keeps to the unstable weave.
+    assert 1000 < (grown[600] / grown[100]) ** (1 / 5) < 2500
+
+
+@pytest.mark.slow
+def test_the_set_of_another_bicycle_is_made_again(found, tmp_path):
+    entry, out = PROBLEMS["H4"], tmp_path / "set"
+    arguments = ["--bicycle", entry.bicycle, "--maneuvers", entry.maneuvers]
+    assert main(["generate", *arguments, "--out", str(out)]) == 0
+    assert load_reference(out).content_sha256 == found["H4"]["content_sha256"]

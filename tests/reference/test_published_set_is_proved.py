@@ -1,0 +1,262 @@
+"""`heyoka-bike certify` proves the published set again, and names what was changed in a copy."""
+
+import json
+import shutil
+import subprocess
+import sys
+from fractions import Fraction
+
+import h5py
+import pytest
+
+from heyoka_bike.cli import main
+from heyoka_bike.reference.layout import content_of_file
+from heyoka_bike.reference.manifest import MANIFEST, sha256
+
+FIGURES = {"bound": 1e-60, "dense": 1e-25}
+
+
+def test_certificate_says_what_was_to_be_reached(folder, reference):
+    document = json.loads((folder / "certificate.json").read_text())
+    assert len(document["maneuvers"]) == 3
+    for entry, maneuver in zip(document["maneuvers"], reference.values(), strict=True):
+        assert entry["ambiguous"] == 0
+        assert entry["entries"] == 1001 * 22
+        assert float(entry["bound"]) <= FIGURES["bound"]
+        assert float(entry["bound_end"]) <= float(entry["bound"])
+        assert set(entry["state_bounds"]) == {
+            "roll", "pitch", "steer", "w1", "w3", "spin", "yaw",
+        }  # fmt: skip
+        worst = max(Fraction(b["interval"]) for b in entry["state_bounds"].values())
+        assert worst == Fraction(entry["bound"])
+        assert set(entry["dense_relative_bounds"]) == set(maneuver.columns)
+        assert all(float(x) <= FIGURES["dense"] for x in entry["dense_relative_bounds"].values())
+
+
+def test_row_bounds_are_those_of_hi_plus_lo(reference):
+    for maneuver in reference.values():
+        for name in maneuver.columns:
+            bound, lo = maneuver.rows.bound[name], maneuver.rows.lo[name]
+            # Half an ulp of lo, and a rounding up; the 1e-62 of the candidate is below it.
+            assert (bound <= abs(lo) * 2.0**-53 * (1 + 1e-9) + 1e-60).all(), name
+            scale = abs(maneuver.rows.hi[name]).max()
+            assert (maneuver.dense.bound[name] <= 1e-25 * scale).all(), name
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory):
+    """A set of one short maneuver, quick to certify."""
+    where = tmp_path_factory.mktemp("small")
+    (where / "m.toml").write_text(
+        'name = "short"\n[[maneuver]]\nspeed = "4.6"\nroll_rate = "0.5"\n'
+        'duration = "0.2"\nspacing = "0.01"\n'
+    )
+    out = where / "set"
+    assert main(["generate", "--maneuvers", str(where / "m.toml"), "--out", str(out)]) == 0
+    return out
+
+
+@pytest.fixture
+def copy(small, tmp_path):
+    return shutil.copytree(small, tmp_path / "copy")
+
+
+def accept(folder, name):
+    """Bring the manifest in line with a changed file: only the mathematics can object now."""
+    path = folder / MANIFEST
+    document = json.loads(path.read_text())
+    data = (folder / name).read_bytes()
+    for entry in document["files"]:
+        if entry["file"] == name:
+            entry |= {"bytes": len(data), "sha256": sha256(data)}
+    path.write_text(json.dumps(document))
+
+
+def state_content(folder, content):
+    """Write another content_sha256 into the manifest."""
+    path = folder / MANIFEST
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"content_sha256": content}))
+
+
+def certify(folder, capsys):
+    code = main(["certify", str(folder)])
+    error = capsys.readouterr().err
+    assert error.count("\n") == (0 if code == 0 else 1)
+    return code, error
+
+
+def test_a_whole_set_is_proved(copy, capsys):
+    assert certify(copy, capsys) == (0, "")
+
+
+def test_heyoka_is_not_needed(copy):
+    code = (
+        "import sys; sys.modules['heyoka'] = None\n"
+        f"from heyoka_bike.cli import main; sys.exit(main(['certify', {str(copy)!r}]))"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300)
+    assert run.returncode == 0, run.stderr
+
+
+def test_a_damaged_file_is_named(copy, capsys):
+    path = copy / "candidate.h5"
+    data = bytearray(path.read_bytes())
+    data[len(data) // 2] ^= 4
+    path.write_bytes(data)
+    code, error = certify(copy, capsys)
+    assert code == 1
+    assert "candidate.h5" in error
+
+
+@pytest.mark.parametrize(
+    ("dataset", "index", "factor", "fragment"),
+    [
+        ("roll_angle", 7, 1 + 2.0**-52, "roll_angle, row 7"),
+        ("steer_rate_lo", 3, 1 + 2.0**-52, "steer_rate_lo, row 3"),
+        ("yaw_bound", 5, 0.5, "yaw_bound, row 5"),
+        ("dense/forward_speed_lo", (0, 2), -1.0, "dense forward_speed, piece 1"),
+        ("dense/pitch_bound", 0, 1e-3, "dense pitch, piece 1"),
+    ],
+)
+def test_a_changed_number_is_named(copy, capsys, dataset, index, factor, fragment):
+    with h5py.File(copy / "uncontrolled-bicycle.h5", "r+") as f:
+        item = f[f"maneuver_1/{dataset}"]
+        item[index] = item[index] * factor
+        content = content_of_file(f)
+    accept(copy, "uncontrolled-bicycle.h5")
+    state_content(copy, content)
+    code, error = certify(copy, capsys)
+    assert code == 3
+    assert fragment in error
+
+
+@pytest.mark.parametrize(
+    ("name", "fragment"),
+    [("roll_angle_bound", "roll_angle_bound, row 0"), ("dense/yaw_bound", "dense yaw, piece 1")],
+)
+def test_a_bound_that_is_no_number_is_refused(copy, capsys, name, fragment):
+    with h5py.File(copy / "uncontrolled-bicycle.h5", "r+") as f:
+        f[f"maneuver_1/{name}"][...] = float("nan")
+    accept(copy, "uncontrolled-bicycle.h5")
+    code, error = certify(copy, capsys)
+    assert code == 3
+    assert fragment in error
+
+
+def replaced(group, name, data):
+    del group[name]
+    group.create_dataset(name, data=data)
+
+
+@pytest.mark.parametrize("breaks", [[0.0, 50.0], [50.0, 51.0], [0.0, 0.1], [0.0, float("nan")]])
+def test_dense_pieces_off_the_time_of_the_motion_are_refused(copy, capsys, breaks):
+    """Nothing would bound them."""
+    with h5py.File(copy / "uncontrolled-bicycle.h5", "r+") as f:
+        dense = f["maneuver_1/dense"]
+        for name in [n for n in dense if n not in ("breaks", "order", "piece")]:
+            replaced(dense, name, dense[name][:1])
+        replaced(dense, "breaks", breaks)
+    accept(copy, "uncontrolled-bicycle.h5")
+    code, error = certify(copy, capsys)
+    assert code == 3
+    assert "content_sha256" in error or "not whole" in error
+
+
+def test_dense_shape_is_checked_apart_from_the_hash(small, bicycle):
+    from dataclasses import replace
+
+    from heyoka_bike.errors import NotCertifiedError
+    from heyoka_bike.reference.proof.candidate import read_candidate
+    from heyoka_bike.reference.proof.certify import certify as prove
+    from heyoka_bike.reference.proof.dense_bound import bound_dense
+    from heyoka_bike.reference.proof.prove_again import _read_published
+
+    (run,) = read_candidate(small)
+    certificate = prove(run)
+    dense, _ = _read_published(small, 1)
+    for breaks in (dense.breaks + 50.0, dense.breaks[::-1].copy(), dense.breaks * 0.5):
+        with pytest.raises(NotCertifiedError, match="not whole"):
+            bound_dense(run, certificate, replace(dense, breaks=breaks), {})
+
+
+@pytest.mark.parametrize(
+    ("name", "change"),
+    [("time", lambda x: x + 1.0), ("roll_rate", lambda x: x.view("i8")), ("yaw", lambda x: x[:-1])],
+)
+def test_what_is_not_a_value_is_looked_at_too(copy, capsys, name, change):
+    with h5py.File(copy / "uncontrolled-bicycle.h5", "r+") as f:
+        group = f["maneuver_1"]
+        replaced(group, name, change(group[name][:]))
+        content = content_of_file(f)
+    accept(copy, "uncontrolled-bicycle.h5")
+    state_content(copy, content)
+    code, error = certify(copy, capsys)
+    assert code == 3
+    assert f"{name}" in error
+
+
+def test_a_wrong_content_hash_is_named(copy, capsys):
+    state_content(copy, "0" * 64)
+    code, error = certify(copy, capsys)
+    assert code == 3
+    assert "content_sha256" in error
+
+
+def test_a_changed_candidate_is_refused(copy, capsys):
+    with h5py.File(copy / "candidate.h5", "r+") as f:
+        item = f["maneuver_1/coefficients"]
+        item[2, 0, 1, 20] = item[2, 0, 1, 20] ^ 1
+    accept(copy, "candidate.h5")
+    code, error = certify(copy, capsys)
+    assert code == 3
+    assert "is not certified" in error or "proved" in error or "decide" in error
+
+
+def test_other_inputs_are_refused(copy, capsys):
+    with h5py.File(copy / "candidate.h5", "r+") as f:
+        parameters = json.loads(f.attrs["parameters"])
+        f.attrs["parameters"] = json.dumps(parameters | {"g": "982/100"})
+    accept(copy, "candidate.h5")
+    code, error = certify(copy, capsys)
+    assert code == 3
+    assert "inputs" in error
+
+
+def test_a_changed_text_is_named(copy, capsys):
+    path = copy / "uncontrolled-bicycle-50digits.txt"
+    text = path.read_text()
+    path.write_text(text[:-2] + ("1" if text[-2] != "1" else "2") + "\n")
+    accept(copy, path.name)
+    code, error = certify(copy, capsys)
+    assert code == 3
+    assert path.name in error
+
+
+@pytest.mark.parametrize(
+    ("path", "value"),
+    [
+        (("maneuvers", 0, "state_bounds", "roll", "interval"), "1e-99"),
+        (("maneuvers", 0, "bound"), "0"),
+        (("maneuvers", 0, "dense_relative_bounds", "pitch"), "1e-99"),
+        (("maneuvers", 0, "bound_end"), "nonsense"),
+        (("maneuvers", 0, "ambiguous"), 1),
+        (("statement",), "All is well."),
+    ],
+)
+def test_a_certificate_that_claims_something_else_is_named(copy, capsys, path, value):
+    file = copy / "certificate.json"
+    document = json.loads(file.read_text())
+    entry = document
+    for key in path[:-1]:
+        entry = entry[key]
+    entry[path[-1]] = value
+    file.write_text(json.dumps(document))
+    accept(copy, file.name)
+    code, error = certify(copy, capsys)
+    assert code == 3
+    assert "certificate.json" in error
+
+
+@pytest.mark.slow
+def test_the_whole_published_set(folder, capsys):
+    assert certify(folder, capsys) == (0, "")

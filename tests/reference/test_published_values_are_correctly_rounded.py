@@ -1,0 +1,96 @@
+"""Every published hi is the nearest binary64 to the value of an independent longer evaluation.
+
+The judge is the 110-digit run evaluated by mpmath, which shares neither digits nor arithmetic
+(python-flint's balls) nor rounding code with what made the files.
+"""
+
+import math
+from fractions import Fraction
+
+import mpmath
+import numpy as np
+import pytest
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.bicycle.equations.constants import constants
+from heyoka_bike.bicycle.equations.outputs import columns, unfold
+from heyoka_bike.numbers.arithmetic import Multiprecision
+
+DIGITS = 100
+
+
+def states(run, a, times):
+    """State at each time by Horner's rule in mpmath."""
+    mp = a.context
+    for t in times:
+        i = run.piece_at(t)
+        s = a.number((t - run.breaks[i]) / (run.breaks[i + 1] - run.breaks[i]))
+        yield [mp.ldexp(mp.polyval([mp.mpf(n) for n in reversed(c)], s), -run.grid)
+               for c in run.pieces[i]]  # fmt: skip
+
+
+def nearest(x):
+    """Nearest binary64 of an mpf, by integer arithmetic."""
+    sign, man, exp, _ = x._mpf_
+    return float((-1) ** sign * Fraction(int(man)) * Fraction(2) ** exp)
+
+
+def table(run, bicycle, times):
+    a = Multiprecision(DIGITS)
+    k = constants(bicycle, a)
+    for state in states(run, a, times):
+        o, u = unfold(k, a, state, is_regular=run.is_regular)
+        yield columns(k, a, o, u, state[0], state[1], state[2], state[6])
+
+
+@pytest.mark.parametrize("number", [1, 2, 3])
+def test_hi_and_lo_of_every_entry(reference, long_runs, bicycle, number):
+    run, published = long_runs[number - 1], reference[number]
+    times = [run.maneuver.time(i) for i in range(1, run.maneuver.rows)]
+    for i, row in enumerate(table(run, bicycle, times), start=1):
+        for name in published.columns:
+            hi = published.rows.hi[name][i]
+            if name == "mechanical_energy":
+                # Published as the exact E0; the run keeps it to about 110 digits.
+                assert abs(row[name] - float(hi)) < math.ulp(hi)
+                continue
+            assert nearest(row[name]) == hi, (name, i)
+            rest = nearest(row[name] - mpmath.mpf(float(hi)))
+            assert rest == published.rows.lo[name][i], (name, i)
+
+
+def test_energy_is_the_exact_initial_one(reference):
+    # E0 from the published energies of the three starts, as fractions.
+    e0 = {1: Fraction(1323145238081, 840000000), 3: Fraction(3291145238081, 840000000)}
+    for number, exact in e0.items():
+        column = reference[number].rows
+        assert set(column.hi["mechanical_energy"]) == {float(exact)}
+        assert set(column.lo["mechanical_energy"]) == {float(exact - Fraction(float(exact)))}
+
+
+def test_row_zero_is_exact_and_zero_is_positive(reference):
+    for maneuver in reference.values():
+        assert maneuver.rows.hi["roll_angle"][0] == 0
+        assert maneuver.rows.hi["forward_speed"][0] == float(Fraction(maneuver.inputs["speed"]))
+        assert maneuver.rows.hi["potential_energy"][0] == 794.1195
+        for values in (maneuver.rows.hi, maneuver.rows.lo, maneuver.dense.hi, maneuver.dense.lo):
+            for x in values.values():
+                assert not np.any(np.signbit(x) & (x == 0))
+
+
+def test_fifty_digit_text_matches_hi_and_lo(reference, folder):
+    lines = (folder / "uncontrolled-bicycle-50digits.txt").read_text().splitlines()
+    for i, line in enumerate(lines):
+        fields = line.split()
+        assert len(fields) == 25
+        assert Fraction(fields[0]) == Fraction(i, 100)
+        for number, maneuver in reference.items():
+            for j, name in enumerate(BENCHMARK_COLUMNS):
+                x = Fraction(fields[1 + 8 * (number - 1) + j])
+                hi = maneuver.rows.hi[name][i]
+                assert float(x) == hi
+                rest = x - Fraction(hi)
+                # lo is rounded to 53 bits; the text to 50 digits.
+                assert abs(rest - Fraction(maneuver.rows.lo[name][i])) <= max(
+                    abs(rest) / 2**53, abs(x) / 10**49
+                )

@@ -1,0 +1,193 @@
+"""sensitivities.h5 against differences of runs, at high precision and by another integrator."""
+
+import h5py
+import numpy as np
+import pytest
+from support.mistaken_programs import correct, motion
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
+from heyoka_bike.bicycle.parameters import PARAMETERS, Bicycle
+from heyoka_bike.errors import DatasetError, InputError
+from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.reference.sensitivities import START, UNKNOWNS, load_sensitivities
+from heyoka_bike.system.resources import reference_folder
+
+ORDER = list(UNKNOWNS)
+NAMES = [c.name for c in COLUMNS]
+
+
+@pytest.fixture(scope="module")
+def sensitivities():
+    return load_sensitivities()
+
+
+def test_every_column_has_every_unknown(sensitivities, reference):
+    assert [*PARAMETERS, *(f"initial_{key}" for key in START)] == ORDER
+    assert len(sensitivities) == len(reference)
+    found = sensitivities[1].evaluate(reference[1].time)
+    assert list(found) == NAMES
+    for values in found.values():
+        assert values.shape == (1001, 31)
+        assert np.isfinite(values).all()
+
+
+@pytest.mark.parametrize("number", [1, 2, 3])
+@pytest.mark.parametrize("symbol", ["w", "lam", "IHxz", "rF", "zB"])
+def test_they_predict_what_another_integrator_finds(sensitivities, reference, number, symbol):
+    """Central differences extrapolated to fourth order; dense output of SciPy leaves 1e-7."""
+    program = correct(reference)
+    time = reference[number].time[::20]
+    start = program.starts[number]
+    state = (0.0, 0.0, 0.0, start.roll_rate, 0.0, start.speed)
+    value = program.bicycle[symbol]
+    step = abs(float(value)) / 1000
+
+    def moved(times):
+        rational = value.rational + times * Exact.parse(repr(step)).rational
+        changed = Exact(rational, value.pi_multiple)
+        return motion(Bicycle("moved", {**program.bicycle.values, symbol: changed}), state, time)
+
+    far, near, here, there = (moved(times) for times in (-2, -1, 1, 2))
+    found = sensitivities[number].evaluate(time)
+    for name in NAMES:
+        expected = (8 * (here[name] - near[name]) - (there[name] - far[name])) / (12 * step)
+        row = found[name][:, ORDER.index(symbol)]
+        noise = 1e-7 * np.max(np.abs(reference[number].rows[name])) / step
+        assert np.max(np.abs(row - expected)) < 3e-4 * np.max(np.abs(row)) + noise, name
+
+
+@pytest.mark.parametrize("number", [1, 2, 3])
+def test_the_energy_changes_as_the_start_says(sensitivities, reference, number):
+    """E = V0 + E_kin(start): by the formula of a rolling body, at all times."""
+    m = reference[number]
+    p = {s: float(Exact.parse(x)) for s, x in reference.parameters.items()}
+    speed = float(Exact.parse(m.inputs["speed"]))
+    found = sensitivities[number].evaluate(m.time)["mechanical_energy"]
+    mass = p["mR"] + p["mB"] + p["mH"] + p["mF"]
+    rolling = mass + p["IRyy"] / p["rR"] ** 2 + p["IFyy"] / p["rF"] ** 2
+    weight = p["mR"] * p["rR"] - p["mB"] * p["zB"] - p["mH"] * p["zH"] + p["mF"] * p["rF"]
+    rate = float(Exact.parse(m.inputs["roll_rate"]))
+    expected = {
+        "initial_speed": rolling * speed,
+        "g": weight,
+        "IBxx": rate**2 / 2,
+        "IByy": 0.0,
+        "initial_roll": 0.0,
+    }
+    for unknown, value in expected.items():
+        row = found[:, ORDER.index(unknown)]
+        # Coefficients are multiples of 2^-50 of the largest value.
+        assert np.max(np.abs(row - value)) <= 2e-14 * max(abs(value), 1e-300), unknown
+
+
+def test_the_start_of_a_column_is_itself(sensitivities):
+    for number in (1, 2, 3):
+        at_start = sensitivities[number].evaluate([0.0])
+        for unknown, column in (
+            ("initial_roll", "roll_angle"), ("initial_steer", "steer_angle"),
+            ("initial_steer_rate", "steer_rate"), ("initial_speed", "forward_speed"),
+        ):  # fmt: skip
+            row = at_start[column][0]
+            expected = np.zeros(31)
+            expected[ORDER.index(unknown)] = 1.0
+            largest = np.max(
+                np.abs(sensitivities[number].evaluate(np.linspace(0, 10, 201))[column]), axis=0
+            )
+            assert np.all(np.abs(row - expected) <= 2e-14 * np.maximum(largest, 1e-300))
+
+
+def test_times_outside_the_run_are_refused(sensitivities):
+    with pytest.raises(InputError, match="expected 0 to 10 s"):
+        sensitivities[1].evaluate([10.5])
+    with pytest.raises(InputError):
+        sensitivities[1].evaluate([float("nan")])
+    with pytest.raises(KeyError, match="expected 1 to 3"):
+        sensitivities[4]
+
+
+def test_a_set_without_them_says_so(tmp_path):
+    with pytest.raises(DatasetError, match=r"manifest\.json"):
+        load_sensitivities(tmp_path)
+
+
+def test_the_file_describes_itself():
+    with h5py.File(reference_folder() / "sensitivities.h5") as f:
+        assert "T_k" in f.attrs["comment"]
+        assert f["maneuver_1/roll_angle"].attrs["units"] == "rad per unit of the unknown"
+        assert len(f.attrs["content_sha256"]) == 64
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("number", [1, 2, 3])
+def test_fourteen_digits_agree_with_differences_of_long_runs(sensitivities, reference, number):
+    """Runs at 50 digits, 1e-22 apart: differences good to 20 digits or more."""
+    from dataclasses import replace
+    from fractions import Fraction
+
+    import flint
+
+    from heyoka_bike.bicycle.parameters import read_bicycle, read_maneuvers
+    from heyoka_bike.motion.evaluator import evaluator
+    from heyoka_bike.motion.integrate import integrate
+    from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
+
+    step = Fraction(1, 10**22)
+    times = [Fraction(0), Fraction(1, 10), Fraction(13, 10), Fraction(5), Fraction(10)]
+    bicycle = read_bicycle(benchmark_bicycle())
+    maneuver = read_maneuvers(benchmark_maneuvers())[number - 1]
+
+    def columns(b, m):
+        at = evaluator(integrate(b, m, 50), 220)
+        with at.balls.precision():
+            return [at.columns(t) for t in times]
+
+    def moved(x):
+        return Exact(x.rational + step, x.pi_multiple)
+
+    here = columns(bicycle, maneuver)
+    found = sensitivities[number].evaluate([float(t) for t in times])
+    over_run = sensitivities[number].evaluate(np.linspace(0, 10, 1001))
+    for unknown in ORDER:
+        if unknown in PARAMETERS:
+            there = columns(bicycle.replace(**{unknown: moved(bicycle[unknown])}), maneuver)
+        else:
+            key = unknown.removeprefix("initial_")
+            there = columns(bicycle, replace(maneuver, **{key: moved(getattr(maneuver, key))}))
+        u = ORDER.index(unknown)
+        for name in NAMES:
+            scale = np.max(np.abs(over_run[name][:, u]))
+            for i in range(len(times)):
+                with flint.ctx.workprec(220):
+                    step_ball = flint.arb(flint.fmpq(1, 10**22))
+                    exact = float(((there[i][name] - here[i][name]) / step_ball).mid())
+                assert abs(found[name][i, u] - exact) <= 2e-14 * scale + 1e-15, (unknown, name)
+
+
+def test_nineteen_combinations_of_the_parameters_show(sensitivities, reference):
+    """Frame and rear wheel, fork and front wheel move as one body each, but for the spin."""
+    time = np.linspace(0.0, 10.0, 401)
+    sizes = np.array([abs(float(Exact.parse(reference.parameters[s]))) for s in PARAMETERS])
+    rows = []
+    for number in reference:
+        found = sensitivities[number].evaluate(time, BENCHMARK_COLUMNS)
+        for key, values in found.items():
+            rows.append(values[:, : len(sizes)] * sizes / reference[number].scale(key))
+    values = np.linalg.svd(np.concatenate(rows), compute_uv=False)
+    assert np.sum(values > 1e-10 * values[0]) == 19
+    # Those that show do so by far more than the roundoff of those that do not.
+    assert values[18] > 1e8 * values[19]
+
+
+@pytest.mark.slow
+def test_the_energy_stays_that_of_the_start_however_variations_grow(bicycle):
+    # They grow by 1e20 within this maneuver, and binary128 has 34 digits.
+    from heyoka_bike.bicycle.parameters import read_maneuvers
+    from heyoka_bike.reference.making.derivatives import _Motion
+    from heyoka_bike.system.resources import find_input
+
+    edge = read_maneuvers(find_input("maneuvers", "harder/edge-of-falling"))[-1]
+    found = _Motion(bicycle, edge, lambda _: None).coefficients(8.0, 8.5)
+    energy = found[:, [c.name for c in COLUMNS].index("mechanical_energy")]
+    assert np.max(np.abs(found)) > 1e15
+    # Of the constant, the higher orders are what the transform leaves of it.
+    assert np.all(np.abs(energy[1:]) <= 1e-25 * np.max(np.abs(energy[0])))

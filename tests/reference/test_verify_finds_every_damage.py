@@ -1,0 +1,284 @@
+"""`heyoka-bike verify` finds any changed byte and names the file, and crashes for none."""
+
+import json
+import os
+import random
+import shutil
+import subprocess
+import sys
+import time
+
+import pytest
+from support.made_sets import accept, make
+
+from heyoka_bike.cli import main
+from heyoka_bike.errors import DatasetError
+from heyoka_bike.reference.manifest import MANIFEST
+from heyoka_bike.reference.verification.files import check_files
+from heyoka_bike.reference.verification.verify import verify
+
+FLIPS, OF_THE_MANIFEST = 1000, 150
+
+
+@pytest.fixture
+def copy(folder, tmp_path):
+    return shutil.copytree(folder, tmp_path / "copy")
+
+
+@pytest.fixture(scope="module")
+def small_set(tmp_path_factory):
+    return make(tmp_path_factory.mktemp("small"), ("0.2", "0.05"))
+
+
+@pytest.fixture
+def small(small_set, tmp_path):
+    return shutil.copytree(small_set, tmp_path / "small")
+
+
+def flip(path, rng):
+    """Change one bit of a file; returns its place."""
+    place = rng.randrange(path.stat().st_size)
+    with path.open("r+b") as f:
+        f.seek(place)
+        old = f.read(1)[0]
+        f.seek(place)
+        f.write(bytes([old ^ (1 << rng.randrange(8))]))
+    return place
+
+
+def run(folder, capsys, *options):
+    """Exit code and lines on standard error."""
+    code = main(["verify", str(folder), *options])
+    return code, capsys.readouterr().err.splitlines()
+
+
+def test_the_published_set_passes_every_check(capsys):
+    assert main(["verify", "--format", "json"]) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    report = json.loads(out)
+    assert report["passed"] is True
+    assert {c["passed"] for c in report["checks"]} == {True}
+    counted = {(c["check"], c["file"]): c["evidence"]["values"] for c in report["checks"]}
+    every_value = 3 * 1001 * 22
+    for check in ("columns", "rounding", "row_bounds", "dense_rows"):
+        assert counted[check, "uncontrolled-bicycle.h5"] == every_value
+    for name in ("uncontrolled-bicycle.txt", "uncontrolled-bicycle-50digits.txt"):
+        assert counted["text", name] == 1001 * 24
+
+
+def test_the_report_has_a_stable_structure(small):
+    report = verify(small).as_dict()
+    assert set(report) == {"schema_version", "dataset_version", "folder", "passed", "checks"}
+    assert report["schema_version"] == 1
+    assert report["dataset_version"] == "custom"
+    for check in report["checks"]:
+        assert set(check) == {"check", "passed", "file", "message", "evidence"}
+        assert check["evidence"]["values"] >= 0
+    assert json.loads(json.dumps(report, allow_nan=False)) == report
+
+
+def test_a_thousand_flipped_bits_are_found_and_the_files_named(folder, copy):
+    rng = random.Random(1)
+    start = time.perf_counter()
+    names = sorted(p.name for p in folder.iterdir() if p.name != MANIFEST)
+    done = 0
+    while done < FLIPS - OF_THE_MANIFEST:
+        # Several files at a time, one bit in each.
+        chosen = rng.sample(names, rng.randint(1, len(names)))
+        kept = {name: (copy / name).read_bytes() for name in chosen}
+        for name in chosen:
+            flip(copy / name, rng)
+        _, checks = check_files(copy)
+        assert {c.file for c in checks if c.passed is False} == set(chosen)
+        for name, data in kept.items():
+            (copy / name).write_bytes(data)
+        done += len(chosen)
+    raw = (copy / MANIFEST).read_bytes()
+    for _ in range(OF_THE_MANIFEST):
+        place = flip(copy / MANIFEST, rng)
+        _, checks = check_files(copy)
+        assert MANIFEST in {c.file for c in checks if c.passed is False}, place
+        (copy / MANIFEST).write_bytes(raw)
+    _, checks = check_files(copy)
+    assert all(c.passed for c in checks)
+    assert time.perf_counter() - start < 20.0
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["candidate.h5", "certificate.json", "uncontrolled-bicycle.h5", "uncontrolled-bicycle.txt",
+     "uncontrolled-bicycle-50digits.txt", "sensitivities.h5"],
+)  # fmt: skip
+def test_a_flipped_bit_through_the_whole_command(small, capsys, name):
+    flip(small / name, random.Random(name))
+    code, lines = run(small, capsys)
+    assert code == 3
+    # One line: what cannot be looked at for want of this file is not called wrong.
+    assert len(lines) == 1
+    assert f"{small / name}: file: found sha256" in lines[0]
+    checks = verify(small).checks
+    unmade = {c.check for c in checks if c.passed is None}
+    assert "schema" in unmade
+    assert {c.check for c in checks if c.passed is False} == {"file"}
+    assert all("not checked" in c.message for c in checks if c.passed is None)
+
+
+def test_a_byte_of_the_manifest_of_a_published_set(copy, capsys):
+    path = copy / MANIFEST
+    path.write_bytes(path.read_bytes().replace(b'"digits": 70', b'"digits": 71'))
+    code, lines = run(copy, capsys)
+    assert code == 3
+    assert len(lines) == 1
+    assert "manifest.json: manifest_hash: found sha256" in lines[0]
+
+
+def test_a_truncated_file_an_empty_one_and_one_that_is_missing(small, capsys):
+    candidate, text = small / "candidate.h5", small / "uncontrolled-bicycle.txt"
+    candidate.write_bytes(candidate.read_bytes()[:-1])
+    text.write_bytes(b"")
+    (small / "certificate.json").unlink()
+    code, lines = run(small, capsys)
+    assert code == 3
+    assert len(lines) == 3
+    assert any("candidate.h5: file: found" in line and "bytes, expected" in line for line in lines)
+    assert any("uncontrolled-bicycle.txt: file: found 0 bytes" in line for line in lines)
+    assert any("certificate.json: file: is missing" in line for line in lines)
+
+
+def test_a_folder_in_place_of_a_file(small, capsys):
+    (small / "candidate.h5").unlink()
+    (small / "candidate.h5").mkdir()
+    code, lines = run(small, capsys)
+    assert code == 3
+    assert "candidate.h5: file: " in lines[0]
+
+
+def test_other_files_are_named_and_do_no_harm(small, capsys):
+    (small / "notes.txt").write_text("mine")
+    (small / "plots").mkdir()
+    assert run(small, capsys) == (0, [])
+    (other,) = [c for c in verify(small).checks if c.check == "other_files"]
+    assert other.evidence["files"] == ["notes.txt", "plots"]
+    assert "notes.txt" in other.message
+
+
+@pytest.mark.parametrize("text", ["", "{}", "[]", "null", '{"schema_version": 1}', "[" * 9999])
+def test_a_manifest_that_is_none_beside_the_files_of_a_set(small, capsys, text):
+    (small / MANIFEST).write_text(text)
+    code, lines = run(small, capsys)
+    assert code == 3
+    assert len(lines) == 1
+    assert f"{small / MANIFEST}: manifest: " in lines[0]
+
+
+@pytest.mark.parametrize(("version", "word"), [(2, "newer"), (0, "generate the set again")])
+def test_a_manifest_of_another_schema(small, capsys, version, word):
+    path = small / MANIFEST
+    path.write_text(path.read_text().replace('"schema_version": 1', f'"schema_version": {version}'))
+    code, lines = run(small, capsys)
+    assert code == 3
+    assert len(lines) == 1
+    assert word in lines[0]
+
+
+def test_a_set_without_its_manifest(small, capsys):
+    (small / MANIFEST).unlink()
+    code, lines = run(small, capsys)
+    assert code == 3
+    assert "no manifest.json found" in lines[0]
+
+
+def test_what_is_no_reference_set(small, tmp_path, capsys):
+    empty, foreign = tmp_path / "empty", tmp_path / "foreign"
+    for where in (empty, foreign):
+        where.mkdir()
+    (foreign / MANIFEST).write_text('{"name": "a web page"}')
+    a_file = small / "candidate.h5"
+    for where in (empty, foreign, tmp_path / "nothing", a_file):
+        code, lines = run(where, capsys)
+        assert code == 1, where
+        assert len(lines) == 1
+        assert str(where) in lines[0]
+        with pytest.raises(DatasetError):
+            verify(where)
+
+
+@pytest.mark.skipif(os.name != "posix" or os.geteuid() == 0, reason="root may read everything")
+def test_files_that_may_not_be_read(small, capsys):
+    (small / "candidate.h5").chmod(0)
+    assert run(small, capsys)[0] == 3
+    small.chmod(0)
+    try:
+        assert run(small, capsys)[0] == 1
+    finally:
+        small.chmod(0o755)
+
+
+def test_a_manifest_that_leads_out_of_its_folder(small, capsys):
+    text = (small / MANIFEST).read_text()
+    (small / MANIFEST).write_text(text.replace('"candidate.h5"', '"../candidate.h5"'))
+    (small.parent / "candidate.h5").write_bytes((small / "candidate.h5").read_bytes())
+    code, lines = run(small, capsys)
+    assert code == 3
+    assert any("expected a name inside the folder" in line for line in lines)
+
+
+def test_damaged_hdf5_that_the_manifest_vouches_for_never_crashes(small, capsys):
+    rng = random.Random(3)
+    found = 0
+    for i in range(60):
+        name = ("uncontrolled-bicycle.h5", "candidate.h5", "sensitivities.h5")[i % 3]
+        kept = (small / name).read_bytes()
+        kept_manifest = (small / MANIFEST).read_bytes()
+        place = flip(small / name, rng)
+        accept(small)
+        code, lines = run(small, capsys)
+        # Bytes that HDF5 itself does not use may change.
+        assert code in (0, 3), (name, place, lines)
+        assert not any("internal error" in line for line in lines)
+        found += code == 3
+        (small / name).write_bytes(kept)
+        (small / MANIFEST).write_bytes(kept_manifest)
+    assert found > 30
+
+
+def test_truncated_hdf5_that_the_manifest_vouches_for(small, capsys):
+    for name in ("uncontrolled-bicycle.h5", "candidate.h5", "sensitivities.h5"):
+        path = small / name
+        kept = path.read_bytes()
+        for part in (0, 100, len(kept) // 2, len(kept) - 1):
+            path.write_bytes(kept[:part])
+            accept(small)
+            code, lines = run(small, capsys)
+            assert code == 3
+            assert any(f"{path}: schema: cannot be read" in line for line in lines), lines
+        path.write_bytes(kept)
+
+
+def test_heyoka_is_not_needed(small):
+    code = (
+        "import sys; sys.modules['heyoka'] = None\n"
+        f"from heyoka_bike.cli import main; sys.exit(main(['verify', {str(small)!r}]))"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120)
+    assert run.returncode == 0, run.stderr
+    assert run.stderr == ""
+
+
+@pytest.mark.parametrize("options", [["--quick"], ["--format", "xml"]])
+def test_options_that_make_no_sense(small, capsys, options):
+    code, lines = run(small, capsys, *options)
+    assert code == 1
+    assert len(lines) == 1
+    assert "expected" in lines[0]
+
+
+@pytest.mark.slow
+def test_maneuvers_of_different_rows_have_texts_of_their_own(tmp_path, capsys):
+    where = make(tmp_path, ("0.2", "0.05"), ("0.1", "1/30"))
+    assert run(where, capsys) == (0, [])
+    texts = {c.file for c in verify(where).checks if c.check == "text"}
+    assert texts == {
+        f"uncontrolled-bicycle{kind}-{i}.txt" for kind in ("", "-50digits") for i in (1, 2)
+    }

@@ -1,0 +1,121 @@
+"""`heyoka-bike verify --rerun` counts the digits that come out the same again."""
+
+import json
+from dataclasses import replace
+from fractions import Fraction
+
+import pytest
+from support.made_sets import make
+
+import heyoka_bike.reference.verification.rerun as rerun_module
+from heyoka_bike.cli import main
+from heyoka_bike.motion.integrate import integrate
+from heyoka_bike.numbers.precision import Precision
+from heyoka_bike.reference.verification.numbers import certificate_of
+from heyoka_bike.reference.verification.rerun import agreement, precisions
+from heyoka_bike.reference.verification.verify import verify
+
+
+@pytest.fixture(scope="module")
+def small(tmp_path_factory):
+    return make(tmp_path_factory.mktemp("small"), ("0.2", "0.05"))
+
+
+@pytest.fixture(scope="module")
+def part(small):
+    (part,) = verify(small).parts
+    return part
+
+
+def compare(part, precision, **changes):
+    given = {
+        "stored": part.stored, "run": part.run, "text": part.long_text,
+        "certificate": certificate_of(part.run, part.entry), "precision": Precision.of(precision),
+    }  # fmt: skip
+    return agreement(**given | changes, progress=lambda stage, t: None)
+
+
+def test_digits_by_column_and_maneuver(small, capsys):
+    assert main(["verify", str(small), "--rerun", "--quick", "--format", "json"]) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    checks = [c for c in json.loads(out)["checks"] if c["check"] == "rerun"]
+    assert [c["evidence"]["precision"] for c in checks] == ["binary128", "40 digits"]
+    for check, digits in zip(checks, (30, 38), strict=True):
+        evidence = check["evidence"]
+        assert check["passed"] is True
+        assert evidence["values"] == 2 * 5 * 22
+        assert len(evidence["digits"]) == len(evidence["digits_of_candidate"]) == 22
+        # About the digits of the precision; those of what is published are at least 31.
+        assert min(evidence["digits_of_candidate"].values()) > digits - 2
+        assert max(evidence["digits_of_candidate"].values()) < digits + 6
+        assert min(evidence["digits"].values()) > 29
+        for name, promised in evidence["digits_promised"].items():
+            assert evidence["digits"][name] >= promised > 20
+
+
+def test_the_table_names_columns_and_precisions(small, capsys):
+    assert main(["verify", str(small), "--rerun", "--quick"]) == 0
+    out = capsys.readouterr().out
+    for word in ("steer_rate", "binary128", "40 digits", "short 1", "promised", "agreeing digits"):
+        assert word in out
+
+
+def test_the_precisions_are_those_of_the_set_and_20_digits_more(part):
+    assert [p.name for p in precisions(part.run, is_quick=False)] == ["70 digits", "90 digits"]
+    assert [p.name for p in precisions(part.run, is_quick=True)] == ["binary128", "40 digits"]
+
+
+@pytest.mark.slow
+def test_a_full_rerun_agrees_to_the_last_published_digit(part):
+    for precision in precisions(part.run, is_quick=False):
+        found = compare(part, precision.name.split()[0])
+        assert found.tally.failures == 0
+        assert found.published["steer_angle"] > 49
+        assert min(found.candidate.values()) > 65
+
+
+def test_a_run_of_too_few_digits_is_seen(part, monkeypatch):
+    """A tolerance a million times too large costs more digits than the promise leaves."""
+
+    def sloppy(*arguments, **options):
+        return integrate(*arguments, **options, tolerance=1e-20)
+
+    assert compare(part, 40).tally.failures == 0
+    monkeypatch.setattr(rerun_module, "integrate", sloppy)
+    found = compare(part, 40)
+    assert found.tally.failures > 0
+    assert found.check().passed is False
+    assert "from the published value, expected at most" in found.check().message
+
+
+def test_a_published_value_that_is_wrong_is_seen(part):
+    """In its 32nd digit, by a run at 40; a run in binary128 does not promise so many."""
+    columns = dict(part.long_text.columns)
+    tokens = list(columns[1, "steer_rate"])
+    wrong = Fraction(tokens[3]) * (1 + Fraction(1, 10**31))
+    tokens[3] = f"{wrong.numerator * 10**60 // wrong.denominator}e-60"
+    text = replace(part.long_text, columns=columns | {(1, "steer_rate"): tuple(tokens)})
+    found = compare(part, 40, text=text)
+    assert found.tally.failures > 0
+    assert "steer_rate, row 3" in found.tally.first
+    assert compare(part, "binary128", text=text).tally.failures == 0
+
+
+def test_another_bicycle_is_seen(part):
+    from heyoka_bike.numbers.exact import Exact
+
+    other = part.run.bicycle.replace(g=Exact.parse("9.8100000000000000000000000001"))
+    found = compare(part, 40, run=replace(part.run, bicycle=other))
+    assert found.tally.failures > 0
+
+
+def test_a_set_that_is_not_whole_is_not_run_again(small, tmp_path, capsys):
+    import shutil
+
+    copy = shutil.copytree(small, tmp_path / "copy")
+    (copy / "uncontrolled-bicycle.txt").unlink()
+    assert main(["verify", str(copy), "--rerun", "--quick", "--format", "json"]) == 3
+    (last,) = [c for c in json.loads(capsys.readouterr().out)["checks"] if c["check"] == "rerun"]
+    assert last["passed"] is None
+    assert "has to be whole" in last["message"]

@@ -1,0 +1,479 @@
+"""Damage that the manifest vouches for: each check of `heyoka-bike verify` finds its own.
+
+The damage is done to a copy of a small set whose manifest, and content_sha256, are then brought in
+line, so only the check that is named, and those that look at the same number, can object.
+"""
+
+import json
+import shutil
+from fractions import Fraction
+
+import h5py
+import numpy as np
+import pytest
+from support.made_sets import accept, accept_numbers, make, manifest
+
+from heyoka_bike.cli import main
+from heyoka_bike.reference.verification.verify import verify
+
+HDF5, CANDIDATE, CERTIFICATE = "uncontrolled-bicycle.h5", "candidate.h5", "certificate.json"
+TEXT, TEXT_50 = "uncontrolled-bicycle.txt", "uncontrolled-bicycle-50digits.txt"
+ULP = 2.0**-52
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """One maneuver of 15 rows and several dense pieces."""
+    return make(tmp_path_factory.mktemp("small"), ("0.7", "0.05"))
+
+
+@pytest.fixture
+def copy(whole, tmp_path):
+    return shutil.copytree(whole, tmp_path / "copy")
+
+
+def failed(folder):
+    """Checks that failed, with their files."""
+    return {(c.check, c.file) for c in verify(folder).checks if c.passed is False}
+
+
+def message(folder, check):
+    return next(c.message for c in verify(folder).checks if c.check == check and c.passed is False)
+
+
+def change(folder, name, index, new, *, in_line=True):
+    """Change a number of the HDF5 file: `new` of the old one."""
+    with h5py.File(folder / HDF5, "r+") as f:
+        item = f[f"maneuver_1/{name}"]
+        item[index] = new(item[index])
+        if in_line:
+            accept_numbers(folder, f)
+    accept(folder)
+
+
+def change_text(folder, name, row, field, new):
+    path = folder / name
+    lines = [line.split(" ") for line in path.read_text().splitlines()]
+    lines[row][field] = new(lines[row][field])
+    path.write_text("\n".join(" ".join(line) for line in lines) + "\n")
+    accept(folder)
+
+
+def change_json(folder, new):
+    """Change the certificate, in the form that it has."""
+    path = folder / CERTIFICATE
+    document = json.loads(path.read_text())
+    new(document)
+    path.write_text(json.dumps(document, indent=2, ensure_ascii=False) + "\n")
+    accept(folder)
+
+
+def other_digit(text, place):
+    """The number with another digit at a place after its point."""
+    i = text.index(".") + place
+    return text[:i] + str((int(text[i]) + 5) % 10) + text[i + 1 :]
+
+
+def test_the_whole_set_passes(whole):
+    assert failed(whole) == set()
+    assert all(c.passed for c in verify(whole).checks)
+
+
+# The texts.
+
+
+@pytest.mark.parametrize(
+    ("place", "found"),
+    [(49, {("digits", TEXT_50)}), (25, {("digits", TEXT_50), ("text", TEXT_50)})],
+)
+def test_a_digit_of_the_text_of_50(copy, place, found):
+    change_text(copy, TEXT_50, 7, 8, lambda x: other_digit(x, place))
+    assert failed(copy) == found
+    for check, _ in found:
+        assert "short 1: steer_rate, row 7: found " in message(copy, check)
+
+
+def test_a_number_of_the_text_of_17_digits(copy):
+    change_text(copy, TEXT, 7, 8, lambda x: f"{np.nextafter(float(x), 1.0):.17g}")
+    assert failed(copy) == {("text", TEXT)}
+    assert "short 1: steer_rate, row 7: found " in message(copy, "text")
+
+
+def test_a_number_of_more_digits_than_it_needs(copy):
+    change_text(copy, TEXT, 7, 8, lambda x: x + "0")
+    assert failed(copy) == {("schema", TEXT)}
+
+
+@pytest.mark.parametrize("name", [TEXT, TEXT_50])
+def test_a_time_of_a_text(copy, name):
+    change_text(copy, name, 7, 0, lambda x: x + "0")
+    assert failed(copy) == {("schema", name)}
+    assert "line 8: found time 0.350 s" in message(copy, "schema")
+
+
+@pytest.mark.parametrize("name", [TEXT, TEXT_50])
+def test_a_line_of_a_text_that_is_missing(copy, name):
+    path = copy / name
+    path.write_text("".join(path.read_text().splitlines(keepends=True)[:-1]))
+    accept(copy)
+    assert failed(copy) == {("schema", name)}
+
+
+# The rows.
+
+
+def test_the_last_bit_of_lo(copy):
+    """An alternate column, which no text has."""
+    change(copy, "yaw_rate_lo", 9, lambda x: x * (1 + ULP))
+    assert ("rounding", HDF5) in failed(copy)
+    assert "short 1: yaw_rate, row 9: found " in message(copy, "rounding")
+
+
+def test_the_last_bit_of_hi(copy):
+    change(copy, "steer_angle", 9, lambda x: x * (1 + ULP))
+    assert failed(copy) >= {
+        ("rounding", HDF5), ("columns", HDF5), ("contact", HDF5), ("dense_rows", HDF5),
+        ("text", TEXT), ("text", TEXT_50),
+    }  # fmt: skip
+    assert "steer_angle, row 9" in message(copy, "rounding")
+
+
+@pytest.mark.parametrize("factor", [1 + ULP, 1 - ULP, 0.5, 2.0, 1e30])
+def test_a_bound_of_a_row(copy, factor):
+    change(copy, "roll_rate_body_x_bound", 3, lambda x: x * factor, in_line=False)
+    assert ("row_bounds", HDF5) in failed(copy)
+    assert "roll_rate_body_x_bound, row 3" in message(copy, "row_bounds")
+
+
+@pytest.mark.parametrize("name", ["roll_rate", "kinetic_energy", "time_lo"])
+def test_row_zero(copy, name):
+    change(copy, name, 0, lambda x: x + 1e-20 if name == "time_lo" else x * (1 + ULP))
+    assert ("row_zero", HDF5) in failed(copy)
+    assert f"{name.removesuffix('_lo')}, row 0" in message(copy, "row_zero")
+
+
+def test_a_time(copy):
+    change(copy, "time", 5, lambda x: x * (1 + ULP))
+    assert failed(copy) == {("row_zero", HDF5)}
+    assert "time, row 5" in message(copy, "row_zero")
+
+
+def test_energies_that_do_not_add_up(copy):
+    change(copy, "potential_energy_lo", 4, lambda x: x + 1e-25)
+    assert failed(copy) >= {("energy", HDF5), ("columns", HDF5)}
+    assert "energies, row 4" in message(copy, "energy")
+
+
+def test_an_energy_that_changes(copy):
+    change(copy, "mechanical_energy_lo", 4, lambda x: x + 1e-25)
+    assert "mechanical_energy, row 4: differs from row 0" in message(copy, "energy") or (
+        "(and 1 more)" in message(copy, "energy")
+    )
+
+
+def test_a_wheel_off_the_floor(copy):
+    change(copy, "pitch_lo", 6, lambda x: x + 1e-26)
+    assert ("contact", HDF5) in failed(copy)
+    assert "front wheel, row 6: " in message(copy, "contact")
+
+
+def test_a_column_that_does_not_follow_from_the_state(copy):
+    change(copy, "forward_speed_com_norm_lo", 6, lambda x: x + 1e-26)
+    assert failed(copy) == {
+        ("columns", HDF5), ("rounding", HDF5), ("row_bounds", HDF5), ("dense_rows", HDF5),
+    }  # fmt: skip
+    assert "forward_speed_com_norm, row 6: differs by" in message(copy, "columns")
+
+
+# The dense output.
+
+
+def breaks(folder):
+    with h5py.File(folder / HDF5) as f:
+        return f["maneuver_1/dense/breaks"][:]
+
+
+def test_a_dense_coefficient(copy):
+    t = breaks(copy)[1]
+    change(copy, "dense/steer_rate_lo", (1, 0), lambda x: x + 1e-28)
+    assert failed(copy) == {("dense_rows", HDF5), ("dense_joins", HDF5)}
+    first = int(np.ceil(t / 0.05))
+    assert f"dense steer_rate, row {first}: differs by" in message(copy, "dense_rows")
+    assert f"dense steer_rate, break 1 (t = {t:.6g} s): jumps by" in message(copy, "dense_joins")
+
+
+def test_dense_coefficients_that_leave_the_ends_alone(copy):
+    """T_2 - T_0 is zero at both ends of a piece."""
+    change(copy, "dense/yaw_lo", (0, 0), lambda x: x - 1e-27)
+    change(copy, "dense/yaw_lo", (0, 2), lambda x: x + 1e-27)
+    assert failed(copy) == {("dense_rows", HDF5)}
+
+
+def test_dense_coefficients_that_leave_the_rows_alone(copy):
+    """A polynomial that is zero at the rows of the first piece, but not at its right end."""
+    width = breaks(copy)[1]
+    rows = 2 * np.arange(0.0, width, 0.05) / width - 1
+    assert 2 <= len(rows) <= 10
+    zero = np.polynomial.chebyshev.chebfromroots(rows)
+    zero *= 1e-22 / np.polynomial.chebyshev.chebval(1.0, zero)
+    change(copy, "dense/yaw_lo", (0, slice(0, len(zero))), lambda x: x + zero)
+    assert failed(copy) == {("dense_joins", HDF5)}
+
+
+def test_a_dense_bound(copy):
+    with h5py.File(copy / HDF5) as f:
+        piece = int(np.argmax(f["maneuver_1/dense/pitch_bound"][:]))
+    change(copy, "dense/pitch_bound", piece, lambda x: x * 1e-3, in_line=False)
+    assert failed(copy) >= {("dense_rows", HDF5), ("certificate", CERTIFICATE)}
+    assert "dense pitch, row" in message(copy, "dense_rows")
+
+
+# The certificate.
+
+
+def entry(document):
+    return document["maneuvers"][0]
+
+
+@pytest.mark.parametrize(
+    ("new", "check", "fragment"),
+    [
+        (lambda d: d.update(statement="It is so."), "schema", "statement"),
+        (lambda d: d["trusted"].pop(), "schema", "trusted"),
+        (lambda d: d["inputs"]["bicycle"].update(name="mine"), "schema", "inputs"),
+        (lambda d: d["software"].clear(), "schema", "flint"),
+        (lambda d: d["maneuvers"].clear(), "schema", "0 maneuvers"),
+        (lambda d: entry(d).pop("entries"), "schema", "expected the entries"),
+        (lambda d: entry(d)["state_bounds"]["yaw"].update(end="nan"), "schema", "yaw"),
+        (lambda d: entry(d).update(bound="1e-99"), "certificate", "bound"),
+        (lambda d: entry(d).update(bound_end="1e-99"), "certificate", "bound_end"),
+        (lambda d: entry(d).update(steps=7), "certificate", "steps"),
+        (lambda d: entry(d).update(entries=7), "certificate", "entries"),
+        (lambda d: entry(d).update(ambiguous=1), "certificate", "ambiguous"),
+        (lambda d: entry(d).update(maneuver="x"), "certificate", "maneuver"),
+        (lambda d: entry(d)["dense_relative_bounds"].update(yaw="1.00e-32"), "certificate", "yaw"),
+        (lambda d: entry(d)["state_bounds"]["roll"].update(end="1e-20"), "certificate", "roll"),
+    ],
+)
+def test_what_the_certificate_says(copy, new, check, fragment):
+    change_json(copy, new)
+    assert (check, CERTIFICATE) in failed(copy)
+    assert fragment in message(copy, check)
+
+
+def test_a_certificate_that_decides_nothing(copy):
+    def widen(document):
+        for bounds in entry(document)["state_bounds"].values():
+            bounds.update(interval="1e-20")
+        entry(document).update(bound="1e-20")
+
+    change_json(copy, widen)
+    assert ("rounding", HDF5) in failed(copy)
+    assert "the certificate's bounds are too large" in message(copy, "rounding")
+
+
+def test_digits_are_the_candidate_s_where_the_largest_bound_does_not_decide_them(copy):
+    """A bound of 1e-52 alone leaves the last of 50 digits open."""
+
+    def widen(document):
+        for bounds in entry(document)["state_bounds"].values():
+            bounds.update(interval="1e-52", end="1e-52")
+        entry(document).update(bound="1e-52", bound_end="1e-52")
+
+    change_json(copy, widen)
+    assert not failed(copy) & {("rounding", HDF5), ("digits", TEXT_50)}
+    change_text(copy, TEXT_50, 1, 1, lambda text: other_digit(text, 49))
+    assert ("digits", TEXT_50) in failed(copy)
+
+
+# The candidate.
+
+
+def change_candidate(folder, piece, state, power, amount):
+    """Add to a coefficient, in units of the state variable."""
+    with h5py.File(folder / CANDIDATE, "r+") as f:
+        group = f["maneuver_1"]
+        item = group["coefficients"]
+        n = int.from_bytes(item[piece, state, power].tobytes(), "little", signed=True)
+        n += int(Fraction(amount) * 2 ** int(group.attrs["grid"]))
+        width = item.shape[-1]
+        item[piece, state, power] = np.frombuffer(n.to_bytes(width, "little", signed=True), "u1")
+        last = item.shape[0] - 1
+    accept(folder)
+    return last
+
+
+def test_a_coefficient_of_the_candidate(copy):
+    change_candidate(copy, 1, 0, 20, Fraction(1, 10**70))
+    assert failed(copy) == {("candidate_joins", CANDIDATE)}
+    assert "short 1: roll jumps by 1e-70 at break 2" in message(copy, "candidate_joins")
+
+
+def test_the_start_of_the_candidate(copy):
+    """Constant and linear coefficients together: the piece still joins the next."""
+    change_candidate(copy, 0, 0, 0, Fraction(1, 10**68))
+    change_candidate(copy, 0, 0, 1, -Fraction(1, 10**68))
+    assert ("candidate_joins", CANDIDATE) in failed(copy)
+    assert "roll begins 1e-68 off" in message(copy, "candidate_joins")
+
+
+def test_a_motion_that_does_not_obey_the_equations(copy):
+    """In the last piece, which need not join another, and below the 50 digits."""
+    last = change_candidate(copy, -1, 2, 3, Fraction(1, 10**58))
+    assert failed(copy) == {("equations_of_motion", CANDIDATE)}
+    assert last > 1
+    assert "off the equations" in message(copy, "equations_of_motion")
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "fragment"),
+    [
+        ("grid", 7, "grid"), ("precision_bits", 113, "bits"), ("form", "regular", "states"),
+        ("form", "mine", "form"), ("speed", "4", "speed"), ("taylor_order", 3, "coefficients"),
+        ("states", '["x"]', "states"), ("notes", "mine", "unknown"), ("name", "mine", "name"),
+    ],
+)  # fmt: skip
+def test_an_attribute_of_the_candidate(copy, name, value, fragment):
+    with h5py.File(copy / CANDIDATE, "r+") as f:
+        f["maneuver_1"].attrs[name] = value
+    accept(copy)
+    assert failed(copy) == {("schema", CANDIDATE)}
+    assert fragment in message(copy, "schema")
+
+
+# How the HDF5 file is built.
+
+
+def replace(group, name, data):
+    del group[name]
+    group.create_dataset(name, data=data)
+
+
+@pytest.mark.parametrize(
+    ("do", "fragment"),
+    [
+        (lambda m: m["yaw"].attrs.modify("units", "deg"), "yaw: attribute units: found 'deg'"),
+        (lambda m: m["yaw"].attrs.modify("positive", "to the left"), "positive"),
+        (lambda m: m["roll_angle_zyx"].attrs.modify("definition", "x"), "definition"),
+        (lambda m: m["dense/yaw_lo"].attrs.modify("long_name", "x"), "long_name"),
+        (lambda m: m["dense"].attrs.__delitem__("comment"), "comment"),
+        (lambda m: m.attrs.modify("speed", "5"), "speed"),
+        (lambda m: m.attrs.__setitem__("note", "mine"), "note"),
+        (lambda m: m.__delitem__("pitch_bound"), "has no pitch_bound"),
+        (lambda m: m.__setitem__("mine", 1.0), "'mine'"),
+        (lambda m: replace(m, "yaw", m["yaw"][:].astype("f4")), "float32"),
+        (lambda m: replace(m, "yaw", m["yaw"][:-1]), "(14,)"),
+        (lambda m: replace(m, "yaw", m["yaw"][:]), "yaw"),
+        (lambda m: m["yaw"].dims[0].detach_scale(m["time"]), "scale"),
+        (lambda m: m["yaw_lo"].__setitem__(3, np.nan), "not finite"),
+        (lambda m: m["dense/yaw"].__setitem__((0, 3), np.inf), "not finite"),
+        (lambda m: m["yaw_bound"].__setitem__(3, -1.0), "negative"),
+        (lambda m: m["dense/yaw_bound"].__setitem__(0, -1.0), "negative"),
+        (lambda m: m["dense/breaks"].__setitem__(0, 0.1), "increase"),
+        (lambda m: m["dense/order"].__setitem__(0, 5), "order"),
+        (lambda m: m.__delitem__("dense"), "dense"),
+    ],
+)
+def test_how_the_hdf5_file_is_built(copy, do, fragment):
+    with h5py.File(copy / HDF5, "r+") as f:
+        do(f["maneuver_1"])
+    accept(copy)
+    assert ("schema", HDF5) in failed(copy)
+    assert fragment in message(copy, "schema")
+    # Numbers are not looked at in a file that is built otherwise, and this is no failure.
+    assert {c.passed for c in verify(copy).checks if c.check == "rounding"} == {None}
+
+
+@pytest.mark.parametrize("name", ["dataset_version", "content_sha256", "parameters", "Conventions"])
+def test_an_attribute_of_the_whole_hdf5_file(copy, name):
+    with h5py.File(copy / HDF5, "r+") as f:
+        f.attrs[name] = "x"
+    accept(copy)
+    assert failed(copy) == {("schema", HDF5)}
+    assert f"attribute {name}: found 'x'" in message(copy, "schema")
+
+
+def test_the_sensitivities_are_those_of_the_inputs(copy):
+    with h5py.File(copy / "sensitivities.h5", "r+") as f:
+        f["maneuver_1"].attrs["speed"] = "5"
+    accept(copy)
+    assert failed(copy) == {("schema", "sensitivities.h5")}
+
+
+def test_a_changed_sensitivity(copy):
+    with h5py.File(copy / "sensitivities.h5", "r+") as f:
+        f["maneuver_1/roll_angle"][0, 0, 0] += 1e-3
+    accept(copy)
+    assert "not that of the numbers" in message(copy, "schema")
+    with h5py.File(copy / "sensitivities.h5", "r+") as f:
+        f["maneuver_1/kinetic_energy"][0, 0, 0] += 1e-3
+    accept(copy)
+    assert "do not add up" in message(copy, "schema")
+
+
+# The manifest.
+
+
+def test_a_content_hash_that_is_not_that_of_the_numbers(copy):
+    with h5py.File(copy / HDF5, "r+") as f:
+        f.attrs["content_sha256"] = "0" * 64
+    manifest(copy, content_sha256="0" * 64)
+    accept(copy)
+    assert failed(copy) == {("content_sha256", HDF5)}
+
+
+def test_inputs_of_the_manifest(copy):
+    document = json.loads((copy / "manifest.json").read_text())
+    document["inputs"]["maneuvers"][0]["speed"] = "5"
+    manifest(copy, inputs=document["inputs"])
+    assert failed(copy) >= {
+        ("schema", HDF5), ("schema", CANDIDATE), ("schema", CERTIFICATE),
+        ("schema", "sensitivities.h5"),
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(("key", "value"), [("speed", "1/0"), ("spacing", "0"), ("speed", 3)])
+def test_inputs_that_cannot_be_used(copy, key, value):
+    document = json.loads((copy / "manifest.json").read_text())
+    document["inputs"]["maneuvers"][0][key] = value
+    manifest(copy, inputs=document["inputs"])
+    assert failed(copy) == {("inputs", "manifest.json")}
+
+
+def test_a_file_that_the_manifest_leaves_out(copy):
+    document = json.loads((copy / "manifest.json").read_text())
+    files = [f for f in document["files"] if f["file"] != TEXT]
+    manifest(copy, files=files)
+    assert failed(copy) == {("file_list", "manifest.json")}
+    assert f"has no entry for {TEXT}" in message(copy, "file_list")
+
+
+def test_a_file_that_is_no_part_of_a_set(copy):
+    (copy / "z.txt").write_text("mine")
+    document = json.loads((copy / "manifest.json").read_text())
+    manifest(copy, files=[*document["files"], {"file": "z.txt", "bytes": 0, "sha256": ""}])
+    accept(copy)
+    assert failed(copy) == {("file_list", "manifest.json")}
+
+
+def test_a_manifest_written_another_way(copy):
+    path = copy / "manifest.json"
+    path.write_text(path.read_text().replace("  ", "   ", 1))
+    assert failed(copy) == {("manifest", "manifest.json")}
+    manifest(copy, notes="mine")
+    assert failed(copy) == {("manifest", "manifest.json")}
+
+
+@pytest.mark.parametrize("version", ["1.0.1", "Custom", "0.9.0"])
+def test_a_version_that_nobody_knows(copy, version):
+    manifest(copy, dataset_version=version)
+    assert ("manifest_hash", "manifest.json") in failed(copy)
+
+
+def test_numbers_that_overflow_are_no_internal_error(copy, capsys):
+    for name in ("kinetic_energy", "potential_energy"):
+        change(copy, name, 3, lambda x: 1.7e308)
+    change(copy, "steer_angle", 4, lambda x: -1.7e308)
+    change(copy, "dense/yaw", (0, 3), lambda x: 1.7e308)
+    assert main(["verify", str(copy)]) == 3
+    assert "internal error" not in capsys.readouterr().err

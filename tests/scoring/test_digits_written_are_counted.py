@@ -1,0 +1,175 @@
+"""How finely each column is written is found from the text or the type of the array."""
+
+import numpy as np
+import pytest
+
+from heyoka_bike.scoring.reading import read_results, text_table
+from heyoka_bike.scoring.reading.results import Quantum
+
+RNG = np.random.default_rng(1)
+COUNT = 300
+# Angles, speeds and energies, with small values and zeros among them.
+VALUES = RNG.standard_normal((COUNT, 8)) * 10.0 ** np.array([-1, 0, 0, 2, 3, 3, -2, 0])
+VALUES[:5, 6] = 0
+VALUES[5:9, 6] *= 1e-7
+KEY = ["roll_angle", "roll_rate", "forward_speed", "potential_energy", "kinetic_energy",
+       "mechanical_energy", "steer_angle", "steer_rate"]  # fmt: skip
+
+
+def written(tmp_path, form, values=VALUES, time="{:.2f}"):
+    path = tmp_path / "results.txt"
+    lines = (
+        " ".join([time.format(i / 100), *(form.format(x) for x in row)])
+        for i, row in enumerate(values.tolist())
+    )
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+@pytest.fixture(params=["quick", "careful"], autouse=True)
+def reader(request, monkeypatch):
+    if request.param == "careful":
+        monkeypatch.setattr(text_table, "parse_block", lambda *_: None)
+
+
+@pytest.mark.parametrize(
+    ("form", "quantum", "significant"),
+    [
+        ("{:.17g}", Quantum(2, digits=53), 17),
+        ("{!r}", Quantum(2, digits=53), 17),
+        ("{:.16e}", Quantum(2, digits=53), 17),
+        # These are binary64 numbers, only written out further.
+        ("{:.18e}", Quantum(2, digits=53), 17),
+        ("{:.24e}", Quantum(2, digits=53), 17),
+        ("{:.16g}", Quantum(10, digits=16), 16),
+        ("{:.15g}", Quantum(10, digits=15), 15),
+        ("{:.9e}", Quantum(10, digits=10), 10),
+        ("{:.6g}", Quantum(10, digits=6), 6),
+        ("{:.4E}", Quantum(10, digits=5), 5),
+        ("{:+.8e}", Quantum(10, digits=9), 9),
+    ],
+)
+def test_significant_digits(form, quantum, significant, tmp_path):
+    results = read_results(written(tmp_path, form))
+    (rows,) = results.maneuvers
+    for key in KEY:
+        assert rows.quantum[key] == quantum
+    assert not rows.lo
+    assert results.significant_digits == significant
+    assert rows.quantum["time"] == Quantum(10, places=2)
+
+
+@pytest.mark.parametrize(("places", "significant"), [(3, 2), (6, 5), (8, 7), (12, 11)])
+def test_digits_after_the_point(places, significant, tmp_path):
+    results = read_results(written(tmp_path, f"{{:.{places}f}}"))
+    (rows,) = results.maneuvers
+    for key in KEY:
+        assert rows.quantum[key] == Quantum(10, places=places)
+    # Steer angles are below 0.1.
+    assert np.abs(VALUES[:, 6]).max() < 0.1
+    assert results.significant_digits == significant
+
+
+def test_more_places_than_binary64_has(tmp_path):
+    """With 16 places only the energies, of 100 and more, have all of binary64."""
+    (rows,) = read_results(written(tmp_path, "{:.16f}")).maneuvers
+    assert rows.quantum["kinetic_energy"] == Quantum(2, digits=53)
+    assert rows.quantum["steer_angle"] == Quantum(10, places=16)
+
+
+def test_digits_beyond_binary64(tmp_path):
+    from fractions import Fraction
+
+    path = tmp_path / "x"
+    sevenths = [Fraction(int(x * 10**6), 7 * 10**6) for x in VALUES[:, 4]]
+    digits = [f"{float(x):.17g}" for x in VALUES[:, 1]]
+
+    def decimal(x):
+        scaled = round(abs(x) * 10**30)
+        return f"{'-' if x < 0 else ''}{scaled // 10**30}.{scaled % 10**30:030d}"
+
+    path.write_text("time roll speed\n" + "".join(
+        f"{i} {digits[i]} {decimal(x)}\n" for i, x in enumerate(sevenths)))  # fmt: skip
+    results = read_results(path)
+    (rows,) = results.maneuvers
+    assert list(rows.lo) == ["forward_speed"]
+    exact = [Fraction(decimal(x)) for x in sevenths]
+    assert rows.values["forward_speed"].tolist() == [float(x) for x in exact]
+    assert rows.lo["forward_speed"].tolist() == [float(x - Fraction(float(x))) for x in exact]
+    assert rows.quantum["forward_speed"].base == 10
+    assert rows.quantum["forward_speed"].digits > 30
+    assert rows.quantum["roll_angle"] == Quantum(2, digits=53)
+    assert results.significant_digits == 17
+
+
+def test_constant_columns_are_written_like_the_others(tmp_path):
+    values = VALUES.copy()
+    values[:, 2] = 4
+    values[:, 6] = 0
+    results = read_results(written(tmp_path, "{:.12g}", values))
+    (rows,) = results.maneuvers
+    assert rows.quantum["forward_speed"] == rows.quantum["steer_angle"] == Quantum(10, digits=12)
+    assert results.significant_digits == 12
+    (rows,) = read_results(written(tmp_path, "{:.5f}", values)).maneuvers
+    assert rows.quantum["forward_speed"] == rows.quantum["steer_angle"] == Quantum(10, places=5)
+
+
+def test_nothing_but_constants(tmp_path):
+    results = read_results(written(tmp_path, "{:g}", np.zeros((5, 8))))
+    assert results.significant_digits is None
+
+
+def test_values_that_are_not_finite_do_not_count(tmp_path):
+    values = VALUES.copy()
+    values[3] = np.nan
+    values[7, 2] = np.inf
+    (rows,) = read_results(written(tmp_path, "{:.4f}", values)).maneuvers
+    assert {rows.quantum[key] for key in KEY} == {Quantum(10, places=4)}
+
+
+@pytest.mark.parametrize(
+    ("form", "quantum"),
+    [("{:.4f}", Quantum(10, places=4)), ("{:g}", Quantum(10, places=2)),
+     ("{:.17g}", Quantum(2, digits=53)), ("{:.7e}", Quantum(10, digits=8))],
+)  # fmt: skip
+def test_times(form, quantum, tmp_path):
+    (rows,) = read_results(written(tmp_path, "{:.5g}", time=form)).maneuvers
+    assert rows.quantum["time"] == quantum
+
+
+def test_single_precision_in_text(tmp_path):
+    single = VALUES.astype(np.float32).astype(float)
+    results = read_results(written(tmp_path, "{:.17g}", single))
+    assert {results.maneuvers[0].quantum[key] for key in KEY} == {Quantum(2, digits=24)}
+    assert results.significant_digits == 7
+
+
+@pytest.mark.parametrize(
+    ("dtype", "bits", "significant"),
+    [("f8", 53, 16), ("f4", 24, 7), ("f2", 11, 3), ("g", np.finfo("g").nmant + 1, None)],
+)
+def test_arrays(dtype, bits, significant):
+    table = np.column_stack([np.arange(COUNT), VALUES]).astype(dtype)
+    results = read_results(table)
+    assert {results.maneuvers[0].quantum[key] for key in KEY} == {Quantum(2, digits=bits)}
+    if significant is not None:
+        assert results.significant_digits == significant
+
+
+def test_single_precision_in_double_precision_arrays():
+    table = np.column_stack([np.arange(COUNT), VALUES.astype("f4")]).astype("f8")
+    table[:, 3] = np.round(table[:, 3])
+    results = read_results(table)
+    quantum = results.maneuvers[0].quantum
+    assert quantum["roll_angle"] == Quantum(2, digits=24)
+    # Integers tell nothing.
+    assert quantum["forward_speed"] == Quantum(2, digits=53)
+    assert results.significant_digits == 7
+
+
+def test_all_rows_count_in_a_small_file(tmp_path):
+    """One value of the last rows has the digits that the others lack."""
+    values = np.round(VALUES[:40], 2)
+    values[39] = VALUES[39]
+    (rows,) = read_results(written(tmp_path, "{!r}", values)).maneuvers
+    assert {rows.quantum[key].digits for key in KEY} <= {16, 53}

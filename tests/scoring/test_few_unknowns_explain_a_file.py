@@ -1,0 +1,221 @@
+"""Estimation: the fewest parameters that explain a file, and none where errors are numerical."""
+
+import json
+import subprocess
+import sys
+from fractions import Fraction
+from itertools import combinations
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+from support.mistaken_programs import correct, motion, results, results_of
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.bicycle.equations.constants import constants
+from heyoka_bike.bicycle.equations.kinematics import front_contact_height
+from heyoka_bike.bicycle.parameters import Bicycle
+from heyoka_bike.numbers.arithmetic import Arrays, Multiprecision
+from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.scoring.alignment import align
+from heyoka_bike.scoring.diagnosis.answers import findings
+from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
+from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
+from heyoka_bike.scoring.diagnosis.ranking import diagnose
+from heyoka_bike.scoring.diagnosis.unknowns.linear_fits import best_subsets, blocks, solve
+from heyoka_bike.scoring.reading import read_results
+from heyoka_bike.scoring.score import score
+from heyoka_bike.system.resources import data_folder
+
+RNG = np.random.default_rng(5)
+
+
+def made(changes, noise, rows=80, many=12, unknowns=9):
+    """Blocks of very different sizes, whose error is that of some changes and noise."""
+    errors, jacobians = [], []
+    for b in range(many):
+        j = RNG.standard_normal((rows, unknowns)) * 10.0 ** (b % 4)
+        e = sum(j[:, u] * x for u, x in changes.items())
+        errors.append(e + noise * 10.0 ** (b % 4) * RNG.standard_normal(rows))
+        jacobians.append(j)
+    return blocks(errors, jacobians, [1e-14] * many)
+
+
+@pytest.mark.parametrize("changes", [{3: 0.5}, {1: -2.0, 7: 1e-2}, {0: 1.0, 4: 1.0, 8: -3.0}])
+def test_the_right_subset_is_the_best(changes):
+    b = made(changes, 1e-4)
+    found = best_subsets(b, len(changes), 3)
+    assert tuple(found.members[0]) == tuple(changes)
+    # 12 blocks of 80 rows with noise of 1e-4.
+    assert found.changes[0] == pytest.approx(list(changes.values()), abs=3e-5)
+    assert found.gains[0] > 30 * found.gains[1] or len(changes) == 2
+
+
+def test_gains_are_those_of_the_errors_themselves():
+    """The same from the residuals of a weighted least squares, written out."""
+    b_rows = [(RNG.standard_normal(50), RNG.standard_normal((50, 4))) for _ in range(5)]
+    b = blocks([e for e, _ in b_rows], [j for _, j in b_rows], [1e-9] * 5)
+    for members in combinations(range(4), 2):
+        changes, gains = solve(b, np.array([members]))
+        before = [np.sqrt(np.mean(e**2)) for e, _ in b_rows]
+        after = [np.sqrt(np.mean((e - j[:, members] @ changes[0]) ** 2)) for e, j in b_rows]
+        expected = np.exp(np.mean(np.log(np.array(before) / after)))
+        assert gains[0] == pytest.approx(expected, rel=1e-9)
+        # It is a minimum of the sum of the logarithms.
+        for step in np.vstack([np.eye(2), -np.eye(2)]) * 1e-3:
+            worse = [
+                np.sqrt(np.mean((e - j[:, members] @ (changes[0] + step)) ** 2)) for e, j in b_rows
+            ]
+            assert np.sum(np.log(worse)) > np.sum(np.log(after))
+
+
+def test_unknowns_that_do_nothing_are_left_out():
+    b = made({2: 1.0}, 1e-3)
+    b.products[:, 5, :] = b.products[:, :, 5] = b.moments[:, 5] = 0.0
+    for size in (1, 2, 3):
+        assert 5 not in best_subsets(b, size, 20).members
+
+
+def test_two_unknowns_that_do_the_same_are_no_trouble():
+    j = RNG.standard_normal((60, 1))
+    b = blocks([2 * j[:, 0]], [np.hstack([j, j, RNG.standard_normal((60, 1))])], [1e-12])
+    found = best_subsets(b, 2, 3)
+    assert np.isfinite(found.changes).all()
+    assert np.isfinite(found.gains).all()
+
+
+@pytest.fixture(scope="module")
+def simulator():
+    return Simulator()
+
+
+def file_of(reference, parameters=None, starts=None, level=1e-5):
+    """What SciPy makes with changed parameters, by symbol, and starts, by maneuver and name."""
+    program = correct(reference)
+    values = dict(program.bicycle.values)
+    for symbol, change in (parameters or {}).items():
+        x = values[symbol]
+        values[symbol] = Exact(x.rational + Fraction(change), x.pi_multiple)
+    columns = {}
+    for number in reference:
+        start = program.starts[number]
+        state = dict.fromkeys(("roll", "pitch", "steer", "roll_rate", "steer_rate"), 0.0)
+        state |= {"roll_rate": start.roll_rate, "speed": start.speed}
+        for name, change in (starts or {}).get(number, {}).items():
+            state[name] += change
+        found = motion(Bicycle("changed", values), tuple(state.values()), reference[number].time)
+        columns[number] = {key: found[key] for key in BENCHMARK_COLUMNS}
+    return results(reference, columns, level)
+
+
+def fitted(reference, simulator, file):
+    found = diagnose(align(file, reference), reference, simulator=simulator)
+    return found, found.estimate.fits if found.estimate else ()
+
+
+@pytest.mark.parametrize(
+    ("symbol", "change", "value"),
+    [("w", "-0.016", 1.004), ("IBxx", "0.5", 9.7), ("lam", "0.005", np.pi / 10 + 0.005)],
+)
+def test_one_parameter_is_found_with_its_value(reference, simulator, symbol, change, value):
+    file = file_of(reference, {symbol: change})
+    found, fits = fitted(reference, simulator, file)
+    assert list(fits[0].changes) == [(symbol, None)]
+    got = found.values[symbol, None] + fits[0].changes[symbol, None]
+    assert abs(got - value) < 3 * fits[0].uncertain[symbol, None]
+    # An error of 1e-5 is left of one of some tenths.
+    assert fits[0].uncertain[symbol, None] < 1e-3 * abs(value)
+    said = findings(found, score(file, reference), reference)
+    assert said[0].code == "parameters"
+    assert f"({symbol})" in said[0].message
+    assert said[0].evidence["changes"][0][0]["unknown"] == symbol
+
+
+def test_the_start_of_one_maneuver_is_found(reference, simulator):
+    file = file_of(reference, starts={2: {"roll_rate": 0.05}})
+    found, fits = fitted(reference, simulator, file)
+    assert list(fits[0].changes) == [("initial_roll_rate", 2)]
+    assert fits[0].changes["initial_roll_rate", 2] == pytest.approx(0.05, rel=1e-3)
+    said = findings(found, score(file, reference), reference)
+    assert "the initial roll rate of maneuver 2 is 0.55 " in said[0].message
+
+
+def test_a_steer_angle_at_the_start_brings_its_pitch(reference, simulator):
+    """The other integrator is told the pitch that puts both wheels on the floor."""
+    k = constants(correct(reference).bicycle, Multiprecision(25)).convert(float)
+    pitch = brentq(
+        lambda x: front_contact_height(k, Arrays(), 0.0, x, 0.02), -0.01, 0.01, xtol=1e-15
+    )
+    assert abs(pitch) > 1e-6
+    file = file_of(reference, starts={3: {"steer": 0.02, "pitch": pitch}})
+    _, fits = fitted(reference, simulator, file)
+    assert list(fits[0].changes) == [("initial_steer", 3)]
+    assert fits[0].changes["initial_steer", 3] == pytest.approx(0.02, rel=1e-3)
+
+
+def test_two_parameters_of_very_different_effect_are_found(reference, simulator):
+    _, fits = fitted(reference, simulator, file_of(reference, {"w": "-0.016", "g": "-0.003"}))
+    assert set(fits[0].changes) == {("w", None), ("g", None)}
+    assert fits[0].changes["g", None] == pytest.approx(-0.003, rel=0.05)
+
+
+@pytest.mark.slow
+def test_three_parameters_are_found(reference, simulator):
+    changes = {"IBxz": "-0.4", "xB": "0.01", "IFyy": "0.02"}
+    _, fits = fitted(reference, simulator, file_of(reference, changes, level=1e-6))
+    assert {u for u, _ in fits[0].changes} == set(changes)
+
+
+@pytest.mark.parametrize("name", ["exudyn-h0.01.txt", "scipy-rtol1e-4.txt"])
+def test_errors_of_integrators_are_no_parameters(reference, simulator, name):
+    file = read_results(data_folder() / "peers" / name)
+    found, fits = fitted(reference, simulator, file)
+    assert fits == ()
+    said = findings(found, score(file, reference), reference)
+    assert "nor do one, two or three parameters" in said[0].message
+    # From largest to smallest: there are combinations of which the file says nothing.
+    values = found.estimate.singular_values
+    assert list(values) == sorted(values, reverse=True)
+    assert values[0] > 1e3
+    assert values[-1] < 1e-6 * values[0]
+
+
+def test_a_mistake_of_the_library_is_not_called_a_parameter(reference, simulator):
+    found, fits = fitted(reference, simulator, file_of(reference, {"g": "-0.00335"}))
+    assert found.classes[0][0].codes == ("gravity_9.80665",)
+    assert fits == ()
+
+
+NO_HEYOKA = """
+import sys
+sys.modules["heyoka"] = None
+from heyoka_bike.cli import main
+sys.exit(main(["diagnose", sys.argv[1], "--format", "json"]))
+"""
+
+
+def without_heyoka(file, reference, tmp_path):
+    parts = file.maneuvers
+    table = [parts[0].time, *(p.values[key] for p in parts for key in BENCHMARK_COLUMNS)]
+    np.savetxt(tmp_path / "file.txt", np.array(table).T, "%.17g")
+    command = [sys.executable, "-c", NO_HEYOKA, str(tmp_path / "file.txt")]
+    run = subprocess.run(command, capture_output=True, text=True, check=True, timeout=300)
+    assert run.stderr == ""
+    return {f["code"]: f for f in json.loads(run.stdout)["findings"]}
+
+
+def test_without_heyoka_small_changes_are_found_to_first_order(reference, tmp_path):
+    file = file_of(reference, {"mB": "0.05"}, level=1e-7)
+    found = without_heyoka(file, reference, tmp_path)
+    (change,) = found["parameters"]["evidence"]["changes"][0]
+    assert change["unknown"] == "mB"
+    # What is left out is of second order.
+    assert change["value"] == pytest.approx(85.05, abs=1e-3)
+    assert found["parameters"]["evidence"]["is_first_order"]
+    assert found["not_tried"]["evidence"]["untried"] > 20
+
+
+def test_without_heyoka_mistakes_of_the_output_are_found(reference, tmp_path):
+    late = {m.code: m for m in MISTAKES}["one_step_late"]
+    found = without_heyoka(results_of(reference, [late], 1e-6), reference, tmp_path)
+    assert found["mistake"]["evidence"]["mistakes"] == ["one_step_late"]

@@ -1,0 +1,111 @@
+"""The file against itself: energies that do not add up, rates that belong to no angle."""
+
+import numpy as np
+import pytest
+from support.made_results import codes, made, smooth_error
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.scoring.reading import read_results
+from heyoka_bike.scoring.score import score
+from heyoka_bike.system.resources import data_folder, reference_folder
+
+
+def test_energies_that_add_up_pass_whatever_their_error(reference):
+    def change(key, values, number):
+        error = smooth_error(reference, number, 1.0)
+        return values + {"potential_energy": error, "kinetic_energy": error,
+                         "mechanical_energy": 2 * error}.get(key, 0.0)  # fmt: skip
+
+    report = score(made(reference, change), reference)
+    assert codes(report) == []
+    # The values are rounded twice, before and after the error is added.
+    for m in report.maneuvers:
+        assert m.consistency.energy_sum <= 2 * m.consistency.energy_sum_floor
+
+
+@pytest.mark.parametrize("key", ["potential_energy", "kinetic_energy", "mechanical_energy"])
+def test_energies_that_do_not_add_up_are_told(reference, key):
+    def change(k, values, number):
+        return values + (smooth_error(reference, number, 1e-9) if k == key else 0.0)
+
+    report = score(made(reference, change), reference)
+    assert codes(report) == ["energy_sum"] * 3
+    assert report.maneuvers[1].consistency.energy_sum == pytest.approx(1e-9, rel=1e-3)
+
+
+def rate_from(angle, step=0.01):
+    return np.diff(angle, append=2 * angle[-1] - angle[-2]) / step
+
+
+@pytest.mark.parametrize("which", ["roll", "steer"])
+def test_a_rate_by_forward_differences_is_told(reference, which):
+    def change(key, values, number):
+        if key != f"{which}_rate":
+            return values
+        return rate_from(reference[number].rows[f"{which}_angle"])
+
+    report = score(made(reference, change), reference)
+    assert "rate_is_not_the_derivative" in codes(report)
+    told = {f.evidence["column"] for f in report.findings if "rate" in f.code}
+    assert told == {f"{which}_rate"}
+
+
+@pytest.mark.parametrize("size", [1e-9, 1e-3])
+def test_an_error_shared_by_angle_and_rate_is_no_contradiction(reference, size):
+    def change(key, values, number):
+        t = reference[number].time
+        error = {"angle": size * np.sin(2 * t), "rate": 2 * size * np.cos(2 * t)}
+        return values + error.get(key.partition("_")[2], 0.0)
+
+    report = score(made(reference, change), reference)
+    assert "rate_is_not_the_derivative" not in codes(report)
+    for m in report.maneuvers:
+        # The trapezoidal rule leaves size w^3 h^2 / 12, rounding a last digit over a step.
+        assert m.consistency.steer_rate < size * 8e-4 / 12 + 2 * np.spacing(0.2) / 0.01
+        # A larger error leaves open which roll angle and rate these are, no contradiction.
+        assert (m.consistency.roll_rate is None) == (size == 1e-3)
+
+
+@pytest.mark.parametrize(
+    ("angle", "rate", "is_pair"),
+    [
+        ("roll_angle", "roll_rate", True),
+        ("roll_angle_tait_bryan_xyz", "roll_rate_tait_bryan_xyz_rate", True),
+        ("roll_angle_zyx", "roll_rate_zyx_rate", True),
+        ("roll_angle_tait_bryan_xyz", "roll_rate_body_x", False),
+        ("roll_angle", "roll_rate_body_x", False),
+    ],
+)
+def test_only_pairs_are_held_against_each_other(reference, angle, rate, is_pair):
+    report = score(made(reference, names=[angle, rate, *BENCHMARK_COLUMNS[2:]]), reference)
+    found = [m.consistency.roll_rate for m in report.maneuvers]
+    assert all((x is not None) == is_pair for x in found)
+    assert "rate_is_not_the_derivative" not in codes(report)
+    if is_pair:
+        assert max(found) < 1e-13
+
+
+@pytest.mark.parametrize("form", ["%.6f", "%.4f", "%.4g"])
+def test_rounding_is_not_blamed_on_the_program(reference, form, tmp_path):
+    table = np.loadtxt(reference_folder() / "uncontrolled-bicycle.txt")
+    file = tmp_path / "rounded.txt"
+    np.savetxt(file, table, form)
+    report = score(read_results(file), reference)
+    assert set(codes(report)) <= {"digits_written"}
+
+
+def test_single_precision_written_long_is_told_by_its_digits(reference, tmp_path):
+    table = np.loadtxt(reference_folder() / "uncontrolled-bicycle.txt").astype(np.float32)
+    for form in ("%.9g", "%.15e"):
+        file = tmp_path / "single.txt"
+        np.savetxt(file, table, form)
+        report = score(read_results(file), reference)
+        assert report.file.significant_digits == 7
+        assert "energy_sum" not in codes(report)
+
+
+def test_an_integrators_error_is_no_contradiction(reference):
+    """Rows of a method of low order at its own, wide steps: angle and rate are wrong alike."""
+    series = [read_results(data_folder() / "peers" / f"exudyn-h{h}.txt") for h in (0.01, 0.001)]
+    for results in series:
+        assert "rate_is_not_the_derivative" not in codes(score(results, reference))

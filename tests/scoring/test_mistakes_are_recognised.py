@@ -1,0 +1,282 @@
+"""Files of programs with known mistakes, made by another integrator, are explained by them."""
+
+import json
+import subprocess
+import sys
+from dataclasses import replace
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from recognised_table import READ_OFF_THE_FILE, committed, is_right, table
+from support.correct_programs import METHODS, SOLVERS, STEPS, TOLERANCES, adaptive, fixed_step
+from support.fixed_steps import Equations
+from support.made_results import made, smooth_error
+from support.mistaken_programs import columns_of, motion, numbers, results, results_of
+from support.random_pairs import LEVEL, random_pairs
+
+from heyoka_bike.numbers.exact import ZERO
+from heyoka_bike.scoring.alignment import align
+from heyoka_bike.scoring.diagnosis import ranking
+from heyoka_bike.scoring.diagnosis.answers import findings
+from heyoka_bike.scoring.diagnosis.mistakes import search
+from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
+from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
+from heyoka_bike.scoring.diagnosis.ranking import diagnose
+from heyoka_bike.scoring.reading import read_results
+from heyoka_bike.scoring.score import score
+from heyoka_bike.system.resources import data_folder
+
+BY_CODE = {m.code: m for m in MISTAKES}
+SOME = (
+    "sign_IHxz",
+    "inertia_B_from_hub",
+    "roll_without_wheels",
+    "one_step_late",
+    "forward_differences",
+    "maneuver_2_as_1_1_as_2",
+    "energy_without_spin",
+)
+SOME_ORDERS = READ_OFF_THE_FILE[0], READ_OFF_THE_FILE[-2], READ_OFF_THE_FILE[-1]
+# Errors of crude methods that come closest to a mistake, and the maneuvers that show them.
+CLOSEST = (
+    ("semi-implicit Euler", 0.01, (1, 2, 3)),
+    ("semi-implicit Euler", 0.01, (1,)),
+    ("implicit Euler", 0.01, (1,)),
+    ("explicit Euler", 0.01, (2,)),
+)
+PAIRS = 60
+
+
+@pytest.fixture(scope="module")
+def simulator():
+    return Simulator()
+
+
+@pytest.fixture(scope="module")
+def equations(reference):
+    return Equations(reference, is_regular=True)
+
+
+def first(diagnosis):
+    return {h.codes for h in diagnosis.classes[0]} if diagnosis.classes else set()
+
+
+def named(diagnosis):
+    """Sets of codes in the first three classes."""
+    return [set(h.codes) for c in diagnosis.classes[:3] for h in c]
+
+
+def test_codes_are_unique_and_every_mistake_says_what_to_check():
+    assert len(BY_CODE) == len(MISTAKES)
+    for m in MISTAKES:
+        assert m.says
+        assert m.check
+        assert m.kind in ("model", "start", "output")
+
+
+@pytest.mark.parametrize("number", [1, 2, 3])
+def test_the_simulator_agrees_with_the_reference(reference, bicycle, simulator, number):
+    m = reference[number]
+    speed, rate = (float(Fraction(m.inputs[key])) for key in ("speed", "roll_rate"))
+    found = simulator.run(bicycle, (0.0, 0.0, 0.0, rate, 0.0, speed), m.time)
+    for name in m.columns:
+        # 50 to 150 steps of 1e-14 each; columns that nearly vanish have the error of the state.
+        scale = max(np.max(np.abs(m.rows[name])), 1e-2)
+        assert np.max(np.abs(found[name] - m.rows[name])) < 1e-12 * scale
+
+
+def test_the_parts_of_the_kinetic_energy_agree_with_euler_angles(bicycle, simulator):
+    time = np.linspace(0.0, 10.0, 101)
+    start = (0.0, 0.0, 0.0, 0.5, 0.0, 4.6)
+    found, expected = simulator.run(bicycle, start, time), motion(bicycle, start, time)
+    for name in ("spin_energy", "rotation_energy"):
+        # The tolerance of the other integrator.
+        assert found[name] == pytest.approx(expected[name], rel=1e-9)
+    wheels = sum(float(bicycle[f"I{w}yy"].rational) * (4.6 / r) ** 2 for w, r in
+                 (("R", 0.3), ("F", 0.35)))  # fmt: skip
+    assert found["spin_energy"][0] == pytest.approx(wheels / 2, rel=1e-13)
+    rolling = sum(float(bicycle[f"I{b}xx"].rational) for b in "RBHF") * 0.5**2
+    assert found["rotation_energy"][0] == pytest.approx((wheels + rolling) / 2, rel=1e-13)
+
+
+def test_a_bicycle_without_mass_has_no_motion(bicycle, simulator):
+    values = {s: ZERO if s[0] in "mI" else x for s, x in bicycle.values.items()}
+    nothing = replace(bicycle, values=values)
+    with pytest.raises(ZeroDivisionError):
+        numbers(nothing)
+    found = simulator.run(nothing, (0.0, 0.0, 0.0, 0.5, 0.0, 4.6), np.array([0.0, 1.0]))
+    assert all(np.isnan(v).all() for v in found.values())
+
+
+def test_a_motion_that_ends_is_followed_to_its_end(reference, simulator):
+    """Without the front wheel's spin inertia maneuver 2 meets a singularity."""
+    results = results_of(reference, [BY_CODE["exchanged_F"]])
+    ends = [len(rows.time) for rows in results.maneuvers]
+    assert min(ends) < 1001
+    found = diagnose(align(results, reference), reference, simulator=simulator)
+    assert ("exchanged_F",) in first(found)
+
+
+@pytest.mark.parametrize("code", SOME)
+def test_a_mistake_is_named_first(reference, simulator, code):
+    results = results_of(reference, [BY_CODE[code]], 1e-6)
+    found = diagnose(align(results, reference), reference, simulator=simulator)
+    assert (code,) in first(found)
+    (finding, *_) = findings(found, score(results, reference))
+    assert finding.code == "mistake"
+    assert finding.evidence["mistakes"] == [code]
+    assert BY_CODE[code].check in finding.message
+
+
+@pytest.mark.parametrize("mistake", SOME_ORDERS, ids=lambda m: m.code[:30])
+def test_what_is_read_off_the_file_is_named_first(reference, simulator, mistake):
+    results = results_of(reference, [mistake], 1e-6)
+    found = diagnose(align(results, reference), reference, simulator=simulator)
+    assert (mistake.code,) in first(found)
+
+
+def test_a_time_scale_is_told_with_its_factor(reference, simulator):
+    results = results_of(reference, [READ_OFF_THE_FILE[-1]], 1e-6)
+    found = diagnose(align(results, reference), reference, simulator=simulator)
+    told = found.classes[0][0].mistakes[0].says
+    # 1 / 1.01, to what an error of 1e-6 leaves of it.
+    assert "0.990099" in told
+
+
+def test_columns_in_another_order_are_found_beside_another_mistake(reference, simulator):
+    pair = [BY_CODE["trail_shortened"], READ_OFF_THE_FILE[-2]]
+    results = results_of(reference, pair, 1e-6)
+    found = diagnose(align(results, reference), reference, simulator=simulator)
+    assert {m.code for m in pair} in [set(codes) for codes in first(found)]
+
+
+@pytest.mark.parametrize("code", ["sign_IHxz", "maneuver_1_as_2", "half_step_late"])
+def test_one_maneuver_alone_is_enough(reference, simulator, code):
+    columns = columns_of(reference, [BY_CODE[code]])
+    file = align(results(reference, {2: columns[2]}, 1e-6), reference)
+    found = diagnose(file, reference, simulator=simulator)
+    assert (code,) in first(found)
+
+
+def test_columns_and_values_may_be_missing(reference, simulator):
+    columns = columns_of(reference, [BY_CODE["sign_IBxz"]])
+    few = {n: {k: c[k] for k in ("roll_angle", "steer_rate")} for n, c in columns.items()}
+    few[1]["steer_rate"] = np.full_like(few[1]["steer_rate"], np.nan)
+    few[3]["roll_angle"][::3] = np.nan
+    made = results(reference, {n: few[n] for n in few}, 1e-6)
+    found = diagnose(align(made, reference), reference, simulator=simulator)
+    assert ("sign_IBxz",) in first(found)
+
+
+def test_two_mistakes_are_found_together(reference, simulator):
+    pair = [BY_CODE["sign_IBxz"], BY_CODE["gravity_9.80665"]]
+    found = diagnose(
+        align(results_of(reference, pair, 1e-6), reference), reference, simulator=simulator
+    )
+    assert {"sign_IBxz", "gravity_9.80665"} in [set(codes) for codes in first(found)]
+
+
+def test_pairs_are_found_by_superposition_and_beside_the_best(reference, simulator, monkeypatch):
+    pair = ("no_IBxz", "exchanged_R")
+    file = align(results_of(reference, [BY_CODE[c] for c in pair], 1e-6), reference)
+    for module, name, none in (
+        (ranking, "_LEADERS", 0),
+        (search.Search, "promising_pairs", lambda *_: []),
+    ):
+        with monkeypatch.context() as without:
+            without.setattr(module, name, none)
+            assert first(diagnose(file, reference, simulator=simulator)) == {pair}
+
+
+@pytest.mark.parametrize("level", [1e-8, 1e-3])
+def test_a_correct_program_is_not_accused(reference, simulator, level):
+    def change(key, values, number):
+        scale = np.max(np.abs(reference[number].rows[key]))
+        return values + smooth_error(reference, number, level * scale)
+
+    results = made(reference, change)
+    found = diagnose(align(results, reference), reference, simulator=simulator)
+    assert found.classes == ()
+    assert found.estimate.fits == ()
+    assert findings(found, score(results, reference))[0].code == "no_mistake_found"
+
+
+@pytest.mark.parametrize(("method", "step", "shown"), CLOSEST)
+def test_errors_of_crude_methods_are_no_mistake(
+    reference, equations, simulator, method, step, shown
+):
+    run = fixed_step(equations, method, step)
+    run = replace(run, maneuvers=tuple(rows for rows in run.maneuvers if rows.maneuver in shown))
+    found = diagnose(align(run, reference), reference, simulator=simulator)
+    assert found.classes == ()
+    assert found.estimate.fits == ()
+
+
+def test_the_reference_needs_no_explanation(reference, simulator):
+    results = made(reference)
+    found = diagnose(align(results, reference), reference, simulator=simulator)
+    assert [f.code for f in findings(found, score(results, reference))] == ["nothing_to_explain"]
+
+
+def test_the_command_answers_in_words_and_json(tmp_path, reference):
+    table = np.loadtxt(data_folder() / "peers" / "scipy-rtol1e-10.txt")
+    table[1:, 1:] = table[:-1, 1:]
+    file = tmp_path / "late.txt"
+    np.savetxt(file, table, "%.17g")
+    command = [sys.executable, "-m", "heyoka_bike", "diagnose", str(file)]
+    told = subprocess.run(command, capture_output=True, text=True, check=True, timeout=300)
+    assert "Each row is written one step late" in told.stdout
+    assert told.stderr == ""
+    text = subprocess.run([*command, "--format", "json"], capture_output=True, text=True,
+                          check=True, timeout=300).stdout  # fmt: skip
+    first_mistake = next(f for f in json.loads(text)["findings"] if f["code"] == "mistake")
+    assert first_mistake["evidence"]["mistakes"] == ["one_step_late"]
+
+
+@pytest.mark.slow
+def test_the_table_of_the_page_is_what_comes_out(reference):
+    """Takes half an hour."""
+    said, _, _ = table(reference)
+    assert {c: {k: is_right(x) for k, x in s.items()} for c, s in said.items()} == {
+        c: {k: is_right(x) for k, x in s.items()} for c, s in committed().items()
+    }
+    for level, least in (("none", 0.95), ("1e-6", 0.95), ("1e-4", 0.85)):
+        visible = [s[level] for s in said.values() if not s[level].startswith("not visible")]
+        assert np.mean([is_right(x) for x in visible]) >= least
+
+
+@pytest.mark.slow
+def test_random_pairs_are_found(reference, simulator):
+    missed = []
+    for codes, columns in random_pairs(reference, PAIRS):
+        file = align(results(reference, columns, LEVEL), reference)
+        found = named(diagnose(file, reference, simulator=simulator))
+        if set(codes) not in found and not set(codes) <= set().union(*found):
+            missed.append(codes)
+    print(len(missed), missed)
+    assert len(missed) <= 0.2 * PAIRS
+
+
+def correct_runs(equations):
+    for solver in SOLVERS:
+        for tolerance in TOLERANCES:
+            yield f"{solver} {tolerance}", adaptive(equations, solver, tolerance)
+    for method in METHODS:
+        for step in STEPS:
+            yield f"{method} {step}", fixed_step(equations, method, step)
+    for file in sorted((data_folder() / "peers").glob("*.txt")):
+        yield file.name, read_results(file)
+
+
+@pytest.mark.slow
+def test_correct_programs_are_not_accused(reference, equations, simulator):
+    """All maneuvers, and each alone."""
+    accused = []
+    for name, run in correct_runs(equations):
+        files = [run, *(replace(run, maneuvers=(rows,)) for rows in run.maneuvers)]
+        for file in files:
+            found = diagnose(align(file, reference), reference, simulator=simulator)
+            if found.classes or found.estimate.fits:
+                accused.append((name, [r.maneuver for r in file.maneuvers], first(found)))
+    assert not accused

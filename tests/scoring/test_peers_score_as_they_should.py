@@ -1,0 +1,161 @@
+"""The shipped runs of Exudyn and SciPy: definitions, errors and orders that were found otherwise.
+
+Nothing here is what `score` said once: the definitions are those that the programs' output
+variables have by their documentation, the order is that of the integrator, and the errors are
+plain differences from the published rows.
+"""
+
+import numpy as np
+import pytest
+from support.made_results import codes, column
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, DEFINITIONS
+from heyoka_bike.reference.motion import load_motion
+from heyoka_bike.scoring.reading import read_results
+from heyoka_bike.scoring.runs_file import read_runs
+from heyoka_bike.scoring.score import score
+from heyoka_bike.scoring.series import score_series
+from heyoka_bike.system.resources import data_folder
+
+PEERS = data_folder() / "peers"
+
+
+def series_of(name, reference):
+    runs = read_runs(PEERS / name)
+    results = [read_results(r.file) for r in runs]
+    steps = [r.step for r in runs]
+    return score_series(
+        results, reference, cpu=[r.cpu for r in runs], steps=None if None in steps else steps
+    )
+
+
+@pytest.fixture(scope="module")
+def exudyn(reference):
+    return series_of("exudyn.toml", reference)
+
+
+@pytest.fixture(scope="module")
+def fine(reference):
+    return score(read_results(PEERS / "exudyn-h0.001.txt"), reference)
+
+
+def test_errors_are_plain_differences_from_the_published_rows(reference, fine):
+    table = np.loadtxt(PEERS / "exudyn-h0.001.txt")
+    for number in reference:
+        rows = reference[number].rows
+        for j, key in enumerate(BENCHMARK_COLUMNS):
+            c = column(fine, number, key)
+            by_definition = {d.definition: d.name for d in DEFINITIONS[key]}
+            name = by_definition[c.as_understood.definition]
+            plain = table[:, 1 + 8 * (number - 1) + j] - rows[name]
+            assert c.as_understood.measures.max_abs_error == pytest.approx(
+                np.max(np.abs(plain)), rel=1e-5
+            )
+
+
+def test_the_definitions_of_exudyn_are_found(exudyn):
+    """Rotation is Tait-Bryan xyz, AngularVelocityLocal is along the body's own axis."""
+    for run in exudyn.runs[1:]:
+        for m in run.report.maneuvers:
+            found = {c.key: c.as_understood.definition for c in m.columns}
+            assert found["roll_angle"] == "tait_bryan_xyz"
+            assert found["roll_rate"] == "body_x"
+            assert found["forward_speed"] == "hub_body_x"
+
+
+def test_one_run_alone_does_not_tell_the_speed(fine):
+    """hub_body_x and hub_heading are 2e-5 m/s apart, no more than the run's own error."""
+    speed = column(fine, 1, "forward_speed")
+    assert speed.as_understood.definition == "hub_heading"
+    assert speed.indistinguishable == ("hub_body_x",)
+
+
+def test_the_trapezoidal_rule_is_of_second_order(exudyn):
+    for c in exudyn.convergence:
+        assert c.orders == pytest.approx((2.0,), abs=0.05)
+        # Extrapolation gains at least a digit on the finer run.
+        assert c.richardson_error < c.errors[1] / 10
+    assert [f.code for f in exudyn.findings] == ["order"]
+
+
+def test_the_benchmarks_measure_passes_both_runs_though_one_is_visibly_wrong(exudyn, fine):
+    coarse = exudyn.runs[0].report
+    for report in (coarse, fine):
+        judged = report.maneuvers[1]
+        assert judged.performance_limit == 1e-3
+        assert judged.performance < 1e-3
+        energy = column(report, 2, "mechanical_energy").trace.value
+        assert judged.performance == pytest.approx(100 * np.ptp(energy) / energy[0], rel=1e-9)
+    assert "energy_hides_error" in codes(coarse)
+    assert "energy_hides_error" not in codes(fine)
+
+
+def test_scipy_gains_digits_with_its_tolerance(reference):
+    scipy = series_of("scipy.toml", reference)
+    worst = [
+        min(c.as_understood.measures.scd for m in run.report.maneuvers for c in m.columns)
+        for run in scipy.runs
+    ]
+    assert worst == sorted(worst)
+    assert worst[1] - worst[0] > 2
+    assert worst[2] - worst[1] > 2
+    for run in scipy.runs[1:]:
+        for m in run.report.maneuvers:
+            for c in m.columns:
+                assert c.as_understood.definition == DEFINITIONS[c.key][0].definition
+
+
+# Exudyn's axes have y to the left and z up. The lateral force of its sensor is positive to the
+# left, the axes of its axles are as they come.
+TURNED = {
+    "rear_contact_y", "front_contact_y", "com_y", "com_z", "rear_frame_omega_y",
+    "rear_frame_omega_z", "rear_lateral_force", "front_lateral_force", "rear_axle_force_x",
+    "front_axle_force_x",
+}  # fmt: skip
+# Of the largest value: the error of a method of second order with steps of 0.001 s, (h 20/s)^2,
+# where the fastest mode of the motion decays with 20 /s. Measured are 8e-5 and less.
+SECOND_ORDER = 4e-4
+FORGOTTEN = 0.1  # [s] what a start is given: a hundred steps
+
+
+@pytest.fixture(scope="module")
+def forces(reference):
+    return {
+        name: score(read_results(PEERS / f"exudyn-forces-{name}.txt"), reference)
+        for name in ("trapezoidal", "alpha")
+    }
+
+
+@pytest.mark.parametrize("name", ["trapezoidal", "alpha"])
+def test_forces_are_compared_with_the_published_rows(forces, name):
+    (m,) = forces[name].maneuvers
+    assert m.maneuver == 2
+    table = np.loadtxt(PEERS / f"exudyn-forces-{name}.txt", skiprows=1)
+    heads = (PEERS / f"exudyn-forces-{name}.txt").read_text().split("\n", 1)[0].split()
+    motion = load_motion()[2]
+    assert {c.key for c in m.columns} == set(heads[1:])
+    for c in m.columns:
+        assert (c.as_understood.sign == -1) == (c.key in TURNED)
+        plain = c.as_understood.sign * table[:, heads.index(c.key)] - motion[c.key]
+        found = c.as_understood.measures.max_abs_error
+        assert found == pytest.approx(np.max(np.abs(plain)), rel=1e-6)
+
+
+def test_the_forces_of_another_program_are_these(forces):
+    (m,) = forces["alpha"].maneuvers
+    for c in m.columns:
+        late = np.abs(c.trace.error[c.trace.time >= FORGOTTEN])
+        assert np.max(late) < SECOND_ORDER * np.max(np.abs(c.trace.reference)), c.key
+
+
+def test_the_trapezoidal_rule_never_forgets_its_first_forces(forces):
+    (m,) = forces["trapezoidal"].maneuvers
+    for c in m.columns:
+        relative = c.as_understood.measures.max_rel_error
+        if c.key.endswith("normal_force"):
+            # Ten steps to a row: the sign of the error is the same in each.
+            error = c.trace.error
+            assert error[0] > 0.005 * np.max(c.trace.reference)
+            assert np.all(np.abs(error - error[0]) < 0.15 * error[0])
+        elif "force" not in c.key:
+            assert relative < SECOND_ORDER, c.key

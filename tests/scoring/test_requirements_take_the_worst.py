@@ -1,0 +1,132 @@
+"""``--require``: the worst over what is not named, and nothing that was not compared passes."""
+
+import numpy as np
+import pytest
+from support.made_results import codes, made, smooth_error
+
+from heyoka_bike.errors import InputError
+from heyoka_bike.scoring.reading.results import Results
+from heyoka_bike.scoring.requirements import parse
+from heyoka_bike.scoring.score import score
+
+# Largest errors by maneuver and column; every other column is exact.
+SIZES = {(1, "roll_angle"): 1e-6, (2, "roll_angle"): 1e-5, (2, "steer_rate"): 1e-4}
+
+
+@pytest.fixture(scope="module")
+def results(reference):
+    def change(key, values, number):
+        return values + smooth_error(reference, number, SIZES.get((number, key), 0.0))
+
+    return made(reference, change)
+
+
+@pytest.mark.parametrize(
+    ("text", "met", "found"),
+    [
+        ("max_abs_error < 1.01e-4", True, 1e-4),
+        ("max_abs_error < 0.99e-4", False, 1e-4),
+        ("2.max_abs_error < 1.01e-4", True, 1e-4),
+        ("1.max_abs_error < 1.01e-6", True, 1e-6),
+        ("roll_angle.max_abs_error<=1.01E-5", True, 1e-5),
+        ("1.roll_angle.max_abs_error <= 1.01e-6", True, 1e-6),
+        ("maneuver_1.roll_angle.max_abs_error <= 0.99e-6", False, 1e-6),
+        ("m1 . roll_angle . max_abs_error > 0.99e-6", True, 1e-6),
+        ("time_to_tolerance >= 10", True, None),
+        ("time_to_tolerance < 10", False, None),
+        ("coverage >= 1", True, 1.0),
+        ("performance < 1e-3", True, 0.0),
+        ("performance > 0", False, 0.0),
+    ],
+)
+def test_the_worst_decides(reference, results, text, met, found):
+    report = score(results, reference, [text])
+    (requirement,) = report.requirements
+    assert requirement.text == text
+    assert requirement.met is met
+    assert report.passed is met
+    if found is None:
+        assert requirement.found is None
+    else:
+        assert requirement.found == pytest.approx(found, rel=1e-6)
+
+
+def test_digits_are_those_of_the_worst_column(reference, results):
+    found = score(results, reference, ["scd >= 0", "2.steer_rate.scd >= 0"]).requirements
+    assert found[0].found == found[1].found
+    digits = -np.log10(1e-4 / np.max(np.abs(reference[2].rows["steer_rate"])))
+    assert found[0].found == pytest.approx(digits, rel=1e-9)
+    assert found[0].message == f"{digits:.3g} (maneuver 2, steer_rate)"
+
+
+def test_all_have_to_be_met(reference, results):
+    report = score(results, reference, ["scd >= 1", "scd >= 20"])
+    assert [r.met for r in report.requirements] == [True, False]
+    assert not report.passed
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf, 1e300])
+def test_a_value_that_is_no_number_fails_whatever_the_rest(reference, bad):
+    def change(key, values, number):
+        if (number, key) == (3, "steer_angle"):
+            values[700:] = bad
+        return values
+
+    report = score(made(reference, change), reference, ["scd >= 1", "3.steer_angle.scd >= -99"])
+    assert [r.met for r in report.requirements] == [False, False]
+    assert "301 of 1001 values are not finite" in report.requirements[0].message
+    report = score(made(reference, change), reference, ["roll_angle.scd >= 1", "1.scd >= 1"])
+    assert report.passed
+
+
+def test_a_run_that_ends_in_nan_does_not_pass_for_its_beginning(reference):
+    def change(key, values, number):
+        values[601:] = np.nan
+        return values
+
+    require = ["coverage >= 0.5", "performance < 1e-3", "2.performance < 1e-3"]
+    report = score(made(reference, change), reference, require)
+    assert not any(r.met for r in report.requirements)
+    assert [(m.t_end, m.coverage) for m in report.maneuvers] == [(6.0, 0.6)] * 3
+    assert "coverage" in codes(report)
+
+
+def test_what_is_not_in_the_file_fails(reference):
+    all_of_it = made(reference)
+    part = all_of_it.maneuvers[0]
+    without = {k: v for k, v in part.values.items() if "energy" not in k}
+    only = Results("one", "text", (type(part)(1, part.time, part.time_lo, without),))
+    report = score(only, reference, ["2.scd >= 1", "kinetic_energy.scd >= 1", "performance < 1"])
+    assert [r.message for r in report.requirements] == [
+        "maneuver 2 is not in the file", "kinetic_energy is not in the file",
+        "maneuver 1 has no mechanical energy to judge",
+    ]  # fmt: skip
+    assert not any(r.met for r in report.requirements)
+    assert codes(report) == []
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("", "expected [maneuver.][column.]metric op number"),
+        ("scd", "expected [maneuver.]"),
+        ("scd >= ", "expected [maneuver.]"),
+        ("scd == 6", "expected [maneuver.]"),
+        ("scd >= six", "expected [maneuver.]"),
+        ("scd >= nan", "expected [maneuver.]"),
+        ("scd >= 1e999", "expected a finite number"),
+        ("scd >= ६", "expected [maneuver.]"),
+        ("1.2.scd >= 6", "expected [maneuver.]"),
+        ("accuracy >= 6", "expected one of scd, mescd"),
+        ("roll.scd >= 6", "expected one of roll_angle, roll_rate"),
+        ("roll_angle.performance < 1", "of a whole maneuver"),
+        ("scd\n>=\x1b[31m6", "expected [maneuver.]"),
+    ],
+)
+def test_others_are_refused_in_one_line(text, says):
+    with pytest.raises(InputError) as raised:
+        parse(text)
+    message = str(raised.value)
+    assert message.startswith("require: found")
+    assert says in message
+    assert message.isprintable()

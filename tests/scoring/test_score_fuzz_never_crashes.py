@@ -1,0 +1,203 @@
+"""Whatever the bytes of a result file, it is scored or refused in one line, and soon."""
+
+import gzip
+import io
+import json
+import os
+import random
+import time
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.errors import BicycleError, Exit
+from heyoka_bike.reference.load import load_reference
+from heyoka_bike.scoring.reading import read_results
+from heyoka_bike.scoring.series import score_files
+from heyoka_bike.showing.report import csv as as_csv
+from heyoka_bike.showing.report import html, junit, table
+from heyoka_bike.showing.report import json as as_json
+
+REFERENCE = load_reference()
+DOCUMENTED = {Exit.INPUT, Exit.NOTHING_SCORED}
+# A file of a few kilobytes; a machine may be busy with something else.
+SOON = 20.0
+MANY = 100_000
+
+PIECES = [
+    b"nan", b"inf", b"-inf", b"1e999", b"-1e308", b"1e-400", b"1d5", b"1.5-101", b"1_0", b"0x10",
+    b"1.#IND", b"1.#INF", b",", b";", b"\t", b" ", b"\n", b"\r", b"\r\n", b"\0", b"#", b"%", b"//",
+    b"!", b'"', b"'", b"\xef\xbb\xbf", b"\xff\xfe", b"\xfe\xff", b"\xff", b"\x1f\x8b",
+    b"PK\x03\x04",
+    b"\x93NUMPY", b"\x89HDF\r\n\x1a\n", b"MATLAB 5.0", b"time", b"roll_angle", b"maneuver", b"-",
+    b"+", b".", b"..", b"1,5", b"9" * 400, b"0." + b"3" * 400, b"1e" + b"9" * 50, b"\xe2\x88\x92",
+    b"\xd9\xa1", b"\x1b[31m", b"(", b")", b"j", b"True", b"-0", b"10.000000000000002", b"11", b"-1",
+]  # fmt: skip
+
+
+def excerpt(keep):
+    """A few rows of all maneuvers, (n, 25)."""
+    columns = [REFERENCE[1].time[keep]]
+    for number in REFERENCE:
+        columns += [REFERENCE[number].rows[key][keep] for key in BENCHMARK_COLUMNS]
+    return np.column_stack(columns)
+
+
+def as_text(array, form="%.17g", **more):
+    buffer = io.BytesIO()
+    np.savetxt(buffer, array, form, **more)
+    return buffer.getvalue()
+
+
+def saved(save, **arrays):
+    buffer = io.BytesIO()
+    save(buffer, **arrays)
+    return buffer.getvalue()
+
+
+def hdf5(array):
+    import h5py
+
+    buffer = io.BytesIO()
+    with h5py.File(buffer, "w") as f:
+        f["results"] = array
+    return buffer.getvalue()
+
+
+def mat(array):
+    from scipy.io import savemat
+
+    buffer = io.BytesIO()
+    savemat(buffer, {"results": array})
+    return buffer.getvalue()
+
+
+def good_files():
+    table = excerpt(slice(0, 200, 12))
+    names = "time," + ",".join(BENCHMARK_COLUMNS)
+    nine = table[:, :9]
+    array = io.BytesIO()
+    np.save(array, table)
+    return [
+        as_text(table),
+        as_text(nine, "%.9e", delimiter=", ", header="my program\ntime [s]\n", comments="% "),
+        as_text(nine, "%.6f", delimiter=";", header=names, comments="").replace(b".", b","),
+        as_text(nine, "%.15e").replace(b"e", b"D").replace(b"\n", b"\r\n"),
+        as_text(nine).decode().encode("utf-16"),
+        gzip.compress(as_text(table, "%.8g")),
+        array.getvalue(),
+        saved(np.savez, results=nine),
+        saved(np.savez_compressed, time=nine[:, 0], roll_angle=nine[:, 1]),
+        hdf5(table),
+        mat(nine),
+    ]
+
+
+GOOD = good_files()
+
+
+def damage(raw, pick):
+    """Some stretches replaced, inserted, deleted, repeated, cut off; some bits flipped."""
+    for _ in range(pick.choice((1, 1, 1, 2, 4))):
+        start = pick.randint(0, len(raw))
+        end = min(len(raw), start + pick.randint(0, 30))
+        piece = pick.choice(PIECES) if pick.random() < 0.8 else pick.randbytes(pick.randint(1, 8))
+        how = pick.randrange(6)
+        if how == 0:
+            raw = raw[:start] + piece + raw[end:]
+        elif how == 1:
+            raw = raw[:start] + piece + raw[start:]
+        elif how == 2:
+            raw = raw[:start] + raw[end:]
+        elif how == 3:
+            raw = raw[:end] + raw[start:]
+        elif how == 4 and pick.random() < 0.3:
+            raw = raw[:start]
+        elif start < len(raw):
+            raw = raw[:start] + bytes([raw[start] ^ 1 << pick.randrange(8)]) + raw[start + 1 :]
+    return raw
+
+
+def check(raw, path, renderers=(as_json.render,)):
+    """Score a file; returns its exit code."""
+    path.write_bytes(raw)
+    start = time.monotonic()
+    try:
+        scored = score_files([read_results(path)], REFERENCE, require=["scd >= 1"])
+        code = Exit.OK if scored.passed else Exit.CHECK_FAILED
+        for render in renderers:
+            assert render(scored)
+        json.loads(as_json.render(scored), parse_constant=pytest.fail)
+        said = None
+    except BicycleError as e:
+        code, said = e.exit_code, str(e)
+    if said is not None:
+        assert said.isprintable(), repr(said)
+        assert len(said) < 1000
+        assert code in DOCUMENTED
+    assert time.monotonic() - start < SOON
+    return code
+
+
+def everything(scored):
+    return [table.render(scored, 100, False), *(m.render(scored) for m in (html, junit, as_csv))]
+
+
+def test_the_undamaged_files_are_scored(tmp_path):
+    for raw in GOOD:
+        assert check(raw, tmp_path / "results") == Exit.OK
+
+
+def loop(seed, count, folder):
+    """Exit codes of damaged files, each made from its own seed so that it can be made again."""
+    path = folder / f"results-{os.getpid()}"
+    codes = []
+    for i in range(count):
+        pick = random.Random(f"{seed}-{i}")
+        raw = damage(pick.choice(GOOD), pick)
+        renderers = (everything,) if i % 50 == 0 else ()
+        try:
+            codes.append(int(check(raw, path, renderers)))
+        except BaseException as e:
+            raise AssertionError(f"damaged file {seed}-{i}: {type(e).__name__}: {e}") from e
+    return codes
+
+
+def test_damaged_files_end_with_a_documented_code(tmp_path):
+    codes = loop("short", 400, tmp_path)
+    # The damage must neither always kill the file nor never hurt it.
+    assert {Exit.OK, Exit.INPUT, Exit.CHECK_FAILED} <= set(codes)
+
+
+@settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck))
+@given(
+    st.lists(st.one_of(st.sampled_from(PIECES), st.binary(max_size=6)), max_size=60).map(b"".join)
+)
+def test_bytes_of_any_kind_end_with_a_documented_code(tmp_path, raw):
+    check(raw, tmp_path / "results")
+
+
+NUMBERS = st.one_of(
+    st.floats(), st.floats(0, 10), st.sampled_from([0.0, 1e300, -1e300, 5e-324, 10.0])
+)
+
+
+@settings(max_examples=100, deadline=None, suppress_health_check=list(HealthCheck))
+@given(st.lists(st.lists(NUMBERS, min_size=9, max_size=9), min_size=1, max_size=5))
+def test_rows_of_any_numbers_end_with_a_documented_code(tmp_path, rows):
+    check(as_text(np.array(rows)), tmp_path / "results", (everything,))
+
+
+@pytest.mark.slow
+def test_100_000_damaged_files_end_with_a_documented_code(tmp_path):
+    """About half an hour on 2 cores."""
+    jobs = [(f"long-{i}", MANY // 100, tmp_path) for i in range(100)]
+    workers = os.cpu_count() or 1
+    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
+        codes = [code for found in pool.map(loop, *zip(*jobs, strict=True)) for code in found]
+    assert len(codes) == MANY

@@ -1,0 +1,317 @@
+"""The HTML of a score is one sound page that needs nothing else, whatever the report holds."""
+
+import re
+import subprocess
+import sys
+from functools import cached_property
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+from support import sample_reports
+
+from heyoka_bike.showing.report import html
+
+SAMPLES = (
+    "sample", "perfect", "rough", "one_row", "half", "without_columns", "nothing", "no_maneuvers",
+    "hostile", "series",
+)  # fmt: skip
+HEAVY = {"h5py", "heyoka", "flint", "mpmath", "scipy", "matplotlib", "rich", "plotly"}
+INLINE = {"b", "bdi", "i", "tspan"}
+VOID = {"meta", "link", "br", "hr", "img", "input", "wbr"}
+
+
+class Page(HTMLParser):
+    """What a browser would find; complains where tags do not match."""
+
+    def __init__(self, text):
+        super().__init__(convert_charrefs=True)
+        self.open, self.tags, self.words = [], [], []
+        self.feed(text)
+        self.close()
+        assert self.open == []
+
+    def handle_starttag(self, tag, attrs):
+        assert len(dict(attrs)) == len(attrs), (tag, attrs)
+        self.tags.append((tag, dict(attrs)))
+        self.words.append("" if tag in INLINE else " ")
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attrs):
+        assert "svg" in self.open, tag
+        self.tags.append((tag, dict(attrs)))
+
+    def handle_endtag(self, tag):
+        assert self.open, tag
+        assert self.open.pop() == tag, self.getpos()
+        self.words.append("" if tag in INLINE else " ")
+
+    def handle_data(self, data):
+        if not self.open or self.open[-1] not in ("script", "style"):
+            self.words.append(data)
+
+    @cached_property
+    def text(self):
+        return " ".join("".join(self.words).split())
+
+    def all(self, tag):
+        return [attributes for name, attributes in self.tags if name == tag]
+
+
+@pytest.fixture(scope="module")
+def pages():
+    return {name: html.render(getattr(sample_reports, name)()) for name in SAMPLES}
+
+
+@pytest.fixture(scope="module")
+def parsed(pages):
+    return {name: Page(text) for name, text in pages.items()}
+
+
+@pytest.mark.parametrize("name", SAMPLES)
+def test_tags_match_and_the_page_is_sound(pages, parsed, name):
+    page = parsed[name]
+    assert pages[name].startswith("<!DOCTYPE html>\n")
+    assert page.all("html") == [{"lang": "en"}]
+    assert {"name": "viewport", "content": "width=device-width, initial-scale=1"} in page.all(
+        "meta"
+    )
+    ids = [a["id"] for _, a in page.tags if "id" in a]
+    assert len(set(ids)) == len(ids)
+    links = [a["href"] for a in page.all("a")]
+    assert set(links) <= {f"#{i}" for i in ids}
+    assert len(links) >= (1 if name != "no_maneuvers" else 0)
+    levels = [int(tag[1]) for tag, _ in page.tags if re.fullmatch("h[1-6]", tag)]
+    assert levels[0] == 1
+    assert levels.count(1) == 1
+    assert max(np.diff(levels), default=0) <= 1
+    assert all(a.get("scope") in ("row", "col") for a in page.all("th"))
+    assert all(a.get("aria-label") or a.get("aria-hidden") or "class" in a for a in page.all("svg"))
+    assert len([a for a in page.all("svg") if a.get("role") == "img"]) == len(
+        re.findall('<div class="plot">', pages[name])
+    )
+    assert len(page.all("figure")) == len(page.all("figcaption"))
+
+
+@pytest.mark.parametrize("name", SAMPLES)
+def test_nothing_is_loaded(pages, parsed, name):
+    page = parsed[name]
+    for tag, attributes in page.tags:
+        for key, value in attributes.items():
+            if key in ("src", "href", "xlink:href", "data", "srcset", "action", "style"):
+                assert value.startswith(("#", "data:")), (tag, key, value)
+    # In style and script nothing is named but the source of the palette and the name space of SVG.
+    urls = set(re.findall(r"https?://[^\s\"'<>)]+", pages[name]))
+    assert urls <= {"https://jfly.uni-koeln.de/color/.", "http://www.w3.org/2000/svg"}
+    assert not re.search(r"url\(|@import|\bfetch\b|XMLHttpRequest|\bimport\b", pages[name])
+    policy = [a["content"] for a in page.all("meta") if "http-equiv" in a]
+    assert policy[0].startswith("default-src 'none';")
+
+
+@pytest.mark.parametrize("name", SAMPLES)
+def test_no_number_is_missing_its_digits(parsed, name):
+    page = parsed[name]
+    assert not re.search(r"\bNone\b|(?i:\bnan\b|\binf\b|\binfinity\b)", page.text)
+    for _, attributes in page.tags:
+        for key, value in attributes.items():
+            if key not in ("content", "aria-label", "title"):
+                assert not re.search(r"\bNone\b|(?i:\bnan\b|\binf\b)", value or ""), (key, value)
+
+
+def test_hostile_names_stay_text(pages, parsed):
+    page = parsed["hostile"]
+    assert len(page.all("script")) == 1
+    assert not any(key.startswith("on") for _, a in page.tags for key in a)
+    # The path, the requirement and its message, the finding, each maneuver, and the bicycle.
+    assert page.text.count("</script><b onclick=alert(1)>&\"'\\x1b[31m\\x00\\udcff") >= 8
+    pages["hostile"].encode()
+    assert not re.search("[\x00-\x08\x0b-\x1f\x7f-\x9f\ufffe]", pages["hostile"])
+
+
+def test_the_verdict_is_in_words(parsed):
+    text = {name: page.text for name, page in parsed.items()}
+    assert "Worst column 4.1 correct digits (maneuver 1 steer_rate)." in text["sample"]
+    assert "✓ All 2 requirements met" in text["sample"]
+    assert "✓ Passes eq. (1) energy drift of maneuver 2: 5.3e-06 %" in text["sample"]
+    assert "100 % covered" in text["sample"]
+    assert "✗ 1 of 3 requirements FAILED" in text["rough"]
+    assert "✗ Fails eq. (1)" in text["rough"]
+    assert "without a correct digit" in text["rough"]
+    assert "50 % covered" in text["half"]
+    assert "No error in any column." in text["perfect"]
+    assert "Nothing could be compared." in text["nothing"]
+    assert "No energy to judge" in text["nothing"]
+    assert "observed order 4.0" in text["series"]
+
+
+def test_tables_hold_every_score(pages):
+    report = sample_reports.sample()
+    rows = re.findall(r'<tr><th scope="row">(.*?)</tr>', pages["sample"])
+    rows = [row for row in rows if "<td class" not in row]
+    columns = [c for m in report.maneuvers for c in m.columns]
+    assert len(rows) == len(columns)
+    for row, c in zip(rows, columns, strict=True):
+        cells = re.findall("<td>(.*?)</td>", row)
+        m = c.as_understood.measures
+        assert row.startswith(c.key.replace("_", " "))
+        assert cells[1] == f"{m.max_abs_error:.2e}"
+        assert cells[3] == f"{m.rms_error:.2e}"
+        assert cells[5] == f"{m.scd:.1f}"
+        assert cells[8] == "never"
+        assert cells[9] == f"{c.as_written.measures.max_abs_error:.1e}"
+
+
+def test_findings_and_requirements_are_said(parsed):
+    report = sample_reports.rough()
+    text = parsed["rough"].text.lower()
+    for finding in report.findings:
+        assert finding.message.lower() in text
+    assert text.index("warning three rows") < text.index("info roll_angle")
+    for requirement in report.requirements:
+        assert f"{requirement.text} found {requirement.message}" in text
+
+
+def figures(page):
+    return re.findall("<figure.*?</figure>", page, flags=re.S)
+
+
+def line(figure, name):
+    """A line of a figure as values, from its path and the axes of its chart."""
+    for part in figure.split('<div class="plot">')[1:]:
+        found = re.search(rf'<path class="[^"]*" data-name="{name}"[^>]* d="M([^"]*)"', part)
+        if found:
+            ends = [re.search(rf'data-{k}="([^"]*)"', part)[1].split() for k in "xy"]
+            points = np.array(re.findall(r"-?\d+", found[1]), dtype=float).reshape(-1, 2)
+            x, y = points.cumsum(axis=0).T
+            places = (x / 4000, 1 - y / 2000)
+            values = []
+            for (low, high, is_log, offset), at in zip(ends, places, strict=True):
+                value = float(low) + (float(high) - float(low)) * at
+                values.append(10**value if is_log == "1" else value + float(offset))
+            return values
+    return None
+
+
+def test_each_column_is_drawn_with_its_reference_and_error(pages):
+    report = sample_reports.sample()
+    drawn = [f for f in figures(pages["sample"]) if 'data-name="reference"' in f]
+    columns = [c for m in report.maneuvers for c in m.columns]
+    assert len(drawn) == len(columns) == 24
+    for figure, c in zip(drawn, columns, strict=True):
+        for name, expected in (("reference", c.trace.reference), ("result", c.trace.value)):
+            t, value = line(figure, name)
+            span = max(np.ptp(expected), 1e-5 * np.abs(expected).max())
+            np.testing.assert_allclose(
+                value, np.interp(t, c.trace.time, expected), atol=0.02 * span, rtol=0
+            )
+        t, error = line(figure, "error")
+        largest = c.as_understood.measures
+        assert error.max() == pytest.approx(largest.max_abs_error, rel=0.02)
+        exact = np.interp(t, c.trace.time, np.abs(c.trace.error))
+        far = exact > 0.05 * exact.max()  # from where it crosses zero
+        np.testing.assert_allclose(error[far], exact[far], rtol=0.05)
+        assert f'<path class="floor" d="M0 {floor_place(figure, c.floor)}h4000"/>' in figure
+
+
+def floor_place(figure, floor):
+    low, high, *_ = re.findall('data-y="([^"]*)"', figure)[1].split()
+    return round(2000 * (1 - (np.log10(floor) - float(low)) / (float(high) - float(low))))
+
+
+def test_all_errors_are_drawn_relative_to_their_scale(pages):
+    report = sample_reports.sample()
+    drawn = [f for f in figures(pages["sample"]) if 'data-name="steer rate"' in f]
+    assert len(drawn) == 3
+    for figure, m in zip(drawn, report.maneuvers, strict=True):
+        assert figure.count('class="tolerance"') == 1
+        assert figure.count("<title>") == 8
+        for c in m.columns:
+            _, error = line(figure, c.key.replace("_", " "))
+            assert error.max() == pytest.approx(c.as_understood.measures.max_rel_error, rel=0.02)
+
+
+def test_every_definition_is_listed_with_its_error(pages):
+    report = sample_reports.sample()
+    text = pages["sample"]
+    assert text.count('<table class="dots">') == 3 * 3
+    assert text.count('<circle class="full"') == 9
+    assert text.count('<circle class="open"') == sum(
+        len(c.alternatives) for m in report.maneuvers for c in m.columns
+    )
+    for c in report.maneuvers[0].columns:
+        for a in c.alternatives:
+            assert f'<td class="n">{a.max_abs_error:.2e}</td>' in text
+
+
+def test_no_error_is_said_and_not_drawn(pages, parsed):
+    text = parsed["perfect"].text
+    assert text.count("The error is exactly 0 in every row of every column.") == 3
+    assert text.count("The error is exactly 0 in every row.") == 24
+    assert 'data-name="result"' in pages["perfect"]
+
+
+def test_one_row_is_drawn_as_points(pages):
+    drawn = [f for f in figures(pages["one_row"]) if 'data-name="reference"' in f]
+    assert len(drawn) == 24
+    assert all(f.count("<circle") == 3 and "one row only" in f for f in drawn)
+
+
+def test_what_cannot_be_compared_is_said(pages, parsed):
+    assert parsed["without_columns"].text.count("Nothing could be compared.") >= 8 + 1 + 1
+    assert 'data-name="result"' not in pages["nothing"]
+
+
+def test_a_series_is_drawn_against_steps_and_times(pages):
+    series = sample_reports.series()
+    drawn = figures(pages["series"])
+    by_step = [f for f in drawn if "step size [s]" in f]
+    by_time = [f for f in drawn if "processor time [s]" in f]
+    assert len(by_step) == len(by_time) == 3
+    expected = [r.report.maneuvers[0].columns[0].as_understood.measures for r in series.runs]
+    for figure, across in ((by_step[0], "step"), (by_time[0], "cpu")):
+        x, y = line(figure, "roll angle")
+        np.testing.assert_allclose(x, [getattr(r, across) for r in series.runs], rtol=2e-3)
+        np.testing.assert_allclose(y, [m.max_rel_error for m in expected], rtol=0.02)
+    assert re.findall(">(p = [0-9]+)<", by_step[0]) == ["p = 3", "p = 4", "p = 5"]
+    slopes = [slope(g, by_step[0]) for g in re.findall('class="guide" d="([^"]*)"', by_step[0])]
+    assert slopes == pytest.approx([3, 4, 5], rel=0.01)
+    assert all(f.count('class="guide"') == 0 for f in by_time)
+    plain = html.render(sample_reports.series(cpu=False, steps=False))
+    assert not re.search(r"step size \[s\]|processor time \[s\]", plain)
+    Page(plain)
+
+
+def slope(path, figure):
+    """Decades of error for each decade of step."""
+    x1, y1, x2, y2 = (float(x) for x in re.findall(r"-?\d+", path))
+    wide, high = (re.search(f'data-{k}="([^"]*)"', figure)[1].split() for k in "xy")
+    across = (x2 - x1) / 4000 * (float(wide[1]) - float(wide[0]))
+    return (y1 - y2) / 2000 * (float(high[1]) - float(high[0])) / across
+
+
+def test_files_stay_small(pages):
+    # The benchmark's 1001 rows of 24 columns, and far more than anyone's.
+    assert len(pages["sample"].encode()) < 700_000
+    many = html.render(sample_reports.many_rows(200_000))
+    assert len(many.encode()) < 700_000
+    # One bad row of them must not get lost.
+    drawn = [f for f in figures(many) if 'data-name="reference"' in f]
+    for figure in drawn:
+        t, error = line(figure, "error")
+        assert error.max() == pytest.approx(5.0, rel=0.02)
+        assert t[np.argmax(error)] == pytest.approx(10 / 3, abs=0.01)
+
+
+def test_all_renderers_but_the_table_need_numpy_only():
+    code = f"""
+import sys
+from heyoka_bike.showing.report import csv, html, json, junit
+print(sorted({{m.partition(".")[0] for m in sys.modules}} & {HEAVY}))
+"""
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert run.stdout == "[]\n", run.stderr
+
+
+def test_the_same_report_gives_the_same_page(pages):
+    assert html.render(sample_reports.sample()) == pages["sample"]

@@ -1,0 +1,1 @@
+"""What several tests use: files of programs with known errors, small projects, sets made anew."""

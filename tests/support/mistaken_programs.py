@@ -1,0 +1,183 @@
+"""Result files of programs that make known mistakes, integrated by SciPy, with known errors."""
+
+from functools import cache
+
+import heyoka as hy
+import numpy as np
+from scipy.integrate import solve_ivp
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
+from heyoka_bike.bicycle.equations.constants import constants
+from heyoka_bike.bicycle.equations.kinematics import state_names
+from heyoka_bike.bicycle.equations.model import regular
+from heyoka_bike.bicycle.equations.outputs import columns, unfold, yaw_rate
+from heyoka_bike.bicycle.parameters import Bicycle, read_bicycle
+from heyoka_bike.motion.expressions import Expressions
+from heyoka_bike.numbers.arithmetic import Multiprecision
+from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.scoring.diagnosis.mistakes.library import Program, apply
+from heyoka_bike.scoring.diagnosis.programs.start import Start, initial_state
+from heyoka_bike.scoring.reading.results import Quantum, Results, Rows
+from heyoka_bike.system.resources import benchmark_bicycle
+from support.made_results import smooth_error
+
+NAMES = [c.name for c in COLUMNS]
+
+
+def correct(reference):
+    values = {s: Exact.parse(x) for s, x in reference.parameters.items()}
+    starts = {
+        n: Start(
+            float(Exact.parse(reference[n].inputs["speed"])),
+            float(Exact.parse(reference[n].inputs["roll_rate"])),
+        )
+        for n in reference
+    }
+    return Program(Bicycle("benchmark", values), starts)
+
+
+@cache
+def compiled():
+    """Right-hand side and columns, of a state and the constants of a bicycle."""
+    made = []
+
+    def parameter(_):
+        made.append(hy.par[len(made)])
+        return made[-1]
+
+    k = constants(read_bicycle(benchmark_bicycle()), Multiprecision(25)).convert(parameter)
+    a = Expressions()
+    state = list(hy.make_vars(*state_names(True)))
+    yaw = hy.make_vars("yaw")
+    o, u = unfold(k, a, state, is_regular=True)
+    found = columns(k, a, o, u, state[0], state[1], state[2], yaw)
+    rates = [*regular(k, a, state), yaw_rate(o, u)]
+    wheels = [u.v / k.rear.r, u.v_f / k.front.r]
+    return (
+        hy.cfunc(rates, [*state, yaw], compact_mode=True),
+        hy.cfunc([*(found[n] for n in NAMES), *wheels], [*state, yaw], compact_mode=True),
+    )
+
+
+def numbers(bicycle):
+    """Constants of the equations, in the order in which they are compiled, and the length."""
+    found = []
+    k = constants(bicycle, Multiprecision(25))
+    k.convert(lambda x: found.append(float(x)))
+    return np.array(found), float(k.length)
+
+
+def right_side(bicycle):
+    """y -> dy/dt, and the length that is the unit of the speed in it."""
+    right, _ = compiled()
+    pars, length = numbers(bicycle)
+    used = pars[: right.nparams]  # not the units of length and mass
+    return lambda y: right(np.ascontiguousarray(y), pars=used), length
+
+
+def written(bicycle, states):
+    """Columns of states, shape (7, n), and the parts of the kinetic energy."""
+    right, outputs = compiled()
+    pars, _ = numbers(bicycle)
+    states = np.ascontiguousarray(states)
+    many = np.ascontiguousarray(np.broadcast_to(pars[:, None], (len(pars), states.shape[1])))
+    *values, rear, front = outputs(states, pars=many)
+    found = dict(zip(NAMES, values, strict=True))
+    p = {s: float(x) for s, x in bicycle.values.items()}
+    spin = 0.5 * (p["IRyy"] * rear**2 + p["IFyy"] * front**2)
+    pitch_rate = right(states, pars=many[: right.nparams])[1]
+    return found | {
+        "spin_energy": spin,
+        "rotation_energy": spin + rotation_energy(p, found, pitch_rate),
+    }
+
+
+def rotation_energy(p, columns, pitch_rate):
+    """Of frame, fork and the wheels' diameters, from Euler angles and the steer axis."""
+    roll, pitch = columns["roll_angle"], columns["pitch"]
+    s, c = np.sin(pitch), np.cos(pitch)
+    yaw_rate, roll_rate = columns["yaw_rate"], columns["roll_rate"]
+    across, down = np.sin(roll) * yaw_rate, np.cos(roll) * yaw_rate
+    frame = np.array([c * roll_rate - s * down, across + pitch_rate, s * roll_rate + c * down])
+    axis = np.array([np.sin(p["lam"]), 0.0, np.cos(p["lam"])])
+    along = axis @ frame
+    steer = columns["steer_angle"]
+    # Rodrigues, backward: the frame's rate as the turned fork sees it.
+    fork = (
+        np.cos(steer) * frame
+        - np.sin(steer) * np.cross(axis, frame, axisb=0, axisc=0)
+        + (1 - np.cos(steer)) * along * axis[:, None]
+        + columns["steer_rate"] * axis[:, None]
+    )
+    total = 0.0
+    for body, wheel, w in (("B", "R", frame), ("H", "F", fork)):
+        xx, yy, zz, xz = (p[f"I{body}{ij}"] for ij in ("xx", "yy", "zz", "xz"))
+        inertia = np.array([[xx, 0.0, xz], [0.0, yy, 0.0], [xz, 0.0, zz]])
+        inertia += p[f"I{wheel}xx"] * np.diag([1.0, 0.0, 1.0])
+        total = total + 0.5 * np.einsum("in,ij,jn->n", w, inertia, w)
+    return total
+
+
+def begin(bicycle, start, length):
+    *rest, speed = start
+    return np.array([*rest, speed / length, 0.0])
+
+
+def motion(bicycle, start, time):
+    """Columns by DOP853; as far as the motion goes."""
+    right, length = right_side(bicycle)
+    # A late clock repeats its first time.
+    times, back = np.unique(time, return_inverse=True)
+    first = begin(bicycle, start, length)
+    with np.errstate(all="ignore"):
+        run = solve_ivp(
+            lambda t, y: right(y), (0.0, float(times[-1])), first,
+            "DOP853", t_eval=times, rtol=1e-11, atol=1e-13,
+        )  # fmt: skip
+    states = np.full((len(first), len(times)), np.nan)
+    states[:, : run.y.shape[1]] = run.y
+    with np.errstate(all="ignore"):
+        return written(bicycle, states[:, back])
+
+
+def columns_of(reference, mistakes):
+    """What a program with these mistakes writes, by maneuver."""
+    program = apply(correct(reference), mistakes)
+    p = {s: float(x) for s, x in program.bicycle.values.items()}
+    made = {}
+    for number in reference:
+        m = reference[number]
+        start = initial_state(p, program.starts[number])
+        found = motion(program.bicycle, start, program.clock(m.time, 0.01))
+        for change in program.rows:
+            found = dict(change(found, m.time))
+        made[number] = {key: found[key] for key in BENCHMARK_COLUMNS}
+    return made
+
+
+def results(reference, columns, level=0.0):
+    """Columns as a result file, with a smooth error of a level of the scales.
+
+    A column's scale is the reference's, or its own if another quantity is in its place.
+    """
+    parts = []
+    for number, found in columns.items():
+        m = reference[number]
+        good = np.isfinite(found["roll_angle"])
+        values = {
+            key: (v + smooth_error(reference, number, level * _scale(m, key, v)))[good]
+            for key, v in found.items()
+        }
+        quantum = dict.fromkeys(values, Quantum(2, 53))
+        parts.append(Rows(number, m.time[good], m.time_lo[good], values, quantum=quantum))
+    return Results("mistaken", "text", tuple(parts), 16)
+
+
+def _scale(maneuver, key, values):
+    own = np.fmax.reduce(np.abs(values), initial=0.0)
+    return min(np.max(np.abs(maneuver.rows[key])), own)
+
+
+def results_of(reference, mistakes, level=0.0):
+    """What a program with these mistakes writes, with a smooth error of a level of the scales."""
+    return results(reference, columns_of(reference, mistakes), level)

@@ -1,0 +1,31 @@
+"""Seeded random pairs of mistakes, each visible beyond the other."""
+
+import numpy as np
+from recognised_table import SEEN, distance
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
+from support.mistaken_programs import columns_of
+
+LEVEL = 1e-6
+SEED = 20
+
+
+def random_pairs(reference, count):
+    """Codes of two mistakes, and the columns of a program that makes both."""
+    scales = {(n, k): reference[n].scale(k) for n in reference for k in BENCHMARK_COLUMNS}
+    correct = columns_of(reference, [])
+    random = np.random.default_rng(SEED)
+    while count:
+        i, j = sorted(random.choice(len(MISTAKES), 2, replace=False))
+        pair = MISTAKES[i], MISTAKES[j]
+        try:
+            made = columns_of(reference, pair)
+        except ZeroDivisionError:
+            # One half of the bicycle without any mass.
+            continue
+        others = [correct, *(columns_of(reference, [m]) for m in pair)]
+        if min(distance(made, other, scales) for other in others) < SEEN * LEVEL:
+            continue
+        count -= 1
+        yield tuple(m.code for m in pair), made
