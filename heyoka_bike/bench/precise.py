@@ -22,7 +22,7 @@ from heyoka_bike.bicycle.equations.model import few_products
 from heyoka_bike.motion.expressions import require_heyoka
 from heyoka_bike.motion.integrate import Native, integrate, right_hand_side
 from heyoka_bike.motion.trajectory import Trajectory
-from heyoka_bike.numbers.analytic import Series
+from heyoka_bike.numbers.analytic import PowerSeries
 from heyoka_bike.numbers.arithmetic import Balls, Multiprecision
 from heyoka_bike.numbers.precision import Precision
 
@@ -136,7 +136,7 @@ def _balls(published: Trajectory, p: Precision) -> Precise:
     y = [[x] for x in _start(published, p)]
     begin = time.perf_counter()
     for n in range(1, order + 1):
-        series = Series(p.bits, n)
+        series = PowerSeries(p.bits, n)
         with series.precision():
             rates = few_products(k, series, [series.series(c) for c in y])
             for c, rate in zip(y, rates, strict=True):

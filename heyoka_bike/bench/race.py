@@ -59,7 +59,7 @@ _SWEEP_RUNS, _SWEEP_SECONDS = 10, 0.5
 
 
 @dataclass(eq=False)
-class Line:
+class Timing:
     """A code in a class (key of `CLASSES`) with its times [s]; `status` says why if it has none."""
 
     accuracy_class: str
@@ -87,7 +87,7 @@ def bench(
     *,
     is_quick: bool = False,
     progress: Progress | None = None,
-) -> list[Line]:
+) -> list[Timing]:
     """Time every code in every class, the codes of a class in turns.
 
     Parameters
@@ -108,10 +108,10 @@ def bench(
     report = progress or (lambda what, done: None)
     every = codes(problems)
     trials = [cache(code.at) for code in every]
-    lines: list[Line] = []
+    lines: list[Timing] = []
     with _quiet():
         for i, accuracy_class in enumerate(CLASSES):
-            group = [Line(accuracy_class, code) for code in every]
+            group = [Timing(accuracy_class, code) for code in every]
             lines += group
             passed = 0
             for j, line in enumerate(group):
@@ -162,13 +162,13 @@ def work_precision(problem: Problem, progress: Progress | None = None) -> list[P
     return points
 
 
-def _is_slow_to_build(line: Line) -> bool:
+def _is_slow_to_build(line: Timing) -> bool:
     if isinstance(line.code, Tuned):
         return line.accuracy_class != "performance"
     return line.code.name == "heyoka unrolled"
 
 
-def _prepare(line: Line, at: Callable[[float | None], Trial], first: int | None) -> None:
+def _prepare(line: Timing, at: Callable[[float | None], Trial], first: int | None) -> None:
     """Choose the tolerance of a code in its class, no looser than that of index `first`."""
 
     def excess_of(trial: Trial) -> float:
@@ -215,7 +215,7 @@ def _first(excess: Callable[[int], float], start: int) -> int | None:
     return next((i for i in range(start, TIGHTEST + 1) if excess(i) < 0), None)
 
 
-def _race(lines: Sequence[Line], runs: int, progress: Callable[[float], None]) -> None:
+def _race(lines: Sequence[Timing], runs: int, progress: Callable[[float], None]) -> None:
     """Time the codes in turns, after one run of each that is not counted."""
     trials = [line.trial for line in lines if line.trial is not None]
     with _pinned():

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from heyoka_bike.bench.problem import Problem
-    from heyoka_bike.bench.race import Line, Point, Progress
+    from heyoka_bike.bench.race import Point, Progress, Timing
     from heyoka_bike.motion.trajectory import Trajectory
 
 SCHEMA_VERSION = 1
@@ -236,7 +236,7 @@ def _point(x: Point) -> dict[str, Any]:
     }
 
 
-def _result(line: Line, lines: Sequence[Line], maneuver: str) -> dict[str, Any]:
+def _result(line: Timing, lines: Sequence[Timing], maneuver: str) -> dict[str, Any]:
     """A line of the report; what is unknown is None."""
     from statistics import median
 

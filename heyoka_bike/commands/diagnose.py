@@ -86,14 +86,14 @@ def diagnosed(one: Alignment, scored: Report, reference: Reference) -> tuple[Fin
 
 
 def _as_text(scored: Report, said: tuple[Finding, ...]) -> str:
-    from heyoka_bike.showing.report.wording import verdict
+    from heyoka_bike.showing.formats.wording import verdict
 
     paragraphs = [verdict(scored), *(f.message for f in said)]
     return "\n\n".join(textwrap.fill(p, _WIDTH, break_long_words=False) for p in paragraphs)
 
 
 def _as_json(scored: Report) -> str:
-    from heyoka_bike.showing.report.json import render
+    from heyoka_bike.showing.formats.json import render
 
     # Those of the diagnosis come first, then those of `score`.
     document = json.loads(render(scored))

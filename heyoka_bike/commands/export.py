@@ -63,8 +63,8 @@ def run(args: argparse.Namespace) -> int:
     if args.digits is not None:
         render = partial(render, digits=_digits(args))
     folder, stem = _place(args.output, exporter.SUFFIXES)
-    kit = choose(load_reference(args.reference), args.maneuver, args.columns)
-    files = {folder / f"{stem}{ending}": data for ending, data in render(kit, stem).items()}
+    selection = choose(load_reference(args.reference), args.maneuver, args.columns)
+    files = {folder / f"{stem}{ending}": data for ending, data in render(selection, stem).items()}
     write_outputs(files)
     for path in files:
         print(path)

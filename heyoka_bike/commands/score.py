@@ -237,14 +237,14 @@ def _numbers(option: str, text: str | None) -> list[float | None] | None:
 
 def _render(scored: Report | Series, name: str, *, is_terminal: bool) -> str:
     if name == "table":
-        from heyoka_bike.showing.report import table
+        from heyoka_bike.showing.formats import table
 
         shown: str = table.render(scored, None if is_terminal else _WIDTH, is_terminal)
         return shown
     from importlib import import_module
 
     render: Callable[[Report | Series], str]
-    render = import_module(f"heyoka_bike.showing.report.{name}").render
+    render = import_module(f"heyoka_bike.showing.formats.{name}").render
     return render(scored)
 
 

@@ -20,7 +20,7 @@ from heyoka_bike.numbers.arithmetic import Balls, Number
 from heyoka_bike.numbers.exact import Exact
 
 
-class Series:
+class PowerSeries:
     """Taylor series of a fixed length with ball coefficients.
 
     flint reads coefficients beyond a series' own precision as zero and keeps the greatest length

@@ -20,7 +20,7 @@ from heyoka_bike.errors import BicycleError, InputError
 
 if TYPE_CHECKING:
     from heyoka_bike.reference.load import Reference
-    from heyoka_bike.testing.score import Asked, Score
+    from heyoka_bike.testing.regression import Asked, Score
 
 _MARKER = "bicycle"
 _MARKER_HELP = (
@@ -169,7 +169,7 @@ def _marked(item: pytest.Item) -> tuple[Asked, ...]:
     nearest = [mark for node, mark in marks if node is marks[0][0]]
     if not nearest:
         return ()
-    from heyoka_bike.testing.score import asked
+    from heyoka_bike.testing.regression import asked
 
     for mark in nearest:
         if mark.args:
@@ -226,7 +226,7 @@ def bicycle_score(request: pytest.FixtureRequest) -> Callable[..., Score]:
         reference: Reference | str | Path | None = None, diagnose: str | None = None,
     ) -> Score:  # fmt: skip
         __tracebackhide__ = True
-        from heyoka_bike.testing.score import Defaults, properties, score_results
+        from heyoka_bike.testing.regression import Defaults, properties, score_results
 
         if diagnose not in (None, *_DIAGNOSE):
             _fail(f"diagnose: found {diagnose!r}, expected {' or '.join(_DIAGNOSE)}")

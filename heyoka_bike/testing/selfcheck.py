@@ -118,7 +118,7 @@ def _installed(name: str) -> str | None:
 
 def _reference(folder: Path) -> tuple[Check, str | None, str | None]:
     """The files of the published set against the manifest, and this against its known hash."""
-    from heyoka_bike.reference.verification.files import check_files
+    from heyoka_bike.reference.verification.hashes import check_files
 
     try:
         files, checks = check_files(folder, is_published=True)
@@ -175,8 +175,8 @@ def _run(folder: Path, precision: str) -> Check:
 
     require_heyoka()
     from heyoka_bike.numbers.precision import Precision
-    from heyoka_bike.reference.verification.files import check_files
-    from heyoka_bike.reference.verification.numbers import certificate_of
+    from heyoka_bike.reference.verification.agreement import certificate_of
+    from heyoka_bike.reference.verification.hashes import check_files
     from heyoka_bike.reference.verification.rerun import agreement
     from heyoka_bike.reference.verification.verify import read_content
 

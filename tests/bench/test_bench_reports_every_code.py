@@ -17,7 +17,7 @@ import pytest
 from heyoka_bike.bench import batches, codes, compiled, precise, race
 from heyoka_bike.bench.codes import Compiled, Exudyn, SciPy, Sundials, Tuned
 from heyoka_bike.bench.problem import Problem
-from heyoka_bike.bench.race import CLASSES, Line
+from heyoka_bike.bench.race import CLASSES, Timing
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.cli import main
 from heyoka_bike.commands.bench import _table
@@ -182,7 +182,7 @@ def test_a_peer_that_is_not_installed_is_listed(problem, monkeypatch, code, modu
     for module in modules:
         monkeypatch.setitem(sys.modules, module, None)
     code.problem = problem
-    line = Line("performance", code)
+    line = Timing("performance", code)
     race._prepare(line, code.at, None)
     assert (line.status, line.trial) == ("not installed", None)
 
@@ -191,7 +191,7 @@ def test_a_compiler_that_is_missing_is_listed(problem, monkeypatch):
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setattr(compiled.shutil, "which", lambda _: None)
     code = Compiled("C DOPRI5", problem)
-    line = Line("performance", code)
+    line = Timing("performance", code)
     race._prepare(line, code.at, None)
     assert (line.status, line.trial) == ("no C compiler", None)
 

@@ -68,16 +68,16 @@ def test_every_file_says_what_it_is(name, tmp_path, reference, capsys):
 
 def test_comments_tell_how_to_compile(tmp_path, capsys):
     expected = {
-        "c": "cc -std=c99 -O2 your-code.c kit.c -lm",
-        "fortran": "gfortran -O2 kit.f90 your-code.f90",
-        "matlab": "kit(1, 'roll_angle', 0:0.01:1)",
+        "c": "cc -std=c99 -O2 your-code.c selection.c -lm",
+        "fortran": "gfortran -O2 selection.f90 your-code.f90",
+        "matlab": "selection(1, 'roll_angle', 0:0.01:1)",
     }
     for name, line in expected.items():
-        output = tmp_path / f"kit{FILES[name][0]}"
+        output = tmp_path / f"selection{FILES[name][0]}"
         assert run("--format", name, "-o", output, capsys=capsys)[0] == 0
         assert line in output.read_text()
-    assert '#include "kit.h"' in (tmp_path / "kit.c").read_text()
-    assert "function values = kit(" in (tmp_path / "kit.m").read_text()
+    assert '#include "selection.h"' in (tmp_path / "selection.c").read_text()
+    assert "function values = selection(" in (tmp_path / "selection.m").read_text()
 
 
 def test_the_header_is_for_cpp_too(tmp_path, capsys):
@@ -183,19 +183,19 @@ def test_a_folder_without_the_right_to_write(tmp_path, capsys, monkeypatch):
         return usual(path, *args, **kwargs)
 
     monkeypatch.setattr(Path, "open", refuse)
-    code, out, err = run("--format", "c", "-o", tmp_path / "kit.c", capsys=capsys)
+    code, out, err = run("--format", "c", "-o", tmp_path / "selection.c", capsys=capsys)
     assert (code, out) == (1, "")
-    assert err == f"heyoka-bike: {tmp_path / 'kit.c'}: cannot be written: Permission denied\n"
+    assert err == f"heyoka-bike: {tmp_path / 'selection.c'}: cannot be written: Permission denied\n"
 
 
 def test_files_that_belong_together_are_replaced_together(tmp_path, capsys):
-    (tmp_path / "kit.c").write_text("old")
-    (tmp_path / "kit.h").mkdir()
-    code, out, err = run("--format", "c", "-o", tmp_path / "kit.c", capsys=capsys)
+    (tmp_path / "selection.c").write_text("old")
+    (tmp_path / "selection.h").mkdir()
+    code, out, err = run("--format", "c", "-o", tmp_path / "selection.c", capsys=capsys)
     assert (code, out) == (1, "")
-    assert err == f"heyoka-bike: {tmp_path / 'kit.h'}: cannot be written: Is a directory\n"
-    assert (tmp_path / "kit.c").read_text() == "old"
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["kit.c", "kit.h"]
+    assert err == f"heyoka-bike: {tmp_path / 'selection.h'}: cannot be written: Is a directory\n"
+    assert (tmp_path / "selection.c").read_text() == "old"
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["selection.c", "selection.h"]
 
 
 def limited(shell, name, output):
@@ -209,14 +209,14 @@ def limited(shell, name, output):
 
 @pytest.mark.parametrize("name", FILES)
 def test_a_file_that_may_not_grow_leaves_the_old_ones(name, tmp_path):
-    kit = [tmp_path / f"kit{suffix}" for suffix in FILES[name]]
-    for path in kit:
+    selection = [tmp_path / f"selection{suffix}" for suffix in FILES[name]]
+    for path in selection:
         path.write_text("old")
-    done = limited("ulimit -f 64", name, kit[0])
+    done = limited("ulimit -f 64", name, selection[0])
     assert (done.returncode, done.stdout) == (1, "")
-    assert done.stderr == f"heyoka-bike: {kit[0]}: cannot be written: File too large\n"
-    assert sorted(tmp_path.iterdir()) == sorted(kit)
-    assert all(path.read_text() == "old" for path in kit)
+    assert done.stderr == f"heyoka-bike: {selection[0]}: cannot be written: File too large\n"
+    assert sorted(tmp_path.iterdir()) == sorted(selection)
+    assert all(path.read_text() == "old" for path in selection)
 
 
 @pytest.fixture

@@ -26,7 +26,7 @@ from heyoka_bike.bicycle.equations.model import regular
 from heyoka_bike.bicycle.equations.outputs import unfold, yaw_rate
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
 from heyoka_bike.motion.trajectory import Trajectory
-from heyoka_bike.numbers.analytic import Series
+from heyoka_bike.numbers.analytic import PowerSeries
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.dual import Dual, Duals
 
@@ -105,7 +105,7 @@ class _Expansion:
             self._extend(known, jacobian)
 
         # Nothing depends on the yaw: it is an integral.
-        a = Series(self.bits, self.order)
+        a = PowerSeries(self.bits, self.order)
         with a.precision():
             o, u = unfold(self.k, a, [a.series(row[:-1]) for row in known], is_regular=True)
             turn = a.coefficients(yaw_rate(o, u))
@@ -129,7 +129,7 @@ class _Expansion:
 
     def _rates(self, known: Coefficients, length: int) -> Coefficients:
         """Coefficients of f(p) to a length, p continued by zeros."""
-        a = Series(self.bits, length)
+        a = PowerSeries(self.bits, length)
         with a.precision():
             values = regular(self.k, a, [a.series(row[:length]) for row in known])
             return [[c.mid() for c in a.coefficients(x)] for x in values]
@@ -137,7 +137,7 @@ class _Expansion:
     def _jacobian(self, known: Coefficients) -> list[flint.arb_mat]:
         """Coefficients of the Jacobian of f along p."""
         length = len(known[0])
-        a = Series(self.bits, length)
+        a = PowerSeries(self.bits, length)
         with a.precision():
             duals = Duals(a)
             values = regular(self.k, duals, duals.variables([a.series(row) for row in known]))

@@ -147,8 +147,8 @@ def shorter(reference):
 
 
 def test_maneuvers_with_times_of_their_own_get_a_table_each(shorter, tmp_path):
-    kit = choose(shorter, None, "yaw")
-    tables = csv.render(kit, "x")
+    selection = choose(shorter, None, "yaw")
+    tables = csv.render(selection, "x")
     assert list(tables) == ["-1.csv", "-2.csv", "-3.csv"]
     (tmp_path / "x.csv").write_bytes(tables["-1.csv"])
     table = pandas.read_csv(tmp_path / "x.csv", comment="#", dtype=str)
@@ -156,7 +156,7 @@ def test_maneuvers_with_times_of_their_own_get_a_table_each(shorter, tmp_path):
     third = "0.033333333333333333333333333333333333333333333333333"
     assert table["time [s]"].tolist()[:2] == ["0", third]
     assert table["time [s]"].tolist()[3] == "0.1"
-    assert list(netcdf.render(kit, "x")) == ["-1.nc", "-2.nc", "-3.nc"]
+    assert list(netcdf.render(selection, "x")) == ["-1.nc", "-2.nc", "-3.nc"]
     assert list(csv.render(choose(shorter, 1, "yaw"), "x")) == [".csv"]
 
 

@@ -14,7 +14,7 @@ from support.made_sets import accept, make
 from heyoka_bike.cli import main
 from heyoka_bike.errors import DatasetError
 from heyoka_bike.reference.manifest import MANIFEST
-from heyoka_bike.reference.verification.files import check_files
+from heyoka_bike.reference.verification.hashes import check_files
 from heyoka_bike.reference.verification.verify import verify
 
 FLIPS, OF_THE_MANIFEST = 1000, 150

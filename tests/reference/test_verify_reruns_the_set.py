@@ -11,7 +11,7 @@ import heyoka_bike.reference.verification.rerun as rerun_module
 from heyoka_bike.cli import main
 from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.numbers.precision import Precision
-from heyoka_bike.reference.verification.numbers import certificate_of
+from heyoka_bike.reference.verification.agreement import certificate_of
 from heyoka_bike.reference.verification.rerun import agreement, precisions
 from heyoka_bike.reference.verification.verify import verify
 

@@ -15,7 +15,7 @@ from heyoka_bike.scoring.diagnosis.numerical.body_coordinates import BodyCoordin
 from heyoka_bike.scoring.diagnosis.numerical.causes import findings
 from heyoka_bike.scoring.diagnosis.numerical.elementary import differentials
 from heyoka_bike.scoring.diagnosis.numerical.height import Heights
-from heyoka_bike.scoring.diagnosis.numerical.variation import NAMES, Motion
+from heyoka_bike.scoring.diagnosis.numerical.variation import NAMES, Variations
 from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.score import score
 from heyoka_bike.system.resources import data_folder
@@ -32,7 +32,7 @@ def equations(reference):
 
 @pytest.fixture(scope="module")
 def motion(reference):
-    return Motion(reference)
+    return Variations(reference)
 
 
 def told(results, reference):

@@ -19,9 +19,9 @@ from heyoka_bike.errors import BicycleError, Exit
 from heyoka_bike.reference.load import load_reference
 from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.series import score_files
-from heyoka_bike.showing.report import csv as as_csv
-from heyoka_bike.showing.report import html, junit, table
-from heyoka_bike.showing.report import json as as_json
+from heyoka_bike.showing.formats import csv as as_csv
+from heyoka_bike.showing.formats import html, junit, table
+from heyoka_bike.showing.formats import json as as_json
 
 REFERENCE = load_reference()
 DOCUMENTED = {Exit.INPUT, Exit.NOTHING_SCORED}

@@ -28,13 +28,13 @@ matplotlib = pytest.importorskip("matplotlib")
 
 from heyoka_bike.showing.figures import (  # noqa: E402
     after,
-    bicycle,
-    certificate,
-    definitions,
-    errors,
+    certified_bounds,
+    definition_distances,
+    dimensions,
+    eigenvalues,
     overview,
     phase,
-    stability,
+    true_errors,
 )
 from heyoka_bike.showing.figures.style import render  # noqa: E402
 
@@ -70,13 +70,13 @@ def quick_bounds(monkeypatch):
         breaks = np.linspace(0.0, 10.0, 6)
         time = np.linspace(0.0, 10.0, 11)
         return [
-            certificate.Bounded(
+            certified_bounds.Bounded(
                 run.maneuver.name, run.precision, breaks, 1e-66 * (1 + breaks[1:]), time, None
             )
             for run in runs
         ]
 
-    monkeypatch.setattr(certificate, "bounds", made)
+    monkeypatch.setattr(certified_bounds, "bounds", made)
 
 
 @pytest.fixture(scope="module")
@@ -189,7 +189,7 @@ def test_help_lists_every_figure(capsys):
 def test_eigenvalues_are_those_of_the_published_matrices(reference):
     published = json.loads((ANCHORS / "linear.json").read_text())["matrices"]
     m, c1, k0, k2 = (np.array(published[x]["printed"], float) for x in ("M", "C1", "K0", "K2"))
-    upper, lower = stability.draw(reference).axes
+    upper, lower = eigenvalues.draw(reference).axes
     drawn = [x for x in upper.lines if x.get_label() in ("weave", "capsize", "castering")]
     of_pair = [x for x in lower.lines if x.get_label() not in ("weave", "capsize", "castering")]
     imaginary = {tuple(x.get_xdata()): x.get_ydata() for x in of_pair if len(x.get_xdata()) > 2}
@@ -213,7 +213,7 @@ def test_eigenvalues_are_those_of_the_published_matrices(reference):
 
 
 def test_critical_speeds_are_marked_with_their_published_digits(reference):
-    upper, lower = stability.draw(reference).axes
+    upper, lower = eigenvalues.draw(reference).axes
     texts = " ".join(t.get_text() for t in upper.texts)
     assert "weave speed\n4.29238… m/s" in texts  # published: 4.292382536341
     assert "capsize speed\n6.02426… m/s" in texts  # published: 6.024262015388
@@ -248,11 +248,11 @@ def test_portraits_are_the_dense_output(reference):
 
 @pytest.mark.parametrize("number", [1, 2])
 def test_errors_are_the_differences_of_the_text_files(reference, folder, number):
-    left, right = errors.draw(reference, [number]).axes
+    left, right = true_errors.draw(reference, [number]).axes
     exact = columns(folder / "uncontrolled-bicycle.txt", number)
     drawn = {x.get_label(): x for x in left.lines}
-    energies = dict(zip(errors.RUNS.values(), right.lines, strict=False))
-    for name, label in errors.RUNS.items():
+    energies = dict(zip(true_errors.RUNS.values(), right.lines, strict=False))
+    for name, label in true_errors.RUNS.items():
         found = columns(data_folder() / "peers" / name, number)
         e = found["mechanical_energy"]
         assert energies[label].get_ydata()[-1] == pytest.approx(100 * (e.max() - e.min()) / e[0])
@@ -277,16 +277,16 @@ def columns(path, number):
 
 def test_energy_lets_pass_what_is_wrong_by_percents(reference):
     """What the figure is for: the first run is below the limit and its error is not."""
-    left, right = errors.draw(reference, [1]).axes
+    left, right = true_errors.draw(reference, [1]).axes
     assert left.lines[0].get_ydata()[-1] > 2.0
     limit = next(x.get_ydata()[0] for x in right.lines if len(x.get_ydata()) == 2)
     assert right.lines[0].get_ydata()[-1] < limit == 1e-3
 
 
 def test_distances_of_definitions_follow_from_the_attitude(reference):
-    axes = definitions.draw(reference, [1]).axes
-    assert definitions.COLUMNS == ("roll_angle", "roll_rate", "forward_speed")
-    for ax, key in zip(axes, definitions.COLUMNS, strict=True):
+    axes = definition_distances.draw(reference, [1]).axes
+    assert definition_distances.COLUMNS == ("roll_angle", "roll_rate", "forward_speed")
+    for ax, key in zip(axes, definition_distances.COLUMNS, strict=True):
         names = [t.get_text() for t in ax.get_legend().get_texts()]
         assert names == [x.definition for x in DEFINITIONS[key][1:]]
         assert DEFINITIONS[key][0].definition in ax.get_ylabel()
@@ -313,7 +313,7 @@ def turns(axis, angles):
 
 @pytest.mark.parametrize("number", [1, 2, 3])
 def test_every_definition_of_the_legend_is_to_be_seen(reference, number):
-    for ax in definitions.draw(reference, [number]).axes:
+    for ax in definition_distances.draw(reference, [number]).axes:
         low, high = ax.get_ylim()
         assert len(ax.lines) == len(ax.get_legend().get_texts())
         for line in ax.lines:
@@ -321,7 +321,7 @@ def test_every_definition_of_the_legend_is_to_be_seen(reference, number):
 
 
 def test_small_differences_are_not_lost_in_binary64(reference):
-    line = definitions.draw(reference, [3]).axes[0].lines[1]
+    line = definition_distances.draw(reference, [3]).axes[0].lines[1]
     late = line.get_ydata()[line.get_ydata() > 0]
     assert late[0] < 1e-20
 
@@ -330,7 +330,7 @@ def test_bicycle_names_all_parameters_with_the_values_of_the_file(reference):
     with benchmark_bicycle().open("rb") as f:
         parameters = tomllib.load(f)["parameters"]
     assert len(parameters) == 26
-    texts = [t.get_text() for t in bicycle.draw(reference).texts]
+    texts = [t.get_text() for t in dimensions.draw(reference).texts]
     for symbol, entry in parameters.items():
         name = r"\lambda" if symbol == "lam" else symbol
         if len(symbol) > 1 and symbol != "lam":
@@ -344,7 +344,7 @@ def test_bicycle_is_drawn_to_scale(reference):
     p = read_bicycle(benchmark_bicycle())
     w, c, r_rear, r_front = (float(p[s]) for s in ("w", "c", "rR", "rF"))
     tilt = float(p["lam"])
-    side = bicycle.draw(reference).axes[0]
+    side = dimensions.draw(reference).axes[0]
     rims = [
         patch.get_path().get_extents() for patch in side.patches
         if type(patch).__name__ == "PathPatch"
@@ -385,7 +385,7 @@ def test_bicycle_is_drawn_to_scale(reference):
 
 def test_angles_are_positive_to_the_right(reference):
     """The curved arrows end on the right of where they start: lean, yaw and steer to the right."""
-    _, behind, above = bicycle.draw(reference).axes
+    _, behind, above = dimensions.draw(reference).axes
     (lean,) = arcs(behind)
     assert lean[-1, 0] > lean[0, 0] == pytest.approx(0.0, abs=1e-12)
     yaw, steer = arcs(above)
@@ -433,7 +433,7 @@ def test_other_bicycles_are_drawn(reference, name, changes):
 
 def test_modes_are_named_only_where_they_are_those_of_the_benchmark(reference):
     other = replace(reference, parameters={**reference.parameters, "zB": "-30"})
-    labels = {x.get_label() for x in stability.draw(other).axes[0].lines}
+    labels = {x.get_label() for x in eigenvalues.draw(other).axes[0].lines}
     assert {"real", "complex"} <= labels
     assert not labels & {"weave", "capsize", "castering"}
 
@@ -442,8 +442,8 @@ def test_certificate_without_heyoka_says_what_is_missing(reference, candidate, m
     class Proved:
         pieces = tuple((Fraction(1, 10**66),) * 7 for _ in candidate[2].pieces)
 
-    monkeypatch.setattr(certificate, "certify", lambda run, progress: Proved)
-    figure = certificate.draw(reference, [3])
+    monkeypatch.setattr(certified_bounds, "certify", lambda run, progress: Proved)
+    figure = certified_bounds.draw(reference, [3])
     (legend,) = figure.legends
     said = [t.get_text() for t in legend.get_texts()]
     assert said == ["certified bound", "true error: needs heyoka"]
@@ -456,7 +456,7 @@ def test_certificate_without_heyoka_says_what_is_missing(reference, candidate, m
 def test_certified_bound_is_above_the_true_error_and_is_the_published_one(
     reference, folder, with_heyoka
 ):
-    figure = certificate.draw(reference, [3])
+    figure = certified_bounds.draw(reference, [3])
     (ax,) = figure.axes
     stairs = ax.patches[0].get_data()
     (error,) = (x for x in ax.lines if "true error" in x.get_label())

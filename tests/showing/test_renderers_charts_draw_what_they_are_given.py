@@ -5,9 +5,9 @@ import re
 import numpy as np
 import pytest
 
-from heyoka_bike.showing.report import axis
-from heyoka_bike.showing.report.chart import Level, Line, chart
-from heyoka_bike.showing.report.decimate import envelope, highest
+from heyoka_bike.showing.formats import axis
+from heyoka_bike.showing.formats.chart import Level, Line, chart
+from heyoka_bike.showing.formats.decimate import envelope, highest
 
 
 def uneven(n):

@@ -9,8 +9,8 @@ from xml.etree import ElementTree
 import pytest
 from support import sample_reports
 
-from heyoka_bike.showing.report import csv as csv_renderer
-from heyoka_bike.showing.report import junit
+from heyoka_bike.showing.formats import csv as csv_renderer
+from heyoka_bike.showing.formats import junit
 
 MEASURES = (
     "max_abs_error", "time_of_max", "rms_error", "max_rel_error", "scd", "mescd",

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from support import sample_reports
 
-from heyoka_bike.showing.report import html
+from heyoka_bike.showing.formats import html
 
 SAMPLES = (
     "sample", "perfect", "rough", "one_row", "half", "without_columns", "nothing", "no_maneuvers",
@@ -306,7 +306,7 @@ def test_files_stay_small(pages):
 def test_all_renderers_but_the_table_need_numpy_only():
     code = f"""
 import sys
-from heyoka_bike.showing.report import csv, html, json, junit
+from heyoka_bike.showing.formats import csv, html, json, junit
 print(sorted({{m.partition(".")[0] for m in sys.modules}} & {HEAVY}))
 """
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)

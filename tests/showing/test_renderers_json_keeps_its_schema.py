@@ -14,10 +14,10 @@ import heyoka_bike
 from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.runs_file import read_runs
 from heyoka_bike.scoring.series import score_files
-from heyoka_bike.showing.report import json as renderer
+from heyoka_bike.showing.formats import json as renderer
 
 SCHEMA = json.loads(
-    (Path(heyoka_bike.__file__).parent / "showing" / "report" / "score-1.schema.json").read_text()
+    (Path(heyoka_bike.__file__).parent / "showing" / "formats" / "score-1.schema.json").read_text()
 )
 PEERS = Path(__file__).parents[2] / "data" / "peers"
 SAMPLES = (

@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 from support import sample_reports
 
-from heyoka_bike.showing.report import table
+from heyoka_bike.showing.formats import table
 
 SAMPLES = (
     "sample", "perfect", "rough", "one_row", "half", "without_columns", "nothing", "no_maneuvers",

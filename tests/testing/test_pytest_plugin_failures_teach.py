@@ -16,7 +16,7 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.score import score
-from heyoka_bike.testing.score import Defaults, score_results
+from heyoka_bike.testing.regression import Defaults, score_results
 
 pytest_plugins = ["pytester"]
 
@@ -157,7 +157,7 @@ def test_a_diagnosis_that_goes_wrong_hides_nothing(pytester, how):
         pytester,
         """
         def test_x(table, bicycle_score, monkeypatch):
-            monkeypatch.setattr("heyoka_bike.testing.score.diagnosed", broken)
+            monkeypatch.setattr("heyoka_bike.testing.regression.diagnosed", broken)
             bicycle_score(table(3)).require(scd=8)
         """,
     )
@@ -203,7 +203,7 @@ def told(_, report, *rest):
 
 @pytest.fixture(autouse=True)
 def quick(monkeypatch):
-    monkeypatch.setattr("heyoka_bike.testing.score.diagnosed", told)
+    monkeypatch.setattr("heyoka_bike.testing.regression.diagnosed", told)
 
 @pytest.mark.parametrize("i", range(5))
 def test_x(table, bicycle_score, i):

@@ -4,7 +4,7 @@ import pytest
 from support.plugin_projects import QUICK, outcomes, project
 
 from heyoka_bike.errors import InputError
-from heyoka_bike.testing.score import asked
+from heyoka_bike.testing.regression import asked
 
 pytest_plugins = ["pytester"]
 

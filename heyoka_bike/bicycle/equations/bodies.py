@@ -19,7 +19,7 @@ _DIGITS = 25
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class Half:
     """A frame with its wheel.
 
     Attributes
@@ -65,8 +65,8 @@ class Bodies:
         Gravity [m/s^2].
     """
 
-    rear: Part
-    front: Part
+    rear: Half
+    front: Half
     sin_tilt: Number
     cos_tilt: Number
     g: Number
@@ -74,8 +74,8 @@ class Bodies:
     def convert(self, make: Callable[[Number], Number]) -> Bodies:
         """The same bodies, each number passed through `make`."""
 
-        def part(x: Part) -> Part:
-            return Part(**{f.name: make(getattr(x, f.name)) for f in fields(x)})
+        def part(x: Half) -> Half:
+            return Half(**{f.name: make(getattr(x, f.name)) for f in fields(x)})
 
         return Bodies(
             part(self.rear), part(self.front),
@@ -88,7 +88,7 @@ def bodies(bicycle: Bicycle, a: Arithmetic) -> Bodies:
     p = {symbol: value.rational for symbol, value in bicycle.values.items()}
     pivot = p["w"] + p["c"]
 
-    def part(frame: str, wheel: str, hub_x: Fraction) -> Part:
+    def part(frame: str, wheel: str, hub_x: Fraction) -> Half:
         radius = p[f"r{wheel}"]
         values = {
             "x": p[f"x{frame}"] - hub_x,
@@ -102,7 +102,7 @@ def bodies(bicycle: Bicycle, a: Arithmetic) -> Bodies:
             "axial": p[f"I{wheel}yy"],
             "diametral": p[f"I{wheel}xx"],
         }
-        return Part(**{name: a.number(x) for name, x in values.items()})
+        return Half(**{name: a.number(x) for name, x in values.items()})
 
     tilt = a.number(bicycle["lam"])
     return Bodies(

@@ -26,7 +26,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from heyoka_bike.bicycle.equations.axes import Axes, Points
-from heyoka_bike.bicycle.equations.bodies import Bodies, Part
+from heyoka_bike.bicycle.equations.bodies import Bodies, Half
 from heyoka_bike.bicycle.equations.constants import Constants
 from heyoka_bike.bicycle.equations.kinematics import posture
 from heyoka_bike.bicycle.equations.model import few_products, regular
@@ -178,7 +178,7 @@ class _Parts:
     front: _Loads
 
 
-def _loads(part: Part, axes: Axes, turning: Vector, hub: Vector, v: Dual, lift: Vector) -> _Loads:
+def _loads(part: Half, axes: Axes, turning: Vector, hub: Vector, v: Dual, lift: Vector) -> _Loads:
     """Newton's and Euler's laws for a frame and its wheel.
 
     Parameters
@@ -206,7 +206,7 @@ def _loads(part: Part, axes: Axes, turning: Vector, hub: Vector, v: Dual, lift: 
     )
 
 
-def _times(part: Part, v: Vector) -> Vector:
+def _times(part: Half, v: Vector) -> Vector:
     """A frame's inertia times a vector."""
     x, y, z = v
     return part.ixx * x + part.ixz * z, part.iyy * y, part.ixz * x + part.izz * z

@@ -143,24 +143,24 @@ def simulate(
     return run()
 
 
-_PREPARED: dict[Hashable, Run] = {}
+_PREPARED: dict[Hashable, Prepared] = {}
 
 
 def prepare(
     maneuvers: Maneuvers = None, *, bicycle: Bicycle | None = None,
     accuracy: str | float | Plan = "eq1", rows: int | None = None,
     spacing: Fraction | float | str | None = None,
-) -> Run:  # fmt: skip
+) -> Prepared:  # fmt: skip
     """A run that is ready to be called, again and again; see `simulate` for the parameters.
 
     Compiles, and finds the initial states. A `Plan` for an accuracy is taken as it is.
     """
     chosen = _maneuvers(maneuvers)
     times = _times(chosen, rows, spacing)
-    return Run(bicycle or _benchmark()[0], chosen, choose_plan(accuracy), times)
+    return Prepared(bicycle or _benchmark()[0], chosen, choose_plan(accuracy), times)
 
 
-class Run:
+class Prepared:
     """Motions from their start to their end.
 
     Attributes

@@ -10,7 +10,7 @@ from string import Template
 
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.reference.exports.selection import Kit, about, commented
+from heyoka_bike.reference.exports.selection import Selection, about, commented
 from heyoka_bike.reference.load import ReferenceManeuver
 
 SUFFIXES = (".c", ".h")
@@ -21,7 +21,7 @@ _STEM = re.compile(r"[A-Za-z0-9_+. -]+")
 _PER_LINE = 4
 
 
-def render(kit: Kit, stem: str) -> dict[str, bytes]:
+def render(selection: Selection, stem: str) -> dict[str, bytes]:
     """The header and the source file; numbers are hexadecimal and exact.
 
     Raises
@@ -38,15 +38,17 @@ def render(kit: Kit, stem: str) -> dict[str, bytes]:
         "that fuse products and sums GCC needs -ffp-contract=off to give the last bits of "
         "heyoka_bike's own evaluation)."
     )
-    lines = about(kit, "dense output, piecewise Chebyshev polynomials", use)
-    names = "\n".join(f"    BICYCLE_{c.name.upper()}, /* [{c.unit}] */" for c in kit.columns)
-    tables = "\n".join(_tables(n, m, [c.name for c in kit.columns]) for n, m in kit.maneuvers)
-    entries = "\n".join(_entry(n, m) for n, m in kit.maneuvers)
+    lines = about(selection, "dense output, piecewise Chebyshev polynomials", use)
+    names = "\n".join(f"    BICYCLE_{c.name.upper()}, /* [{c.unit}] */" for c in selection.columns)
+    tables = "\n".join(
+        _tables(n, m, [c.name for c in selection.columns]) for n, m in selection.maneuvers
+    )
+    entries = "\n".join(_entry(n, m) for n, m in selection.maneuvers)
     fields = {
         "about": commented(lines, "//"),
         "names": names,
         "stem": stem,
-        "terms": kit.terms,
+        "terms": selection.terms,
         "data": f"{tables}\nstatic const struct maneuver maneuvers[] = {{\n{entries}\n}};\n",
     }
     return {

@@ -8,7 +8,13 @@ from decimal import Context, Decimal
 from fractions import Fraction
 
 from heyoka_bike.numbers.exact import shortest_decimal
-from heyoka_bike.reference.exports.selection import Kit, about, commented, row_times, sharing_times
+from heyoka_bike.reference.exports.selection import (
+    Selection,
+    about,
+    commented,
+    row_times,
+    sharing_times,
+)
 from heyoka_bike.reference.load import ReferenceManeuver
 
 SUFFIXES = (".csv",)
@@ -23,24 +29,24 @@ DIGITS = {
 _TIME_DIGITS = 50
 
 
-def render(kit: Kit, stem: str, digits: int = 17) -> dict[str, bytes]:
+def render(selection: Selection, stem: str, digits: int = 17) -> dict[str, bytes]:
     """A table of all maneuvers, or one for each if their times differ."""
-    parts = sharing_times(kit)
+    parts = sharing_times(selection)
     return {f"{tag}.csv": _table(part, digits).encode("ascii") for tag, part in parts.items()}
 
 
-def _table(kit: Kit, digits: int) -> str:
+def _table(selection: Selection, digits: int) -> str:
     use = (
         "Read: lines that begin with # are comments, as for pandas.read_csv(..., comment='#') and "
         f"heyoka-bike score. {DIGITS[digits]}; times are exact."
     )
-    names, columns = ["time [s]"], [_times(kit.reference[kit.numbers[0]])]
-    for number, m in kit.maneuvers:
-        for column in kit.columns:
+    names, columns = ["time [s]"], [_times(selection.reference[selection.numbers[0]])]
+    for number, m in selection.maneuvers:
+        for column in selection.columns:
             names.append(f"maneuver_{number}_{column.name} [{column.unit}]")
             columns.append(_values(m, column.name, digits))
     text = io.StringIO()
-    text.write(commented(about(kit, "the rows", use), "#"))
+    text.write(commented(about(selection, "the rows", use), "#"))
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(names)
     writer.writerows(zip(*columns, strict=True))

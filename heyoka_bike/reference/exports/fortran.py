@@ -7,7 +7,7 @@ from itertools import accumulate
 from pathlib import Path
 from string import Template
 
-from heyoka_bike.reference.exports.selection import Kit, about, commented
+from heyoka_bike.reference.exports.selection import Selection, about, commented
 
 SUFFIXES = (".f90",)
 
@@ -16,39 +16,41 @@ SUFFIXES = (".f90",)
 _PER_LINE = 3
 
 
-def render(kit: Kit, stem: str) -> dict[str, bytes]:
+def render(selection: Selection, stem: str) -> dict[str, bytes]:
     """The module; 17 digits, which every compiler that rounds correctly reads exactly."""
     use = (
         f"Compile: gfortran -O2 {stem}.f90 your-code.f90 (never with -ffast-math); "
         "the module is uncontrolled_bicycle."
     )
-    counts = [len(m.breaks) - 1 for _, m in kit.maneuvers]
+    counts = [len(m.breaks) - 1 for _, m in selection.maneuvers]
     fields = {
-        "about": commented(about(kit, "dense output, piecewise Chebyshev polynomials", use), "!"),
+        "about": commented(
+            about(selection, "dense output, piecewise Chebyshev polynomials", use), "!"
+        ),
         "names": "\n".join(
             f"   integer, parameter, public :: bicycle_{c.name} = {i}  ! [{c.unit}]"
-            for i, c in enumerate(kit.columns, 1)
+            for i, c in enumerate(selection.columns, 1)
         ),
-        "columns": len(kit.columns),
+        "columns": len(selection.columns),
         "pieces": sum(counts),
-        "terms": kit.terms,
-        "numbers": ", ".join(map(str, kit.numbers)),
+        "terms": selection.terms,
+        "numbers": ", ".join(map(str, selection.numbers)),
         "first": ", ".join(map(str, accumulate(counts, initial=1))),
-        "data": "\n".join(_data(kit)),
+        "data": "\n".join(_data(selection)),
     }
     template = Path(__file__).with_name("evaluator.f90").read_text("ascii")
     return {".f90": Template(template).substitute(fields).encode("ascii")}
 
 
-def _data(kit: Kit) -> Iterator[str]:
+def _data(selection: Selection) -> Iterator[str]:
     """Statements with the breaks and coefficients, the pieces of all maneuvers in a row."""
     piece = 1
-    for number, m in kit.maneuvers:
+    for number, m in selection.maneuvers:
         yield f"   ! maneuver {number}"
         for i in range(len(m.breaks) - 1):
             a, b = m.breaks[i : i + 2].tolist()
             yield _statement(f"starts({piece}), ends({piece})", (a, b))
-            for j, column in enumerate(kit.columns, 1):
+            for j, column in enumerate(selection.columns, 1):
                 values = m.dense.hi[column.name][i].tolist()
                 yield _statement(f"c(:, {piece}, {j})", values)
             piece += 1

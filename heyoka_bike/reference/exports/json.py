@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.reference.exports.selection import Kit, about
+from heyoka_bike.reference.exports.selection import Selection, about
 from heyoka_bike.reference.load import Values
 
 SUFFIXES = (".json",)
@@ -13,7 +13,7 @@ SUFFIXES = (".json",)
 SCHEMA_VERSION = 1
 
 
-def render(kit: Kit, stem: str) -> dict[str, bytes]:
+def render(selection: Selection, stem: str) -> dict[str, bytes]:
     """One document; each number reads back as the same binary64."""
     use = (
         "rows: the value is <name> + <name>_lo at the time time + time_lo. pieces: the column is "
@@ -21,35 +21,39 @@ def render(kit: Kit, stem: str) -> dict[str, bytes]:
         "from a = breaks[p] to b = breaks[p + 1]."
     )
     document = {
-        "about": about(kit, "rows and dense output, piecewise Chebyshev polynomials", use),
+        "about": about(selection, "rows and dense output, piecewise Chebyshev polynomials", use),
         "schema_version": SCHEMA_VERSION,
-        "dataset_version": kit.reference.dataset_version,
-        "content_sha256": kit.reference.content_sha256,
-        "bicycle": kit.reference.bicycle,
-        "parameters": dict(kit.reference.parameters),
+        "dataset_version": selection.reference.dataset_version,
+        "content_sha256": selection.reference.content_sha256,
+        "bicycle": selection.reference.bicycle,
+        "parameters": dict(selection.reference.parameters),
         "columns": [
             {
                 "name": c.name, "key": c.key, "definition": c.definition, "unit": c.unit,
                 "meaning": c.meaning, "positive": c.positive,
             }
-            for c in kit.columns
+            for c in selection.columns
         ],
-        "maneuvers": {f"maneuver_{n}": {"name": m.name, **m.inputs} for n, m in kit.maneuvers},
+        "maneuvers": {
+            f"maneuver_{n}": {"name": m.name, **m.inputs} for n, m in selection.maneuvers
+        },
         "rows": {
-            f"maneuver_{n}": _lists({"time": m.time, "time_lo": m.time_lo} | _arrays(kit, m.rows))
-            for n, m in kit.maneuvers
+            f"maneuver_{n}": _lists(
+                {"time": m.time, "time_lo": m.time_lo} | _arrays(selection, m.rows)
+            )
+            for n, m in selection.maneuvers
         },
         "pieces": {
-            f"maneuver_{n}": _lists({"breaks": m.breaks} | _arrays(kit, m.dense))
-            for n, m in kit.maneuvers
+            f"maneuver_{n}": _lists({"breaks": m.breaks} | _arrays(selection, m.dense))
+            for n, m in selection.maneuvers
         },
     }  # fmt: skip
     return {".json": (json.dumps(document, indent=1, allow_nan=False) + "\n").encode("ascii")}
 
 
-def _arrays(kit: Kit, values: Values) -> dict[str, Array]:
+def _arrays(selection: Selection, values: Values) -> dict[str, Array]:
     found = {}
-    for column in kit.columns:
+    for column in selection.columns:
         found[column.name] = values.hi[column.name]
         found[f"{column.name}_lo"] = values.lo[column.name]
     return found

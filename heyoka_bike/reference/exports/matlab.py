@@ -8,7 +8,7 @@ from pathlib import Path
 from string import Template
 
 from heyoka_bike.errors import InputError, quoted
-from heyoka_bike.reference.exports.selection import Kit, about, commented
+from heyoka_bike.reference.exports.selection import Selection, about, commented
 
 SUFFIXES = (".m",)
 
@@ -16,7 +16,7 @@ SUFFIXES = (".m",)
 _FUNCTION = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,62}")
 
 
-def render(kit: Kit, stem: str) -> dict[str, bytes]:
+def render(selection: Selection, stem: str) -> dict[str, bytes]:
     """The function, named as its file must be; 17 digits are read back exactly.
 
     Raises
@@ -29,24 +29,24 @@ def render(kit: Kit, stem: str) -> dict[str, bytes]:
             f"--output: found {quoted(stem)}, expected the name of a function: a letter, then "
             "letters, digits and _"
         )
-    use = f"Use: put {stem}.m into your folder; {stem}({kit.numbers[0]}, "
-    use += f"'{kit.columns[0].name}', 0:0.01:1)"
+    use = f"Use: put {stem}.m into your folder; {stem}({selection.numbers[0]}, "
+    use += f"'{selection.columns[0].name}', 0:0.01:1)"
     fields = {
         "about": commented(
-            about(kit, "dense output, piecewise Chebyshev polynomials", use), "%"
+            about(selection, "dense output, piecewise Chebyshev polynomials", use), "%"
         ).rstrip("\n"),
         "stem": stem,
-        "data": "\n".join(_data(kit)),
+        "data": "\n".join(_data(selection)),
     }
     template = Path(__file__).with_name("evaluator.m").read_text("ascii")
     return {".m": Template(template).substitute(fields).encode("ascii")}
 
 
-def _data(kit: Kit) -> Iterator[str]:
-    for i, (number, m) in enumerate(kit.maneuvers, 1):
+def _data(selection: Selection) -> Iterator[str]:
+    for i, (number, m) in enumerate(selection.maneuvers, 1):
         yield f"tables({i}).number = {number};"
         yield f"tables({i}).breaks = [{_row(m.breaks.tolist())}];"
-        for column in kit.columns:
+        for column in selection.columns:
             yield f"tables({i}).c.{column.name} = ["
             yield from (_row(piece) for piece in m.dense.hi[column.name].tolist())
             yield "];"

@@ -25,7 +25,7 @@ _WIDTH = 96
 
 
 @dataclass(frozen=True, slots=True)
-class Kit:
+class Selection:
     """Maneuvers and columns of a reference that are exported.
 
     Attributes
@@ -52,7 +52,7 @@ class Kit:
         return int(first.dense.hi[self.columns[0].name].shape[-1])
 
 
-def choose(reference: Reference, maneuver: int | None, columns: str | None) -> Kit:
+def choose(reference: Reference, maneuver: int | None, columns: str | None) -> Selection:
     """The maneuver, or all, and the columns as the command line names them.
 
     Raises
@@ -75,21 +75,21 @@ def choose(reference: Reference, maneuver: int | None, columns: str | None) -> K
             raise InputError(
                 f"--columns: found {quoted(name)}, expected {ALL} or some of {', '.join(there)}"
             )
-    return Kit(reference, numbers, tuple(_DEFINITIONS[name] for name in names))
+    return Selection(reference, numbers, tuple(_DEFINITIONS[name] for name in names))
 
 
-def about(kit: Kit, content: str, use: str) -> list[str]:
+def about(selection: Selection, content: str, use: str) -> list[str]:
     """Lines that say what a file is, in printable ASCII.
 
     Parameters
     ----------
-    kit
+    selection
     content
         What is in the file.
     use
         How it is compiled or read.
     """
-    reference = kit.reference
+    reference = selection.reference
     paragraphs = [
         f"{TITLE}: {content}.",
         f"Dataset version {reference.dataset_version}, bicycle {quoted(reference.bicycle)}.",
@@ -101,10 +101,10 @@ def about(kit: Kit, content: str, use: str) -> list[str]:
         *(
             f"  {n}: {quoted(m.name)}, forward speed {m.inputs['speed']} m/s, "
             f"roll rate {m.inputs['roll_rate']} rad/s, 0 to {m.inputs['duration']} s"
-            for n, m in kit.maneuvers
+            for n, m in selection.maneuvers
         ),
         "Columns:",
-        *(f"  {described(column)}" for column in kit.columns),
+        *(f"  {described(column)}" for column in selection.columns),
     ]
     lines = []
     for text in paragraphs:
@@ -125,15 +125,17 @@ def commented(lines: list[str], mark: str) -> str:
     return "".join(f"{mark} {line}".rstrip() + "\n" for line in lines)
 
 
-def sharing_times(kit: Kit) -> dict[str, Kit]:
+def sharing_times(selection: Selection) -> dict[str, Selection]:
     """The maneuvers that fit into one table, by what is added to the name of its file.
 
     One table if all have the same times, else one for each maneuver, as in the reference folder.
     """
-    grids = {(m.inputs["duration"], m.inputs["spacing"]) for _, m in kit.maneuvers}
+    grids = {(m.inputs["duration"], m.inputs["spacing"]) for _, m in selection.maneuvers}
     if len(grids) == 1:
-        return {"": kit}
-    return {f"-{n}": Kit(kit.reference, (n,), kit.columns) for n in kit.numbers}
+        return {"": selection}
+    return {
+        f"-{n}": Selection(selection.reference, (n,), selection.columns) for n in selection.numbers
+    }
 
 
 def row_times(maneuver: ReferenceManeuver) -> list[Fraction]:

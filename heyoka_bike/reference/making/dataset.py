@@ -42,7 +42,7 @@ from heyoka_bike.reference.making.hdf5_groups import content_parts, write_dense,
 from heyoka_bike.reference.making.tabulate import Table
 from heyoka_bike.reference.proof import candidate
 from heyoka_bike.reference.proof.certificate_file import render_certificate, summarise
-from heyoka_bike.reference.proof.rows import TEXT_DIGITS, Rows
+from heyoka_bike.reference.proof.rows import TEXT_DIGITS, RoundedRows
 
 
 def write_dataset(
@@ -154,7 +154,7 @@ def _hdf5(
     return buffer.getvalue()
 
 
-def render_texts(maneuvers: Sequence[Maneuver], rows: Sequence[Rows]) -> dict[str, bytes]:
+def render_texts(maneuvers: Sequence[Maneuver], rows: Sequence[RoundedRows]) -> dict[str, bytes]:
     """The text files: one of 25 columns, or one of 9 for each maneuver on a grid of its own."""
     pairs = list(zip(maneuvers, rows, strict=True))
     grids = {(m.rows, m.spacing) for m in maneuvers}

@@ -22,7 +22,7 @@ from heyoka_bike.reference.proof.motion_rows import MotionTable, tabulate_motion
 from heyoka_bike.reference.proof.rows import (
     EVALUATION_BITS,
     Array,
-    Rows,
+    RoundedRows,
     constant_columns,
     round_rows,
 )
@@ -61,7 +61,7 @@ class Table:
     drift: Drift
     time: Array
     time_lo: Array
-    rows: Rows
+    rows: RoundedRows
     dense: Dense
     motion: MotionTable
     sensitivity: Sensitivity

@@ -13,7 +13,7 @@ import flint
 from heyoka_bike.motion.trajectory import Certificate, Trajectory
 from heyoka_bike.numbers.rounding import decimal_above
 from heyoka_bike.reference.proof.dense import Dense
-from heyoka_bike.reference.proof.rows import Rows
+from heyoka_bike.reference.proof.rows import RoundedRows
 
 STATEMENT = (
     "For every maneuver, at every time of the interval, each state variable of the exact motion "
@@ -74,7 +74,7 @@ class Proof:
 
 
 def summarise(
-    run: Trajectory, certificate: Certificate, rows: Rows, dense: Dense, cpu: float = 0.0
+    run: Trajectory, certificate: Certificate, rows: RoundedRows, dense: Dense, cpu: float = 0.0
 ) -> Proof:
     """Gather what was proved."""
     worst = [max(column) for column in zip(*certificate.pieces, strict=True)]

@@ -41,7 +41,7 @@ from heyoka_bike.bicycle.equations.model import few_products, regular
 from heyoka_bike.bicycle.equations.outputs import unfold, yaw_rate
 from heyoka_bike.errors import NotCertifiedError
 from heyoka_bike.motion.trajectory import Certificate, Piece, Trajectory
-from heyoka_bike.numbers.analytic import NotAnalyticError, Series
+from heyoka_bike.numbers.analytic import NotAnalyticError, PowerSeries
 from heyoka_bike.numbers.arithmetic import Arithmetic, Balls, Number, exact_ball, upper_fraction
 from heyoka_bike.numbers.ball_matrices import (
     Vector,
@@ -224,7 +224,7 @@ class _Prover:
     def _defect(self, piece: Piece, rim: Circle) -> list[flint.arb]:
         """Bound on abs(p' - h f(p)) over the piece, by state variable."""
         run, length = self.run, self.lengths[rim.radius]
-        a = Series(self.bits, length)
+        a = PowerSeries(self.bits, length)
         with a.precision():
             unit = flint.arb(2) ** -piece.grid
             rows = [[c * unit for c in row] for row in piece.rows]
@@ -249,7 +249,7 @@ class _Prover:
     ) -> tuple[list[flint.arb_mat], flint.arb_mat]:
         """Taylor coefficients of h J along the piece, and a bound on what they leave out."""
         run = self.run
-        a = Series(MATRIX_BITS, length)
+        a = PowerSeries(MATRIX_BITS, length)
         with a.precision():
             unit = flint.arb(2) ** -piece.grid
             step = exact_ball(piece.h)

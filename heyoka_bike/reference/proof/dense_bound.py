@@ -24,7 +24,7 @@ from heyoka_bike.bicycle.equations.constants import Constants, constants
 from heyoka_bike.bicycle.equations.outputs import columns, unfold
 from heyoka_bike.errors import NotCertifiedError
 from heyoka_bike.motion.trajectory import Certificate, Piece, Trajectory
-from heyoka_bike.numbers.analytic import NotAnalyticError, Series
+from heyoka_bike.numbers.analytic import NotAnalyticError, PowerSeries
 from heyoka_bike.numbers.arithmetic import Arithmetic, Number, exact_ball, upper_fraction
 from heyoka_bike.numbers.ball_matrices import total
 from heyoka_bike.reference.proof.cauchy import Function, circle_bound, geometric, refused
@@ -129,7 +129,7 @@ class Expansion:
         self.t0, self.t1, self.h = piece.t0, piece.t1, piece.h
         circle = circle_bound(piece, function)
         length = ceil(_REMAINDER_BITS / log2(circle.radius))
-        a = Series(BITS, length)
+        a = PowerSeries(BITS, length)
         with a.precision():
             unit = flint.arb(2) ** -piece.grid
             state = [a.series([c * unit for c in row[:length]]) for row in piece.rows]

@@ -25,7 +25,7 @@ from heyoka_bike.bicycle.equations.configuration import INTEGRALS, rates_of_inte
 from heyoka_bike.bicycle.equations.constants import Constants, constants
 from heyoka_bike.bicycle.equations.outputs import unfold
 from heyoka_bike.motion.trajectory import Certificate, Piece, Trajectory
-from heyoka_bike.numbers.analytic import NotAnalyticError, Series
+from heyoka_bike.numbers.analytic import NotAnalyticError, PowerSeries
 from heyoka_bike.numbers.arithmetic import Arithmetic, Balls, Number, exact_ball, upper_fraction
 from heyoka_bike.numbers.ball_matrices import total
 from heyoka_bike.reference.proof.cauchy import Circle, circle_bound, geometric, refused
@@ -103,7 +103,7 @@ class _Integrator:
         """Taylor coefficients of h g, to where Cauchy's estimate is below the grid."""
         longest = len(piece.rows[0])
         length = max(ceil(self.bits / log2(circle.radius)), longest)
-        a = Series(self.bits, length)
+        a = PowerSeries(self.bits, length)
         with a.precision():
             unit, step = flint.arb(2) ** -piece.grid, exact_ball(piece.h)
             state = [a.series([c * unit for c in row]) for row in piece.rows]

@@ -43,7 +43,7 @@ from heyoka_bike.reference.proof.motion_rows import (
     motion_expansions,
     round_motion,
 )
-from heyoka_bike.reference.proof.rows import Rows, constant_columns, round_rows
+from heyoka_bike.reference.proof.rows import RoundedRows, constant_columns, round_rows
 
 Progress = Callable[[str, float], None]
 
@@ -91,7 +91,7 @@ def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
 
 def prove_again(
     folder: str | Path, run: Trajectory, number: int, progress: Progress | None = None
-) -> tuple[Proof, Rows]:
+) -> tuple[Proof, RoundedRows]:
     """Prove one maneuver of a folder from its candidate, and compare with what is published.
 
     Raises
@@ -158,7 +158,11 @@ def _read_published(
 
 
 def _compare_rows(
-    run: Trajectory, rows: Rows | MotionTable, folder: str | Path, number: int, file: str = HDF5
+    run: Trajectory,
+    rows: RoundedRows | MotionTable,
+    folder: str | Path,
+    number: int,
+    file: str = HDF5,
 ) -> None:
     """Every published row: times and values to the bit, bounds not smaller than proved."""
     times = np.array([hi_lo(t, "time") for t in row_times(run.maneuver)])

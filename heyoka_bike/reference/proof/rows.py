@@ -29,7 +29,7 @@ Progress = Callable[[float], None]
 
 
 @dataclass(frozen=True)
-class Rows:
+class RoundedRows:
     """The correctly rounded rows of a maneuver.
 
     Attributes
@@ -72,7 +72,9 @@ def constant_columns(run: Trajectory) -> dict[str, Value]:
         return {"mechanical_energy": e.potential + e.kinetic}
 
 
-def round_rows(run: Trajectory, certificate: Certificate, progress: Progress | None = None) -> Rows:
+def round_rows(
+    run: Trajectory, certificate: Certificate, progress: Progress | None = None
+) -> RoundedRows:
     """Round every entry of the rows.
 
     Row 0 follows from the initial state in exact arithmetic, as far as it is rational; the others
@@ -103,7 +105,7 @@ def round_rows(run: Trajectory, certificate: Certificate, progress: Progress | N
         )
         for name in BENCHMARK_COLUMNS
     }
-    return Rows(_arrays(hi), _arrays(lo), _arrays(bound), text)
+    return RoundedRows(_arrays(hi), _arrays(lo), _arrays(bound), text)
 
 
 def distance(x: Enclosure | Fraction, hi: float, lo: float) -> float:

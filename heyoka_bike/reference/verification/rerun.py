@@ -27,15 +27,15 @@ from heyoka_bike.motion.trajectory import Certificate, Trajectory, row_times
 from heyoka_bike.numbers.arithmetic import exact_ball
 from heyoka_bike.numbers.precision import MAX_DIGITS, Precision
 from heyoka_bike.reference.layout import HDF5
-from heyoka_bike.reference.verification.checks import Check, Tally
-from heyoka_bike.reference.verification.numbers import (
+from heyoka_bike.reference.verification.agreement import (
     Stored,
     certificate_of,
     half_unit,
     stored_ball,
 )
+from heyoka_bike.reference.verification.checks import Check, Tally
 from heyoka_bike.reference.verification.schema import Text
-from heyoka_bike.reference.verification.verify import Part
+from heyoka_bike.reference.verification.verify import ManeuverFiles
 from heyoka_bike.system.parallel import progress_bars, side_by_side
 
 QUICK: tuple[str | int, ...] = ("binary128", 40)
@@ -89,7 +89,7 @@ class Agreement:
         )  # fmt: skip
 
 
-def rerun(parts: Sequence[Part], *, is_quick: bool = False) -> list[Agreement]:
+def rerun(parts: Sequence[ManeuverFiles], *, is_quick: bool = False) -> list[Agreement]:
     """Integrate the maneuvers of a whole set again, at two precisions each, side by side.
 
     Raises

@@ -31,9 +31,9 @@ from heyoka_bike.reference.load import load_reference
 from heyoka_bike.reference.manifest import MANIFEST, Manifest
 from heyoka_bike.reference.motion import MotionManeuver, load_motion
 from heyoka_bike.reference.proof.candidate import read_candidate
-from heyoka_bike.reference.verification import motion_numbers, numbers, schema
+from heyoka_bike.reference.verification import agreement, motion_agreement, schema
 from heyoka_bike.reference.verification.checks import Check, Tally, all_passed, as_dict
-from heyoka_bike.reference.verification.files import check_files
+from heyoka_bike.reference.verification.hashes import check_files
 from heyoka_bike.system.parallel import side_by_side
 from heyoka_bike.system.resources import reference_folder
 
@@ -67,7 +67,7 @@ _MEASURED: Mapping[str, str] = {
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class ManeuverFiles:
     """One maneuver of a set, as far as its files are whole.
 
     Attributes
@@ -87,7 +87,7 @@ class Part:
     """
 
     number: int
-    stored: numbers.Stored | None
+    stored: agreement.Stored | None
     run: Trajectory | None
     entry: Mapping[str, Any] | None
     texts: tuple[schema.Text, ...]
@@ -116,7 +116,7 @@ class Verification:
     folder: str
     dataset_version: str | None
     checks: tuple[Check, ...]
-    parts: tuple[Part, ...] = ()
+    parts: tuple[ManeuverFiles, ...] = ()
 
     @property
     def passed(self) -> bool:
@@ -154,7 +154,7 @@ class Content:
         Whether the set has a file of the whole motion, sound or not.
     """
 
-    parts: list[Part]
+    parts: list[ManeuverFiles]
     texts: tuple[schema.TextFile, ...]
     sound: set[str]
     has_motion: bool = False
@@ -241,9 +241,9 @@ def read_content(
     for i, maneuver in enumerate(maneuvers):
         stored = None
         if reference is not None:
-            stored = numbers.Stored(i + 1, bicycle, maneuver, reference[i + 1])
+            stored = agreement.Stored(i + 1, bicycle, maneuver, reference[i + 1])
         parts.append(
-            Part(
+            ManeuverFiles(
                 number=i + 1,
                 stored=stored,
                 run=None if runs is None else runs[i],
@@ -301,7 +301,7 @@ def _file_list(manifest: Manifest, expected: Sequence[str]) -> Check:
     return Check("file_list", not (missing or extra), MANIFEST, message, evidence)
 
 
-def _look(part: Part, _: Callable[[str, float], None]) -> list[Tally]:
+def _look(part: ManeuverFiles, _: Callable[[str, float], None]) -> list[Tally]:
     """All checks of the numbers of a maneuver for which there are files."""
     stored, run, entry = part.stored, part.run, part.entry
     found: list[Tally] = []
@@ -317,24 +317,29 @@ def _look(part: Part, _: Callable[[str, float], None]) -> list[Tally]:
             found.append(tally)
 
     if stored is not None:
-        for look in (numbers.row_zero, numbers.energies_add_up, numbers.own_state, numbers.dense):
+        for look in (
+            agreement.row_zero,
+            agreement.energies_add_up,
+            agreement.own_state,
+            agreement.dense,
+        ):
             add(HDF5, look, stored)
         for text in part.texts:
-            same = numbers.text_50 if text.file.is_long else numbers.text_17
+            same = agreement.text_50 if text.file.is_long else agreement.text_17
             add(text.file.name, same, stored, text)
         if entry is not None:
-            add(CERTIFICATE, numbers.certified, stored, run, entry)
+            add(CERTIFICATE, agreement.certified, stored, run, entry)
         if part.motion is not None:
-            for look_at_motion in motion_numbers.CHECKS:
+            for look_at_motion in motion_agreement.CHECKS:
                 add(MOTION, look_at_motion, stored, part.motion)
     if run is None:
         return found
-    add(CANDIDATE, numbers.candidate_joins, run)
+    add(CANDIDATE, agreement.candidate_joins, run)
     if entry is not None and set(entry["state_bounds"]) == set(run.states):
-        certificate = numbers.certificate_of(run, entry)
-        add(CANDIDATE, numbers.motion, run, certificate)
+        certificate = agreement.certificate_of(run, entry)
+        add(CANDIDATE, agreement.motion, run, certificate)
         if stored is not None:
-            add(HDF5, numbers.rounded_rows, stored, run, certificate, part.long_text)
+            add(HDF5, agreement.rounded_rows, stored, run, certificate, part.long_text)
     return found
 
 
@@ -378,7 +383,7 @@ def _needs(
         yield "text", text.name, (HDF5, text.name)
     yield "certificate", CERTIFICATE, (HDF5, CERTIFICATE)
     if has_motion:
-        for name in (*motion_numbers.NAMES, "dense_rows", "dense_joins"):
+        for name in (*motion_agreement.NAMES, "dense_rows", "dense_joins"):
             yield name, MOTION, (HDF5, MOTION)
     yield "candidate_joins", CANDIDATE, (CANDIDATE,)
     yield "equations_of_motion", CANDIDATE, (CANDIDATE, CERTIFICATE)

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from heyoka_bike.errors import InputError, MissingPackageError, printable
 from heyoka_bike.scoring.reading.array_tables import DEEPEST, MOST_BYTES, tables
-from heyoka_bike.scoring.reading.written import Table
+from heyoka_bike.scoring.reading.written import WrittenTable
 
 
-def read_npy(stream: BinaryIO, path: str, fitting: Sequence[int]) -> list[Table]:
+def read_npy(stream: BinaryIO, path: str, fitting: Sequence[int]) -> list[WrittenTable]:
     """The table in a file of one NumPy array.
 
     Parameters
@@ -39,7 +39,7 @@ def read_npy(stream: BinaryIO, path: str, fitting: Sequence[int]) -> list[Table]
     return tables(array, path, fitting)
 
 
-def read_npz(stream: BinaryIO, path: str, fitting: Sequence[int]) -> list[Table]:
+def read_npz(stream: BinaryIO, path: str, fitting: Sequence[int]) -> list[WrittenTable]:
     """The tables in an archive of NumPy arrays; see `read_npy`."""
     from zipfile import ZipFile
 
@@ -62,7 +62,7 @@ def read_npz(stream: BinaryIO, path: str, fitting: Sequence[int]) -> list[Table]
     return tables(arrays, path, fitting)
 
 
-def read_mat(stream: BinaryIO, path: str, fitting: Sequence[int]) -> list[Table]:
+def read_mat(stream: BinaryIO, path: str, fitting: Sequence[int]) -> list[WrittenTable]:
     """The tables in a MATLAB file before version 7.3; see `read_npy`.
 
     Raises
@@ -86,7 +86,7 @@ def read_mat(stream: BinaryIO, path: str, fitting: Sequence[int]) -> list[Table]
     return tables(_structures(found), path, fitting, is_ordered=False)
 
 
-def read_hdf5(source: BinaryIO | Path, path: str, fitting: Sequence[int]) -> list[Table]:
+def read_hdf5(source: BinaryIO | Path, path: str, fitting: Sequence[int]) -> list[WrittenTable]:
     """The tables in an HDF5 file, MATLAB's from version 7.3 among them; see `read_npy`."""
     import h5py
 

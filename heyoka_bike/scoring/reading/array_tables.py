@@ -22,7 +22,7 @@ from heyoka_bike.scoring.reading.headings import (
     recognise,
 )
 from heyoka_bike.scoring.reading.quanta import binary_column
-from heyoka_bike.scoring.reading.written import Table, Written
+from heyoka_bike.scoring.reading.written import Written, WrittenTable
 
 # Ten million rows of 25 numbers; more is what a damaged header says.
 MOST_BYTES = 2 * 10**9
@@ -42,7 +42,7 @@ _REFUSED = {
 def tables(
     source: Any, path: str, fitting: Sequence[int], *, is_ordered: bool = True,
     is_transposed: bool = False,
-) -> list[Table]:  # fmt: skip
+) -> list[WrittenTable]:  # fmt: skip
     """The tables in an array or in a mapping of names to arrays, or to such mappings.
 
     Parameters
@@ -82,7 +82,7 @@ class _Arrays:
         self.is_ordered = is_ordered
         self.is_transposed = is_transposed
 
-    def tables(self, members: Mapping[str, Any], depth: int = 0) -> list[Table]:
+    def tables(self, members: Mapping[str, Any], depth: int = 0) -> list[WrittenTable]:
         """The tables in a mapping: one, or one for each group of a maneuver."""
         groups: dict[int, Any] = {}
         for name, x in members.items():
@@ -109,7 +109,7 @@ class _Arrays:
             found.append(self.table(group, number, f"maneuver {number}: "))
         return found
 
-    def table(self, source: Any, maneuver: int | None, where: str = "") -> Table:
+    def table(self, source: Any, maneuver: int | None, where: str = "") -> WrittenTable:
         """The table in an array, or in a mapping without groups of maneuvers."""
         if isinstance(source, Mapping):
             return self._of_mapping(source, maneuver, where)
@@ -119,9 +119,11 @@ class _Arrays:
             return self._of_mapping(fields, maneuver, where)
         array, findings = self._upright(source, maneuver, where)
         columns = [self._column(x, None, where) for x in array.T]
-        return Table(columns, maneuver=maneuver, findings=findings)
+        return WrittenTable(columns, maneuver=maneuver, findings=findings)
 
-    def _of_mapping(self, source: Mapping[Any, Any], maneuver: int | None, where: str) -> Table:
+    def _of_mapping(
+        self, source: Mapping[Any, Any], maneuver: int | None, where: str
+    ) -> WrittenTable:
         members = _members(source, self.path, where)
         inner = {name: x for name, x in members.items() if isinstance(x, Mapping)}
         arrays = {name: x for name, x in members.items() if name not in inner}
@@ -133,7 +135,7 @@ class _Arrays:
         if self.is_ordered and len(vectors) in self.fitting and len(vectors) == len(arrays):
             columns = [self._column(x, None, f"{where}{n}: ") for n, x in vectors.items()]
             self._check_lengths(list(vectors), columns, where)
-            return Table(columns, list(vectors), maneuver=maneuver)
+            return WrittenTable(columns, list(vectors), maneuver=maneuver)
         widths = self.fitting if maneuver is None else (9,)
         whole = _whole(arrays, widths)
         if len(whole) == 1:
@@ -154,14 +156,14 @@ class _Arrays:
     def _named(
         self, vectors: Mapping[str, Any], names: Sequence[str], others: Sequence[str],
         maneuver: int | None, where: str,
-    ) -> Table:  # fmt: skip
+    ) -> WrittenTable:  # fmt: skip
         columns = [self._column(vectors[n], vectors.get(f"{n}_lo"), f"{where}{n}: ") for n in names]
         self._check_lengths(names, columns, where)
         findings: tuple[Finding, ...] = ()
         unknown = [n for n in (*vectors, *others) if n not in names and not _goes_with(n, names)]
         if unknown:
             findings = (left_out(unknown),)
-        return Table(
+        return WrittenTable(
             columns,
             list(names),
             ordered=False,

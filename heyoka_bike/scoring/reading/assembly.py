@@ -13,11 +13,11 @@ from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.reading.headings import TIME, layout, left_out
 from heyoka_bike.scoring.reading.results import Results, Rows
 from heyoka_bike.scoring.reading.times import Times, settle
-from heyoka_bike.scoring.reading.written import Table
+from heyoka_bike.scoring.reading.written import WrittenTable
 
 
 def assemble(
-    tables: Sequence[Table], kind: str, path: str, maneuver: int | None, count: int
+    tables: Sequence[WrittenTable], kind: str, path: str, maneuver: int | None, count: int
 ) -> Results:
     """Put the columns of a file where they belong.
 
@@ -73,7 +73,7 @@ def assemble(
     return Results(path, kind, rows, min(digits, default=None), tuple(findings))
 
 
-def _times(table: Table, at: int, path: str) -> Times:
+def _times(table: WrittenTable, at: int, path: str) -> Times:
     column = table.columns[at]
     bad = np.flatnonzero(~np.isfinite(column.values))
     if len(bad):
@@ -87,7 +87,7 @@ def _times(table: Table, at: int, path: str) -> Times:
 
 
 def _rows(
-    table: Table, times: Times, number: int | None, time: int, columns: Mapping[str, int],
+    table: WrittenTable, times: Times, number: int | None, time: int, columns: Mapping[str, int],
     bad: _NotFinite,
 ) -> Rows:  # fmt: skip
     values: dict[str, Array] = {}
@@ -116,7 +116,7 @@ class _NotFinite:
         self.total = 0
         self.first: tuple[int, int, str] | None = None
 
-    def add(self, table: Table, j: int, is_bad: NDArray[np.bool_]) -> None:
+    def add(self, table: WrittenTable, j: int, is_bad: NDArray[np.bool_]) -> None:
         """Count those of a column."""
         self.total += int(is_bad.sum())
         i = int(np.argmax(is_bad))

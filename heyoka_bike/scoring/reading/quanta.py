@@ -30,7 +30,7 @@ def significant(number: str) -> str:
     return mantissa.lstrip("+-0.").replace(".", "")
 
 
-class Tally:
+class DigitTally:
     """Digits written in the columns of a text, from samples of it."""
 
     def __init__(self, columns: int, time: int) -> None:

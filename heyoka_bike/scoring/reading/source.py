@@ -21,7 +21,7 @@ from heyoka_bike.scoring.reading.assembly import assemble
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.reading.text_lines import encoding_of
 from heyoka_bike.scoring.reading.text_table import read_text
-from heyoka_bike.scoring.reading.written import Table
+from heyoka_bike.scoring.reading.written import WrittenTable
 
 # Whole lines of so much text are read at once; the processor's cache holds what they become.
 _CHUNK = 1 << 21
@@ -105,7 +105,7 @@ def _columns(source: Any) -> Any:
 
 def _read_file(
     source: str | PathLike[str], path: str, fitting: Sequence[int]
-) -> tuple[list[Table], str]:
+) -> tuple[list[WrittenTable], str]:
     with ExitStack() as stack:
         file = _open(source, path, stack)
         head = _read(file, _HEAD, path)

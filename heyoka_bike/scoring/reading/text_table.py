@@ -12,10 +12,10 @@ from heyoka_bike.errors import InputError
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.reading.dialects import Dialect, plain_text, without_comment
 from heyoka_bike.scoring.reading.number_blocks import NOTHING, Block, parse_block, rest
-from heyoka_bike.scoring.reading.quanta import Tally, significant
+from heyoka_bike.scoring.reading.quanta import DigitTally, significant
 from heyoka_bike.scoring.reading.text_lines import whole_lines
 from heyoka_bike.scoring.reading.text_opening import Opening, find_opening, row_error
-from heyoka_bike.scoring.reading.written import Table
+from heyoka_bike.scoring.reading.written import WrittenTable
 
 # Rows of a block of which digits are counted; the slow reader looks at fewer.
 _COUNTED, _COUNTED_SLOWLY = 2000, 200
@@ -36,7 +36,9 @@ _QUOTED = re.compile(rb"([\"'])(?<![^\s,;].)([0-9a-zA-Z.+-]+)\1(?![^\s,;])")
 _MOST_BLANKS = 30
 
 
-def read_text(chunks: Iterable[bytes], encoding: str, path: str, fitting: Collection[int]) -> Table:
+def read_text(
+    chunks: Iterable[bytes], encoding: str, path: str, fitting: Collection[int]
+) -> WrittenTable:
     """Read rows of numbers.
 
     Parameters
@@ -71,7 +73,7 @@ class _Reader:
         self.path = path
         self.opening = opening
         self.exact = sorted({opening.time, *opening.exact})
-        self.tally = Tally(opening.width, opening.time)
+        self.tally = DigitTally(opening.width, opening.time)
         self.blocks: list[Block] = []
         self.line = 0
         self.cut: InputError | None = None
@@ -91,7 +93,7 @@ class _Reader:
             )
         self.line += text.count(b"\n")
 
-    def finish(self) -> Table:
+    def finish(self) -> WrittenTable:
         """The table, when all blocks have been read."""
         findings: tuple[Finding, ...] = ()
         if self.cut is not None:
@@ -112,7 +114,7 @@ class _Reader:
         ]
         lines = np.concatenate([b.lines for b in blocks])
         self.blocks = []
-        return Table(
+        return WrittenTable(
             self.tally.columns(values, lo),
             self.opening.names,
             lines,

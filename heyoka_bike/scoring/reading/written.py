@@ -36,7 +36,7 @@ class Written:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Table:
+class WrittenTable:
     """Columns of the same length.
 
     Attributes

@@ -28,7 +28,9 @@ class Kind:
     Attributes
     ----------
     module
-        Of this package, and how its files are called.
+        Of this package.
+    file
+        How its files are called.
     about
         What is drawn, in a few words.
     shows
@@ -41,6 +43,7 @@ class Kind:
     """
 
     module: str
+    file: str
     about: str
     shows: Literal["each", "one", "all", "none"]
     is_of_benchmark: bool = False
@@ -48,15 +51,28 @@ class Kind:
 
 
 FIGURES: Mapping[str, Kind] = {
-    DEFAULT: Kind("maneuver", "figures 2 to 4 of the benchmark, one for each maneuver", "each"),
-    "stability": Kind("stability", "eigenvalues over forward speed", "none"),
-    "phase": Kind("phase", "phase portraits", "all"),
-    "errors": Kind("errors", "errors of other programs, and what eq. (1) says", "one", True),
-    "definitions": Kind("definitions", "how far apart the definitions of a column are", "one"),
-    "certificate": Kind("certificate", "certified bound and true error, in a minute", "all"),
-    "after": Kind("after", "what follows the ten seconds; needs heyoka", "all", True, True),
-    "bicycle": Kind("bicycle", "the parameters of the bicycle", "none"),
-    "overview": Kind("overview", "a wide picture for a page on any background", "all"),
+    DEFAULT: Kind(
+        "maneuver", "maneuver", "figures 2 to 4 of the benchmark, one for each maneuver", "each"
+    ),
+    "stability": Kind("eigenvalues", "stability", "eigenvalues over forward speed", "none"),
+    "phase": Kind("phase", "phase", "phase portraits", "all"),
+    "errors": Kind(
+        "true_errors", "errors", "errors of other programs, and what eq. (1) says", "one", True
+    ),
+    "definitions": Kind(
+        "definition_distances",
+        "definitions",
+        "how far apart the definitions of a column are",
+        "one",
+    ),
+    "certificate": Kind(
+        "certified_bounds", "certificate", "certified bound and true error, in a minute", "all"
+    ),
+    "after": Kind(
+        "after", "after", "what follows the ten seconds; needs heyoka", "all", True, True
+    ),
+    "bicycle": Kind("dimensions", "bicycle", "the parameters of the bicycle", "none"),
+    "overview": Kind("overview", "overview", "a wide picture for a page on any background", "all"),
 }
 """The kinds by name."""
 
@@ -130,11 +146,11 @@ def plates(reference: Reference, name: str = DEFAULT, maneuver: int | None = Non
 
 def _plates(kind: Kind, reference: Reference, maneuver: int | None) -> list[Plate]:
     if kind.shows == "none":
-        return [Plate(kind.module, kind, ())]
+        return [Plate(kind.file, kind, ())]
     if kind.shows == "all" and maneuver is None:
-        return [Plate(kind.module, kind, tuple(reference))]
+        return [Plate(kind.file, kind, tuple(reference))]
     numbers = tuple(reference) if maneuver is None and kind.shows == "each" else (maneuver or 1,)
-    return [Plate(f"{kind.module}_{n}", kind, (n,)) for n in numbers]
+    return [Plate(f"{kind.file}_{n}", kind, (n,)) for n in numbers]
 
 
 def _has_heyoka() -> bool:

@@ -12,13 +12,13 @@ import numpy as np
 
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.showing.figures.shapes import shape
+from heyoka_bike.showing.formats import axis
+from heyoka_bike.showing.formats.chart import Line, chart
+from heyoka_bike.showing.formats.charts import legend
+from heyoka_bike.showing.formats.markup import PAGE_STYLE, page, prose
+from heyoka_bike.showing.formats.wording import sentence, shown, worst_words
 from heyoka_bike.showing.replay.motion_3d import Motion3D
 from heyoka_bike.showing.replay.scenes import Replay, Scene
-from heyoka_bike.showing.report import axis
-from heyoka_bike.showing.report.chart import Line, chart
-from heyoka_bike.showing.report.charts import legend
-from heyoka_bike.showing.report.markup import PAGE_STYLE, page, prose
-from heyoka_bike.showing.report.wording import sentence, shown, worst_words
 
 _HERE = Path(__file__).parent
 _HEIGHT = 84  # of the lines of a chart [px]

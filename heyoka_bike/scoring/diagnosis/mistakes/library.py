@@ -7,9 +7,9 @@ a file, such as columns in another order, are in `proposals`.
 
 from __future__ import annotations
 
-from heyoka_bike.scoring.diagnosis.mistakes.model import MODEL_MISTAKES
-from heyoka_bike.scoring.diagnosis.mistakes.output import OUTPUT_MISTAKES
-from heyoka_bike.scoring.diagnosis.mistakes.starts import START_MISTAKES
+from heyoka_bike.scoring.diagnosis.mistakes.in_model import MODEL_MISTAKES
+from heyoka_bike.scoring.diagnosis.mistakes.in_output import OUTPUT_MISTAKES
+from heyoka_bike.scoring.diagnosis.mistakes.in_start import START_MISTAKES
 from heyoka_bike.scoring.diagnosis.programs.program import Mistake, Program, apply
 
 __all__ = ["MISTAKES", "Mistake", "Program", "apply"]

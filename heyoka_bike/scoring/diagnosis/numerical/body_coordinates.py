@@ -24,7 +24,7 @@ import numpy as np
 from heyoka_bike.bicycle.equations.kinematics import posture, rear_rates, speeds
 from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.diagnosis.numerical.variation import SPIN, VELOCITIES, Motion
+from heyoka_bike.scoring.diagnosis.numerical.variation import SPIN, VELOCITIES, Variations
 from heyoka_bike.scoring.diagnosis.programs.start import BODIES, inertial_properties
 
 # Derivatives come from polynomials through this many states on either side, so far apart [s]: the
@@ -54,7 +54,7 @@ class _Twists:
 class BodyCoordinates:
     """Forces on the state that stand for errors in the coordinates of the bodies."""
 
-    def __init__(self, motion: Motion) -> None:
+    def __init__(self, motion: Variations) -> None:
         self._motion = motion
         p = motion.values
         self._tilt = p["lam"]

@@ -20,7 +20,7 @@ from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.alignment import spread
 from heyoka_bike.scoring.diagnosis.numerical.body_coordinates import BodyCoordinates
 from heyoka_bike.scoring.diagnosis.numerical.elementary import differentials
-from heyoka_bike.scoring.diagnosis.numerical.variation import POSITIONS, VELOCITIES, Motion
+from heyoka_bike.scoring.diagnosis.numerical.variation import POSITIONS, VELOCITIES, Variations
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.report import ColumnScore, Report
 
@@ -116,7 +116,7 @@ def order_of(report: Report, reference: Reference) -> Order | None:
     data = [_data(m.maneuver, c) for m in report.maneuvers for c in m.columns if _is_shown(c)]
     if len({d.number for d in data}) < 2:
         return None
-    motion = Motion(reference)
+    motion = Variations(reference)
     if np.max(motion.step) > _WIDEST:
         return None
     y, bodies = motion.states, BodyCoordinates(motion)
@@ -149,7 +149,7 @@ def _data(number: int, c: ColumnScore) -> _Data:
     )  # fmt: skip
 
 
-def _left(motion: Motion, shapes: Array, data: Sequence[_Data]) -> float:
+def _left(motion: Variations, shapes: Array, data: Sequence[_Data]) -> float:
     """Part of the errors that remains when the shapes are fitted, geometric mean."""
     if not data:
         return 1.0

@@ -39,7 +39,7 @@ _INNER = 4
 _SHIFT = 1e-5
 
 
-class Motion:
+class Variations:
     """The reference motion on an even grid of each maneuver, and what follows from it.
 
     Attributes

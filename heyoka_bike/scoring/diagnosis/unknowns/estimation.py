@@ -53,7 +53,7 @@ Errors = Callable[[Mapping[Unknown, float]], Columns]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Problem:
+class FitProblem:
     """What is to be explained.
 
     Attributes
@@ -152,7 +152,7 @@ def jacobian(
     return made
 
 
-def estimate(problem: Problem, errors: Errors | None = None, worth: float = 1.0) -> Estimate:
+def estimate(problem: FitProblem, errors: Errors | None = None, worth: float = 1.0) -> Estimate:
     """Find the fewest unknowns that explain a file.
 
     Parameters
@@ -190,26 +190,26 @@ def estimate(problem: Problem, errors: Errors | None = None, worth: float = 1.0)
     )
 
 
-def left_by(problem: Problem, errors: Errors | None, fit: Fit) -> Columns:
+def left_by(problem: FitProblem, errors: Errors | None, fit: Fit) -> Columns:
     """What a fit leaves of the errors [SI]."""
     if errors is not None:
         return errors(fit.changes)
     return _first_order(problem, fit.changes)
 
 
-def _first_order(problem: Problem, changes: Mapping[Unknown, float]) -> Columns:
+def _first_order(problem: FitProblem, changes: Mapping[Unknown, float]) -> Columns:
     x = np.array([changes.get(u, 0.0) for u in problem.unknowns])
     return {k: e - problem.jacobians[k] @ x for k, e in problem.errors.items()}
 
 
-def _is_shown(problem: Problem, fit: Fit) -> bool:
+def _is_shown(problem: FitProblem, fit: Fit) -> bool:
     """Whether integration errors are never explained so well."""
     alone = fit.is_of_one_maneuver or len(problem.times) == 1
     least = _LEAST_OF_ONE_MANEUVER if alone else _LEAST
     return fit.relief > least * _FURTHER ** (len(fit.changes) - 1)
 
 
-def _blocks(problem: Problem, window: float) -> Blocks:
+def _blocks(problem: FitProblem, window: float) -> Blocks:
     """Normal equations over the first part of each run, the largest hundredth left out."""
     errors, jacobians, floors = [], [], []
     for place, error in problem.errors.items():
@@ -229,7 +229,7 @@ _Starts = dict[tuple[int, ...], Array]
 """Subsets of the unknowns, and the changes from which to refine them."""
 
 
-def _beginnings(problem: Problem, size: int) -> _Starts:
+def _beginnings(problem: FitProblem, size: int) -> _Starts:
     """The most promising subsets of a size, to first order."""
     starts: _Starts = {}
     for window in _WINDOWS:
@@ -239,7 +239,7 @@ def _beginnings(problem: Problem, size: int) -> _Starts:
     return starts
 
 
-def _one_more(problem: Problem, errors: Errors, best: Fit) -> tuple[_Starts, float]:
+def _one_more(problem: FitProblem, errors: Errors, best: Fit) -> tuple[_Starts, float]:
     """The unknowns that most promise to explain what a fit leaves, and the gain they promise."""
     left = errors(best.changes)
     slopes = {k: np.zeros_like(j) for k, j in problem.jacobians.items()}
@@ -267,7 +267,9 @@ def _one_more(problem: Problem, errors: Errors, best: Fit) -> tuple[_Starts, flo
 class _Refinement:
     """Gauss-Newton over some of the unknowns."""
 
-    def __init__(self, problem: Problem, errors: Errors | None, members: tuple[int, ...]) -> None:
+    def __init__(
+        self, problem: FitProblem, errors: Errors | None, members: tuple[int, ...]
+    ) -> None:
         self._problem = problem
         self._members = list(members)
         self._errors = errors or partial(_first_order, problem)
@@ -368,7 +370,7 @@ def _doubling(shares: Array) -> float:
     return high
 
 
-def _singular_values(problem: Problem) -> tuple[float, ...]:
+def _singular_values(problem: FitProblem) -> tuple[float, ...]:
     """Of the Jacobian in units of the unknowns' sizes and of each column's error."""
     rows = []
     for place, error in problem.errors.items():

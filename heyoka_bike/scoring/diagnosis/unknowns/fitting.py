@@ -20,8 +20,8 @@ from heyoka_bike.scoring.diagnosis.programs.start import initial_state
 from heyoka_bike.scoring.diagnosis.unknowns.estimation import (
     Errors,
     Fit,
+    FitProblem,
     Place,
-    Problem,
     Unknown,
     jacobian,
     left_by,
@@ -73,7 +73,7 @@ class Fitting:
         }
         self._floors = floors
 
-    def problem(self, sensitivities: Sensitivities) -> Problem:
+    def problem(self, sensitivities: Sensitivities) -> FitProblem:
         """The errors with their derivatives."""
         unknowns = unknowns_of(self._numbers)
         jacobians = {}
@@ -82,7 +82,7 @@ class Fitting:
             for number, key in self._errors:
                 if number == n:
                     jacobians[number, key] = found[self._names[key]]
-        return Problem(
+        return FitProblem(
             errors=self._errors, jacobians=jacobians, scales=self._scales, floors=self._floors,
             times=dict(zip(self._numbers, self._times, strict=True)),
             unknowns=unknowns, sizes=np.array([abs(self.value(u)) or 1.0 for u in unknowns]),
@@ -108,7 +108,7 @@ class Fitting:
 
         return left
 
-    def curves(self, problem: Problem, errors: Errors | None, fit: Fit) -> tuple[Curve, ...]:
+    def curves(self, problem: FitProblem, errors: Errors | None, fit: Fit) -> tuple[Curve, ...]:
         """What a fit leaves, in the column of each maneuver that it explains best."""
         left = left_by(problem, errors, fit)
         found = []

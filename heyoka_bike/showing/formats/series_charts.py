@@ -8,10 +8,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from heyoka_bike.scoring.report import Convergence, Series
-from heyoka_bike.showing.report import axis
-from heyoka_bike.showing.report.chart import Guide, Line, Notch, chart
-from heyoka_bike.showing.report.charts import legend, style_of
-from heyoka_bike.showing.report.wording import label, number, scale
+from heyoka_bike.showing.formats import axis
+from heyoka_bike.showing.formats.chart import Guide, Line, Notch, chart
+from heyoka_bike.showing.formats.charts import legend, style_of
+from heyoka_bike.showing.formats.wording import label, number, scale
 
 _HEIGHT = 280
 _MOST_ORDER = 12  # of the guides

@@ -11,11 +11,11 @@ from pathlib import Path
 from heyoka_bike.scoring.findings import Finding
 from heyoka_bike.scoring.measures import MOST_DIGITS
 from heyoka_bike.scoring.report import Explanation, ManeuverScore, Report, Requirement, Series
-from heyoka_bike.showing.report import series_charts, tables
-from heyoka_bike.showing.report.charts import all_errors, explained, one_column
-from heyoka_bike.showing.report.definitions import definitions
-from heyoka_bike.showing.report.markup import PAGE_STYLE, page, prose
-from heyoka_bike.showing.report.wording import (
+from heyoka_bike.showing.formats import series_charts, tables
+from heyoka_bike.showing.formats.charts import all_errors, explained, one_column
+from heyoka_bike.showing.formats.definition_table import definitions
+from heyoka_bike.showing.formats.markup import PAGE_STYLE, page, prose
+from heyoka_bike.showing.formats.wording import (
     by_severity,
     chosen,
     coverage_words,

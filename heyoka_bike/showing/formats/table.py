@@ -23,7 +23,7 @@ from heyoka_bike.scoring.report import (
     Requirement,
     Series,
 )
-from heyoka_bike.showing.report.wording import (
+from heyoka_bike.showing.formats.wording import (
     by_severity,
     chosen,
     first_above,

@@ -7,7 +7,7 @@ from html import escape
 from pathlib import Path
 
 from heyoka_bike.scoring.report import ColumnScore, Convergence, ManeuverScore, Series
-from heyoka_bike.showing.report.wording import (
+from heyoka_bike.showing.formats.wording import (
     first_above,
     label,
     mark,

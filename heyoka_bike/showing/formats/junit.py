@@ -11,7 +11,7 @@ from dataclasses import fields
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 from heyoka_bike.scoring.report import ColumnScore, Measures, Report, Series
-from heyoka_bike.showing.report.wording import by_severity, reports, sentence, shown, verdict
+from heyoka_bike.showing.formats.wording import by_severity, reports, sentence, shown, verdict
 
 
 def render(scored: Report | Series) -> str:

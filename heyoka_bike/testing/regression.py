@@ -22,7 +22,7 @@ from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.requirements import OF_COLUMN, OF_MANEUVER, check, parse
 from heyoka_bike.scoring.score import report
-from heyoka_bike.showing.report import wording as words
+from heyoka_bike.showing.formats import wording as words
 from heyoka_bike.testing.failure import failure
 
 # Of these more is better; of all other metrics less.

@@ -48,7 +48,7 @@ _NOTE: Mapping[str, Any] = {"fontsize": 7, "va": "bottom", "color": "#404040"}
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Trace:
+class ProgramErrors:
     """A run of a program over time.
 
     Attributes
@@ -116,7 +116,7 @@ def draw(reference: Reference, numbers: Sequence[int]) -> Figure:
     return figure
 
 
-def trace(reference: Reference, number: int, name: str) -> Trace:
+def trace(reference: Reference, number: int, name: str) -> ProgramErrors:
     """One maneuver of a file of data/peers, each column in the definition that it follows."""
     report = score(read_results(data_folder() / "peers" / name), reference)
     found = next(m for m in report.maneuvers if m.maneuver == number)
@@ -126,7 +126,7 @@ def trace(reference: Reference, number: int, name: str) -> Trace:
     floors = [(columns[key].floor, scales[key]) for key in STATE]
     energy = columns["mechanical_energy"].trace.value
     spread = np.maximum.accumulate(energy) - np.minimum.accumulate(energy)
-    return Trace(
+    return ProgramErrors(
         time=columns["roll_angle"].trace.time,
         error=100 * np.maximum.accumulate(np.max(errors, axis=0)),
         energy=100 * spread / energy[0],

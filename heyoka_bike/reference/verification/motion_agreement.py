@@ -23,9 +23,15 @@ from heyoka_bike.reference.layout import HDF5, MOTION
 from heyoka_bike.reference.load import Values
 from heyoka_bike.reference.motion import MotionManeuver
 from heyoka_bike.reference.proof.dense import NODES
-from heyoka_bike.reference.verification import numbers
+from heyoka_bike.reference.verification import agreement
+from heyoka_bike.reference.verification.agreement import (
+    BITS,
+    STATE,
+    Stored,
+    holds_zero,
+    stored_ball,
+)
 from heyoka_bike.reference.verification.checks import Tally
-from heyoka_bike.reference.verification.numbers import BITS, STATE, Stored, holds_zero, stored_ball
 
 NAMES = ("motion_state", "motion_identities", "rolling")
 """Checks that are made of the whole motion only."""
@@ -140,7 +146,7 @@ def _derivative(dense: Values, name: str, piece: int) -> flint.arb_poly:
 
 def dense(x: Stored, m: MotionManeuver) -> list[Tally]:
     """The dense output: its value at the rows, and how its pieces join."""
-    return numbers.dense(Stored(x.number, x.bicycle, x.maneuver, m), MOTION)
+    return agreement.dense(Stored(x.number, x.bicycle, x.maneuver, m), MOTION)
 
 
 CHECKS = (follows_from_state, identities, rolling, dense)

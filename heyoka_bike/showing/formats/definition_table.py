@@ -7,7 +7,7 @@ from html import escape
 
 from heyoka_bike.bicycle.columns import DEFINITIONS
 from heyoka_bike.scoring.report import ColumnScore, ManeuverScore
-from heyoka_bike.showing.report.wording import label, number, shown, unit_text
+from heyoka_bike.showing.formats.wording import label, number, shown, unit_text
 
 
 def definitions(m: ManeuverScore) -> str:

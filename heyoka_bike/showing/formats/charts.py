@@ -11,11 +11,11 @@ from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.measures import TOLERANCE
 from heyoka_bike.scoring.report import ColumnScore, Curve, Explanation, ManeuverScore
-from heyoka_bike.showing.report import axis
-from heyoka_bike.showing.report.chart import Level, Line, Notch, chart
-from heyoka_bike.showing.report.decimate import envelope, highest
-from heyoka_bike.showing.report.markup import prose
-from heyoka_bike.showing.report.wording import in_unit, label, number, plain, scale, unit_text
+from heyoka_bike.showing.formats import axis
+from heyoka_bike.showing.formats.chart import Level, Line, Notch, chart
+from heyoka_bike.showing.formats.decimate import envelope, highest
+from heyoka_bike.showing.formats.markup import prose
+from heyoka_bike.showing.formats.wording import in_unit, label, number, plain, scale, unit_text
 
 _ALL_HEIGHT, _ONE_HEIGHT = 300, 120
 # Looks of lines in page.css; columns beyond the eight of the benchmark share them.
