@@ -17,12 +17,10 @@ sys.path.append(str(Path(__file__).parents[2] / "tests"))
 
 from support.limit_cycle import Cycle
 
-from heyoka_bike.bicycle.equations.bodies import bodies
-from heyoka_bike.bicycle.equations.constants import constants
 from heyoka_bike.bicycle.equations.forces import forces
 from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.kinematics import lateral_condition, posture
-from heyoka_bike.bicycle.equations.outputs import energies, unfold
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Maneuver, read_bicycle, read_maneuvers
 from heyoka_bike.bicycle.stability.linear import linearise
 from heyoka_bike.motion.evaluator import evaluator
@@ -115,11 +113,10 @@ def final_speed(bicycle, maneuver, bits=400):
     """Speed of the upright bicycle that has the energy of a start upright and straight."""
     balls = Balls(bits)
     with balls.precision():
-        k = constants(bicycle, balls)
+        equations = Equations.of(bicycle, balls)
 
         def kinetic(m):
-            o, u = unfold(k, balls, initial_state(bicycle, m, k, balls), is_regular=True)
-            return energies(k, o, u).kinetic
+            return equations.energies(initial_state(equations, m)).kinetic
 
         one = replace(maneuver, speed=Exact(Fraction(1)), roll_rate=ZERO)
         return (kinetic(maneuver) / kinetic(one)).sqrt()
@@ -160,9 +157,9 @@ def settling_rows(bicycle, maneuver, end=Fraction(100), digits=DIGITS[0]):
 # Maneuver 3
 
 
-def turn_divisor(k, b, a, state, is_regular):
+def turn_divisor(equations, state):
     """What gives the turn rate from roll and steer rate is divided by this, see `rear_rates`."""
-    o = posture(k, a, *state[:3])
+    o = posture(equations.k, equations.a, *state[:3])
     _, c1, c3 = lateral_condition(o)
     return c3 * o.cb - c1 * o.sb
 
@@ -171,12 +168,11 @@ def stays_positive(run, certificate, kind, end):
     """Prove that a quantity of the exact motion is positive from the start to a time [s]."""
     at = evaluator(run, run.bits + 64, certificate)
     with at.balls.precision():
-        b = bodies(run.bicycle, at.balls)
 
         def check(i, low, high, depth):
             middle, half = exact_ball((low + high) / 2), exact_ball((high - low) / 2)
             state = at.state(flint.arb(middle, half), i)
-            value = KINDS[kind](at.constants, b, at.balls, state, run.is_regular)
+            value = KINDS[kind](at.equations, state)
             if value > 0:
                 return True
             if depth == HALVINGS:
@@ -205,11 +201,7 @@ def fall_rows(bicycle, maneuver):
         is_first = all(stays_positive(run, proof, kind, before) for kind in (REAR_LIFT, FRONT_LIFT))
         largest = at.columns(lean.time, lean.piece)
         there = at.columns(lift.time, lift.piece)
-        b = bodies(bicycle, at.balls)
-        on_floor = [
-            forces(at.constants, b, at.balls, at.state(e.time, e.piece), is_regular=run.is_regular)
-            for e in (lean, lift)
-        ]
+        on_floor = [forces(at.equations, at.state(e.time, e.piece)) for e in (lean, lift)]
         rows += [
             ("greatest lean, time [s]", f"`{enclosed(lean.time)}`", "certified"),
             ("roll angle then [rad]", f"`{enclosed(largest['roll_angle'])}`", "certified"),

@@ -17,11 +17,8 @@ from scipy.integrate import solve_ivp
 from speed_page import filled, table
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
-from heyoka_bike.bicycle.equations.constants import constants
 from heyoka_bike.bicycle.equations.initial import initial_state
-from heyoka_bike.bicycle.equations.kinematics import state_names
-from heyoka_bike.bicycle.equations.outputs import columns as all_columns
-from heyoka_bike.bicycle.equations.outputs import unfold
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver, read_bicycle, read_maneuvers
 from heyoka_bike.cli import main as command
 from heyoka_bike.errors import NothingScoredError
@@ -146,8 +143,7 @@ class Motion:
     def start(self):
         balls = Balls(BITS)
         with balls.precision():
-            k = constants(self.bicycle, balls)
-            state = initial_state(self.bicycle, self.maneuver, k, balls)[: len(state_names(True))]
+            state = initial_state(Equations.of(self.bicycle, balls), self.maneuver)[:-1]
             return np.array([self.number(x.str(60, radius=False)) for x in state])
 
     def times(self):
@@ -158,17 +154,14 @@ class Motion:
         """The eight columns of states, shape (rows, 6): shape (8, rows)."""
         hy, balls = require_heyoka(), Balls(BITS)
         with balls.precision():
-            k = constants(self.bicycle, balls).convert(
-                lambda x: hy.expression(self.number(x.str(60, radius=False)))
+            equations = Equations.of(self.bicycle, balls).convert(
+                lambda x: hy.expression(self.number(x.str(60, radius=False))), Expressions()
             )
-        state = hy.make_vars(*state_names(True))
-        a = Expressions()
-        o, u = unfold(k, a, state, is_regular=True)
+        *state, _ = hy.make_vars(*equations.states)
         # The yaw is in none of them.
-        zero = hy.expression(self.number("0"))
-        found = all_columns(k, a, o, u, state[0], state[1], state[2], zero)
+        found = equations.columns([*state, hy.expression(self.number("0"))])
         wanted = [found[name] for name in BENCHMARK_COLUMNS]
-        return hy.cfunc(wanted, list(state), fp_type=self.number)(np.ascontiguousarray(states.T))
+        return hy.cfunc(wanted, state, fp_type=self.number)(np.ascontiguousarray(states.T))
 
 
 class _TooLongError(Exception):

@@ -12,11 +12,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
-from heyoka_bike.bicycle.equations.constants import Constants, constants
-from heyoka_bike.bicycle.equations.model import few_products
-from heyoka_bike.bicycle.equations.outputs import columns, unfold
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle
-from heyoka_bike.numbers.arithmetic import Balls, Number
+from heyoka_bike.numbers.arithmetic import Number
 from heyoka_bike.numbers.exact import Exact
 
 _BITS = 256  # each constant is the exact one, rounded once
@@ -178,7 +176,7 @@ def slope_source(bicycle: Bicycle) -> str:
     """
     code = CCode()
     state = [code.variable(f"y[{i}]") for i in range(_STATE)]
-    rates = few_products(_constants(bicycle, code), code, state)
+    rates = _equations(bicycle, code).rates(state)
     return _function(
         "static void slope(const double *restrict y, double *restrict f)",
         [
@@ -197,10 +195,7 @@ def columns_source(bicycle: Bicycle) -> str:
     code = CCode()
     names = ("roll", "pitch", "steer", "w1", "w3", "spin")
     state = [code.variable(name) for name in names]
-    k = _constants(bicycle, code)
-    o, u = unfold(k, code, state, is_regular=False)
-    yaw = code.variable("yaw")
-    found = columns(k, code, o, u, state[0], state[1], state[2], yaw)
+    found = _equations(bicycle, code).columns([*state, code.variable("yaw")])
     results = {f"out[{i} * n + r]": found[c] for i, c in enumerate(BENCHMARK_COLUMNS)}
     needed = _needed(code.statements, [x.text for x in results.values()])
     first = {n: t for n, t in needed.items() if t.startswith(_TRIGONOMETRIC)}
@@ -235,7 +230,7 @@ def columns_source(bicycle: Bicycle) -> str:
 def operations(bicycle: Bicycle) -> dict[str, int]:
     """How often each operation occurs in the time derivatives of the state."""
     code = CCode()
-    few_products(_constants(bicycle, code), code, [code.variable(f"y[{i}]") for i in range(_STATE)])
+    _equations(bicycle, code).rates([code.variable(f"y[{i}]") for i in range(_STATE)])
     count: dict[str, int] = {}
     for text in code.statements.values():
         kind = text.split("(")[0] if text.startswith(_TRIGONOMETRIC) else text.split()[1]
@@ -243,10 +238,8 @@ def operations(bicycle: Bicycle) -> dict[str, int]:
     return count
 
 
-def _constants(bicycle: Bicycle, code: CCode) -> Constants:
-    balls = Balls(_BITS)
-    with balls.precision():
-        return constants(bicycle, balls).convert(lambda x: code.literal(float(x.mid())))
+def _equations(bicycle: Bicycle, code: CCode) -> Equations:
+    return Equations.binary64(bicycle, is_regular=False).convert(code.literal, code)
 
 
 def _needed(statements: Mapping[str, str], results: Sequence[str]) -> dict[str, str]:

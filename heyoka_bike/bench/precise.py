@@ -16,9 +16,8 @@ from fractions import Fraction
 
 import flint
 
-from heyoka_bike.bicycle.equations.constants import constants
-from heyoka_bike.bicycle.equations.initial import start_state
-from heyoka_bike.bicycle.equations.model import few_products
+from heyoka_bike.bicycle.equations.initial import initial_state
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.motion.expressions import require_heyoka
 from heyoka_bike.motion.integrate import Native, integrate, right_hand_side
 from heyoka_bike.motion.trajectory import Trajectory
@@ -117,11 +116,11 @@ def _heyoka(published: Trajectory, p: Precision) -> Precise:
 def _mpmath(published: Trajectory, p: Precision) -> Precise:
     a = Multiprecision(round(p.digits))
     mp = a.context
-    k = constants(published.bicycle, a)
+    equations = Equations.of(published.bicycle, a, is_regular=False)
     start = [mp.mpf(x.str(a.context.dps + 5, radius=False)) for x in _start(published, p)]
     span = _MPMATH_SPAN
     begin = time.perf_counter()
-    solution = mp.odefun(lambda _, y: few_products(k, a, list(y)), 0, start)
+    solution = mp.odefun(lambda _, y: equations.rates(list(y)), 0, start)
     state = solution(mp.mpf(span.numerator) / span.denominator)
     took = time.perf_counter() - begin
     text = [mp.nstr(x, mp.dps + 5) for x in state]
@@ -131,14 +130,13 @@ def _mpmath(published: Trajectory, p: Precision) -> Precise:
 def _balls(published: Trajectory, p: Precision) -> Precise:
     """One step: each order by one evaluation of the equations, up to the order heyoka takes."""
     balls, order = Balls(p.bits), _order(p.bits)
-    with balls.precision():
-        k = constants(published.bicycle, balls)
+    equations = Equations.of(published.bicycle, balls, is_regular=False)
     y = [[x] for x in _start(published, p)]
     begin = time.perf_counter()
     for n in range(1, order + 1):
         series = PowerSeries(p.bits, n)
         with series.precision():
-            rates = few_products(k, series, [series.series(c) for c in y])
+            rates = equations.over(series).rates([series.series(c) for c in y])
             for c, rate in zip(y, rates, strict=True):
                 c.append(series.coefficients(rate)[n - 1] / n)
     # The last term decides how long the step may be.
@@ -153,7 +151,8 @@ def _balls(published: Trajectory, p: Precision) -> Precise:
 
 def _start(published: Trajectory, p: Precision) -> list[flint.arb]:
     """Initial state of the few-product form, without the yaw."""
-    return start_state(published.bicycle, published.maneuver, p.bits + _GUARD)
+    equations = Equations.of(published.bicycle, Balls(p.bits + _GUARD), is_regular=False)
+    return initial_state(equations, published.maneuver)[:6]
 
 
 def _integer(x: flint.arb) -> tuple[int, int]:

@@ -18,10 +18,8 @@ import flint
 import numpy as np
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
-from heyoka_bike.bicycle.equations.constants import Constants, constants
-from heyoka_bike.bicycle.equations.initial import start_state
-from heyoka_bike.bicycle.equations.kinematics import state_names
-from heyoka_bike.bicycle.equations.outputs import columns, energies, unfold
+from heyoka_bike.bicycle.equations.initial import initial_state
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
 from heyoka_bike.motion.expressions import Expressions, require_heyoka
 from heyoka_bike.motion.integrate import right_hand_side
@@ -50,8 +48,8 @@ class Problem:
 
     def start(self, number: Callable[[str], Any]) -> Array:
         """Initial state, without the yaw, in the number type that `number` makes from decimals."""
-        state = start_state(self.bicycle, self.maneuver, _BITS)
-        with self._balls.precision():
+        state = initial_state(self._equations, self.maneuver)[:6]
+        with self._equations.precision():
             return np.array([number(x.str(60, radius=False)) for x in state])
 
     @cached_property
@@ -81,31 +79,29 @@ class Problem:
     def columns(self, number: Callable[[str], Any] = float) -> Callable[[Array], Any]:
         """The benchmark's eight columns of states, shape (rows, 6), compiled: shape (8, rows)."""
         hy = require_heyoka()
-        with self._balls.precision():
-            k = self._constants.convert(lambda x: hy.expression(number(x.str(60, radius=False))))
-        state = hy.make_vars(*state_names(False))
-        a = Expressions()
-        o, u = unfold(k, a, state, is_regular=False)
+        with self._equations.precision():
+            equations = self._equations.convert(
+                lambda x: hy.expression(number(x.str(60, radius=False))), Expressions()
+            )
+        *state, _ = hy.make_vars(*equations.states)
         # The yaw is in none of them.
-        found = columns(k, a, o, u, state[0], state[1], state[2], hy.expression(number("0")))
-        compiled = hy.cfunc(
-            [found[name] for name in BENCHMARK_COLUMNS], list(state), fp_type=number
-        )
+        found = equations.columns([*state, hy.expression(number("0"))])
+        compiled = hy.cfunc([found[name] for name in BENCHMARK_COLUMNS], state, fp_type=number)
         return lambda states: compiled(np.ascontiguousarray(states.T))
 
     def measure(self, rows: Array, expected: Values) -> tuple[float, float]:
         """Eq. (1) [%] and state error of states; infinite for a run that did not get through."""
         if len(rows) < self.maneuver.rows:
             return math.inf, math.inf
-        k, balls = self._constants, self._balls
+        equations = self._equations
         total, worst = [], flint.arb(0)
-        with balls.precision():
+        with equations.precision():
             for i, row in enumerate(rows):
                 state = [flint.arb(x if isinstance(x, float) else str(x)) for x in row]
-                o, u = unfold(k, balls, state, is_regular=False)
-                e = energies(k, o, u)
+                _, u = equations.unfold(state)
+                e = equations.energies(state)
                 total.append(e.potential + e.kinetic)
-                found = (state[0], state[2], u.p, u.steer_rate, u.v * k.length)
+                found = (state[0], state[2], u.p, u.steer_rate, u.v * equations.k.length)
                 for name, value in zip(_STATE_COLUMNS, found, strict=True):
                     right = flint.arb(expected.hi[name][i]) + flint.arb(expected.lo[name][i])
                     worst = worst.max(abs(value - right))
@@ -127,13 +123,8 @@ class Problem:
         return float(100 * (energy.max() - energy.min()) / energy[0]), worst
 
     @cached_property
-    def _balls(self) -> Balls:
-        return Balls(_BITS)
-
-    @cached_property
-    def _constants(self) -> Constants:
-        with self._balls.precision():
-            return constants(self.bicycle, self._balls)
+    def _equations(self) -> Equations:
+        return Equations.of(self.bicycle, Balls(_BITS), is_regular=False)
 
 
 class Unavailable(Exception):  # noqa: N818

@@ -7,9 +7,8 @@ from fractions import Fraction
 
 import flint
 
-from heyoka_bike.bicycle.equations.constants import Constants, constants
 from heyoka_bike.bicycle.equations.kinematics import front_contact_height
-from heyoka_bike.bicycle.equations.outputs import columns, energies, unfold
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.motion.trajectory import Certificate, Trajectory, row_times
 from heyoka_bike.numbers.arithmetic import Balls, exact_ball
 
@@ -42,8 +41,8 @@ def evaluator(
     candidate's.
     """
     balls = Balls(bits)
-    with balls.precision():
-        return Evaluator(trajectory, balls, constants(trajectory.bicycle, balls), certificate)
+    equations = Equations.of(trajectory.bicycle, balls, is_regular=trajectory.is_regular)
+    return Evaluator(trajectory, balls, equations, certificate)
 
 
 @dataclass(frozen=True)
@@ -52,12 +51,12 @@ class Evaluator:
 
     trajectory: Trajectory
     balls: Balls
-    constants: Constants
+    equations: Equations
     certificate: Certificate | None = None
 
     def columns(self, t: Fraction | flint.arb, piece: int | None = None) -> dict[str, flint.arb]:
         """Every column by name at time `t`; a time that is a ball needs its piece."""
-        return self.columns_of(self.state(t, piece))
+        return dict(self.equations.columns(self.state(t, piece)))
 
     def state(self, t: Fraction | flint.arb, piece: int | None = None) -> list[flint.arb]:
         """State at time `t`; a time that is a ball needs its piece."""
@@ -78,23 +77,15 @@ class Evaluator:
         """Every column by name at `t`, on the piece that holds the time `about`."""
         return self.columns(t, self.trajectory.piece_at(about))
 
-    def columns_of(self, state: list[flint.arb]) -> dict[str, flint.arb]:
-        """Every column by name of a state."""
-        k, a = self.constants, self.balls
-        o, u = unfold(k, a, state, is_regular=self.trajectory.is_regular)
-        roll, pitch, steer, *_, yaw = state
-        return dict(columns(k, a, o, u, roll, pitch, steer, yaw))
-
     def drift(self) -> Drift:
         """Energy and contact drift over the rows of the maneuver."""
-        k, a, run = self.constants, self.balls, self.trajectory
+        k, a, run = self.equations.k, self.balls, self.trajectory
         values = []
         contact = flint.arb(0)
         with a.precision():
             for t in row_times(run.maneuver):
                 state = run.state(t)
-                o, u = unfold(k, a, state, is_regular=run.is_regular)
-                e = energies(k, o, u)
+                e = self.equations.energies(state)
                 values.append(e.potential + e.kinetic)
                 gap = abs(front_contact_height(k, a, state[0], state[1], state[2]))
                 contact = gap.max(contact)

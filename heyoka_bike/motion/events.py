@@ -22,16 +22,14 @@ import flint
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from heyoka_bike.bicycle.equations.bodies import Bodies, binary64_bodies, bodies
-from heyoka_bike.bicycle.equations.constants import Constants, binary64_constants
 from heyoka_bike.bicycle.equations.forces import forces
-from heyoka_bike.bicycle.equations.outputs import unfold
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
 from heyoka_bike.errors import InputError, SingularMotionError
 from heyoka_bike.motion.evaluator import evaluator
 from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.motion.trajectory import Certificate, Trajectory
-from heyoka_bike.numbers.arithmetic import Arithmetic, Arrays, Number
+from heyoka_bike.numbers.arithmetic import Number
 from heyoka_bike.numbers.precision import Precision
 
 UPRIGHT = "upright"
@@ -45,8 +43,8 @@ FALL = "fall"
 LONGEST = Fraction(1000)
 """How long a fall is waited for [s]."""
 
-Quantity = Callable[[Constants, Bodies, Arithmetic, Sequence[Number], bool], Number]
-"""A function of the bicycle and the state (of the regular form, if the last argument says so)."""
+Quantity = Callable[[Equations, Sequence[Number]], Number]
+"""A function of a bicycle and a state of its form."""
 
 _GUARD_BITS = 64
 # A step of heyoka ends well inside the circle of convergence of its series, so the coefficients of
@@ -65,27 +63,11 @@ _MARGIN = Fraction(1, 2**16)
 _BEFORE_SINGULARITY = Fraction(1, 2**20)
 
 
-def _upright(k: Constants, b: Bodies, a: Arithmetic, state: Sequence[Number], r: bool) -> Number:
-    return state[0]
-
-
-def _roll_rate(k: Constants, b: Bodies, a: Arithmetic, state: Sequence[Number], r: bool) -> Number:
-    return unfold(k, a, state, is_regular=r)[1].p
-
-
-def _rear(k: Constants, b: Bodies, a: Arithmetic, state: Sequence[Number], r: bool) -> Number:
-    return forces(k, b, a, state, is_regular=r).rear.normal
-
-
-def _front(k: Constants, b: Bodies, a: Arithmetic, state: Sequence[Number], r: bool) -> Number:
-    return forces(k, b, a, state, is_regular=r).front.normal
-
-
 KINDS: Mapping[str, Quantity] = {
-    UPRIGHT: _upright,
-    GREATEST_LEAN: _roll_rate,
-    REAR_LIFT: _rear,
-    FRONT_LIFT: _front,
+    UPRIGHT: lambda equations, state: state[0],
+    GREATEST_LEAN: lambda equations, state: equations.unfold(state)[1].p,
+    REAR_LIFT: lambda equations, state: forces(equations, state).rear.normal,
+    FRONT_LIFT: lambda equations, state: forces(equations, state).front.normal,
 }
 """What is zero at an event: roll [rad], its rate [rad/s], the normal forces [N]."""
 
@@ -241,15 +223,9 @@ class _Motion:
     ) -> None:
         self.run, self.quantity = run, quantity
         self.at = evaluator(run, run.bits + _GUARD_BITS, certificate)
-        with self.at.balls.precision():
-            self.bodies = bodies(run.bicycle, self.at.balls)
 
     def __call__(self, t: flint.arb, piece: int) -> flint.arb:
-        at = self.at
-        state = at.state(t, piece)
-        value: flint.arb = self.quantity(
-            at.constants, self.bodies, at.balls, state, self.run.is_regular
-        )
+        value: flint.arb = self.quantity(self.at.equations, self.at.state(t, piece))
         return value
 
     def refined(self, piece: int, s: float, slope: float, what: str) -> Event | None:
@@ -278,13 +254,12 @@ class _Motion:
 
 def _candidates(run: Trajectory, quantity: Quantity) -> Iterator[tuple[int, float, float]]:
     """Pieces, places in them (0 to 1) and slopes there, of the zeros in binary64."""
-    k = binary64_constants(run.bicycle)
-    b = binary64_bodies(run.bicycle)
+    equations = Equations.binary64(run.bicycle, is_regular=run.is_regular)
     nodes = chebyshev.chebpts1(_NODES)
     transform = np.linalg.inv(chebyshev.chebvander(nodes, _NODES - 1))
     for begin in range(0, run.steps, _AT_ONCE):
         state = _states(run, range(begin, min(begin + _AT_ONCE, run.steps)), (nodes + 1) / 2)
-        values = quantity(k, b, Arrays(), tuple(state), run.is_regular)
+        values = quantity(equations, tuple(state))
         for i, c in enumerate(values @ transform.T):
             if abs(c[0]) > np.abs(c[1:]).sum():
                 continue

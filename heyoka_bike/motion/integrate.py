@@ -15,17 +15,14 @@ from typing import Any
 
 import flint
 
-from heyoka_bike.bicycle.equations.constants import Constants, constants
-from heyoka_bike.bicycle.equations.initial import few_product_state, initial_state
-from heyoka_bike.bicycle.equations.kinematics import lateral_condition, posture, state_names
-from heyoka_bike.bicycle.equations.model import few_products, regular
-from heyoka_bike.bicycle.equations.outputs import unfold, yaw_rate
+from heyoka_bike.bicycle.equations.initial import initial_state
+from heyoka_bike.bicycle.equations.kinematics import lateral_condition, posture
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
 from heyoka_bike.errors import InputError, SingularMotionError
 from heyoka_bike.motion.expressions import Expressions, require_heyoka
 from heyoka_bike.motion.trajectory import Trajectory
-from heyoka_bike.numbers.arithmetic import Balls, Number
-from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.numbers.arithmetic import Arrays, Balls
 from heyoka_bike.numbers.precision import Precision
 
 GUARD_BITS = 16
@@ -45,16 +42,17 @@ def right_hand_side(
     Every constant is the exact one, correctly rounded to the precision.
     """
     hy = require_heyoka()
-    k = _constants(bicycle, precision)
-    names = state_names(is_regular)
-    state = list(hy.make_vars(*names))
-    a = Expressions()
-    rates = (regular if is_regular else few_products)(k, a, state)
-    if with_yaw:
-        o, u = unfold(k, a, state, is_regular=is_regular)
-        state.append(hy.make_vars("yaw"))
-        rates.append(yaw_rate(o, u))
-    return list(zip(state, rates, strict=True))
+    native = Native(precision)
+    exact = Equations.of(bicycle, Balls(2 * precision.bits + 64), is_regular=is_regular)
+    with exact.precision():
+        equations = exact.convert(
+            lambda x: hy.expression(native.from_integer(*_mantissa(x, precision.bits))),
+            Expressions(),
+        )
+    state = list(hy.make_vars(*equations.states))
+    rates = equations.rates_with_yaw(state)
+    count = len(state) if with_yaw else len(state) - 1
+    return list(zip(state[:count], rates[:count], strict=True))
 
 
 def integrate(
@@ -109,14 +107,11 @@ def _integrate(
 ) -> Trajectory:  # fmt: skip
     native = Native(precision)
     grid = precision.bits + GUARD_BITS
-    balls = Balls(precision.bits + 64)
-    with balls.precision():
-        k = constants(bicycle, balls)
-        start = initial_state(bicycle, maneuver, k, balls)
-        watch = _Watch(k, is_regular)
+    equations = Equations.of(bicycle, Balls(precision.bits + 64), is_regular=is_regular)
+    with equations.precision():
+        start = initial_state(equations, maneuver)
+        watch = _Watch(equations)
         watch.check([float(x.mid()) for x in start], 0.0)
-        if not is_regular:
-            start = few_product_state(k, balls, start)
         state = [_to_grid(x, grid) for x in start]
     end = _dyadic_above(maneuver.duration)
     adaptive = _adaptive(bicycle, precision, native, state, grid, tolerance, is_regular)
@@ -247,14 +242,14 @@ def _piece(
 class _Watch:
     """Keeps an eye on what the equations divide by."""
 
-    def __init__(self, k: Constants, is_regular: bool) -> None:
-        self.k = k.convert(lambda x: float(x.mid()))
-        self.is_regular = is_regular
+    def __init__(self, equations: Equations) -> None:
+        self.k = equations.k.convert(lambda x: float(x.mid()))
+        self.is_regular = equations.is_regular
         self.side: bool | None = None
 
     def check(self, state: Sequence[float], t: float) -> None:
         """Leave the few-product form where the mechanical trail is small or changes sign."""
-        o = posture(self.k, _FLOATS, state[0], state[1], state[2])
+        o = posture(self.k, Arrays(), state[0], state[1], state[2])
         if self.is_regular:
             return
         trail = o.trail / self.k.front.r
@@ -266,7 +261,7 @@ class _Watch:
     def singular(self, state: Sequence[float], t: float) -> SingularMotionError:
         """The error for a motion that cannot be continued past `t`."""
         roll, pitch, steer = state[:3]
-        o = posture(self.k, _FLOATS, roll, pitch, steer)
+        o = posture(self.k, Arrays(), roll, pitch, steer)
         candidates = {
             "the rear wheel lies on the floor": abs(o.cos_roll),
             "the front wheel lies on the floor": abs(o.cos_roll * o.kappa),
@@ -285,33 +280,6 @@ class _Watch:
             f"the motion meets a singularity at t = {t:.9g} s: {what} "
             f"(roll {roll:.4g} rad, pitch {pitch:.4g} rad, steer {steer:.4g} rad)",
             t,
-        )
-
-
-class _Floats:
-    """Plain floats, for looking at a posture."""
-
-    sin = staticmethod(math.sin)
-    cos = staticmethod(math.cos)
-    sqrt = staticmethod(math.sqrt)
-    atan2 = staticmethod(math.atan2)
-    sum = staticmethod(math.fsum)
-
-    def number(self, value: Exact | Fraction | int) -> Number:
-        return float(value)
-
-
-_FLOATS = _Floats()
-
-
-def _constants(bicycle: Bicycle, precision: Precision) -> Constants:
-    """Constants as expressions: computed in balls, each correctly rounded to the precision."""
-    hy = require_heyoka()
-    native = Native(precision)
-    balls = Balls(2 * precision.bits + 64)
-    with balls.precision():
-        return constants(bicycle, balls).convert(
-            lambda x: hy.expression(native.from_integer(*_mantissa(x, precision.bits)))
         )
 
 

@@ -10,9 +10,10 @@ from heyoka_bike.bench.c_source import CCode, operations, slope_source
 from heyoka_bike.bench.compiled import CompiledPeers, NoCompilerError
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.constants import constants
-from heyoka_bike.bicycle.equations.initial import few_product_state, initial_state
+from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.model import few_products
 from heyoka_bike.bicycle.equations.outputs import columns, unfold
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.numbers.arithmetic import Balls
 
 BITS = 200
@@ -35,8 +36,7 @@ def peers(bicycle):
 def start(bicycle, maneuvers, balls):
     """Of maneuver 2."""
     with balls.precision():
-        k = constants(bicycle, balls)
-        state = few_product_state(k, balls, initial_state(bicycle, maneuvers[1], k, balls))
+        state = initial_state(Equations.of(bicycle, balls, is_regular=False), maneuvers[1])
         return np.array([float(x.mid()) for x in state[:6]])
 
 

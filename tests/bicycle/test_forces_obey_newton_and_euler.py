@@ -7,6 +7,7 @@ The oracle solves for all accelerations and the 21 reactions at once; it shares 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from fractions import Fraction
 from typing import Any
 
@@ -21,6 +22,7 @@ from test_independent_model_agrees_with_the_reduced_one import (
 )
 
 from heyoka_bike.bicycle.equations.bodies import Bodies, bodies
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.equations.whole_motion import motion_columns
 from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
 from heyoka_bike.bicycle.parameters import PARAMETERS
@@ -40,8 +42,8 @@ def _working_precision() -> Iterator[None]:
 def found(both: Both, *, is_regular: bool, b: Bodies | None = None) -> dict[str, Any]:
     state = both.regular_state if is_regular else both.few_product_state
     rest = [BALLS.number(x) for x in (both.case.yaw, *PLACE, *ANGLES)]
-    b = bodies(both.case.bicycle, BALLS) if b is None else b
-    return motion_columns(both.k, b, BALLS, [*state, *rest], is_regular=is_regular)
+    equations = Equations.of(both.case.bicycle, BALLS, is_regular=is_regular)
+    return motion_columns(replace(equations, b=b or equations.b), [*state, *rest])
 
 
 def named(name: str, v: Vector) -> dict[str, Any]:

@@ -151,13 +151,7 @@ def test_normal_forces_change_their_sign_at_a_lift(bicycle, maneuvers, kind):
     at = evaluator(run, 128)
     times = np.linspace(44.4, 44.449, 200)
     with at.balls.precision():
-        from heyoka_bike.bicycle.equations.bodies import bodies
-
-        b = bodies(bicycle, at.balls)
-        signs = [
-            float(KINDS[kind](at.constants, b, at.balls, run.state(Fraction(t)), True)) > 0
-            for t in times
-        ]
+        signs = [float(KINDS[kind](at.equations, run.state(Fraction(t)))) > 0 for t in times]
     changes = [(times[i], times[i + 1]) for i in range(199) if signs[i] != signs[i + 1]]
     assert len(changes) == len(found) >= 1
     assert all(low < t < high for (low, high), t in zip(changes, found, strict=True))

@@ -10,8 +10,8 @@ from math import exp
 import heyoka as hy
 import numpy as np
 
-from heyoka_bike.bicycle.equations.constants import constants
-from heyoka_bike.bicycle.equations.initial import few_product_state, initial_state
+from heyoka_bike.bicycle.equations.initial import initial_state
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.motion.integrate import right_hand_side
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.precision import Precision
@@ -24,8 +24,7 @@ def test_binary128_returns_to_its_start(bicycle, maneuvers):
     precision = Precision.of("binary128")
     balls = Balls(200)
     with balls.precision():
-        k = constants(bicycle, balls)
-        start = few_product_state(k, balls, initial_state(bicycle, maneuvers[1], k, balls))
+        start = initial_state(Equations.of(bicycle, balls, is_regular=False), maneuvers[1])
         state = [hy.real128(x.str(40, radius=False)) for x in start]
     ta = hy.taylor_adaptive(
         right_hand_side(bicycle, precision), state, fp_type=hy.real128, compact_mode=True

@@ -24,6 +24,7 @@ from heyoka_bike.bicycle.equations.constants import Constants, constants
 from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.model import regular
 from heyoka_bike.bicycle.equations.outputs import unfold, yaw_rate
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
 from heyoka_bike.motion.trajectory import Trajectory
 from heyoka_bike.numbers.analytic import PowerSeries
@@ -51,7 +52,7 @@ def integrate(
     expansion = _Expansion(bicycle, grid + _WORKING_BITS, order)
     balls = Balls(expansion.bits)
     with balls.precision():
-        start = initial_state(bicycle, maneuver, expansion.k, balls)
+        start = initial_state(Equations.of(bicycle, balls), maneuver)
         state = [_to_grid(x, grid) for x in start]
     end = Fraction(math.ceil(maneuver.duration * _RASTER), _RASTER)
     breaks, pieces = [Fraction(0)], []

@@ -126,12 +126,12 @@ def from_the_reduced_model(moment: Moment) -> Pairs:
     """Found by the package from the published state, and expected by the oracle."""
     m, run = moment.oracle, moment.run
     at = evaluator(run, BITS)
-    k, balls = at.constants, at.balls
+    k, balls = at.equations.k, at.balls
     state = [balls.number(x) for x in moment.state]
     _, u = unfold(k, balls, state, is_regular=run.is_regular)
     roll, pitch, steer, *_, spin, _ = state
     rates = regular(k, balls, [roll, pitch, steer, u.p, u.steer_rate, spin])
-    columns = at.columns_of(state)
+    columns = at.equations.columns(state)
     return {
         "roll rate": (rates[0], m.roll_rate),
         "pitch rate": (rates[1], m.pitch_rate),

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from test_imports_stay_light import HEAVY, python
 
-from heyoka_bike.bicycle.equations.constants import binary64_constants
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.motion_columns import DENSE_COLUMNS, MOTION_COLUMNS
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.errors import DatasetError, InputError
@@ -104,7 +104,7 @@ def test_the_replay_agrees(
 ) -> None:
     number = int(maneuver.name.split()[-1])
     found = motion_3d(
-        binary64_constants(bicycle), reference_state(reference[number]), maneuver.time
+        Equations.binary64(bicycle).k, reference_state(reference[number]), maneuver.time
     )
     places = ("rear_contact", "front_contact", "rear_hub", "front_hub")
     for name in places:

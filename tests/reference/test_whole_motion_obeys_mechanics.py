@@ -18,16 +18,15 @@ from oracles.multibody import to_rim
 from oracles.vectors import Balls as OracleBalls
 from oracles.vectors import Matrix, Vector
 
-from heyoka_bike.bicycle.equations.bodies import binary64_bodies, bodies
 from heyoka_bike.bicycle.equations.configuration import INTEGRALS
-from heyoka_bike.bicycle.equations.constants import binary64_constants, constants
 from heyoka_bike.bicycle.equations.forces import forces
 from heyoka_bike.bicycle.equations.outputs import unfold
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.equations.whole_motion import motion_columns
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.motion.evaluator import evaluator
 from heyoka_bike.motion.trajectory import Certificate, Trajectory
-from heyoka_bike.numbers.arithmetic import Arrays, Balls
+from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.proof.integrals import Stretch, with_integrals
 
@@ -63,9 +62,7 @@ class At:
     def __init__(self, run: Trajectory, stretches: Sequence[Stretch]) -> None:
         self.run, self.stretches = run, stretches
         self.balls = Balls(BITS)
-        with self.balls.precision():
-            self.k = constants(run.bicycle, self.balls)
-            self.b = bodies(run.bicycle, self.balls)
+        self.equations = Equations.of(run.bicycle, self.balls, is_regular=run.is_regular)
 
     def state(self, t: Fraction) -> list[flint.arb]:
         piece = next(s.piece for s in reversed(self.stretches) if s.piece.t0 <= t)
@@ -75,8 +72,7 @@ class At:
         return [flint.arb_poly(list(row))(x) * unit for row in piece.rows]
 
     def __call__(self, t: Fraction) -> dict[str, Any]:
-        regular = self.run.is_regular
-        return motion_columns(self.k, self.b, self.balls, self.state(t), is_regular=regular)
+        return motion_columns(self.equations, self.state(t))
 
 
 def times(run: Trajectory) -> list[Fraction]:
@@ -209,7 +205,7 @@ def test_quadrature_by_gauss_gives_the_same_places(
     nodes = 70
     pairs = [flint.arb.legendre_p_root(nodes, i, weight=True) for i in range(nodes)]
     at = evaluator(run, BITS)
-    radius, k = number_of(run.bicycle["rR"]), at.constants
+    radius, k = number_of(run.bicycle["rR"]), at.equations.k
     totals = [flint.arb(0)] * len(INTEGRALS)
     for i in range(run.steps):
         piece = run.piece(i)
@@ -217,7 +213,7 @@ def test_quadrature_by_gauss_gives_the_same_places(
         t0 = flint.arb(flint.fmpq(piece.t0.numerator, piece.t0.denominator))
         for x, weight in pairs:
             state = run.state(t0 + h * (x + 1) / 2, i)
-            c = at.columns_of(state)
+            c = at.equations.columns(state)
             _, u = unfold(k, at.balls, state, is_regular=run.is_regular)
             yaw, speed = c["yaw"], c["forward_speed_contact"]
             rates = (
@@ -241,8 +237,7 @@ def test_bounds_grow_with_what_is_not_known(candidate: tuple[Trajectory, ...]) -
 
 def test_normal_forces_at_rest_are_those_of_the_lever_rule(bicycle: Bicycle) -> None:
     balls = Balls(BITS)
-    k, b = constants(bicycle, balls), bodies(bicycle, balls)
-    rest = forces(k, b, balls, [balls.number(0)] * 6, is_regular=True)
+    rest = forces(Equations.of(bicycle, balls), [balls.number(0)] * 6)
     p = {symbol: x.rational for symbol, x in bicycle.values.items()}
     total = p["g"] * (p["mR"] + p["mB"] + p["mH"] + p["mF"])
     on_front = p["g"] * (p["mB"] * p["xB"] + p["mH"] * p["xH"] + p["mF"] * p["w"]) / p["w"]
@@ -267,8 +262,7 @@ def test_numpy_arrays_give_the_same_forces(
     moments = times(run)
     states = [at.state(t)[:6] for t in moments]
     state = [np.array([float(s[j].mid()) for s in states]) for j in range(6)]
-    k, b = binary64_constants(bicycle), binary64_bodies(bicycle)
-    found = forces(k, b, Arrays(), state, is_regular=run.is_regular)
+    found = forces(Equations.binary64(bicycle, is_regular=run.is_regular), state)
     for i, t in enumerate(moments):
         exact = at(t)
         for end, contact in (("rear", found.rear), ("front", found.front)):

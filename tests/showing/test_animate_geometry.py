@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from heyoka_bike.bicycle.equations.constants import binary64_constants
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.showing.replay.motion_3d import Place, motion_3d, reference_state
 
 MANEUVERS = [1, 2, 3]
@@ -11,7 +11,7 @@ MANEUVERS = [1, 2, 3]
 
 @pytest.fixture(scope="module")
 def k(bicycle):
-    return binary64_constants(bicycle)
+    return Equations.binary64(bicycle).k
 
 
 @pytest.fixture(scope="module")

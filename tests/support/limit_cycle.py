@@ -14,7 +14,6 @@ from functools import cached_property
 import flint
 import mpmath
 
-from heyoka_bike.bicycle.equations.outputs import unfold
 from heyoka_bike.motion.evaluator import evaluator
 from heyoka_bike.motion.events import GREATEST_LEAN, UPRIGHT, events, zeros
 from heyoka_bike.motion.integrate import integrate
@@ -32,8 +31,8 @@ _SETTLING = Fraction(300)
 _NEWTON_STEPS = 8
 
 
-def _steer_rate(k, b, a, state, is_regular):
-    return unfold(k, a, state, is_regular=is_regular)[1].steer_rate
+def _steer_rate(equations, state):
+    return equations.unfold(state)[1].steer_rate
 
 
 @dataclass

@@ -13,9 +13,7 @@ from dataclasses import dataclass, fields
 from fractions import Fraction
 
 from heyoka_bike.bicycle.parameters import Bicycle
-from heyoka_bike.numbers.arithmetic import Arithmetic, Multiprecision, Number
-
-_DIGITS = 25
+from heyoka_bike.numbers.arithmetic import Arithmetic, Number
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +56,7 @@ class Bodies:
 
     Attributes
     ----------
-    rear, front : Part
+    rear, front : Half
     sin_tilt, cos_tilt
         Of the steer axis.
     g
@@ -109,8 +107,3 @@ def bodies(bicycle: Bicycle, a: Arithmetic) -> Bodies:
         rear=part("B", "R", Fraction(0)), front=part("H", "F", p["w"]),
         sin_tilt=a.sin(tilt), cos_tilt=a.cos(tilt), g=a.number(p["g"]),
     )  # fmt: skip
-
-
-def binary64_bodies(bicycle: Bicycle) -> Bodies:
-    """The bodies computed with 25 digits and rounded to binary64."""
-    return bodies(bicycle, Multiprecision(_DIGITS)).convert(float)

@@ -11,10 +11,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from heyoka_bike.bicycle.equations.axes import Axes, Points
-from heyoka_bike.bicycle.equations.bodies import Bodies
 from heyoka_bike.bicycle.equations.constants import Constants
 from heyoka_bike.bicycle.equations.kinematics import Posture, Speeds
-from heyoka_bike.numbers.arithmetic import Arithmetic, Number
+from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.numbers.arithmetic import Number
 from heyoka_bike.numbers.vectors import Quaternion, Vector, from_turned_z, plus, product, scaled
 
 INTEGRALS = ("rear_contact_x", "rear_contact_y", "rear_wheel_angle", "front_wheel_angle")
@@ -35,8 +35,10 @@ def track_speeds(k: Constants, u: Speeds) -> tuple[Number, Number]:
     return k.length * (u.v + k.rear.r * u.nu), k.length * (u.v_f + k.front.r * u.nu_f)
 
 
-def rates_of_integrals(k: Constants, a: Arithmetic, u: Speeds, yaw: Number) -> list[Number]:
-    """Time derivatives of `INTEGRALS`."""
+def rates_of_integrals(equations: Equations, state: Sequence[Number]) -> list[Number]:
+    """Time derivatives of `INTEGRALS`; the yaw is the seventh entry of the state."""
+    k, a, yaw = equations.k, equations.a, state[6]
+    _, u = equations.unfold(state)
     speed, _ = track_speeds(k, u)
     return [speed * a.cos(yaw), speed * a.sin(yaw), *wheel_rates(k, u)]
 
@@ -49,8 +51,7 @@ class Configuration:
 
     Attributes
     ----------
-    k, b
-        Of the bicycle, in the number type of `a`.
+    equations : Equations
     o, u
         See `outputs.unfold`.
     angles
@@ -59,30 +60,36 @@ class Configuration:
         Of the rear contact point [m].
     """
 
-    k: Constants
-    b: Bodies
-    a: Arithmetic
+    equations: Equations
     o: Posture
     u: Speeds
     angles: Sequence[Number]
     x: Number
     y: Number
 
+    @classmethod
+    def of(cls, equations: Equations, state: Sequence[Number]) -> Configuration:
+        """That of a state with the yaw, and then `INTEGRALS`."""
+        roll, pitch, steer, *_, yaw = state[:7]
+        o, u = equations.unfold(state)
+        return cls(equations, o, u, (roll, pitch, steer, yaw), state[7], state[8])
+
     @property
     def _axes(self) -> Axes:
-        return Axes.of(self.b, self.o)
+        return Axes.of(self.equations.b, self.o)
 
     def _turned(self, v: Vector) -> Vector:
         """A vector given in heading axes, in the ground frame."""
         yaw = self.angles[3]
-        return from_turned_z(self.a.sin(yaw), self.a.cos(yaw), v)
+        a = self.equations.a
+        return from_turned_z(a.sin(yaw), a.cos(yaw), v)
 
     def places(self) -> dict[str, Vector]:
         """Contact points, hubs, and centres of mass of the frames and of the whole bicycle.
 
         The centre of mass of a wheel is its hub.
         """
-        b, axes = self.b, self._axes
+        a, b, axes = self.equations.a, self.equations.b, self._axes
         points = Points.of(b, axes)
         rear = plus(points.rear_hub, axes.from_rear((b.rear.x, 0, b.rear.z)))
         front = plus(points.front_hub, axes.from_front((b.front.x, 0, b.front.z)))
@@ -90,8 +97,8 @@ class Configuration:
             (b.rear.wheel_m, points.rear_hub), (b.rear.m, rear),
             (b.front.wheel_m, points.front_hub), (b.front.m, front),
         )  # fmt: skip
-        total = self.a.sum([m for m, _ in parts])
-        x, y, z = (self.a.sum([m * v[i] for m, v in parts]) / total for i in range(3))
+        total = a.sum([m for m, _ in parts])
+        x, y, z = (a.sum([m * v[i] for m, v in parts]) / total for i in range(3))
         from_contact = {
             "front_contact": points.front_contact,
             "rear_hub": points.rear_hub,
@@ -117,10 +124,11 @@ class Configuration:
 
         The signs are those of half the angles, so they never jump.
         """
-        sines, cosines = ([f(x / 2) for x in self.angles] for f in (self.a.sin, self.a.cos))
+        a, b = self.equations.a, self.equations.b
+        sines, cosines = ([f(x / 2) for x in self.angles] for f in (a.sin, a.cos))
         yawed, rolled = (cosines[3], 0, 0, sines[3]), (cosines[0], sines[0], 0, 0)
         rear = product(product(yawed, rolled), (cosines[1], 0, sines[1], 0))
-        along = scaled(sines[2], (self.b.sin_tilt, 0, self.b.cos_tilt))
+        along = scaled(sines[2], (b.sin_tilt, 0, b.cos_tilt))
         return {"rear_frame": rear, "front_frame": product(rear, (cosines[2], *along))}
 
     def turning(self) -> dict[str, Vector]:
@@ -133,7 +141,8 @@ class Configuration:
 
     def spins(self) -> dict[str, Number]:
         """Angular velocities of the wheels about their axles; else they turn with their frames."""
+        k = self.equations.k
         return {
-            "rear_wheel": -(self.u.v / self.k.rear.r),
-            "front_wheel": -(self.u.v_f / self.k.front.r),
+            "rear_wheel": -(self.u.v / k.rear.r),
+            "front_wheel": -(self.u.v_f / k.front.r),
         }

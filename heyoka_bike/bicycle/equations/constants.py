@@ -16,9 +16,7 @@ from dataclasses import dataclass, fields
 from fractions import Fraction
 
 from heyoka_bike.bicycle.parameters import Bicycle
-from heyoka_bike.numbers.arithmetic import Arithmetic, Multiprecision, Number
-
-_DIGITS = 25  # more than binary64 holds, so that rounding them leaves correct ones
+from heyoka_bike.numbers.arithmetic import Arithmetic, Number
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,8 +163,3 @@ def constants(bicycle: Bicycle, a: Arithmetic) -> Constants:
         lever1=front.l3 + d2, lever3=front.l1 + d3,
         g=a.number(p["g"] / length), length=a.number(length), mass=a.number(mass),
     )  # fmt: skip
-
-
-def binary64_constants(bicycle: Bicycle) -> Constants:
-    """Constants of the equations, computed with 25 digits and rounded to binary64."""
-    return constants(bicycle, Multiprecision(_DIGITS)).convert(float)

@@ -15,9 +15,8 @@ the moments of the bearings about their own axes vanish.
 
 With NumPy arrays::
 
-    k, b = binary64_constants(bicycle), binary64_bodies(bicycle)
     state = roll, pitch, steer, roll_rate, steer_rate, forward_speed / rR
-    forces(k, b, Arrays(), state, is_regular=True).front.normal  # ndarray [N]
+    forces(Equations.binary64(bicycle), state).front.normal  # ndarray [N]
 """
 
 from __future__ import annotations
@@ -27,10 +26,8 @@ from dataclasses import dataclass
 
 from heyoka_bike.bicycle.equations.axes import Axes, Points
 from heyoka_bike.bicycle.equations.bodies import Bodies, Half
-from heyoka_bike.bicycle.equations.constants import Constants
 from heyoka_bike.bicycle.equations.kinematics import posture
-from heyoka_bike.bicycle.equations.model import few_products, regular
-from heyoka_bike.bicycle.equations.outputs import unfold
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.numbers.arithmetic import Arithmetic, Number
 from heyoka_bike.numbers.dual import Dual, Duals
 from heyoka_bike.numbers.vectors import Vector, cross, minus, plus, scaled
@@ -118,22 +115,19 @@ class Forces:
         return at_wheel, cross(arm, at_wheel)
 
 
-def forces(
-    k: Constants, b: Bodies, a: Arithmetic, state: Sequence[Number], *, is_regular: bool
-) -> Forces:
-    """Reactions in a state of either form; a seventh entry, the yaw, is ignored.
+def forces(equations: Equations, state: Sequence[Number]) -> Forces:
+    """Reactions in a state; a seventh entry, the yaw, is ignored.
 
     Parameters
     ----------
-    k, b
-        Of the bicycle, in the number type of `a`.
+    equations : Equations
     state
-        rad, rad/s, see `kinematics`.
+        Of their form, rad, rad/s, see `kinematics`.
     """
-    form = regular if is_regular else few_products
-    rates = form(k, a, state[:6])
+    k, b, a = equations.k, equations.b, equations.a
+    rates = equations.rates(state)
     moving = [Dual(x, (rate,)) for x, rate in zip(state[:6], rates, strict=True)]
-    o, u = unfold(k, Duals(a), moving, is_regular=is_regular)
+    o, u = equations.over(Duals(a)).unfold(moving)
     at_rest = posture(k, a, *state[:3])
     axes = Axes.of(b, at_rest)
     weight = (0, 0, -b.g)

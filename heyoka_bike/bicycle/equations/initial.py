@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -10,27 +11,36 @@ import flint
 from heyoka_bike.bicycle.equations.constants import Constants, constants
 from heyoka_bike.bicycle.equations.kinematics import front_contact_height, posture, rear_rates
 from heyoka_bike.bicycle.equations.model import regular
-from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
+from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.bicycle.parameters import Maneuver
 from heyoka_bike.errors import InputError
-from heyoka_bike.numbers.arithmetic import Arrays, Balls, Multiprecision
+from heyoka_bike.numbers.arithmetic import Arithmetic, Arrays, Multiprecision, Number
 from heyoka_bike.numbers.dual import Duals
 
 _CONTINUATION_STEPS = 24
+# Rounds and difference of Newton's iteration for the pitch.
+_ROUNDS = 4
+_SHIFT = 1e-6
 
 
-def initial_state(
-    bicycle: Bicycle, maneuver: Maneuver, k: Constants, balls: Balls
-) -> list[flint.arb]:
-    """State of the regular form at t = 0, with the yaw: seven balls, rad and rad/s.
+def initial_state(equations: Equations, maneuver: Maneuver) -> list[flint.arb]:
+    """State at t = 0, with the yaw: seven balls, rad and rad/s.
+
+    Parameters
+    ----------
+    equations : Equations
+        In `Balls`; their form is that of the state.
+    maneuver : Maneuver
 
     Raises
     ------
     InputError
         No pitch puts both wheels on the floor, or the reduced mass matrix is singular there.
     """
-    with balls.precision():
+    k, balls = equations.k, equations.a
+    with equations.precision():
         roll, steer = balls.number(maneuver.roll), balls.number(maneuver.steer)
-        pitch = _pitch(bicycle, maneuver, k, balls)
+        pitch = _pitch(equations, maneuver)
         state = [
             roll,
             pitch,
@@ -45,44 +55,34 @@ def initial_state(
                 f"{maneuver.name}: the reduced mass matrix is singular at the initial state, "
                 "expected inertia that resists roll, steer and rolling"
             )
-        return state
+        return state if equations.is_regular else few_product_state(k, balls, state)
 
 
-def few_product_state(k: Constants, balls: Balls, state: list[flint.arb]) -> list[flint.arb]:
-    """The same state in the variables of the few-product form."""
-    with balls.precision():
-        roll, pitch, steer, roll_rate, steer_rate, spin, yaw = state
-        o = posture(k, balls, roll, pitch, steer)
-        w1, w3, _ = rear_rates(o, k.rear.r * spin, roll_rate, steer_rate)
-        return [roll, pitch, steer, w1, w3, spin, yaw]
+def few_product_state(k: Constants, a: Arithmetic, state: Sequence[Number]) -> list[Number]:
+    """A state of the regular form in the variables of the few-product form."""
+    roll, pitch, steer, roll_rate, steer_rate, spin, yaw = state
+    o = posture(k, a, roll, pitch, steer)
+    w1, w3, _ = rear_rates(o, k.rear.r * spin, roll_rate, steer_rate)
+    return [roll, pitch, steer, w1, w3, spin, yaw]
 
 
-def start_state(
-    bicycle: Bicycle, maneuver: Maneuver, bits: int, *, is_regular: bool = False
-) -> list[flint.arb]:
-    """Initial state of either form at a precision, without the yaw; see `initial_state`."""
-    balls = Balls(bits)
-    with balls.precision():
-        k = constants(bicycle, balls)
-        state = initial_state(bicycle, maneuver, k, balls)
-        return (state if is_regular else few_product_state(k, balls, state))[:6]
-
-
-def _pitch(bicycle: Bicycle, maneuver: Maneuver, k: Constants, balls: Balls) -> flint.arb:
+def _pitch(equations: Equations, maneuver: Maneuver) -> Number:
     """Pitch that puts the front wheel on the floor, enclosed.
 
     With zero steer the frames of front and rear coincide and the pitch is zero at any roll. The
     root wanted is the one that grows from there, followed in the steer angle.
     """
+    k, balls = equations.k, equations.a
     if maneuver.steer.is_zero:
         return balls.number(0)
     unreachable = InputError(
         f"{maneuver.name}: no pitch puts both wheels on the floor at roll "
         f"{float(maneuver.roll):g} rad and steer {float(maneuver.steer):g} rad"
     )
-    a = Multiprecision(int(balls.bits * 0.302) + 5)
+    bits = flint.ctx.prec
+    a = Multiprecision(int(bits * 0.302) + 5)
     mp = a.context
-    km = constants(bicycle, a)
+    km = constants(equations.bicycle, a)
     roll, steer = a.number(maneuver.roll), a.number(maneuver.steer)
     pitch = mp.zero
     for step in range(1, _CONTINUATION_STEPS + 1):
@@ -101,9 +101,9 @@ def _pitch(bicycle: Bicycle, maneuver: Maneuver, k: Constants, balls: Balls) -> 
         if mp.im(pitch) != 0 or abs(pitch) > mp.pi / 2:
             raise unreachable
     # A sign change over a tiny interval proves the root.
-    centre = balls.number(Fraction(int(mp.nint(mp.ldexp(pitch, balls.bits))), 2**balls.bits))
+    centre = balls.number(Fraction(int(mp.nint(mp.ldexp(pitch, bits))), 2**bits))
     roll_ball, steer_ball = balls.number(maneuver.roll), balls.number(maneuver.steer)
-    radius = balls.number(Fraction(2) ** (16 - balls.bits))
+    radius = balls.number(Fraction(2) ** (16 - bits))
     below, above = (
         front_contact_height(k, balls, roll_ball, centre + side * radius, steer_ball)
         for side in (-1, 1)
@@ -118,12 +118,6 @@ def _pitch(bicycle: Bicycle, maneuver: Maneuver, k: Constants, balls: Balls) -> 
     if not abs(slope) > 0:
         raise unreachable
     return enclosed
-
-
-# Rounds and difference of Newton's iteration for the pitch.
-_ROUNDS = 4
-
-_SHIFT = 1e-6
 
 
 def pitch_on_the_floor(k: Constants, roll: Any, pitch: Any, steer: Any) -> Any:

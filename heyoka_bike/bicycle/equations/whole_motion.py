@@ -9,13 +9,11 @@ from collections.abc import Sequence
 
 import flint
 
-from heyoka_bike.bicycle.equations.bodies import Bodies
 from heyoka_bike.bicycle.equations.configuration import INTEGRALS, Configuration
-from heyoka_bike.bicycle.equations.constants import Constants
 from heyoka_bike.bicycle.equations.forces import Forces, forces
-from heyoka_bike.bicycle.equations.outputs import unfold
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.motion_columns import DENSE_COLUMNS, MOTION_COLUMNS
-from heyoka_bike.numbers.arithmetic import Arithmetic, Balls, Number
+from heyoka_bike.numbers.arithmetic import Balls, Number
 from heyoka_bike.numbers.vectors import Vector
 
 
@@ -33,20 +31,16 @@ class NonnegativeRoots(Balls):
         return flint.arb(half, half.upper())
 
 
-def motion_columns(
-    k: Constants, b: Bodies, a: Arithmetic, state: Sequence[Number], *, is_regular: bool
-) -> dict[str, Number]:
+def motion_columns(equations: Equations, state: Sequence[Number]) -> dict[str, Number]:
     """Every column of `MOTION_COLUMNS` by name, SI units.
 
     Parameters
     ----------
-    k, b
-        Of the bicycle, in the number type of `a`.
+    equations : Equations
     state
-        Of either form, with the yaw, and then `configuration.INTEGRALS`.
+        Of their form, with the yaw, and then `configuration.INTEGRALS`.
     """
-    c = _configuration(k, b, a, state, is_regular=is_regular)
-    f = forces(k, b, a, state[:6], is_regular=is_regular)
+    c, f, a = Configuration.of(equations, state), forces(equations, state), equations.a
     found = _dense(c, f, state)
     found |= {"rear_friction": f.rear.friction(a), "front_friction": f.front.friction(a)}
     for name, columns in c.attitudes().items():
@@ -62,21 +56,10 @@ def motion_columns(
     return {c.name: found[c.name] for c in MOTION_COLUMNS}
 
 
-def dense_columns(
-    k: Constants, b: Bodies, a: Arithmetic, state: Sequence[Number], *, is_regular: bool
-) -> list[Number]:
+def dense_columns(equations: Equations, state: Sequence[Number]) -> list[Number]:
     """`motion_columns` of `DENSE_COLUMNS` only: analytic functions, with no root of a force."""
-    c = _configuration(k, b, a, state, is_regular=is_regular)
-    found = _dense(c, forces(k, b, a, state[:6], is_regular=is_regular), state)
+    found = _dense(Configuration.of(equations, state), forces(equations, state), state)
     return [found[name] for name in DENSE_COLUMNS]
-
-
-def _configuration(
-    k: Constants, b: Bodies, a: Arithmetic, state: Sequence[Number], *, is_regular: bool
-) -> Configuration:
-    roll, pitch, steer, *_, yaw = state[:7]
-    o, u = unfold(k, a, state[:6], is_regular=is_regular)
-    return Configuration(k, b, a, o, u, (roll, pitch, steer, yaw), state[7], state[8])
 
 
 def _dense(c: Configuration, f: Forces, state: Sequence[Number]) -> dict[str, Number]:

@@ -20,9 +20,7 @@ from itertools import pairwise, zip_longest
 
 import mpmath
 
-from heyoka_bike.bicycle.equations.constants import constants
-from heyoka_bike.bicycle.equations.model import regular
-from heyoka_bike.bicycle.equations.outputs import energies, unfold
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.arithmetic import Multiprecision, Number
@@ -168,13 +166,12 @@ def linearise(bicycle: Bicycle, digits: int) -> Linearisation:
 
 def _mass_matrix(bicycle: Bicycle, a: Multiprecision) -> Matrix:
     """Hessian of the kinetic energy by roll rate and steer rate."""
-    k = constants(bicycle, a)
+    equations = Equations.of(bicycle, a)
     zero = a.number(0)
 
     def twice_energy(roll_rate: int, steer_rate: int) -> Number:
         rates = (a.number(roll_rate), a.number(steer_rate))
-        o, u = unfold(k, a, (zero, zero, zero, *rates, zero), is_regular=True)
-        return 2 * energies(k, o, u).kinetic
+        return 2 * equations.energies((zero, zero, zero, *rates, zero)).kinetic
 
     m11, m22 = twice_energy(1, 0), twice_energy(0, 1)
     m12 = (twice_energy(1, 1) - m11 - m22) / 2
@@ -192,10 +189,10 @@ def _acceleration_slopes(bicycle: Bicycle, a: Multiprecision, *, g: int, speed: 
     The pitch is fixed: by the symmetry of left and right it is of second order.
     """
     dual = Duals(a)
-    k = constants(bicycle.replace(g=Exact(Fraction(g))), a)
-    zero = a.number(0)
+    equations = Equations.of(bicycle.replace(g=Exact(Fraction(g))), a).over(dual)
+    zero, spin = a.number(0), speed / equations.k.length
     roll, steer, roll_rate, steer_rate = dual.variables([zero] * 4)
-    rates = regular(k, dual, (roll, zero, steer, roll_rate, steer_rate, speed / k.length))
+    rates = equations.rates((roll, zero, steer, roll_rate, steer_rate, spin))
     return rates[3].slopes, rates[4].slopes
 
 

@@ -14,15 +14,15 @@ from typing import Any
 import numpy as np
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
-from heyoka_bike.bicycle.equations.constants import Constants, constants
-from heyoka_bike.bicycle.equations.initial import pitch_on_the_floor
-from heyoka_bike.bicycle.equations.kinematics import posture, rear_rates
+from heyoka_bike.bicycle.equations.constants import Constants
+from heyoka_bike.bicycle.equations.initial import few_product_state, pitch_on_the_floor
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle, read_bicycle
 from heyoka_bike.errors import InputError
 from heyoka_bike.motion.expressions import require_heyoka
 from heyoka_bike.motion.fast.simulate import Plan, choose_plan
 from heyoka_bike.motion.fast.taylor_code import CLOCK, NORM, STATE, Form, taylor_code
-from heyoka_bike.numbers.arithmetic import Arrays, Balls
+from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.system.resources import benchmark_bicycle
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -64,9 +64,7 @@ class Ensemble:
         # An integrator has a state of its own: each thread needs one.
         copy = dumps(self._code.integrator)
         self._integrators = [self._code.integrator, *(loads(copy) for _ in range(threads - 1))]
-        balls = Balls(_BITS)
-        with balls.precision():
-            self._constants = constants(bicycle, balls).convert(lambda x: float(x.mid()))
+        self._constants = Equations.binary64(bicycle).k
 
     def ends(self, starts: Array, duration: float) -> Array:
         """The benchmark's columns of each motion at its end.
@@ -148,7 +146,5 @@ def _states(k: Constants, starts: Array) -> Array:
     roll, steer, roll_rate, steer_rate, speed = starts.T
     spin = speed / k.length
     pitch = pitch_on_the_floor(k, roll, np.zeros(len(starts)), steer)
-    w1, w3, _ = rear_rates(
-        posture(k, Arrays(), roll, pitch, steer), k.rear.r * spin, roll_rate, steer_rate
-    )
-    return np.array([roll, pitch, steer, w1, w3, spin])
+    regular = (roll, pitch, steer, roll_rate, steer_rate, spin, np.zeros(len(starts)))
+    return np.array(few_product_state(k, Arrays(), regular)[:STATE])

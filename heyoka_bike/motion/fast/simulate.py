@@ -21,7 +21,8 @@ from typing import Any
 import numpy as np
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
-from heyoka_bike.bicycle.equations.initial import start_state
+from heyoka_bike.bicycle.equations.initial import initial_state
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver, read_bicycle, read_maneuvers
 from heyoka_bike.errors import InputError, SingularMotionError
 from heyoka_bike.motion.expressions import require_heyoka
@@ -34,6 +35,7 @@ from heyoka_bike.motion.fast.taylor_code import (
     TaylorCode,
     taylor_code,
 )
+from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
@@ -311,8 +313,8 @@ def _set(ta: Any, starts: Array, norm: float, lanes: int) -> None:
 
 
 def _start(bicycle: Bicycle, maneuver: Maneuver, is_regular: bool) -> list[float]:
-    state = start_state(bicycle, maneuver, _BITS, is_regular=is_regular)
-    return [float(x.mid()) for x in state]
+    equations = Equations.of(bicycle, Balls(_BITS), is_regular=is_regular)
+    return [float(x.mid()) for x in initial_state(equations, maneuver)[:STATE]]
 
 
 class _Values:

@@ -19,14 +19,11 @@ from threading import Lock
 from typing import Any
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
-from heyoka_bike.bicycle.equations.constants import Constants, constants
-from heyoka_bike.bicycle.equations.kinematics import state_names
-from heyoka_bike.bicycle.equations.model import few_products, regular
-from heyoka_bike.bicycle.equations.outputs import columns, unfold
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.motion.expressions import Expressions, require_heyoka
 from heyoka_bike.motion.fast.compiled_cache import cached
-from heyoka_bike.numbers.arithmetic import Balls, Number
+from heyoka_bike.numbers.arithmetic import Number
 
 STATE = 6
 CLOCK, NORM = STATE, STATE + 1
@@ -34,7 +31,6 @@ CLOCK, NORM = STATE, STATE + 1
 TICK = 1024.0
 """A power of two, which keeps the clock exact and small against the norm in long runs."""
 
-_BITS = 256  # constants are exact ones, rounded once
 _VECTORISED_ORDER = 12  # from here on it pays for the compiler to join neighbouring operations
 
 
@@ -98,18 +94,16 @@ def taylor_code(bicycle: Bicycle, form: Form) -> TaylorCode:
 
 def _build(bicycle: Bicycle, form: Form) -> tuple[Any, Any]:
     hy = require_heyoka()
-    balls = Balls(_BITS)
-    with balls.precision():
-        k = constants(bicycle, balls).convert(lambda x: hy.expression(float(x.mid())))
-    return _step(hy, k, form), _columns(hy, k, form)
+    exact = Equations.binary64(bicycle, is_regular=form.is_regular)
+    equations = exact.convert(hy.expression, Expressions())
+    return _step(hy, equations, form), _columns(hy, equations, form)
 
 
-def _step(hy: Any, k: Constants, form: Form) -> Any:
-    state = list(hy.make_vars(*state_names(form.is_regular)))
-    rates = (regular if form.is_regular else few_products)(k, Expressions(), state)
+def _step(hy: Any, equations: Equations, form: Form) -> Any:
+    state = list(hy.make_vars(*equations.states))[:STATE]
     clock, norm = hy.make_vars("clock", "norm")
-    equations = [
-        *zip(state, rates, strict=True),
+    system = [
+        *zip(state, equations.rates(state), strict=True),
         (clock, hy.expression(1 / TICK)),
         (norm, hy.expression(0.0)),
     ]
@@ -121,22 +115,21 @@ def _step(hy: Any, k: Constants, form: Form) -> Any:
         "slp_vectorize": form.lanes == 1 and form.order >= _VECTORISED_ORDER,
     }
     if form.lanes == 1:
-        return hy.taylor_adaptive(equations, [1.0] * len(equations), **options)
-    start = [[1.0] * form.lanes for _ in equations]
-    return hy.taylor_adaptive_batch(equations, start, **options)
+        return hy.taylor_adaptive(system, [1.0] * len(system), **options)
+    start = [[1.0] * form.lanes for _ in system]
+    return hy.taylor_adaptive_batch(system, start, **options)
 
 
-def _columns(hy: Any, k: Constants, form: Form) -> Any:
+def _columns(hy: Any, equations: Equations, form: Form) -> Any:
     s = hy.make_vars("s")
     coefficients = [
         [hy.make_vars(f"c{i}_{j}") for j in range(form.order + 1)] for i in range(STATE)
     ]
     state = [_polynomial(c, s) for c in coefficients]
-    a = Expressions()
-    o, u = unfold(k, a, state, is_regular=form.is_regular)
     # The yaw is in none of these columns.
-    found = columns(k, a, o, u, state[0], state[1], state[2], hy.expression(0.0))
-    results = [*(found[name] for name in BENCHMARK_COLUMNS), o.trail / k.front.r]
+    found = equations.columns([*state, hy.expression(0.0)])
+    o, _ = equations.unfold(state)
+    results = [*(found[name] for name in BENCHMARK_COLUMNS), o.trail / equations.k.front.r]
     return hy.cfunc(results, [*(x for c in coefficients for x in c), s], fast_math=True)
 
 

@@ -19,11 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heyoka_bike.bicycle.columns import COLUMNS
-from heyoka_bike.bicycle.equations.constants import constants
 from heyoka_bike.bicycle.equations.initial import initial_state
-from heyoka_bike.bicycle.equations.kinematics import state_names
-from heyoka_bike.bicycle.equations.model import regular
-from heyoka_bike.bicycle.equations.outputs import columns, unfold, yaw_rate
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import PARAMETERS, Bicycle, Maneuver
 from heyoka_bike.errors import InputError
 from heyoka_bike.motion.expressions import Expressions, require_heyoka
@@ -109,12 +106,10 @@ class _Motion:
             parameters.append(hy.par[len(parameters)])
             return parameters[-1]
 
-        k = constants(bicycle, Multiprecision(_DIGITS)).convert(parameter)
-        a = Expressions()
-        state = list(hy.make_vars(*state_names(True), "yaw"))
-        o, u = unfold(k, a, state, is_regular=True)
-        rates = [*regular(k, a, state[:6]), yaw_rate(o, u)]
-        values = columns(k, a, o, u, state[0], state[1], state[2], state[6])
+        exact = Equations.of(bicycle, Multiprecision(_DIGITS))
+        equations = replace(exact, k=exact.k.convert(parameter), a=Expressions())
+        state = list(hy.make_vars(*equations.states))
+        rates, values = equations.rates_with_yaw(state), equations.columns(state)
         there = {str(p) for p in hy.get_params(rates)}
         used = [i for i, p in enumerate(parameters) if str(p) in there]
 
@@ -229,9 +224,9 @@ def _inputs(bicycle: Bicycle, maneuver: Maneuver) -> tuple[list[flint.arb], list
     with balls.precision():
 
         def numbers(b: Bicycle, m: Maneuver) -> list[flint.arb]:
-            k = constants(b, balls)
-            found = initial_state(b, m, k, balls)
-            k.convert(found.append)
+            equations = Equations.of(b, balls)
+            found = initial_state(equations, m)
+            equations.k.convert(found.append)
             return found
 
         here = numbers(bicycle, maneuver)

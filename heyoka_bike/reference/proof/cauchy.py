@@ -16,11 +16,11 @@ from itertools import product
 
 import flint
 
-from heyoka_bike.bicycle.equations.constants import Constants, constants
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.errors import NotCertifiedError
 from heyoka_bike.motion.trajectory import Piece, Trajectory
 from heyoka_bike.numbers.analytic import NotAnalyticError, Rim
-from heyoka_bike.numbers.arithmetic import Arithmetic, Balls, Number, exact_ball
+from heyoka_bike.numbers.arithmetic import Balls, Number, exact_ball
 from heyoka_bike.numbers.ball_matrices import total
 from heyoka_bike.reference.proof.error_flow import SIZE
 
@@ -38,7 +38,8 @@ overestimation takes the first for a divisor that vanishes."""
 _BITS = 64
 _FIRST_ARCS, _MOST_ARCS = 8, 1024
 
-Function = Callable[[Trajectory, Constants, Arithmetic, Sequence[Number]], list[Number]]
+Function = Callable[[Equations, Sequence[Number]], list[Number]]
+"""Of a bicycle and a state of its form."""
 
 
 @dataclass(frozen=True)
@@ -59,8 +60,17 @@ class Circle:
     values: list[flint.arb]
 
 
-def circle_bound(piece: Piece, function: Function, radii: Sequence[int] = RADII) -> Circle:
+def circle_equations(run: Trajectory) -> Equations:
+    """The equations of a run in the precision of circles."""
+    return Equations.of(run.bicycle, Balls(_BITS), is_regular=run.is_regular)
+
+
+def circle_bound(
+    piece: Piece, function: Function, equations: Equations, radii: Sequence[int] = RADII
+) -> Circle:
     """Bound a function on the first of some circles inside of which it is shown analytic.
+
+    `equations` are those of `circle_equations`.
 
     Raises
     ------
@@ -71,7 +81,8 @@ def circle_bound(piece: Piece, function: Function, radii: Sequence[int] = RADII)
     for smaller, radius in product(SMALLER, radii):
         polydisc = [x / smaller for x in rho(len(piece.rows))]
         try:
-            return Circle(radius, polydisc, _values(piece, function, radius, polydisc))
+            values = _values(piece, function, equations, radius, polydisc)
+            return Circle(radius, polydisc, values)
         except NotAnalyticError as e:
             reason = str(e)
     raise NotAnalyticError(f"no analyticity shown for abs(s) <= {radii[-1]}: {reason}")
@@ -98,13 +109,12 @@ def refused(piece: Piece, why: str) -> NotCertifiedError:
 
 
 def _values(
-    piece: Piece, function: Function, radius: int, polydisc: Sequence[flint.arb]
-) -> list[flint.arb]:
-    run = piece.run
+    piece: Piece, function: Function, equations: Equations, radius: int,
+    polydisc: Sequence[flint.arb],
+) -> list[flint.arb]:  # fmt: skip
     a = Rim(_BITS)
-    balls = Balls(_BITS)
-    with balls.precision():
-        k = constants(run.bicycle, balls)
+    on_rim = equations.over(a)
+    with equations.precision():
         unit = flint.arb(2) ** -piece.grid
         rows = [[flint.arb(c) * unit for c in row] for row in piece.rows]
         polynomials = [flint.acb_poly([flint.acb(c) for c in row]) for row in rows]
@@ -123,7 +133,7 @@ def _values(
             a.start()
             try:
                 state = _arc(a, polynomials, slopes, polydisc, radius, low, high)
-                values = [_complex(x) for x in function(run, k, a, state)]
+                values = [_complex(x) for x in function(on_rim, state)]
                 if not all(x.is_finite() for x in values):
                     raise NotAnalyticError("a value is not finite")
             except NotAnalyticError:

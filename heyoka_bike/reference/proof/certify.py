@@ -35,14 +35,12 @@ from math import ceil
 import flint
 import numpy as np
 
-from heyoka_bike.bicycle.equations.constants import Constants, constants
-from heyoka_bike.bicycle.equations.initial import few_product_state, initial_state
-from heyoka_bike.bicycle.equations.model import few_products, regular
-from heyoka_bike.bicycle.equations.outputs import unfold, yaw_rate
+from heyoka_bike.bicycle.equations.initial import initial_state
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.errors import NotCertifiedError
 from heyoka_bike.motion.trajectory import Certificate, Piece, Trajectory
 from heyoka_bike.numbers.analytic import NotAnalyticError, PowerSeries
-from heyoka_bike.numbers.arithmetic import Arithmetic, Balls, Number, exact_ball, upper_fraction
+from heyoka_bike.numbers.arithmetic import Balls, Number, exact_ball, upper_fraction
 from heyoka_bike.numbers.ball_matrices import (
     Vector,
     fundamental,
@@ -56,7 +54,14 @@ from heyoka_bike.numbers.ball_matrices import (
     variational_defect,
 )
 from heyoka_bike.numbers.dual import Dual, Duals
-from heyoka_bike.reference.proof.cauchy import RADII, Circle, circle_bound, geometric, refused
+from heyoka_bike.reference.proof.cauchy import (
+    RADII,
+    Circle,
+    circle_bound,
+    circle_equations,
+    geometric,
+    refused,
+)
 from heyoka_bike.reference.proof.error_flow import MATRIX_BITS, SIZE, Carried, Flow, Frame
 
 _RESOLVED = 0.1
@@ -66,13 +71,6 @@ _MATRIX_LENGTHS = (40, 64)
 """Orders tried for Y."""
 
 Progress = Callable[[float], None]
-
-
-def rates(run: Trajectory, k: Constants, a: Arithmetic, state: Sequence[Number]) -> list[Number]:
-    """Right-hand side of all seven state variables; the yaw does not enter."""
-    o, u = unfold(k, a, state, is_regular=run.is_regular)
-    form = regular if run.is_regular else few_products
-    return [*form(k, a, state[:6]), yaw_rate(o, u)]
 
 
 def certify(trajectory: Trajectory, progress: Progress | None = None) -> Certificate:
@@ -131,22 +129,18 @@ class _Prover:
         self.lengths = {
             radius: max(ceil((run.grid + 16) / np.log2(radius)), longest) + 2 for radius in RADII
         }
-        self.matrix = self._constants(MATRIX_BITS)
-        self.high = self._constants(self.bits)
+        self.circles = circle_equations(run)
+        self.matrix = self._equations(MATRIX_BITS)
+        self.high = self._equations(self.bits)
 
-    def _constants(self, bits: int) -> Constants:
-        balls = Balls(bits)
-        with balls.precision():
-            return constants(self.run.bicycle, balls)
+    def _equations(self, bits: int) -> Equations:
+        return Equations.of(self.run.bicycle, Balls(bits), is_regular=self.run.is_regular)
 
     def initial_frame(self) -> Frame:
         """Distance of the candidate's start from the exact initial state."""
-        balls = Balls(self.bits)
         run = self.run
-        with balls.precision():
-            start = initial_state(run.bicycle, run.maneuver, self.high, balls)
-            if not run.is_regular:
-                start = few_product_state(self.high, balls, start)
+        with self.high.precision():
+            start = initial_state(self.high, run.maneuver)
             unit = flint.arb(2) ** -run.grid
             first = [row[0] * unit for row in run.pieces[0]]
             distance = [abs(x - y).upper() for x, y in zip(start, first, strict=True)]
@@ -169,8 +163,8 @@ class _Prover:
         return [x.max(y) for x, y in zip(sup_left, sup_right, strict=True)], frame
 
     def _whole(self, piece: Piece, frame: Frame) -> tuple[Vector, Frame]:
-        rim = circle_bound(piece, rates)
-        near = circle_bound(piece, rates, (1,))
+        rim = circle_bound(piece, Equations.rates_with_yaw, self.circles)
+        near = circle_bound(piece, Equations.rates_with_yaw, self.circles, (1,))
         with flint.ctx.workprec(MATRIX_BITS):
             carried = Carried(self._flow(piece, rim), frame)
         delta = self._defect(piece, rim)
@@ -223,13 +217,14 @@ class _Prover:
 
     def _defect(self, piece: Piece, rim: Circle) -> list[flint.arb]:
         """Bound on abs(p' - h f(p)) over the piece, by state variable."""
-        run, length = self.run, self.lengths[rim.radius]
+        length = self.lengths[rim.radius]
         a = PowerSeries(self.bits, length)
         with a.precision():
             unit = flint.arb(2) ** -piece.grid
             rows = [[c * unit for c in row] for row in piece.rows]
             step = exact_ball(piece.h)
-            values = rates(run, self.high, a, [a.series(row) for row in rows])
+            state = [a.series(row) for row in rows]
+            values = self.high.over(a).rates_with_yaw(state)
             bounds = []
             for row, rate, biggest in zip(rows, values, rim.values, strict=True):
                 slopes = [m * c for m, c in enumerate(row)][1:]
@@ -248,7 +243,6 @@ class _Prover:
         self, piece: Piece, rim: Circle, length: int
     ) -> tuple[list[flint.arb_mat], flint.arb_mat]:
         """Taylor coefficients of h J along the piece, and a bound on what they leave out."""
-        run = self.run
         a = PowerSeries(MATRIX_BITS, length)
         with a.precision():
             unit = flint.arb(2) ** -piece.grid
@@ -259,7 +253,7 @@ class _Prover:
             state: list[Number] = list(
                 duals.variables([a.series(row[:length]) for row in rows[:6]])
             )
-            values = rates(run, self.matrix, duals, state)
+            values = self.matrix.over(duals).rates_with_yaw(state)
             zeros = [flint.arb(0)] * length
             coefficients = [
                 [

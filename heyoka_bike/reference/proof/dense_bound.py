@@ -11,7 +11,7 @@ polydisc.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import pairwise
 from math import ceil, log2
@@ -20,14 +20,19 @@ import flint
 import numpy as np
 
 from heyoka_bike.bicycle.columns import COLUMNS
-from heyoka_bike.bicycle.equations.constants import Constants, constants
-from heyoka_bike.bicycle.equations.outputs import columns, unfold
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.errors import NotCertifiedError
 from heyoka_bike.motion.trajectory import Certificate, Piece, Trajectory
 from heyoka_bike.numbers.analytic import NotAnalyticError, PowerSeries
-from heyoka_bike.numbers.arithmetic import Arithmetic, Number, exact_ball, upper_fraction
+from heyoka_bike.numbers.arithmetic import Balls, Number, exact_ball, upper_fraction
 from heyoka_bike.numbers.ball_matrices import total
-from heyoka_bike.reference.proof.cauchy import Function, circle_bound, geometric, refused
+from heyoka_bike.reference.proof.cauchy import (
+    Function,
+    circle_bound,
+    circle_equations,
+    geometric,
+    refused,
+)
 from heyoka_bike.reference.proof.dense import Dense
 from heyoka_bike.reference.proof.rows import Value, upward
 
@@ -40,10 +45,11 @@ def bound_dense(
     run: Trajectory, certificate: Certificate, dense: Dense, constant: Mapping[str, Value]
 ) -> Dense:
     """The dense output with a certified bound for each piece and column."""
+    along = Along.of(run, _columns)
     parts = (
         expansion
         for i in range(run.steps)
-        for expansion in expansions(run.piece(i), certificate.pieces[i], _columns)
+        for expansion in expansions(run.piece(i), certificate.pieces[i], along)
     )
     return bound_pieces(run, parts, dense, [c.name for c in COLUMNS], constant)
 
@@ -100,16 +106,16 @@ def _check_shape(run: Trajectory, dense: Dense, names: Sequence[str]) -> None:
 
 
 def expansions(
-    piece: Piece, state_bound: tuple[Fraction, ...], function: Function, depth: int = 0
+    piece: Piece, state_bound: tuple[Fraction, ...], along: Along, depth: int = 0
 ) -> Iterator[Expansion]:
     """Expansions along a piece, or along parts of it where no circle works for the whole."""
     try:
-        yield Expansion(piece, state_bound, function)
+        yield Expansion(piece, state_bound, along)
     except NotAnalyticError as e:
         if depth == _DEPTH:
             raise refused(piece, str(e)) from None
         for half in piece.halves():
-            yield from expansions(half, state_bound, function, depth + 1)
+            yield from expansions(half, state_bound, along, depth + 1)
 
 
 def _spans(low: Fraction, high: Fraction, width: Fraction) -> list[tuple[Fraction, Fraction]]:
@@ -121,19 +127,40 @@ def _spans(low: Fraction, high: Fraction, width: Fraction) -> list[tuple[Fractio
     return [(low + (high - low) * i / n, low + (high - low) * (i + 1) / n) for i in range(n)]
 
 
+@dataclass(frozen=True)
+class Along:
+    """A function to be expanded along the pieces of a run.
+
+    Attributes
+    ----------
+    function : Function
+    on_circles, in_series : Equations
+        In the precisions of the bounds and of the expansions.
+    """
+
+    function: Function
+    on_circles: Equations
+    in_series: Equations
+
+    @classmethod
+    def of(cls, run: Trajectory, function: Function) -> Along:
+        """With the equations of a run."""
+        series = Equations.of(run.bicycle, Balls(BITS), is_regular=run.is_regular)
+        return cls(function, circle_equations(run), series)
+
+
 class Expansion:
     """Taylor polynomials of columns along one piece of the candidate, with remainders."""
 
-    def __init__(self, piece: Piece, state_bound: tuple[Fraction, ...], function: Function) -> None:
-        run = piece.run
+    def __init__(self, piece: Piece, state_bound: tuple[Fraction, ...], along: Along) -> None:
         self.t0, self.t1, self.h = piece.t0, piece.t1, piece.h
-        circle = circle_bound(piece, function)
+        circle = circle_bound(piece, along.function, along.on_circles)
         length = ceil(_REMAINDER_BITS / log2(circle.radius))
         a = PowerSeries(BITS, length)
         with a.precision():
             unit = flint.arb(2) ** -piece.grid
             state = [a.series([c * unit for c in row[:length]]) for row in piece.rows]
-            values = function(run, constants(run.bicycle, a), a, state)
+            values = along.function(along.in_series.over(a), state)
             self.polynomials = [flint.arb_poly(a.coefficients(x)) for x in values]
             # Terms past the length, and the exact motion's distance: derivatives by the state are
             # at most M / (rho / 2) where the state is within rho / 2 of the candidate.
@@ -180,10 +207,9 @@ def _basis(
     return flint.arb_mat([[p[j] for j in range(n)] for p in t[:n]])
 
 
-def _columns(run: Trajectory, k: Constants, a: Arithmetic, state: Sequence[Number]) -> list[Number]:
+def _columns(equations: Equations, state: Sequence[Number]) -> list[Number]:
     """All columns in order; on a circle an energy or an angle is as analytic as the rates."""
-    o, u = unfold(k, a, state, is_regular=run.is_regular)
-    values = columns(k, a, o, u, state[0], state[1], state[2], state[6])
+    values = equations.columns(state)
     return [values[c.name] for c in COLUMNS]
 
 

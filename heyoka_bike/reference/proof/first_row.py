@@ -16,8 +16,7 @@ from typing import Any
 
 import flint
 
-from heyoka_bike.bicycle.equations.constants import constants
-from heyoka_bike.bicycle.equations.outputs import columns, unfold
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
 from heyoka_bike.numbers.exact import ZERO, Exact
 
@@ -44,15 +43,14 @@ def exact_columns(bicycle: Bicycle, maneuver: Maneuver) -> dict[str, Fraction]:
     if not maneuver.steer.is_zero:
         return found
     a = RationalFunctions()
-    k = constants(bicycle, a)
+    equations = Equations.of(bicycle, a)
     zero = a.number(0)
     state = [
         a.number(maneuver.roll), zero, zero,
         a.number(maneuver.roll_rate), a.number(maneuver.steer_rate),
-        a.number(maneuver.speed) / k.length,
+        a.number(maneuver.speed) / equations.k.length, zero,
     ]  # fmt: skip
-    o, u = unfold(k, a, state, is_regular=True)
-    values = columns(k, a, o, u, state[0], zero, zero, zero)
+    values = equations.columns(state)
     found |= {name: x for name, v in values.items() if (x := v.rational()) is not None}
     return found
 

@@ -22,13 +22,18 @@ from math import ceil, log2
 import flint
 
 from heyoka_bike.bicycle.equations.configuration import INTEGRALS, rates_of_integrals
-from heyoka_bike.bicycle.equations.constants import Constants, constants
-from heyoka_bike.bicycle.equations.outputs import unfold
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.motion.trajectory import Certificate, Piece, Trajectory
 from heyoka_bike.numbers.analytic import NotAnalyticError, PowerSeries
-from heyoka_bike.numbers.arithmetic import Arithmetic, Balls, Number, exact_ball, upper_fraction
+from heyoka_bike.numbers.arithmetic import Balls, exact_ball, upper_fraction
 from heyoka_bike.numbers.ball_matrices import total
-from heyoka_bike.reference.proof.cauchy import Circle, circle_bound, geometric, refused
+from heyoka_bike.reference.proof.cauchy import (
+    Circle,
+    circle_bound,
+    circle_equations,
+    geometric,
+    refused,
+)
 
 _GUARD_BITS = 64
 _DEPTH = 6
@@ -68,9 +73,8 @@ class _Integrator:
 
     def __init__(self, run: Trajectory) -> None:
         self.bits = run.grid + _GUARD_BITS
-        balls = Balls(self.bits)
-        with balls.precision():
-            self.constants = constants(run.bicycle, balls)
+        self.circles = circle_equations(run)
+        self.equations = Equations.of(run.bicycle, Balls(self.bits), is_regular=run.is_regular)
         self.at = [Fraction(0)] * len(INTEGRALS)
         self.error = [Fraction(0)] * len(INTEGRALS)
 
@@ -79,7 +83,7 @@ class _Integrator:
     ) -> Iterator[Stretch]:
         """A piece with its integrals, in parts where no circle works for the whole."""
         try:
-            circle = circle_bound(piece, _rates)
+            circle = circle_bound(piece, rates_of_integrals, self.circles)
         except NotAnalyticError as e:
             if depth == _DEPTH:
                 raise refused(piece, str(e)) from None
@@ -107,7 +111,7 @@ class _Integrator:
         with a.precision():
             unit, step = flint.arb(2) ** -piece.grid, exact_ball(piece.h)
             state = [a.series([c * unit for c in row]) for row in piece.rows]
-            values = _rates(piece.run, self.constants, a, state)
+            values = rates_of_integrals(self.equations.over(a), state)
             return [a.coefficients(step * x) for x in values]
 
     def _row(self, piece: Piece, i: int, integrand: Sequence[flint.arb]) -> list[int]:
@@ -132,8 +136,3 @@ def _nearest(x: flint.arb) -> int:
     man, exp = x.mid().man_exp()
     n, shift = int(man), int(exp)
     return n << shift if shift >= 0 else (n + (1 << (-shift - 1))) >> -shift
-
-
-def _rates(run: Trajectory, k: Constants, a: Arithmetic, state: Sequence[Number]) -> list[Number]:
-    _, u = unfold(k, a, state, is_regular=run.is_regular)
-    return rates_of_integrals(k, a, u, state[6])

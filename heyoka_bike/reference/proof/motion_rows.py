@@ -11,8 +11,7 @@ from math import ceil, frexp, ldexp
 import flint
 import numpy as np
 
-from heyoka_bike.bicycle.equations.bodies import bodies
-from heyoka_bike.bicycle.equations.constants import Constants, constants
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.equations.whole_motion import (
     NonnegativeRoots,
     dense_columns,
@@ -21,10 +20,10 @@ from heyoka_bike.bicycle.equations.whole_motion import (
 from heyoka_bike.bicycle.motion_columns import DENSE_COLUMNS, MOTION_COLUMNS
 from heyoka_bike.errors import UndecidedError
 from heyoka_bike.motion.trajectory import Certificate, Trajectory, row_times
-from heyoka_bike.numbers.arithmetic import Arithmetic, Balls, Number, exact_ball
+from heyoka_bike.numbers.arithmetic import Balls, exact_ball
 from heyoka_bike.numbers.rounding import Enclosure, hi_lo
 from heyoka_bike.reference.proof.dense import Dense, interpolate
-from heyoka_bike.reference.proof.dense_bound import BITS, Expansion, bound_pieces, expansions
+from heyoka_bike.reference.proof.dense_bound import BITS, Along, Expansion, bound_pieces, expansions
 from heyoka_bike.reference.proof.integrals import Stretch, with_integrals
 from heyoka_bike.reference.proof.rows import EVALUATION_BITS, Array, distance
 
@@ -90,8 +89,9 @@ def tabulate_motion(
 
 def motion_expansions(stretches: Sequence[Stretch]) -> Iterator[Expansion]:
     """Expansions of the dense columns along all pieces."""
+    along = Along.of(stretches[0].piece.run, dense_columns)
     for stretch in stretches:
-        yield from expansions(stretch.piece, stretch.bounds, _dense_columns)
+        yield from expansions(stretch.piece, stretch.bounds, along)
 
 
 def bound_motion(run: Trajectory, parts: Sequence[Expansion], dense: Dense) -> Dense:
@@ -124,8 +124,8 @@ def _enclosed(run: Trajectory, stretches: Sequence[Stretch]) -> Iterator[dict[st
     balls = NonnegativeRoots(run.bits + EVALUATION_BITS)
     starts = [s.piece.t0 for s in stretches]
     at, polynomials = -1, [flint.arb_poly()]
+    equations = Equations.of(run.bicycle, balls, is_regular=run.is_regular)
     with balls.precision():
-        k, b = constants(run.bicycle, balls), bodies(run.bicycle, balls)
         for t in row_times(run.maneuver):
             if (i := bisect_right(starts, t) - 1) != at:
                 at, polynomials = i, [flint.arb_poly(list(row)) for row in stretches[i].piece.rows]
@@ -138,7 +138,7 @@ def _enclosed(run: Trajectory, stretches: Sequence[Stretch]) -> Iterator[dict[st
             if t == 0:
                 # The integrals begin at zero, exactly, and the yaw with them.
                 state[6:] = [balls.number(0)] * len(state[6:])
-            yield motion_columns(k, b, balls, state, is_regular=run.is_regular)
+            yield motion_columns(equations, state)
 
 
 def _rounded(x: flint.arb, name: str) -> tuple[float, float, float]:
@@ -179,9 +179,3 @@ class _Source:
         part = self.parts[max(bisect_right(self._starts, about) - 1, 0)]
         s = (t - exact_ball(part.t0)) / exact_ball(part.h)
         return {name: p(s) for name, p in zip(DENSE_COLUMNS, part.polynomials, strict=True)}
-
-
-def _dense_columns(
-    run: Trajectory, k: Constants, a: Arithmetic, state: Sequence[Number]
-) -> list[Number]:
-    return dense_columns(k, bodies(run.bicycle, a), a, state, is_regular=run.is_regular)

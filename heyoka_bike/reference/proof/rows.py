@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.bicycle.equations.initial import initial_state
-from heyoka_bike.bicycle.equations.outputs import energies, unfold
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.motion.evaluator import Evaluator, evaluator
 from heyoka_bike.motion.trajectory import Certificate, Trajectory, row_times
+from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.rounding import Enclosure, decimal_digits, hi_lo
 from heyoka_bike.reference.proof.first_row import exact_columns
 
@@ -63,12 +64,9 @@ def constant_columns(run: Trajectory) -> dict[str, Value]:
         return dict(exact)
     if "mechanical_energy" in exact:
         return {"mechanical_energy": exact["mechanical_energy"]}
-    at = evaluator(run, run.bits + EVALUATION_BITS)
-    k, balls = at.constants, at.balls
-    with balls.precision():
-        state = initial_state(run.bicycle, run.maneuver, k, balls)
-        o, u = unfold(k, balls, state, is_regular=True)
-        e = energies(k, o, u)
+    equations = Equations.of(run.bicycle, Balls(run.bits + EVALUATION_BITS))
+    with equations.precision():
+        e = equations.energies(initial_state(equations, run.maneuver))
         return {"mechanical_energy": e.potential + e.kinetic}
 
 

@@ -18,10 +18,9 @@ import flint
 import numpy as np
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
-from heyoka_bike.bicycle.equations.constants import constants
-from heyoka_bike.bicycle.equations.initial import few_product_state, initial_state
+from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.kinematics import front_contact_height
-from heyoka_bike.bicycle.equations.outputs import columns, unfold
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
 from heyoka_bike.errors import UndecidedError
 from heyoka_bike.motion.evaluator import evaluator
@@ -30,7 +29,6 @@ from heyoka_bike.numbers.arithmetic import Balls, exact_ball
 from heyoka_bike.numbers.rounding import Enclosure, decimal_above, decimal_digits, hi_lo
 from heyoka_bike.reference.layout import CANDIDATE, CERTIFICATE, HDF5
 from heyoka_bike.reference.load import ReferenceManeuver, Values
-from heyoka_bike.reference.proof.certify import rates
 from heyoka_bike.reference.proof.dense import NODES
 from heyoka_bike.reference.proof.first_row import exact_columns
 from heyoka_bike.reference.proof.rows import (
@@ -126,8 +124,9 @@ def own_state(x: Stored) -> list[Tally]:
     contact, consistent = Tally("contact", HDF5), Tally("columns", HDF5)
     names = x.reference.columns
     balls = Balls(BITS)
+    equations = Equations.of(x.bicycle, balls)
+    k = equations.k
     with balls.precision():
-        k = constants(x.bicycle, balls)
         for i in range(x.maneuver.rows):
             stored = {name: stored_ball(x.reference.rows, name, i) for name in names}
             roll, pitch, steer, roll_rate, steer_rate, speed, yaw = (stored[n] for n in STATE)
@@ -137,8 +136,7 @@ def own_state(x: Stored) -> list[Tally]:
             if not holds_zero(height):
                 contact.fail(f"{x.at('front wheel', i)}: {_show(height)} m above the floor")
             state = [roll, pitch, steer, roll_rate, steer_rate, speed / k.length, yaw]
-            o, u = unfold(k, balls, state, is_regular=True)
-            for name, value in columns(k, balls, o, u, roll, pitch, steer, yaw).items():
+            for name, value in equations.columns(state).items():
                 off = value - stored[name]
                 consistent.values += 1
                 consistent.largest = max(consistent.largest, abs(float(off.mid())) / x.scale(name))
@@ -243,10 +241,8 @@ def candidate_joins(run: Trajectory) -> list[Tally]:
                 )
     balls = Balls(run.grid + EVALUATION_BITS)
     with balls.precision():
-        k = constants(run.bicycle, balls)
-        start = initial_state(run.bicycle, run.maneuver, k, balls)
-        if not run.is_regular:
-            start = few_product_state(k, balls, start)
+        equations = Equations.of(run.bicycle, balls, is_regular=run.is_regular)
+        start = initial_state(equations, run.maneuver)
         # Rounded to the grid, either way where the ball does not decide.
         unit = flint.arb(2) ** -run.grid
         for name, exact, row in zip(run.states, start, run.pieces[0], strict=True):
@@ -266,8 +262,8 @@ def motion(run: Trajectory, certificate: Certificate) -> list[Tally]:
     """
     tally = Tally("equations_of_motion", CANDIDATE)
     balls = Balls(run.bits + EVALUATION_BITS)
+    equations = Equations.of(run.bicycle, balls, is_regular=run.is_regular)
     with balls.precision():
-        k = constants(run.bicycle, balls)
         unit = flint.arb(2) ** -run.grid
         slopes: tuple[int, list[flint.arb_poly]] = (-1, [])
         for i, t in enumerate(row_times(run.maneuver)):
@@ -282,7 +278,7 @@ def motion(run: Trajectory, certificate: Certificate) -> list[Tally]:
                 flint.arb(value, exact_ball(bound).upper())
                 for value, bound in zip(run.state(t, piece), bounds, strict=True)
             ]
-            force = rates(run, k, balls, state)
+            force = equations.rates_with_yaw(state)
             for name, p, f, bound in zip(run.states, slopes[1], force, bounds, strict=True):
                 off = p(s) * unit / h - f
                 allowed = 2 * run.order**2 * exact_ball(bound) / h

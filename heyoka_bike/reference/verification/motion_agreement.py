@@ -11,9 +11,8 @@ from fractions import Fraction
 import flint
 import numpy as np
 
-from heyoka_bike.bicycle.equations.bodies import bodies
 from heyoka_bike.bicycle.equations.configuration import INTEGRALS
-from heyoka_bike.bicycle.equations.constants import constants
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.equations.whole_motion import NonnegativeRoots, motion_columns
 from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
 from heyoka_bike.motion.trajectory import row_times
@@ -44,14 +43,14 @@ def follows_from_state(x: Stored, m: MotionManeuver) -> list[Tally]:
     if times[:, 0].tobytes() != m.time.tobytes() or times[:, 1].tobytes() != m.time_lo.tobytes():
         tally.fail(f"{x.maneuver.name}: its times are not the multiples of the spacing")
     balls = NonnegativeRoots(BITS)
+    equations = Equations.of(x.bicycle, balls)
     with balls.precision():
-        k, b = constants(x.bicycle, balls), bodies(x.bicycle, balls)
         for i in range(x.maneuver.rows):
             row = {name: stored_ball(x.reference.rows, name, i) for name in STATE}
             *angles_and_rates, speed, yaw = (row[name] for name in STATE)
             integrals = (stored_ball(m.rows, name, i) for name in INTEGRALS)
-            state = [*angles_and_rates, speed / k.length, yaw, *integrals]
-            found = motion_columns(k, b, balls, state, is_regular=True)
+            state = [*angles_and_rates, speed / equations.k.length, yaw, *integrals]
+            found = motion_columns(equations, state)
             for name, value in found.items():
                 off = value - stored_ball(m.rows, name, i)
                 tally.values += 1

@@ -15,8 +15,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from heyoka_bike.bicycle.equations.constants import constants
 from heyoka_bike.bicycle.equations.initial import initial_state
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import (
     PARAMETERS,
     STATE_INPUTS,
@@ -276,13 +276,11 @@ def _inputs(manifest: Manifest) -> tuple[Bicycle, tuple[Maneuver, ...]]:
     maneuvers = tuple(Maneuver.parse(entry["name"], entry) for entry in given["maneuvers"])
     if describe_inputs(bicycle, maneuvers) != given or not maneuvers:
         raise ValueError("they are not written as 'heyoka-bike generate' writes them")
-    balls = Balls(_BITS)
-    with balls.precision():
-        k = constants(bicycle, balls)
-        for m in maneuvers:
-            if m.duration <= 0 or (m.duration / m.spacing).denominator != 1:
-                raise ValueError(f"{m.name}: its duration is no number of its spacings")
-            initial_state(bicycle, m, k, balls)
+    equations = Equations.of(bicycle, Balls(_BITS))
+    for m in maneuvers:
+        if m.duration <= 0 or (m.duration / m.spacing).denominator != 1:
+            raise ValueError(f"{m.name}: its duration is no number of its spacings")
+        initial_state(equations, m)
     return bicycle, maneuvers
 
 

@@ -16,15 +16,13 @@ from typing import TYPE_CHECKING, Any
 import flint
 import numpy as np
 
-from heyoka_bike.bicycle.equations.bodies import binary64_bodies
-from heyoka_bike.bicycle.equations.constants import binary64_constants
 from heyoka_bike.bicycle.equations.forces import forces
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
 from heyoka_bike.bicycle.stability.linear import linearise
 from heyoka_bike.motion.events import GREATEST_LEAN, REAR_LIFT, events, follow
 from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.motion.trajectory import Trajectory
-from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.showing.figures.style import BLACK, BLUE, SKY, VERMILLION, WIDTH, style
@@ -193,7 +191,7 @@ class Straightening:
         run = integrate(bicycle, replace(maneuver, duration=STRAIGHTENS))
         time, lean = _leans(run)
         spin = _states(run, [float(STRAIGHTENS)])[5, 0]
-        speed = float(binary64_constants(bicycle).length * spin)
+        speed = float(Equations.binary64(bicycle).k.length * spin)
         values = linearise(bicycle, _DIGITS).eigenvalues(Fraction(speed))
         (rate,) = (float(z.real) for z in values if z.imag > 0)
         is_slowest = _is_asymptotic(lean)
@@ -238,8 +236,8 @@ class Fall:
         parts = np.linspace(edges[:-1], edges[1:], _PER_PIECE, endpoint=False, axis=1)
         time = np.append(parts, lift)
         state = _states(run, time)
-        k, b = binary64_constants(bicycle), binary64_bodies(bicycle)
-        found = forces(k, b, Arrays(), tuple(state), is_regular=run.is_regular)
+        equations = Equations.binary64(bicycle, is_regular=run.is_regular)
+        found = forces(equations, tuple(state))
         return cls(maneuver, time, state[0], found.rear.normal, found.front.normal)
 
     def draw(self, axes: Mapping[str, Axes]) -> None:

@@ -106,7 +106,7 @@ def motion_3d(k: Constants, state: State, time: Array, start: Place | None = Non
     Parameters
     ----------
     k : Constants
-        Of the bicycle, in binary64, see `binary64_constants`.
+        Of the bicycle, in binary64, see `Equations.binary64`.
     state
         Smooth, or the places are only as good as it is.
     time : ndarray, shape (n,)

@@ -15,9 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
-from heyoka_bike.bicycle.equations.constants import Constants, binary64_constants
+from heyoka_bike.bicycle.equations.constants import Constants
 from heyoka_bike.bicycle.equations.initial import pitch_on_the_floor
 from heyoka_bike.bicycle.equations.kinematics import front_contact_height
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.errors import NothingScoredError
 from heyoka_bike.numbers.arithmetic import Arrays
@@ -147,7 +148,7 @@ def replay(
         The file has nothing of the motion, or not this maneuver.
     """
     bicycle = Bicycle.parse(reference.bicycle, reference.parameters)
-    k = binary64_constants(bicycle)
+    k = Equations.binary64(bicycle).k
     numbers = list(reference) if maneuver is None else [maneuver]
     total = sum(float(reference[n].duration) for n in numbers)
     rate = min(rate, _MOST_FRAMES / total)

@@ -63,7 +63,7 @@ class BodyCoordinates:
         self._inertias = {b: axes @ i @ axes.T for b, i in inertias.items()}
         hubs = {"B": places["R"], "H": places["F"]}
         self._arms = {b: axes @ (places[b] - hubs[b]) for b in "BH"}
-        self._joint = np.array([float(motion.k.d1 * motion.k.length), 0.0, 0.0])
+        self._joint = np.array([float(motion.equations.k.d1 * motion.equations.k.length), 0.0, 0.0])
         self._front_hub = axes @ (places["F"] - places["R"]) - self._joint
         around = self._around()
         found = self._twists(around)
@@ -165,7 +165,7 @@ class BodyCoordinates:
 
     def _twists(self, y: Array) -> _Twists:
         """Velocities of all bodies in states of shape (7, ...)."""
-        k, a = self._motion.k, Arrays()
+        k, a = self._motion.equations.k, Arrays()
         o = posture(k, a, y[0], y[1], y[2])
         v = k.rear.r * y[SPIN]
         w1, w3, _ = rear_rates(o, v, y[3], y[4])

@@ -11,11 +11,9 @@ from __future__ import annotations
 import numpy as np
 
 from heyoka_bike.bicycle.columns import DEFINITIONS
-from heyoka_bike.bicycle.equations.constants import binary64_constants
 from heyoka_bike.bicycle.equations.initial import pitch_on_the_floor
-from heyoka_bike.bicycle.equations.outputs import energies, unfold
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle
-from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.measures import rms
@@ -33,8 +31,9 @@ class Heights:
     def __init__(self, reference: Reference) -> None:
         bicycle = Bicycle.parse(reference.bicycle, reference.parameters)
         self._reference = reference
-        self._k = binary64_constants(bicycle)
-        self.weight = float(self._k.mass * self._k.g * self._k.length)
+        self._equations = Equations.binary64(bicycle)
+        k = self._equations.k
+        self.weight = float(k.mass * k.g * k.length)
 
     def of(self, m: ManeuverScore) -> tuple[Array, Array, float] | None:
         """Times [s], height over the floor [m], and what of it the digits written explain [m].
@@ -70,11 +69,9 @@ class Heights:
 
     def _potential(self, roll: Array, steer: Array, pitch: Array) -> Array:
         """With both wheels on the floor [J]; `pitch` is where to begin."""
-        k, a = self._k, Arrays()
-        pitch = pitch_on_the_floor(k, roll, pitch, steer)
+        pitch = pitch_on_the_floor(self._equations.k, roll, pitch, steer)
         rest = np.zeros_like(roll)
-        o, u = unfold(k, a, (roll, pitch, steer, rest, rest, rest), is_regular=True)
-        found: Array = energies(k, o, u).potential
+        found: Array = self._equations.energies((roll, pitch, steer, rest, rest, rest)).potential
         return found
 
 

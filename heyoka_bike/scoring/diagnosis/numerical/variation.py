@@ -14,13 +14,9 @@ from typing import Any
 import numpy as np
 
 from heyoka_bike.bicycle.columns import COLUMNS
-from heyoka_bike.bicycle.equations.constants import binary64_constants
-from heyoka_bike.bicycle.equations.kinematics import state_names
-from heyoka_bike.bicycle.equations.model import regular
-from heyoka_bike.bicycle.equations.outputs import columns, unfold, yaw_rate
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.motion.expressions import Expressions, require_heyoka
-from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.load import Reference
 
@@ -44,7 +40,7 @@ class Variations:
 
     Attributes
     ----------
-    k : Constants
+    equations : Equations
         Binary64.
     values : mapping of str to float
         Parameters by symbol.
@@ -62,11 +58,9 @@ class Variations:
         hy = require_heyoka()
         bicycle = Bicycle.parse(reference.bicycle, reference.parameters)
         self.values = {s: float(x) for s, x in bicycle.values.items()}
-        self.k = binary64_constants(bicycle)
-        variables = list(hy.make_vars(*state_names(True), "yaw"))
-        a = Expressions()
-        o, u = unfold(self.k, a, variables, is_regular=True)
-        rates = [*regular(self.k, a, variables[:-1]), yaw_rate(o, u)]
+        self.equations = Equations.binary64(bicycle)
+        variables = list(hy.make_vars(*self.equations.states))
+        rates = self.equations.over(Expressions()).rates_with_yaw(variables)
         self._slope: Any = hy.cfunc(rates, variables)
         self._numbers = tuple(reference)
         self.step = np.array([float(reference[n].duration) for n in reference]) / _STEPS
@@ -80,7 +74,7 @@ class Variations:
                  "yaw")  # fmt: skip
         found = m.approximate(np.linspace(0.0, float(m.duration), _STEPS + 1), names)
         state = np.stack([found[name] for name in names])
-        state[SPIN] /= float(self.k.rear.r * self.k.length)
+        state[SPIN] /= float(self.equations.k.rear.r * self.equations.k.length)
         return state
 
     def slope(self, y: Array) -> Array:
@@ -98,9 +92,7 @@ class Variations:
 
     def outputs(self, y: Array) -> Array:
         """All columns, shape (columns, ...)."""
-        a = Arrays()
-        o, u = unfold(self.k, a, list(y), is_regular=True)
-        found = columns(self.k, a, o, u, y[0], y[1], y[2], y[6])
+        found = self.equations.columns(list(y))
         return np.stack([found[name] for name in NAMES])
 
     def respond(self, forces: Sequence[Array]) -> Array:

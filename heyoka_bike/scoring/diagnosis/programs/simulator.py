@@ -8,6 +8,7 @@ steer, roll rate, steer rate, the rear wheel's rolling rate and yaw.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import lru_cache
 from math import cos, sin
 from typing import Any
@@ -16,9 +17,7 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.bicycle.equations.constants import constants
-from heyoka_bike.bicycle.equations.kinematics import state_names
-from heyoka_bike.bicycle.equations.model import regular
-from heyoka_bike.bicycle.equations.outputs import columns, unfold, yaw_rate
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle, read_bicycle
 from heyoka_bike.motion.expressions import Expressions, require_heyoka
 from heyoka_bike.numbers.arithmetic import Multiprecision, Number
@@ -60,20 +59,21 @@ class Simulator:
             return hy.par[count - 1]
 
         # Of any bicycle: only which constants there are is taken from it.
-        k = constants(read_bicycle(benchmark_bicycle()), self._arithmetic).convert(parameter)
-        a = Expressions()
-        state = list(hy.make_vars(*state_names(True)))
-        yaw = hy.make_vars("yaw")
-        o, u = unfold(k, a, state, is_regular=True)
-        equations = [*zip(state, regular(k, a, state), strict=True), (yaw, yaw_rate(o, u))]
+        exact = Equations.of(read_bicycle(benchmark_bicycle()), self._arithmetic)
+        k = exact.k.convert(parameter)
+        equations = replace(exact, k=k, a=Expressions())
+        state = list(hy.make_vars(*equations.states))
+        rates_of_state = equations.rates_with_yaw(state)
         # Compact code is slower by half but compiles several times faster.
         self._integrator: Any = hy.taylor_adaptive(
-            equations, np.zeros(len(state) + 1), compact_mode=True, tol=_TOLERANCE
-        )
-        found = columns(k, a, o, u, state[0], state[1], state[2], yaw)
+            list(zip(state, rates_of_state, strict=True)), np.zeros(len(state)),
+            compact_mode=True, tol=_TOLERANCE,
+        )  # fmt: skip
+        found = equations.columns(state)
+        _, u = equations.unfold(state)
         rates = [u.w1, u.q, u.w3, u.w1_f, u.q_f, u.w3_f, u.v / k.rear.r, u.v_f / k.front.r]
         self._outputs: Any = hy.cfunc(
-            [*(found[c.name] for c in COLUMNS), *rates], [*state, yaw], compact_mode=True
+            [*(found[c.name] for c in COLUMNS), *rates], state, compact_mode=True
         )
         self._constants = lru_cache(_KEPT)(self._compute_constants)
 

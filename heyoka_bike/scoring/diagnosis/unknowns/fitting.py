@@ -8,8 +8,8 @@ from fractions import Fraction
 import numpy as np
 
 from heyoka_bike.bicycle.columns import DEFINITIONS
-from heyoka_bike.bicycle.equations.constants import binary64_constants
 from heyoka_bike.bicycle.equations.initial import pitch_on_the_floor
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
@@ -140,7 +140,7 @@ class Fitting:
         for n, t in zip(self._numbers, self._times, strict=True):
             state = self._state(n, changes)
             if state[2] != 0.0:
-                k = binary64_constants(bicycle)
+                k = Equations.binary64(bicycle).k
                 state[1] = float(pitch_on_the_floor(k, state[0], 0.0, state[2]))
             found[n] = simulator.run(bicycle, state, t)
         return found

@@ -1,0 +1,102 @@
+"""The reduced equations of one bicycle, in one number type and one form.
+
+Everything that follows from a state starts here: the rates of the state, its columns, its energies.
+Constants are made once; formulas are then evaluated in their number type, or in another one that
+takes such numbers (a series over balls, a dual number over a series; see `Equations.over`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass, replace
+
+from heyoka_bike.bicycle.equations.bodies import Bodies, bodies
+from heyoka_bike.bicycle.equations.constants import Constants, constants
+from heyoka_bike.bicycle.equations.kinematics import Posture, Speeds, state_names
+from heyoka_bike.bicycle.equations.model import few_products, regular
+from heyoka_bike.bicycle.equations.outputs import Energies, columns, energies, unfold, yaw_rate
+from heyoka_bike.bicycle.parameters import Bicycle
+from heyoka_bike.numbers.arithmetic import Arithmetic, Arrays, Multiprecision, Number
+
+_DIGITS = 25  # of what is then rounded to binary64
+
+
+@dataclass(frozen=True, slots=True)
+class Equations:
+    """The equations of a bicycle.
+
+    Attributes
+    ----------
+    bicycle : Bicycle
+    k : Constants
+        Of the reduced equations.
+    b : Bodies
+        The four bodies by themselves, for forces and places.
+    a : Arithmetic
+        In which formulas are evaluated.
+    is_regular : bool
+        The form of the equations and so of the state, see `model`.
+    """
+
+    bicycle: Bicycle
+    k: Constants
+    b: Bodies
+    a: Arithmetic
+    is_regular: bool = True
+
+    @classmethod
+    def of(cls, bicycle: Bicycle, a: Arithmetic, *, is_regular: bool = True) -> Equations:
+        """Those of a bicycle, with constants in the number type of `a`."""
+        with _precision(a):
+            return cls(bicycle, constants(bicycle, a), bodies(bicycle, a), a, is_regular)
+
+    @classmethod
+    def binary64(cls, bicycle: Bicycle, *, is_regular: bool = True) -> Equations:
+        """Those with constants computed with 25 digits and rounded to binary64, for arrays."""
+        exact = cls.of(bicycle, Multiprecision(_DIGITS), is_regular=is_regular)
+        return exact.convert(float, Arrays())
+
+    def over(self, a: Arithmetic) -> Equations:
+        """The same constants, for formulas in another number type that takes them."""
+        return replace(self, a=a)
+
+    def convert(self, make: Callable[[Number], Number], a: Arithmetic) -> Equations:
+        """Every constant passed through `make`, for formulas in `a`."""
+        return replace(self, k=self.k.convert(make), b=self.b.convert(make), a=a)
+
+    def precision(self) -> AbstractContextManager[None]:
+        """Context manager that sets the working precision, where the number type has one."""
+        return _precision(self.a)
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of the state variables, the yaw last."""
+        return (*state_names(self.is_regular), "yaw")
+
+    def unfold(self, state: Sequence[Number]) -> tuple[Posture, Speeds]:
+        """Posture and speeds of a state; the yaw does not enter and may be left out."""
+        return unfold(self.k, self.a, state, is_regular=self.is_regular)
+
+    def rates(self, state: Sequence[Number]) -> list[Number]:
+        """Time derivatives of the six state variables that drive one another."""
+        return (regular if self.is_regular else few_products)(self.k, self.a, state[:6])
+
+    def rates_with_yaw(self, state: Sequence[Number]) -> list[Number]:
+        """Time derivatives of all seven state variables."""
+        return [*self.rates(state), yaw_rate(*self.unfold(state))]
+
+    def columns(self, state: Sequence[Number]) -> Mapping[str, Number]:
+        """Every column of `columns.COLUMNS` by name, SI units; the yaw is the seventh entry."""
+        o, u = self.unfold(state)
+        roll, pitch, steer = state[:3]
+        return columns(self.k, self.a, o, u, roll, pitch, steer, state[6])
+
+    def energies(self, state: Sequence[Number]) -> Energies:
+        """Potential and kinetic energy [J]."""
+        return energies(self.k, *self.unfold(state))
+
+
+def _precision(a: Arithmetic) -> AbstractContextManager[None]:
+    context: AbstractContextManager[None] = getattr(a, "precision", nullcontext)()
+    return context
