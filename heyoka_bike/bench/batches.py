@@ -43,7 +43,6 @@ import time
 begin = time.perf_counter()
 import heyoka
 imported = time.perf_counter()
-heyoka.llvm_state.set_diskcache_enabled(False)
 from heyoka_bike import simulate
 simulate(2)
 print(imported - begin, time.perf_counter() - imported)
@@ -143,7 +142,7 @@ def first_result() -> FirstResult:
     without, with_cache = [], []
     for _ in range(_STARTS):
         with TemporaryDirectory(prefix="heyoka_bike-") as folder:
-            environment = {**os.environ, "HEYOKA_BIKE_CACHE": folder}
+            environment = {**os.environ, "XDG_CACHE_HOME": folder}
             without.append(_first(environment))
             with_cache.append(_first(environment))
     return FirstResult(

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable
 from fractions import Fraction
+from functools import cache
 from typing import Any
 
 from heyoka_bike.errors import MissingPackageError
@@ -41,7 +43,7 @@ class Expressions:
 
 
 def require_heyoka() -> Any:
-    """The module heyoka.
+    """The module heyoka, which keeps compiled code on the disk where it can.
 
     Raises
     ------
@@ -56,4 +58,18 @@ def require_heyoka() -> Any:
         raise MissingPackageError(
             "heyoka is not installed; integrating needs it (pip install heyoka, Linux only)"
         ) from None
+    _keep_quiet(heyoka)
     return heyoka
+
+
+@cache
+def _keep_quiet(heyoka: Any) -> None:
+    """Of a cache that cannot be written heyoka would speak on standard output, amid a report."""
+    folder = heyoka.llvm_state.get_diskcache_path()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        is_usable = os.access(folder, os.W_OK)
+    except OSError:
+        is_usable = False
+    if not is_usable:
+        heyoka.llvm_state.set_diskcache_enabled(False)

@@ -1,7 +1,7 @@
 """The benchmark as fast as possible in binary64, all columns included.
 
 ``simulate()`` gives the 25 columns of the three maneuvers, ``simulate(2)`` the nine of one. Code is
-compiled for the bicycle once and kept on the disk (see `compiled_cache`); the maneuvers are stepped
+compiled for the bicycle once and kept on the disk by heyoka; the maneuvers are stepped
 together, each in its own part of the processor's vectors. `integrate` is what the reference is made
 with, and for accuracies beyond binary64.
 

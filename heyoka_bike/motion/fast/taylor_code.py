@@ -22,7 +22,6 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.motion.expressions import Expressions, require_heyoka
-from heyoka_bike.motion.fast.compiled_cache import cached
 from heyoka_bike.numbers.arithmetic import Number
 
 STATE = 6
@@ -76,27 +75,20 @@ class TaylorCode:
 
 
 def taylor_code(bicycle: Bicycle, form: Form) -> TaylorCode:
-    """Compiled code, from the cache or built, which takes from half a second to half a minute.
+    """Compiled code, which takes from half a second to half a minute the first time.
+
+    heyoka keeps what it compiles on the disk; in a new process it is there after a tenth of a
+    second.
 
     Raises
     ------
     MissingPackageError
         heyoka is not installed.
     """
-    description = {
-        "kind": "step",
-        "bicycle": {symbol: str(value) for symbol, value in bicycle.values.items()},
-        "form": [form.order, form.lanes, form.is_regular],
-    }
-    integrator, outputs = cached(description, lambda: _build(bicycle, form))
-    return TaylorCode(form, integrator, outputs, Lock())
-
-
-def _build(bicycle: Bicycle, form: Form) -> tuple[Any, Any]:
     hy = require_heyoka()
     exact = Equations.binary64(bicycle, is_regular=form.is_regular)
     equations = exact.convert(hy.expression, Expressions())
-    return _step(hy, equations, form), _columns(hy, equations, form)
+    return TaylorCode(form, _step(hy, equations, form), _columns(hy, equations, form), Lock())
 
 
 def _step(hy: Any, equations: Equations, form: Form) -> Any:

@@ -1,0 +1,41 @@
+"""What is compiled once is not compiled again in a new process, nor is a cache ever needed."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+pytest.importorskip("heyoka")
+
+CODE = """
+import heyoka
+from heyoka_bike import simulate
+state = heyoka.llvm_state
+before = state.get_diskcache_size() if state.get_diskcache_path().exists() else 0
+found = float(simulate(2)["roll_angle"][-1])
+print(found.hex(), before, state.get_diskcache_size() if before else 0)
+"""
+
+
+def run(folder):
+    done = subprocess.run(
+        [sys.executable, "-c", CODE], env=os.environ | {"XDG_CACHE_HOME": str(folder)},
+        capture_output=True, text=True, timeout=300,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    found, before, after = done.stdout.split()
+    return found, int(before), int(after)
+
+
+def test_a_new_process_compiles_nothing_again(tmp_path):
+    first, before, _ = run(tmp_path)
+    assert before == 0
+    second, before, after = run(tmp_path)
+    assert second == first
+    assert after == before > 0
+
+
+def test_a_folder_that_cannot_be_used_is_no_error(tmp_path):
+    (tmp_path / "file").write_text("in the way")
+    assert run(tmp_path / "file")[0] == run(tmp_path / "fine")[0]
