@@ -22,7 +22,7 @@ from heyoka_bike.motion.expressions import require_heyoka
 from heyoka_bike.motion.integrate import Native, integrate, right_hand_side
 from heyoka_bike.motion.trajectory import Trajectory
 from heyoka_bike.numbers.analytic import PowerSeries
-from heyoka_bike.numbers.arithmetic import Balls, Multiprecision
+from heyoka_bike.numbers.arithmetic import Balls, Multiprecision, midpoint
 from heyoka_bike.numbers.precision import Precision
 
 PRECISIONS: Sequence[str | int] = ("binary128", 70)
@@ -95,7 +95,7 @@ def costs(published: Trajectory) -> list[Cost]:
 def _heyoka(published: Trajectory, p: Precision) -> Precise:
     hy, native = require_heyoka(), Native(p)
     duration = published.maneuver.duration
-    start = [native.from_integer(*_integer(x)) for x in _start(published, p)]
+    start = [native.from_integer(*midpoint(x)) for x in _start(published, p)]
     zero, one = native.from_integer(0, 0), native.from_integer(duration.denominator, 0)
     end = native.from_integer(duration.numerator, 0) / one
     integrator = hy.taylor_adaptive(
@@ -153,12 +153,6 @@ def _start(published: Trajectory, p: Precision) -> list[flint.arb]:
     """Initial state of the few-product form, without the yaw."""
     equations = Equations.of(published.bicycle, Balls(p.bits + _GUARD), is_regular=False)
     return initial_state(equations, published.maneuver)[:6]
-
-
-def _integer(x: flint.arb) -> tuple[int, int]:
-    """Midpoint of a ball as n, grid with the value n 2^-grid."""
-    n, exponent = x.mid().man_exp()
-    return int(n), -int(exponent)
 
 
 def _result(

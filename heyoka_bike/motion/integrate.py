@@ -22,13 +22,13 @@ from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
 from heyoka_bike.errors import InputError, SingularMotionError
 from heyoka_bike.motion.expressions import Expressions, require_heyoka
 from heyoka_bike.motion.trajectory import Trajectory
-from heyoka_bike.numbers.arithmetic import Arrays, Balls
+from heyoka_bike.numbers.arithmetic import Arrays, Balls, midpoint, to_grid
 from heyoka_bike.numbers.precision import Precision
 
 GUARD_BITS = 16
 _BREAK_BITS = 6  # a step loses at most 2^-6 of its length to the rounding of its end
 _MIN_STEP = 2.0**-30  # [s]; a Taylor step is a fixed part of the distance to a singularity
-_MIN_TRAIL = 0.02  # of the front wheel radius; below it the regular form takes over
+LEAST_TRAIL = 0.02  # of the front wheel radius; below it the regular form takes over
 
 Progress = Callable[[float], None]
 """Called with the time reached [s]."""
@@ -92,12 +92,12 @@ def integrate(
     if is_regular is None:
         try:
             return _integrate(bicycle, maneuver, p, tolerance, False, progress)
-        except _TrailTooSmall:
+        except TrailTooSmallError:
             is_regular = True
     return _integrate(bicycle, maneuver, p, tolerance, is_regular, progress)
 
 
-class _TrailTooSmall(Exception):  # noqa: N818
+class TrailTooSmallError(Exception):
     """Raised to leave the few-product form."""
 
 
@@ -112,7 +112,7 @@ def _integrate(
         start = initial_state(equations, maneuver)
         watch = _Watch(equations)
         watch.check([float(x.mid()) for x in start], 0.0)
-        state = [_to_grid(x, grid) for x in start]
+        state = [to_grid(x, grid) for x in start]
     end = _dyadic_above(maneuver.duration)
     adaptive = _adaptive(bicycle, precision, native, state, grid, tolerance, is_regular)
     breaks, pieces = [Fraction(0)], []
@@ -254,8 +254,8 @@ class _Watch:
             return
         trail = o.trail / self.k.front.r
         side = trail > 0
-        if abs(trail) < _MIN_TRAIL or (self.side is not None and side != self.side):
-            raise _TrailTooSmall
+        if abs(trail) < LEAST_TRAIL or (self.side is not None and side != self.side):
+            raise TrailTooSmallError
         self.side = side
 
     def singular(self, state: Sequence[float], t: float) -> SingularMotionError:
@@ -287,15 +287,7 @@ def _mantissa(x: flint.arb, bits: int) -> tuple[int, int]:
     """Midpoint of a ball as n 2^-grid; the ball must be small enough to give `bits` bits."""
     if not x.is_exact() and x.rel_accuracy_bits() < bits + 8:
         raise ArithmeticError(f"constant {x} is not known to {bits} bits")
-    man, exp = x.mid().man_exp()
-    return int(man), -int(exp)
-
-
-def _to_grid(x: flint.arb, grid: int) -> int:
-    """Midpoint of a ball as an integer times 2^-grid, rounded."""
-    man, exp = x.mid().man_exp()
-    n, shift = int(man), int(exp) + grid
-    return n << shift if shift >= 0 else (n + (1 << (-shift - 1))) >> -shift
+    return midpoint(x)
 
 
 def _dyadic_below(h: float) -> Fraction:

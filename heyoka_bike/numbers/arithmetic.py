@@ -143,6 +143,19 @@ def exact_ball(value: Fraction) -> flint.arb:
     return flint.arb(flint.fmpq(value.numerator, value.denominator))
 
 
+def midpoint(x: flint.arb) -> tuple[int, int]:
+    """The middle of a ball, exactly: n and grid with the value n 2^-grid."""
+    man, exp = x.mid().man_exp()
+    return int(man), -int(exp)
+
+
+def to_grid(x: flint.arb, grid: int) -> int:
+    """The middle of a ball as an integer times 2^-grid, rounded."""
+    n, own = midpoint(x)
+    drop = own - grid
+    return (n + (1 << (drop - 1))) >> drop if drop > 0 else n << -drop
+
+
 def upper_fraction(x: flint.arb) -> Fraction:
     """An upper bound of a ball, exactly."""
     man, exp = x.upper().man_exp()

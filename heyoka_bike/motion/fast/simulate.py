@@ -35,10 +35,11 @@ from heyoka_bike.motion.fast.taylor_code import (
     TaylorCode,
     taylor_code,
 )
+from heyoka_bike.motion.integrate import LEAST_TRAIL, TrailTooSmallError
 from heyoka_bike.numbers.arithmetic import Balls
+from heyoka_bike.numbers.double import Array
 from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
 
-Array = np.ndarray[Any, np.dtype[np.float64]]
 Maneuvers = int | Maneuver | Sequence[Maneuver] | None
 
 
@@ -70,8 +71,6 @@ _LEAST_ROWS, _MOST_ROWS = 2, 1_000_001
 _KEPT = 32  # prepared runs
 _LANES = 4  # the three maneuvers and one idle
 _CHUNK = 2048  # rows evaluated at once; their coefficients stay in the second level of the cache
-# Of the front wheel radius; below it the regular form takes over, as in `integration`.
-_MIN_TRAIL = 0.02
 
 
 @dataclass(frozen=True, slots=True)
@@ -182,7 +181,7 @@ class Prepared:
         """Integrate and evaluate the columns."""
         try:
             found = self._rows()
-        except _TrailTooSmallError:
+        except TrailTooSmallError:
             self._prepare(is_regular=True)
             found = self._rows()
         return Simulation(self.times, found)
@@ -254,15 +253,15 @@ class Prepared:
 
     def _check_trail(self, trail: Array) -> None:
         """Leave the few-product form where the mechanical trail is small or changes sign."""
-        is_small = not (trail.min() > _MIN_TRAIL or trail.max() < -_MIN_TRAIL)
+        is_small = not (trail.min() > LEAST_TRAIL or trail.max() < -LEAST_TRAIL)
         if is_small and not self._code.form.is_regular:
-            raise _TrailTooSmallError
+            raise TrailTooSmallError
 
     def _stopped(self, lane: int) -> Exception:
         """Why a motion did not get to its end."""
         code = self._code
         if not code.form.is_regular:
-            return _TrailTooSmallError()
+            return TrailTooSmallError()
         time = float(np.atleast_1d(code.integrator.time)[lane])
         return SingularMotionError(f"the motion meets a singularity at t = {time:.9g} s", time)
 
@@ -292,10 +291,6 @@ class _Steps:
         found: Array = table.repeat(counts, axis=1)
         np.subtract(times, found[-1], out=found[-1])
         return found
-
-
-class _TrailTooSmallError(Exception):
-    """Raised to leave the few-product form."""
 
 
 def _set(ta: Any, starts: Array, norm: float, lanes: int) -> None:

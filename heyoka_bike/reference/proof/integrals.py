@@ -25,7 +25,7 @@ from heyoka_bike.bicycle.equations.configuration import INTEGRALS, rates_of_inte
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.motion.trajectory import Certificate, Piece, Trajectory
 from heyoka_bike.numbers.analytic import NotAnalyticError, PowerSeries
-from heyoka_bike.numbers.arithmetic import Balls, exact_ball, upper_fraction
+from heyoka_bike.numbers.arithmetic import Balls, exact_ball, to_grid, upper_fraction
 from heyoka_bike.numbers.ball_matrices import total
 from heyoka_bike.reference.proof.cauchy import (
     Circle,
@@ -116,11 +116,10 @@ class _Integrator:
 
     def _row(self, piece: Piece, i: int, integrand: Sequence[flint.arb]) -> list[int]:
         """Integers of an integral's polynomial; where it begins may have to be rounded."""
-        grid = flint.arb(2) ** piece.grid
         first = round(self.at[i] * 2**piece.grid)
         self.error[i] += abs(self.at[i] - Fraction(first, 2**piece.grid))
         powers = range(1, len(piece.rows[0]))
-        return [first, *(_nearest(integrand[m - 1] * grid / m) for m in powers)]
+        return [first, *(to_grid(integrand[m - 1] / m, piece.grid) for m in powers)]
 
 
 def _defect(piece: Piece, row: Sequence[int], integrand: Sequence[flint.arb]) -> flint.arb:
@@ -129,10 +128,3 @@ def _defect(piece: Piece, row: Sequence[int], integrand: Sequence[flint.arb]) ->
     slopes = [m * c * unit for m, c in enumerate(row)][1:]
     slopes += [flint.arb(0)] * (len(integrand) - len(slopes))
     return total(abs(x - c) for x, c in zip(slopes, integrand, strict=True))
-
-
-def _nearest(x: flint.arb) -> int:
-    """The integer nearest to the middle of a ball."""
-    man, exp = x.mid().man_exp()
-    n, shift = int(man), int(exp)
-    return n << shift if shift >= 0 else (n + (1 << (-shift - 1))) >> -shift
