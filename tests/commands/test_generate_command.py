@@ -270,7 +270,7 @@ def is_alive(pid: int) -> bool:
 # A writer that is killed, many times, while it replaces one set by another and back.
 WRITER = """
 import sys
-from heyoka_bike.manifest import render, write_set
+from heyoka_bike.reference.manifest import render, write_set
 sets = []
 for version in ("1", "2"):
     files = {f"f{i}": (version * 300_000).encode() for i in range(6)}
@@ -305,7 +305,7 @@ def test_a_killed_writer_leaves_a_whole_set_or_a_named_problem(tmp_path):
             [sys.executable, "-c", WRITER, str(tmp_path)], stdout=subprocess.PIPE, text=True
         )
         assert writer.stdout is not None
-        writer.stdout.readline()
+        assert writer.stdout.readline() == "ready\n"
         time.sleep(rng.uniform(0.0, 0.08))
         os.kill(writer.pid, signal.SIGKILL)
         writer.communicate()

@@ -119,9 +119,11 @@ def fail(message):
 
 
 def test_the_usual_mistake_is_named(reference):
-    mistaken_programs = pytest.importorskip("mistaken_programs", exc_type=ImportError)
+    pytest.importorskip("heyoka")
+    from support.mistaken_programs import columns_of
+
     mistake = next(m for m in MISTAKES if m.code == "trail_normal")
-    made = mistaken_programs.columns_of(reference, (mistake,))
+    made = columns_of(reference, (mistake,))
     columns = [made[n][key] for n in made for key in BENCHMARK_COLUMNS]
     table = np.column_stack([reference.times, *columns])
     scored = score_results(table, reference, None, Defaults((), 6.0, lambda: "", fail))
