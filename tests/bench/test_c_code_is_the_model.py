@@ -15,6 +15,8 @@ from heyoka_bike.bicycle.equations.model import few_products
 from heyoka_bike.bicycle.equations.outputs import columns, unfold
 from heyoka_bike.numbers.arithmetic import Balls
 
+pytestmark = pytest.mark.proof
+
 BITS = 200
 
 

@@ -17,6 +17,8 @@ from heyoka_bike.errors import DatasetError
 from heyoka_bike.reference.load import load_reference
 from heyoka_bike.reference.manifest import read_file, read_manifest, render, write_set
 
+pytestmark = pytest.mark.proof
+
 SHORT = """
 name = "short"
 [[maneuver]]

@@ -17,6 +17,8 @@ from heyoka_bike.reference.manifest import MANIFEST
 from heyoka_bike.reference.verification.hashes import check_files
 from heyoka_bike.reference.verification.verify import verify
 
+pytestmark = pytest.mark.proof
+
 FLIPS, OF_THE_MANIFEST = 1000, 150
 
 

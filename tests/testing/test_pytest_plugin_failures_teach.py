@@ -18,6 +18,8 @@ from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.score import score
 from heyoka_bike.testing.regression import Defaults, score_results
 
+pytestmark = pytest.mark.proof
+
 pytest_plugins = ["pytester"]
 
 EXAMPLE = Path(__file__).parents[1] / "example_project"
