@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import pickle
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
@@ -28,6 +29,12 @@ for name in (
     *("COLUMNS", "LINES"),
 ):
     os.environ.pop(name, None)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    # Files of proofs hold slow tests, which are asked for by their own name.
+    if config.option.markexpr == "proof":
+        config.option.markexpr = "proof and not slow"
 
 
 @pytest.fixture(scope="session")
@@ -60,7 +67,24 @@ def _run(job: tuple[Bicycle, Maneuver, int]) -> Trajectory:
 
 
 @pytest.fixture(scope="session")
-def long_runs(bicycle: Bicycle, maneuvers: tuple[Maneuver, ...]) -> tuple[Trajectory, ...]:
+def long_runs(
+    bicycle: Bicycle,
+    maneuvers: tuple[Maneuver, ...],
+    tmp_path_factory: pytest.TempPathFactory,
+    worker_id: str,
+) -> tuple[Trajectory, ...]:
     """The maneuvers at 110 digits, side by side; shares no digit with the published files."""
-    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
-        return tuple(pool.map(_run, [(bicycle, m, 110) for m in maneuvers]))
+    import fcntl  # where heyoka is, that is on Linux
+
+    # The first of the processes that run the tests makes them, the others wait for its file.
+    base = tmp_path_factory.getbasetemp()
+    shared = base if worker_id == "master" else base.parent
+    with (shared / "long-runs").open("a+b") as f:
+        fcntl.flock(f, fcntl.LOCK_EX)
+        f.seek(0)
+        if made := f.read():
+            return pickle.loads(made)
+        with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+            runs = tuple(pool.map(_run, [(bicycle, m, 110) for m in maneuvers]))
+        f.write(pickle.dumps(runs))
+        return runs

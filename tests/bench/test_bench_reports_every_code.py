@@ -25,6 +25,8 @@ from heyoka_bike.errors import Exit
 from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.reference.load import load_reference
 
+pytestmark = pytest.mark.proof
+
 heyoka = pytest.importorskip("heyoka")
 pytest.importorskip("scipy")
 

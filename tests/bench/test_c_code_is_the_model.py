@@ -16,6 +16,8 @@ from heyoka_bike.bicycle.equations.outputs import columns, unfold
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.numbers.arithmetic import Balls
 
+pytestmark = pytest.mark.proof
+
 BITS = 200
 
 

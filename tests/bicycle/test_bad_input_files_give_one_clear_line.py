@@ -4,7 +4,6 @@ Each case changes one thing in a good file. Nothing but `InputError` may come ou
 """
 
 import os
-import time
 from fractions import Fraction
 
 import pytest
@@ -13,6 +12,9 @@ from heyoka_bike.bicycle.parameters import read_bicycle, read_maneuvers
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.system.resources import benchmark_bicycle
+
+# Milliseconds each; a hang is what this is to find, not a slow machine.
+pytestmark = pytest.mark.timeout(60)
 
 BICYCLE = """\
 name = "test bicycle"
@@ -206,11 +208,8 @@ MANEUVER_FILES = [
 
 
 def _the_one_error(read, path):
-    start = time.monotonic()
     with pytest.raises(InputError) as caught:
         read(path)
-    # Seconds, not minutes; milliseconds in fact.
-    assert time.monotonic() - start < 5
     error = caught.value
     text = str(error)
     assert text.isprintable(), "one line without control characters"

@@ -1,7 +1,5 @@
 """Whatever the bytes of an input file, it is read or refused with `InputError`."""
 
-import time
-
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
@@ -10,6 +8,9 @@ from heyoka_bike.bicycle.parameters import PARAMETERS, read_bicycle, read_maneuv
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
+
+# A hang is what this is to find, not a slow machine.
+pytestmark = pytest.mark.timeout(300)
 
 SHIPPED = {
     read_bicycle: benchmark_bicycle().read_bytes(),
@@ -96,13 +97,10 @@ def _toml(value):
 
 def _read_or_refused(read, path, raw):
     path.write_bytes(raw)
-    start = time.monotonic()
     try:
         found, error = read(path), None
     except InputError as e:
         found, error = None, e
-    # A hang is what this is to find, not a slow machine.
-    assert time.monotonic() - start < 10
     if error is None:
         values = found.values.values() if read is read_bicycle else [m.speed for m in found]
         assert all(type(x) is Exact and x.is_moderate for x in values)
@@ -167,6 +165,7 @@ def test_input(read, kind, tmp_path_factory):
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(4 * 3600)
 @READERS
 @KINDS
 def test_much_input(read, kind, tmp_path_factory):

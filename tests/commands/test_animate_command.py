@@ -66,7 +66,10 @@ def test_the_same_file_again(tmp_path):
     assert (tmp_path / "a.html").read_bytes() == (tmp_path / "b.html").read_bytes()
 
 
-@pytest.mark.parametrize("arguments", [["-o", "x.gif"], [RESULT, "--format", "gif"]])
+@pytest.mark.parametrize(
+    "arguments",
+    [["-o", "x.gif"], pytest.param([RESULT, "--format", "gif"], marks=pytest.mark.proof)],
+)
 def test_a_gif_has_frames_that_move(tmp_path, few_frames, arguments):
     pytest.importorskip("matplotlib")
     from PIL import Image
@@ -98,6 +101,7 @@ print(frames, rest, width % 2, height % 2, rate, file=open(sys.argv[-1], "w"))
 """
 
 
+@pytest.mark.proof
 @pytest.mark.skipif(sys.platform == "win32", reason="the stand-in is a script")
 def test_ffmpeg_gets_every_frame(tmp_path, few_frames, monkeypatch):
     pytest.importorskip("matplotlib")

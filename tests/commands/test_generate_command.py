@@ -17,6 +17,8 @@ from heyoka_bike.errors import DatasetError
 from heyoka_bike.reference.load import load_reference
 from heyoka_bike.reference.manifest import read_file, read_manifest, render, write_set
 
+pytestmark = pytest.mark.proof
+
 SHORT = """
 name = "short"
 [[maneuver]]
@@ -305,7 +307,7 @@ def test_a_killed_writer_leaves_a_whole_set_or_a_named_problem(tmp_path):
             [sys.executable, "-c", WRITER, str(tmp_path)], stdout=subprocess.PIPE, text=True
         )
         assert writer.stdout is not None
-        writer.stdout.readline()
+        assert writer.stdout.readline() == "ready\n"
         time.sleep(rng.uniform(0.0, 0.08))
         os.kill(writer.pid, signal.SIGKILL)
         writer.communicate()

@@ -13,6 +13,8 @@ from heyoka_bike.cli import main
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.system.resources import data_folder
 
+pytestmark = pytest.mark.proof
+
 PEERS = data_folder() / "peers"
 
 

@@ -8,6 +8,8 @@ from heyoka_bike.motion.expressions import require_heyoka
 from heyoka_bike.reference.manifest import read_manifest
 from heyoka_bike.system import parallel as side_by_side
 
+pytestmark = pytest.mark.proof
+
 MANEUVERS = """
 [[maneuver]]
 name = "a"

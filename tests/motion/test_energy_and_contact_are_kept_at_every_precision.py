@@ -5,6 +5,8 @@ import pytest
 from heyoka_bike.motion.evaluator import evaluator
 from heyoka_bike.motion.integrate import integrate
 
+pytestmark = pytest.mark.proof
+
 PRECISIONS = ["binary64", "longdouble", "binary128", 30, 70]
 
 

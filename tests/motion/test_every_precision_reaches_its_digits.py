@@ -35,7 +35,12 @@ def test_digits_of_a_format(reference, bicycle, maneuvers, precision, number):
 
 
 @pytest.mark.parametrize(
-    "number", [pytest.param(1, marks=pytest.mark.slow), pytest.param(2, marks=pytest.mark.slow), 3]
+    "number",
+    [
+        pytest.param(1, marks=pytest.mark.slow),
+        pytest.param(2, marks=pytest.mark.slow),
+        pytest.param(3, marks=pytest.mark.proof),
+    ],
 )
 def test_the_published_run_is_repeated_bit_by_bit(bicycle, maneuvers, number):
     """At 70 digits everything is MPFR's correctly rounded arithmetic: no machine differs."""

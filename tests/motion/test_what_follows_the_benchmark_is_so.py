@@ -14,6 +14,8 @@ from heyoka_bike.motion.evaluator import evaluator
 from heyoka_bike.motion.events import GREATEST_LEAN, REAR_LIFT, UPRIGHT, events, follow
 from heyoka_bike.motion.integrate import integrate
 
+pytestmark = pytest.mark.proof
+
 
 @pytest.fixture(scope="module")
 def said():

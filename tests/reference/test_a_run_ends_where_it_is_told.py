@@ -19,6 +19,8 @@ from heyoka_bike.reference.manifest import read_manifest
 from heyoka_bike.reference.proof import cauchy as circle
 from heyoka_bike.reference.proof.certify import certify
 
+pytestmark = pytest.mark.proof
+
 
 def exact(text):
     return Exact.parse(text)

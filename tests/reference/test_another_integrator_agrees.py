@@ -29,6 +29,8 @@ from heyoka_bike.reference.load import Reference, ReferenceManeuver
 from heyoka_bike.reference.proof.certify import certify
 from heyoka_bike.reference.proof.first_row import exact_columns
 
+pytestmark = pytest.mark.proof
+
 ROWS = range(0, 1001, 100)
 """One per second."""
 

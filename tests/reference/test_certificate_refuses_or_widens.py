@@ -15,6 +15,8 @@ from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.proof.certify import certify
 
+pytestmark = pytest.mark.proof
+
 
 @pytest.fixture(scope="module")
 def run(bicycle, maneuvers):

@@ -9,6 +9,8 @@ from support.made_sets import accept, make
 from heyoka_bike.cli import main
 from heyoka_bike.reference.layout import content_of_file
 
+pytestmark = pytest.mark.proof
+
 
 @pytest.fixture(scope="module")
 def small(tmp_path_factory):

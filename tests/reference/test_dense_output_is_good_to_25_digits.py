@@ -11,6 +11,8 @@ import pytest
 from heyoka_bike.motion.evaluator import evaluator
 from heyoka_bike.reference.load import Values
 
+pytestmark = pytest.mark.proof
+
 
 def times(maneuver, breaks):
     rng = random.Random(20)

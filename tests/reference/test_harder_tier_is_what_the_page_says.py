@@ -31,6 +31,8 @@ from heyoka_bike.reference.layout import CERTIFICATE
 from heyoka_bike.reference.load import load_reference
 from heyoka_bike.system.resources import data_folder, reference_folder
 
+pytestmark = pytest.mark.proof
+
 # Of the page: below the first the bicycle recovers, above the second it falls.
 RECOVERS, FALLS = "2.46491144053243234304", "2.46491144053243234306"
 # Sensitivities agree with differences over this step to its square, beside a few digits of

@@ -25,6 +25,8 @@ from heyoka_bike.motion.evaluator import evaluator
 from heyoka_bike.motion.trajectory import Trajectory
 from heyoka_bike.numbers.exact import Exact
 
+pytestmark = pytest.mark.proof
+
 TIMES = 200
 DIGITS = 80
 BITS = 400

@@ -7,6 +7,8 @@ from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.motion.evaluator import evaluator
 from heyoka_bike.motion.trajectory import row_times
 
+pytestmark = pytest.mark.proof
+
 BITS = 440  # well above both runs
 
 

@@ -13,6 +13,8 @@ from heyoka_bike.cli import main
 from heyoka_bike.reference.layout import content_of_file
 from heyoka_bike.reference.manifest import MANIFEST, sha256
 
+pytestmark = pytest.mark.proof
+
 FIGURES = {"bound": 1e-60, "dense": 1e-25}
 
 

@@ -16,6 +16,8 @@ from heyoka_bike.bicycle.equations.constants import constants
 from heyoka_bike.bicycle.equations.outputs import columns, unfold
 from heyoka_bike.numbers.arithmetic import Multiprecision
 
+pytestmark = pytest.mark.proof
+
 DIGITS = 100
 
 

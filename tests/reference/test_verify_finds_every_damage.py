@@ -6,7 +6,6 @@ import random
 import shutil
 import subprocess
 import sys
-import time
 
 import pytest
 from support.made_sets import accept, make
@@ -16,6 +15,8 @@ from heyoka_bike.errors import DatasetError
 from heyoka_bike.reference.manifest import MANIFEST
 from heyoka_bike.reference.verification.hashes import check_files
 from heyoka_bike.reference.verification.verify import verify
+
+pytestmark = pytest.mark.proof
 
 FLIPS, OF_THE_MANIFEST = 1000, 150
 
@@ -78,9 +79,10 @@ def test_the_report_has_a_stable_structure(small):
     assert json.loads(json.dumps(report, allow_nan=False)) == report
 
 
-def test_a_thousand_flipped_bits_are_found_and_the_files_named(folder, copy):
+def test_a_thousand_flipped_bits_are_found_and_the_files_named(folder, copy, monkeypatch):
+    # By their bytes alone: no number is looked at.
+    monkeypatch.setattr("h5py.File", None)
     rng = random.Random(1)
-    start = time.perf_counter()
     names = sorted(p.name for p in folder.iterdir() if p.name != MANIFEST)
     done = 0
     while done < FLIPS - OF_THE_MANIFEST:
@@ -102,7 +104,6 @@ def test_a_thousand_flipped_bits_are_found_and_the_files_named(folder, copy):
         (copy / MANIFEST).write_bytes(raw)
     _, checks = check_files(copy)
     assert all(c.passed for c in checks)
-    assert time.perf_counter() - start < 20.0
 
 
 @pytest.mark.parametrize(

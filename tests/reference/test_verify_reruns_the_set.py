@@ -15,6 +15,8 @@ from heyoka_bike.reference.verification.agreement import certificate_of
 from heyoka_bike.reference.verification.rerun import agreement, precisions
 from heyoka_bike.reference.verification.verify import verify
 
+pytestmark = pytest.mark.proof
+
 
 @pytest.fixture(scope="module")
 def small(tmp_path_factory):

@@ -16,6 +16,8 @@ from support.made_sets import accept, accept_numbers, make, manifest
 from heyoka_bike.cli import main
 from heyoka_bike.reference.verification.verify import verify
 
+pytestmark = pytest.mark.proof
+
 HDF5, CANDIDATE, CERTIFICATE = "uncontrolled-bicycle.h5", "candidate.h5", "certificate.json"
 TEXT, TEXT_50 = "uncontrolled-bicycle.txt", "uncontrolled-bicycle-50digits.txt"
 ULP = 2.0**-52

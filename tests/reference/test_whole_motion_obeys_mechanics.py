@@ -30,6 +30,8 @@ from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.proof.integrals import Stretch, with_integrals
 
+pytestmark = pytest.mark.proof
+
 BITS = 330
 STEP = Fraction(1, 10**25)
 TIMES = 12

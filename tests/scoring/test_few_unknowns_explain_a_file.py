@@ -27,6 +27,8 @@ from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.score import score
 from heyoka_bike.system.resources import data_folder
 
+pytestmark = pytest.mark.proof
+
 RNG = np.random.default_rng(5)
 
 

@@ -27,6 +27,8 @@ from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.score import score
 from heyoka_bike.system.resources import data_folder
 
+pytestmark = pytest.mark.proof
+
 BY_CODE = {m.code: m for m in MISTAKES}
 SOME = (
     "sign_IHxz",

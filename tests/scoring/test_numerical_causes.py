@@ -20,6 +20,8 @@ from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.score import score
 from heyoka_bike.system.resources import data_folder
 
+pytestmark = pytest.mark.proof
+
 PEERS = data_folder() / "peers"
 ANGLES = ("roll_angle", "steer_angle")
 RATES = ("roll_rate", "steer_rate")

@@ -1,11 +1,10 @@
-"""Whatever the bytes of a result file, it is scored or refused in one line, and soon."""
+"""Whatever the bytes of a result file, it is scored or refused in one line; none hangs."""
 
 import gzip
 import io
 import json
 import os
 import random
-import time
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 
@@ -23,10 +22,11 @@ from heyoka_bike.showing.formats import csv as as_csv
 from heyoka_bike.showing.formats import html, junit, table
 from heyoka_bike.showing.formats import json as as_json
 
+# A hang is what this is to find, not a slow machine.
+pytestmark = pytest.mark.timeout(300)
+
 REFERENCE = load_reference()
 DOCUMENTED = {Exit.INPUT, Exit.NOTHING_SCORED}
-# A file of a few kilobytes; a machine may be busy with something else.
-SOON = 20.0
 MANY = 100_000
 
 PIECES = [
@@ -126,7 +126,6 @@ def damage(raw, pick):
 def check(raw, path, renderers=(as_json.render,)):
     """Score a file; returns its exit code."""
     path.write_bytes(raw)
-    start = time.monotonic()
     try:
         scored = score_files([read_results(path)], REFERENCE, require=["scd >= 1"])
         code = Exit.OK if scored.passed else Exit.CHECK_FAILED
@@ -140,7 +139,6 @@ def check(raw, path, renderers=(as_json.render,)):
         assert said.isprintable(), repr(said)
         assert len(said) < 1000
         assert code in DOCUMENTED
-    assert time.monotonic() - start < SOON
     return code
 
 
@@ -194,6 +192,7 @@ def test_rows_of_any_numbers_end_with_a_documented_code(tmp_path, rows):
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(4 * 3600)
 def test_100_000_damaged_files_end_with_a_documented_code(tmp_path):
     """About half an hour on 2 cores."""
     jobs = [(f"long-{i}", MANY // 100, tmp_path) for i in range(100)]

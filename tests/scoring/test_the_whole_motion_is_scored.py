@@ -269,6 +269,7 @@ def test_a_set_without_them_says_so(older, exact, reference, tmp_path, capsys):
     assert "com_y: left out" in capsys.readouterr().err
 
 
+@pytest.mark.proof
 def test_only_the_eight_are_diagnosed(reference, exact):
     # Exact, but for a force.
     keys = (*BENCHMARK_COLUMNS, "rear_normal_force")
@@ -380,6 +381,7 @@ def test_no_sign_or_unit_is_claimed_of_a_wrong_constant(reference, key, value):
     assert (taken.sign, taken.unit) == (1, COMPARED[key][0].unit)
 
 
+@pytest.mark.proof
 def test_a_set_of_two_rows_is_enough(reference, tmp_path):
     out = make(tmp_path, ("0.3", "0.3"))
     x = load_motion(out)[1]["rear_hub_x"]

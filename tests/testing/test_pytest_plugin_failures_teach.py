@@ -18,6 +18,8 @@ from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.score import score
 from heyoka_bike.testing.regression import Defaults, score_results
 
+pytestmark = pytest.mark.proof
+
 pytest_plugins = ["pytester"]
 
 EXAMPLE = Path(__file__).parents[1] / "example_project"
@@ -119,9 +121,11 @@ def fail(message):
 
 
 def test_the_usual_mistake_is_named(reference):
-    mistaken_programs = pytest.importorskip("mistaken_programs", exc_type=ImportError)
+    pytest.importorskip("heyoka")
+    from support.mistaken_programs import columns_of
+
     mistake = next(m for m in MISTAKES if m.code == "trail_normal")
-    made = mistaken_programs.columns_of(reference, (mistake,))
+    made = columns_of(reference, (mistake,))
     columns = [made[n][key] for n in made for key in BENCHMARK_COLUMNS]
     table = np.column_stack([reference.times, *columns])
     scored = score_results(table, reference, None, Defaults((), 6.0, lambda: "", fail))

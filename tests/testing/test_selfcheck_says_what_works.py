@@ -32,6 +32,7 @@ def damaged(folder, tmp_path, monkeypatch):
     return copy
 
 
+@pytest.mark.proof
 def test_a_whole_installation_works(capsys):
     assert main(["selfcheck", "--format", "json"]) == 0
     out, err = capsys.readouterr()
@@ -97,6 +98,7 @@ def test_a_text_that_is_off_its_floor_is_seen(folder, tmp_path):
     assert "1.steer_rate: not at the floor" in found.message
 
 
+@pytest.mark.proof
 def test_a_run_of_too_few_digits_is_seen(folder, monkeypatch):
     import heyoka_bike.reference.verification.rerun as rerun
     from heyoka_bike.motion.integrate import integrate
