@@ -270,7 +270,7 @@ def is_alive(pid: int) -> bool:
 # A writer that is killed, many times, while it replaces one set by another and back.
 WRITER = """
 import sys
-from heyoka_bike.manifest import render, write_set
+from heyoka_bike.reference.manifest import render, write_set
 sets = []
 for version in ("1", "2"):
     files = {f"f{i}": (version * 300_000).encode() for i in range(6)}
