@@ -15,9 +15,9 @@ from heyoka_bike.motion.trajectory import Certificate, Trajectory, row_times
 from heyoka_bike.numbers.precision import Precision
 from heyoka_bike.numbers.rounding import hi_lo
 from heyoka_bike.reference.making.derivatives import differentiate
-from heyoka_bike.reference.proof.certify import certify
 from heyoka_bike.reference.proof.dense import Dense, interpolate
 from heyoka_bike.reference.proof.dense_bound import bound_dense
+from heyoka_bike.reference.proof.enclose import enclose
 from heyoka_bike.reference.proof.motion_rows import MotionTable, tabulate_motion
 from heyoka_bike.reference.proof.rows import (
     EVALUATION_BITS,
@@ -101,7 +101,7 @@ def _tabulate(bicycle: Bicycle, maneuver: Maneuver, digits: int, report: Progres
     run = integrate(
         bicycle, maneuver, Precision.of(digits), progress=lambda t: report("integrate", t)
     )
-    certificate = certify(run, lambda t: report("certify", t))
+    certificate = enclose(run, lambda t: report("certify", t))
     rows = round_rows(run, certificate, lambda t: report("rows", t))
     at = evaluator(run, run.bits + EVALUATION_BITS)
     constant = constant_columns(run)

@@ -75,7 +75,7 @@ def rates(run: Trajectory, k: Constants, a: Arithmetic, state: Sequence[Number])
     return [*form(k, a, state[:6]), yaw_rate(o, u)]
 
 
-def certify(trajectory: Trajectory, progress: Progress | None = None) -> Certificate:
+def enclose(trajectory: Trajectory, progress: Progress | None = None) -> Certificate:
     """Prove how far the exact motion is from a candidate, over all of its time.
 
     Raises

@@ -33,9 +33,9 @@ from heyoka_bike.reference.proof.certificate_file import (
     _entry,
     summarise,
 )
-from heyoka_bike.reference.proof.certify import certify
 from heyoka_bike.reference.proof.dense import Dense
 from heyoka_bike.reference.proof.dense_bound import bound_dense
+from heyoka_bike.reference.proof.enclose import enclose
 from heyoka_bike.reference.proof.integrals import with_integrals
 from heyoka_bike.reference.proof.motion_rows import (
     MotionTable,
@@ -101,7 +101,7 @@ def prove_again(
     """
     report = progress or (lambda stage, t: None)
     start = time.process_time()
-    certificate = certify(run, lambda t: report("certify", t))
+    certificate = enclose(run, lambda t: report("certify", t))
     rows = round_rows(run, certificate, lambda t: report("rows", t))
     published, bounds = _read_published(folder, number)
     _compare_rows(run, rows, folder, number)

@@ -23,7 +23,7 @@ from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.precision import MAX_DIGITS, Precision
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.reference.proof.candidate import read_candidate
-from heyoka_bike.reference.proof.certify import certify
+from heyoka_bike.reference.proof.enclose import enclose
 from heyoka_bike.showing.figures.style import BLACK, BLUE, VERMILLION, WIDTH, style
 from heyoka_bike.system.parallel import progress_bars, side_by_side
 
@@ -122,7 +122,7 @@ def bounds(runs: Sequence[Trajectory]) -> list[Bounded]:
 
 def bounded(run: Trajectory, progress: Callable[[str, float], None]) -> Bounded:
     """The bound of a candidate, proved, and its true error."""
-    certificate = certify(run, lambda t: progress("certify", t))
+    certificate = enclose(run, lambda t: progress("certify", t))
     return Bounded(
         name=run.maneuver.name,
         precision=run.precision,
