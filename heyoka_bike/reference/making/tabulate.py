@@ -46,7 +46,7 @@ class Table:
     drift : Drift
     time, time_lo : ndarray, shape (rows,)
         Time of the rows [s] as hi + lo.
-    rows : Rows
+    rows : RoundedRows
     dense : Dense
     motion : MotionTable
     sensitivity : Sensitivity
