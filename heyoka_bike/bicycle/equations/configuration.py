@@ -49,8 +49,8 @@ class Configuration:
 
     Attributes
     ----------
-    k, b
-        Of the bicycle, in the number type of `a`.
+    k, b, a
+        Constants and bodies of the bicycle, in the number type of the arithmetic.
     o, u
         See `outputs.unfold`.
     angles

@@ -49,7 +49,7 @@ def initial_state(
 
 
 def few_product_state(k: Constants, balls: Balls, state: list[flint.arb]) -> list[flint.arb]:
-    """The same state in the variables of the few-product form."""
+    """A state of the regular form, in the variables of the few-product form."""
     with balls.precision():
         roll, pitch, steer, roll_rate, steer_rate, spin, yaw = state
         o = posture(k, balls, roll, pitch, steer)
