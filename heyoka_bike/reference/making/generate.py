@@ -127,6 +127,8 @@ def generate(
     asked = own if maneuvers is None else maneuvers
     if isinstance(asked, str | Path):
         asked = read_maneuvers(find_input("maneuvers", str(asked)))
+    if not asked:
+        raise InputError("maneuvers: found none, expected one or more")
     for warning in bicycle.warnings:
         tell(f"warning: {bicycle.name}: {warning}")
     endings = [ending(bicycle, m, until) for m in asked]
