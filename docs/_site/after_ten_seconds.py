@@ -28,7 +28,7 @@ from heyoka_bike.motion.events import FRONT_LIFT, GREATEST_LEAN, KINDS, REAR_LIF
 from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.numbers.arithmetic import Balls, exact_ball
 from heyoka_bike.numbers.exact import ZERO, Exact
-from heyoka_bike.reference.proof.certify import certify
+from heyoka_bike.reference.proof.enclose import enclose
 from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
 
 PAGE = Path(__file__).parent.parent / "after-ten-seconds.md"
@@ -190,7 +190,7 @@ def stays_positive(run, certificate, kind, end):
 def fall_rows(bicycle, maneuver):
     """The lift of the rear wheel, proved, and what the equations do after it."""
     run = integrate(bicycle, replace(maneuver, duration=FALLEN), PROVED)
-    proof = certify(run)
+    proof = enclose(run)
     lift = next(events(run, (REAR_LIFT,), proof))
     lean = list(events(run, (GREATEST_LEAN,), proof))[-1]
     at = evaluator(run, run.bits + 64, proof)

@@ -68,9 +68,23 @@ class Throughput:
 
 @dataclass(frozen=True, slots=True)
 class LongRun:
-    """A maneuver for another duration [s]: shortest time [s], eq. (1) [%], error of the last state.
+    """A maneuver for another duration.
 
-    The error is against a run in 80-bit long double, in the variables of the few-product form.
+    Attributes
+    ----------
+    accuracy
+        As for `simulate`.
+    duration
+        [s]
+    steps
+        Of the integration.
+    time
+        Shortest of the runs [s].
+    performance
+        Eq. (1) [%].
+    error
+        Of the last state, in the variables of the few-product form, against a run in 80-bit long
+        double.
     """
 
     accuracy: str | float

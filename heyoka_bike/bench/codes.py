@@ -47,7 +47,19 @@ def _best(at: Callable[[float], Trial]) -> Trial:
 
 @dataclass(eq=False)
 class Heyoka:
-    """heyoka's adaptive Taylor integrator; compact mode is its loops rolled."""
+    """heyoka's adaptive Taylor integrator.
+
+    Attributes
+    ----------
+    name, precision
+        As shown in the table.
+    problem
+        What is integrated.
+    is_compact
+        Whether its loops are rolled.
+    counts
+        What `Trial.count` counts.
+    """
 
     name: str
     precision: str
@@ -105,6 +117,11 @@ class Tuned:
 
     The tolerance is about the error of a step: it gives the lowest order that has it at a norm that
     is larger than the state, and that norm. Several maneuvers are carried out at once.
+
+    Attributes
+    ----------
+    name, problems, precision, counts
+        As of `Heyoka`, for each maneuver.
     """
 
     name: str

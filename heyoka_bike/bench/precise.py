@@ -44,8 +44,12 @@ class Precise:
 
     Attributes
     ----------
+    code, digits
+        Its name, and the decimal digits of the precision.
     seconds
         For the whole maneuver, building excluded; scaled if `measured_over` is less.
+    measured_over
+        Time of the motion that was integrated [s].
     error
         Largest difference of the state at the end of what was measured from the published run of 70
         digits, in the variables of the few-product form.
@@ -64,8 +68,12 @@ class Cost:
 
     Attributes
     ----------
+    digits, order
+        Decimal digits of the precision, and Taylor order.
     steps
         That were timed: all but the first, or what a few seconds allow.
+    seconds_per_step
+        Their mean.
     seconds
         For the whole maneuver: with the steps of the published run where not all were timed; their
         number hardly depends on the digits.

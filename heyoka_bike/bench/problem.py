@@ -112,7 +112,7 @@ class Problem:
         return (performance, error) if math.isfinite(performance + error) else (math.inf, math.inf)
 
     def measure_columns(self, found: Array, definitions: Mapping[str, str]) -> tuple[float, float]:
-        """The same of columns, shape (8, rows), some in other definitions than the default."""
+        """Eq. (1) [%] and error of columns, shape (8, rows), in default or other definitions."""
         if found.shape[1] < self.maneuver.rows or not np.isfinite(found).all():
             return math.inf, math.inf
         energy = found[BENCHMARK_COLUMNS.index("mechanical_energy")]

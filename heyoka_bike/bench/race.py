@@ -60,7 +60,21 @@ _SWEEP_RUNS, _SWEEP_SECONDS = 10, 0.5
 
 @dataclass(eq=False)
 class Timing:
-    """A code in a class (key of `CLASSES`) with its times [s]; `status` says why if it has none."""
+    """A code in a class, with its times.
+
+    Attributes
+    ----------
+    accuracy_class
+        Key of `CLASSES`.
+    code
+        What is timed.
+    status
+        ``ok``, or why it has no times.
+    trial
+        The code at the tolerance that was found for it.
+    times, cold
+        Of the runs [s], warm and cold.
+    """
 
     accuracy_class: str
     code: Code
@@ -72,7 +86,17 @@ class Timing:
 
 @dataclass(frozen=True, slots=True)
 class Point:
-    """A code at a tolerance: its shortest time [s] and its errors."""
+    """A code at a tolerance.
+
+    Attributes
+    ----------
+    code, tolerance
+        In the code's own sense.
+    time
+        Shortest of the runs [s].
+    performance, error
+        Eq. (1) [%] and state error.
+    """
 
     code: Code
     tolerance: float

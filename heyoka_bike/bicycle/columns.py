@@ -27,6 +27,8 @@ class Column:
         SI unit, UDUNITS spelling.
     long_name, meaning, positive
         For people: what it is, how it is defined, which way is positive.
+    default
+        Whether the definition is the default one of its key.
     """
 
     key: str

@@ -156,6 +156,18 @@ class Maneuver:
 
     The pitch is not an input: it follows from roll and steer, both wheels touching the floor. The
     rates not given (yaw, pitch, wheels) follow from rolling without slip.
+
+    Attributes
+    ----------
+    name : str
+    speed, roll_rate : Exact
+        Forward speed [m/s] and rate of the roll [rad/s] at the start.
+    duration, spacing : Fraction
+        Time of the last row, and between rows [s].
+    roll, steer : Exact
+        Angles at the start [rad], positive to the right.
+    steer_rate : Exact
+        Rate of the steer at the start [rad/s].
     """
 
     name: str
@@ -192,6 +204,15 @@ class Maneuver:
 def read_bicycle(path: str | Path) -> Bicycle:
     """Read a bicycle from a TOML file.
 
+    Parameters
+    ----------
+    path
+        The file.
+
+    Returns
+    -------
+    Bicycle
+
     Raises
     ------
     InputError
@@ -220,7 +241,17 @@ def read_bicycle(path: str | Path) -> Bicycle:
 
 
 def read_maneuvers(path: str | Path) -> tuple[Maneuver, ...]:
-    """Read the maneuvers of a TOML file, in the order of the file.
+    """Read the maneuvers of a TOML file.
+
+    Parameters
+    ----------
+    path
+        The file.
+
+    Returns
+    -------
+    tuple of Maneuver
+        In the order of the file.
 
     Raises
     ------

@@ -5,7 +5,9 @@ from __future__ import annotations
 import argparse
 from typing import Any
 
-from heyoka_bike.errors import Exit, NotCertifiedError
+from heyoka_bike.errors import Exit
+
+_SHARES = {"certify": 0.5, "rows": 0.05, "dense": 0.05, "motion": 0.4}
 
 
 def add_parser(subparsers: Any) -> None:
@@ -33,27 +35,13 @@ def run(args: argparse.Namespace) -> int:
     from rich.text import Text
 
     from heyoka_bike.numbers.rounding import decimal_above
-    from heyoka_bike.reference.making.dataset import render_texts
-    from heyoka_bike.reference.manifest import check_published, read_file, read_manifest
-    from heyoka_bike.reference.proof.prove_again import prove_again, read_whole
-    from heyoka_bike.system.parallel import progress_bars, side_by_side
+    from heyoka_bike.reference.proof.prove_again import certify
+    from heyoka_bike.system.parallel import progress_bars
     from heyoka_bike.system.resources import reference_folder
 
     folder = args.folder or reference_folder()
-    if args.folder is None:
-        check_published(folder)
-    runs = read_whole(folder)
-    maneuvers = [run.maneuver for run in runs]
-    shares = {"certify": 0.5, "rows": 0.05, "dense": 0.05, "motion": 0.4}
-    with progress_bars(
-        [m.name for m in maneuvers], [float(m.duration) for m in maneuvers], shares
-    ) as report:
-        jobs = [(folder, run, i) for i, run in enumerate(runs, start=1)]
-        results = side_by_side(prove_again, jobs, report)
-    manifest = read_manifest(folder)
-    for name, data in render_texts(maneuvers, [rows for _, rows in results]).items():
-        if read_file(folder, name, manifest) != data:
-            raise NotCertifiedError(f"{folder}/{name}: differs from the proved values")
+    with progress_bars(_SHARES) as progress:
+        proofs = certify(args.folder or None, progress=progress)
     view = Table(title=f"certificate of {folder}")
     headings = (
         "maneuver", "steps", "bound over the interval", "bound at the end", "entries",
@@ -63,7 +51,7 @@ def run(args: argparse.Namespace) -> int:
         view.add_column(
             Text(heading), justify="left" if heading == "maneuver" else "right", no_wrap=True
         )
-    for proof, _ in results:
+    for proof in proofs:
         view.add_row(
             proof.name, str(proof.steps), decimal_above(proof.bound),
             decimal_above(proof.bound_end), str(proof.entries), str(proof.ambiguous),

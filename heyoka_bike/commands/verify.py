@@ -11,11 +11,10 @@ from typing import TYPE_CHECKING, Any
 from heyoka_bike.errors import Exit, InputError
 
 if TYPE_CHECKING:
-    from heyoka_bike.reference.verification.checks import Check
-    from heyoka_bike.reference.verification.rerun import Agreement
-    from heyoka_bike.reference.verification.verify import Verification
+    from heyoka_bike.reference.verification.verification import Agreement, Verification
 
 _FORMATS = ("table", "json")
+_SHARES = {"integrate": 0.9, "compare": 0.1}
 
 
 def add_parser(subparsers: Any) -> None:
@@ -70,34 +69,23 @@ def run(args: argparse.Namespace) -> int:
 
         require_heyoka()
     from heyoka_bike.reference.verification.check_table import complain
+    from heyoka_bike.reference.verification.rerun import run_again
     from heyoka_bike.reference.verification.verify import verify
+    from heyoka_bike.system.parallel import progress_bars
 
     with _patience():
         found = verify(args.folder)
-    agreements: list[Agreement] = []
     if args.rerun:
-        agreements, checks = _again(found, is_quick=args.quick)
-        found = found.having(checks)
+        with progress_bars(_SHARES) as progress:
+            found = run_again(found, is_quick=args.quick, progress=progress)
     if args.format == "json":
         import json
 
         print(json.dumps(found.as_dict(), indent=2, allow_nan=False, ensure_ascii=False))
     else:
-        _show(found, agreements)
+        _show(found)
     complain(found.folder, found.checks)
     return Exit.OK if found.passed else Exit.CHECK_FAILED
-
-
-def _again(found: Verification, *, is_quick: bool) -> tuple[list[Agreement], list[Check]]:
-    """A rerun, if there is a whole set to compare it with."""
-    from heyoka_bike.reference.verification.checks import Check
-    from heyoka_bike.reference.verification.rerun import rerun
-
-    if not found.passed:
-        message = "not made: the set has to be whole"
-        return [], [Check("rerun", None, "", message, {"values": 0})]
-    agreements = rerun(found.parts, is_quick=is_quick)
-    return agreements, [a.check() for a in agreements]
 
 
 def _patience() -> AbstractContextManager[Any]:
@@ -109,12 +97,12 @@ def _patience() -> AbstractContextManager[Any]:
     return Console(stderr=True).status("checking")
 
 
-def _show(found: Verification, agreements: Sequence[Agreement]) -> None:
+def _show(found: Verification) -> None:
     from heyoka_bike.reference.verification.check_table import print_checks
 
     print_checks(f"{found.folder}, dataset version {found.dataset_version}", found.checks)
-    if agreements:
-        _show_digits(agreements)
+    if found.agreements:
+        _show_digits(found.agreements)
     failed = sum(c.passed is False for c in found.checks)
     unmade = sum(c.passed is None for c in found.checks)
     told = f"{len(found.checks)} checks, {failed} failed"

@@ -47,7 +47,17 @@ def evaluator(
 
 @dataclass(frozen=True)
 class Evaluator:
-    """Evaluates columns along a trajectory; use it inside ``with evaluator.balls.precision()``."""
+    """Evaluates columns along a trajectory; use it inside ``with evaluator.balls.precision()``.
+
+    Attributes
+    ----------
+    trajectory
+        What is evaluated.
+    balls, constants
+        The number type, and the constants of the bicycle in it.
+    certificate
+        How far the exact motion may be from the trajectory; if given, its columns are enclosed.
+    """
 
     trajectory: Trajectory
     balls: Balls

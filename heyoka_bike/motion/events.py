@@ -124,12 +124,19 @@ def follow(
 
     Parameters
     ----------
+    bicycle, maneuver
+        What is integrated.
     precision
         Of the run and of the event, see `Precision.of`.
     until
         `FALL`, or one of `KINDS`; a singularity ends the motion in any case.
     longest : Fraction
         How long to wait for it [s].
+
+    Returns
+    -------
+    Followed
+        The run, and the event that ends it.
 
     Raises
     ------

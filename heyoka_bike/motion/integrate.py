@@ -68,6 +68,8 @@ def integrate(
 
     Parameters
     ----------
+    bicycle, maneuver
+        What is integrated.
     precision
         See `Precision.of`.
     tolerance : float, optional
@@ -78,6 +80,11 @@ def integrate(
         mechanical trail comes near zero.
     progress : callable, optional
         Called with the time reached [s].
+
+    Returns
+    -------
+    Trajectory
+        Piecewise polynomials in time, of all state variables.
 
     Raises
     ------

@@ -72,7 +72,7 @@ def fundamental(a: Polynomial) -> list[flint.arb_mat]:
 
 
 def inverse_fundamental(a: Polynomial) -> list[flint.arb_mat]:
-    """The same for V' = -V A(s), V(0) = 1: nearly the inverse of `fundamental`."""
+    """Coefficients of V that nearly solves V' = -V A(s), V(0) = 1: nearly the inverse of Y."""
     v = [identity(a[0].nrows())]
     for m in range(len(a) - 1):
         v.append((_coefficient(v, a, m) * (flint.arb(-1) / (m + 1))).mid())

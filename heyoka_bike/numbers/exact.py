@@ -36,6 +36,10 @@ class Exact:
     """The number ``rational + pi_multiple * pi``.
 
     Integers are taken as fractions; anything else, a float above all, is refused with `TypeError`.
+
+    Attributes
+    ----------
+    rational, pi_multiple : Fraction
     """
 
     rational: Fraction

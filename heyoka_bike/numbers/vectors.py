@@ -36,20 +36,20 @@ def cross(u: Vector, v: Vector) -> Vector:
 def from_turned_x(sine: Number, cosine: Number, v: Vector) -> Vector:
     """A vector given in axes that are turned about x by an angle, in those before the turn.
 
-    With the opposite sine it is the other way round; likewise for y and z.
+    With the opposite sine it is the other way round.
     """
     x, y, z = v
     return x, cosine * y - sine * z, sine * y + cosine * z
 
 
 def from_turned_y(sine: Number, cosine: Number, v: Vector) -> Vector:
-    """The same for a turn about y."""
+    """A vector given in axes that are turned about y by an angle, in those before the turn."""
     x, y, z = v
     return cosine * x + sine * z, y, cosine * z - sine * x
 
 
 def from_turned_z(sine: Number, cosine: Number, v: Vector) -> Vector:
-    """The same for a turn about z."""
+    """A vector given in axes that are turned about z by an angle, in those before the turn."""
     x, y, z = v
     return cosine * x - sine * y, sine * x + cosine * y, z
 

@@ -283,6 +283,15 @@ class Reference(Numbered[ReferenceManeuver]):
 def load_reference(folder: str | Path | None = None) -> Reference:
     """Load a reference set, by default the published one that comes with the package.
 
+    Parameters
+    ----------
+    folder : path, optional
+        Folder of the set.
+
+    Returns
+    -------
+    Reference
+
     Raises
     ------
     DatasetError

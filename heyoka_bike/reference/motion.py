@@ -80,6 +80,15 @@ class Motion(Numbered[MotionManeuver]):
 def load_motion(folder: str | Path | None = None) -> Motion:
     """Load the whole motion of a reference set, by default of the published one.
 
+    Parameters
+    ----------
+    folder : path, optional
+        Folder of the set.
+
+    Returns
+    -------
+    Motion
+
     Raises
     ------
     DatasetError

@@ -109,6 +109,15 @@ class Sensitivities:
 def load_sensitivities(folder: str | Path | None = None) -> Sensitivities:
     """Load the sensitivities of a reference set, by default of the published one.
 
+    Parameters
+    ----------
+    folder : path, optional
+        Folder of the set.
+
+    Returns
+    -------
+    Sensitivities
+
     Raises
     ------
     DatasetError

@@ -148,7 +148,7 @@ def align(results: Results, reference: Reference) -> Alignment:
 
 
 def restricted(alignment: Alignment, keys: Collection[str]) -> Alignment:
-    """The same with some columns only."""
+    """An alignment with the columns of the given keys only."""
     return replace(
         alignment,
         parts=tuple(replace(p, values=_only(p.values, keys)) for p in alignment.parts),

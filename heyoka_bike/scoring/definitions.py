@@ -53,7 +53,7 @@ class Understanding:
     ----------
     column : Column
         The definition.
-    sign, unit, offset
+    unit, sign, offset
         SI value = sign * (value in unit) - offset.
     indistinguishable : tuple of str
         Definitions that fit as well.
@@ -82,7 +82,7 @@ def understand(parts: Sequence[Part]) -> Mapping[str, Understanding]:
 
 
 def understand_samples(samples: Sequence[Sample]) -> Mapping[str, Understanding]:
-    """The same, against whatever motion the samples expect."""
+    """How each column of a file is taken, by key, against the motion that the samples expect."""
     found = {}
     for key in COMPARED:
         having = [s for s in samples if key in s.values]

@@ -42,7 +42,15 @@ _EXAMPLE = 'expected [maneuver.][column.]metric op number, such as "2.roll_angle
 
 @dataclass(frozen=True, slots=True)
 class Parsed:
-    """A requirement that was read; None where it is about all of them."""
+    """A requirement that was read.
+
+    Attributes
+    ----------
+    maneuver, column
+        Number from 1 and key of what it is about; None for all of them.
+    metric, op, number
+        As in ``scd >= 6``.
+    """
 
     maneuver: int | None
     column: str | None

@@ -62,6 +62,11 @@ def score_series(
     require
         Requirements that every run has to meet, see `requirements`.
 
+    Returns
+    -------
+    Series
+        A report of each run, and the order of convergence of each column.
+
     Raises
     ------
     InputError, NothingScoredError

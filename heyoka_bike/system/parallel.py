@@ -6,26 +6,51 @@ import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import FIRST_EXCEPTION, ProcessPoolExecutor, wait
 from contextlib import contextmanager
+from functools import partial
 from multiprocessing import get_context, parent_process
 from queue import Empty
 from typing import Any, TypeVar
 
 T = TypeVar("T")
-Report = Callable[[int, str, float], None]
-"""Called with the number of the job, its stage, and the time reached in the motion [s]."""
+Progress = Callable[[str, str, float], None]
+"""Called with the name of a job, its stage, and the share of that stage that is done, 0 to 1."""
+
+Report = Callable[[str, float], None]
+"""Called by a job with its stage, and the time that it has reached in the motion [s]."""
+
+WAITING = "waiting"
+"""Stage of a job that has not begun."""
 
 _queue: Any = None
 
 
 def side_by_side(
-    work: Callable[..., T], jobs: Sequence[tuple[Any, ...]], report: Report
+    work: Callable[..., T],
+    jobs: Sequence[tuple[Any, ...]],
+    motions: Sequence[tuple[str, float]] = (),
+    progress: Progress | None = None,
 ) -> list[T]:
-    """``[work(*job, progress) for job in jobs]`` in as many processes as there are processors.
+    """``[work(*job, report) for job in jobs]`` in as many processes as there are processors.
 
     The first exception of a job ends the others and is raised. A single job runs in this process.
+
+    Parameters
+    ----------
+    work
+        Gets a `Report` after its own arguments.
+    motions
+        Name and duration [s] of the motion of each job, if its progress is asked for.
     """
+
+    def told(i: int, stage: str, t: float) -> None:
+        if progress is not None:
+            name, duration = motions[i]
+            progress(name, stage, min(t / duration, 1.0))
+
+    for i in range(len(motions)):
+        told(i, WAITING, 0.0)
     if len(jobs) == 1:
-        return [work(*jobs[0], lambda stage, t: report(0, stage, t))]
+        return [work(*jobs[0], partial(told, 0))]
     # A fresh interpreter each: forking a process that holds threads and a JIT compiler is unsafe.
     context = get_context("spawn")
     queue = context.Queue()
@@ -36,7 +61,7 @@ def side_by_side(
         waiting = set(futures)
         while waiting:
             done, waiting = wait(waiting, timeout=0.1, return_when=FIRST_EXCEPTION)
-            _drain(queue, report)
+            _drain(queue, told)
             for future in done:
                 future.result()
         return [future.result() for future in futures]
@@ -72,7 +97,7 @@ def _run(work: Callable[..., T], i: int, job: tuple[Any, ...]) -> T:
     return work(*job, lambda stage, t: _queue.put((i, stage, t)))
 
 
-def _drain(queue: Any, report: Report) -> None:
+def _drain(queue: Any, told: Callable[[int, str, float], None]) -> None:
     latest: dict[int, tuple[str, float]] = {}
     while True:
         try:
@@ -81,14 +106,12 @@ def _drain(queue: Any, report: Report) -> None:
             break
         latest[i] = (stage, t)
     for i, (stage, t) in latest.items():
-        report(i, stage, t)
+        told(i, stage, t)
 
 
 @contextmanager
-def progress_bars(
-    names: Sequence[str], durations: Sequence[float], shares: Mapping[str, float]
-) -> Iterator[Report]:
-    """A bar for each maneuver on standard error; nothing when that is not a terminal.
+def progress_bars(shares: Mapping[str, float]) -> Iterator[Progress]:
+    """A bar for each job on standard error from the first word of it; none without a terminal.
 
     Parameters
     ----------
@@ -96,22 +119,29 @@ def progress_bars(
         Stages in their order, with their share of the work.
     """
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+    from rich.progress import BarColumn, TaskID, TextColumn, TimeElapsedColumn
+    from rich.progress import Progress as Bars
 
     console = Console(stderr=True)
     view = (
         TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[stage]:>9}"),
         TextColumn("{task.percentage:>3.0f} %"), TimeElapsedColumn(),
     )  # fmt: skip
-    before, total = {}, 0.0
+    before, total = {WAITING: 0.0}, 0.0
     for stage, share in shares.items():
         before[stage] = total
         total += share
-    with Progress(*view, console=console, disable=not console.is_terminal) as bars:
-        tasks = [bars.add_task(name, total=total, stage="waiting") for name in names]
+    bars = Bars(*view, console=console, disable=not console.is_terminal)
+    tasks: dict[str, TaskID] = {}
 
-        def report(i: int, stage: str, t: float) -> None:
-            done = before[stage] + shares[stage] * min(t / durations[i], 1.0)
-            bars.update(tasks[i], completed=done, stage=stage)
+    def progress(name: str, stage: str, share: float) -> None:
+        if name not in tasks:
+            bars.start()
+            tasks[name] = bars.add_task(name, total=total, stage=stage)
+        done = before[stage] + shares.get(stage, 0.0) * share
+        bars.update(tasks[name], completed=done, stage=stage)
 
-        yield report
+    try:
+        yield progress
+    finally:
+        bars.stop()

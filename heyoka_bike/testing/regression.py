@@ -49,7 +49,7 @@ class Asked:
     metrics: Mapping[str, float] = field(default_factory=dict)
 
     def texts(self) -> tuple[str, ...]:
-        """The same as `requirements.parse` reads them."""
+        """The limits as texts that `requirements.parse` reads."""
         where = "" if self.maneuver is None else f"{self.maneuver}."
         where += "" if self.column is None else f"{self.column}."
         return tuple(

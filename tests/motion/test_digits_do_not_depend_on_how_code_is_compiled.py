@@ -5,8 +5,8 @@ import pytest
 
 from heyoka_bike.cli import main
 from heyoka_bike.motion.expressions import require_heyoka
+from heyoka_bike.reference.making import generate
 from heyoka_bike.reference.manifest import read_manifest
-from heyoka_bike.system import parallel as side_by_side
 
 pytestmark = pytest.mark.proof
 
@@ -46,7 +46,7 @@ def expected(tmp_path_factory):
     return made(tmp_path_factory.mktemp("plain"))
 
 
-def one_after_the_other(work, jobs, report):
+def one_after_the_other(work, jobs, motions, progress):
     return [work(*job, lambda stage, t: None) for job in jobs]
 
 
@@ -61,7 +61,7 @@ def test_compilation_changes_no_digit(options, expected, tmp_path, monkeypatch):
 
     monkeypatch.setattr(hy, "taylor_adaptive", changed)
     # In this process, where heyoka is the changed one.
-    monkeypatch.setattr(side_by_side, "side_by_side", one_after_the_other)
+    monkeypatch.setattr(generate, "side_by_side", one_after_the_other)
     assert made(tmp_path) == expected
     # Of two maneuvers: whether they get to their end, in binary64, the motion, its sensitivities.
     assert len(used) == 6

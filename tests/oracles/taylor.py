@@ -3,7 +3,7 @@
 It takes the equations in their regular form, expands the motion in its own Taylor series in ball
 arithmetic, and chooses its own steps. With the published run it has in common the constants and
 kinematics of the bicycle, the initial state, and the format of the result, so that
-`heyoka_bike.reference.proof.certify.certify` can bound its error too.
+`heyoka_bike.reference.proof.enclose.enclose` can bound its error too.
 
 The series of one step follows from Newton's method for x' = f(x). A few coefficients are found one
 by one, by Picard's iteration, and with them the Jacobian J of f along the motion, to a length of m.

@@ -10,7 +10,6 @@ import sys
 
 import pytest
 
-import heyoka_bike
 from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.cli import main
 from heyoka_bike.system.resources import data_folder, reference_folder
@@ -38,14 +37,6 @@ def test_the_table_of_columns_is_that_of_the_code():
     assert made.page(text) == text, "run python docs/_site/columns_table.py"
     for column in COLUMNS:
         assert f"| `{column.name}` | {column.unit} |" in text
-
-
-def test_every_public_function_is_documented():
-    page = (DOCS / "reference" / "python.md").read_text(encoding="utf-8")
-    public = set(heyoka_bike.__all__) - {"__version__"}
-    assert set(re.findall(r"^\.\. autofunction:: (\w+)$", page, re.MULTILINE)) == public
-    rows = re.findall(r"^\| (`.*?) \|", page, re.MULTILINE)
-    assert {name for row in rows for name in re.findall(r"`(\w+)`", row)} == public
 
 
 def test_the_page_that_starts_installs_as_the_readme_does():

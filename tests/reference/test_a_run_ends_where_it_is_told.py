@@ -17,7 +17,7 @@ from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.load import load_reference
 from heyoka_bike.reference.manifest import read_manifest
 from heyoka_bike.reference.proof import cauchy as circle
-from heyoka_bike.reference.proof.certify import certify
+from heyoka_bike.reference.proof.enclose import enclose
 
 pytestmark = pytest.mark.proof
 
@@ -142,7 +142,7 @@ def test_a_motion_about_to_fall_is_certified(bicycle, monkeypatch):
                        Fraction(1, 250), roll=exact("1.22736"), steer=exact("0.1731"),
                        steer_rate=exact("2.08"))  # fmt: skip
     run = integrate(bicycle, falling, is_regular=True)
-    bounds = certify(run).end
+    bounds = enclose(run).end
     better = integrate(bicycle, falling, 30, is_regular=True)
     ends = (r.state(falling.duration) for r in (run, better))
     errors = [abs(float(x - y)) for x, y in zip(*ends, strict=True)]
@@ -152,4 +152,4 @@ def test_a_motion_about_to_fall_is_certified(bicycle, monkeypatch):
     assert max(bounds) < 1e-11
     monkeypatch.setattr(circle, "SMALLER", (1,))
     with pytest.raises(NotCertifiedError, match="a divisor may vanish"):
-        certify(run)
+        enclose(run)

@@ -26,7 +26,7 @@ from heyoka_bike.motion.trajectory import Certificate, Trajectory
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.numbers.rounding import Enclosure
 from heyoka_bike.reference.load import Reference, ReferenceManeuver
-from heyoka_bike.reference.proof.certify import certify
+from heyoka_bike.reference.proof.enclose import enclose
 from heyoka_bike.reference.proof.first_row import exact_columns
 
 pytestmark = pytest.mark.proof
@@ -100,7 +100,7 @@ def case(
     run = taylor.integrate(bicycle, maneuvers[number - 1])
     return Case(
         number,
-        Certified(run, certify(run)),
+        Certified(run, enclose(run)),
         Certified(candidate[number - 1], published_bound(folder, candidate[number - 1], number)),
         reference[number],
     )
@@ -207,7 +207,7 @@ def test_a_state_off_by_1e_20_from_half_way_on_is_noticed(case: Case, state: int
 def test_a_state_off_by_1e_20_has_a_bound_that_says_so(case: Case) -> None:
     cut = case.other.cut(6)
     wrong = moved(cut.run, 3, 0, Fraction(1, 10**20))
-    bound = certify(wrong)
+    bound = enclose(wrong)
     assert Fraction(1, 10**20) < bound.worst < Fraction(1, 10**17)
     # With its own, honest bound it is no contradiction.
     assert disagreements(Certified(wrong, bound), case.published, cut.middles()) == []
@@ -221,7 +221,7 @@ def test_a_series_cut_at_too_low_an_order_is_noticed(case: Case) -> None:
     # In the middle of a piece the terms left out have shrunk by 2^30, and still show.
     found = disagreements(replace(cut, run=wrong), case.published, times)
     assert {t for _, t in found} == set(times)
-    assert certify(wrong).worst > Fraction(1, 10**40)
+    assert enclose(wrong).worst > Fraction(1, 10**40)
 
 
 def test_another_bicycle_is_noticed(case: Case) -> None:
@@ -229,7 +229,7 @@ def test_another_bicycle_is_noticed(case: Case) -> None:
     bicycle = case.other.run.bicycle
     heavier = bicycle.replace(g=Exact(bicycle["g"].rational * (1 + Fraction(1, 10**30))))
     run = taylor.integrate(heavier, maneuver)
-    wrong = Certified(run, certify(run))
+    wrong = Certified(run, enclose(run))
     assert wrong.certificate.worst < Fraction(1, 10**40)
     found = disagreements(wrong, case.published, [Fraction(1, 8), Fraction(1, 4)])
     assert {"roll_angle", "steer_angle", "potential_energy"} <= {name for name, _ in found}

@@ -13,7 +13,7 @@ import pytest
 from heyoka_bike.errors import NotCertifiedError
 from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.reference.proof.certify import certify
+from heyoka_bike.reference.proof.enclose import enclose
 
 pytestmark = pytest.mark.proof
 
@@ -25,7 +25,7 @@ def run(bicycle, maneuvers):
 
 @pytest.fixture(scope="module")
 def sound(run):
-    return float(certify(run).worst)
+    return float(enclose(run).worst)
 
 
 def damaged(run, piece, change):
@@ -46,13 +46,13 @@ def test_a_dropped_step(run):
     )
     # The pieces after it are stretched over the gap: nowhere near a solution.
     with pytest.raises(NotCertifiedError, match=r"step 5 of \d+, t = .* is not certified"):
-        certify(gap)
+        enclose(gap)
     missing = replace(run, pieces=run.pieces[:-1])
     with pytest.raises(NotCertifiedError, match="not whole"):
-        certify(missing)
+        enclose(missing)
     short = replace(run, breaks=run.breaks[:-1], pieces=run.pieces[:-1])
     with pytest.raises(NotCertifiedError, match="expected 0 to 1 s"):
-        certify(short)
+        enclose(short)
 
 
 def test_a_piece_cut_to_degree_19(run, sound):
@@ -60,7 +60,7 @@ def test_a_piece_cut_to_degree_19(run, sound):
         rows[:] = [row[:20] for row in rows]
 
     # heyoka's order here is 42: the terms past 19 carry about half the digits.
-    bound = float(certify(damaged(run, 5, cut)).worst)
+    bound = float(enclose(damaged(run, 5, cut)).worst)
     lost = max(abs(c) for row in run.pieces[5] for c in row[20:]) / 2**run.grid
     assert bound > lost > 1e6 * sound
 
@@ -69,7 +69,7 @@ def test_a_state_jump(run, sound):
     def jump(rows):
         rows[0][0] += round(Fraction(1, 10**15) * 2**run.grid)
 
-    bound = float(certify(damaged(run, 6, jump)).worst)
+    bound = float(enclose(damaged(run, 6, jump)).worst)
     assert 1e-15 <= bound < 1e-12
 
 
@@ -77,14 +77,14 @@ def test_a_coefficient_off_by_1e_22(run, sound):
     def nudge(rows):
         rows[2][3] += round(Fraction(1, 10**22) * 2**run.grid)
 
-    bound = float(certify(damaged(run, 6, nudge)).worst)
+    bound = float(enclose(damaged(run, 6, nudge)).worst)
     assert 1e-22 <= bound < 1e-18
 
 
 def test_gravity_off_by_1e_24(run, sound):
     """The candidate solves another problem; the distance of the two solutions is of order 1e-24."""
     heavier = run.bicycle.replace(g=Exact(Fraction(981, 100) + Fraction(1, 10**24)))
-    bound = float(certify(replace(run, bicycle=heavier)).worst)
+    bound = float(enclose(replace(run, bicycle=heavier)).worst)
     true = distance(run, integrate(heavier, run.maneuver, "binary128"))
     assert 1e-26 < true <= bound < 1e3 * true
 
@@ -92,13 +92,13 @@ def test_gravity_off_by_1e_24(run, sound):
 def test_an_inertia_sign_flipped(run):
     flipped = run.bicycle.replace(IBxz=Exact(Fraction(-24, 10)))
     with pytest.raises(NotCertifiedError, match="not below"):
-        certify(replace(run, bicycle=flipped))
+        enclose(replace(run, bicycle=flipped))
 
 
 def test_a_roll_rate_wrong_in_the_25th_digit(run, sound):
     rate = Exact(run.maneuver.roll_rate.rational + Fraction(1, 10**25))
     other = replace(run.maneuver, roll_rate=rate)
-    bound = float(certify(replace(run, maneuver=other)).worst)
+    bound = float(enclose(replace(run, maneuver=other)).worst)
     true = distance(run, integrate(run.bicycle, other, "binary128"))
     assert 1e-26 < true <= bound < 1e4 * true
 
@@ -106,13 +106,13 @@ def test_a_roll_rate_wrong_in_the_25th_digit(run, sound):
 def test_a_candidate_that_is_too_coarse(run, bicycle):
     coarse = integrate(bicycle, run.maneuver, "binary64", tolerance=1e-3)
     with pytest.raises(NotCertifiedError):
-        certify(coarse)
+        enclose(coarse)
 
 
 @pytest.mark.parametrize("precision", ["binary64", "longdouble", "binary128"])
 def test_the_bound_covers_the_true_error_of_every_precision(bicycle, run, precision):
     other = integrate(bicycle, run.maneuver, precision)
-    bound = float(certify(other).worst)
+    bound = float(enclose(other).worst)
     true = distance(other, integrate(bicycle, run.maneuver, 60))
     # Worst-case bounds on roundoff are pessimistic by some digits, never optimistic.
     assert true <= bound < 1e7 * true
@@ -120,7 +120,7 @@ def test_the_bound_covers_the_true_error_of_every_precision(bicycle, run, precis
 
 def test_both_forms_are_certified(bicycle, run):
     other = integrate(bicycle, run.maneuver, "binary128", is_regular=True)
-    assert float(certify(other).worst) < 1e-25
+    assert float(enclose(other).worst) < 1e-25
 
 
 def test_a_start_with_steer_is_certified(bicycle, run):
@@ -128,7 +128,7 @@ def test_a_start_with_steer_is_certified(bicycle, run):
         run.maneuver, roll=Exact(Fraction(1, 10)), steer=Exact(Fraction(-1, 10)),
         duration=Fraction(1, 2),
     )  # fmt: skip
-    assert float(certify(integrate(bicycle, turned, "binary128")).worst) < 1e-25
+    assert float(enclose(integrate(bicycle, turned, "binary128")).worst) < 1e-25
 
 
 def distance(a, b):

@@ -34,7 +34,7 @@ def compare(part, precision, **changes):
         "stored": part.stored, "run": part.run, "text": part.long_text,
         "certificate": certificate_of(part.run, part.entry), "precision": Precision.of(precision),
     }  # fmt: skip
-    return agreement(**given | changes, progress=lambda stage, t: None)
+    return agreement(**given | changes, report=lambda stage, t: None)
 
 
 def test_digits_by_column_and_maneuver(small, capsys):

@@ -18,7 +18,6 @@ pytest_plugins = ["pytester"]
 
 LIGHT = {
     "heyoka_bike", "heyoka_bike.errors", "heyoka_bike.testing", "heyoka_bike.testing.plugin",
-    "heyoka_bike.version",
 }  # fmt: skip
 
 

@@ -28,7 +28,15 @@ from heyoka_bike.numbers.vectors import (
 
 @dataclass(frozen=True, slots=True)
 class Axes:
-    """Sines and cosines of the angles between the axes."""
+    """Sines and cosines of the angles between the axes.
+
+    Attributes
+    ----------
+    o
+        With those of roll and steer.
+    sin_pitch, cos_pitch, sin_tilt, cos_tilt
+        Of the pitch, and of the tilt of the steer axis.
+    """
 
     o: Posture
     sin_pitch: Number

@@ -48,12 +48,18 @@ class Posture:
 
     Attributes
     ----------
-    t
-        Tangent of the roll.
+    sin_roll, cos_roll, t
+        Sine, cosine and tangent of the roll.
+    sb, cb
+        Sine and cosine of beta.
+    s, c
+        Sine and cosine of the steer.
     kappa
         cos(front lean) / cos(roll), taken from the contact of the front wheel, where it is linear.
     y, tau
         kappa times sin(beta_f) and times tan(front lean).
+    sb_f, cb_f, t_f
+        Sine and cosine of beta_f, tangent of the front lean.
     e, den
         Coefficients of w1 sin(steer) and of q when v_f has been eliminated.
     trail, g1
@@ -122,8 +128,10 @@ class Speeds:
         Roll rate.
     n, nu
         Turn rate along z of the roll frame, and yaw rate times sin(lean).
-    x, y
-        Velocity of the joint along e1 and e2.
+    y
+        Velocity of the joint along e2.
+    v_f, w1_f, q_f, w3_f, n_f, nu_f, y_f
+        The same of the front assembly, in its own frames.
     steer_rate
         Rate of the steer angle.
     """

@@ -134,6 +134,12 @@ def linearise(bicycle: Bicycle, digits: int) -> Linearisation:
     digits : int
         Significant decimal digits of the result, 5 to 1000.
 
+    Returns
+    -------
+    Linearisation
+        Matrices in the notation of Meijaard et al. (2007), doi:10.1098/rspa.2007.1857, eigenvalues
+        and critical speeds.
+
     Raises
     ------
     InputError

@@ -35,10 +35,12 @@ _MOST_STEPS = 100_000
 
 
 class Ensemble:
-    """Compiled code for many motions; see `simulate` for the parameters.
+    """Compiled code for many motions of one bicycle.
 
     Parameters
     ----------
+    bicycle, accuracy
+        As for `simulate`.
     threads
         How many work at the same time.
 

@@ -58,6 +58,8 @@ class TaylorCode:
 
     Attributes
     ----------
+    form
+        Order of the steps, and how many motions go side by side.
     integrator
         heyoka's, of the state with clock and norm; ``taylor_adaptive_batch`` for several lanes.
     columns

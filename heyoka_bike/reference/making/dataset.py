@@ -22,10 +22,9 @@ from typing import Any
 
 import h5py
 
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
-from heyoka_bike.bicycle.parameters import Bicycle, Maneuver, describe_inputs
+from heyoka_bike.bicycle.columns import COLUMNS
+from heyoka_bike.bicycle.parameters import Bicycle, describe_inputs
 from heyoka_bike.errors import DatasetError, InputError
-from heyoka_bike.numbers.exact import shortest_decimal
 from heyoka_bike.reference import manifest as manifest_file
 from heyoka_bike.reference.layout import (
     CANDIDATE,
@@ -33,8 +32,6 @@ from heyoka_bike.reference.layout import (
     HDF5,
     MOTION,
     SENSITIVITIES,
-    TEXT,
-    TEXT_50,
     content_sha256,
 )
 from heyoka_bike.reference.making import motion_file, sensitivities_file
@@ -42,7 +39,7 @@ from heyoka_bike.reference.making.hdf5_groups import content_parts, write_dense,
 from heyoka_bike.reference.making.tabulate import Table
 from heyoka_bike.reference.proof import candidate
 from heyoka_bike.reference.proof.certificate_file import render_certificate, summarise
-from heyoka_bike.reference.proof.rows import TEXT_DIGITS, RoundedRows
+from heyoka_bike.reference.proof.rows import render_texts
 
 
 def write_dataset(
@@ -152,21 +149,3 @@ def _hdf5(
             write_rows(group, (table.time, table.time_lo), table.rows, COLUMNS)
             write_dense(group.create_group("dense", track_order=True), table.dense, COLUMNS)
     return buffer.getvalue()
-
-
-def render_texts(maneuvers: Sequence[Maneuver], rows: Sequence[RoundedRows]) -> dict[str, bytes]:
-    """The text files: one of 25 columns, or one of 9 for each maneuver on a grid of its own."""
-    pairs = list(zip(maneuvers, rows, strict=True))
-    grids = {(m.rows, m.spacing) for m in maneuvers}
-    groups = {"": pairs} if len(grids) == 1 else {f"-{i + 1}": [p] for i, p in enumerate(pairs)}
-    files = {}
-    for tag, group in groups.items():
-        first = group[0][0]
-        times = [shortest_decimal(first.time(i), TEXT_DIGITS) for i in range(first.rows)]
-        short = [[f"{x:.17g}" for x in r.hi[name]] for _, r in group for name in BENCHMARK_COLUMNS]
-        long = [r.text[name] for _, r in group for name in BENCHMARK_COLUMNS]
-        for file, columns in ((TEXT, short), (TEXT_50, long)):
-            stem, _, suffix = file.rpartition(".")
-            lines = (" ".join(row) for row in zip(times, *columns, strict=True))
-            files[f"{stem}{tag}.{suffix}"] = ("\n".join(lines) + "\n").encode()
-    return files

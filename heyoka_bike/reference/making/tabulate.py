@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+import time
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
-from heyoka_bike.errors import UndecidedError
+from heyoka_bike.errors import SingularMotionError, UndecidedError
 from heyoka_bike.motion.evaluator import Drift, evaluator
 from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.motion.trajectory import Certificate, Trajectory, row_times
 from heyoka_bike.numbers.precision import Precision
 from heyoka_bike.numbers.rounding import hi_lo
 from heyoka_bike.reference.making.derivatives import differentiate
-from heyoka_bike.reference.proof.certify import certify
 from heyoka_bike.reference.proof.dense import Dense, interpolate
 from heyoka_bike.reference.proof.dense_bound import bound_dense
+from heyoka_bike.reference.proof.enclose import enclose
 from heyoka_bike.reference.proof.motion_rows import MotionTable, tabulate_motion
 from heyoka_bike.reference.proof.rows import (
     EVALUATION_BITS,
@@ -27,11 +27,7 @@ from heyoka_bike.reference.proof.rows import (
     round_rows,
 )
 from heyoka_bike.reference.sensitivities import Sensitivity
-
-Progress = Callable[[str, float], None]
-"""Called with the stage and the time reached in it [s]."""
-
-STAGES = ("integrate", "certify", "rows", "dense", "motion", "vary")
+from heyoka_bike.system.parallel import Report
 
 _ATTEMPTS = 4
 _MORE_DIGITS = 20
@@ -50,10 +46,12 @@ class Table:
     drift : Drift
     time, time_lo : ndarray, shape (rows,)
         Time of the rows [s] as hi + lo.
-    rows : Rows
+    rows : RoundedRows
     dense : Dense
     motion : MotionTable
     sensitivity : Sensitivity
+    cpu : float
+        Processor time that it took [s].
     """
 
     trajectory: Trajectory
@@ -65,15 +63,14 @@ class Table:
     dense: Dense
     motion: MotionTable
     sensitivity: Sensitivity
+    cpu: float = 0.0
 
     @property
     def maneuver(self) -> Maneuver:
         return self.trajectory.maneuver
 
 
-def tabulate(
-    bicycle: Bicycle, maneuver: Maneuver, digits: int, progress: Progress | None = None
-) -> Table:
+def tabulate(bicycle: Bicycle, maneuver: Maneuver, digits: int, report: Report) -> Table:
     """Integrate a maneuver at `digits` decimal digits, and prove and round what is published.
 
     An entry whose rounding is not decided makes it start again with 20 digits more, three times.
@@ -87,21 +84,28 @@ def tabulate(
     UndecidedError
         A rounding that stays undecided, named.
     """
-    report = progress or (lambda stage, t: None)
+    start = time.process_time()
     for attempt in range(_ATTEMPTS):
         try:
-            return _tabulate(bicycle, maneuver, digits + attempt * _MORE_DIGITS, report)
+            table = _tabulate(bicycle, maneuver, digits + attempt * _MORE_DIGITS, report)
+            return replace(table, cpu=time.process_time() - start)
         except UndecidedError:
             if attempt == _ATTEMPTS - 1:
                 raise
+        except SingularMotionError as e:
+            raise SingularMotionError(
+                f"{maneuver.name}: {e}; its duration is {float(maneuver.duration):g} s, nothing "
+                "was written, expected a shorter duration",
+                e.time,
+            ) from None
     raise AssertionError("unreachable")
 
 
-def _tabulate(bicycle: Bicycle, maneuver: Maneuver, digits: int, report: Progress) -> Table:
+def _tabulate(bicycle: Bicycle, maneuver: Maneuver, digits: int, report: Report) -> Table:
     run = integrate(
         bicycle, maneuver, Precision.of(digits), progress=lambda t: report("integrate", t)
     )
-    certificate = certify(run, lambda t: report("certify", t))
+    certificate = enclose(run, lambda t: report("certify", t))
     rows = round_rows(run, certificate, lambda t: report("rows", t))
     at = evaluator(run, run.bits + EVALUATION_BITS)
     constant = constant_columns(run)

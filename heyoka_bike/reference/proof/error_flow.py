@@ -44,7 +44,21 @@ class Frame:
 
 @dataclass(frozen=True)
 class Flow:
-    """Y over a piece: its defect, and the size of its inverse, in a weighted norm."""
+    """The solution Y of the variational equation Y' = h J Y, Y(0) = 1, over a piece, nearly.
+
+    Attributes
+    ----------
+    y, v
+        Coefficients of polynomials in s: Y, and V near its inverse.
+    weights
+        Of the state variables in the norm of the three bounds.
+    defect
+        Bound on Y' - h J Y.
+    size_inverse
+        Bound on the inverse of Y.
+    eta
+        Bound on V Y - 1.
+    """
 
     y: list[flint.arb_mat]
     v: list[flint.arb_mat]

@@ -9,7 +9,7 @@ from __future__ import annotations
 import io
 import json
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -33,9 +33,9 @@ from heyoka_bike.reference.proof.certificate_file import (
     _entry,
     summarise,
 )
-from heyoka_bike.reference.proof.certify import certify
 from heyoka_bike.reference.proof.dense import Dense
 from heyoka_bike.reference.proof.dense_bound import bound_dense
+from heyoka_bike.reference.proof.enclose import enclose
 from heyoka_bike.reference.proof.integrals import with_integrals
 from heyoka_bike.reference.proof.motion_rows import (
     MotionTable,
@@ -43,11 +43,65 @@ from heyoka_bike.reference.proof.motion_rows import (
     motion_expansions,
     round_motion,
 )
-from heyoka_bike.reference.proof.rows import RoundedRows, constant_columns, round_rows
-
-Progress = Callable[[str, float], None]
+from heyoka_bike.reference.proof.rows import (
+    RoundedRows,
+    constant_columns,
+    render_texts,
+    round_rows,
+)
+from heyoka_bike.system.parallel import Progress, Report, side_by_side
+from heyoka_bike.system.resources import reference_folder
 
 _NAMES = tuple(c.name for c in COLUMNS)
+
+
+def certify(
+    folder: str | Path | None = None, *, progress: Progress | None = None
+) -> tuple[Proof, ...]:
+    """Prove every published value of a reference set again, from its candidate trajectories.
+
+    As ``heyoka-bike certify`` does, in ball arithmetic; heyoka is not needed. A script that calls
+    it has to guard itself by ``if __name__ == "__main__"``: each maneuver gets a process of its
+    own.
+
+    Parameters
+    ----------
+    folder
+        The set; by default the published one that comes with the package.
+    progress
+        Called with the name of a maneuver, the stage of the proof (``waiting``, ``certify``,
+        ``rows``, ``dense``, ``motion``) and the share of that stage that is done, 0 to 1.
+
+    Returns
+    -------
+    tuple of Proof
+        What was proved, by maneuver.
+
+    Raises
+    ------
+    NotCertifiedError
+        A candidate is not certified, or something published is not what was proved.
+    UndecidedError
+        The candidate does not decide how a value is rounded.
+    DatasetError
+        A file is missing, damaged, or not that of a reference set.
+    """
+    where = reference_folder() if folder is None else folder
+    if folder is None:
+        manifest_file.check_published(where)
+    runs = read_whole(where)
+    maneuvers = [run.maneuver for run in runs]
+    results = side_by_side(
+        prove_again,
+        [(where, run, i) for i, run in enumerate(runs, start=1)],
+        [(m.name, float(m.duration)) for m in maneuvers],
+        progress,
+    )
+    manifest = manifest_file.read_manifest(where)
+    for name, data in render_texts(maneuvers, [rows for _, rows in results]).items():
+        if manifest_file.read_file(where, name, manifest) != data:
+            raise NotCertifiedError(f"{where}/{name}: differs from the proved values")
+    return tuple(proof for proof, _ in results)
 
 
 def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
@@ -90,7 +144,7 @@ def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
 
 
 def prove_again(
-    folder: str | Path, run: Trajectory, number: int, progress: Progress | None = None
+    folder: str | Path, run: Trajectory, number: int, report: Report
 ) -> tuple[Proof, RoundedRows]:
     """Prove one maneuver of a folder from its candidate, and compare with what is published.
 
@@ -99,9 +153,8 @@ def prove_again(
     NotCertifiedError
         The candidate is not certified, or a published number or bound is not what was proved.
     """
-    report = progress or (lambda stage, t: None)
     start = time.process_time()
-    certificate = certify(run, lambda t: report("certify", t))
+    certificate = enclose(run, lambda t: report("certify", t))
     rows = round_rows(run, certificate, lambda t: report("rows", t))
     published, bounds = _read_published(folder, number)
     _compare_rows(run, rows, folder, number)

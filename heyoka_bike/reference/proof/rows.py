@@ -14,10 +14,13 @@ from numpy.typing import NDArray
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.bicycle.parameters import Maneuver
 from heyoka_bike.motion.evaluator import Evaluator, evaluator
 from heyoka_bike.motion.trajectory import Certificate, Trajectory, row_times
 from heyoka_bike.numbers.arithmetic import Balls
+from heyoka_bike.numbers.exact import shortest_decimal
 from heyoka_bike.numbers.rounding import Enclosure, decimal_digits, hi_lo
+from heyoka_bike.reference.layout import TEXT, TEXT_50
 from heyoka_bike.reference.proof.first_row import exact_columns
 
 TEXT_DIGITS = 50
@@ -104,6 +107,24 @@ def round_rows(
         for name in BENCHMARK_COLUMNS
     }
     return RoundedRows(_arrays(hi), _arrays(lo), _arrays(bound), text)
+
+
+def render_texts(maneuvers: Sequence[Maneuver], rows: Sequence[RoundedRows]) -> dict[str, bytes]:
+    """The text files: one of 25 columns, or one of 9 for each maneuver on a grid of its own."""
+    pairs = list(zip(maneuvers, rows, strict=True))
+    grids = {(m.rows, m.spacing) for m in maneuvers}
+    groups = {"": pairs} if len(grids) == 1 else {f"-{i + 1}": [p] for i, p in enumerate(pairs)}
+    files = {}
+    for tag, group in groups.items():
+        first = group[0][0]
+        times = [shortest_decimal(first.time(i), TEXT_DIGITS) for i in range(first.rows)]
+        short = [[f"{x:.17g}" for x in r.hi[name]] for _, r in group for name in BENCHMARK_COLUMNS]
+        long = [r.text[name] for _, r in group for name in BENCHMARK_COLUMNS]
+        for file, columns in ((TEXT, short), (TEXT_50, long)):
+            stem, _, suffix = file.rpartition(".")
+            lines = (" ".join(row) for row in zip(times, *columns, strict=True))
+            files[f"{stem}{tag}.{suffix}"] = ("\n".join(lines) + "\n").encode()
+    return files
 
 
 def distance(x: Enclosure | Fraction, hi: float, lo: float) -> float:

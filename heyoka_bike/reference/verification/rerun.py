@@ -13,8 +13,7 @@ each must overlap the published number and its bound.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from fractions import Fraction
 from math import inf, log10
 
@@ -35,71 +34,39 @@ from heyoka_bike.reference.verification.agreement import (
 )
 from heyoka_bike.reference.verification.checks import Check, Tally
 from heyoka_bike.reference.verification.schema import Text
-from heyoka_bike.reference.verification.verify import ManeuverFiles
-from heyoka_bike.system.parallel import progress_bars, side_by_side
+from heyoka_bike.reference.verification.verification import Agreement, Verification
+from heyoka_bike.system.parallel import Progress, Report, side_by_side
 
 QUICK: tuple[str | int, ...] = ("binary128", 40)
 """Precisions of a quick rerun."""
 MORE_DIGITS = 20
 """By which the second of a full rerun is longer than the set's own."""
 
-_SHARES = {"integrate": 0.9, "compare": 0.1}
 _GUARD_BITS = 64  # of evaluation, beyond the longer of the two runs
 
 
-@dataclass(frozen=True, slots=True)
-class Agreement:
-    """How a rerun of a maneuver compares with what is published.
-
-    Attributes
-    ----------
-    maneuver, precision : str
-    published, candidate : mapping of str to float
-        Agreeing digits by column: -log10 of the largest difference over the rows, relative to the
-        largest value of the column; at most the digits of the shorter of the two runs.
-    promised : mapping of str to float
-        Digits that have to agree with what is published.
-    tally : Tally
-        Values compared, and those that are farther apart than they can be.
-    steps : int
-    seconds : float
-        Wall time of the integration.
-    """
-
-    maneuver: str
-    precision: str
-    published: Mapping[str, float]
-    candidate: Mapping[str, float]
-    promised: Mapping[str, float]
-    tally: Tally
-    steps: int
-    seconds: float
-
-    def check(self) -> Check:
-        """The agreement as a check."""
-        worst = min(self.published, key=self.published.__getitem__)
-        message = (
-            f"{self.maneuver}, {self.precision}: {self.published[worst]:.1f} digits of {worst} "
-            f"agree, {min(self.candidate.values()):.1f} with the candidate"
-        )
-        return self.tally.done(
-            message, maneuver=self.maneuver, precision=self.precision, steps=self.steps,
-            seconds=round(self.seconds, 3), digits=dict(self.published),
-            digits_of_candidate=dict(self.candidate), digits_promised=dict(self.promised),
-        )  # fmt: skip
-
-
-def rerun(parts: Sequence[ManeuverFiles], *, is_quick: bool = False) -> list[Agreement]:
+def run_again(
+    found: Verification, *, is_quick: bool = False, progress: Progress | None = None
+) -> Verification:
     """Integrate the maneuvers of a whole set again, at two precisions each, side by side.
+
+    Parameters
+    ----------
+    found
+        A set that is not whole gets a check that says so instead.
 
     Raises
     ------
     MissingPackageError
         heyoka is not installed.
     """
+    if not found.passed:
+        message = "not made: the set has to be whole"
+        unmade = Check("rerun", None, "", message, {"values": 0})
+        return replace(found, checks=(*found.checks, unmade))
     require_heyoka()
     jobs = []
-    for part in parts:
+    for part in found.parts:
         assert part.stored is not None
         assert part.run is not None
         assert part.entry is not None
@@ -108,10 +75,13 @@ def rerun(parts: Sequence[ManeuverFiles], *, is_quick: bool = False) -> list[Agr
             (part.stored, part.run, certificate, part.long_text, precision)
             for precision in precisions(part.run, is_quick=is_quick)
         ]
-    names = [f"{stored.maneuver.name}, {p.name}" for stored, _, _, _, p in jobs]
-    durations = [float(stored.maneuver.duration) for stored, *_ in jobs]
-    with progress_bars(names, durations, _SHARES) as report:
-        return side_by_side(agreement, jobs, report)
+    motions = [
+        (f"{stored.maneuver.name}, {precision.name}", float(stored.maneuver.duration))
+        for stored, *_, precision in jobs
+    ]
+    agreements = tuple(side_by_side(agreement, jobs, motions, progress))
+    checks = (*found.checks, *(a.check() for a in agreements))
+    return replace(found, checks=checks, agreements=agreements)
 
 
 def precisions(run: Trajectory, *, is_quick: bool) -> tuple[Precision, ...]:
@@ -125,12 +95,12 @@ def precisions(run: Trajectory, *, is_quick: bool) -> tuple[Precision, ...]:
 
 def agreement(
     stored: Stored, run: Trajectory, certificate: Certificate, text: Text | None,
-    precision: Precision, progress: Callable[[str, float], None],
+    precision: Precision, report: Report,
 ) -> Agreement:  # fmt: skip
     """Integrate a maneuver and compare it with what is published."""
     start = time.perf_counter()
     again = integrate(
-        run.bicycle, run.maneuver, precision, progress=lambda t: progress("integrate", t)
+        run.bicycle, run.maneuver, precision, progress=lambda t: report("integrate", t)
     )
     seconds = time.perf_counter() - start
     bits = max(run.bits, again.bits) + _GUARD_BITS
@@ -155,7 +125,7 @@ def agreement(
                             f"from the {kind} value, expected at most "
                             f"{float(ball[name].rad() + number.rad()):.2g}"
                         )
-            progress("compare", float(t))
+            report("compare", float(t))
     most = min(run.bits, again.bits) * log10(2)
     digits = {
         kind: {name: min(_digits(x, stored.scale(name)), most) for name, x in worst.items()}

@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.reduced import Equations
@@ -24,21 +24,20 @@ from heyoka_bike.bicycle.parameters import (
     Maneuver,
     describe_inputs,
 )
-from heyoka_bike.motion.trajectory import Trajectory
+from heyoka_bike.motion.expressions import require_heyoka
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.reference.layout import CANDIDATE, CERTIFICATE, HDF5, MOTION, SENSITIVITIES
 from heyoka_bike.reference.load import load_reference
 from heyoka_bike.reference.manifest import MANIFEST, Manifest
-from heyoka_bike.reference.motion import MotionManeuver, load_motion
+from heyoka_bike.reference.motion import load_motion
 from heyoka_bike.reference.proof.candidate import read_candidate
 from heyoka_bike.reference.verification import agreement, motion_agreement, schema
-from heyoka_bike.reference.verification.checks import Check, Tally, all_passed, as_dict
+from heyoka_bike.reference.verification.checks import Check, Tally
 from heyoka_bike.reference.verification.hashes import check_files
-from heyoka_bike.system.parallel import side_by_side
+from heyoka_bike.reference.verification.rerun import run_again
+from heyoka_bike.reference.verification.verification import ManeuverFiles, Verification
+from heyoka_bike.system.parallel import Progress, Report, side_by_side
 from heyoka_bike.system.resources import reference_folder
-
-SCHEMA_VERSION = 1
-"""Of the JSON report."""
 
 _BITS = 128  # of a look at the initial state, to see whether there is one
 
@@ -67,84 +66,12 @@ _MEASURED: Mapping[str, str] = {
 
 
 @dataclass(frozen=True, slots=True)
-class ManeuverFiles:
-    """One maneuver of a set, as far as its files are whole.
-
-    Attributes
-    ----------
-    number : int
-        From 1.
-    stored : Stored or None
-        Rows and dense output.
-    run : Trajectory or None
-        The candidate.
-    entry : mapping or None
-        What certificate.json says of it.
-    texts : tuple of Text
-        The text files that hold it.
-    motion : MotionManeuver or None
-        The whole motion.
-    """
-
-    number: int
-    stored: agreement.Stored | None
-    run: Trajectory | None
-    entry: Mapping[str, Any] | None
-    texts: tuple[schema.Text, ...]
-    motion: MotionManeuver | None = None
-
-    @property
-    def long_text(self) -> schema.Text | None:
-        """The text with 50 digits, if it is whole."""
-        return next((text for text in self.texts if text.file.is_long), None)
-
-
-@dataclass(frozen=True, slots=True)
-class Verification:
-    """What was found out about a folder.
-
-    Attributes
-    ----------
-    folder : str
-    dataset_version : str or None
-        None if the manifest is not usable.
-    checks : tuple of Check
-    parts : tuple of Part
-        The maneuvers, as far as there are files of them.
-    """
-
-    folder: str
-    dataset_version: str | None
-    checks: tuple[Check, ...]
-    parts: tuple[ManeuverFiles, ...] = ()
-
-    @property
-    def passed(self) -> bool:
-        """Whether no check failed."""
-        return all_passed(self.checks)
-
-    def having(self, more: Sequence[Check]) -> Verification:
-        """The same with more checks."""
-        return replace(self, checks=(*self.checks, *more))
-
-    def as_dict(self) -> dict[str, Any]:
-        """The report as JSON values; keys may be added, not changed, within a schema version."""
-        return {
-            "schema_version": SCHEMA_VERSION,
-            "dataset_version": self.dataset_version,
-            "folder": self.folder,
-            "passed": self.passed,
-            "checks": [as_dict(c) for c in self.checks],
-        }
-
-
-@dataclass(frozen=True, slots=True)
 class Content:
     """What is in the files of a set.
 
     Attributes
     ----------
-    parts : list of Part
+    parts : list of ManeuverFiles
         Empty if the inputs of the manifest are not usable.
     texts : tuple of TextFile
         The text files that the set should have.
@@ -160,14 +87,47 @@ class Content:
     has_motion: bool = False
 
 
-def verify(folder: str | Path | None = None) -> Verification:
-    """Check a reference folder, by default the published set that comes with the package.
+def verify(
+    folder: str | Path | None = None,
+    *,
+    rerun: Literal["full", "quick"] | None = None,
+    progress: Progress | None = None,
+) -> Verification:
+    """Check every file and every number of a reference set.
+
+    As ``heyoka-bike verify`` does. A script that calls it has to guard itself by
+    ``if __name__ == "__main__"``: each maneuver gets a process of its own.
+
+    Parameters
+    ----------
+    folder
+        The set; by default the published one that comes with the package.
+    rerun
+        Whether to integrate again too, if nothing else is wrong, and count the digits that agree:
+        at the precision of the set and 20 digits more, or at binary128 and 40 digits.
+    progress
+        Called while integrating again with the maneuver and precision, the stage (``waiting``,
+        ``integrate``, ``compare``) and the share of that stage that is done, 0 to 1.
+
+    Returns
+    -------
+    Verification
+        Every check with its outcome; a failed one is no error.
 
     Raises
     ------
     DatasetError
         The folder cannot be read, or is no reference set at all.
+    MissingPackageError
+        heyoka is not installed, and `rerun` is given.
     """
+    if rerun is None:
+        return _verified(folder)
+    require_heyoka()
+    return run_again(_verified(folder), is_quick=rerun == "quick", progress=progress)
+
+
+def _verified(folder: str | Path | None) -> Verification:
     where = reference_folder() if folder is None else Path(folder)
     files, checks = check_files(where, is_published=folder is None)
     if files.manifest is None:
@@ -176,7 +136,7 @@ def verify(folder: str | Path | None = None) -> Verification:
     checks += more
     if content.parts:
         jobs = [(part,) for part in content.parts]
-        made = _joined(side_by_side(_look, jobs, lambda *_: None))
+        made = _joined(side_by_side(_look, jobs))
         checks += made + _not_made(made, content)
     return Verification(
         str(where), files.manifest.dataset_version, tuple(checks), tuple(content.parts)
@@ -299,7 +259,7 @@ def _file_list(manifest: Manifest, expected: Sequence[str]) -> Check:
     return Check("file_list", not (missing or extra), MANIFEST, message, evidence)
 
 
-def _look(part: ManeuverFiles, _: Callable[[str, float], None]) -> list[Tally]:
+def _look(part: ManeuverFiles, _: Report) -> list[Tally]:
     """All checks of the numbers of a maneuver for which there are files."""
     stored, run, entry = part.stored, part.run, part.entry
     found: list[Tally] = []

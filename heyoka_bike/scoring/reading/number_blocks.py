@@ -45,13 +45,13 @@ class Block:
     ----------
     values : ndarray, shape (columns, rows)
         Correctly rounded.
-    lo : mapping of int to ndarray, shape (rows,)
-        By index of the column: the written decimal minus the value, correctly rounded.
     lines : ndarray of int, shape (rows,)
         Index, in the block, of the line of each row.
     digits, places : ndarray of int, shape (columns, sampled rows)
         Significant digits written and digits after the point (-1 with an exponent, `NOTHING` if
         the value is not finite), of some of the rows.
+    lo : mapping of int to ndarray, shape (rows,)
+        By index of the column: the written decimal minus the value, correctly rounded.
     """
 
     values: Array

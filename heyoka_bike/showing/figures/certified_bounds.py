@@ -23,9 +23,9 @@ from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.precision import MAX_DIGITS, Precision
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.reference.proof.candidate import read_candidate
-from heyoka_bike.reference.proof.certify import certify
+from heyoka_bike.reference.proof.enclose import enclose
 from heyoka_bike.showing.figures.style import BLACK, BLUE, VERMILLION, WIDTH, style
-from heyoka_bike.system.parallel import progress_bars, side_by_side
+from heyoka_bike.system.parallel import Report, progress_bars, side_by_side
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -115,21 +115,21 @@ def draw(reference: Reference, numbers: Sequence[int]) -> Figure:
 
 def bounds(runs: Sequence[Trajectory]) -> list[Bounded]:
     """Bounds and true errors of candidates, several at a time."""
-    durations = [float(run.maneuver.duration) for run in runs]
-    with progress_bars([run.maneuver.name for run in runs], durations, _SHARES) as report:
-        return side_by_side(bounded, [(run,) for run in runs], report)
+    motions = [(run.maneuver.name, float(run.maneuver.duration)) for run in runs]
+    with progress_bars(_SHARES) as progress:
+        return side_by_side(bounded, [(run,) for run in runs], motions, progress)
 
 
-def bounded(run: Trajectory, progress: Callable[[str, float], None]) -> Bounded:
+def bounded(run: Trajectory, report: Report) -> Bounded:
     """The bound of a candidate, proved, and its true error."""
-    certificate = certify(run, lambda t: progress("certify", t))
+    certificate = enclose(run, lambda t: report("certify", t))
     return Bounded(
         name=run.maneuver.name,
         precision=run.precision,
         breaks=np.array([float(t) for t in run.breaks]),
         bound=np.array([float(max(piece)) for piece in certificate.pieces]),
         time=np.array([float(t) for t in row_times(run.maneuver)]),
-        error=_true_error(run, lambda t: progress("integrate", t)),
+        error=_true_error(run, lambda t: report("integrate", t)),
     )
 
 

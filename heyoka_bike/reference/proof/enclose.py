@@ -73,7 +73,7 @@ _MATRIX_LENGTHS = (40, 64)
 Progress = Callable[[float], None]
 
 
-def certify(trajectory: Trajectory, progress: Progress | None = None) -> Certificate:
+def enclose(trajectory: Trajectory, progress: Progress | None = None) -> Certificate:
     """Prove how far the exact motion is from a candidate, over all of its time.
 
     Raises

@@ -1,0 +1,129 @@
+"""What is found out about a reference folder, as data: its files, checks, and digits that agree."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from heyoka_bike.motion.trajectory import Trajectory
+from heyoka_bike.reference.motion import MotionManeuver
+from heyoka_bike.reference.verification.agreement import Stored
+from heyoka_bike.reference.verification.checks import Check, Tally, all_passed, as_dict
+from heyoka_bike.reference.verification.schema import Text
+
+SCHEMA_VERSION = 1
+"""Of the JSON report."""
+
+
+@dataclass(frozen=True, slots=True)
+class ManeuverFiles:
+    """One maneuver of a set, as far as its files are whole.
+
+    Attributes
+    ----------
+    number : int
+        From 1.
+    stored : Stored or None
+        Rows and dense output.
+    run : Trajectory or None
+        The candidate.
+    entry : mapping or None
+        What certificate.json says of it.
+    texts : tuple of Text
+        The text files that hold it.
+    motion : MotionManeuver or None
+        The whole motion.
+    """
+
+    number: int
+    stored: Stored | None
+    run: Trajectory | None
+    entry: Mapping[str, Any] | None
+    texts: tuple[Text, ...]
+    motion: MotionManeuver | None = None
+
+    @property
+    def long_text(self) -> Text | None:
+        """The text with 50 digits, if it is whole."""
+        return next((text for text in self.texts if text.file.is_long), None)
+
+
+@dataclass(frozen=True, slots=True)
+class Agreement:
+    """How a rerun of a maneuver compares with what is published.
+
+    Attributes
+    ----------
+    maneuver, precision : str
+    published, candidate : mapping of str to float
+        Agreeing digits by column: -log10 of the largest difference over the rows, relative to the
+        largest value of the column; at most the digits of the shorter of the two runs.
+    promised : mapping of str to float
+        Digits that have to agree with what is published.
+    tally : Tally
+        Values compared, and those that are farther apart than they can be.
+    steps : int
+    seconds : float
+        Wall time of the integration.
+    """
+
+    maneuver: str
+    precision: str
+    published: Mapping[str, float]
+    candidate: Mapping[str, float]
+    promised: Mapping[str, float]
+    tally: Tally
+    steps: int
+    seconds: float
+
+    def check(self) -> Check:
+        """The agreement as a check."""
+        worst = min(self.published, key=self.published.__getitem__)
+        message = (
+            f"{self.maneuver}, {self.precision}: {self.published[worst]:.1f} digits of {worst} "
+            f"agree, {min(self.candidate.values()):.1f} with the candidate"
+        )
+        return self.tally.done(
+            message, maneuver=self.maneuver, precision=self.precision, steps=self.steps,
+            seconds=round(self.seconds, 3), digits=dict(self.published),
+            digits_of_candidate=dict(self.candidate), digits_promised=dict(self.promised),
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class Verification:
+    """What was found out about a folder.
+
+    Attributes
+    ----------
+    folder : str
+    dataset_version : str or None
+        None if the manifest is not usable.
+    checks : tuple of Check
+    parts : tuple of ManeuverFiles
+        The maneuvers, as far as there are files of them.
+    agreements : tuple of Agreement
+        How integrating again compares, if that was asked for.
+    """
+
+    folder: str
+    dataset_version: str | None
+    checks: tuple[Check, ...]
+    parts: tuple[ManeuverFiles, ...] = ()
+    agreements: tuple[Agreement, ...] = ()
+
+    @property
+    def passed(self) -> bool:
+        """Whether no check failed."""
+        return all_passed(self.checks)
+
+    def as_dict(self) -> dict[str, Any]:
+        """The report as JSON values; keys may be added, not changed, within a schema version."""
+        return {
+            "schema_version": SCHEMA_VERSION,
+            "dataset_version": self.dataset_version,
+            "folder": self.folder,
+            "passed": self.passed,
+            "checks": [as_dict(c) for c in self.checks],
+        }

@@ -1,0 +1,35 @@
+"""The Attributes section of a dataclass names its own fields, all of them, in their order."""
+
+import inspect
+import pkgutil
+import re
+from dataclasses import fields, is_dataclass
+from importlib import import_module
+
+import heyoka_bike
+
+_SECTION = re.compile(r"^Attributes\n-+\n(.*?)(?=^\w+\n-+$|\Z)", re.MULTILINE | re.DOTALL)
+_NAMES = re.compile(r"^\w.*", re.MULTILINE)
+FEW = 3  # fields that their own names may explain
+
+
+def dataclasses():
+    """The public ones; a class that is imported elsewhere comes up again."""
+    for info in pkgutil.walk_packages(heyoka_bike.__path__, "heyoka_bike."):
+        if info.name != "heyoka_bike.__main__":
+            for name, thing in vars(import_module(info.name)).items():
+                if isinstance(thing, type) and is_dataclass(thing) and name[0] != "_":
+                    yield thing
+
+
+def test_attributes_are_the_fields():
+    wrong = {}
+    for thing in dataclasses():
+        declared = inspect.get_annotations(thing)  # without those of a base class
+        own = [f.name for f in fields(thing) if f.name in declared and f.name[0] != "_"]
+        found = _SECTION.search(inspect.getdoc(thing))
+        lines = _NAMES.findall(found[1]) if found else ()
+        named = [name for line in lines for name in line.partition(" :")[0].split(", ")]
+        if named != own and (found or len(own) > FEW):
+            wrong[f"{thing.__module__}.{thing.__name__}"] = (named, own)
+    assert wrong == {}

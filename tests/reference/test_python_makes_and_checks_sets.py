@@ -1,0 +1,173 @@
+"""`generate`, `certify` and `verify` in Python do what the commands do, and return it."""
+
+from dataclasses import replace
+from fractions import Fraction
+
+import pytest
+
+import heyoka_bike
+from heyoka_bike.cli import main
+from heyoka_bike.errors import InputError, MissingPackageError, NotCertifiedError
+from heyoka_bike.reference.making import generate as module
+
+TOML = """
+[[maneuver]]
+name = "{0.name}"
+speed = "{0.speed}"
+roll_rate = "{0.roll_rate}"
+duration = "{0.duration}"
+spacing = "{0.spacing}"
+"""
+
+
+class Listener:
+    """A progress callback that remembers the stages of each job, and how far each came."""
+
+    def __init__(self):
+        self.stages = {}
+
+    def __call__(self, name, stage, share):
+        assert 0 <= share <= 1
+        self.stages.setdefault(name, {})[stage] = share
+
+
+@pytest.fixture(scope="module")
+def short():
+    first = heyoka_bike.load_reference()[1].inputs
+    return heyoka_bike.Maneuver.parse("short", first | {"duration": "1/20", "spacing": "1/100"})
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory, short):
+    progress = Listener()
+    folder = tmp_path_factory.mktemp("made") / "set"
+    return heyoka_bike.generate(folder, maneuvers=[short], progress=progress), progress
+
+
+def test_what_was_made_is_returned(made, short):
+    found, progress = made
+    assert sorted(found.changed) == sorted(p.name for p in found.folder.iterdir())
+    assert found.dataset_version == "custom"
+    assert [end.maneuver for end in found.endings] == [short]
+    (table,) = found.tables
+    assert table.maneuver == short
+    assert table.cpu > 0
+    assert list(progress.stages) == ["short"]
+    stages = progress.stages["short"]
+    assert list(stages) == [
+        "waiting", "integrate", "certify", "rows", "dense", "motion", "vary",
+    ]  # fmt: skip
+    assert {share for stage, share in stages.items() if stage != "waiting"} == {1.0}
+
+
+def test_the_command_finds_nothing_to_change(made, short, tmp_path, capsys):
+    found, _ = made
+    (tmp_path / "m.toml").write_text(TOML.format(short))
+    arguments = ["generate", "--maneuvers", str(tmp_path / "m.toml"), "--out", str(found.folder)]
+    assert main(arguments) == 0
+    assert "nothing written" in capsys.readouterr().out
+
+
+def test_making_it_again_changes_nothing(made, short):
+    found, _ = made
+    assert heyoka_bike.generate(found.folder, maneuvers=[short]).changed == ()
+
+
+def test_maneuvers_side_by_side_report_under_their_names(tmp_path, short):
+    progress = Listener()
+    both = [replace(short, name=name, duration=Fraction(1, 50)) for name in ("a", "b")]
+    found = heyoka_bike.generate(tmp_path, maneuvers=both, progress=progress)
+    assert [table.maneuver.name for table in found.tables] == ["a", "b"]
+    assert set(progress.stages) == {"a", "b"}
+    assert all("waiting" in stages for stages in progress.stages.values())
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"digits": 10}, "found 10, expected 65 to 1000"),
+        ({"bicycle": "bisicle"}, "bicycle: found 'bisicle', expected"),
+        ({"until": "never"}, "found 'never', expected .* or 'fall'"),
+        ({"maneuvers": []}, "maneuvers: found none, expected one or more"),
+    ],
+)
+def test_what_cannot_be_used_is_refused(tmp_path, short, given, said):
+    with pytest.raises(InputError, match=said):
+        heyoka_bike.generate(tmp_path / "set", **{"maneuvers": [short]} | given)
+    assert not (tmp_path / "set").exists()
+
+
+def test_names_and_files_are_found_as_on_the_command_line(tmp_path, monkeypatch):
+    """A bicycle's own maneuvers are taken if the collection has some."""
+    asked = []
+    monkeypatch.setattr(module, "side_by_side", lambda work, jobs, *_: asked.extend(jobs) or [])
+    monkeypatch.setattr(module, "ending", lambda b, m, until: module.Ending(m))
+    monkeypatch.setattr(module, "write_dataset", lambda *_: [])
+    collection = module.collection("maneuvers")
+    for bicycle in ("benchmark", "pista"):
+        own = bicycle if bicycle in collection else "benchmark"
+        asked.clear()
+        heyoka_bike.generate(tmp_path, bicycle=bicycle)
+        assert tuple(m for _, m, _ in asked) == heyoka_bike.read_maneuvers(collection[own])
+        named = heyoka_bike.read_bicycle(module.find_input("bicycles", bicycle))
+        assert all(used == named for used, _, _ in asked)
+
+
+def test_early_ends_are_said(tmp_path, short, monkeypatch):
+    monkeypatch.setattr(module, "side_by_side", lambda *_: [])
+    monkeypatch.setattr(module, "write_dataset", lambda *_: [])
+    said = []
+    falling = replace(
+        short, roll=heyoka_bike.Exact.parse("1.4"), roll_rate=heyoka_bike.Exact.parse("5"),
+        duration=Fraction(10),
+    )  # fmt: skip
+    found = heyoka_bike.generate(tmp_path, maneuvers=[falling], say=said.append)
+    (line,) = said
+    assert line.startswith("stopped early: short: the motion meets a singularity at t = ")
+    (end,) = found.endings
+    assert end.is_early
+    assert end.maneuver.duration < 10
+
+
+def test_a_set_is_proved_again(made):
+    found, _ = made
+    progress = Listener()
+    (proof,) = heyoka_bike.certify(found.folder, progress=progress)
+    assert proof.name == "short"
+    assert 0 < proof.bound < 1e-60
+    assert list(progress.stages["short"]) == ["waiting", "certify", "rows", "dense", "motion"]
+
+
+def test_texts_are_compared_with_what_is_proved(made, tmp_path, monkeypatch):
+    from heyoka_bike.reference.proof import prove_again
+
+    found, _ = made
+    monkeypatch.setattr(
+        prove_again, "render_texts", lambda *_: {"uncontrolled-bicycle.txt": b"0\n"}
+    )
+    with pytest.raises(NotCertifiedError, match=r"uncontrolled-bicycle\.txt: differs from the"):
+        heyoka_bike.certify(found.folder)
+
+
+def test_checks_and_agreeing_digits_are_returned(made):
+    found, _ = made
+    progress = Listener()
+    verified = heyoka_bike.verify(found.folder, rerun="quick", progress=progress)
+    assert verified.passed
+    assert [a.precision for a in verified.agreements] == ["binary128", "40 digits"]
+    assert [c.check for c in verified.checks].count("rerun") == 2
+    # What jobs of their own process say in quick succession is not all passed on.
+    assert list(progress.stages) == [f"short, {a.precision}" for a in verified.agreements]
+    for stages in progress.stages.values():
+        assert stages.keys() <= {"waiting", "integrate", "compare"}
+    plain = heyoka_bike.verify(found.folder)
+    assert plain.checks == verified.checks[:-2]
+    assert plain.agreements == ()
+
+
+def test_without_heyoka_a_rerun_is_refused_at_once(made, monkeypatch):
+    found, _ = made
+    monkeypatch.setitem(__import__("sys").modules, "heyoka", None)
+    monkeypatch.delattr("heyoka_bike.reference.verification.verify._verified")
+    with pytest.raises(MissingPackageError, match="heyoka is not installed"):
+        heyoka_bike.verify(found.folder, rerun="full")
