@@ -8,24 +8,10 @@ from typing import Any, Protocol
 import h5py
 import numpy as np
 
-from heyoka_bike.bicycle.columns import Column
+from heyoka_bike.bicycle.column import Column
+from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.reference.layout import FILTERS
 from heyoka_bike.reference.proof.dense import Dense
-
-
-class Described(Protocol):
-    """A column and what it is, as `columns.Column` says it."""
-
-    @property
-    def name(self) -> str: ...
-    @property
-    def unit(self) -> str: ...
-    @property
-    def long_name(self) -> str: ...
-    @property
-    def meaning(self) -> str: ...
-    @property
-    def positive(self) -> str: ...
 
 
 class Rounded(Protocol):
@@ -40,7 +26,7 @@ class Rounded(Protocol):
 
 
 def write_rows(
-    group: h5py.Group, times: tuple[Any, Any], rows: Rounded, columns: Sequence[Described]
+    group: h5py.Group, times: tuple[Any, Any], rows: Rounded, columns: Sequence[Column]
 ) -> None:
     """Write times (hi, lo) and the rows of some columns."""
     time = group.create_dataset("time", data=times[0], **FILTERS)
@@ -68,13 +54,13 @@ def write_rows(
                 _describe(dataset, column.unit, f"{column.long_name}, certified bound", meaning)
             else:
                 _describe(dataset, column.unit, column.long_name, column.meaning)
-                if isinstance(column, Column):
+                if column in COLUMNS:
                     dataset.attrs["definition_name"] = column.definition
                 if column.positive:
                     dataset.attrs["positive"] = column.positive
 
 
-def write_dense(group: h5py.Group, dense: Dense, columns: Sequence[Described]) -> None:
+def write_dense(group: h5py.Group, dense: Dense, columns: Sequence[Column]) -> None:
     """Write the dense output of some columns."""
     group.attrs["comment"] = (
         "Piecewise Chebyshev: on the piece [a, b] of breaks the column is sum_k c_k T_k(x), "

@@ -17,13 +17,13 @@ from typing import Any
 import h5py
 import numpy as np
 
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS, Column
+from heyoka_bike.bicycle.column import Column
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.bicycle.equations.kinematics import state_names
 from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
 from heyoka_bike.bicycle.parameters import STATE_INPUTS, Maneuver
 from heyoka_bike.numbers.precision import Precision
 from heyoka_bike.reference.layout import TEXT, TEXT_50, content_of_file, content_sha256
-from heyoka_bike.reference.making.hdf5_groups import Described
 from heyoka_bike.reference.manifest import Manifest, values_version
 from heyoka_bike.reference.proof.certificate_file import STATEMENT, TRUSTED
 from heyoka_bike.reference.proof.dense import NODES
@@ -131,8 +131,8 @@ def of_motion(raw: bytes, manifest: Manifest, maneuvers: Sequence[Maneuver]) -> 
 
 
 def _tables(
-    f: h5py.File, attributes: Mapping[str, str], columns: Sequence[Described],
-    dense: Sequence[Described], manifest: Manifest, maneuvers: Sequence[Maneuver],
+    f: h5py.File, attributes: Mapping[str, str], columns: Sequence[Column],
+    dense: Sequence[Column], manifest: Manifest, maneuvers: Sequence[Maneuver],
 ) -> Iterator[str]:  # fmt: skip
     """Problems of a file of rows and dense output."""
 
@@ -177,7 +177,7 @@ def content_differs(raw: bytes, manifest: Manifest, _: Sequence[Maneuver]) -> It
         )
 
 
-def _rows(group: Any, rows: int, columns: Sequence[Described]) -> Iterator[str]:
+def _rows(group: Any, rows: int, columns: Sequence[Column]) -> Iterator[str]:
     scale = group["time"]
     suffixes = ("", "_lo", "_bound")
     yield from _names(group, ["time", "time_lo", "dense", *_stored(columns, suffixes)])
@@ -194,21 +194,21 @@ def _rows(group: Any, rows: int, columns: Sequence[Described]) -> Iterator[str]:
             yield f"{group.name}/{column.name}_bound: found a negative bound"
 
 
-def _described(column: Described, suffix: str) -> tuple[dict[str, str], set[str]]:
+def _described(column: Column, suffix: str) -> tuple[dict[str, str], set[str]]:
     """Attributes of a dataset of rows, and those of which only the name is known."""
     low = {"": "", "_lo": ", low part", "_bound": ", certified bound"}[suffix]
     described = {"units": column.unit, "long_name": column.long_name + low}
     if suffix:
         return described, {"definition"}
     described["definition"] = column.meaning
-    if isinstance(column, Column):
+    if column in COLUMNS:
         described["definition_name"] = column.definition
     if column.positive:
         described["positive"] = column.positive
     return described, set()
 
 
-def _dense(group: Any, columns: Sequence[Described]) -> Iterator[str]:
+def _dense(group: Any, columns: Sequence[Column]) -> Iterator[str]:
     stored = _stored(columns, ("", "_lo", "_bound"))
     yield from _names(group, ["breaks", "piece", "order", *stored])
     yield from _attributes(group, {}, {"comment"})
@@ -240,7 +240,7 @@ def _dense(group: Any, columns: Sequence[Described]) -> Iterator[str]:
             yield f"{bound.name}: found a negative bound"
 
 
-def _stored(columns: Sequence[Described], suffixes: Sequence[str]) -> list[str]:
+def _stored(columns: Sequence[Column], suffixes: Sequence[str]) -> list[str]:
     return [column.name + suffix for column in columns for suffix in suffixes]
 
 
