@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from heyoka_bike.bicycle.stability.linear import linearise as linearise
     from heyoka_bike.motion.fast.simulate import simulate as simulate
     from heyoka_bike.motion.integrate import integrate as integrate
+    from heyoka_bike.reference.load import load_motion as load_motion
     from heyoka_bike.reference.load import load_reference as load_reference
-    from heyoka_bike.reference.motion import load_motion as load_motion
     from heyoka_bike.reference.sensitivities import load_sensitivities as load_sensitivities
     from heyoka_bike.scoring.reading import read_results as read_results
     from heyoka_bike.scoring.score import score as score
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 _HOME = {
     "integrate": "motion.integrate",
     "linearise": "bicycle.stability.linear",
-    "load_motion": "reference.motion",
+    "load_motion": "reference.load",
     "load_reference": "reference.load",
     "load_sensitivities": "reference.sensitivities",
     "read_bicycle": "bicycle.parameters",

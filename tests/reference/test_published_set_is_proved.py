@@ -166,14 +166,14 @@ def test_dense_shape_is_checked_apart_from_the_hash(small, bicycle):
     from dataclasses import replace
 
     from heyoka_bike.errors import NotCertifiedError
+    from heyoka_bike.reference.load import load_reference
     from heyoka_bike.reference.proof.candidate import read_candidate
     from heyoka_bike.reference.proof.certify import certify as prove
     from heyoka_bike.reference.proof.dense_bound import bound_dense
-    from heyoka_bike.reference.proof.prove_again import _read_published
 
     (run,) = read_candidate(small)
     certificate = prove(run)
-    dense, _ = _read_published(small, 1)
+    dense = load_reference(small)[1].dense
     for breaks in (dense.breaks + 50.0, dense.breaks[::-1].copy(), dense.breaks * 0.5):
         with pytest.raises(NotCertifiedError, match="not whole"):
             bound_dense(run, certificate, replace(dense, breaks=breaks), {})

@@ -66,7 +66,7 @@ def write_dataset(
             [summarise(t.trajectory, t.certificate, t.rows, t.dense) for t in tables], inputs
         ),
         SENSITIVITIES: sensitivities_file.render([t.sensitivity for t in tables], inputs),
-        MOTION: motion_file.render([t.motion for t in tables], inputs),
+        MOTION: motion_file.render(tables, inputs),
     }
     document = manifest_file.render(
         dataset_version=dataset_version,

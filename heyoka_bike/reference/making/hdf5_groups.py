@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Protocol
+from typing import Any
 
 import h5py
 import numpy as np
@@ -11,22 +11,11 @@ import numpy as np
 from heyoka_bike.bicycle.column import Column
 from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.reference.layout import FILTERS
-from heyoka_bike.reference.proof.dense import Dense
-
-
-class Rounded(Protocol):
-    """Rows as hi + lo, with bounds; see `rows.Rows`."""
-
-    @property
-    def hi(self) -> Mapping[str, Any]: ...
-    @property
-    def lo(self) -> Mapping[str, Any]: ...
-    @property
-    def bound(self) -> Mapping[str, Any]: ...
+from heyoka_bike.reference.values import Dense, Values
 
 
 def write_rows(
-    group: h5py.Group, times: tuple[Any, Any], rows: Rounded, columns: Sequence[Column]
+    group: h5py.Group, times: tuple[Any, Any], rows: Values, columns: Sequence[Column]
 ) -> None:
     """Write times (hi, lo) and the rows of some columns."""
     time = group.create_dataset("time", data=times[0], **FILTERS)
@@ -98,7 +87,7 @@ def _describe(dataset: h5py.Dataset, unit: str, long_name: str, definition: str)
     dataset.attrs["definition"] = definition
 
 
-def content_parts(times: tuple[Any, Any], rows: Rounded, dense: Dense) -> dict[str, Any]:
+def content_parts(times: tuple[Any, Any], rows: Values, dense: Dense) -> dict[str, Any]:
     """The published numbers of a maneuver by dataset, for `proof.content_sha256`."""
     arrays = {"time": times[0], "time_lo": times[1], **_with_lo(rows.hi, rows.lo)}
     arrays["dense/breaks"] = dense.breaks

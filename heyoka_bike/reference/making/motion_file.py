@@ -5,16 +5,14 @@ from __future__ import annotations
 import io
 import json
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import h5py
 
 from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
 from heyoka_bike.reference.layout import content_sha256
 from heyoka_bike.reference.making.hdf5_groups import content_parts, write_dense, write_rows
-
-if TYPE_CHECKING:
-    from heyoka_bike.reference.proof.motion_rows import MotionTable
+from heyoka_bike.reference.making.tabulate import Table
 
 TITLE = "The whole motion of the reference solution: configuration and forces"
 
@@ -26,7 +24,7 @@ COMMENT = (
 )
 
 
-def render(tables: Sequence[MotionTable], inputs: Mapping[str, Any]) -> bytes:
+def render(tables: Sequence[Table], inputs: Mapping[str, Any]) -> bytes:
     """Bytes of motion.h5; `inputs` as in the manifest."""
     dense = [c for c in MOTION_COLUMNS if c.is_dense]
     buffer = io.BytesIO()
@@ -35,7 +33,7 @@ def render(tables: Sequence[MotionTable], inputs: Mapping[str, Any]) -> bytes:
         f.attrs["Conventions"] = "CF-1.8"
         f.attrs["content_sha256"] = content_sha256(
             {
-                f"maneuver_{i}": content_parts((t.time, t.time_lo), t, t.dense)
+                f"maneuver_{i}": content_parts((t.time, t.time_lo), t.motion_rows, t.motion_dense)
                 for i, t in enumerate(tables, start=1)
             }
         )
@@ -46,6 +44,6 @@ def render(tables: Sequence[MotionTable], inputs: Mapping[str, Any]) -> bytes:
             group = f.create_group(f"maneuver_{i}", track_order=True)
             for key, text in inputs["maneuvers"][i - 1].items():
                 group.attrs[key] = text
-            write_rows(group, (table.time, table.time_lo), table, MOTION_COLUMNS)
-            write_dense(group.create_group("dense", track_order=True), table.dense, dense)
+            write_rows(group, (table.time, table.time_lo), table.motion_rows, MOTION_COLUMNS)
+            write_dense(group.create_group("dense", track_order=True), table.motion_dense, dense)
     return buffer.getvalue()

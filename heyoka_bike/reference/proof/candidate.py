@@ -17,7 +17,6 @@ import h5py
 import numpy as np
 
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
-from heyoka_bike.errors import DatasetError
 from heyoka_bike.motion.trajectory import Trajectory
 from heyoka_bike.reference import manifest as manifest_file
 from heyoka_bike.reference.layout import CANDIDATE, FILTERS
@@ -60,12 +59,12 @@ def read_candidate(folder: str | Path) -> tuple[Trajectory, ...]:
         The file is missing, does not match the manifest, or is not a candidate file.
     """
     raw = manifest_file.read_file(folder, CANDIDATE, manifest_file.read_manifest(folder))
-    try:
-        with h5py.File(io.BytesIO(raw), "r") as f:
-            bicycle = Bicycle.parse(str(f.attrs["bicycle"]), json.loads(f.attrs["parameters"]))
-            return tuple(_read(bicycle, f[f"maneuver_{i}"]) for i in range(1, len(f) + 1))
-    except (OSError, KeyError, ValueError, TypeError) as e:
-        raise DatasetError(f"{Path(folder) / CANDIDATE}: is not a candidate file ({e})") from None
+    with (
+        manifest_file.reading(Path(folder) / CANDIDATE, "a candidate file"),
+        h5py.File(io.BytesIO(raw), "r") as f,
+    ):
+        bicycle = Bicycle.parse(str(f.attrs["bicycle"]), json.loads(f.attrs["parameters"]))
+        return tuple(_read(bicycle, f[f"maneuver_{i}"]) for i in range(1, len(f) + 1))
 
 
 def _read(bicycle: Bicycle, group: Any) -> Trajectory:

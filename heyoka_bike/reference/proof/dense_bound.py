@@ -28,8 +28,8 @@ from heyoka_bike.numbers.analytic import NotAnalyticError, PowerSeries
 from heyoka_bike.numbers.arithmetic import Arithmetic, Number, exact_ball, upper_fraction
 from heyoka_bike.numbers.ball_matrices import total
 from heyoka_bike.reference.proof.cauchy import Function, circle_bound, geometric, refused
-from heyoka_bike.reference.proof.dense import Dense
 from heyoka_bike.reference.proof.rows import Value, upward
+from heyoka_bike.reference.values import Dense
 
 BITS = 192
 _REMAINDER_BITS = 128

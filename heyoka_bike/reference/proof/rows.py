@@ -9,27 +9,28 @@ from math import inf, nextafter
 
 import flint
 import numpy as np
-from numpy.typing import NDArray
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.outputs import energies, unfold
+from heyoka_bike.bicycle.parameters import Maneuver
 from heyoka_bike.motion.evaluator import Evaluator, evaluator
 from heyoka_bike.motion.trajectory import Certificate, Trajectory, row_times
+from heyoka_bike.numbers.double import Array, Double
 from heyoka_bike.numbers.rounding import Enclosure, decimal_digits, hi_lo
 from heyoka_bike.reference.proof.first_row import exact_columns
+from heyoka_bike.reference.values import Values
 
 TEXT_DIGITS = 50
 EVALUATION_BITS = 64
 """Bits that evaluation uses beyond those of the run."""
 
-Array = NDArray[np.float64]
 Value = flint.arb | Fraction
 Progress = Callable[[float], None]
 
 
-@dataclass(frozen=True)
-class RoundedRows:
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class RoundedRows(Values):
     """The correctly rounded rows of a maneuver.
 
     Attributes
@@ -42,15 +43,7 @@ class RoundedRows:
         The benchmark's columns with 50 significant digits, correctly rounded.
     """
 
-    hi: Mapping[str, Array]
-    lo: Mapping[str, Array]
-    bound: Mapping[str, Array]
     text: Mapping[str, tuple[str, ...]]
-
-    @property
-    def scales(self) -> dict[str, float]:
-        """Largest absolute value of each column."""
-        return {name: float(np.abs(x).max()) for name, x in self.hi.items()}
 
 
 def constant_columns(run: Trajectory) -> dict[str, Value]:
@@ -105,7 +98,7 @@ def round_rows(
         )
         for name in BENCHMARK_COLUMNS
     }
-    return RoundedRows(_arrays(hi), _arrays(lo), _arrays(bound), text)
+    return RoundedRows(_arrays(hi), _arrays(lo), _arrays(bound), text=text)
 
 
 def distance(x: Enclosure | Fraction, hi: float, lo: float) -> float:
@@ -140,6 +133,12 @@ def enclose_rows(
             if progress is not None:
                 progress(float(t))
     return rows
+
+
+def rounded_times(maneuver: Maneuver) -> Double:
+    """Times of the rows [s], of shape (rows,)."""
+    hi, lo = np.array([hi_lo(t, "time") for t in row_times(maneuver)]).T
+    return hi.copy(), lo.copy()
 
 
 def _arrays(table: Mapping[str, Sequence[float]]) -> dict[str, Array]:

@@ -27,9 +27,8 @@ from heyoka_bike.bicycle.parameters import (
 from heyoka_bike.motion.trajectory import Trajectory
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.reference.layout import CANDIDATE, CERTIFICATE, HDF5, MOTION, SENSITIVITIES
-from heyoka_bike.reference.load import load_reference
+from heyoka_bike.reference.load import ReferenceManeuver, load_motion, load_reference
 from heyoka_bike.reference.manifest import MANIFEST, Manifest
-from heyoka_bike.reference.motion import MotionManeuver, load_motion
 from heyoka_bike.reference.proof.candidate import read_candidate
 from heyoka_bike.reference.verification import agreement, motion_agreement, schema
 from heyoka_bike.reference.verification.checks import Check, Tally, all_passed, as_dict
@@ -82,7 +81,7 @@ class ManeuverFiles:
         What certificate.json says of it.
     texts : tuple of Text
         The text files that hold it.
-    motion : MotionManeuver or None
+    motion : ReferenceManeuver or None
         The whole motion.
     """
 
@@ -91,7 +90,7 @@ class ManeuverFiles:
     run: Trajectory | None
     entry: Mapping[str, Any] | None
     texts: tuple[schema.Text, ...]
-    motion: MotionManeuver | None = None
+    motion: ReferenceManeuver | None = None
 
     @property
     def long_text(self) -> schema.Text | None:
