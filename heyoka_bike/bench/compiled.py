@@ -12,15 +12,13 @@ import shutil
 import subprocess
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
 
 import numpy as np
 
 from heyoka_bike.bench.c_source import columns_source, slope_source
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.parameters import Bicycle
-
-Array = np.ndarray[Any, np.dtype[np.float64]]
+from heyoka_bike.numbers.double import Array
 
 METHODS = ("DOPRI5", "DOP853", "RK4")
 """In the order of the C file."""

@@ -10,7 +10,7 @@ import h5py
 import pytest
 
 from heyoka_bike.cli import main
-from heyoka_bike.reference.layout import content_of_file
+from heyoka_bike.reference.layout import content_sha256
 from heyoka_bike.reference.manifest import MANIFEST, sha256
 
 FIGURES = {"bound": 1e-60, "dense": 1e-25}
@@ -122,7 +122,7 @@ def test_a_changed_number_is_named(copy, capsys, dataset, index, factor, fragmen
     with h5py.File(copy / "uncontrolled-bicycle.h5", "r+") as f:
         item = f[f"maneuver_1/{dataset}"]
         item[index] = item[index] * factor
-        content = content_of_file(f)
+        content = content_sha256(f)
     accept(copy, "uncontrolled-bicycle.h5")
     state_content(copy, content)
     code, error = certify(copy, capsys)
@@ -187,7 +187,7 @@ def test_what_is_not_a_value_is_looked_at_too(copy, capsys, name, change):
     with h5py.File(copy / "uncontrolled-bicycle.h5", "r+") as f:
         group = f["maneuver_1"]
         replaced(group, name, change(group[name][:]))
-        content = content_of_file(f)
+        content = content_sha256(f)
     accept(copy, "uncontrolled-bicycle.h5")
     state_content(copy, content)
     code, error = certify(copy, capsys)

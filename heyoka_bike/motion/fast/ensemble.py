@@ -23,9 +23,8 @@ from heyoka_bike.motion.expressions import require_heyoka
 from heyoka_bike.motion.fast.simulate import Plan, choose_plan
 from heyoka_bike.motion.fast.taylor_code import CLOCK, NORM, STATE, Form, taylor_code
 from heyoka_bike.numbers.arithmetic import Arrays, Balls
+from heyoka_bike.numbers.double import Array
 from heyoka_bike.system.resources import benchmark_bicycle
-
-Array = np.ndarray[Any, np.dtype[np.float64]]
 
 START = ("roll_angle", "steer_angle", "roll_rate", "steer_rate", "forward_speed")
 """What a start is given by [rad, rad/s, m/s], each in its default definition."""

@@ -34,9 +34,9 @@ from heyoka_bike.motion.fast.taylor_code import (
     TaylorCode,
     taylor_code,
 )
+from heyoka_bike.numbers.double import Array
 from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
 
-Array = np.ndarray[Any, np.dtype[np.float64]]
 Maneuvers = int | Maneuver | Sequence[Maneuver] | None
 
 

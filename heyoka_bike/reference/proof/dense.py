@@ -18,9 +18,9 @@ import numpy as np
 
 from heyoka_bike.errors import UndecidedError
 from heyoka_bike.numbers.arithmetic import Balls, exact_ball
+from heyoka_bike.reference.layout import NODES
 from heyoka_bike.reference.values import Dense
 
-NODES = 32
 _TAIL_BITS = 97  # last coefficients below 2^-97 = 6e-30 of the scale
 _GRID_BITS = 112
 _FIRST_WIDTH = Fraction(1, 2)

@@ -21,7 +21,7 @@ from heyoka_bike.bicycle.parameters import describe_inputs
 from heyoka_bike.errors import DatasetError, NotCertifiedError
 from heyoka_bike.motion.trajectory import Certificate, Trajectory
 from heyoka_bike.reference import manifest as manifest_file
-from heyoka_bike.reference.layout import CERTIFICATE, HDF5, MOTION, content_of_file
+from heyoka_bike.reference.layout import CERTIFICATE, HDF5, MOTION, content_sha256
 from heyoka_bike.reference.load import ReferenceManeuver, load_motion, load_reference
 from heyoka_bike.reference.proof.candidate import read_candidate
 from heyoka_bike.reference.proof.certificate_file import (
@@ -68,7 +68,7 @@ def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
     inputs = describe_inputs(runs[0].bicycle, [run.maneuver for run in runs])
     try:
         with h5py.File(io.BytesIO(raw[HDF5]), "r") as f:
-            content = content_of_file(f)
+            content = content_sha256(f)
             groups = [f[f"maneuver_{i}"].attrs for i in range(1, len(f) + 1)]
             stated = {
                 "bicycle": {

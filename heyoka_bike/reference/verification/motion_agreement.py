@@ -19,9 +19,8 @@ from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
 from heyoka_bike.motion.trajectory import row_times
 from heyoka_bike.numbers.arithmetic import exact_ball
 from heyoka_bike.numbers.rounding import hi_lo
-from heyoka_bike.reference.layout import HDF5, MOTION
+from heyoka_bike.reference.layout import HDF5, MOTION, NODES
 from heyoka_bike.reference.load import ReferenceManeuver
-from heyoka_bike.reference.proof.dense import NODES
 from heyoka_bike.reference.values import Dense
 from heyoka_bike.reference.verification import agreement
 from heyoka_bike.reference.verification.agreement import (
