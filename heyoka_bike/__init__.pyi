@@ -6,7 +6,7 @@ from heyoka_bike.version import __version__ as __version__
 # Read the reference.
 from heyoka_bike.reference.load import Reference as Reference
 from heyoka_bike.reference.load import load_reference as load_reference
-from heyoka_bike.reference.motion import load_motion as load_motion
+from heyoka_bike.reference.load import load_motion as load_motion
 from heyoka_bike.reference.sensitivities import load_sensitivities as load_sensitivities
 
 # Judge a file.

@@ -25,7 +25,8 @@ from heyoka_bike.motion.expressions import Expressions, require_heyoka
 from heyoka_bike.motion.integrate import right_hand_side
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.precision import Precision
-from heyoka_bike.reference.load import ReferenceManeuver, Values
+from heyoka_bike.reference.load import ReferenceManeuver
+from heyoka_bike.reference.values import Values
 
 PERFORMANCE_LIMIT = 1e-3
 """Of the benchmark's eq. (1) [%]."""

@@ -8,41 +8,9 @@ alternates, stored as ``<key>_<definition>``. How they follow from the state is 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
+from heyoka_bike.bicycle.column import Column
 from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
-
-
-@dataclass(frozen=True, slots=True)
-class Column:
-    """A stored quantity.
-
-    Attributes
-    ----------
-    key
-        Name of the column (``roll_angle``).
-    definition
-        Name of the definition; the first one listed of a key is its default.
-    unit
-        SI unit, UDUNITS spelling.
-    long_name, meaning, positive
-        For people: what it is, how it is defined, which way is positive.
-    default
-        Whether the definition is the default one of its key.
-    """
-
-    key: str
-    definition: str
-    unit: str
-    long_name: str
-    meaning: str
-    positive: str = ""
-    default: bool = False
-
-    @property
-    def name(self) -> str:
-        """Name of the dataset: the key, followed by the definition for an alternate."""
-        return self.key if self.default else f"{self.key}_{self.definition}"
 
 
 def _columns() -> tuple[Column, ...]:
@@ -102,20 +70,12 @@ COLUMNS: tuple[Column, ...] = _columns()
 BENCHMARK_COLUMNS: tuple[str, ...] = tuple(c.name for c in COLUMNS[:8])
 """The eight columns of the benchmark's result file, in its order (after the time)."""
 
-DEFINITIONS: Mapping[str, tuple[Column, ...]] = {
-    key: tuple(c for c in COLUMNS if c.key == key) for key in BENCHMARK_COLUMNS
-}
-"""The definitions of each column of the benchmark, the default first."""
-
 COMPARED: Mapping[str, tuple[Column, ...]] = {
-    **DEFINITIONS,
-    **{c.key: (c,) for c in COLUMNS if c.default and c.key not in DEFINITIONS},
-    **{
-        c.name: (
-            Column(c.name, c.definition, c.unit, c.long_name, c.meaning, c.positive, default=True),
-        )
-        for c in MOTION_COLUMNS
-    },
+    column.key: tuple(c for c in (*COLUMNS, *MOTION_COLUMNS) if c.key == column.key)
+    for column in (*COLUMNS, *MOTION_COLUMNS)
 }
 """The definitions of every column that results are compared in, the default first: those of the
 benchmark, then what a file may have besides by name, of `COLUMNS` and of `MOTION_COLUMNS`."""
+
+DEFINITIONS: Mapping[str, tuple[Column, ...]] = {key: COMPARED[key] for key in BENCHMARK_COLUMNS}
+"""The definitions of each column of the benchmark, the default first."""

@@ -6,36 +6,12 @@ How they follow from the state is in `values`; docs/motion.md tells of the axes.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import partial
 
+from heyoka_bike.bicycle.column import Column
 
-@dataclass(frozen=True, slots=True)
-class MotionColumn:
-    """A column of motion.h5.
-
-    Attributes
-    ----------
-    name
-        Of the dataset.
-    unit
-        SI unit, UDUNITS spelling.
-    definition
-        Which axes or frame it refers to.
-    long_name, meaning, positive
-        For people: what it is, how it is defined, which way is positive.
-    is_dense
-        Whether there are Chebyshev pieces of it too.
-    """
-
-    name: str
-    unit: str
-    definition: str
-    long_name: str
-    meaning: str
-    positive: str = ""
-    is_dense: bool = False
-
+_dense = partial(Column, default=True)
+_at_rows = partial(Column, default=True, is_dense=False)
 
 _GROUND = {"x": "initial heading", "y": "to the right", "z": "down"}
 _AXES = {"x": "forward", "y": "to the right", "z": "down"}
@@ -44,25 +20,22 @@ _FRAMES = {"rear": "rear frame", "front": "front frame (fork and handlebar)"}
 
 def _places(
     name: str, what: str, meaning: str, axes: str = "xyz", *, is_dense: bool = False
-) -> Iterator[MotionColumn]:
+) -> Iterator[Column]:
     for axis in axes:
-        yield MotionColumn(
-            f"{name}_{axis}", "m", "ground_axes", f"{what}, {axis}", f"{meaning}; ground frame",
-            _GROUND[axis], is_dense,
+        yield Column(
+            f"{name}_{axis}", "ground_axes", "m", f"{what}, {axis}", f"{meaning}; ground frame",
+            _GROUND[axis], default=True, is_dense=is_dense,
         )  # fmt: skip
 
 
 def _vector(
-    name: str, unit: str, definition: str, what: str, meaning: str, axes: str = "xyz"
-) -> Iterator[MotionColumn]:
+    name: str, definition: str, unit: str, what: str, meaning: str, axes: str = "xyz"
+) -> Iterator[Column]:
     for axis in axes:
-        yield MotionColumn(
-            f"{name}_{axis}", unit, definition, f"{what}, {axis}", meaning, _AXES[axis]
-        )
+        yield _at_rows(f"{name}_{axis}", definition, unit, f"{what}, {axis}", meaning, _AXES[axis])
 
 
-def _columns() -> Iterator[MotionColumn]:
-    dense = partial(MotionColumn, is_dense=True)
+def _columns() -> Iterator[Column]:
     for end in _FRAMES:
         yield from _places(
             f"{end}_contact", f"{end} contact point", f"lowest point of the {end} wheel", "xy",
@@ -78,54 +51,54 @@ def _columns() -> Iterator[MotionColumn]:
         )
     yield from _places("com", "centre of mass of the bicycle", "of all four bodies", is_dense=True)
     for end, frame in _FRAMES.items():
-        yield dense(
-            f"{end}_wheel_angle", "rad", "in_frame", f"{end} wheel angle",
+        yield _dense(
+            f"{end}_wheel_angle", "in_frame", "rad", f"{end} wheel angle",
             f"how far the wheel has turned in the {frame} since the start, about its y axis",
             "backward: a wheel that rolls forward turns by a negative angle",
         )  # fmt: skip
     for end, frame in _FRAMES.items():
         yield from _vector(
-            f"{end}_frame_omega", "rad s-1", "frame_axes",
+            f"{end}_frame_omega", "frame_axes", "rad s-1",
             f"angular velocity of the {end} frame", f"absolute, along the axes of the {frame}",
         )  # fmt: skip
-        yield MotionColumn(
-            f"{end}_wheel_omega_y", "rad s-1", "frame_axes",
+        yield _at_rows(
+            f"{end}_wheel_omega_y", "frame_axes", "rad s-1",
             f"angular velocity of the {end} wheel, y",
             f"absolute, about its axle; along x and z that of the {frame}", "backward",
         )  # fmt: skip
     for end, frame in _FRAMES.items():
         for i in range(4):
-            yield dense(
-                f"{end}_frame_q{i}", "1", "to_ground", f"quaternion of the {end} frame, q{i}",
+            yield _dense(
+                f"{end}_frame_q{i}", "to_ground", "1", f"quaternion of the {end} frame, q{i}",
                 f"unit quaternion from the axes of the {frame} to the ground frame, q0 the scalar",
             )  # fmt: skip
         for i in range(1, 4):
             for j in range(1, 4):
-                yield MotionColumn(
+                yield _at_rows(
                     f"{end}_frame_r{i}{j}",
-                    "1",
                     "to_ground",
+                    "1",
                     f"rotation matrix of the {end} frame, r{i}{j}",
                     f"row {i} (ground frame), column {j} (axis of the {frame})",
                 )
     for end in _FRAMES:
         floor = f"force of the floor on the {end} wheel"
-        yield dense(
-            f"{end}_normal_force", "N", "heading_axes", f"{end} normal force", floor,
+        yield _dense(
+            f"{end}_normal_force", "heading_axes", "N", f"{end} normal force", floor,
             "upward: the floor pushes",
         )  # fmt: skip
-        yield dense(
-            f"{end}_longitudinal_force", "N", "heading_axes", f"{end} longitudinal force",
+        yield _dense(
+            f"{end}_longitudinal_force", "heading_axes", "N", f"{end} longitudinal force",
             f"{floor}, along the wheel's heading, where its plane meets the floor", "forward",
         )  # fmt: skip
-        yield dense(
-            f"{end}_lateral_force", "N", "heading_axes", f"{end} lateral force",
+        yield _dense(
+            f"{end}_lateral_force", "heading_axes", "N", f"{end} lateral force",
             f"{floor}, across the wheel's heading", "to the right",
         )  # fmt: skip
-        yield MotionColumn(
+        yield _at_rows(
             f"{end}_friction",
-            "1",
             "demand",
+            "1",
             f"{end} friction demand",
             "tangential over normal contact force; rolling needs a friction coefficient of at "
             "least this",
@@ -133,26 +106,26 @@ def _columns() -> Iterator[MotionColumn]:
     for end, frame in _FRAMES.items():
         axes = f"along the axes of the {frame}, y along the axle"
         yield from _vector(
-            f"{end}_axle_force", "N", "frame_axes", f"{end} axle force",
+            f"{end}_axle_force", "frame_axes", "N", f"{end} axle force",
             f"of the frame on the wheel, {axes}",
         )  # fmt: skip
         yield from _vector(
-            f"{end}_axle_moment", "N m", "frame_axes", f"{end} axle moment",
+            f"{end}_axle_moment", "frame_axes", "N m", f"{end} axle moment",
             f"of the frame on the wheel, about the hub, {axes}; none about y", "xz",
         )  # fmt: skip
     steered = "z down the steer axis, y right along the front axle, x forward across both"
     yield from _vector(
-        "steer_joint_force", "N", "steer_axes", "steer joint force",
+        "steer_joint_force", "steer_axes", "N", "steer joint force",
         f"of the rear frame on the front frame; {steered}",
     )  # fmt: skip
     yield from _vector(
-        "steer_joint_moment", "N m", "steer_axes", "steer joint moment",
+        "steer_joint_moment", "steer_axes", "N m", "steer joint moment",
         "of the rear frame on the front frame, about the point of the steer axis that is on the "
         f"floor when upright and straight; {steered}; none about z", "xy",
     )  # fmt: skip
 
 
-MOTION_COLUMNS: tuple[MotionColumn, ...] = tuple(_columns())
+MOTION_COLUMNS: tuple[Column, ...] = tuple(_columns())
 """All columns of motion.h5."""
 
 DENSE_COLUMNS: tuple[str, ...] = tuple(c.name for c in MOTION_COLUMNS if c.is_dense)

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
-import h5py
 import numpy as np
 
 HDF5 = "uncontrolled-bicycle.h5"
@@ -20,26 +19,29 @@ MOTION = "motion.h5"
 FILTERS = {"compression": "gzip", "compression_opts": 9, "shuffle": True, "fletcher32": True}
 
 
-def content_of_file(f: h5py.File) -> str:
-    """Hash of the published numbers of a file: times, hi and lo, and the dense coefficients."""
-    parts = {}
-    for i in range(1, len(f) + 1):
-        group = f[f"maneuver_{i}"]
-        names = [*(n for n in group if n != "dense"), *(f"dense/{n}" for n in group["dense"])]
-        parts[f"maneuver_{i}"] = {
-            name: group[name][:]
-            for name in names
-            if not name.endswith("_bound") and name not in ("dense/piece", "dense/order")
-        }
-    return content_sha256(parts)
+NODES = 32
+"""Chebyshev coefficients of a dense piece."""
 
 
-def content_sha256(parts: Mapping[str, Mapping[str, Any]]) -> str:
-    """Hash of names, shapes, and values as little-endian binary64, group by group, names sorted."""
+def content_sha256(content: Mapping[str, Mapping[str, Any]]) -> str:
+    """Hash of the published numbers of the maneuvers, which also an open HDF5 file is a mapping of.
+
+    Of each group the names in order, shapes, and values as little-endian binary64: times, hi and
+    lo, and the dense coefficients; not the bounds.
+    """
     h = hashlib.sha256()
-    for group, arrays in parts.items():
-        for name in sorted(arrays):
-            x = np.ascontiguousarray(arrays[name], dtype="<f8")
+    for i in range(1, len(content) + 1):
+        group = f"maneuver_{i}"
+        for name, array in sorted(_published(content[group])):
+            x = np.ascontiguousarray(array[:], dtype="<f8")
             h.update(f"{group}/{name} {x.shape}\n".encode())
             h.update(x.tobytes())
     return h.hexdigest()
+
+
+def _published(group: Mapping[str, Any], where: str = "") -> Iterator[tuple[str, Any]]:
+    for name, item in group.items():
+        if isinstance(item, Mapping):
+            yield from _published(item, f"{where}{name}/")
+        elif not name.endswith("_bound") and name not in ("piece", "order"):
+            yield where + name, item

@@ -4,91 +4,36 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections import ChainMap
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import cached_property
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import h5py
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from heyoka_bike.bicycle.column import Column
 from heyoka_bike.bicycle.columns import COLUMNS
-from heyoka_bike.errors import DatasetError, InputError
-from heyoka_bike.numbers.chebyshev import argument, clenshaw, locate
-from heyoka_bike.numbers.chebyshev_products import double_sums, plain_sums
-from heyoka_bike.numbers.double import Array, Double, two_sum
-from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
+from heyoka_bike.errors import InputError
+from heyoka_bike.numbers.double import Array, Double
 from heyoka_bike.reference import manifest as manifest_file
-from heyoka_bike.reference.layout import HDF5
-
-Time = float | Fraction | str | tuple[ArrayLike, ArrayLike] | ArrayLike
-"""A time [s]: a float (meaning exactly that binary64), an exact `Fraction` or decimal string, an
-array or sequence of these, or a pair (hi, lo) of floats or arrays."""
-
-
-T = TypeVar("T")
-
-
-class Numbered(Mapping[int, T]):
-    """A mapping of the numbers of maneuvers; two are equal only if they are the same object.
-
-    Attributes
-    ----------
-    maneuvers : tuple
-        Number 1 goes first.
-    """
-
-    maneuvers: tuple[T, ...]
-
-    def __getitem__(self, number: int) -> T:
-        if number not in self:
-            raise KeyError(f"found maneuver {number!r}, expected 1 to {len(self.maneuvers)}")
-        return self.maneuvers[number - 1]
-
-    __eq__ = object.__eq__
-    __hash__ = object.__hash__
-
-    def __contains__(self, number: object) -> bool:
-        return isinstance(number, int) and 1 <= number <= len(self.maneuvers)
-
-    def __iter__(self) -> Iterator[int]:
-        return iter(range(1, len(self.maneuvers) + 1))
-
-    def __len__(self) -> int:
-        return len(self.maneuvers)
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Values:
-    """Columns at some times: ``values["roll_angle"]`` is hi, ``values.lo["roll_angle"]`` the rest.
-
-    Attributes
-    ----------
-    hi, lo : mapping of str to ndarray
-        SI units, of the shape of the times; the value is their exact sum.
-    bound : mapping of str to ndarray
-        Certified bound on abs(exact - (hi + lo)) of a row, or on the distance of a dense piece from
-        the exact column; empty for evaluated values.
-    """
-
-    hi: Mapping[str, Array]
-    lo: Mapping[str, Array]
-    bound: Mapping[str, Array] = field(default_factory=dict)
-
-    def __getitem__(self, name: str) -> Array:
-        if name not in self.hi:
-            raise KeyError(f"found column '{name}', expected one of {', '.join(self.hi)}")
-        return self.hi[name]
-
-    def __repr__(self) -> str:
-        return f"<values of {len(self.hi)} columns>"
+from heyoka_bike.reference.between_rows import at_rows, nearest
+from heyoka_bike.reference.layout import HDF5, MOTION
+from heyoka_bike.reference.numbered import Numbered
+from heyoka_bike.reference.on_demand import on_demand, read_array
+from heyoka_bike.reference.sensitivities import Sensitivities, load_sensitivities
+from heyoka_bike.reference.times import Time, as_double
+from heyoka_bike.reference.values import Dense, Values
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class ReferenceManeuver:
-    """The reference of one maneuver.
+    """The reference of one maneuver; ``maneuver["roll_angle"]`` are the values at its rows.
 
     Attributes
     ----------
@@ -99,11 +44,11 @@ class ReferenceManeuver:
         Times of the rows [s], hi + lo.
     rows : Values
         Columns at the rows.
-    breaks : ndarray, shape (P + 1,)
-        Ends of the dense pieces [s].
-    dense : Values
-        Chebyshev coefficients, shape (P, N).
+    dense : Dense
+        Chebyshev pieces of the columns; of the whole motion there are some of some columns only.
     units : mapping of str to str
+    more : tuple of Dense
+        Pieces of other columns, with other breaks.
     """
 
     name: str
@@ -111,14 +56,27 @@ class ReferenceManeuver:
     time: Array
     time_lo: Array
     rows: Values
-    breaks: Array
-    dense: Values
+    dense: Dense
     units: Mapping[str, str]
+    more: tuple[Dense, ...] = ()
+
+    def __getitem__(self, name: str) -> Array:
+        return self.rows[name]
 
     @property
     def columns(self) -> tuple[str, ...]:
         """Names of the columns, alternates included."""
         return tuple(self.rows.hi)
+
+    @property
+    def at_rows(self) -> frozenset[str]:
+        """Columns without dense output: known at the rows only."""
+        return frozenset(self.rows.hi).difference(*(d.hi for d in (self.dense, *self.more)))
+
+    @property
+    def breaks(self) -> Array:
+        """Ends of the dense pieces [s], shape (P + 1,)."""
+        return self.dense.breaks
 
     @property
     def duration(self) -> Fraction:
@@ -127,7 +85,7 @@ class ReferenceManeuver:
 
     def scale(self, name: str) -> float:
         """Largest absolute value of a column over the run, at its rows."""
-        return float(np.max(np.abs(self.rows[name])))
+        return self.rows.scale(name)
 
     def evaluate(self, t: Time, columns: Sequence[str] | str | None = None) -> Values:
         """Columns at any time of the run, to about 31 digits of the column's scale.
@@ -138,21 +96,28 @@ class ReferenceManeuver:
             Time or times [s], see `Time`. A float means exactly that binary64: 0.07 is not 7/100;
             write ``"0.07"`` or ``Fraction(7, 100)`` for that.
         columns
-            Names; all by default.
+            Names; by default all that have dense output.
 
         Raises
         ------
         InputError
-            A time outside the run, not a number, or an unknown column.
+            A time outside the run, not a number, or a column that is unknown or has no dense
+            output.
         """
         chosen = (columns,) if isinstance(columns, str) else columns
-        names = self.columns if chosen is None else tuple(chosen)
+        at_rows = self.at_rows
+        dense = [name for name in self.columns if name not in at_rows]
+        names = tuple(dense if chosen is None else chosen)
         for name in names:
             if name not in self.rows.hi:
                 raise InputError(
                     f"found column '{name}', expected one of {', '.join(self.columns)}"
                 )
-        hi, lo = _double(t)
+            if name in at_rows:
+                raise InputError(
+                    f"{name}: has values at the rows only; dense output have {', '.join(dense)}"
+                )
+        hi, lo = as_double(t)
         shape = hi.shape
         times: Double = (hi.ravel(), lo.ravel())
         self._check_range(times)
@@ -165,18 +130,10 @@ class ReferenceManeuver:
     def continued(self, times: Double, names: Sequence[str]) -> Values:
         """`evaluate` at times that are not checked, of shape (n,).
 
-        The last piece is analytic: it may be continued by a tiny part of its length.
+        The last piece is analytic: it may be continued by a tiny part of its length. A column
+        without dense output is NaN between the rows.
         """
-        piece = locate(self.breaks, times)
-        x = argument(self.breaks, piece, times)
-        if not names:
-            return Values({}, {})
-        c = np.stack([self.dense.hi[name] for name in names])
-        c_lo = np.stack([self.dense.lo[name] for name in names])
-        found_hi, found_lo = clenshaw(c, c_lo, piece, x)
-        return Values(
-            dict(zip(names, found_hi, strict=True)), dict(zip(names, found_lo, strict=True))
-        )
+        return self._gathered(Dense.evaluate, times, names)
 
     def approximate(self, t: Array, columns: Sequence[str]) -> dict[str, Array]:
         """Columns at many times in plain binary64: fast, good to its roundoff.
@@ -191,15 +148,13 @@ class ReferenceManeuver:
         Returns
         -------
         dict of str to ndarray, shape (n,)
-            Good to about 1e-15 of each column's scale.
+            Good to about 1e-15 of each column's scale; NaN between the rows for a column without
+            dense output.
         """
-        if not len(columns):
-            return {}
-        c = np.stack([self.dense.hi[name] for name in columns])
-        return dict(zip(columns, plain_sums(self.breaks, c, t), strict=True))
+        return dict(self._gathered(Dense.approximate, (t, np.zeros_like(t)), columns).hi)
 
     def evaluate_many(self, t: Double, columns: Sequence[str]) -> Values:
-        """`evaluate` for very many times: several times faster, to about 27 digits of the scale.
+        """`continued` for very many times: several times faster, to about 27 digits of the scale.
 
         Parameters
         ----------
@@ -208,15 +163,42 @@ class ReferenceManeuver:
         columns
             Names.
         """
-        if not len(columns):
-            return Values({}, {})
-        c = np.stack([self.dense.hi[name] for name in columns])
-        c_lo = np.stack([self.dense.lo[name] for name in columns])
-        hi, lo = double_sums(self.breaks, (c, c_lo), t)
-        return Values(dict(zip(columns, hi, strict=True)), dict(zip(columns, lo, strict=True)))
+        return self._gathered(Dense.evaluate_many, t, columns)
+
+    def near_rows(self, t: Array) -> NDArray[np.intp]:
+        """Indices of those of some sorted times that are times of rows."""
+        return np.flatnonzero(nearest(self.time, t)[1])
+
+    def joined(self, other: ReferenceManeuver) -> ReferenceManeuver:
+        """The same with the columns of another file, of the same rows."""
+        # Datasets are read when they are asked for: a chain reads none.
+        rows = Values(
+            *(
+                ChainMap(getattr(self.rows, part), getattr(other.rows, part))
+                for part in ("hi", "lo", "bound")
+            )
+        )
+        return replace(self, rows=rows, units={**other.units, **self.units}, more=(other.dense,))
 
     def __repr__(self) -> str:
         return f"<{self.name}: {len(self.time)} rows of {len(self.columns)} columns>"
+
+    def _gathered(
+        self, evaluate: Callable[[Dense, Double, Sequence[str]], Values], t: Double,
+        names: Sequence[str],
+    ) -> Values:  # fmt: skip
+        """Columns, each from the pieces or the rows that have it."""
+        found = [
+            evaluate(dense, t, own)
+            for dense in (self.dense, *self.more)
+            if (own := [name for name in names if name in dense.hi])
+        ]
+        if between := list(self.at_rows.intersection(names)):
+            found.append(at_rows((self.time, self.time_lo), self.rows, t, between))
+        return Values(
+            {name: x for v in found for name, x in v.hi.items()},
+            {name: x for v in found for name, x in v.lo.items()},
+        )
 
     def _check_range(self, t: Double) -> None:
         end = self.duration
@@ -255,6 +237,41 @@ class Reference(Numbered[ReferenceManeuver]):
     parameters: Mapping[str, str]
     maneuvers: tuple[ReferenceManeuver, ...]
     folder: Path
+
+    @cached_property
+    def motion(self) -> Motion:
+        """The whole motion of its set, read when first asked for.
+
+        Raises
+        ------
+        DatasetError
+            The set has none, or the file is damaged.
+        """
+        return load_motion(self.folder)
+
+    @cached_property
+    def sensitivities(self) -> Sensitivities:
+        """The sensitivities of its set, read when first asked for.
+
+        Raises
+        ------
+        DatasetError
+            The set has none, or the file is damaged.
+        """
+        return load_sensitivities(self.folder)
+
+    def with_motion(self) -> Reference | None:
+        """The same with the columns of its motion.h5; None if its set has none.
+
+        Raises
+        ------
+        DatasetError
+            The manifest or the file is missing or damaged.
+        """
+        if MOTION not in manifest_file.read_manifest(self.folder).files:
+            return None
+        joined = tuple(self[number].joined(self.motion[number]) for number in self)
+        return replace(self, maneuvers=joined)
 
     @property
     def times(self) -> Array:
@@ -299,145 +316,89 @@ def load_reference(folder: str | Path | None = None) -> Reference:
         this version of the package knows.
     """
     where, manifest, raw = manifest_file.load_file(folder, HDF5)
-    try:
-        # In memory, checked against the manifest; it stays open for the columns not yet read.
-        f = h5py.File(io.BytesIO(raw), "r")
-        numbers = range(1, len(manifest.inputs["maneuvers"]) + 1)
+    with manifest_file.reading(where / HDF5, "a reference file"):
+        f, maneuvers = _read_maneuvers(raw, manifest, COLUMNS)
         return Reference(
             dataset_version=manifest.dataset_version,
             content_sha256=str(f.attrs["content_sha256"]),
             bicycle=str(f.attrs["bicycle"]),
             parameters=json.loads(f.attrs["parameters"]),
-            maneuvers=tuple(_read_reference(f[f"maneuver_{i}"]) for i in numbers),
+            maneuvers=maneuvers,
             folder=where,
         )
-    except (OSError, KeyError, ValueError) as e:
-        raise DatasetError(f"{where / HDF5}: is not a reference file ({e})") from None
 
 
-class _OnDemand(Mapping[str, Array]):
-    """Datasets of a group by column, each read when first asked for."""
+@dataclass(frozen=True, eq=False, repr=False)
+class Motion(Numbered[ReferenceManeuver]):
+    """The whole motion of all maneuvers of a set; ``motion[2]`` is its second.
 
-    def __init__(self, group: Any, names: Sequence[str], tag: str) -> None:
-        stored = set(group)
-        missing = [n + tag for n in names if n + tag not in stored]
-        if missing:
-            raise KeyError(f"no dataset {group.name}/{missing[0]}")
-        self._group = group
-        self._dataset = {n: n + tag for n in names}
-        self._read: dict[str, Array] = {}
+    Rows are of all columns (`motion_columns.MOTION_COLUMNS`), dense output of some
+    (`motion_columns.DENSE_COLUMNS`).
 
-    def __getitem__(self, name: str) -> Array:
-        if name not in self._read:
-            self._read[name] = _read(self._group[self._dataset[name]])
-        return self._read[name]
+    Attributes
+    ----------
+    maneuvers : tuple of ReferenceManeuver
+    content_sha256 : str
+        Hash of the numbers.
+    folder : Path
+        Where it was loaded from.
+    """
 
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._dataset)
+    maneuvers: tuple[ReferenceManeuver, ...]
+    content_sha256: str
+    folder: Path
 
-    def __len__(self) -> int:
-        return len(self._dataset)
-
-    def __contains__(self, name: object) -> bool:
-        return name in self._dataset
-
-    def __reduce__(self) -> tuple[type, tuple[dict[str, Array]]]:
-        # An open file cannot be sent to another process; what is in it can.
-        return dict, (dict(self),)
+    def __repr__(self) -> str:
+        return f"<whole motion of {len(self)} maneuvers>"
 
 
-def _read(dataset: Any) -> Array:
-    array: Array = dataset[:]
-    array.setflags(write=False)
-    return array
+def load_motion(folder: str | Path | None = None) -> Motion:
+    """Load the whole motion of a reference set, by default of the published one.
+
+    Parameters
+    ----------
+    folder : path, optional
+        Folder of the set.
+
+    Returns
+    -------
+    Motion
+
+    Raises
+    ------
+    DatasetError
+        The set has none, or the file is damaged.
+    """
+    where, manifest, raw = manifest_file.load_file(folder, MOTION)
+    with manifest_file.reading(where / MOTION, "a file of a whole motion"):
+        f, maneuvers = _read_maneuvers(raw, manifest, MOTION_COLUMNS)
+        return Motion(maneuvers, str(f.attrs["content_sha256"]), where)
 
 
-def read_maneuver(
-    group: Any, columns: Sequence[str], dense_columns: Sequence[str], units: Mapping[str, str]
-) -> dict[str, Any]:
-    """The attributes of a `ReferenceManeuver` from a group, its datasets read on demand."""
+def _read_maneuvers(
+    raw: bytes, manifest: manifest_file.Manifest, columns: Sequence[Column]
+) -> tuple[h5py.File, tuple[ReferenceManeuver, ...]]:
+    # In memory, checked against the manifest; it stays open for the columns not yet read.
+    f = h5py.File(io.BytesIO(raw), "r")
+    numbers = range(1, len(manifest.inputs["maneuvers"]) + 1)
+    return f, tuple(_read_maneuver(f[f"maneuver_{i}"], columns) for i in numbers)
+
+
+def _read_maneuver(group: Any, columns: Sequence[Column]) -> ReferenceManeuver:
     dense = group["dense"]
-
-    def values(where: Any, names: Sequence[str]) -> Values:
-        return Values(*(_OnDemand(where, names, tag) for tag in ("", "_lo", "_bound")))
-
-    return {
-        "name": str(group.attrs["name"]),
-        "inputs": {k: str(v) for k, v in group.attrs.items() if k != "name"},
-        "time": _read(group["time"]),
-        "time_lo": _read(group["time_lo"]),
-        "rows": values(group, columns),
-        "breaks": _read(dense["breaks"]),
-        "dense": values(dense, dense_columns),
-        "units": units,
-    }
-
-
-def _read_reference(group: Any) -> ReferenceManeuver:
-    stored = set(group)
-    names = [n for n in stored if f"{n}_lo" in stored and n != "time"]
-    order = {column.name: i for i, column in enumerate(COLUMNS)}
-    names.sort(key=lambda n: (order.get(n, len(order)), n))
-    units = {c.name: c.unit for c in COLUMNS}
-    return ReferenceManeuver(**read_maneuver(group, names, names, units))
+    return ReferenceManeuver(
+        name=str(group.attrs["name"]),
+        inputs={k: str(v) for k, v in group.attrs.items() if k != "name"},
+        time=read_array(group["time"]),
+        time_lo=read_array(group["time_lo"]),
+        rows=Values(*on_demand(group, [c.name for c in columns])),
+        dense=Dense(
+            *on_demand(dense, [c.name for c in columns if c.is_dense]),
+            breaks=read_array(dense["breaks"]),
+        ),
+        units={c.name: c.unit for c in columns},
+    )
 
 
 def _show(hi: float, lo: float) -> str:
     return f"{float(hi)!r}" + (f" + {float(lo)!r}" if lo else "")
-
-
-def _double(t: object) -> Double:
-    """A time in any accepted form as hi + lo."""
-    if isinstance(t, tuple) and len(t) == 2:
-        hi, lo = _plain(t[0]), _plain(t[1])
-        if hi.shape != lo.shape or not (np.abs(lo) <= np.spacing(np.abs(hi))).all():
-            raise InputError(
-                f"time: found the pair {t!r:.60}, expected (hi, lo) of one shape with lo below the "
-                "last digit of hi; times of their own go in a list or an array"
-            )
-        return two_sum(hi, lo)
-    try:
-        exact = np.asarray(t)
-        if exact.dtype.kind in "fiu" and exact.dtype.itemsize <= 8:
-            return _plain(exact), np.zeros(exact.shape)
-        # Mixed lists keep their members as they are.
-        exact = exact if isinstance(t, np.ndarray) else np.asarray(t, dtype=object)
-    except ValueError:
-        raise InputError("time: found a ragged sequence, expected numbers of one shape") from None
-    pairs = np.array([_split(x) for x in exact.ravel()], dtype=np.float64).reshape(-1, 2)
-    return pairs[:, 0].reshape(exact.shape), pairs[:, 1].reshape(exact.shape)
-
-
-def _split(t: object) -> tuple[float, float]:
-    """One time as hi + lo: a string, an exact number, or a float."""
-    if isinstance(t, bytes):
-        t = t.decode("utf-8", "replace")
-    if isinstance(t, str):
-        try:
-            exact = Exact.parse(t).fraction()
-        except ValueError as e:
-            raise InputError(f"time: {e}") from None
-    elif isinstance(t, bool | np.bool_ | None.__class__):
-        raise InputError(f"time: found {t!r}, expected numbers or decimal strings")
-    else:
-        try:
-            exact = Fraction(*t.as_integer_ratio())  # type: ignore[attr-defined]
-        except (ValueError, OverflowError):
-            return float("nan"), 0.0
-        except (AttributeError, TypeError):
-            raise InputError(
-                f"time: found {t!r:.60}, expected numbers or decimal strings"
-            ) from None
-    try:
-        hi = float(exact)
-    except OverflowError:
-        return float("inf"), 0.0
-    return hi, float(exact - Fraction(hi))
-
-
-def _plain(x: object) -> NDArray[np.float64]:
-    """Floats, as floats; nothing that would be rounded on the way."""
-    values = np.asarray(x)
-    if values.dtype.kind not in "fiu" or values.dtype.itemsize > 8:
-        raise InputError(f"time: found {x!r:.60}, expected floats")
-    return values.astype(np.float64)

@@ -10,7 +10,8 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -178,6 +179,21 @@ def load_file(folder: str | Path | None, name: str) -> tuple[Path, Manifest, byt
     if folder is None:
         check_published(where)
     return where, manifest, read_file(where, name, manifest)
+
+
+@contextmanager
+def reading(path: Path, what: str) -> Iterator[None]:
+    """Have what a file of HDF5 is not said in one line.
+
+    Raises
+    ------
+    DatasetError
+        What is done meanwhile finds that the file is not `what` it should be.
+    """
+    try:
+        yield
+    except (OSError, KeyError, ValueError, TypeError) as e:
+        raise DatasetError(f"{path}: is not {what} ({e})") from None
 
 
 def write_set(folder: str | Path, files: Mapping[str, bytes], manifest: bytes) -> list[str]:

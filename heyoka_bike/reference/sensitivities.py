@@ -18,11 +18,12 @@ from numpy.typing import ArrayLike
 
 from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.bicycle.parameters import PARAMETERS, STATE_INPUTS
-from heyoka_bike.errors import DatasetError, InputError
+from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.chebyshev import locate
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference import manifest as manifest_file
 from heyoka_bike.reference.layout import SENSITIVITIES
+from heyoka_bike.reference.numbered import Numbered
 
 START = ("roll", "steer", "roll_rate", "steer_rate", "speed")
 """The start: what a maneuver says of the state at t = 0."""
@@ -92,18 +93,15 @@ class Sensitivity:
 
 
 @dataclass(frozen=True, eq=False)
-class Sensitivities:
-    """Of all maneuvers of a set; ``sensitivities[2]`` is maneuver 2."""
+class Sensitivities(Numbered[Sensitivity]):
+    """Of all maneuvers of a set; ``sensitivities[2]`` is maneuver 2.
+
+    Attributes
+    ----------
+    maneuvers : tuple of Sensitivity
+    """
 
     maneuvers: tuple[Sensitivity, ...]
-
-    def __getitem__(self, number: int) -> Sensitivity:
-        if not 1 <= number <= len(self.maneuvers):
-            raise KeyError(f"found maneuver {number}, expected 1 to {len(self.maneuvers)}")
-        return self.maneuvers[number - 1]
-
-    def __len__(self) -> int:
-        return len(self.maneuvers)
 
 
 def load_sensitivities(folder: str | Path | None = None) -> Sensitivities:
@@ -124,15 +122,16 @@ def load_sensitivities(folder: str | Path | None = None) -> Sensitivities:
         The set has none, or the file is damaged.
     """
     where, manifest, raw = manifest_file.load_file(folder, SENSITIVITIES)
-    try:
-        with h5py.File(io.BytesIO(raw), "r") as f:
-            if tuple(json.loads(f.attrs["unknowns"])) != tuple(UNKNOWNS):
-                raise ValueError("other unknowns than this version has")
-            found = []
-            for i in range(1, len(manifest.inputs["maneuvers"]) + 1):
-                group = f[f"maneuver_{i}"]
-                coefficients = {c.name: group[c.name][:] for c in COLUMNS}
-                found.append(Sensitivity(group["breaks"][:], coefficients))
-    except (OSError, KeyError, ValueError) as e:
-        raise DatasetError(f"{where / SENSITIVITIES}: is not a file of sensitivities ({e})") from e
-    return Sensitivities(tuple(found))
+    with (
+        manifest_file.reading(where / SENSITIVITIES, "a file of sensitivities"),
+        h5py.File(io.BytesIO(raw), "r") as f,
+    ):
+        if tuple(json.loads(f.attrs["unknowns"])) != tuple(UNKNOWNS):
+            raise ValueError("other unknowns than this version has")
+        groups = [f[f"maneuver_{i}"] for i in range(1, len(manifest.inputs["maneuvers"]) + 1)]
+        return Sensitivities(
+            tuple(
+                Sensitivity(group["breaks"][:], {c.name: group[c.name][:] for c in COLUMNS})
+                for group in groups
+            )
+        )

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
 from heyoka_bike.errors import InputError, NothingScoredError
 from heyoka_bike.numbers.double import Array
+from heyoka_bike.reference.between_rows import SUMMED
 from heyoka_bike.reference.layout import MOTION
 from heyoka_bike.reference.load import Reference, ReferenceManeuver
-from heyoka_bike.reference.whole import AT_ROWS, SUMMED, WholeManeuver, with_motion
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.reading.results import Quantum, Results, Rows
 from heyoka_bike.scoring.report import FileInfo
@@ -62,9 +62,9 @@ class Part:
     def is_comparable(self) -> bool:
         """Whether some column has a value where the reference is known."""
         values = dict(self.values)
-        if isinstance(self.reference, WholeManeuver):
+        if at_rows := self.reference.at_rows & values.keys():
             near = self.reference.near_rows(self.time)
-            values |= {key: values[key][near] for key in AT_ROWS if key in values}
+            values |= {key: values[key][near] for key in at_rows}
         return any(np.isfinite(v).any() for v in values.values())
 
     def sample(self) -> NDArray[np.intp]:
@@ -73,7 +73,7 @@ class Part:
         Those at rows of the reference are among them if some columns can be compared only there.
         """
         picked = spread(len(self.time), MOST_SAMPLED)
-        if AT_ROWS.isdisjoint(self.values) or not isinstance(self.reference, WholeManeuver):
+        if self.reference.at_rows.isdisjoint(self.values):
             return picked
         return np.union1d(picked, self.reference.near_rows(self.time))
 
@@ -202,7 +202,7 @@ def _with_their_columns(results: Results, reference: Reference) -> tuple[Results
     unknown = [key for key in COMPARED if key in written and key not in reference[1].columns]
     if not unknown:
         return results, reference
-    whole = with_motion(reference)
+    whole = reference.with_motion()
     if whole is not None:
         return results, whole
     known = written - set(unknown)

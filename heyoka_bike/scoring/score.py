@@ -14,9 +14,9 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.numbers.double import Array, Double, two_sum
+from heyoka_bike.reference.between_rows import SUMMED
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.reference.manifest import CUSTOM
-from heyoka_bike.reference.whole import SUMMED
 from heyoka_bike.scoring import measures
 from heyoka_bike.scoring.alignment import Alignment, Part, align, merge
 from heyoka_bike.scoring.comparison import Candidate, errors, is_small, largest_errors

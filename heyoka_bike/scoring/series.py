@@ -19,7 +19,8 @@ from math import log
 
 import numpy as np
 
-from heyoka_bike.bicycle.columns import COMPARED, Column
+from heyoka_bike.bicycle.column import Column
+from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.errors import InputError
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring.alignment import Alignment, Part, align, merge

@@ -7,7 +7,7 @@ import pytest
 from support.made_sets import accept, make
 
 from heyoka_bike.cli import main
-from heyoka_bike.reference.layout import content_of_file
+from heyoka_bike.reference.layout import content_sha256
 
 pytestmark = pytest.mark.proof
 
@@ -27,7 +27,7 @@ def change(folder, dataset, index, factor, *, hashed=True):
         item = f[f"maneuver_1/{dataset}"]
         item[index] = item[index] * factor
         if hashed:
-            f.attrs["content_sha256"] = content_of_file(f)
+            f.attrs["content_sha256"] = content_sha256(f)
     accept(folder)
 
 

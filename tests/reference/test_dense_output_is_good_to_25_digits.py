@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from heyoka_bike.motion.evaluator import evaluator
-from heyoka_bike.reference.load import Values
 
 pytestmark = pytest.mark.proof
 
@@ -72,7 +71,7 @@ def test_a_damaged_coefficient_is_seen(reference):
     lo = {n: x.copy() for n, x in maneuver.dense.lo.items()}
     scale = np.abs(maneuver.rows.hi["steer_rate"]).max()
     lo["steer_rate"][5, 0] += 1e-24 * scale
-    damaged = replace(maneuver, dense=Values(maneuver.dense.hi, lo))
+    damaged = replace(maneuver, dense=replace(maneuver.dense, lo=lo))
     t = Fraction(float(maneuver.breaks[5])) + Fraction(1, 100)
     good, bad = maneuver.evaluate([t]), damaged.evaluate([t])
     shift = (bad["steer_rate"] - good["steer_rate"]) + (

@@ -15,7 +15,8 @@ from heyoka_bike import read_results, score
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.reference.exports import c, csv, netcdf
 from heyoka_bike.reference.exports.selection import choose
-from heyoka_bike.reference.load import Reference, Values
+from heyoka_bike.reference.load import Reference
+from heyoka_bike.reference.values import Dense, Values
 from heyoka_bike.system.resources import data_folder
 
 SCHEMA = data_folder().parent / "heyoka_bike" / "reference" / "exports" / "export-1.schema.json"
@@ -139,7 +140,7 @@ def shorter(reference):
         m,
         inputs={**m.inputs, "duration": "1/10", "spacing": "1/30"},
         time=m.time[:4], time_lo=m.time_lo[:4], rows=rows,
-        breaks=np.array([0.0, 0.1]), dense=Values(first, first_lo),
+        dense=Dense(first, first_lo, breaks=np.array([0.0, 0.1])),
     )  # fmt: skip
     maneuvers = (short, *reference.maneuvers[1:])
     where = reference.folder

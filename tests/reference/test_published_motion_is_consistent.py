@@ -15,8 +15,7 @@ from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.motion_columns import DENSE_COLUMNS, MOTION_COLUMNS
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.errors import DatasetError, InputError
-from heyoka_bike.reference.load import Reference
-from heyoka_bike.reference.motion import Motion, MotionManeuver, load_motion
+from heyoka_bike.reference.load import Motion, Reference, ReferenceManeuver, load_motion
 from heyoka_bike.showing.replay.motion_3d import motion_3d, reference_state
 
 BITS = 256
@@ -28,11 +27,11 @@ def motion() -> Motion:
 
 
 @pytest.fixture(scope="module", params=[1, 2, 3])
-def maneuver(request: pytest.FixtureRequest, motion: Motion) -> MotionManeuver:
+def maneuver(request: pytest.FixtureRequest, motion: Motion) -> ReferenceManeuver:
     return motion[request.param]
 
 
-def polynomial(m: MotionManeuver, name: str, piece: int) -> flint.arb_poly:
+def polynomial(m: ReferenceManeuver, name: str, piece: int) -> flint.arb_poly:
     """A dense piece in powers of its argument."""
     x = flint.arb_poly([0, 1])
     t = [flint.arb_poly([1]), x]
@@ -44,7 +43,7 @@ def polynomial(m: MotionManeuver, name: str, piece: int) -> flint.arb_poly:
 
 
 def test_the_floor_carries_weight_and_acceleration(
-    maneuver: MotionManeuver, bicycle: Bicycle
+    maneuver: ReferenceManeuver, bicycle: Bicycle
 ) -> None:
     """The contact forces are the mass times the second derivative of the published centre."""
     p = {symbol: x.rational for symbol, x in bicycle.values.items()}
@@ -78,7 +77,7 @@ def test_the_floor_carries_weight_and_acceleration(
                 assert abs(force - mass * x) < flint.arb("1e-13")
 
 
-def test_the_wheels_never_leave_the_floor(maneuver: MotionManeuver) -> None:
+def test_the_wheels_never_leave_the_floor(maneuver: ReferenceManeuver) -> None:
     """The normal forces are positive at every time, and the extremes are those of the rows."""
     with flint.ctx.workprec(BITS):
         for end in ("rear", "front"):
@@ -100,7 +99,7 @@ def test_friction_that_the_maneuvers_need(motion: Motion, number: int, needed: s
 
 
 def test_the_replay_agrees(
-    maneuver: MotionManeuver, reference: Reference, bicycle: Bicycle
+    maneuver: ReferenceManeuver, reference: Reference, bicycle: Bicycle
 ) -> None:
     number = int(maneuver.name.split()[-1])
     found = motion_3d(
@@ -122,7 +121,7 @@ def test_the_replay_agrees(
                 assert np.abs(off - maneuver[f"{end}_frame_r{i + 1}{j + 1}"]).max() < 1e-13
 
 
-def test_rows_and_bounds_are_what_they_should_be(maneuver: MotionManeuver) -> None:
+def test_rows_and_bounds_are_what_they_should_be(maneuver: ReferenceManeuver) -> None:
     for column in MOTION_COLUMNS:
         hi, lo = maneuver[column.name], maneuver.rows.lo[column.name]
         bound = maneuver.rows.bound[column.name]
@@ -136,7 +135,7 @@ def test_rows_and_bounds_are_what_they_should_be(maneuver: MotionManeuver) -> No
         assert (maneuver.dense.bound[name] <= 1e-25 * maneuver.scale(name)).all(), name
 
 
-def test_dense_output_is_that_of_the_rows(maneuver: MotionManeuver) -> None:
+def test_dense_output_is_that_of_the_rows(maneuver: ReferenceManeuver) -> None:
     times = [Fraction(i, 100) for i in (0, 1, 333, 1000)]
     found = maneuver.evaluate(times)
     assert tuple(found.hi) == DENSE_COLUMNS
@@ -147,13 +146,23 @@ def test_dense_output_is_that_of_the_rows(maneuver: MotionManeuver) -> None:
     assert alone["com_z"] == found["com_z"][2]
 
 
-def test_a_column_of_rows_only_is_refused_at_other_times(maneuver: MotionManeuver) -> None:
+def test_a_column_of_rows_only_is_refused_at_other_times(maneuver: ReferenceManeuver) -> None:
     with pytest.raises(InputError, match="rear_friction: has values at the rows only"):
         maneuver.evaluate(1.0, "rear_friction")
     with pytest.raises(InputError, match="found column 'speed'"):
         maneuver.evaluate(1.0, ["speed"])
     with pytest.raises(KeyError, match="found column 'speed'"):
         maneuver["speed"]
+
+
+def test_a_reference_has_the_motion_of_its_set(reference: Reference) -> None:
+    assert reference.motion is reference.motion
+    assert reference.motion.folder == reference.folder
+    height = reference.motion[2].evaluate("0.5", "com_z")
+    assert height["com_z"] == load_motion()[2].evaluate("0.5")["com_z"]
+    # Its own columns stay those that they are.
+    assert len(reference[2].columns) == len(reference[2].evaluate(0.5).hi) == 22
+    assert reference[2].at_rows == frozenset()
 
 
 def test_maneuvers_are_numbered_from_one(motion: Motion) -> None:

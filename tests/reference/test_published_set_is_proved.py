@@ -10,7 +10,7 @@ import h5py
 import pytest
 
 from heyoka_bike.cli import main
-from heyoka_bike.reference.layout import content_of_file
+from heyoka_bike.reference.layout import content_sha256
 from heyoka_bike.reference.manifest import MANIFEST, sha256
 
 pytestmark = pytest.mark.proof
@@ -124,7 +124,7 @@ def test_a_changed_number_is_named(copy, capsys, dataset, index, factor, fragmen
     with h5py.File(copy / "uncontrolled-bicycle.h5", "r+") as f:
         item = f[f"maneuver_1/{dataset}"]
         item[index] = item[index] * factor
-        content = content_of_file(f)
+        content = content_sha256(f)
     accept(copy, "uncontrolled-bicycle.h5")
     state_content(copy, content)
     code, error = certify(copy, capsys)
@@ -168,14 +168,14 @@ def test_dense_shape_is_checked_apart_from_the_hash(small, bicycle):
     from dataclasses import replace
 
     from heyoka_bike.errors import NotCertifiedError
+    from heyoka_bike.reference.load import load_reference
     from heyoka_bike.reference.proof.candidate import read_candidate
     from heyoka_bike.reference.proof.dense_bound import bound_dense
     from heyoka_bike.reference.proof.enclose import enclose
-    from heyoka_bike.reference.proof.prove_again import _read_published
 
     (run,) = read_candidate(small)
     certificate = enclose(run)
-    dense, _ = _read_published(small, 1)
+    dense = load_reference(small)[1].dense
     for breaks in (dense.breaks + 50.0, dense.breaks[::-1].copy(), dense.breaks * 0.5):
         with pytest.raises(NotCertifiedError, match="not whole"):
             bound_dense(run, certificate, replace(dense, breaks=breaks), {})
@@ -189,7 +189,7 @@ def test_what_is_not_a_value_is_looked_at_too(copy, capsys, name, change):
     with h5py.File(copy / "uncontrolled-bicycle.h5", "r+") as f:
         group = f["maneuver_1"]
         replaced(group, name, change(group[name][:]))
-        content = content_of_file(f)
+        content = content_sha256(f)
     accept(copy, "uncontrolled-bicycle.h5")
     state_content(copy, content)
     code, error = certify(copy, capsys)

@@ -10,7 +10,7 @@ import pytest
 from support.made_results import codes, column
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, DEFINITIONS
-from heyoka_bike.reference.motion import load_motion
+from heyoka_bike.reference.load import load_motion
 from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.runs_file import read_runs
 from heyoka_bike.scoring.score import score

@@ -14,10 +14,8 @@ from heyoka_bike.cli import main
 from heyoka_bike.errors import NothingScoredError
 from heyoka_bike.numbers.double import two_sum
 from heyoka_bike.reference.layout import MOTION
-from heyoka_bike.reference.load import load_reference
+from heyoka_bike.reference.load import load_motion, load_reference
 from heyoka_bike.reference.manifest import MANIFEST
-from heyoka_bike.reference.motion import load_motion
-from heyoka_bike.reference.whole import AT_ROWS, with_motion
 from heyoka_bike.scoring.alignment import align
 from heyoka_bike.scoring.diagnosis.diagnose import diagnosed
 from heyoka_bike.scoring.reading import read_results
@@ -155,7 +153,7 @@ def test_dense_columns_are_compared_at_any_time(reference, motion):
     assert set(motion[1].breaks) != set(reference[1].breaks)
     t = np.sort(np.random.default_rng(7).uniform(0, 10, 500))
     keys = ("roll_angle", "rear_normal_force", "com_y", "front_frame_q2")
-    whole = with_motion(reference)
+    whole = reference.with_motion()
     for n in reference:
         own = reference[n].evaluate(t, ["roll_angle"]), motion[n].evaluate(t, keys[1:])
         values = {k: (own[k != "roll_angle"])[k] for k in keys}
@@ -173,7 +171,7 @@ def test_dense_columns_are_compared_at_any_time(reference, motion):
 
 
 def test_other_columns_are_compared_at_the_rows(reference, motion):
-    assert set(DENSE_COLUMNS).isdisjoint(AT_ROWS)
+    assert set(DENSE_COLUMNS).isdisjoint(motion[3].at_rows)
     own = motion[3].time[::50]
     t = np.sort(np.concatenate([own, np.random.default_rng(8).uniform(0, 10, 200)]))
     y = np.interp(t, motion[3].time, motion[3]["rear_hub_y"])

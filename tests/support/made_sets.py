@@ -3,7 +3,7 @@
 import json
 
 from heyoka_bike.cli import main
-from heyoka_bike.reference.layout import content_of_file
+from heyoka_bike.reference.layout import content_sha256
 from heyoka_bike.reference.manifest import MANIFEST, sha256
 
 
@@ -38,6 +38,6 @@ def accept(folder):
 
 def accept_numbers(folder, f):
     """Bring content_sha256 in line with the numbers of an open HDF5 file."""
-    content = content_of_file(f)
+    content = content_sha256(f)
     f.attrs["content_sha256"] = content
     manifest(folder, content_sha256=content)

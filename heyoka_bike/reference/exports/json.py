@@ -6,7 +6,7 @@ import json
 
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.exports.selection import Selection, about
-from heyoka_bike.reference.load import Values
+from heyoka_bike.reference.values import Values
 
 SUFFIXES = (".json",)
 

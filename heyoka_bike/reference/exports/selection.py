@@ -7,7 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS, Column
+from heyoka_bike.bicycle.column import Column
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.reference.load import Reference, ReferenceManeuver
 from heyoka_bike.version import __version__

@@ -12,30 +12,20 @@
 
 from __future__ import annotations
 
-import io
-import json
 import os
 from collections.abc import Mapping, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-import h5py
-
-from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.bicycle.parameters import Bicycle, describe_inputs
 from heyoka_bike.errors import DatasetError, InputError
 from heyoka_bike.reference import manifest as manifest_file
 from heyoka_bike.reference.layout import (
     CANDIDATE,
     CERTIFICATE,
-    HDF5,
-    MOTION,
-    SENSITIVITIES,
-    content_sha256,
 )
-from heyoka_bike.reference.making import motion_file, sensitivities_file
-from heyoka_bike.reference.making.hdf5_groups import content_parts, write_dense, write_rows
+from heyoka_bike.reference.making.hdf5_files import render_hdf5
 from heyoka_bike.reference.making.tabulate import Table
 from heyoka_bike.reference.proof import candidate
 from heyoka_bike.reference.proof.certificate_file import render_certificate, summarise
@@ -53,17 +43,15 @@ def write_dataset(
     DatasetError
         The folder cannot be written.
     """
-    content = _content(tables)
     inputs = describe_inputs(bicycle, [t.maneuver for t in tables])
+    hdf5, content = render_hdf5(tables, inputs, manifest_file.values_version(dataset_version))
     files = {
-        HDF5: _hdf5(tables, inputs, manifest_file.values_version(dataset_version), content),
+        **hdf5,
         CANDIDATE: candidate.render([t.trajectory for t in tables], inputs),
         **render_texts([t.maneuver for t in tables], [t.rows for t in tables]),
         CERTIFICATE: render_certificate(
             [summarise(t.trajectory, t.certificate, t.rows, t.dense) for t in tables], inputs
         ),
-        SENSITIVITIES: sensitivities_file.render([t.sensitivity for t in tables], inputs),
-        MOTION: motion_file.render([t.motion for t in tables], inputs),
     }
     document = manifest_file.render(
         dataset_version=dataset_version,
@@ -106,15 +94,6 @@ def check_overwrite(
         )
 
 
-def _content(tables: Sequence[Table]) -> str:
-    return content_sha256(
-        {
-            f"maneuver_{i}": content_parts((t.time, t.time_lo), t.rows, t.dense)
-            for i, t in enumerate(tables, start=1)
-        }
-    )
-
-
 def _packages() -> dict[str, str]:
     found = {}
     for name in ("heyoka_bike", "heyoka", "python-flint", "h5py", "numpy", "mpmath"):
@@ -123,29 +102,3 @@ def _packages() -> dict[str, str]:
         except PackageNotFoundError:
             found[name] = "unknown"
     return found
-
-
-def _hdf5(
-    tables: Sequence[Table], inputs: Mapping[str, Any], dataset_version: str, content: str
-) -> bytes:
-    buffer = io.BytesIO()
-    with h5py.File(buffer, "w", libver=("v110", "v110"), track_order=True) as f:
-        f.attrs["title"] = "Reference solution of the multibody benchmark Uncontrolled bicycle"
-        f.attrs["Conventions"] = "CF-1.8"
-        f.attrs["dataset_version"] = dataset_version
-        f.attrs["content_sha256"] = content
-        f.attrs["bicycle"] = inputs["bicycle"]["name"]
-        f.attrs["parameters"] = json.dumps(inputs["bicycle"]["parameters"])
-        f.attrs["comment"] = (
-            "Each value is the correctly rounded exact one; <name>_lo is the exact value minus it, "
-            "so <name> + <name>_lo has 32 digits. Axes: x forward, y right, z down."
-        )
-        for i, table in enumerate(tables, start=1):
-            group = f.create_group(f"maneuver_{i}", track_order=True)
-            group.attrs["name"] = table.maneuver.name
-            for key, text in inputs["maneuvers"][i - 1].items():
-                if key != "name":
-                    group.attrs[key] = text
-            write_rows(group, (table.time, table.time_lo), table.rows, COLUMNS)
-            write_dense(group.create_group("dense", track_order=True), table.dense, COLUMNS)
-    return buffer.getvalue()

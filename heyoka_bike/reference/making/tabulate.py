@@ -5,28 +5,27 @@ from __future__ import annotations
 import time
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
 from heyoka_bike.errors import SingularMotionError, UndecidedError
 from heyoka_bike.motion.evaluator import Drift, evaluator
 from heyoka_bike.motion.integrate import integrate
-from heyoka_bike.motion.trajectory import Certificate, Trajectory, row_times
+from heyoka_bike.motion.trajectory import Certificate, Trajectory
+from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.precision import Precision
-from heyoka_bike.numbers.rounding import hi_lo
 from heyoka_bike.reference.making.derivatives import differentiate
-from heyoka_bike.reference.proof.dense import Dense, interpolate
+from heyoka_bike.reference.proof.dense import interpolate
 from heyoka_bike.reference.proof.dense_bound import bound_dense
 from heyoka_bike.reference.proof.enclose import enclose
-from heyoka_bike.reference.proof.motion_rows import MotionTable, tabulate_motion
+from heyoka_bike.reference.proof.motion_rows import tabulate_motion
 from heyoka_bike.reference.proof.rows import (
     EVALUATION_BITS,
-    Array,
     RoundedRows,
     constant_columns,
     round_rows,
+    rounded_times,
 )
 from heyoka_bike.reference.sensitivities import Sensitivity
+from heyoka_bike.reference.values import Dense, Values
 from heyoka_bike.system.parallel import Report
 
 _ATTEMPTS = 4
@@ -48,7 +47,9 @@ class Table:
         Time of the rows [s] as hi + lo.
     rows : RoundedRows
     dense : Dense
-    motion : MotionTable
+    motion_rows : Values
+    motion_dense : Dense
+        The whole motion.
     sensitivity : Sensitivity
     cpu : float
         Processor time that it took [s].
@@ -61,7 +62,8 @@ class Table:
     time_lo: Array
     rows: RoundedRows
     dense: Dense
-    motion: MotionTable
+    motion_rows: Values
+    motion_dense: Dense
     sensitivity: Sensitivity
     cpu: float = 0.0
 
@@ -109,16 +111,20 @@ def _tabulate(bicycle: Bicycle, maneuver: Maneuver, digits: int, report: Report)
     rows = round_rows(run, certificate, lambda t: report("rows", t))
     at = evaluator(run, run.bits + EVALUATION_BITS)
     constant = constant_columns(run)
-    dense = interpolate(at, rows.scales, constant, lambda t: report("dense", t))
-    times = [hi_lo(t, "time") for t in row_times(maneuver)]
+    scales = {name: rows.scale(name) for name in rows.hi}
+    dense = interpolate(at, scales, constant, lambda t: report("dense", t))
+    dense = bound_dense(run, certificate, dense, constant)
+    motion_rows, motion_dense = tabulate_motion(run, certificate, lambda t: report("motion", t))
+    time, time_lo = rounded_times(maneuver)
     return Table(
         trajectory=run,
         certificate=certificate,
         drift=at.drift(),
-        time=np.array([t[0] for t in times]),
-        time_lo=np.array([t[1] for t in times]),
+        time=time,
+        time_lo=time_lo,
         rows=rows,
-        dense=bound_dense(run, certificate, dense, constant),
-        motion=tabulate_motion(run, certificate, lambda t: report("motion", t)),
+        dense=dense,
+        motion_rows=motion_rows,
+        motion_dense=motion_dense,
         sensitivity=differentiate(bicycle, maneuver, lambda t: report("vary", t)),
     )

@@ -17,34 +17,23 @@ import h5py
 import numpy as np
 
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
-from heyoka_bike.errors import DatasetError
 from heyoka_bike.motion.trajectory import Trajectory
 from heyoka_bike.reference import manifest as manifest_file
 from heyoka_bike.reference.layout import CANDIDATE, FILTERS
+from heyoka_bike.reference.structure import STATED, about_candidate
 
 
 def render(trajectories: Sequence[Trajectory], inputs: Mapping[str, Any]) -> bytes:
     """Bytes of candidate.h5; `inputs` as in the manifest."""
     buffer = io.BytesIO()
     with h5py.File(buffer, "w", libver=("v110", "v110"), track_order=True) as f:
-        f.attrs["title"] = "Candidate solutions: exact piecewise polynomials"
-        f.attrs["comment"] = (
-            "On the piece [a, b] of breaks a state variable is sum_k n_k 2^-grid s^k, "
-            "s = (t - a) / (b - a); coefficients[piece, state, k] holds n_k as a little-endian "
-            "two's complement integer. Angles in rad, rates in rad/s."
-        )
-        f.attrs["bicycle"] = inputs["bicycle"]["name"]
-        f.attrs["parameters"] = json.dumps(inputs["bicycle"]["parameters"])
+        f.attrs.update(about_candidate(inputs))
         for i, run in enumerate(trajectories, start=1):
             group = f.create_group(f"maneuver_{i}", track_order=True)
-            for key, text in inputs["maneuvers"][i - 1].items():
-                group.attrs[key] = text
-            group.attrs["states"] = json.dumps(run.states)
-            group.attrs["form"] = "regular" if run.is_regular else "few_products"
-            group.attrs["grid"] = run.grid
-            group.attrs["taylor_order"] = run.order
-            group.attrs["precision"] = run.precision
-            group.attrs["precision_bits"] = run.bits
+            form = "regular" if run.is_regular else "few_products"
+            values = (json.dumps(run.states), form, run.grid, run.order, run.precision, run.bits)
+            group.attrs.update(inputs["maneuvers"][i - 1])
+            group.attrs.update(zip(STATED, values, strict=True))
             breaks = np.array([float(t) for t in run.breaks])
             group.create_dataset("breaks", data=breaks, **FILTERS)
             group.create_dataset("coefficients", data=_to_bytes(run.pieces), **FILTERS)
@@ -60,12 +49,12 @@ def read_candidate(folder: str | Path) -> tuple[Trajectory, ...]:
         The file is missing, does not match the manifest, or is not a candidate file.
     """
     raw = manifest_file.read_file(folder, CANDIDATE, manifest_file.read_manifest(folder))
-    try:
-        with h5py.File(io.BytesIO(raw), "r") as f:
-            bicycle = Bicycle.parse(str(f.attrs["bicycle"]), json.loads(f.attrs["parameters"]))
-            return tuple(_read(bicycle, f[f"maneuver_{i}"]) for i in range(1, len(f) + 1))
-    except (OSError, KeyError, ValueError, TypeError) as e:
-        raise DatasetError(f"{Path(folder) / CANDIDATE}: is not a candidate file ({e})") from None
+    with (
+        manifest_file.reading(Path(folder) / CANDIDATE, "a candidate file"),
+        h5py.File(io.BytesIO(raw), "r") as f,
+    ):
+        bicycle = Bicycle.parse(str(f.attrs["bicycle"]), json.loads(f.attrs["parameters"]))
+        return tuple(_read(bicycle, f[f"maneuver_{i}"]) for i in range(1, len(f) + 1))
 
 
 def _read(bicycle: Bicycle, group: Any) -> Trajectory:

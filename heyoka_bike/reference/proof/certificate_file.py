@@ -12,8 +12,8 @@ import flint
 
 from heyoka_bike.motion.trajectory import Certificate, Trajectory
 from heyoka_bike.numbers.rounding import decimal_above
-from heyoka_bike.reference.proof.dense import Dense
 from heyoka_bike.reference.proof.rows import RoundedRows
+from heyoka_bike.reference.values import Dense
 
 STATEMENT = (
     "For every maneuver, at every time of the interval, each state variable of the exact motion "
@@ -86,7 +86,7 @@ def summarise(
         ambiguous=0,
         states=dict(pairs),
         dense={
-            name: Fraction(float(x.max())) / Fraction(rows.scales[name] or 1.0)
+            name: Fraction(float(x.max())) / Fraction(rows.scale(name) or 1.0)
             for name, x in dense.bound.items()
         },
         cpu=cpu,

@@ -9,43 +9,22 @@ until its last coefficients are far below what the dense output promises, so the
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from fractions import Fraction
 from math import frexp
 from typing import Protocol
 
 import flint
 import numpy as np
-from numpy.typing import NDArray
 
 from heyoka_bike.errors import UndecidedError
 from heyoka_bike.numbers.arithmetic import Balls, exact_ball
+from heyoka_bike.reference.layout import NODES
+from heyoka_bike.reference.values import Dense
 
-NODES = 32
 _TAIL_BITS = 97  # last coefficients below 2^-97 = 6e-30 of the scale
 _GRID_BITS = 112
 _FIRST_WIDTH = Fraction(1, 2)
 _MIN_WIDTH = Fraction(1, 2**24)
-
-
-@dataclass(frozen=True)
-class Dense:
-    """Piecewise Chebyshev polynomials of all columns of a maneuver.
-
-    Attributes
-    ----------
-    breaks : ndarray, shape (P + 1,)
-        Ends of the pieces [s], exact.
-    hi, lo : mapping of str to ndarray, shape (P, N)
-        Coefficients of T_0 .. T_(N-1) by column, c_0 not halved, in the column's unit.
-    bound : mapping of str to ndarray, shape (P,)
-        Certified bound on the distance of a piece from the exact column; empty before it is proved.
-    """
-
-    breaks: NDArray[np.float64]
-    hi: Mapping[str, NDArray[np.float64]]
-    lo: Mapping[str, NDArray[np.float64]]
-    bound: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
 
 
 class Source(Protocol):

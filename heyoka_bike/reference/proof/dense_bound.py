@@ -33,8 +33,8 @@ from heyoka_bike.reference.proof.cauchy import (
     geometric,
     refused,
 )
-from heyoka_bike.reference.proof.dense import Dense
 from heyoka_bike.reference.proof.rows import Value, upward
+from heyoka_bike.reference.values import Dense
 
 BITS = 192
 _REMAINDER_BITS = 128

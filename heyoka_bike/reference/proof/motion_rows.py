@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 from math import ceil, frexp, ldexp
 
@@ -22,10 +21,11 @@ from heyoka_bike.errors import UndecidedError
 from heyoka_bike.motion.trajectory import Certificate, Trajectory, row_times
 from heyoka_bike.numbers.arithmetic import Balls, exact_ball
 from heyoka_bike.numbers.rounding import Enclosure, hi_lo
-from heyoka_bike.reference.proof.dense import Dense, interpolate
+from heyoka_bike.reference.proof.dense import interpolate
 from heyoka_bike.reference.proof.dense_bound import BITS, Along, Expansion, bound_pieces, expansions
 from heyoka_bike.reference.proof.integrals import Stretch, with_integrals
-from heyoka_bike.reference.proof.rows import EVALUATION_BITS, Array, distance
+from heyoka_bike.reference.proof.rows import EVALUATION_BITS, distance
+from heyoka_bike.reference.values import Dense, Values
 
 Progress = Callable[[float], None]
 
@@ -40,35 +40,10 @@ _SMALLEST_SCALE = 2.0**-40
 inertia, say) has coefficients of zero: its grid of 2^-152 is far above the width of its balls."""
 
 
-@dataclass(frozen=True)
-class MotionTable:
-    """The columns of `columns.MOTION_COLUMNS` along a maneuver.
-
-    Attributes
-    ----------
-    time, time_lo : ndarray, shape (rows,)
-        [s]
-    hi, lo : mapping of str to ndarray, shape (rows,)
-        The binary64 nearest to the exact value, and the binary64 nearest to the rest; zero where
-        the enclosure holds zero, and is so narrow that the bound says all there is to know.
-    bound : mapping of str to ndarray, shape (rows,)
-        Certified bound on abs(exact - (hi + lo)).
-    dense : Dense
-        Of `columns.DENSE_COLUMNS`.
-    """
-
-    time: Array
-    time_lo: Array
-    hi: Mapping[str, Array]
-    lo: Mapping[str, Array]
-    bound: Mapping[str, Array]
-    dense: Dense
-
-
 def tabulate_motion(
     run: Trajectory, certificate: Certificate, progress: Progress | None = None
-) -> MotionTable:
-    """The whole motion along a certified candidate.
+) -> tuple[Values, Dense]:
+    """The whole motion along a certified candidate: rows, and dense output where there is.
 
     Raises
     ------
@@ -80,11 +55,9 @@ def tabulate_motion(
     stretches = list(with_integrals(run, certificate))
     rows = round_motion(run, stretches, progress)
     parts = list(motion_expansions(stretches))
-    scales = {
-        name: max(float(np.abs(rows.hi[name]).max()), _SMALLEST_SCALE) for name in DENSE_COLUMNS
-    }
+    scales = {name: max(rows.scale(name), _SMALLEST_SCALE) for name in DENSE_COLUMNS}
     dense = interpolate(_Source(parts, Balls(BITS)), scales, {})
-    return replace(rows, dense=bound_motion(run, parts, dense))
+    return rows, bound_motion(run, parts, dense)
 
 
 def motion_expansions(stretches: Sequence[Stretch]) -> Iterator[Expansion]:
@@ -101,8 +74,12 @@ def bound_motion(run: Trajectory, parts: Sequence[Expansion], dense: Dense) -> D
 
 def round_motion(
     run: Trajectory, stretches: Sequence[Stretch], progress: Progress | None = None
-) -> MotionTable:
-    """The rows, rounded; without dense output."""
+) -> Values:
+    """The rows of `MOTION_COLUMNS`, rounded.
+
+    hi and lo are zero where the enclosure holds zero, and is so narrow that the bound says all
+    there is to know.
+    """
     names = [c.name for c in MOTION_COLUMNS]
     table = np.empty((run.maneuver.rows, len(names), 3))
     for i, row in enumerate(_enclosed(run, stretches)):
@@ -110,13 +87,12 @@ def round_motion(
             table[i, j] = _rounded(row[name], f"{run.maneuver.name}: {name}, row {i}")
         if progress is not None:
             progress(float(run.maneuver.time(i)))
-    times = np.array([hi_lo(t, "time") for t in row_times(run.maneuver)])
-    hi, lo, bound = (
-        {name: np.ascontiguousarray(table[:, j, part]) for j, name in enumerate(names)}
-        for part in range(3)
+    return Values(
+        *(
+            {name: np.ascontiguousarray(table[:, j, part]) for j, name in enumerate(names)}
+            for part in range(3)
+        )
     )
-    empty = Dense(np.zeros(0), {}, {})
-    return MotionTable(times[:, 0].copy(), times[:, 1].copy(), hi, lo, bound, empty)
 
 
 def _enclosed(run: Trajectory, stretches: Sequence[Stretch]) -> Iterator[dict[str, flint.arb]]:

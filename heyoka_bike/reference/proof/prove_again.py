@@ -9,7 +9,6 @@ from __future__ import annotations
 import io
 import json
 import time
-from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -17,14 +16,12 @@ from typing import Any
 import h5py
 import numpy as np
 
-from heyoka_bike.bicycle.columns import COLUMNS
-from heyoka_bike.bicycle.motion_columns import DENSE_COLUMNS
 from heyoka_bike.bicycle.parameters import describe_inputs
 from heyoka_bike.errors import DatasetError, NotCertifiedError
-from heyoka_bike.motion.trajectory import Certificate, Trajectory, row_times
-from heyoka_bike.numbers.rounding import hi_lo
+from heyoka_bike.motion.trajectory import Certificate, Trajectory
 from heyoka_bike.reference import manifest as manifest_file
-from heyoka_bike.reference.layout import CERTIFICATE, HDF5, MOTION, content_of_file
+from heyoka_bike.reference.layout import CERTIFICATE, HDF5, MOTION, content_sha256
+from heyoka_bike.reference.load import ReferenceManeuver, load_motion, load_reference
 from heyoka_bike.reference.proof.candidate import read_candidate
 from heyoka_bike.reference.proof.certificate_file import (
     STATEMENT,
@@ -33,12 +30,10 @@ from heyoka_bike.reference.proof.certificate_file import (
     _entry,
     summarise,
 )
-from heyoka_bike.reference.proof.dense import Dense
 from heyoka_bike.reference.proof.dense_bound import bound_dense
 from heyoka_bike.reference.proof.enclose import enclose
 from heyoka_bike.reference.proof.integrals import with_integrals
 from heyoka_bike.reference.proof.motion_rows import (
-    MotionTable,
     bound_motion,
     motion_expansions,
     round_motion,
@@ -48,11 +43,11 @@ from heyoka_bike.reference.proof.rows import (
     constant_columns,
     render_texts,
     round_rows,
+    rounded_times,
 )
+from heyoka_bike.reference.values import Dense, Values
 from heyoka_bike.system.parallel import Progress, Report, side_by_side
 from heyoka_bike.system.resources import reference_folder
-
-_NAMES = tuple(c.name for c in COLUMNS)
 
 
 def certify(
@@ -122,7 +117,7 @@ def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
     inputs = describe_inputs(runs[0].bicycle, [run.maneuver for run in runs])
     try:
         with h5py.File(io.BytesIO(raw[HDF5]), "r") as f:
-            content = content_of_file(f)
+            content = content_sha256(f)
             groups = [f[f"maneuver_{i}"].attrs for i in range(1, len(f) + 1)]
             stated = {
                 "bicycle": {
@@ -156,80 +151,53 @@ def prove_again(
     start = time.process_time()
     certificate = enclose(run, lambda t: report("certify", t))
     rows = round_rows(run, certificate, lambda t: report("rows", t))
-    published, bounds = _read_published(folder, number)
-    _compare_rows(run, rows, folder, number)
-    dense = bound_dense(run, certificate, published, constant_columns(run))
+    published = load_reference(folder)[number]
+    _compare_rows(run, rows, published)
+    dense = bound_dense(run, certificate, published.dense, constant_columns(run))
     report("dense", float(run.maneuver.duration))
-    _compare_dense(run, dense, bounds)
+    _compare_dense(run, dense, published.dense)
     if MOTION in manifest_file.read_manifest(folder).files:
-        _prove_motion(run, certificate, folder, number)
+        _prove_motion(run, certificate, load_motion(folder)[number])
     report("motion", float(run.maneuver.duration))
     proof = summarise(run, certificate, rows, dense, time.process_time() - start)
     _compare_certificate(folder, number, proof)
     return proof, rows
 
 
-def _prove_motion(
-    run: Trajectory, certificate: Certificate, folder: str | Path, number: int
-) -> None:
+def _prove_motion(run: Trajectory, certificate: Certificate, published: ReferenceManeuver) -> None:
     """Prove every number of the whole motion, and compare with what is published."""
     stretches = list(with_integrals(run, certificate))
-    _compare_rows(run, round_motion(run, stretches), folder, number, MOTION)
-    published, bounds = _read_published(folder, number, MOTION, DENSE_COLUMNS)
+    _compare_rows(run, round_motion(run, stretches), published)
     parts = list(motion_expansions(stretches))
-    _compare_dense(run, bound_motion(run, parts, published), bounds)
+    _compare_dense(run, bound_motion(run, parts, published.dense), published.dense)
 
 
-def _compare_dense(run: Trajectory, dense: Dense, bounds: Mapping[str, Any]) -> None:
+def _compare_dense(run: Trajectory, dense: Dense, published: Dense) -> None:
     """No published bound of a dense piece is smaller than what was proved."""
     for name, x in dense.bound.items():
-        kept = x <= bounds[name] if x.shape == bounds[name].shape else np.zeros(1, dtype=bool)
+        bound = published.bound[name]
+        kept = x <= bound if x.shape == bound.shape else np.zeros(1, dtype=bool)
         if not kept.all():
             piece = int(np.argmin(kept))
             raise NotCertifiedError(
                 f"{run.maneuver.name}: dense {name}, piece {piece + 1}: proved {x[piece]:.3g}, "
-                f"published bound {bounds[name].ravel()[piece]:.3g}"
+                f"published bound {bound.ravel()[piece]:.3g}"
             )
 
 
-def _read_published(
-    folder: str | Path, number: int, file: str = HDF5,
-    names: Sequence[str] = _NAMES,
-) -> tuple[Dense, Mapping[str, Any]]:  # fmt: skip
-    raw = manifest_file.read_file(folder, file, manifest_file.read_manifest(folder))
-    try:
-        with h5py.File(io.BytesIO(raw), "r") as f:
-            group = f[f"maneuver_{number}/dense"]
-            dense = Dense(
-                breaks=group["breaks"][:],
-                hi={n: group[n][:] for n in names},
-                lo={n: group[f"{n}_lo"][:] for n in names},
-            )
-            return dense, {n: group[f"{n}_bound"][:] for n in names}
-    except (OSError, KeyError, ValueError) as e:
-        raise DatasetError(f"{Path(folder) / file}: is not a reference file ({e})") from None
-
-
-def _compare_rows(
-    run: Trajectory,
-    rows: RoundedRows | MotionTable,
-    folder: str | Path,
-    number: int,
-    file: str = HDF5,
-) -> None:
+def _compare_rows(run: Trajectory, rows: Values, published: ReferenceManeuver) -> None:
     """Every published row: times and values to the bit, bounds not smaller than proved."""
-    times = np.array([hi_lo(t, "time") for t in row_times(run.maneuver)])
-    exact = {"time": times[:, 0], "time_lo": times[:, 1]}
-    exact |= dict(rows.hi) | {f"{name}_lo": x for name, x in rows.lo.items()}
-    raw = manifest_file.read_file(folder, file, manifest_file.read_manifest(folder))
-    with h5py.File(io.BytesIO(raw), "r") as f:
-        group = f[f"maneuver_{number}"]
-        for name, x in exact.items():
-            stored = _like(group[name][:], x, run, name)
-            _all_hold(stored.view("i8") == x.view("i8"), stored, x, run, name)
-        for name, x in rows.bound.items():
-            stored = _like(group[f"{name}_bound"][:], x, run, f"{name}_bound")
-            _all_hold(stored >= x, stored, x, run, f"{name}_bound")
+    times = zip(("time", "time_lo"), rounded_times(run.maneuver), strict=True)
+    for name, x, stored in (
+        *((name, x, getattr(published, name)) for name, x in times),
+        *((name, x, published.rows.hi[name]) for name, x in rows.hi.items()),
+        *((f"{name}_lo", x, published.rows.lo[name]) for name, x in rows.lo.items()),
+    ):
+        found = _like(stored, x, run, name)
+        _all_hold(found.view("i8") == x.view("i8"), found, x, run, name)
+    for name, x in rows.bound.items():
+        found = _like(published.rows.bound[name], x, run, f"{name}_bound")
+        _all_hold(found >= x, found, x, run, f"{name}_bound")
 
 
 def _like(stored: Any, x: Any, run: Trajectory, name: str) -> Any:

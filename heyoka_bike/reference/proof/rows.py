@@ -9,7 +9,6 @@ from math import inf, nextafter
 
 import flint
 import numpy as np
-from numpy.typing import NDArray
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.bicycle.equations.initial import initial_state
@@ -18,22 +17,23 @@ from heyoka_bike.bicycle.parameters import Maneuver
 from heyoka_bike.motion.evaluator import Evaluator, evaluator
 from heyoka_bike.motion.trajectory import Certificate, Trajectory, row_times
 from heyoka_bike.numbers.arithmetic import Balls
+from heyoka_bike.numbers.double import Array, Double
 from heyoka_bike.numbers.exact import shortest_decimal
 from heyoka_bike.numbers.rounding import Enclosure, decimal_digits, hi_lo
-from heyoka_bike.reference.layout import TEXT, TEXT_50
 from heyoka_bike.reference.proof.first_row import exact_columns
+from heyoka_bike.reference.texts import text_files
+from heyoka_bike.reference.values import Values
 
 TEXT_DIGITS = 50
 EVALUATION_BITS = 64
 """Bits that evaluation uses beyond those of the run."""
 
-Array = NDArray[np.float64]
 Value = flint.arb | Fraction
 Progress = Callable[[float], None]
 
 
-@dataclass(frozen=True)
-class RoundedRows:
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class RoundedRows(Values):
     """The correctly rounded rows of a maneuver.
 
     Attributes
@@ -46,15 +46,7 @@ class RoundedRows:
         The benchmark's columns with 50 significant digits, correctly rounded.
     """
 
-    hi: Mapping[str, Array]
-    lo: Mapping[str, Array]
-    bound: Mapping[str, Array]
     text: Mapping[str, tuple[str, ...]]
-
-    @property
-    def scales(self) -> dict[str, float]:
-        """Largest absolute value of each column."""
-        return {name: float(np.abs(x).max()) for name, x in self.hi.items()}
 
 
 def constant_columns(run: Trajectory) -> dict[str, Value]:
@@ -106,24 +98,22 @@ def round_rows(
         )
         for name in BENCHMARK_COLUMNS
     }
-    return RoundedRows(_arrays(hi), _arrays(lo), _arrays(bound), text)
+    return RoundedRows(_arrays(hi), _arrays(lo), _arrays(bound), text=text)
 
 
 def render_texts(maneuvers: Sequence[Maneuver], rows: Sequence[RoundedRows]) -> dict[str, bytes]:
     """The text files: one of 25 columns, or one of 9 for each maneuver on a grid of its own."""
-    pairs = list(zip(maneuvers, rows, strict=True))
-    grids = {(m.rows, m.spacing) for m in maneuvers}
-    groups = {"": pairs} if len(grids) == 1 else {f"-{i + 1}": [p] for i, p in enumerate(pairs)}
     files = {}
-    for tag, group in groups.items():
-        first = group[0][0]
+    for file in text_files(maneuvers):
+        first = maneuvers[file.numbers[0] - 1]
         times = [shortest_decimal(first.time(i), TEXT_DIGITS) for i in range(first.rows)]
-        short = [[f"{x:.17g}" for x in r.hi[name]] for _, r in group for name in BENCHMARK_COLUMNS]
-        long = [r.text[name] for _, r in group for name in BENCHMARK_COLUMNS]
-        for file, columns in ((TEXT, short), (TEXT_50, long)):
-            stem, _, suffix = file.rpartition(".")
-            lines = (" ".join(row) for row in zip(times, *columns, strict=True))
-            files[f"{stem}{tag}.{suffix}"] = ("\n".join(lines) + "\n").encode()
+        columns = [
+            r.text[name] if file.is_long else [f"{x:.17g}" for x in r.hi[name]]
+            for r in (rows[number - 1] for number in file.numbers)
+            for name in BENCHMARK_COLUMNS
+        ]
+        lines = (" ".join(row) for row in zip(times, *columns, strict=True))
+        files[file.name] = ("\n".join(lines) + "\n").encode()
     return files
 
 
@@ -159,6 +149,12 @@ def enclose_rows(
             if progress is not None:
                 progress(float(t))
     return rows
+
+
+def rounded_times(maneuver: Maneuver) -> Double:
+    """Times of the rows [s], of shape (rows,)."""
+    hi, lo = np.array([hi_lo(t, "time") for t in row_times(maneuver)]).T
+    return hi.copy(), lo.copy()
 
 
 def _arrays(table: Mapping[str, Sequence[float]]) -> dict[str, Array]:

@@ -27,9 +27,8 @@ from heyoka_bike.motion.evaluator import evaluator
 from heyoka_bike.motion.trajectory import Certificate, Trajectory, row_times
 from heyoka_bike.numbers.arithmetic import Balls, exact_ball
 from heyoka_bike.numbers.rounding import Enclosure, decimal_above, decimal_digits, hi_lo
-from heyoka_bike.reference.layout import CANDIDATE, CERTIFICATE, HDF5
-from heyoka_bike.reference.load import ReferenceManeuver, Values
-from heyoka_bike.reference.proof.dense import NODES
+from heyoka_bike.reference.layout import CANDIDATE, CERTIFICATE, HDF5, NODES
+from heyoka_bike.reference.load import ReferenceManeuver
 from heyoka_bike.reference.proof.first_row import exact_columns
 from heyoka_bike.reference.proof.rows import (
     EVALUATION_BITS,
@@ -38,6 +37,7 @@ from heyoka_bike.reference.proof.rows import (
     enclose_rows,
     upward,
 )
+from heyoka_bike.reference.values import Values
 from heyoka_bike.reference.verification.checks import Tally
 from heyoka_bike.reference.verification.schema import Text
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from heyoka_bike.errors import DatasetError
+from heyoka_bike.reference.layout import HDF5
 from heyoka_bike.reference.manifest import (
     CUSTOM,
     DATASET_VERSION,
@@ -19,9 +20,6 @@ from heyoka_bike.reference.manifest import (
     sha256,
 )
 from heyoka_bike.reference.verification.checks import Check
-
-_DATA = "uncontrolled-bicycle.h5"
-"""A folder that holds this file is a reference set, whatever is wrong with its manifest."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +60,8 @@ def check_files(folder: Path, *, is_published: bool = False) -> tuple[Files, lis
         manifest = read_manifest(folder)
         raw = (folder / MANIFEST).read_bytes()
     except (DatasetError, OSError) as e:
-        if _DATA not in present:
+        # A folder that holds this file is a set, whatever is wrong with its manifest.
+        if HDF5 not in present:
             raise DatasetError(str(e)) from None
         return Files(None), [Check("manifest", False, MANIFEST, str(e), {"values": 0})]
     checks = [_form(raw), _known(manifest, is_published=is_published)]

@@ -18,10 +18,9 @@ from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
 from heyoka_bike.motion.trajectory import row_times
 from heyoka_bike.numbers.arithmetic import exact_ball
 from heyoka_bike.numbers.rounding import hi_lo
-from heyoka_bike.reference.layout import HDF5, MOTION
-from heyoka_bike.reference.load import Values
-from heyoka_bike.reference.motion import MotionManeuver
-from heyoka_bike.reference.proof.dense import NODES
+from heyoka_bike.reference.layout import HDF5, MOTION, NODES
+from heyoka_bike.reference.load import ReferenceManeuver
+from heyoka_bike.reference.values import Dense
 from heyoka_bike.reference.verification import agreement
 from heyoka_bike.reference.verification.agreement import (
     BITS,
@@ -36,7 +35,7 @@ NAMES = ("motion_state", "motion_identities", "rolling")
 """Checks that are made of the whole motion only."""
 
 
-def follows_from_state(x: Stored, m: MotionManeuver) -> list[Tally]:
+def follows_from_state(x: Stored, m: ReferenceManeuver) -> list[Tally]:
     """Every column of a row follows from the state in the reference's row, and the integrals."""
     tally = Tally("motion_state", MOTION)
     times = np.array([hi_lo(t, "time") for t in row_times(x.maneuver)])
@@ -63,7 +62,7 @@ def follows_from_state(x: Stored, m: MotionManeuver) -> list[Tally]:
     return [tally]
 
 
-def identities(x: Stored, m: MotionManeuver) -> list[Tally]:
+def identities(x: Stored, m: ReferenceManeuver) -> list[Tally]:
     """Unit quaternions, and wheels whose lowest points are the contact points on the floor."""
     tally = Tally("motion_identities", MOTION)
     for i in range(x.maneuver.rows):
@@ -89,7 +88,7 @@ def identities(x: Stored, m: MotionManeuver) -> list[Tally]:
     return [tally]
 
 
-def rolling(x: Stored, m: MotionManeuver) -> list[Tally]:
+def rolling(x: Stored, m: ReferenceManeuver) -> list[Tally]:
     """The integrals' dense output changes at the rates that the reference has at its rows.
 
     A polynomial of degree n that is off by B over a piece of length h has, by Markov's inequality,
@@ -130,7 +129,7 @@ _ROLLING = INTEGRALS[:3]
 """The integrals whose rates are columns of the reference, up to a factor."""
 
 
-def _derivative(dense: Values, name: str, piece: int) -> flint.arb_poly:
+def _derivative(dense: Dense, name: str, piece: int) -> flint.arb_poly:
     """The derivative by the argument of a Chebyshev piece."""
     x = flint.arb_poly([0, 1])
     t = [flint.arb_poly([1]), x]
@@ -143,7 +142,7 @@ def _derivative(dense: Values, name: str, piece: int) -> flint.arb_poly:
     return total.derivative()
 
 
-def dense(x: Stored, m: MotionManeuver) -> list[Tally]:
+def dense(x: Stored, m: ReferenceManeuver) -> list[Tally]:
     """The dense output: its value at the rows, and how its pieces join."""
     return agreement.dense(Stored(x.number, x.bicycle, x.maneuver, m), MOTION)
 

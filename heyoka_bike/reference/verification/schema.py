@@ -12,23 +12,25 @@ import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
 import h5py
 import numpy as np
 
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS, Column
+from heyoka_bike.bicycle.column import Column
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.bicycle.equations.kinematics import state_names
 from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
-from heyoka_bike.bicycle.parameters import STATE_INPUTS, Maneuver
+from heyoka_bike.bicycle.parameters import Maneuver
 from heyoka_bike.numbers.precision import Precision
-from heyoka_bike.reference.layout import TEXT, TEXT_50, content_of_file, content_sha256
-from heyoka_bike.reference.making.hdf5_groups import Described
+from heyoka_bike.reference import structure
+from heyoka_bike.reference.layout import content_sha256
 from heyoka_bike.reference.manifest import Manifest, values_version
 from heyoka_bike.reference.proof.certificate_file import STATEMENT, TRUSTED
-from heyoka_bike.reference.proof.dense import NODES
 from heyoka_bike.reference.proof.rows import TEXT_DIGITS
-from heyoka_bike.reference.sensitivities import UNKNOWNS
+from heyoka_bike.reference.structure import INDEX, STATED, Dataset, Group, by_maneuver
+from heyoka_bike.reference.texts import TextFile
 
 DAMAGE = (
     OSError, ArithmeticError, AttributeError, LookupError, MemoryError, RuntimeError, TypeError,
@@ -41,7 +43,6 @@ _GRID = 3 * 2.0**-50
 
 # Set by HDF5's dimension scales.
 _SCALE_ATTRIBUTES = {"CLASS", "NAME", "REFERENCE_LIST", "DIMENSION_LIST"}
-_FIXED_TEXT = {"title", "comment"}
 _NUMBER_50 = re.compile(rf"-?[1-9]\.[0-9]{{{TEXT_DIGITS - 1}}}e[+-](0|[1-9][0-9]*)|0")
 _ENTRY = (
     "maneuver", "steps", "entries", "ambiguous", "bound", "bound_end", "state_bounds",
@@ -54,24 +55,6 @@ _STATES = {
 """Variables of the candidate by the form of the equations."""
 _BOUND = re.compile(r"[0-9](\.[0-9]+)?e[+-]?[0-9]{1,5}|0(e[+-]?[0-9]{1,5})?")
 _TIME = re.compile(r"(0|[1-9][0-9]*)(\.[0-9]*[1-9])?")
-
-
-@dataclass(frozen=True, slots=True)
-class TextFile:
-    """One of the text files of a set.
-
-    Attributes
-    ----------
-    name : str
-    numbers : tuple of int
-        The maneuvers it holds, from 1.
-    is_long : bool
-        Whether its numbers have 50 digits.
-    """
-
-    name: str
-    numbers: tuple[int, ...]
-    is_long: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,78 +81,57 @@ def problems_of(look: Callable[..., Iterator[str]], *arguments: Any) -> list[str
     return found
 
 
-def text_files(maneuvers: Sequence[Maneuver]) -> tuple[TextFile, ...]:
-    """The text files of a set: for all maneuvers, or one for each that has its own time grid."""
-    numbers = tuple(range(1, len(maneuvers) + 1))
-    both = ((TEXT, False), (TEXT_50, True))
-    if len({(m.rows, m.spacing) for m in maneuvers}) == 1:
-        return tuple(TextFile(name, numbers, is_long) for name, is_long in both)
-    return tuple(
-        TextFile(f"-{i}.".join(name.rsplit(".", 1)), (i,), is_long)
-        for name, is_long in both
-        for i in numbers
-    )
-
-
 def of_hdf5(raw: bytes, manifest: Manifest, maneuvers: Sequence[Maneuver]) -> Iterator[str]:
     """Problems of the file of rows and dense output."""
+    version = values_version(manifest.dataset_version)
+    about = structure.about_reference(manifest.inputs, version, manifest.content_sha256)
     with h5py.File(io.BytesIO(raw), "r") as f:
-        expected = {
-            "Conventions": "CF-1.8",
-            "dataset_version": values_version(manifest.dataset_version),
-            "content_sha256": manifest.content_sha256,
-        }
-        yield from _tables(f, expected, COLUMNS, COLUMNS, manifest, maneuvers)
+        yield from _groups(f, about, partial(_table, columns=COLUMNS), manifest, maneuvers)
 
 
 def of_motion(raw: bytes, manifest: Manifest, maneuvers: Sequence[Maneuver]) -> Iterator[str]:
     """Problems of the file of the whole motion; its hash must be that of its numbers."""
-    dense = [c for c in MOTION_COLUMNS if c.is_dense]
     with h5py.File(io.BytesIO(raw), "r") as f:
-        expected = {"Conventions": "CF-1.8", "content_sha256": content_of_file(f)}
-        yield from _tables(f, expected, MOTION_COLUMNS, dense, manifest, maneuvers)
+        about = structure.about_motion(manifest.inputs, content_sha256(f))
+        yield from _groups(f, about, partial(_table, columns=MOTION_COLUMNS), manifest, maneuvers)
 
 
-def _tables(
-    f: h5py.File, attributes: Mapping[str, str], columns: Sequence[Described],
-    dense: Sequence[Described], manifest: Manifest, maneuvers: Sequence[Maneuver],
-) -> Iterator[str]:  # fmt: skip
-    """Problems of a file of rows and dense output."""
+def of_candidate(raw: bytes, manifest: Manifest, maneuvers: Sequence[Maneuver]) -> Iterator[str]:
+    """Problems of the file of trajectories."""
+    about = structure.about_candidate(manifest.inputs)
+    with h5py.File(io.BytesIO(raw), "r") as f:
+        yield from _groups(f, about, _trajectory, manifest, maneuvers)
 
-    def table(group: Any, maneuver: Maneuver, inputs: Mapping[str, Any]) -> Iterator[str]:
-        yield from _attributes(group, inputs, set())
-        yield from _rows(group, maneuver.rows, columns)
-        yield from _dense(group["dense"], dense)
 
-    yield from _groups(f, attributes, table, manifest, maneuvers)
+def of_sensitivities(
+    raw: bytes, manifest: Manifest, maneuvers: Sequence[Maneuver]
+) -> Iterator[str]:
+    """Problems of the file of sensitivities: the structure, the hash, and sums of the energies."""
+    with h5py.File(io.BytesIO(raw), "r") as f:
+        said = f.attrs["content_sha256"]
+        about = structure.about_sensitivities(manifest.inputs, said)
+        yield from _groups(f, about, _sensitivity, manifest, maneuvers)
+        if said != content_sha256(f):
+            yield "attribute content_sha256: is not that of the numbers"
 
 
 def _groups(
-    f: h5py.File, attributes: Mapping[str, str], look: Callable[..., Iterator[str]],
+    f: h5py.File, about: Mapping[str, str], look: Callable[..., Iterator[str]],
     manifest: Manifest, maneuvers: Sequence[Maneuver],
 ) -> Iterator[str]:  # fmt: skip
     """Problems of a file that has a group for each maneuver, each of which `look` looks at."""
-    bicycle = manifest.inputs["bicycle"]
-    expected = {
-        **attributes,
-        "bicycle": bicycle["name"],
-        "parameters": json.dumps(bicycle["parameters"]),
-    }
-    yield from _attributes(f, expected, _FIXED_TEXT)
-    groups = [f"maneuver_{i}" for i in range(1, len(maneuvers) + 1)]
-    yield from _names(f, groups)
-    if set(f) != set(groups):
-        return
-    for group, maneuver, inputs in zip(
-        groups, maneuvers, manifest.inputs["maneuvers"], strict=True
-    ):
-        yield from look(f[group], maneuver, inputs)
+    yield from _attributes(f, about)
+    groups = by_maneuver(zip(maneuvers, manifest.inputs["maneuvers"], strict=True))
+    yield from _names(f, list(groups))
+    if set(f) == set(groups):
+        for name, (maneuver, inputs) in groups.items():
+            yield from look(f[name], maneuver, inputs)
 
 
 def content_differs(raw: bytes, manifest: Manifest, _: Sequence[Maneuver]) -> Iterator[str]:
     """A content_sha256 that is not that of the numbers."""
     with h5py.File(io.BytesIO(raw), "r") as f:
-        found = content_of_file(f)
+        found = content_sha256(f)
     if found != manifest.content_sha256:
         yield (
             f"the numbers have content_sha256 {found[:12]}..., the manifest says "
@@ -177,71 +139,44 @@ def content_differs(raw: bytes, manifest: Manifest, _: Sequence[Maneuver]) -> It
         )
 
 
-def _rows(group: Any, rows: int, columns: Sequence[Described]) -> Iterator[str]:
-    scale = group["time"]
-    suffixes = ("", "_lo", "_bound")
-    yield from _names(group, ["time", "time_lo", "dense", *_stored(columns, suffixes)])
-    described = {"units": "s", "long_name": "time", "axis": "T"}
-    yield from _dataset(scale, "f8", (rows,), described, {"definition"})
-    described = {"units": "s", "long_name": "time, low part"}
-    yield from _dataset(group["time_lo"], "f8", (rows,), described, {"definition"}, [scale])
-    for column in columns:
-        for suffix in suffixes:
-            dataset = group[column.name + suffix]
-            described, also = _described(column, suffix)
-            yield from _dataset(dataset, "f8", (rows,), described, also, [scale])
-        if (group[f"{column.name}_bound"][:] < 0).any():
-            yield f"{group.name}/{column.name}_bound: found a negative bound"
+def _table(
+    group: Any, maneuver: Maneuver, inputs: Mapping[str, Any], *, columns: Sequence[Column]
+) -> Iterator[str]:
+    pieces = _pieces(group, "dense/breaks")
+    yield from _group(group, structure.table(inputs, columns, maneuver.rows, pieces))
+    yield from _increase(group["dense/breaks"])
 
 
-def _described(column: Described, suffix: str) -> tuple[dict[str, str], set[str]]:
-    """Attributes of a dataset of rows, and those of which only the name is known."""
-    low = {"": "", "_lo": ", low part", "_bound": ", certified bound"}[suffix]
-    described = {"units": column.unit, "long_name": column.long_name + low}
-    if suffix:
-        return described, {"definition"}
-    described["definition"] = column.meaning
-    if isinstance(column, Column):
-        described["definition_name"] = column.definition
-    if column.positive:
-        described["positive"] = column.positive
-    return described, set()
+def _sensitivity(group: Any, _: Maneuver, inputs: Mapping[str, Any]) -> Iterator[str]:
+    first = COLUMNS[0].name
+    orders = group[first].shape[1] if first in group else 0
+    yield from _group(group, structure.sensitivity(inputs, _pieces(group, "breaks"), orders))
+    yield from _increase(group["breaks"])
+    energies = [group[f"{name}_energy"][:] for name in ("potential", "kinetic", "mechanical")]
+    size = max(float(np.nanmax(np.abs(e), initial=0.0)) for e in energies)
+    difference = np.abs(energies[0] + energies[1] - energies[2])
+    if float(np.nanmax(difference, initial=0.0)) > _GRID * size:
+        yield f"{group.name}: derivatives of the energies do not add up"
 
 
-def _dense(group: Any, columns: Sequence[Described]) -> Iterator[str]:
-    stored = _stored(columns, ("", "_lo", "_bound"))
-    yield from _names(group, ["breaks", "piece", "order", *stored])
-    yield from _attributes(group, {}, {"comment"})
-    breaks, piece, order = (group[name] for name in ("breaks", "piece", "order"))
-    pieces = max(breaks.size - 1, 1)
-    described = {"units": "s", "long_name": "ends of the pieces"}
-    yield from _dataset(breaks, "f8", (pieces + 1,), described, {"definition"})
-    yield from _dataset(piece, "i4", (pieces,), {}, set())
-    yield from _dataset(order, "i4", (NODES,), {}, set())
-    for index in (piece, order):
-        if not np.array_equal(index[:], np.arange(index.size)):
-            yield f"{index.name}: found other numbers than 0, 1, 2, ..."
+def _pieces(group: Any, breaks: str) -> int:
+    return max(group[breaks].size - 1, 1) if breaks in group else 1
+
+
+def _increase(breaks: Any) -> Iterator[str]:
     times = breaks[:]
     if times[0] != 0 or not (np.diff(times) > 0).all():
         yield f"{breaks.name}: the breaks do not increase from 0"
-    for column in columns:
-        for suffix, low in (("", ""), ("_lo", ", low part")):
-            described = {
-                "units": column.unit,
-                "long_name": f"{column.long_name}, Chebyshev coefficients{low}",
-                "definition": column.meaning,
-            }
-            dataset = group[column.name + suffix]
-            yield from _dataset(dataset, "f8", (pieces, NODES), described, set(), [piece, order])
-        described = {"units": column.unit, "long_name": f"{column.long_name}, certified bound"}
-        bound = group[f"{column.name}_bound"]
-        yield from _dataset(bound, "f8", (pieces,), described, {"definition"}, [piece])
-        if (bound[:] < 0).any():
-            yield f"{bound.name}: found a negative bound"
 
 
-def _stored(columns: Sequence[Described], suffixes: Sequence[str]) -> list[str]:
-    return [column.name + suffix for column in columns for suffix in suffixes]
+def _group(group: Any, layout: Group) -> Iterator[str]:
+    """Problems of a group, and of the groups in it."""
+    yield from _attributes(group, layout.attributes)
+    yield from _names(group, layout.members)
+    for item in layout.datasets:
+        yield from _dataset(group, item)
+    for name, inner in layout.groups.items():
+        yield from _group(group[name], inner)
 
 
 def _names(group: Any, expected: Sequence[str]) -> Iterator[str]:
@@ -254,37 +189,37 @@ def _names(group: Any, expected: Sequence[str]) -> Iterator[str]:
         yield f"{group.name}: has {name!r:.60}, which is not part of a set"
 
 
-def _dataset(
-    dataset: Any, kind: str, shape: tuple[int, ...], attributes: Mapping[str, str],
-    also: set[str], scales: Sequence[Any] = (),
-) -> Iterator[str]:  # fmt: skip
-    """Problems of a dataset: type, shape, attributes, dimension scales, numbers not finite."""
-    if dataset.dtype != np.dtype(f"<{kind}") or dataset.shape != shape:
+def _dataset(group: Any, item: Dataset) -> Iterator[str]:
+    """Problems of a dataset: type, shape, attributes, dimension scales, its numbers."""
+    dataset, kind = group[item.name], np.dtype(item.kind)
+    if dataset.dtype != kind or dataset.shape != item.shape:
         raise _UnusableError(
-            f"{dataset.name}: found {dataset.shape} of {dataset.dtype}, expected {shape} of "
-            f"{np.dtype(f'<{kind}')}"
+            f"{dataset.name}: found {dataset.shape} of {dataset.dtype}, expected {item.shape} of "
+            f"{kind}"
         )
-    yield from _attributes(dataset, attributes, also)
-    for axis, scale in enumerate(scales):
+    yield from _attributes(dataset, item.attributes)
+    for axis, scale in enumerate(item.scales):
         attached = dataset.dims[axis].values()
-        if len(attached) != 1 or attached[0] != scale:
-            yield f"{dataset.name}: axis {axis} does not have the scale {scale.name}"
+        if len(attached) != 1 or attached[0] != group[scale]:
+            yield f"{dataset.name}: axis {axis} does not have the scale {group[scale].name}"
     values = dataset[:]
-    if not np.isfinite(values).all():
+    if np.isinf(values).any() or (np.isnan(values).any() and not item.has_nan):
         yield f"{dataset.name}: found a number that is not finite"
+    if item.kind == INDEX and not np.array_equal(values, np.arange(values.size)):
+        yield f"{dataset.name}: found other numbers than 0, 1, 2, ..."
+    if item.name.endswith("_bound") and (values < 0).any():
+        yield f"{dataset.name}: found a negative bound"
 
 
-def _attributes(item: Any, expected: Mapping[str, Any], also: set[str]) -> Iterator[str]:
-    """Attributes that are missing, not known, or say something else; of `also` only the names."""
+def _attributes(item: Any, expected: Mapping[str, Any]) -> Iterator[str]:
+    """Attributes that are missing, not known, or say something else."""
     found = {name: item.attrs[name] for name in item.attrs if name not in _SCALE_ATTRIBUTES}
-    for name in sorted(found.keys() | expected.keys() | also):
+    for name in sorted(found.keys() | expected.keys()):
         if name not in found:
             yield f"{item.name}: has no attribute {name}"
-        elif name not in expected and name not in also:
+        elif name not in expected:
             yield f"{item.name}: has the attribute {name!r:.60}, which is not part of a set"
-        elif name in also and not (isinstance(found[name], str) and found[name].isprintable()):
-            yield f"{item.name}: attribute {name} is not a line of text"
-        elif name in expected and not _same(found[name], expected[name]):
+        elif not _same(found[name], expected[name]):
             yield (
                 f"{item.name}: attribute {name}: found {found[name]!r:.80}, "
                 f"expected {expected[name]!r:.80}"
@@ -295,45 +230,37 @@ def _same(found: Any, expected: Any) -> bool:
     return isinstance(found, str) and found == expected
 
 
-def of_candidate(raw: bytes, manifest: Manifest, maneuvers: Sequence[Maneuver]) -> Iterator[str]:
-    """Problems of the file of trajectories."""
-    with h5py.File(io.BytesIO(raw), "r") as f:
-        yield from _groups(f, {}, _trajectory, manifest, maneuvers)
-
-
 def _trajectory(group: Any, maneuver: Maneuver, inputs: Mapping[str, Any]) -> Iterator[str]:
-    yield from _names(group, ["breaks", "coefficients"])
-    numbers = ("grid", "taylor_order", "precision_bits")
-    yield from _names_of_attributes(
-        group, ["name", *STATE_INPUTS, "states", "form", "precision", *numbers]
-    )
+    said = {name: group.attrs[name] for name in STATED if name in group.attrs}
+    yield from _names_of_attributes(group, [*inputs, *STATED])
     for name, text in inputs.items():
         if not _same(group.attrs[name], text):
             yield (
                 f"{group.name}: attribute {name}: found {group.attrs[name]!r:.80}, "
                 f"expected {text!r:.80}"
             )
-    form = group.attrs["form"]
+    form = said["form"]
     if form not in _STATES:
         yield (
             f"{group.name}: attribute form: found {form!r:.80}, "
             f"expected one of {', '.join(_STATES)}"
         )
-    elif json.loads(group.attrs["states"]) != _STATES[form]:
+    elif json.loads(said["states"]) != _STATES[form]:
         yield f"{group.name}: attribute states: found other variables than those of {form}"
-    grid, order, bits = (int(group.attrs[name]) for name in numbers)
-    if Precision.of(str(group.attrs["precision"]).split()[0]).bits != bits:
-        yield f"{group.name}: {group.attrs['precision']!r:.80} do not have {bits} bits"
+    grid, bits = int(said["grid"]), int(said["precision_bits"])
+    if Precision.of(str(said["precision"]).split()[0]).bits != bits:
+        yield f"{group.name}: {said['precision']!r:.80} do not have {bits} bits"
     if not bits <= grid <= 2 * bits:
         yield f"{group.name}: attribute grid: found {grid}, expected {bits} or somewhat more"
     breaks, coefficients = group["breaks"], group["coefficients"]
-    pieces = max(breaks.size - 1, 1)
-    yield from _dataset(breaks, "f8", (pieces + 1,), {}, set())
     width = coefficients.shape[-1]
     # A state of more than 2^64 would be no motion of a bicycle.
     if width > (grid + 64) // 8 + 1:
         raise _UnusableError(f"{coefficients.name} has integers of {width} bytes")
-    yield from _dataset(coefficients, "u1", (pieces, 7, order + 1, width), {}, set())
+    layout = structure.trajectory(inputs, said, _pieces(group, "breaks"), width)
+    yield from _names(group, layout.members)
+    for item in layout.datasets:
+        yield from _dataset(group, item)
     times = breaks[:]
     if times[0] != 0 or not (np.diff(times) > 0).all() or times[-1] < maneuver.duration:
         yield f"{breaks.name}: do not increase from 0 to {float(maneuver.duration):g} s"
@@ -343,44 +270,6 @@ def _names_of_attributes(item: Any, expected: Sequence[str]) -> Iterator[str]:
     for name in sorted(set(item.attrs) ^ set(expected)):
         has = "has no attribute" if name in expected else "has the unknown attribute"
         yield f"{item.name}: {has} {name!r:.60}"
-
-
-def of_sensitivities(
-    raw: bytes, manifest: Manifest, maneuvers: Sequence[Maneuver]
-) -> Iterator[str]:
-    """Problems of the file of sensitivities: the structure, the hash, and sums of the energies."""
-    parts: dict[str, dict[str, Any]] = {}
-    with h5py.File(io.BytesIO(raw), "r") as f:
-        yield from _names(f, [f"maneuver_{i}" for i in range(1, len(maneuvers) + 1)])
-        expected = json.dumps(manifest.inputs["bicycle"]["parameters"])
-        if f.attrs["parameters"] != expected:
-            yield f"attribute parameters: found {f.attrs['parameters']!r:.80}"
-        if json.loads(f.attrs["unknowns"]) != list(UNKNOWNS):
-            yield f"attribute unknowns: expected {', '.join(UNKNOWNS)}"
-        for i, inputs in enumerate(manifest.inputs["maneuvers"], start=1):
-            group = f[f"maneuver_{i}"]
-            yield from _names(group, ["breaks", *(column.name for column in COLUMNS)])
-            for name, text in inputs.items():
-                if not _same(group.attrs[name], text):
-                    yield f"{group.name}: attribute {name}: found {group.attrs[name]!r:.80}"
-            pieces = group["breaks"].size - 1
-            yield from _dataset(group["breaks"], "f8", (pieces + 1,), {"units": "s"}, set())
-            for column in COLUMNS:
-                dataset = group[column.name]
-                shape = (pieces, *dataset.shape[1:2], len(UNKNOWNS))
-                if dataset.dtype != np.dtype("<f8") or dataset.shape != shape:
-                    yield f"{dataset.name}: found {dataset.shape}, expected {shape} of binary64"
-                elif np.isinf(dataset[:]).any():
-                    yield f"{dataset.name}: found a number that is not finite"
-            parts[f"maneuver_{i}"] = {name: group[name][:] for name in group}
-            kept = parts[f"maneuver_{i}"]
-            energies = [kept[f"{name}_energy"] for name in ("potential", "kinetic", "mechanical")]
-            size = max(float(np.nanmax(np.abs(e), initial=0.0)) for e in energies)
-            difference = np.abs(energies[0] + energies[1] - energies[2])
-            if float(np.nanmax(difference, initial=0.0)) > _GRID * size:
-                yield f"{group.name}: derivatives of the energies do not add up"
-        if f.attrs["content_sha256"] != content_sha256(parts):
-            yield "attribute content_sha256: is not that of the numbers"
 
 
 def of_certificate(raw: bytes, manifest: Manifest, maneuvers: Sequence[Maneuver]) -> Iterator[str]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from heyoka_bike.motion.trajectory import Trajectory
-from heyoka_bike.reference.motion import MotionManeuver
+from heyoka_bike.reference.load import ReferenceManeuver
 from heyoka_bike.reference.verification.agreement import Stored
 from heyoka_bike.reference.verification.checks import Check, Tally, all_passed, as_dict
 from heyoka_bike.reference.verification.schema import Text
@@ -32,7 +32,7 @@ class ManeuverFiles:
         What certificate.json says of it.
     texts : tuple of Text
         The text files that hold it.
-    motion : MotionManeuver or None
+    motion : ReferenceManeuver or None
         The whole motion.
     """
 
@@ -41,7 +41,7 @@ class ManeuverFiles:
     run: Trajectory | None
     entry: Mapping[str, Any] | None
     texts: tuple[Text, ...]
-    motion: MotionManeuver | None = None
+    motion: ReferenceManeuver | None = None
 
     @property
     def long_text(self) -> Text | None:

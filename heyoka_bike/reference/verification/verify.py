@@ -27,10 +27,10 @@ from heyoka_bike.bicycle.parameters import (
 from heyoka_bike.motion.expressions import require_heyoka
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.reference.layout import CANDIDATE, CERTIFICATE, HDF5, MOTION, SENSITIVITIES
-from heyoka_bike.reference.load import load_reference
+from heyoka_bike.reference.load import load_motion, load_reference
 from heyoka_bike.reference.manifest import MANIFEST, Manifest
-from heyoka_bike.reference.motion import load_motion
 from heyoka_bike.reference.proof.candidate import read_candidate
+from heyoka_bike.reference.texts import TextFile, text_files
 from heyoka_bike.reference.verification import agreement, motion_agreement, schema
 from heyoka_bike.reference.verification.checks import Check, Tally
 from heyoka_bike.reference.verification.hashes import check_files
@@ -82,7 +82,7 @@ class Content:
     """
 
     parts: list[ManeuverFiles]
-    texts: tuple[schema.TextFile, ...]
+    texts: tuple[TextFile, ...]
     sound: set[str]
     has_motion: bool = False
 
@@ -158,7 +158,7 @@ def read_content(
     except schema.DAMAGE as e:
         message = f"its inputs cannot be used: {' '.join(str(e).split()):.200}"
         return Content([], (), set()), [Check("inputs", False, MANIFEST, message, {"values": 0})]
-    texts = schema.text_files(maneuvers)
+    texts = text_files(maneuvers)
     count = len(PARAMETERS) + len(STATE_INPUTS) * len(maneuvers)
     shown = f"{bicycle.name}, {len(maneuvers)} maneuvers"
     checks = [
@@ -332,7 +332,7 @@ def _not_made(made: Sequence[Check], content: Content) -> list[Check]:
 
 
 def _needs(
-    texts: Sequence[schema.TextFile], *, has_motion: bool
+    texts: Sequence[TextFile], *, has_motion: bool
 ) -> Iterator[tuple[str, str, tuple[str, ...]]]:
     """Checks of the numbers, the file that each is about, and the files that it needs."""
     for name in ("row_zero", "energy", "contact", "columns", "dense_rows", "dense_joins"):

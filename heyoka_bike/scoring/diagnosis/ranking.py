@@ -24,7 +24,7 @@ from dataclasses import dataclass, field, replace
 
 from heyoka_bike.errors import DatasetError, MissingPackageError
 from heyoka_bike.reference.load import Reference
-from heyoka_bike.reference.sensitivities import Sensitivities, load_sensitivities
+from heyoka_bike.reference.sensitivities import Sensitivities
 from heyoka_bike.scoring.alignment import HALF, Alignment
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, Mistake
 from heyoka_bike.scoring.diagnosis.mistakes.search import Hypothesis, Search
@@ -106,7 +106,7 @@ def diagnose(
             simulator = Simulator()
     sensitivities = None
     with suppress(DatasetError):
-        sensitivities = load_sensitivities(reference.folder)
+        sensitivities = reference.sensitivities
     search = Search(alignment.parts, reference, simulator, sensitivities)
     singles: list[Hypothesis] = []
     mistakes = [*MISTAKES, *search.proposals()]

@@ -13,7 +13,8 @@ from math import inf, log
 
 import numpy as np
 
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, DEFINITIONS, Column
+from heyoka_bike.bicycle.column import Column
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, DEFINITIONS
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import HALF, Part
 from heyoka_bike.scoring.definitions import Understanding

@@ -1,0 +1,41 @@
+"""What is said of a column of the reference, whichever file holds it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """A stored quantity.
+
+    Attributes
+    ----------
+    key
+        Name of the column (``roll_angle``).
+    definition
+        Name of the definition, of the axes or of the frame it refers to; the first one listed of a
+        key is its default.
+    unit
+        SI unit, UDUNITS spelling.
+    long_name, meaning, positive
+        For people: what it is, how it is defined, which way is positive.
+    default
+        Whether it is meant by the key alone.
+    is_dense
+        Whether there are Chebyshev pieces of it; else it is known at the rows only.
+    """
+
+    key: str
+    definition: str
+    unit: str
+    long_name: str
+    meaning: str
+    positive: str = ""
+    default: bool = False
+    is_dense: bool = True
+
+    @property
+    def name(self) -> str:
+        """Name of the dataset: the key, followed by the definition for an alternate."""
+        return self.key if self.default else f"{self.key}_{self.definition}"

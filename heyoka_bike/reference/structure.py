@@ -1,0 +1,214 @@
+"""How the HDF5 files of a set are built: declared once, to be written and to be verified.
+
+All have attributes of the whole file and a group for each maneuver, ``maneuver_1`` and so on.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, TypeVar
+
+from heyoka_bike.bicycle.column import Column
+from heyoka_bike.bicycle.columns import COLUMNS
+from heyoka_bike.reference.layout import NODES
+from heyoka_bike.reference.sensitivities import UNKNOWNS
+
+T = TypeVar("T")
+
+INDEX = "<i4"
+"""Kind of a dataset that counts along an axis: 0, 1, 2, ..."""
+
+STATED = ("states", "form", "grid", "taylor_order", "precision", "precision_bits")
+"""What candidate.h5 says of a trajectory, beside the inputs."""
+
+
+@dataclass(frozen=True, slots=True)
+class Dataset:
+    """A dataset of a group.
+
+    Attributes
+    ----------
+    name : str
+    shape : tuple of int
+    attributes : mapping of str to str
+    scales : tuple of str
+        The datasets of its group that are the dimension scales of its first axes.
+    is_scale : bool
+        Whether it is one itself.
+    is_column : bool
+        Whether it holds numbers of a column.
+    kind : str
+        Its dtype.
+    has_nan : bool
+        Whether NaN says that there is no number.
+    """
+
+    name: str
+    shape: tuple[int, ...]
+    attributes: Mapping[str, str] = field(default_factory=dict)
+    scales: tuple[str, ...] = ()
+    is_scale: bool = False
+    is_column: bool = False
+    kind: str = "<f8"
+    has_nan: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """A group, or a whole file; attributes and members are in the order of their creation.
+
+    Attributes
+    ----------
+    attributes : mapping
+    datasets : tuple of Dataset
+    groups : mapping of str to Group
+    """
+
+    attributes: Mapping[str, Any]
+    datasets: tuple[Dataset, ...] = ()
+    groups: Mapping[str, Group] = field(default_factory=dict)
+
+    @property
+    def members(self) -> tuple[str, ...]:
+        """Names of its datasets and groups."""
+        return (*(dataset.name for dataset in self.datasets), *self.groups)
+
+
+def by_maneuver(items: Iterable[T]) -> dict[str, T]:
+    """What there is of each maneuver, by the name of its group."""
+    return {f"maneuver_{i}": item for i, item in enumerate(items, start=1)}
+
+
+def about_reference(inputs: Mapping[str, Any], version: str, content: str) -> dict[str, str]:
+    """Attributes of uncontrolled-bicycle.h5; `inputs` here and below as in the manifest."""
+    return {
+        "title": "Reference solution of the multibody benchmark Uncontrolled bicycle",
+        "Conventions": "CF-1.8",
+        "dataset_version": version,
+        "content_sha256": content,
+        **_bicycle(inputs),
+        "comment": "Each value is the correctly rounded exact one; <name>_lo is the exact value "
+        "minus it, so <name> + <name>_lo has 32 digits. Axes: x forward, y right, z down.",
+    }
+
+
+def about_motion(inputs: Mapping[str, Any], content: str) -> dict[str, str]:
+    """Attributes of motion.h5."""
+    return {
+        "title": "The whole motion of the reference solution: configuration and forces",
+        "Conventions": "CF-1.8",
+        "content_sha256": content,
+        **_bicycle(inputs),
+        "comment": "Each value is the correctly rounded exact one, or zero where an enclosure as "
+        "narrow as its bound holds zero; <name>_lo is the exact value minus it, so <name> + "
+        "<name>_lo has 32 digits. Ground frame: x along the initial heading, y right, z down, "
+        "origin where the rear wheel touches the floor at t = 0. Wheel angles are zero at t = 0.",
+    }
+
+
+def about_sensitivities(inputs: Mapping[str, Any], content: str) -> dict[str, str]:
+    """Attributes of sensitivities.h5."""
+    return {
+        "title": "Sensitivities of the reference solution: d column / d unknown",
+        "comment": "On the piece [a, b] of breaks the derivative of a column with respect to "
+        "unknown u is sum_k c[piece, k, u] T_k(x), c_0 not halved, x = 2 (t - a) / (b - a) - 1; a "
+        "break belongs to the piece on its right. The pitch at the start follows from roll and "
+        "steer. Computed in binary128 by first variations; not certified, see the docs for how "
+        "many digits agree with differences of runs at 70 digits.",
+        "content_sha256": content,
+        **_bicycle(inputs),
+        "unknowns": json.dumps(list(UNKNOWNS)),
+        "unknown_units": json.dumps(list(UNKNOWNS.values())),
+    }
+
+
+def about_candidate(inputs: Mapping[str, Any]) -> dict[str, str]:
+    """Attributes of candidate.h5."""
+    return {
+        "title": "Candidate solutions: exact piecewise polynomials",
+        "comment": "On the piece [a, b] of breaks a state variable is sum_k n_k 2^-grid s^k, "
+        "s = (t - a) / (b - a); coefficients[piece, state, k] holds n_k as a little-endian "
+        "two's complement integer. Angles in rad, rates in rad/s.",
+        **_bicycle(inputs),
+    }
+
+
+def table(inputs: Mapping[str, str], columns: Sequence[Column], rows: int, pieces: int) -> Group:
+    """Rows and dense output of a maneuver; `inputs` here and below of the maneuver."""
+    comment = (
+        "Piecewise Chebyshev: on the piece [a, b] of breaks the column is sum_k c_k T_k(x), "
+        "c_0 not halved, x = 2 (t - a) / (b - a) - 1, c = <name> + <name>_lo; "
+        "a break belongs to the piece on its right, the end to the last."
+    )
+    dense = Group({"comment": comment}, tuple(_dense(columns, pieces)))
+    return Group(inputs, tuple(_rows(columns, rows)), {"dense": dense})
+
+
+def sensitivity(inputs: Mapping[str, str], pieces: int, orders: int) -> Group:
+    """Derivatives of the columns along a maneuver."""
+    shape = (pieces, orders, len(UNKNOWNS))
+    derivatives = []
+    for c in COLUMNS:
+        unit, what = f"{c.unit} per unit of the unknown", f"{c.long_name}, derivatives"
+        derivatives.append(
+            Dataset(c.name, shape, _described(unit, what, c.meaning), is_column=True, has_nan=True)
+        )
+    return Group(inputs, (Dataset("breaks", (pieces + 1,), {"units": "s"}), *derivatives))
+
+
+def trajectory(
+    inputs: Mapping[str, str], stated: Mapping[str, Any], pieces: int, width: int
+) -> Group:
+    """A candidate: what it says of itself by `STATED`, and integers of so many bytes."""
+    shape = (pieces, 7, int(stated["taylor_order"]) + 1, width)
+    datasets = Dataset("breaks", (pieces + 1,)), Dataset("coefficients", shape, kind="u1")
+    return Group({**inputs, **stated}, datasets)
+
+
+def _bicycle(inputs: Mapping[str, Any]) -> dict[str, str]:
+    bicycle = inputs["bicycle"]
+    return {"bicycle": bicycle["name"], "parameters": json.dumps(bicycle["parameters"])}
+
+
+def _described(unit: str, long_name: str, definition: str) -> dict[str, str]:
+    return {"units": unit, "long_name": long_name, "definition": definition}
+
+
+def _rows(columns: Sequence[Column], rows: int) -> Iterator[Dataset]:
+    said = "standard time of the rows, a multiple of the spacing"
+    about = {**_described("s", "time", said), "axis": "T"}
+    yield Dataset("time", (rows,), about, is_scale=True)
+    about = _described("s", "time, low part", "exact time minus time")
+    yield Dataset("time_lo", (rows,), about, ("time",))
+    for c in columns:
+        about = _described(c.unit, c.long_name, c.meaning)
+        if c in COLUMNS:
+            about["definition_name"] = c.definition
+        if c.positive:
+            about["positive"] = c.positive
+        low = f"exact value minus {c.name}, rounded"
+        bound = f"certified: abs(exact value - {c.name} - {c.name}_lo) <= this"
+        for tag, attributes in (
+            ("", about),
+            ("_lo", _described(c.unit, f"{c.long_name}, low part", low)),
+            ("_bound", _described(c.unit, f"{c.long_name}, certified bound", bound)),
+        ):
+            yield Dataset(c.name + tag, (rows,), attributes, ("time",), is_column=True)
+
+
+def _dense(columns: Sequence[Column], pieces: int) -> Iterator[Dataset]:
+    about = _described("s", "ends of the pieces", "exact")
+    yield Dataset("breaks", (pieces + 1,), about, is_scale=True)
+    yield Dataset("piece", (pieces,), is_scale=True, kind=INDEX)
+    yield Dataset("order", (NODES,), is_scale=True, kind=INDEX)
+    for c in columns:
+        if not c.is_dense:
+            continue
+        for tag, low in (("", ""), ("_lo", ", low part")):
+            about = _described(c.unit, f"{c.long_name}, Chebyshev coefficients{low}", c.meaning)
+            yield Dataset(c.name + tag, (pieces, NODES), about, ("piece", "order"), is_column=True)
+        bound = "certified: largest distance of the piece from the exact column"
+        about = _described(c.unit, f"{c.long_name}, certified bound", bound)
+        yield Dataset(f"{c.name}_bound", (pieces,), about, ("piece",), is_column=True)
