@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +18,6 @@ from heyoka_bike.errors import Exit, InputError
 
 if TYPE_CHECKING:
     from heyoka_bike.reference.load import Reference
-    from heyoka_bike.scoring.reading.results import Results
     from heyoka_bike.scoring.report import Report, Series
 
 _FORMATS = ("table", "json", "csv", "junit", "html")
@@ -129,7 +128,7 @@ def run(args: argparse.Namespace) -> int:
     results = [read(f, m, reference) for f, m in zip(files, maneuvers, strict=True)]
     scored = score_files(results, reference, steps=steps, cpu=cpu, require=args.require)
     if args.diagnose:
-        scored = _diagnosed(results, scored, reference)
+        scored = _diagnosed(scored, reference)
     for path, name in written:
         write_output(path, _render(scored, name, is_terminal=False).encode())
     if on_screen is not None:
@@ -140,16 +139,17 @@ def run(args: argparse.Namespace) -> int:
     return Exit.OK
 
 
-def _diagnosed(results: Sequence[Results], scored: Report | Series, reference: Reference) -> Report:
-    from heyoka_bike.commands.diagnose import with_diagnosis
-    from heyoka_bike.scoring.alignment import align, merge
+def _diagnosed(scored: Report | Series, reference: Reference) -> Report:
+    from heyoka_bike.commands.diagnose import progress_bar
+    from heyoka_bike.scoring.diagnosis.diagnose import diagnosed
     from heyoka_bike.scoring.report import Series
 
     if isinstance(scored, Series):
         raise InputError(
             f"--diagnose: found {len(scored.runs)} runs, expected the files of one run"
         )
-    return with_diagnosis(merge([align(r, reference) for r in results]), scored, reference)
+    with progress_bar() as progress:
+        return diagnosed(scored, reference, progress)
 
 
 def _outputs(args: argparse.Namespace) -> tuple[str | None, list[tuple[Path, str]]]:

@@ -67,7 +67,7 @@ def _report(report: Report, title: str) -> str:
         _contents(report),
         "</header>",
         _requirements(report.requirements),
-        _findings(report.findings),
+        _findings(report.said),
         _explanation(report.explanation),
         *(_maneuver(m, 2, m is report.maneuvers[0]) for m in report.maneuvers),
     ]
@@ -179,7 +179,7 @@ def _tile(state: str, said: str, about: str) -> str:
 
 def _contents(report: Report) -> str:
     links = [("requirements", "Requirements")] if report.requirements else []
-    links += [("findings", "Findings")] if report.findings else []
+    links += [("findings", "Findings")] if report.said else []
     links += [("explanation", "What explains it")] if report.explanation else []
     links += [(f"maneuver-{m.maneuver}", f"Maneuver {m.maneuver}") for m in report.maneuvers]
     return _links(links)

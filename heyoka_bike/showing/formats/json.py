@@ -28,7 +28,7 @@ def _report(report: Report) -> dict[str, Any]:
         "bicycle": report.bicycle,
         "file": asdict(report.file),
         "maneuvers": [_maneuver(m) for m in report.maneuvers],
-        "findings": [_finding(f) for f in report.findings],
+        "findings": [_finding(f) for f in report.said],
         "requirements": [asdict(r) for r in report.requirements],
         "passed": report.passed,
     }

@@ -53,7 +53,7 @@ def _suite(report: Report) -> Element:
     counts = {"tests": len(suite) - 1, "failures": failures, "errors": 0, "skipped": 0, "time": 0}
     for key, value in counts.items():
         suite.set(key, str(value))
-    findings = by_severity(report.findings)
+    findings = by_severity(report.said)
     _say(suite, [verdict(report)] + [f"{f.severity}: {sentence(f.message)}" for f in findings])
     return suite
 

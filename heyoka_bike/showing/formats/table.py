@@ -144,10 +144,10 @@ def _print_report(page: _Page, report: Report) -> None:
         for m in report.maneuvers:
             page.say(f"  maneuver {m.maneuver}: {performance_words(m)}")
         _print_consistency(page, report)
-    if report.findings:
+    if report.said:
         page.say("")
         page.say("findings", "bold")
-        _print_findings(page, report.findings)
+        _print_findings(page, report.said)
     if report.requirements:
         page.say("")
         page.say("requirements", "bold")
