@@ -5,7 +5,7 @@
 CONFTEST = """
 import numpy as np
 import pytest
-from heyoka_bike.columns import BENCHMARK_COLUMNS
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 
 def made(reference, number, digits):
     m = reference[number]

@@ -119,7 +119,7 @@ def fail(message):
 
 
 def test_the_usual_mistake_is_named(reference):
-    mistaken_programs = pytest.importorskip("mistaken_programs", exc_type=ImportError)
+    mistaken_programs = pytest.importorskip("support.mistaken_programs", exc_type=ImportError)
     mistake = next(m for m in MISTAKES if m.code == "trail_normal")
     made = mistaken_programs.columns_of(reference, (mistake,))
     columns = [made[n][key] for n in made for key in BENCHMARK_COLUMNS]
