@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.errors import Exit, InputError
+from heyoka_bike.system.console import progress_bar
 
 if TYPE_CHECKING:
     from heyoka_bike.reference.load import Reference
@@ -108,14 +109,9 @@ def _film(
     name: str,
 ) -> bytes:  # fmt: skip
     """The bytes of a film, with a progress bar on a terminal."""
-    from rich.console import Console
-    from rich.progress import Progress
-
     from heyoka_bike.showing.replay.film import RATES, render
     from heyoka_bike.showing.replay.scenes import replay
 
     found = replay(reference, results, maneuver, RATES[file_format])
-    console = Console(stderr=True)
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as bars:
-        bar = bars.add_task("drawing frames", total=1.0)
-        return render(found, file_format, name, lambda x: bars.update(bar, completed=x))
+    with progress_bar("drawing frames") as progress:
+        return render(found, file_format, name, progress)

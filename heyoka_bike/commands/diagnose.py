@@ -5,11 +5,10 @@ from __future__ import annotations
 import argparse
 import json
 import textwrap
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.errors import Exit, InputError, NothingScoredError
+from heyoka_bike.system.console import progress_bar
 
 if TYPE_CHECKING:
     from heyoka_bike.scoring.report import Report
@@ -53,24 +52,12 @@ def run(args: argparse.Namespace) -> int:
     reference = load_reference(args.reference)
     numbers = maneuvers_of(args.maneuver, len(args.files), reference)
     files = [read(f, n, reference) for f, n in zip(args.files, numbers, strict=True)]
-    with progress_bar() as progress:
+    with progress_bar("simulating mistakes") as progress:
         found = diagnose(files, reference, progress)
     if NOTHING in found.diagnosis:
         raise NothingScoredError(f"{found.file.path}: {NOTHING.message}")
     print(_as_json(found) if args.format == "json" else _as_text(found))
     return Exit.OK
-
-
-@contextmanager
-def progress_bar() -> Iterator[Callable[[float], None]]:
-    """A bar on a terminal while a diagnosis works."""
-    from rich.console import Console
-    from rich.progress import Progress
-
-    console = Console(stderr=True)
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as bars:
-        bar = bars.add_task("simulating mistakes", total=1.0)
-        yield lambda x: bars.update(bar, completed=x)
 
 
 def _as_text(found: Report) -> str:

@@ -15,6 +15,7 @@ from heyoka_bike.commands.result_files import (
     refuse_overwriting,
 )
 from heyoka_bike.errors import Exit, InputError
+from heyoka_bike.system.console import progress_bar
 
 if TYPE_CHECKING:
     from heyoka_bike.reference.load import Reference
@@ -140,7 +141,6 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _diagnosed(scored: Report | Series, reference: Reference) -> Report:
-    from heyoka_bike.commands.diagnose import progress_bar
     from heyoka_bike.scoring.diagnosis.diagnose import diagnosed
     from heyoka_bike.scoring.report import Series
 
@@ -148,7 +148,7 @@ def _diagnosed(scored: Report | Series, reference: Reference) -> Report:
         raise InputError(
             f"--diagnose: found {len(scored.runs)} runs, expected the files of one run"
         )
-    with progress_bar() as progress:
+    with progress_bar("simulating mistakes") as progress:
         return diagnosed(scored, reference, progress)
 
 
