@@ -6,6 +6,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from heyoka_bike.commands.options import add_reference
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.system.console import progress_bar
 
@@ -52,9 +53,7 @@ def add_parser(subparsers: Any) -> None:
         help="show this one, which a file of one maneuver then holds (default: all; of a film: the "
         "first)",
     )
-    p.add_argument(
-        "--reference", metavar="DIR", help="folder of a reference set (default: the published one)"
-    )
+    add_reference(p)
     p.set_defaults(run=run)
 
 

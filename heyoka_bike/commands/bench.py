@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+from heyoka_bike.commands.options import add_reference
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.system.console import stage_bar
 
@@ -56,11 +57,7 @@ def add_parser(subparsers: Any) -> None:
         action="store_true",
         help=f"leave out what is slow to build; {_QUICK_RUNS} runs by default",
     )
-    p.add_argument(
-        "--reference",
-        metavar="DIR",
-        help="folder of a reference set of the benchmark (default: the published one)",
-    )
+    add_reference(p, " of the benchmark")
     p.set_defaults(run=run)
 
 

@@ -7,12 +7,14 @@ import json
 import textwrap
 from typing import TYPE_CHECKING, Any
 
-from heyoka_bike.errors import Exit, InputError, NothingScoredError
+from heyoka_bike.commands.options import add_format, add_reference, check_format
+from heyoka_bike.errors import Exit, NothingScoredError
 from heyoka_bike.system.console import progress_bar
 
 if TYPE_CHECKING:
     from heyoka_bike.scoring.report import Report
 
+_FORMATS = ("text", "json")
 _WIDTH = 96
 
 
@@ -33,11 +35,9 @@ def add_parser(subparsers: Any) -> None:
         epilog="example: heyoka-bike diagnose my-results.txt",
     )
     p.add_argument("files", metavar="FILE", nargs="+", help="result file, or files of one run")
-    p.add_argument("--format", metavar="FORMAT", default="text", help="text or json (default text)")
+    add_format(p, _FORMATS)
     p.add_argument("--maneuver", metavar="N", help="maneuver that a file of one maneuver holds")
-    p.add_argument(
-        "--reference", metavar="DIR", help="folder of a reference set (default: the published one)"
-    )
+    add_reference(p)
     p.set_defaults(run=run)
 
 
@@ -47,8 +47,7 @@ def run(args: argparse.Namespace) -> int:
     from heyoka_bike.reference.load import load_reference
     from heyoka_bike.scoring.diagnosis.diagnose import NOTHING, diagnose
 
-    if args.format not in ("text", "json"):
-        raise InputError(f"--format: found '{args.format}', expected text or json")
+    check_format(args.format, _FORMATS)
     reference = load_reference(args.reference)
     numbers = maneuvers_of(args.maneuver, len(args.files), reference)
     files = [read(f, n, reference) for f, n in zip(args.files, numbers, strict=True)]

@@ -15,8 +15,6 @@ if TYPE_CHECKING:
     from rich.table import Table
     from rich.text import Text
 
-# Of a table with prose that goes to a file or a pipe; a narrower terminal wraps it.
-_WIDTH = 120
 _ANY_WIDTH = 1_000_000
 
 
@@ -54,17 +52,13 @@ def table(
     return view
 
 
-def print_table(
-    headings: Sequence[str], rows: Iterable[Sequence[str | Text]], *,
-    title: str | Text = "", left: int = 1, prose: bool = False, group: int = 0,
-) -> None:  # fmt: skip
-    """Print a `table` on standard output: no number is cut, however narrow a terminal or a pipe."""
+def print_table(view: Table, width: int = 0) -> None:
+    """Print a table on standard output, at least so wide; by default no number is ever cut."""
     from rich.console import Console
 
-    view = table(headings, rows, title=title, left=left, prose=prose, group=group)
     console = Console()
     natural = console.measure(view, options=console.options.update_width(_ANY_WIDTH)).maximum
-    console.width = max(console.width, _WIDTH if prose else natural)
+    console.width = max(console.width, width or natural)
     console.print(view)
 
 

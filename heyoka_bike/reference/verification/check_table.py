@@ -6,9 +6,11 @@ import sys
 from collections.abc import Sequence
 
 from heyoka_bike.reference.verification.checks import Check
-from heyoka_bike.system.console import print_table
+from heyoka_bike.system.console import print_table, table
 
 _RESULT = {True: ("ok", "green"), False: ("FAILED", "bold red"), None: ("not made", "yellow")}
+
+_WIDTH = 120  # of a table that goes to a file or a pipe; a narrower terminal wraps it
 
 
 def print_checks(title: str, checks: Sequence[Check]) -> None:
@@ -20,7 +22,7 @@ def print_checks(title: str, checks: Sequence[Check]) -> None:
         (c.check, c.file, Text(*_RESULT[c.passed]), str(c.evidence["values"]), c.message)
         for c in checks
     ]
-    print_table(headings, rows, title=Text(title), left=3, prose=True)
+    print_table(table(headings, rows, title=Text(title), left=3, prose=True), _WIDTH)
 
 
 def complain(place: str, checks: Sequence[Check]) -> None:

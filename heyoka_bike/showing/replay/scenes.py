@@ -10,7 +10,7 @@ difference, interpolated linearly, so that a file of few digits or rows adds no 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -171,13 +171,11 @@ def _scene(number: int, maneuver: ReferenceManeuver, k: Constants, rate: float) 
 
 def _beside(scene: Scene, scored: Report, k: Constants) -> Scene:
     """A scene with the result's motion, or with a note why there is none."""
-    found = [_result(scene, m, k) for m in scored.maneuvers if m.maneuver == scene.number]
-    said: ShownResult | str = (
-        found[0] if found else f"The file does not hold maneuver {scene.number}."
-    )
-    if isinstance(said, str):
-        return Scene(scene.number, scene.name, scene.reference, None, (said,))
-    return Scene(scene.number, scene.name, scene.reference, said)
+    held = [m for m in scored.maneuvers if m.maneuver == scene.number]
+    if not held:
+        return replace(scene, notes=(f"The file does not hold maneuver {scene.number}.",))
+    said = _result(scene, held[0], k)
+    return replace(scene, notes=(said,)) if isinstance(said, str) else replace(scene, result=said)
 
 
 def _result(scene: Scene, found: ManeuverScore, k: Constants) -> ShownResult | str:
