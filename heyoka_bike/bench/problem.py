@@ -20,13 +20,22 @@ import numpy as np
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.reduced import Equations
-from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
+from heyoka_bike.bicycle.parameters import (
+    PARAMETERS,
+    STATE_INPUTS,
+    Bicycle,
+    Maneuver,
+    read_bicycle,
+    read_maneuvers,
+)
+from heyoka_bike.errors import InputError
 from heyoka_bike.motion.expressions import Expressions, require_heyoka
 from heyoka_bike.motion.integrate import right_hand_side
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.precision import Precision
-from heyoka_bike.reference.load import ReferenceManeuver
+from heyoka_bike.reference.load import ReferenceManeuver, load_reference
 from heyoka_bike.reference.values import Values
+from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
 
 PERFORMANCE_LIMIT = 1e-3
 """Of the benchmark's eq. (1) [%]."""
@@ -159,3 +168,34 @@ class Trial:
     performance: float
     error: float
     order: int | None = None
+
+
+def benchmark_problem(folder: str | None, number: int) -> Problem:
+    """A maneuver of the benchmark, with its reference.
+
+    Parameters
+    ----------
+    folder
+        Of a reference set; the published one by default.
+    number
+        Of the maneuver, from 1.
+
+    Raises
+    ------
+    InputError
+        The reference is that of other inputs.
+    """
+    reference = load_reference(folder)
+    bicycle = read_bicycle(benchmark_bicycle())
+    maneuver = read_maneuvers(benchmark_maneuvers())[number - 1]
+    inputs = {key: str(getattr(maneuver, key)) for key in STATE_INPUTS}
+    if (
+        number not in reference
+        or dict(reference[number].inputs) != inputs
+        or dict(reference.parameters) != {symbol: str(bicycle[symbol]) for symbol in PARAMETERS}
+    ):
+        raise InputError(
+            f"{folder}: found a reference of other inputs, expected {maneuver.name} of the "
+            f"{bicycle.name}"
+        )
+    return Problem(bicycle, maneuver, reference[number])

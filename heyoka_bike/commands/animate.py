@@ -6,7 +6,9 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from heyoka_bike.commands.options import add_reference
 from heyoka_bike.errors import Exit, InputError
+from heyoka_bike.system.console import progress_bar
 
 if TYPE_CHECKING:
     from heyoka_bike.reference.load import Reference
@@ -51,9 +53,7 @@ def add_parser(subparsers: Any) -> None:
         help="show this one, which a file of one maneuver then holds (default: all; of a film: the "
         "first)",
     )
-    p.add_argument(
-        "--reference", metavar="DIR", help="folder of a reference set (default: the published one)"
-    )
+    add_reference(p)
     p.set_defaults(run=run)
 
 
@@ -108,14 +108,9 @@ def _film(
     name: str,
 ) -> bytes:  # fmt: skip
     """The bytes of a film, with a progress bar on a terminal."""
-    from rich.console import Console
-    from rich.progress import Progress
-
     from heyoka_bike.showing.replay.film import RATES, render
     from heyoka_bike.showing.replay.scenes import replay
 
     found = replay(reference, results, maneuver, RATES[file_format])
-    console = Console(stderr=True)
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as bars:
-        bar = bars.add_task("drawing frames", total=1.0)
-        return render(found, file_format, name, lambda x: bars.update(bar, completed=x))
+    with progress_bar("drawing frames") as progress:
+        return render(found, file_format, name, progress)

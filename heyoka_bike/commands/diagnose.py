@@ -7,14 +7,14 @@ import json
 import textwrap
 from typing import TYPE_CHECKING, Any
 
-from heyoka_bike.errors import Exit, InputError, NothingScoredError
+from heyoka_bike.commands.options import add_format, add_reference, check_format
+from heyoka_bike.errors import Exit, NothingScoredError
+from heyoka_bike.system.console import progress_bar
 
 if TYPE_CHECKING:
-    from heyoka_bike.reference.load import Reference
-    from heyoka_bike.scoring.alignment import Alignment
-    from heyoka_bike.scoring.findings import Finding
     from heyoka_bike.scoring.report import Report
 
+_FORMATS = ("text", "json")
 _WIDTH = 96
 
 
@@ -35,11 +35,9 @@ def add_parser(subparsers: Any) -> None:
         epilog="example: heyoka-bike diagnose my-results.txt",
     )
     p.add_argument("files", metavar="FILE", nargs="+", help="result file, or files of one run")
-    p.add_argument("--format", metavar="FORMAT", default="text", help="text or json (default text)")
+    add_format(p, _FORMATS)
     p.add_argument("--maneuver", metavar="N", help="maneuver that a file of one maneuver holds")
-    p.add_argument(
-        "--reference", metavar="DIR", help="folder of a reference set (default: the published one)"
-    )
+    add_reference(p)
     p.set_defaults(run=run)
 
 
@@ -47,55 +45,31 @@ def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
     from heyoka_bike.commands.result_files import maneuvers_of, read
     from heyoka_bike.reference.load import load_reference
-    from heyoka_bike.scoring.alignment import align, merge
-    from heyoka_bike.scoring.definitions import understand
-    from heyoka_bike.scoring.score import report
+    from heyoka_bike.scoring.diagnosis.diagnose import NOTHING, diagnose
 
-    if args.format not in ("text", "json"):
-        raise InputError(f"--format: found '{args.format}', expected text or json")
+    check_format(args.format, _FORMATS)
     reference = load_reference(args.reference)
     numbers = maneuvers_of(args.maneuver, len(args.files), reference)
     files = [read(f, n, reference) for f, n in zip(args.files, numbers, strict=True)]
-    one = merge([align(f, reference) for f in files])
-    scored = report(one, understand(one.parts), reference)
-    found = with_diagnosis(one, scored, reference)
-    said = found.findings[: len(found.findings) - len(scored.findings)]
-    if any(f.code == "nothing_to_diagnose" for f in said):
-        raise NothingScoredError(f"{one.file.path}: {said[0].message}")
-    print(_as_json(found) if args.format == "json" else _as_text(scored, said))
+    with progress_bar("simulating mistakes") as progress:
+        found = diagnose(files, reference, progress)
+    if NOTHING in found.diagnosis:
+        raise NothingScoredError(f"{found.file.path}: {NOTHING.message}")
+    print(_as_json(found) if args.format == "json" else _as_text(found))
     return Exit.OK
 
 
-def with_diagnosis(one: Alignment, scored: Report, reference: Reference) -> Report:
-    """The report with its diagnosis, and a progress bar on a terminal while that works."""
-    from rich.console import Console
-    from rich.progress import Progress
-
-    from heyoka_bike.scoring.diagnosis.diagnose import diagnosed
-
-    console = Console(stderr=True)
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as bars:
-        bar = bars.add_task("simulating mistakes", total=1.0)
-        return diagnosed(one, scored, reference, lambda x: bars.update(bar, completed=x))
-
-
-def diagnosed(one: Alignment, scored: Report, reference: Reference) -> tuple[Finding, ...]:
-    """Findings of the diagnosis alone."""
-    found = with_diagnosis(one, scored, reference).findings
-    return found[: len(found) - len(scored.findings)]
-
-
-def _as_text(scored: Report, said: tuple[Finding, ...]) -> str:
+def _as_text(found: Report) -> str:
     from heyoka_bike.showing.formats.wording import verdict
 
-    paragraphs = [verdict(scored), *(f.message for f in said)]
+    paragraphs = [verdict(found), *(f.message for f in found.diagnosis)]
     return "\n\n".join(textwrap.fill(p, _WIDTH, break_long_words=False) for p in paragraphs)
 
 
-def _as_json(scored: Report) -> str:
+def _as_json(found: Report) -> str:
     from heyoka_bike.showing.formats.json import render
 
     # Those of the diagnosis come first, then those of `score`.
-    document = json.loads(render(scored))
+    document = json.loads(render(found))
     keys = ("schema_version", "dataset_version", "bicycle", "file", "findings")
     return json.dumps({key: document[key] for key in keys}, indent=2, allow_nan=False)

@@ -8,6 +8,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from heyoka_bike.commands.options import add_reference, check_format
 from heyoka_bike.errors import Exit, InputError
 
 _FORMATS = ("c", "fortran", "matlab", "json", "csv", "netcdf")
@@ -44,9 +45,7 @@ def add_parser(subparsers: Any) -> None:
         "default definitions)",
     )
     p.add_argument("--digits", metavar="N", type=int, help="of csv: 17 (default) or 32")
-    p.add_argument(
-        "--reference", metavar="DIR", help="folder of a reference set (default: the published one)"
-    )
+    add_reference(p)
     p.set_defaults(run=run)
 
 
@@ -56,8 +55,7 @@ def run(args: argparse.Namespace) -> int:
     from heyoka_bike.reference.load import load_reference
     from heyoka_bike.system.files import write_outputs
 
-    if args.format not in _FORMATS:
-        raise InputError(f"--format: found '{args.format}', expected one of {', '.join(_FORMATS)}")
+    check_format(args.format, _FORMATS)
     exporter = import_module(f"heyoka_bike.reference.exports.{args.format}")
     render = exporter.render
     if args.digits is not None:

@@ -10,7 +10,9 @@ from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
+from heyoka_bike.commands.options import add_bicycle
 from heyoka_bike.errors import Exit, InputError
+from heyoka_bike.system.console import print_table, table
 
 if TYPE_CHECKING:
     from heyoka_bike.bicycle.stability.box import BoxStability, CriticalSpeed, Interval
@@ -45,12 +47,7 @@ def add_parser(subparsers: Any) -> None:
         metavar="N",
         help="significant decimal digits, 5 to 1000 (default 15)",
     )
-    p.add_argument(
-        "--bicycle",
-        metavar="NAME|FILE",
-        default="benchmark",
-        help="a bicycle of the collection, or a TOML file (default: benchmark)",
-    )
+    add_bicycle(p)
     p.add_argument(
         "--speeds",
         default="0:10:1",
@@ -220,14 +217,14 @@ def _print(name: str, linear: Linearisation, spectrum: _Spectrum) -> None:
         for name, unit in _UNITS.items()
         for i, equation in enumerate(("roll", "steer"))
     ]
-    _print_table(("matrix", "equation", "of roll", "of steer"), matrices, group=2)
+    print_table(table(("matrix", "equation", "of roll", "of steer"), matrices, group=2))
     eigenvalues = [
         ["" if i else _speed_text(v, linear.digits), text(s.real), text(s.imag)]
         for v, values in spectrum
         for i, s in enumerate(values)
     ]
     heading = ("speed [m/s]", "eigenvalue, real part [1/s]", "imaginary part [rad/s]")
-    _print_table(heading, eigenvalues, group=4)
+    print_table(table(heading, eigenvalues, group=4))
     critical = (
         (("weave speed [m/s]", "weave frequency [rad/s]"), linear.weave_speeds),
         (("capsize speed [m/s]",), [(v,) for v in linear.capsize_speeds]),
@@ -241,7 +238,7 @@ def _print(name: str, linear: Linearisation, spectrum: _Spectrum) -> None:
         for quantity, x in zip(quantities, values, strict=True)
     ]
     rows += [[quantities[0], "none"] for quantities, found in critical if not found]
-    _print_table(("critical speeds", "value"), rows, group=1)
+    print_table(table(("critical speeds", "value"), rows))
 
 
 def below(x: Fraction, digits: int) -> str:
@@ -313,18 +310,4 @@ def _print_box(box: BoxStability, digits: int) -> None:
         found = ["no speed", ""] if ends is None else [x or "no end" for x in ends.values()]
         rows.append([name, *found, "", "", ""])
     heading = ("proved", "from", "to", "attained from", "attained to", "standard deviation")
-    _print_table(heading, rows, group=1)
-
-
-def _print_table(heading: Sequence[str], rows: Sequence[Sequence[str]], *, group: int) -> None:
-    """A table as wide as its numbers: no digit may be cut or folded, in a pipe least of all."""
-    from rich.console import Console
-    from rich.table import Table
-
-    table = Table()
-    for i, title in enumerate(heading):
-        table.add_column(title, justify="left" if i == 0 else "right", overflow="fold")
-    for i, row in enumerate(rows, start=1):
-        table.add_row(*row, end_section=i % group == 0 and group > 1)
-    widest = sum(max(map(len, column)) + 3 for column in zip(heading, *rows, strict=True))
-    Console(width=widest + 10, markup=False, highlight=False, emoji=False).print(table)
+    print_table(table(heading, rows))

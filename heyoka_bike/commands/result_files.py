@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.errors import InputError
+from heyoka_bike.system.console import patience
 
 if TYPE_CHECKING:
     from heyoka_bike.reference.load import Reference
@@ -66,8 +66,4 @@ def _patience(file: str) -> AbstractContextManager[Any]:
         is_long = file != _STANDARD_INPUT and Path(file).stat().st_size > _LONG
     except OSError:
         is_long = False
-    if not is_long or not sys.stderr.isatty():
-        return nullcontext()
-    from rich.console import Console
-
-    return Console(stderr=True).status(f"reading {file}")
+    return patience(f"reading {file}") if is_long else nullcontext()

@@ -4,21 +4,23 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from heyoka_bike.commands.options import add_reference, check_format
 from heyoka_bike.commands.result_files import (
     _STANDARD_INPUT,
     maneuvers_of,
     read,
     refuse_overwriting,
 )
-from heyoka_bike.errors import Exit, InputError
+from heyoka_bike.errors import Exit, InputError, quoted
+from heyoka_bike.system.console import progress_bar
 
 if TYPE_CHECKING:
     from heyoka_bike.reference.load import Reference
-    from heyoka_bike.scoring.reading.results import Results
     from heyoka_bike.scoring.report import Report, Series
 
 _FORMATS = ("table", "json", "csv", "junit", "html")
@@ -106,9 +108,7 @@ def add_parser(subparsers: Any) -> None:
     p.add_argument(
         "--cpu", metavar="S", help="processor time of each file [s], separated by commas"
     )
-    p.add_argument(
-        "--reference", metavar="DIR", help="folder of a reference set (default: the published one)"
-    )
+    add_reference(p)
     p.set_defaults(run=run)
 
 
@@ -129,7 +129,7 @@ def run(args: argparse.Namespace) -> int:
     results = [read(f, m, reference) for f, m in zip(files, maneuvers, strict=True)]
     scored = score_files(results, reference, steps=steps, cpu=cpu, require=args.require)
     if args.diagnose:
-        scored = _diagnosed(results, scored, reference)
+        scored = _diagnosed(scored, reference)
     for path, name in written:
         write_output(path, _render(scored, name, is_terminal=False).encode())
     if on_screen is not None:
@@ -140,24 +140,23 @@ def run(args: argparse.Namespace) -> int:
     return Exit.OK
 
 
-def _diagnosed(results: Sequence[Results], scored: Report | Series, reference: Reference) -> Report:
-    from heyoka_bike.commands.diagnose import with_diagnosis
-    from heyoka_bike.scoring.alignment import align, merge
+def _diagnosed(scored: Report | Series, reference: Reference) -> Report:
+    from heyoka_bike.scoring.diagnosis.diagnose import diagnosed
     from heyoka_bike.scoring.report import Series
 
     if isinstance(scored, Series):
         raise InputError(
             f"--diagnose: found {len(scored.runs)} runs, expected the files of one run"
         )
-    return with_diagnosis(merge([align(r, reference) for r in results]), scored, reference)
+    with progress_bar("simulating mistakes") as progress:
+        return diagnosed(scored, reference, progress)
 
 
 def _outputs(args: argparse.Namespace) -> tuple[str | None, list[tuple[Path, str]]]:
     """Format for standard output, if any, and the files to write with theirs."""
     formats: list[str] = [f for given in args.formats or () for f in given.split(",")]
     for found in formats:
-        if found not in _FORMATS:
-            raise InputError(f"--format: found '{found}', expected one of {', '.join(_FORMATS)}")
+        check_format(found, _FORMATS)
     left = list(dict.fromkeys(formats))
     written = []
     unclear = []
@@ -218,7 +217,6 @@ def _inputs(
 
 
 def _numbers(option: str, text: str | None) -> list[float | None] | None:
-    from heyoka_bike.errors import quoted
     from heyoka_bike.numbers.exact import Exact
 
     if text is None:
@@ -236,15 +234,9 @@ def _numbers(option: str, text: str | None) -> list[float | None] | None:
 
 
 def _render(scored: Report | Series, name: str, *, is_terminal: bool) -> str:
+    render: Callable[..., str] = import_module(f"heyoka_bike.showing.formats.{name}").render
     if name == "table":
-        from heyoka_bike.showing.formats import table
-
-        shown: str = table.render(scored, None if is_terminal else _WIDTH, is_terminal)
-        return shown
-    from importlib import import_module
-
-    render: Callable[[Report | Series], str]
-    render = import_module(f"heyoka_bike.showing.formats.{name}").render
+        return render(scored, None if is_terminal else _WIDTH, is_terminal)
     return render(scored)
 
 
@@ -259,10 +251,9 @@ def _print(text: str) -> None:
 
 def _complain(scored: Report | Series) -> None:
     """One line on standard error for each requirement that is not met."""
-    from heyoka_bike.scoring.report import Series
+    from heyoka_bike.showing.formats.wording import reports
 
-    reports = [r.report for r in scored.runs] if isinstance(scored, Series) else [scored]
-    for report in reports:
+    for report in reports(scored):
         for r in report.requirements:
             if not r.met:
                 line = f"{report.file.path}: required {r.text}, found {r.message}"

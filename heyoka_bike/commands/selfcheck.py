@@ -5,7 +5,8 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from heyoka_bike.errors import Exit, InputError
+from heyoka_bike.commands.options import add_format, check_format
+from heyoka_bike.errors import Exit
 
 if TYPE_CHECKING:
     from heyoka_bike.testing.selfcheck import Selfcheck
@@ -32,9 +33,7 @@ def add_parser(subparsers: Any) -> None:
         ),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    p.add_argument(
-        "--format", metavar="FORMAT", default="table", help="table or json (default table)"
-    )
+    add_format(p, _FORMATS)
     p.set_defaults(run=run)
 
 
@@ -43,8 +42,7 @@ def run(args: argparse.Namespace) -> int:
     from heyoka_bike.reference.verification.check_table import complain
     from heyoka_bike.testing.selfcheck import selfcheck
 
-    if args.format not in _FORMATS:
-        raise InputError(f"--format: found '{args.format}', expected {' or '.join(_FORMATS)}")
+    check_format(args.format, _FORMATS)
     found = selfcheck()
     if args.format == "json":
         import json

@@ -17,7 +17,6 @@ from heyoka_bike.reference.layout import MOTION
 from heyoka_bike.reference.load import Reference, ReferenceManeuver
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.reading.results import Quantum, Results, Rows
-from heyoka_bike.scoring.report import FileInfo
 from heyoka_bike.scoring.units import UNITS, factor
 
 MOST_SAMPLED = 4001
@@ -29,6 +28,29 @@ HALF = 0.5
 _LARGEST = 1e150
 # A column this far from its own maneuver, in scales, may be of another one.
 _FAR = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class FileInfo:
+    """The file that was scored.
+
+    Attributes
+    ----------
+    path, format
+    rows
+        Rows read, of all maneuvers that share them.
+    t_start, t_end
+        First and last time in it [s].
+    significant_digits
+        Decimal digits of the column written with the fewest; None if unknown.
+    """
+
+    path: str
+    format: str
+    rows: int
+    t_start: float
+    t_end: float
+    significant_digits: int | None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -54,6 +76,10 @@ class Part:
     values: Mapping[str, Array]
     lo: Mapping[str, Array]
     quantum: Mapping[str, Quantum]
+
+    def only(self, keys: Collection[str]) -> Part:
+        """The part with these columns alone."""
+        return replace(self, values=_only(self.values, keys))
 
     def has_values(self) -> bool:
         """Whether there is a finite number in any column."""
@@ -144,14 +170,6 @@ def align(results: Results, reference: Reference) -> Alignment:
         ),
         parts=tuple(sorted(parts, key=lambda p: p.number)),
         findings=tuple(findings),
-    )
-
-
-def restricted(alignment: Alignment, keys: Collection[str]) -> Alignment:
-    """An alignment with the columns of the given keys only."""
-    return replace(
-        alignment,
-        parts=tuple(replace(p, values=_only(p.values, keys)) for p in alignment.parts),
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from heyoka_bike.numbers.double import Array
+from heyoka_bike.scoring.alignment import FileInfo, Part
 from heyoka_bike.scoring.findings import Finding
 
 
@@ -223,6 +224,8 @@ class ManeuverScore:
     consistency : Consistency
     columns : tuple of ColumnScore
         In the order of `columns.COMPARED`, those in the file.
+    part : Part
+        The rows that were compared, as written.
     """
 
     maneuver: int
@@ -236,6 +239,7 @@ class ManeuverScore:
     performance_limit: float | None
     consistency: Consistency
     columns: tuple[ColumnScore, ...]
+    part: Part
 
 
 @dataclass(frozen=True, slots=True)
@@ -257,29 +261,6 @@ class Requirement:
     met: bool
     found: float | None
     message: str
-
-
-@dataclass(frozen=True, slots=True)
-class FileInfo:
-    """The file that was scored.
-
-    Attributes
-    ----------
-    path, format
-    rows
-        Rows read, of all maneuvers that share them.
-    t_start, t_end
-        First and last time in it [s].
-    significant_digits
-        Decimal digits of the column written with the fewest; None if unknown.
-    """
-
-    path: str
-    format: str
-    rows: int
-    t_start: float
-    t_end: float
-    significant_digits: int | None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -332,9 +313,12 @@ class Report:
     file : FileInfo
     maneuvers : tuple of ManeuverScore
     findings : tuple of Finding
+        How the file was understood, and what is odd about it.
     requirements : tuple of Requirement
+    diagnosis : tuple of Finding
+        Why the file differs, the likeliest first; empty if that was not asked.
     explanation : Explanation or None
-        Of a diagnosis, if there was one and it found something.
+        Of a diagnosis, if it found something.
     """
 
     dataset_version: str
@@ -343,7 +327,13 @@ class Report:
     maneuvers: tuple[ManeuverScore, ...]
     findings: tuple[Finding, ...]
     requirements: tuple[Requirement, ...] = ()
+    diagnosis: tuple[Finding, ...] = ()
     explanation: Explanation | None = None
+
+    @property
+    def said(self) -> tuple[Finding, ...]:
+        """All findings, those of the diagnosis first."""
+        return self.diagnosis + self.findings
 
     @property
     def passed(self) -> bool:

@@ -1,7 +1,7 @@
 """Scoring: a result file against the reference, at the file's own times.
 
 `score` is the pipeline: `alignment` finds the maneuvers and the rows that can be compared,
-`understanding` what the columns mean, `measures` how far they are from the reference, and
+`definitions` what the columns mean, `measures` how far they are from the reference, and
 `consistency` how well the file agrees with itself. The outcome is one `report.Report`.
 """
 
@@ -73,21 +73,21 @@ def score(
     """
     known = load_reference() if reference is None else reference
     several = [results] if isinstance(results, Results) else list(results)
-    alignment = merge([align(r, known) for r in several])
-    return report(alignment, understand(alignment.parts), known, require)
+    return scored(merge([align(r, known) for r in several]), known, require)
 
 
-def report(
+def scored(
     alignment: Alignment,
-    understood: Mapping[str, Understanding],
     reference: Reference,
     require: Sequence[str] = (),
+    understood: Mapping[str, Understanding] | None = None,
 ) -> Report:
-    """The report of aligned results, with their columns taken as understood."""
+    """The report of aligned results, with their columns as understood or as they fit best."""
     benchmark = reference.dataset_version != CUSTOM
+    taken = understand(alignment.parts) if understood is None else understood
 
     def score_part(part: Part) -> ManeuverScore:
-        return _score_maneuver(part, understood, _JUDGED.get(part.number) if benchmark else None)
+        return _score_maneuver(part, taken, _JUDGED.get(part.number) if benchmark else None)
 
     if all(is_small(part) for part in alignment.parts):
         maneuvers = tuple(map(score_part, alignment.parts))
@@ -126,6 +126,7 @@ def _score_maneuver(
         performance_limit=limit,
         consistency=consistency(part, columns),
         columns=columns,
+        part=part,
     )
 
 

@@ -28,7 +28,7 @@ from heyoka_bike.scoring.definitions import Understanding, understand
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.report import ColumnScore, Convergence, Report, Run, Series
-from heyoka_bike.scoring.score import report
+from heyoka_bike.scoring.score import scored
 
 # An error this close to its floor is rounding, not the integrator's.
 _AT_FLOOR = 4.0
@@ -93,8 +93,7 @@ def score_files(
     files = _files(results, known, steps, cpu)
     held = [p.number for a in files for p in a.parts]
     if len(set(held)) == len(held):
-        one = merge(files)
-        return report(one, understand(one.parts), known, require)
+        return scored(merge(files), known, require)
     return _series(files, known, steps, cpu, require)
 
 
@@ -242,7 +241,7 @@ def _score(
     """The runs, with the definitions that the clearest of `understood` has."""
     clearest = _clearest(understood)
     return tuple(
-        Run(report(a, _shared(own, clearest), reference, require), step, time)
+        Run(scored(a, reference, require, _shared(own, clearest)), step, time)
         for (a, step, time), own in zip(runs, understood, strict=False)
     )
 

@@ -1,9 +1,10 @@
-"""What the computer is that a number was measured on."""
+"""What the computer is that a number was measured on, and what is installed there."""
 
 from __future__ import annotations
 
 import os
 import platform
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -20,3 +21,11 @@ def machine() -> dict[str, Any]:
         pass
     system = f"{platform.system()} {platform.machine()}"
     return {"cpu": cpu, "cores": os.cpu_count(), "system": system}
+
+
+def installed(package: str) -> str | None:
+    """Version of an installed package; None if it is not there."""
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return None

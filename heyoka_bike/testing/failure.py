@@ -8,6 +8,7 @@ from math import inf
 
 import numpy as np
 
+from heyoka_bike.errors import printable
 from heyoka_bike.scoring.findings import Severity
 from heyoka_bike.scoring.measures import TOLERANCE
 from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Report, Requirement
@@ -31,7 +32,7 @@ def failure(checked: Sequence[Requirement], scored: Report, diagnosis: Sequence[
         Sentences: why the results differ.
     """
     failed = [r for r in checked if not r.met]
-    lines = [f"required {words.shown(r.text)}, found {words.sentence(r.message)}" for r in failed]
+    lines = [f"required {printable(r.text)}, found {words.sentence(r.message)}" for r in failed]
     lines.append("")
     entries = list(_explained(parse(failed[0].text), scored))
     for m in scored.maneuvers:

@@ -14,14 +14,12 @@ import numpy as np
 
 from heyoka_bike.errors import BicycleError, InputError
 from heyoka_bike.reference.load import Reference
-from heyoka_bike.scoring.alignment import Alignment, align, merge
-from heyoka_bike.scoring.definitions import understand
 from heyoka_bike.scoring.diagnosis.diagnose import diagnosed
 from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.requirements import OF_COLUMN, OF_MANEUVER, check, parse
-from heyoka_bike.scoring.score import report
+from heyoka_bike.scoring.score import score
 from heyoka_bike.showing.formats import wording as words
 from heyoka_bike.testing.failure import failure
 
@@ -133,7 +131,6 @@ class Score:
     """
 
     report: Report
-    _alignment: Alignment
     _reference: Reference
     _defaults: Defaults
     is_checked: bool = False
@@ -200,12 +197,11 @@ class Score:
             with warnings.catch_warnings():
                 # Whatever becomes of it, what the test is about is that the results are wrong.
                 warnings.simplefilter("ignore")
-                found = diagnosed(self._alignment, self.report, self._reference)
+                said = diagnosed(self.report, self._reference).diagnosis
         except BicycleError as e:
             return (f"none: {e}",)
         except Exception as e:
             return (f"none: it failed with {type(e).__name__}: {e}",)
-        said = found.findings[: len(found.findings) - len(self.report.findings)]
         shown = [f for i, f in enumerate(said) if i < _FINDINGS_SHOWN or f.code == "not_tried"]
         return tuple(f.message for f in shown)
 
@@ -228,12 +224,10 @@ def score_results(
     """
     __tracebackhide__ = True
     try:
-        read = list(_read(results, maneuver, len(reference)))
-        alignment = merge([align(r, reference) for r in read])
-        scored = report(alignment, understand(alignment.parts), reference)
+        scored = score(list(_read(results, maneuver, len(reference))), reference)
     except BicycleError as e:
         defaults.fail(f"bicycle_score: {e}")
-    return Score(scored, alignment, reference, defaults)
+    return Score(scored, reference, defaults)
 
 
 def _read(results: Any, maneuver: int | None, count: int) -> Iterator[Results]:

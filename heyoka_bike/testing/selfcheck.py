@@ -6,13 +6,12 @@ import platform
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from importlib import import_module
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 from heyoka_bike.errors import DatasetError, InputError, MissingPackageError
 from heyoka_bike.reference.verification.checks import Check, all_passed, as_dict
-from heyoka_bike.system.machine import machine
+from heyoka_bike.system.machine import installed, machine
 from heyoka_bike.system.resources import reference_folder
 from heyoka_bike.version import __version__
 
@@ -87,7 +86,7 @@ def selfcheck() -> Selfcheck:
             message = f"{name}: {versions[name]}; needed for {what}"
             checks.append(Check("package", passed, "", message, {"values": 1, "package": name}))
     for _, name, _ in _OPTIONAL:
-        versions[name] = _installed(name) or "not installed"
+        versions[name] = installed(name) or "not installed"
     folder = reference_folder()
     files, dataset_version, sha256 = _reference(folder)
     checks.append(files)
@@ -106,14 +105,7 @@ def _usable(module: str, name: str) -> tuple[str, bool]:
         return f"not installed{'' if missing == module else f': it needs {missing}'}", False
     except Exception as e:  # whatever a broken package raises
         return f"not usable: {type(e).__name__}: {' '.join(str(e).split()):.200}", False
-    return _installed(name) or "unknown", True
-
-
-def _installed(name: str) -> str | None:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return None
+    return installed(name) or "unknown", True
 
 
 def _reference(folder: Path) -> tuple[Check, str | None, str | None]:

@@ -18,9 +18,9 @@ from heyoka_bike.bench import batches, codes, compiled, precise, race
 from heyoka_bike.bench.codes import Compiled, Exudyn, SciPy, Sundials, Tuned
 from heyoka_bike.bench.problem import Problem
 from heyoka_bike.bench.race import CLASSES, Timing
+from heyoka_bike.bench.report import as_text
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.cli import main
-from heyoka_bike.commands.bench import _table
 from heyoka_bike.errors import Exit
 from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.reference.load import load_reference
@@ -241,7 +241,7 @@ def test_table_shows_all_of_it(document):
         key: results[3][key] for key in ("maneuver", "class", "code", "precision")
     }
     results[3]["status"] = "not installed"
-    text = _table(document | {"results": results}, is_shown=False)
+    text = as_text(document | {"results": results}, is_shown=False)
     for part in (*CLASSES.values(), *(code for code, _ in CODES), "not installed", "left out"):
         assert part in text
     headings = ("build [s]", "min [ms]", "median [ms]", "cold [ms]", "eq. (1) [%]", "[m/s]")
@@ -272,7 +272,7 @@ def test_bad_input_gives_one_line(tmp_path, monkeypatch, capsys, arguments, mess
 def test_a_reference_of_other_inputs_is_refused(folder, monkeypatch, capsys):
     reference = load_reference(folder)
     other = dataclasses.replace(reference, parameters={**reference.parameters, "w": "1"})
-    monkeypatch.setattr("heyoka_bike.reference.load.load_reference", lambda _: other)
+    monkeypatch.setattr("heyoka_bike.bench.problem.load_reference", lambda _: other)
     assert main(["bench", "--reference", "other"]) == Exit.INPUT
     error = capsys.readouterr().err
     assert error == (

@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 from support.mistaken_programs import columns_of
 
+from heyoka_bike import read_results, score
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.cli import main
+from heyoka_bike.scoring.diagnosis.diagnose import diagnose
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.system.resources import data_folder
 
@@ -38,6 +40,19 @@ def test_every_format_says_it(late):
         text = " ".join(re.sub(r"<[^>]*>", " ", (late / name).read_text()).split())
         assert "Each row is written one step late" in text, name
     ET.parse(late / "r.xml")
+
+
+def test_in_python_it_is_the_score_with_a_diagnosis(late):
+    results, seen = read_results(late / "late.txt"), []
+    found, plain = diagnose(results, progress=seen.append), score(results)
+    assert seen == sorted(seen)
+    assert 0 < seen[0] < seen[-1] <= 1
+    assert found.diagnosis[0].code == "mistake"
+    assert found.explanation is not None
+    assert (plain.diagnosis, plain.explanation) == ((), None)
+    assert found.findings == plain.findings
+    codes = [f["code"] for f in json.loads((late / "r.json").read_text())["findings"]]
+    assert [f.code for f in found.said] == codes
 
 
 def test_the_page_shows_what_is_left(late):

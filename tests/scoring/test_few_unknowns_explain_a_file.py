@@ -21,7 +21,7 @@ from heyoka_bike.scoring.alignment import align
 from heyoka_bike.scoring.diagnosis.answers import findings
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
-from heyoka_bike.scoring.diagnosis.ranking import diagnose
+from heyoka_bike.scoring.diagnosis.ranking import rank
 from heyoka_bike.scoring.diagnosis.unknowns.linear_fits import best_subsets, blocks, solve
 from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.score import score
@@ -111,7 +111,7 @@ def file_of(reference, parameters=None, starts=None, level=1e-5):
 
 
 def fitted(reference, simulator, file):
-    found = diagnose(align(file, reference), reference, simulator=simulator)
+    found = rank(align(file, reference).parts, reference, simulator=simulator)
     return found, found.estimate.fits if found.estimate else ()
 
 

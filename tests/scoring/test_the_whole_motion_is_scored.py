@@ -17,7 +17,7 @@ from heyoka_bike.reference.layout import MOTION
 from heyoka_bike.reference.load import load_motion, load_reference
 from heyoka_bike.reference.manifest import MANIFEST
 from heyoka_bike.scoring.alignment import align
-from heyoka_bike.scoring.diagnosis.diagnose import diagnosed
+from heyoka_bike.scoring.diagnosis.diagnose import diagnose
 from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.reading.headings import recognise
 from heyoka_bike.scoring.reading.results import Quantum, Results, Rows
@@ -276,8 +276,8 @@ def test_only_the_eight_are_diagnosed(reference, exact):
         return values * 1.01 if key == "rear_normal_force" else values
 
     wrong = results(reference, exact, change, keys)
-    report = diagnosed(align(wrong, reference), score(wrong, reference), reference)
-    assert codes(report)[0] == "nothing_to_explain"
+    report = diagnose(wrong, reference)
+    assert report.diagnosis[0].code == "nothing_to_explain"
     assert column(report, 2, "rear_normal_force").as_understood.measures.scd < 2.1
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, DEFINITIONS
 from heyoka_bike.reference.load import Reference, ReferenceManeuver, load_reference
+from heyoka_bike.scoring.alignment import FileInfo, Part
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.measures import growth, measures
 from heyoka_bike.scoring.report import (
@@ -17,7 +18,6 @@ from heyoka_bike.scoring.report import (
     ColumnScore,
     Consistency,
     Convergence,
-    FileInfo,
     ManeuverScore,
     Measures,
     Reading,
@@ -180,6 +180,7 @@ def _maneuver(reference: Reference, number: int, size: float) -> ManeuverScore:
         maneuver=number, name=m.name, rows=len(m.time), t_start=0.0, t_end=10.0, coverage=1.0,
         step=0.01, performance=0.53 * size, performance_limit=1e-3 if number == 2 else None,
         consistency=Consistency(1e-9, 5e-10, 1.2e-5, None), columns=columns,
+        part=Part(number, m, m.time, m.time_lo, {}, {}, {}),
     )  # fmt: skip
 
 

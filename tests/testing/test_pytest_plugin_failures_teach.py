@@ -143,9 +143,9 @@ BROKEN = {
     ),
     "warns": (
         "import dataclasses, warnings\nfrom heyoka_bike.scoring.findings import Finding\n"
-        "def broken(_, report, *rest):\n    warnings.warn('odd', stacklevel=1)\n"
+        "def broken(report, *rest):\n    warnings.warn('odd', stacklevel=1)\n"
         "    said = tuple(Finding('x', f'Finding {i}') for i in range(5))\n"
-        "    return dataclasses.replace(report, findings=said + report.findings)"
+        "    return dataclasses.replace(report, diagnosis=said)"
     ),
 }
 SAID = {
@@ -200,10 +200,10 @@ def test_without_heyoka_everything_else_is_said(pytester):
 COUNTED = """
 import pytest
 
-def told(_, report, *rest):
+def told(report, *rest):
     from dataclasses import replace
     from heyoka_bike.scoring.findings import Finding
-    return replace(report, findings=(Finding("x", "Told."), *report.findings))
+    return replace(report, diagnosis=(Finding("x", "Told."),))
 
 @pytest.fixture(autouse=True)
 def quick(monkeypatch):

@@ -1,19 +1,20 @@
-"""A score with its diagnosis: what explains a file is among its findings."""
+"""Why results differ from the reference: a score, with what explains it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
-from heyoka_bike.reference.load import Reference
-from heyoka_bike.scoring.alignment import Alignment, restricted
+from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring.diagnosis.answers import explanation, findings
-from heyoka_bike.scoring.diagnosis.ranking import diagnose
+from heyoka_bike.scoring.diagnosis.ranking import rank
 from heyoka_bike.scoring.findings import Finding, Severity
+from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.score import score
 
-_NOTHING = Finding(
+NOTHING = Finding(
     "nothing_to_diagnose",
     "the diagnosis looks at the benchmark's columns, and none of them has a value: "
     + ", ".join(BENCHMARK_COLUMNS),
@@ -21,26 +22,56 @@ _NOTHING = Finding(
 )
 
 
-def diagnosed(
-    alignment: Alignment, report: Report, reference: Reference,
-    progress: Callable[[float], None] = lambda _: None,
-) -> Report:  # fmt: skip
-    """The report of a file with the findings of its diagnosis first, and what the figure shows.
+def diagnose(
+    results: Results | Sequence[Results],
+    reference: Reference | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> Report:
+    """Compare results with the reference, and say why they differ.
 
-    Only the columns of the benchmark are diagnosed. Without them, or without heyoka, little or
-    nothing can be said; the findings tell.
+    Parameters
+    ----------
+    results
+        From `reading.read_results`; several if they hold different maneuvers of one run.
+    reference
+        From `load_reference`; the published one by default.
+    progress
+        Called with the part of the work that is done, 0 to 1.
+
+    Returns
+    -------
+    Report
+        As from `score`, with a `diagnosis`: the mistakes or the parameters whose simulation
+        explains the results, or what their error looks like. Only the columns of the benchmark are
+        diagnosed. Without them, or without heyoka, little or nothing can be said; this is said.
+
+    Raises
+    ------
+    InputError
+        A maneuver that the reference does not have or that comes twice, or a reference that does
+        not start upright and straight.
+    NothingScoredError
+        Nothing can be compared.
     """
-    judged = restricted(alignment, BENCHMARK_COLUMNS)
-    if not any(part.has_values() for part in judged.parts):
-        return replace(report, findings=(_NOTHING, *report.findings))
-    found = diagnose(judged, reference, progress=progress)
-    said = findings(found, _of_benchmark(report), reference)
-    return replace(report, findings=said + report.findings, explanation=explanation(found, said))
+    known = load_reference() if reference is None else reference
+    return diagnosed(score(results, known), known, progress)
 
 
-def _of_benchmark(report: Report) -> Report:
+def diagnosed(
+    report: Report, reference: Reference, progress: Callable[[float], None] | None = None
+) -> Report:
+    """The report with its diagnosis; the reference is the one it was made with."""
     maneuvers = tuple(
-        replace(m, columns=tuple(c for c in m.columns if c.key in BENCHMARK_COLUMNS))
+        replace(
+            m,
+            columns=tuple(c for c in m.columns if c.key in BENCHMARK_COLUMNS),
+            part=m.part.only(BENCHMARK_COLUMNS),
+        )
         for m in report.maneuvers
     )
-    return replace(report, maneuvers=maneuvers)
+    parts = [m.part for m in maneuvers]
+    if not any(part.has_values() for part in parts):
+        return replace(report, diagnosis=(NOTHING,))
+    found = rank(parts, reference, progress=progress or (lambda _: None))
+    said = findings(found, replace(report, maneuvers=maneuvers), reference)
+    return replace(report, diagnosis=said, explanation=explanation(found, said))

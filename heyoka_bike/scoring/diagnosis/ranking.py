@@ -3,7 +3,7 @@
 A hypothesis is a program that makes one or two of the usual `mistakes`. Its motion is simulated,
 and the file is compared with that motion as it is with the reference, with the definitions, signs
 and units that then fit best. The *gain* of a hypothesis is the geometric mean, over maneuvers and
-columns, of the factor by which the typical error (see `understanding`) falls from the correct
+columns, of the factor by which the typical error (see `definitions`) falls from the correct
 program to it: the likelihood ratio if the size of what remains, an unknown smooth error of
 the integrator and the digits written, is unknown in each column. Motions are compared through their
 difference from the simulated correct one, so that the simulation's own error cancels.
@@ -25,7 +25,7 @@ from dataclasses import dataclass, field, replace
 from heyoka_bike.errors import DatasetError, MissingPackageError
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.reference.sensitivities import Sensitivities
-from heyoka_bike.scoring.alignment import HALF, Alignment
+from heyoka_bike.scoring.alignment import HALF, Part
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, Mistake
 from heyoka_bike.scoring.diagnosis.mistakes.search import Hypothesis, Search
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
@@ -34,7 +34,7 @@ from heyoka_bike.scoring.diagnosis.unknowns.estimation import Estimate, Unknown
 from heyoka_bike.scoring.diagnosis.unknowns.fitting import Fitting
 from heyoka_bike.scoring.report import Curve
 
-__all__ = ["Diagnosis", "Hypothesis", "diagnose"]
+__all__ = ["Diagnosis", "Hypothesis", "rank"]
 
 # The same factor that tells definitions apart.
 _TOLD_APART = 2.0
@@ -93,8 +93,8 @@ class Diagnosis:
     curves: tuple[Curve, ...] = ()
 
 
-def diagnose(
-    alignment: Alignment, reference: Reference, *, simulator: Simulator | None = None,
+def rank(
+    parts: Sequence[Part], reference: Reference, *, simulator: Simulator | None = None,
     progress: Progress = lambda _: None,
 ) -> Diagnosis:  # fmt: skip
     """Search the mistakes, alone and in pairs, and the parameters that explain a file.
@@ -107,7 +107,7 @@ def diagnose(
     sensitivities = None
     with suppress(DatasetError):
         sensitivities = reference.sensitivities
-    search = Search(alignment.parts, reference, simulator, sensitivities)
+    search = Search(parts, reference, simulator, sensitivities)
     singles: list[Hypothesis] = []
     mistakes = [*MISTAKES, *search.proposals()]
     for i, mistake in enumerate(mistakes):

@@ -6,8 +6,9 @@ import math
 from html import escape
 
 from heyoka_bike.bicycle.columns import DEFINITIONS
+from heyoka_bike.errors import printable
 from heyoka_bike.scoring.report import ColumnScore, ManeuverScore
-from heyoka_bike.showing.formats.wording import label, number, shown, unit_text
+from heyoka_bike.showing.formats.wording import label, number, unit_text
 
 
 def definitions(m: ManeuverScore) -> str:
@@ -55,7 +56,7 @@ def _row(c: ColumnScore, name: str, error: float | None, low: int, high: int) ->
         for n in range(high - low + 1)
         if high - low <= 20 or n % 5 == 0
     )
-    said = escape(shown(name.replace("_", " ")))
+    said = escape(printable(name.replace("_", " ")))
     if name == c.as_written.definition:
         said += " <i>(default)</i>"
     if name in c.indistinguishable and not is_it:

@@ -8,6 +8,7 @@ from __future__ import annotations
 from html import escape
 from pathlib import Path
 
+from heyoka_bike.errors import printable
 from heyoka_bike.scoring.findings import Finding
 from heyoka_bike.scoring.measures import MOST_DIGITS
 from heyoka_bike.scoring.report import Explanation, ManeuverScore, Report, Requirement, Series
@@ -36,7 +37,6 @@ from heyoka_bike.showing.formats.wording import (
     run_words,
     sentence,
     series_verdict,
-    shown,
     worst,
     worst_words,
 )
@@ -47,16 +47,16 @@ _SCRIPT = Path(__file__).with_name("page.js")
 def render(scored: Report | Series) -> str:
     """The report of a file or of a series as an HTML page."""
     if isinstance(scored, Report):
-        title = shown(Path(scored.file.path).name or scored.file.path)
+        title = printable(Path(scored.file.path).name or scored.file.path)
         body = _report(scored, title)
     else:
         title = f"{len(scored.runs)} runs: " + ", ".join(
-            shown(Path(r.report.file.path).name) for r in scored.runs
+            printable(Path(r.report.file.path).name) for r in scored.runs
         )
         body = _series(scored)
     first = reports(scored)[0]
     title = f"{title} – uncontrolled bicycle"
-    source = shown(first.bicycle), shown(first.dataset_version)
+    source = printable(first.bicycle), printable(first.dataset_version)
     return page(title, body, source, styles=(PAGE_STYLE,), script=_SCRIPT)
 
 
@@ -67,7 +67,7 @@ def _report(report: Report, title: str) -> str:
         _contents(report),
         "</header>",
         _requirements(report.requirements),
-        _findings(report.findings),
+        _findings(report.said),
         _explanation(report.explanation),
         *(_maneuver(m, 2, m is report.maneuvers[0]) for m in report.maneuvers),
     ]
@@ -106,7 +106,7 @@ def _series(series: Series) -> str:
             for m in run.report.maneuvers:
                 parts.append(f"<h4>{escape(_capital(heading(m)))}</h4>{tables.scores(m, False)}")
     parts.append("</section>")
-    title = escape(shown(best.file.path))
+    title = escape(printable(best.file.path))
     parts.append(f'<section id="in-full"><h2>{_capital(name)} run: {title}</h2>')
     parts += [_maneuver(m, 3, m is best.maneuvers[0]) for m in best.maneuvers]
     parts.append("</section>")
@@ -120,12 +120,12 @@ def _verdict(report: Report) -> list[str]:
         f"{f.rows} rows",
         f"{plain(f.t_start)} to {plain(f.t_end)} s",
         digits_words(report),
-        f"{shown(f.format)} file",
+        f"{printable(f.format)} file",
     ]
     text = _capital(worst_words(report)) + (f"; {covered}" if covered else "")
     return [
         f'<p class="verdict">{prose(text)}.</p>',
-        f'<p class="facts">{escape(", ".join(facts))} <span>{escape(shown(f.path))}</span></p>',
+        f'<p class="facts">{escape(", ".join(facts))} <span>{escape(printable(f.path))}</span></p>',
         _tiles(report, [t for t in [_requirement_tile(report)] if t]),
     ]
 
@@ -179,7 +179,7 @@ def _tile(state: str, said: str, about: str) -> str:
 
 def _contents(report: Report) -> str:
     links = [("requirements", "Requirements")] if report.requirements else []
-    links += [("findings", "Findings")] if report.findings else []
+    links += [("findings", "Findings")] if report.said else []
     links += [("explanation", "What explains it")] if report.explanation else []
     links += [(f"maneuver-{m.maneuver}", f"Maneuver {m.maneuver}") for m in report.maneuvers]
     return _links(links)
@@ -202,7 +202,7 @@ def _requirement_list(requirements: tuple[Requirement, ...]) -> str:
         return ""
     items = "".join(
         f'<li class="{"passed" if r.met else "failed"}"><b>{"✓ met" if r.met else "✗ FAILED"}</b> '
-        f"<code>{escape(shown(r.text))}</code> <span>found {prose(sentence(r.message))}</span>"
+        f"<code>{escape(printable(r.text))}</code> <span>found {prose(sentence(r.message))}</span>"
         "</li>"
         for r in requirements
     )

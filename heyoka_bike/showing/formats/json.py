@@ -10,7 +10,7 @@ from numbers import Integral, Real
 from typing import Any
 
 from heyoka_bike.scoring.findings import Finding
-from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Measures, Reading, Report, Series
+from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Reading, Report, Series
 
 SCHEMA_VERSION = 1
 
@@ -28,7 +28,7 @@ def _report(report: Report) -> dict[str, Any]:
         "bicycle": report.bicycle,
         "file": asdict(report.file),
         "maneuvers": [_maneuver(m) for m in report.maneuvers],
-        "findings": [_finding(f) for f in report.findings],
+        "findings": [_finding(f) for f in report.said],
         "requirements": [asdict(r) for r in report.requirements],
         "passed": report.passed,
     }
@@ -66,7 +66,7 @@ def _column(c: ColumnScore) -> dict[str, Any]:
         "key": c.key,
         "unit": c.unit,
         "definition": c.as_understood.definition,
-        **_measures(c.as_understood.measures),
+        **asdict(c.as_understood.measures),
         "floor": c.floor,
         "values": c.values,
         "missing": c.missing,
@@ -80,17 +80,9 @@ def _column(c: ColumnScore) -> dict[str, Any]:
 
 
 def _reading(r: Reading) -> dict[str, Any]:
-    return {
-        "definition": r.definition,
-        "sign": r.sign,
-        "unit": r.unit,
-        "offset": r.offset,
-        **_measures(r.measures),
-    }
-
-
-def _measures(m: Measures) -> dict[str, Any]:
-    return asdict(m)
+    found = asdict(r)
+    measures: dict[str, Any] = found.pop("measures")
+    return found | measures
 
 
 def _finding(f: Finding) -> dict[str, Any]:

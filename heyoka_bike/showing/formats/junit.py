@@ -10,8 +10,9 @@ import re
 from dataclasses import fields
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
+from heyoka_bike.errors import printable
 from heyoka_bike.scoring.report import ColumnScore, Measures, Report, Series
-from heyoka_bike.showing.formats.wording import by_severity, reports, sentence, shown, verdict
+from heyoka_bike.showing.formats.wording import by_severity, reports, sentence, verdict
 
 
 def render(scored: Report | Series) -> str:
@@ -34,26 +35,26 @@ def render(scored: Report | Series) -> str:
 
 def _suite(report: Report) -> Element:
     failures = sum(not r.met for r in report.requirements)
-    suite = Element("testsuite", name=shown(report.file.path))
+    suite = Element("testsuite", name=printable(report.file.path))
     _add_properties(SubElement(suite, "properties"), report)
     # Readers sort cases by class, and take what is before a dot for the name of a package.
     where = "score." + re.sub(r"[^\w-]", "_", report.file.path)
     if report.requirements:
         for r in report.requirements:
-            case = SubElement(suite, "testcase", classname=where, name=shown(r.text), time="0")
+            case = SubElement(suite, "testcase", classname=where, name=printable(r.text), time="0")
             if not r.met:
                 message = sentence(r.message)
                 failure = SubElement(case, "failure", message=message, type="requirement")
-                failure.text = f"{shown(r.text)}: {message}"
+                failure.text = f"{printable(r.text)}: {message}"
     else:
         for m in report.maneuvers:
             for c in m.columns:
-                name = f"{m.maneuver}.{shown(c.key)}"
+                name = f"{m.maneuver}.{printable(c.key)}"
                 SubElement(suite, "testcase", classname=where, name=name, time="0")
     counts = {"tests": len(suite) - 1, "failures": failures, "errors": 0, "skipped": 0, "time": 0}
     for key, value in counts.items():
         suite.set(key, str(value))
-    findings = by_severity(report.findings)
+    findings = by_severity(report.said)
     _say(suite, [verdict(report)] + [f"{f.severity}: {sentence(f.message)}" for f in findings])
     return suite
 
@@ -61,7 +62,7 @@ def _suite(report: Report) -> Element:
 def _add_properties(properties: Element, report: Report) -> None:
     def add(name: str, value: object) -> None:
         if value is not None:
-            SubElement(properties, "property", name=name, value=shown(str(value)))
+            SubElement(properties, "property", name=name, value=printable(str(value)))
 
     add("dataset_version", report.dataset_version)
     add("bicycle", report.bicycle)
@@ -70,7 +71,7 @@ def _add_properties(properties: Element, report: Report) -> None:
         add(f"{m.maneuver}.coverage", _number(m.coverage))
         for c in m.columns:
             for name, value in _measures(c).items():
-                add(f"{m.maneuver}.{shown(c.key)}.{name}", value)
+                add(f"{m.maneuver}.{printable(c.key)}.{name}", value)
 
 
 def _measures(c: ColumnScore) -> dict[str, object]:

@@ -14,6 +14,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from heyoka_bike.errors import printable
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.report import (
     ColumnScore,
@@ -39,7 +40,6 @@ from heyoka_bike.showing.formats.wording import (
     run_words,
     sentence,
     series_verdict,
-    shown,
     unit_text,
     verdict,
 )
@@ -51,7 +51,7 @@ _RULE = Box("    \n    \n -- \n    \n    \n    \n    \n    \n", ascii=True)
 _Cell = Callable[[ColumnScore], str]
 # Name, cells, and how soon it is left out if there is no room; 0 never.
 _SCORES: tuple[tuple[str, _Cell, int], ...] = (
-    ("column", lambda c: f"{shown(c.key)} [{unit_text(c.unit)}]", 0),
+    ("column", lambda c: f"{printable(c.key)} [{unit_text(c.unit)}]", 0),
     ("definition", lambda c: _definition(c), 0),
     ("max\nerror", lambda c: number(c.as_understood.measures.max_abs_error), 0),
     ("rms\nerror", lambda c: number(c.as_understood.measures.rms_error), 2),
@@ -144,10 +144,10 @@ def _print_report(page: _Page, report: Report) -> None:
         for m in report.maneuvers:
             page.say(f"  maneuver {m.maneuver}: {performance_words(m)}")
         _print_consistency(page, report)
-    if report.findings:
+    if report.said:
         page.say("")
         page.say("findings", "bold")
-        _print_findings(page, report.findings)
+        _print_findings(page, report.said)
     if report.requirements:
         page.say("")
         page.say("requirements", "bold")
@@ -199,7 +199,7 @@ def _table(names: Sequence[str], rows: Sequence[Sequence[str]], left: int) -> Ta
 
 def _definition(c: ColumnScore) -> str:
     """The definition, and below it what else is not the default."""
-    name = shown(c.as_understood.definition) + mark(c)
+    name = printable(c.as_understood.definition) + mark(c)
     return "\n".join([name, *(f"  {note}" for note in notes(c))])
 
 
@@ -236,7 +236,7 @@ def _print_findings(page: _Page, findings: Sequence[Finding]) -> None:
 def _print_requirements(page: _Page, requirements: Sequence[Requirement]) -> None:
     for r in requirements:
         mark, style = ("ok", "green") if r.met else ("FAILED", "bold red")
-        page.listed(mark, style, f"{shown(r.text)}: found {sentence(r.message)}")
+        page.listed(mark, style, f"{printable(r.text)}: found {sentence(r.message)}")
 
 
 def _print_series(page: _Page, series: Series) -> None:

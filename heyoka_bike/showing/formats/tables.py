@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from pathlib import Path
 
+from heyoka_bike.errors import printable
 from heyoka_bike.scoring.report import ColumnScore, Convergence, ManeuverScore, Series
 from heyoka_bike.showing.formats.wording import (
     first_above,
@@ -15,7 +16,6 @@ from heyoka_bike.showing.formats.wording import (
     number,
     one_decimal,
     plain,
-    shown,
     unit_text,
 )
 
@@ -119,7 +119,7 @@ def convergence(series: Series, maneuver: int) -> str:
         errors = (number(c.errors[i], 3) for c in columns)
         step = f"{plain(run.step)} s"
         if run.step is None:
-            step = shown(Path(run.report.file.path).name)
+            step = printable(Path(run.report.file.path).name)
         rows.append((escape(step), plain(run.cpu, 3), *errors))
     note = "Largest errors."
     if has_orders:

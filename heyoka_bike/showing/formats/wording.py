@@ -6,21 +6,15 @@ import math
 
 import numpy as np
 
+from heyoka_bike.errors import printable
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.measures import MOST_DIGITS
 from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Report, Run, Series
 
 
-def shown(text: str) -> str:
-    """Text on one line, with whatever cannot be printed as its escape in Python."""
-    return "".join(
-        c if c.isprintable() else c.encode("unicode_escape").decode("ascii") for c in text
-    )
-
-
 def sentence(text: str) -> str:
-    """A message as one line: white space collapsed, then as `shown`."""
-    return shown(" ".join(text.split()))
+    """A message as one line: white space collapsed, then as `printable`."""
+    return printable(" ".join(text.split()))
 
 
 def number(x: float | None, digits: int = 2) -> str:
@@ -50,7 +44,7 @@ def one_decimal(x: float | None) -> str:
 
 def unit_text(unit: str) -> str:
     """A unit as people write it: ``rad s-1`` is rad/s."""
-    return shown(unit.replace(" s-1", "/s"))
+    return printable(unit.replace(" s-1", "/s"))
 
 
 def in_unit(said: str, unit: str) -> str:
@@ -60,13 +54,13 @@ def in_unit(said: str, unit: str) -> str:
 
 def label(key: str) -> str:
     """A column's key in words."""
-    return shown(key.replace("_", " "))
+    return printable(key.replace("_", " "))
 
 
 def heading(m: ManeuverScore) -> str:
     """Number of a maneuver, and its name if that says more."""
     return f"maneuver {m.maneuver}" + (
-        "" if m.name == f"maneuver {m.maneuver}" else f", {shown(m.name)}"
+        "" if m.name == f"maneuver {m.maneuver}" else f", {printable(m.name)}"
     )
 
 
@@ -139,7 +133,7 @@ def worst_words(report: Report) -> str:
     if found is None:
         return "nothing could be compared"
     m, c = found
-    where = f"maneuver {m.maneuver} {shown(c.key)}"
+    where = f"maneuver {m.maneuver} {printable(c.key)}"
     measures = c.as_understood.measures
     assert measures.scd is not None
     if measures.scd >= MOST_DIGITS:
@@ -233,7 +227,7 @@ def verdict(report: Report) -> str:
         if is_judged(m)
     ]
     parts += [coverage_words(report), requirement_words(report)]
-    return f"{shown(f.path)}: {'; '.join(p for p in parts if p)}"
+    return f"{printable(f.path)}: {'; '.join(p for p in parts if p)}"
 
 
 def series_verdict(series: Series) -> str:
@@ -275,7 +269,7 @@ def order_words(series: Series) -> str:
 
 def run_words(run: Run) -> str:
     """Name of a run's file, its step and its processor time."""
-    parts = [shown(run.report.file.path)]
+    parts = [printable(run.report.file.path)]
     if run.step is not None:
         parts.append(f"step {plain(run.step)} s")
     if run.cpu is not None:

@@ -10,13 +10,14 @@ from typing import Any
 
 import numpy as np
 
+from heyoka_bike.errors import printable
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.showing.figures.shapes import shape
 from heyoka_bike.showing.formats import axis
 from heyoka_bike.showing.formats.chart import Line, chart
 from heyoka_bike.showing.formats.charts import legend
 from heyoka_bike.showing.formats.markup import PAGE_STYLE, page, prose
-from heyoka_bike.showing.formats.wording import sentence, shown, worst_words
+from heyoka_bike.showing.formats.wording import sentence, worst_words
 from heyoka_bike.showing.replay.motion_3d import Motion3D
 from heyoka_bike.showing.replay.scenes import Replay, Scene
 
@@ -46,7 +47,7 @@ _DIGITS = 5
 
 def render(replay: Replay, name: str = "") -> str:
     """The replay as an HTML page; `name` is that of the result file, if there is one."""
-    title = shown(Path(name).name or name) if name else "Uncontrolled bicycle"
+    title = printable(Path(name).name or name) if name else "Uncontrolled bicycle"
     body = f"""{_header(replay, title, bool(name))}
 <div class="replay{" compared" if name else ""}">
 {_stage(replay)}
@@ -56,7 +57,7 @@ def render(replay: Replay, name: str = "") -> str:
     return page(
         f"{title} – replay",
         body,
-        (shown(replay.bicycle.name), shown(replay.dataset_version)),
+        (printable(replay.bicycle.name), printable(replay.dataset_version)),
         styles=(PAGE_STYLE, _HERE / "replay.css"),
         script=_HERE / "replay.js",
         data=_data(replay),
@@ -134,7 +135,7 @@ def _choice(name: str, said: str, items: Sequence[tuple[str, str]], chosen: str)
 def _name(scene: Scene) -> str:
     """Number of a maneuver, and its name if that says more."""
     is_plain = scene.name == f"maneuver {scene.number}"
-    return str(scene.number) if is_plain else f"{scene.number}: {shown(scene.name)}"
+    return str(scene.number) if is_plain else f"{scene.number}: {printable(scene.name)}"
 
 
 def _plots(scenes: Sequence[Scene]) -> str:

@@ -10,7 +10,7 @@ difference, interpolated linearly, so that a file of few digits or rows adds no 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -24,11 +24,9 @@ from heyoka_bike.errors import NothingScoredError
 from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.load import Reference, ReferenceManeuver
-from heyoka_bike.scoring.alignment import Alignment, Part, align
-from heyoka_bike.scoring.definitions import understand
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.report import ManeuverScore, Report
-from heyoka_bike.scoring.score import report
+from heyoka_bike.scoring.score import score
 from heyoka_bike.showing.replay.motion_3d import (
     STATE,
     Motion3D,
@@ -155,9 +153,8 @@ def replay(
     scenes = [_scene(n, reference[n], k, rate) for n in numbers]
     if results is None:
         return Replay(bicycle, reference.dataset_version, tuple(scenes))
-    alignment = align(results, reference)
-    scored = report(alignment, understand(alignment.parts), reference)
-    scenes = [_beside(scene, alignment, scored, k) for scene in scenes]
+    scored = score(results, reference)
+    scenes = [_beside(scene, scored, k) for scene in scenes]
     if all(scene.result is None for scene in scenes):
         said = dict.fromkeys(note for scene in scenes for note in scene.notes)
         raise NothingScoredError(f"{results.path}: nothing can be shown: {' '.join(said)}")
@@ -173,21 +170,19 @@ def _scene(number: int, maneuver: ReferenceManeuver, k: Constants, rate: float) 
     return Scene(number, maneuver.name, shown)
 
 
-def _beside(scene: Scene, alignment: Alignment, scored: Report, k: Constants) -> Scene:
+def _beside(scene: Scene, scored: Report, k: Constants) -> Scene:
     """A scene with the result's motion, or with a note why there is none."""
-    pairs = zip(alignment.parts, scored.maneuvers, strict=True)
-    found = [_result(scene, part, score, k) for part, score in pairs if part.number == scene.number]
-    said: ShownResult | str = (
-        found[0] if found else f"The file does not hold maneuver {scene.number}."
-    )
-    if isinstance(said, str):
-        return Scene(scene.number, scene.name, scene.reference, None, (said,))
-    return Scene(scene.number, scene.name, scene.reference, said)
+    held = [m for m in scored.maneuvers if m.maneuver == scene.number]
+    if not held:
+        return replace(scene, notes=(f"The file does not hold maneuver {scene.number}.",))
+    said = _result(scene, held[0], k)
+    return replace(scene, notes=(said,)) if isinstance(said, str) else replace(scene, result=said)
 
 
-def _result(scene: Scene, part: Part, score: ManeuverScore, k: Constants) -> ShownResult | str:
+def _result(scene: Scene, found: ManeuverScore, k: Constants) -> ShownResult | str:
     """The result's motion, or why there is none."""
-    columns = {c.key: c for c in score.columns if c.values}
+    part = found.part
+    columns = {c.key: c for c in found.columns if c.values}
     moving = [name for name in _WRITTEN if name in columns]
     if not moving:
         return (
@@ -235,7 +230,7 @@ def _result(scene: Scene, part: Part, score: ManeuverScore, k: Constants) -> Sho
         end = f"Its rows end at {rows_time[-1]:.4g} s."
     else:
         end = ""
-    notes = _notes(score, moving, columns, float(shown[0]), end)
+    notes = _notes(found, moving, columns, float(shown[0]), end)
     return ShownResult(motion, values, first, notes)
 
 
@@ -285,10 +280,10 @@ def _leading(good: Array) -> int:
 
 
 def _notes(
-    score: ManeuverScore, moving: Sequence[str], columns: Mapping[str, object], start: float,
+    found: ManeuverScore, moving: Sequence[str], columns: Mapping[str, object], start: float,
     end: str,
 ) -> tuple[str, ...]:  # fmt: skip
-    said = [f"Of the file: {_listed([_words(name) for name in moving])}{_understood(score)}."]
+    said = [f"Of the file: {_listed([_words(name) for name in moving])}{_understood(found)}."]
     missing = [name for name in _WRITTEN if name not in moving]
     if missing:
         said.append(
@@ -305,10 +300,10 @@ def _notes(
     return (*said, end) if end else tuple(said)
 
 
-def _understood(score: ManeuverScore) -> str:
+def _understood(found: ManeuverScore) -> str:
     """Columns that are not taken as written."""
     taken = []
-    for c in score.columns:
+    for c in found.columns:
         u = c.as_understood
         if c.key not in _WRITTEN or u == c.as_written:
             continue

@@ -1,0 +1,39 @@
+"""Options that several commands have."""
+
+from __future__ import annotations
+
+from argparse import ArgumentParser
+from collections.abc import Sequence
+
+from heyoka_bike.errors import InputError
+
+
+def add_reference(parser: ArgumentParser, of: str = "") -> None:
+    """Add ``--reference``."""
+    said = f"folder of a reference set{of} (default: the published one)"
+    parser.add_argument("--reference", metavar="DIR", help=said)
+
+
+def add_folder(parser: ArgumentParser) -> None:
+    """Add the folder of a reference set as an argument."""
+    said = "folder (default: the published set)"
+    parser.add_argument("folder", nargs="?", metavar="DIR", help=said)
+
+
+def add_bicycle(parser: ArgumentParser) -> None:
+    """Add ``--bicycle``."""
+    said = "a bicycle of the collection, or a TOML file (default: benchmark)"
+    parser.add_argument("--bicycle", metavar="NAME|FILE", default="benchmark", help=said)
+
+
+def add_format(parser: ArgumentParser, formats: Sequence[str]) -> None:
+    """Add ``--format``, by default the first; `check_format` has to see what is given."""
+    said = f"{' or '.join(formats)} (default {formats[0]})"
+    parser.add_argument("--format", metavar="FORMAT", default=formats[0], help=said)
+
+
+def check_format(found: str, formats: Sequence[str]) -> None:
+    """Raise `InputError` if that is none of the formats."""
+    if found not in formats:
+        some = " or ".join(formats) if len(formats) == 2 else f"one of {', '.join(formats)}"
+        raise InputError(f"--format: found '{found}', expected {some}")

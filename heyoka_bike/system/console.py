@@ -1,0 +1,110 @@
+"""What somebody at a terminal sees: tables, bars, and a word while something takes long.
+
+rich draws them, and is imported when there is something to draw.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from rich.progress import Progress, ProgressColumn
+    from rich.table import Table
+    from rich.text import Text
+
+_ANY_WIDTH = 1_000_000
+
+
+def table(
+    headings: Sequence[str], rows: Iterable[Sequence[str | Text]], *,
+    title: str | Text = "", left: int = 1, prose: bool = False, group: int = 0,
+) -> Table:  # fmt: skip
+    """A table for `rich`, in which nothing but prose is ever folded.
+
+    Parameters
+    ----------
+    headings, rows
+        As they are: no part of them is taken for rich's markup.
+    left
+        How many columns are flush left; numbers stand in the others.
+    prose
+        Whether the last column is prose.
+    group
+        A line is drawn below each so many rows; 0 for none.
+    """
+    from rich.table import Table
+    from rich.text import Text
+
+    def text(x: str | Text, style: str = "") -> Text:
+        return Text(x, style) if isinstance(x, str) else x
+
+    view = Table(title=text(title, "table.title") if title else None)
+    for i, heading in enumerate(headings):
+        if prose and i == len(headings) - 1:
+            view.add_column(Text(heading), overflow="fold")
+        else:
+            view.add_column(Text(heading), justify="left" if i < left else "right", no_wrap=True)
+    for i, row in enumerate(rows, start=1):
+        view.add_row(*map(text, row), end_section=group > 0 and i % group == 0)
+    return view
+
+
+def print_table(view: Table, width: int = 0) -> None:
+    """Print a table on standard output, at least so wide; by default no number is ever cut."""
+    from rich.console import Console
+
+    console = Console()
+    natural = console.measure(view, options=console.options.update_width(_ANY_WIDTH)).maximum
+    console.width = max(console.width, width or natural)
+    console.print(view)
+
+
+def patience(doing: str) -> AbstractContextManager[Any]:
+    """A word on the terminal while something takes long."""
+    if not sys.stderr.isatty():
+        return nullcontext()
+    from rich.console import Console
+
+    return Console(stderr=True).status(doing)
+
+
+@contextmanager
+def progress_bar(doing: str) -> Iterator[Callable[[float], None]]:
+    """A bar on a terminal until the work ends; to be called with the part that is done, 0 to 1."""
+    with _progress(transient=True) as bars:
+        bar = bars.add_task(doing, total=1.0)
+        yield lambda done: bars.update(bar, completed=done)
+
+
+@contextmanager
+def stage_bar() -> Iterator[Callable[[str, float], None]]:
+    """A bar that stays; to be called with what is done now, and the part of all that is done.
+
+    It is drawn only then: a thread that draws at its own times would disturb a timing.
+    """
+    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+
+    view = (
+        TextColumn("{task.description:<38}"), BarColumn(),
+        TextColumn("{task.percentage:>3.0f} %"), TimeElapsedColumn(),
+    )  # fmt: skip
+    with _progress(*view, auto_refresh=False) as bars:
+        bar = bars.add_task("", total=1.0)
+        yield lambda doing, done: bars.update(bar, description=doing, completed=done, refresh=True)
+
+
+def _progress(
+    *view: ProgressColumn, transient: bool = False, auto_refresh: bool = True
+) -> Progress:
+    """Bars on standard error; nothing when that is not a terminal."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    console = Console(stderr=True)
+    return Progress(
+        *view, console=console, disable=not console.is_terminal, transient=transient,
+        auto_refresh=auto_refresh,
+    )  # fmt: skip
