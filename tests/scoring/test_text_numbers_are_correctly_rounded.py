@@ -7,7 +7,6 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from heyoka_bike.scoring.reading import number_blocks
 from heyoka_bike.scoring.reading.number_blocks import NOTHING, parse_block
 
 sign = st.sampled_from(["", "-", "+"])
@@ -70,7 +69,7 @@ def test_many_numbers(form):
 
 @pytest.mark.parametrize("places", range(5))
 def test_numbers_halfway_between_two(places):
-    """Where the product in double-double does not decide, `float` does."""
+    """Those that are hardest to round."""
     rng = np.random.default_rng(places)
     least, most = 2 ** (53 - places), min(2 ** (54 - places), 9 * 10 ** (18 - places))
     tokens = []
@@ -81,22 +80,6 @@ def test_numbers_halfway_between_two(places):
     block = parse_block(("\n".join(tokens) + "\n").encode(), 1, b"", [0], 10)
     assert block.values[0].tolist() == [float(token) for token in tokens]
     assert block.lo[0].tolist() == [exact_parts(token)[1] for token in tokens]
-
-
-def test_what_int64_cannot_hold_is_left_to_float():
-    limits = np.iinfo(np.int64)
-    mantissa = np.array([limits.min, limits.max, 1, 1, 1])
-    power = np.array([0, 0, 0, 300, -300])
-    _, odd = number_blocks._product(mantissa, power)
-    assert odd.tolist() == [0, 1, 3, 4]
-
-
-def test_powers_of_ten_are_the_nearest():
-    for q in (-250, -40, -23, -22, -1, 0, 1, 22, 23, 40, 250):
-        hi, lo = number_blocks._power_of_ten(q)
-        exact = Fraction(10) ** q
-        assert hi == float(exact)
-        assert lo == float(exact - Fraction(hi))
 
 
 @pytest.mark.parametrize(
