@@ -26,7 +26,7 @@ def nearest(time: Array, t: Array) -> tuple[NDArray[np.intp], NDArray[np.bool_]]
     return row, np.abs(t - time[row]) <= SUMMED * time[-1]
 
 
-def at_rows(time: Double, rows: Values, t: Double, names: Sequence[str]) -> Values:
+def values_at_rows(time: Double, rows: Values, t: Double, names: Sequence[str]) -> Values:
     """Columns at times that mean a row; NaN at others.
 
     Parameters

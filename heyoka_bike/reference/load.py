@@ -22,7 +22,7 @@ from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import Array, Double
 from heyoka_bike.reference import manifest as manifest_file
-from heyoka_bike.reference.between_rows import at_rows, nearest
+from heyoka_bike.reference.between_rows import nearest, values_at_rows
 from heyoka_bike.reference.layout import HDF5, MOTION
 from heyoka_bike.reference.numbered import Numbered
 from heyoka_bike.reference.on_demand import on_demand, read_array
@@ -194,7 +194,7 @@ class ReferenceManeuver:
             if (own := [name for name in names if name in dense.hi])
         ]
         if between := list(self.at_rows.intersection(names)):
-            found.append(at_rows((self.time, self.time_lo), self.rows, t, between))
+            found.append(values_at_rows((self.time, self.time_lo), self.rows, t, between))
         return Values(
             {name: x for v in found for name, x in v.hi.items()},
             {name: x for v in found for name, x in v.lo.items()},

@@ -358,7 +358,9 @@ def replace(group, name, data):
         (lambda m: m["yaw"].attrs.modify("positive", "to the left"), "positive"),
         (lambda m: m["roll_angle_zyx"].attrs.modify("definition", "x"), "definition"),
         (lambda m: m["dense/yaw_lo"].attrs.modify("long_name", "x"), "long_name"),
+        (lambda m: m["yaw_bound"].attrs.modify("definition", "x"), "definition: found 'x'"),
         (lambda m: m["dense"].attrs.__delitem__("comment"), "comment"),
+        (lambda m: m["dense"].attrs.modify("comment", "x"), "comment: found 'x'"),
         (lambda m: m.attrs.modify("speed", "5"), "speed"),
         (lambda m: m.attrs.__setitem__("note", "mine"), "note"),
         (lambda m: m.__delitem__("pitch_bound"), "has no pitch_bound"),
@@ -386,7 +388,9 @@ def test_how_the_hdf5_file_is_built(copy, do, fragment):
     assert {c.passed for c in verify(copy).checks if c.check == "rounding"} == {None}
 
 
-@pytest.mark.parametrize("name", ["dataset_version", "content_sha256", "parameters", "Conventions"])
+@pytest.mark.parametrize(
+    "name", ["dataset_version", "content_sha256", "parameters", "Conventions", "title", "comment"]
+)
 def test_an_attribute_of_the_whole_hdf5_file(copy, name):
     with h5py.File(copy / HDF5, "r+") as f:
         f.attrs[name] = "x"
@@ -400,6 +404,26 @@ def test_the_sensitivities_are_those_of_the_inputs(copy):
         f["maneuver_1"].attrs["speed"] = "5"
     accept(copy)
     assert failed(copy) == {("schema", "sensitivities.h5")}
+
+
+@pytest.mark.parametrize(
+    ("do", "fragment"),
+    [
+        (lambda f: f.attrs.modify("unknown_units", "[]"), "unknown_units"),
+        (lambda f: f["maneuver_1/yaw"].attrs.modify("units", "deg"), "yaw: attribute units"),
+        (lambda f: f["maneuver_1"].attrs.__setitem__("note", "mine"), "note"),
+        (lambda f: f["maneuver_1"].__delitem__("yaw"), "has no yaw"),
+        (lambda f: replace(f["maneuver_1"], "yaw", f["maneuver_1/yaw"][:, :1]), "expected"),
+        (lambda f: f["maneuver_1/breaks"].__setitem__(0, 0.1), "increase"),
+        (lambda f: f["maneuver_1/yaw"].__setitem__((0, 0, 0), np.inf), "not finite"),
+    ],
+)
+def test_how_the_sensitivities_are_built(copy, do, fragment):
+    with h5py.File(copy / "sensitivities.h5", "r+") as f:
+        do(f)
+    accept(copy)
+    assert failed(copy) == {("schema", "sensitivities.h5")}
+    assert fragment in message(copy, "schema")
 
 
 def test_a_changed_sensitivity(copy):

@@ -213,32 +213,27 @@ def _dataset(group: Any, item: Dataset) -> Iterator[str]:
 
 def _attributes(item: Any, expected: Mapping[str, Any]) -> Iterator[str]:
     """Attributes that are missing, not known, or say something else."""
-    found = {name: item.attrs[name] for name in item.attrs if name not in _SCALE_ATTRIBUTES}
-    for name in sorted(found.keys() | expected.keys()):
-        if name not in found:
+    found = set(item.attrs) - _SCALE_ATTRIBUTES
+    for name in sorted(found ^ expected.keys()):
+        if name in expected:
             yield f"{item.name}: has no attribute {name}"
-        elif name not in expected:
+        else:
             yield f"{item.name}: has the attribute {name!r:.60}, which is not part of a set"
-        elif not _same(found[name], expected[name]):
-            yield (
-                f"{item.name}: attribute {name}: found {found[name]!r:.80}, "
-                f"expected {expected[name]!r:.80}"
-            )
+    yield from _texts(item, {name: text for name, text in expected.items() if name in found})
 
 
-def _same(found: Any, expected: Any) -> bool:
-    return isinstance(found, str) and found == expected
+def _texts(item: Any, expected: Mapping[str, Any]) -> Iterator[str]:
+    """Attributes that say something else."""
+    for name, text in expected.items():
+        found = item.attrs[name]
+        if not (isinstance(found, str) and found == text):
+            yield f"{item.name}: attribute {name}: found {found!r:.80}, expected {text!r:.80}"
 
 
 def _trajectory(group: Any, maneuver: Maneuver, inputs: Mapping[str, Any]) -> Iterator[str]:
     said = {name: group.attrs[name] for name in STATED if name in group.attrs}
     yield from _names_of_attributes(group, [*inputs, *STATED])
-    for name, text in inputs.items():
-        if not _same(group.attrs[name], text):
-            yield (
-                f"{group.name}: attribute {name}: found {group.attrs[name]!r:.80}, "
-                f"expected {text!r:.80}"
-            )
+    yield from _texts(group, inputs)
     form = said["form"]
     if form not in _STATES:
         yield (
