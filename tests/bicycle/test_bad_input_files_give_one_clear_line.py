@@ -11,7 +11,6 @@ import pytest
 from heyoka_bike.bicycle.parameters import read_bicycle, read_maneuvers
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.system.resources import benchmark_bicycle
 
 # Milliseconds each; a hang is what this is to find, not a slow machine.
 pytestmark = pytest.mark.timeout(60)
@@ -243,9 +242,8 @@ def _ids(case):
     return ascii(case[1][:30] or f"no {case[0][:20]}")
 
 
-def test_the_files_that_the_cases_change_are_good(tmp_path):
-    bicycle = read_bicycle(_written(tmp_path, BICYCLE))
-    assert bicycle.values == read_bicycle(benchmark_bicycle()).values
+def test_the_files_that_the_cases_change_are_good(bicycle, tmp_path):
+    assert read_bicycle(_written(tmp_path, BICYCLE)).values == bicycle.values
     first, second = read_maneuvers(_written(tmp_path, MANEUVERS))
     assert (first.name, second.name) == ("first", "maneuver 2")
     assert second.steer == Exact(Fraction(0), Fraction(-1, 20))
@@ -390,18 +388,18 @@ FINE = [
 
 
 @pytest.mark.parametrize(("old", "new"), FINE, ids=lambda x: ascii(x[:20]))
-def test_other_spellings_are_understood(old, new, tmp_path):
+def test_other_spellings_are_understood(bicycle, old, new, tmp_path):
     assert old in BICYCLE
     path = tmp_path / "input.toml"
     path.write_bytes(BICYCLE.replace(old, new).encode("utf-8"))
-    assert read_bicycle(path).values == read_bicycle(benchmark_bicycle()).values
+    assert read_bicycle(path).values == bicycle.values
 
 
-def test_without_tables_at_all(tmp_path):
+def test_without_tables_at_all(bicycle, tmp_path):
     lines = BICYCLE.split("\n")
     flat = [lines[0], *(f"parameters.{line}" for line in lines[2:] if line)]
     path = _written(tmp_path, "\n".join(flat))
-    assert read_bicycle(path).values == read_bicycle(benchmark_bicycle()).values
+    assert read_bicycle(path).values == bicycle.values
 
 
 @pytest.mark.parametrize(
@@ -446,19 +444,17 @@ def test_the_position_is_found_in_other_spellings(old, new, line, column, tmp_pa
         ({"mR": "0", "IRxx": "0", "IRyy": "0"}, ["inertia matrix of R is only semidefinite"]),
     ],
 )  # fmt: skip
-def test_idealised_inertia_is_a_warning(changes, warnings, tmp_path):
+def test_idealised_inertia_is_a_warning(bicycle, changes, warnings, tmp_path):
     """Bodies of points, rods and discs make fine bicycles."""
     text = BICYCLE
     for symbol, value in changes.items():
         line = next(x for x in text.split("\n") if x.startswith(f"{symbol} ="))
         text = text.replace(line, f'{symbol} = "{value}"')
-    bicycle = read_bicycle(_written(tmp_path, text))
-    assert list(bicycle.warnings) == warnings
-    again = read_bicycle(benchmark_bicycle()).replace(
-        **{symbol: Exact.parse(value) for symbol, value in changes.items()}
-    )
-    assert again.warnings == bicycle.warnings
-    assert again.values == bicycle.values
+    read = read_bicycle(_written(tmp_path, text))
+    assert list(read.warnings) == warnings
+    again = bicycle.replace(**{symbol: Exact.parse(value) for symbol, value in changes.items()})
+    assert again.warnings == read.warnings
+    assert again.values == read.values
 
 
 @pytest.mark.parametrize(
@@ -474,9 +470,9 @@ def test_idealised_inertia_is_a_warning(changes, warnings, tmp_path):
         ({"mR": Exact(0), "mB": Exact(0)}, "expected a rear assembly with mass"),
     ],
 )
-def test_a_changed_bicycle_is_checked_too(changes, fragment):
+def test_a_changed_bicycle_is_checked_too(bicycle, changes, fragment):
     with pytest.raises(InputError) as caught:
-        read_bicycle(benchmark_bicycle()).replace(**changes)
+        bicycle.replace(**changes)
     assert fragment in caught.value.message
     assert caught.value.file is None
     assert str(caught.value).isprintable()

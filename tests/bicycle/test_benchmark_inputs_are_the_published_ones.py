@@ -11,9 +11,8 @@ from fractions import Fraction
 
 import pytest
 
-from heyoka_bike.bicycle.parameters import PARAMETERS, STATE_INPUTS, read_bicycle, read_maneuvers
+from heyoka_bike.bicycle.parameters import PARAMETERS, STATE_INPUTS
 from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
 
 TABLE_1 = {
     "w": Fraction(102, 100),
@@ -58,22 +57,22 @@ def test_every_parameter_is_checked_here():
 
 
 @pytest.mark.parametrize("symbol", TABLE_1)
-def test_parameter(symbol):
-    assert read_bicycle(benchmark_bicycle())[symbol] == Exact(TABLE_1[symbol])
+def test_parameter(bicycle, symbol):
+    assert bicycle[symbol] == Exact(TABLE_1[symbol])
 
 
-def test_steer_axis_tilt_is_a_tenth_of_pi():
-    assert read_bicycle(benchmark_bicycle())["lam"] == Exact(Fraction(0), Fraction(1, 10))
+def test_steer_axis_tilt_is_a_tenth_of_pi(bicycle):
+    assert bicycle["lam"] == Exact(Fraction(0), Fraction(1, 10))
 
 
-def test_parameters_are_fractions():
-    for x in read_bicycle(benchmark_bicycle()).values.values():
+def test_parameters_are_fractions(bicycle):
+    for x in bicycle.values.values():
         assert type(x.rational) is Fraction
         assert type(x.pi_multiple) is Fraction
 
 
-def test_the_bicycle_is_not_unusual():
-    assert read_bicycle(benchmark_bicycle()).warnings == ()
+def test_the_bicycle_is_not_unusual(bicycle):
+    assert bicycle.warnings == ()
 
 
 @pytest.mark.parametrize("symbol", PARAMETERS)
@@ -82,15 +81,14 @@ def test_unit(symbol):
     assert PARAMETERS[symbol].unit == expected
 
 
-def test_maneuvers():
+def test_maneuvers(maneuvers):
     """Speed and roll rate of each; upright and straight; 10 s in rows of 0.01 s."""
-    found = read_maneuvers(benchmark_maneuvers())
-    assert [m.name for m in found] == ["maneuver 1", "maneuver 2", "maneuver 3"]
-    speeds = [m.speed.fraction() for m in found]
-    roll_rates = [m.roll_rate.fraction() for m in found]
+    assert [m.name for m in maneuvers] == ["maneuver 1", "maneuver 2", "maneuver 3"]
+    speeds = [m.speed.fraction() for m in maneuvers]
+    roll_rates = [m.roll_rate.fraction() for m in maneuvers]
     assert speeds == [Fraction(4), Fraction(46, 10), Fraction(8)]
     assert roll_rates == [Fraction(5, 100), Fraction(5, 10), Fraction(5, 100)]
-    for m in found:
+    for m in maneuvers:
         assert m.roll.is_zero
         assert m.steer.is_zero
         assert m.steer_rate.is_zero

@@ -9,10 +9,8 @@ from support.on_the_floor import few_product_state, model, random_state
 from heyoka_bike.bicycle.equations.constants import constants
 from heyoka_bike.bicycle.equations.kinematics import posture
 from heyoka_bike.bicycle.equations.model import few_products, regular
-from heyoka_bike.bicycle.parameters import read_bicycle
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.system.resources import benchmark_bicycle
 
 UPRIGHT = ["0", "0", "0", "0.3", "-0.2", "15"]
 
@@ -31,10 +29,10 @@ def test_no_trail_means_a_zero_divisor_upright():
     assert abs(posture(k, a, *_upright(a)[:3]).trail) < a.context.mpf("1e-49")
 
 
-def test_few_product_form_has_no_finite_value_there():
+def test_few_product_form_has_no_finite_value_there(bicycle):
     balls = Balls(200)
     with balls.precision():
-        k = constants(read_bicycle(benchmark_bicycle()).replace(c=_trail(0)), balls)
+        k = constants(bicycle.replace(c=_trail(0)), balls)
         state = [balls.number(Exact.parse(x)) for x in UPRIGHT]
         assert not all(x.is_finite() for x in few_products(k, balls, state))
         assert all(x.is_finite() for x in regular(k, balls, state))

@@ -6,8 +6,6 @@ import pytest
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.motion.evaluator import evaluator
 from heyoka_bike.motion.integrate import integrate
-from heyoka_bike.reference.proof.candidate import read_candidate
-from heyoka_bike.system.resources import reference_folder
 
 
 @pytest.mark.parametrize("number", [1, 2, 3])
@@ -42,9 +40,9 @@ def test_digits_of_a_format(reference, bicycle, maneuvers, precision, number):
         pytest.param(3, marks=pytest.mark.proof),
     ],
 )
-def test_the_published_run_is_repeated_bit_by_bit(bicycle, maneuvers, number):
+def test_the_published_run_is_repeated_bit_by_bit(bicycle, maneuvers, candidate, number):
     """At 70 digits everything is MPFR's correctly rounded arithmetic: no machine differs."""
-    published = read_candidate(reference_folder())[number - 1]
+    published = candidate[number - 1]
     run = integrate(bicycle, maneuvers[number - 1], 70)
     assert run.breaks == published.breaks
     assert run.pieces == published.pieces

@@ -12,10 +12,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from heyoka_bike.bicycle.parameters import PARAMETERS, read_bicycle, read_maneuvers
+from heyoka_bike.bicycle.parameters import PARAMETERS, read_bicycle
 from heyoka_bike.numbers.arithmetic import Multiprecision
 from heyoka_bike.numbers.exact import ZERO, Exact
-from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
+from heyoka_bike.system.resources import benchmark_bicycle
 
 DIGITS = st.text("0123456789", min_size=1, max_size=60)
 EXPONENT = st.one_of(
@@ -254,8 +254,8 @@ def test_no_parameter_passes_through_a_float(quote, seed, tmp_path):
         assert type(x.rational) is Fraction
 
 
-def test_no_maneuver_passes_through_a_float():
-    for maneuver in read_maneuvers(benchmark_maneuvers()):
+def test_no_maneuver_passes_through_a_float(maneuvers):
+    for maneuver in maneuvers:
         for x in (maneuver.speed, maneuver.roll_rate, maneuver.roll, maneuver.steer):
             assert type(x) is Exact
             assert type(x.rational) is Fraction

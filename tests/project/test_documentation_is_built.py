@@ -12,7 +12,7 @@ import pytest
 
 from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.cli import main
-from heyoka_bike.system.resources import data_folder, reference_folder
+from heyoka_bike.system.resources import data_folder
 
 ROOT = data_folder().parent
 DOCS = ROOT / "docs"
@@ -48,10 +48,10 @@ def test_the_page_that_starts_installs_as_the_readme_does():
 
 
 @pytest.mark.slow
-def test_commands_of_pages_that_are_not_run_by_the_site_work(tmp_path, monkeypatch):
+def test_commands_of_pages_that_are_not_run_by_the_site_work(folder, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     shutil.copyfile(data_folder() / "peers" / "exudyn-h0.001.txt", "my-results.txt")
-    shutil.copytree(reference_folder(), "my-reference")
+    shutil.copytree(folder, "my-reference")
     lines = [line for name in ("verify.md", "replay.md") for line in sh_lines(name)]
     assert len(lines) == 7
     for line in lines:
@@ -64,10 +64,10 @@ def test_commands_of_pages_that_are_not_run_by_the_site_work(tmp_path, monkeypat
 
 
 @pytest.mark.slow
-def test_the_site_builds_without_a_warning(tmp_path):
+def test_the_site_builds_without_a_warning(folder, tmp_path):
     for name in ("sphinx", "furo", "myst_parser", "sphinx_argparse_cli"):
         pytest.importorskip(name)
-    before = {p.name: p.stat().st_mtime_ns for p in reference_folder().iterdir()}
+    before = {p.name: p.stat().st_mtime_ns for p in folder.iterdir()}
     (command,) = sh_lines("index.md")
     arguments = shlex.split(command.rpartition("sphinx-build ")[2])
     assert "-W" in arguments
@@ -86,4 +86,4 @@ def test_the_site_builds_without_a_warning(tmp_path):
     for page in html.values():
         # Nothing is loaded from elsewhere.
         assert not re.search(r"<(?:script|link|img)\b[^>]*(?:src|href)=\"https?:", page)
-    assert {p.name: p.stat().st_mtime_ns for p in reference_folder().iterdir()} == before
+    assert {p.name: p.stat().st_mtime_ns for p in folder.iterdir()} == before

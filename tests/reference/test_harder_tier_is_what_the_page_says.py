@@ -29,7 +29,7 @@ from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.layout import CERTIFICATE
 from heyoka_bike.reference.load import load_reference
-from heyoka_bike.system.resources import data_folder, reference_folder
+from heyoka_bike.system.resources import data_folder
 
 pytestmark = pytest.mark.proof
 
@@ -105,26 +105,25 @@ def test_the_edge_is_cut_after_so_many_decimals():
         assert decimals in PAGE.read_text()
 
 
-def test_the_published_set_is_the_first_problem(found):
-    reference = load_reference()
+def test_the_published_set_is_the_first_problem(found, reference, folder):
     assert found["H1"]["content_sha256"] == reference.content_sha256
-    certificate = json.loads((reference_folder() / CERTIFICATE).read_text())["maneuvers"]
+    certificate = json.loads((folder / CERTIFICATE).read_text())["maneuvers"]
     for number, said in enumerate(found["H1"]["maneuvers"].values(), start=1):
         assert said["roll"] == np.abs(reference[number].rows["roll_angle"]).max()
         assert said["bound"] == certificate[number - 1]["bound"]
 
 
-def test_condition_is_what_a_disturbed_start_makes():
+def test_condition_is_what_a_disturbed_start_makes(reference, folder):
     bicycle, maneuvers = inputs(PROBLEMS["H1"])
     m = maneuvers[1]
-    times = load_reference()[2].time
+    times = reference[2].time
     moved = []
     for sign in (1, -1):
         other = replace(m, roll_rate=Exact(m.roll_rate.rational + sign * STEP))
         columns, _, _ = run(bicycle, other, "heyoka binary64")
         moved.append(columns[[0, 6, 1, 7, 2]])
     change = np.linalg.norm((moved[0] - moved[1]) / float(2 * STEP), axis=0)
-    bound = growth(reference_folder(), 2, times)
+    bound = growth(folder, 2, times)
     # One direction of the start, so no more than the norm, and at t = 0 all of its own direction.
     assert change[0] == pytest.approx(1, abs=NEAR)
     assert np.all(change <= bound * (1 + NEAR) + NEAR)
@@ -133,9 +132,8 @@ def test_condition_is_what_a_disturbed_start_makes():
 
 
 @pytest.mark.parametrize("code", ["LSODA tight", "heyoka binary64"])
-def test_a_run_scores_as_the_page_says(found, tmp_path, code):
+def test_a_run_scores_as_the_page_says(found, reference, tmp_path, code):
     bicycle, maneuvers = inputs(PROBLEMS["H1"])
-    reference = load_reference()
     columns, _, _ = run(bicycle, maneuvers[2], code)
     write(tmp_path / "run.txt", maneuvers[2], columns, 17)
     again = judge(tmp_path / "run.txt", 3, reference)

@@ -10,7 +10,6 @@ from heyoka_bike.bicycle.parameters import PARAMETERS, Bicycle
 from heyoka_bike.errors import DatasetError, InputError
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.sensitivities import START, UNKNOWNS, load_sensitivities
-from heyoka_bike.system.resources import reference_folder
 
 ORDER = list(UNKNOWNS)
 NAMES = [c.name for c in COLUMNS]
@@ -110,8 +109,8 @@ def test_a_set_without_them_says_so(tmp_path):
         load_sensitivities(tmp_path)
 
 
-def test_the_file_describes_itself():
-    with h5py.File(reference_folder() / "sensitivities.h5") as f:
+def test_the_file_describes_itself(folder):
+    with h5py.File(folder / "sensitivities.h5") as f:
         assert "T_k" in f.attrs["comment"]
         assert f["maneuver_1/roll_angle"].attrs["units"] == "rad per unit of the unknown"
         assert len(f.attrs["content_sha256"]) == 64
@@ -119,22 +118,21 @@ def test_the_file_describes_itself():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("number", [1, 2, 3])
-def test_fourteen_digits_agree_with_differences_of_long_runs(sensitivities, reference, number):
+def test_fourteen_digits_agree_with_differences_of_long_runs(
+    sensitivities, reference, bicycle, maneuvers, number
+):
     """Runs at 50 digits, 1e-22 apart: differences good to 20 digits or more."""
     from dataclasses import replace
     from fractions import Fraction
 
     import flint
 
-    from heyoka_bike.bicycle.parameters import read_bicycle, read_maneuvers
     from heyoka_bike.motion.evaluator import evaluator
     from heyoka_bike.motion.integrate import integrate
-    from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
 
     step = Fraction(1, 10**22)
     times = [Fraction(0), Fraction(1, 10), Fraction(13, 10), Fraction(5), Fraction(10)]
-    bicycle = read_bicycle(benchmark_bicycle())
-    maneuver = read_maneuvers(benchmark_maneuvers())[number - 1]
+    maneuver = maneuvers[number - 1]
 
     def columns(b, m):
         at = evaluator(integrate(b, m, 50), 220)

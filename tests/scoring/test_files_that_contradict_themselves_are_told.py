@@ -7,7 +7,7 @@ from support.made_results import codes, made, smooth_error
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.score import score
-from heyoka_bike.system.resources import data_folder, reference_folder
+from heyoka_bike.system.resources import data_folder
 
 
 def test_energies_that_add_up_pass_whatever_their_error(reference):
@@ -86,16 +86,16 @@ def test_only_pairs_are_held_against_each_other(reference, angle, rate, is_pair)
 
 
 @pytest.mark.parametrize("form", ["%.6f", "%.4f", "%.4g"])
-def test_rounding_is_not_blamed_on_the_program(reference, form, tmp_path):
-    table = np.loadtxt(reference_folder() / "uncontrolled-bicycle.txt")
+def test_rounding_is_not_blamed_on_the_program(reference, folder, form, tmp_path):
+    table = np.loadtxt(folder / "uncontrolled-bicycle.txt")
     file = tmp_path / "rounded.txt"
     np.savetxt(file, table, form)
     report = score(read_results(file), reference)
     assert set(codes(report)) <= {"digits_written"}
 
 
-def test_single_precision_written_long_is_told_by_its_digits(reference, tmp_path):
-    table = np.loadtxt(reference_folder() / "uncontrolled-bicycle.txt").astype(np.float32)
+def test_single_precision_written_long_is_told_by_its_digits(reference, folder, tmp_path):
+    table = np.loadtxt(folder / "uncontrolled-bicycle.txt").astype(np.float32)
     for form in ("%.9g", "%.15e"):
         file = tmp_path / "single.txt"
         np.savetxt(file, table, form)

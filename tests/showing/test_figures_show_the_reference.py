@@ -18,7 +18,6 @@ from after_ten_seconds import committed
 from after_ten_seconds import number as first_number
 
 from heyoka_bike.bicycle.columns import DEFINITIONS
-from heyoka_bike.bicycle.parameters import read_bicycle
 from heyoka_bike.cli import main
 from heyoka_bike.errors import Exit, InputError, MissingPackageError
 from heyoka_bike.showing.figures import FIGURES, plates
@@ -340,10 +339,9 @@ def test_bicycle_names_all_parameters_with_the_values_of_the_file(reference):
         assert f"${name}$ = {value} {unit}" in texts
 
 
-def test_bicycle_is_drawn_to_scale(reference):
-    p = read_bicycle(benchmark_bicycle())
-    w, c, r_rear, r_front = (float(p[s]) for s in ("w", "c", "rR", "rF"))
-    tilt = float(p["lam"])
+def test_bicycle_is_drawn_to_scale(reference, bicycle):
+    w, c, r_rear, r_front = (float(bicycle[s]) for s in ("w", "c", "rR", "rF"))
+    tilt = float(bicycle["lam"])
     side = dimensions.draw(reference).axes[0]
     rims = [
         patch.get_path().get_extents() for patch in side.patches
@@ -364,7 +362,7 @@ def test_bicycle_is_drawn_to_scale(reference):
         (tuple(np.round(a.xyann, 9)), tuple(np.round(a.xy, 9)))
         for a in side.texts if getattr(a, "arrow_patch", None) is not None
     }  # fmt: skip
-    b, h = ((float(p[f"x{s}"]), -float(p[f"z{s}"])) for s in "BH")
+    b, h = ((float(bicycle[f"x{s}"]), -float(bicycle[f"z{s}"])) for s in "BH")
     across = {(a[0], e[0]) for a, e in arrows if a[1] == e[1]}
     up = {(a[1], e[1]) for a, e in arrows if a[0] == e[0]}
     assert {(0, b[0]), (0, h[0]), (0, w)} <= across

@@ -12,7 +12,6 @@ from support.plugin_projects import QUICK, outcomes, project
 
 from heyoka_bike.errors import InputError
 from heyoka_bike.reference.manifest import read_manifest
-from heyoka_bike.system.resources import reference_folder
 
 pytest_plugins = ["pytester"]
 
@@ -129,20 +128,20 @@ def test_the_call_comes_before_the_marker_the_command_line_and_the_file(
 
 
 @pytest.fixture
-def other_set(tmp_path):
+def other_set(folder, tmp_path):
     """The published set under another version, as a set of one's own would be."""
-    folder = tmp_path / "other"
-    folder.mkdir()
-    for path in reference_folder().iterdir():
+    other = tmp_path / "other"
+    other.mkdir()
+    for path in folder.iterdir():
         text = path.read_bytes()
         if path.name == "manifest.json":
-            version = read_manifest(reference_folder()).dataset_version
+            version = read_manifest(folder).dataset_version
             text = text.replace(f'"{version}"'.encode(), b'"9.9.9"')
-        (folder / path.name).write_bytes(text)
-    return folder
+        (other / path.name).write_bytes(text)
+    return other
 
 
-def test_the_reference_is_chosen_by_call_then_command_line_then_file(pytester, other_set):
+def test_the_reference_is_chosen_by_call_then_command_line_then_file(pytester, folder, other_set):
     project(
         pytester,
         f"""
@@ -155,15 +154,13 @@ def test_the_reference_is_chosen_by_call_then_command_line_then_file(pytester, o
         """,
         f"bicycle_reference = {other_set}",
     )
-    published = read_manifest(reference_folder())
+    published = read_manifest(folder)
     from_file = pytester.runpytest_subprocess(*QUICK, "-s")
     from_file.stdout.fnmatch_lines(
         ["heyoka_bike: reference 9.9.9 (content *)", "*used 9.9.9*", "*scored 9.9.9*",
          "heyoka_bike: scored against reference 9.9.9 (content *)"]
     )  # fmt: skip
-    by_option = pytester.runpytest_subprocess(
-        *QUICK, "-s", f"--bicycle-reference={reference_folder()}"
-    )
+    by_option = pytester.runpytest_subprocess(*QUICK, "-s", f"--bicycle-reference={folder}")
     words = f"reference {published.dataset_version} (content {published.content_sha256[:12]})"
     by_option.stdout.fnmatch_lines(
         [f"heyoka_bike: {words}", f"*used {published.dataset_version}*", "*scored 9.9.9*"]
