@@ -61,6 +61,7 @@ def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
     from heyoka_bike.commands.result_files import maneuvers_of, refuse_overwriting
     from heyoka_bike.reference.load import load_reference
+    from heyoka_bike.scoring.reading import read_results
     from heyoka_bike.showing.replay.page import render
     from heyoka_bike.showing.replay.scenes import replay
     from heyoka_bike.system.files import write_output
@@ -70,7 +71,9 @@ def run(args: argparse.Namespace) -> int:
         refuse_overwriting([args.file], [path])
     reference = load_reference(args.reference)
     (maneuver,) = maneuvers_of(args.maneuver, 1, reference)
-    results = None if args.file is None else _results(args.file, maneuver, reference)
+    results = None
+    if args.file is not None:
+        results = read_results(args.file, maneuver=maneuver, count=len(reference))
     name = "standard input" if args.file == "-" else args.file or ""
     if file_format == "html":
         data = render(replay(reference, results, maneuver), name).encode()
@@ -95,12 +98,6 @@ def _output(args: argparse.Namespace) -> tuple[Path, str]:
     if args.format is not None and by_suffix not in (None, args.format):
         raise InputError(f"--format: found {args.format} for the file '{path.name}'")
     return path, args.format or by_suffix or _FORMATS[0]
-
-
-def _results(file: str, maneuver: int | None, reference: Reference) -> Results:
-    from heyoka_bike.scoring.reading import read_results
-
-    return read_results(file, maneuver=maneuver, count=len(reference))
 
 
 def _film(

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from heyoka_bike.errors import InputError
 from heyoka_bike.system.console import patience
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
     from heyoka_bike.reference.load import Reference
     from heyoka_bike.scoring.reading.results import Results
 
-_STANDARD_INPUT = "-"
+STANDARD_INPUT = "-"
 
 # A file of this many bytes takes longer to read than anyone likes to wait without a word.
 _LONG = 20_000_000
@@ -37,7 +38,7 @@ def refuse_overwriting(files: Sequence[str], outputs: Sequence[Path]) -> None:
     """Raise `InputError` if an output is one of the result files."""
     for path in outputs:
         for file in files:
-            if file != _STANDARD_INPUT and path.exists() and path.resolve() == Path(file).resolve():
+            if file != STANDARD_INPUT and path.exists() and path.resolve() == Path(file).resolve():
                 raise InputError(
                     "is a result file to be scored, expected another --output", file=path
                 )
@@ -47,7 +48,8 @@ def read(file: str, maneuver: int | None, reference: Reference) -> Results:
     """Read a result file, with a word on the terminal if that takes long."""
     from heyoka_bike.scoring.reading import read_results
 
-    with _patience(file):
+    is_long = os.path.isfile(file) and os.path.getsize(file) > _LONG
+    with patience(f"reading {file}") if is_long else nullcontext():
         results = read_results(file, maneuver=maneuver, count=len(reference))
     held = [rows.maneuver for rows in results.maneuvers]
     if maneuver is not None and held != [maneuver]:
@@ -58,12 +60,3 @@ def read(file: str, maneuver: int | None, reference: Reference) -> Results:
             file=file,
         )
     return results
-
-
-def _patience(file: str) -> AbstractContextManager[Any]:
-    """A word on the terminal while a long file is read."""
-    try:
-        is_long = file != _STANDARD_INPUT and Path(file).stat().st_size > _LONG
-    except OSError:
-        is_long = False
-    return patience(f"reading {file}") if is_long else nullcontext()

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.commands.options import add_reference, check_format
 from heyoka_bike.commands.result_files import (
-    _STANDARD_INPUT,
+    STANDARD_INPUT,
     maneuvers_of,
     read,
     refuse_overwriting,
@@ -211,7 +211,7 @@ def _inputs(
             steps if any(steps) or any(r.tolerance for r in runs) else None,
             None if all(c is None for c in cpu) else cpu,
         )
-    if args.files.count(_STANDARD_INPUT) > 1:
+    if args.files.count(STANDARD_INPUT) > 1:
         raise InputError("found - more than once, expected standard input once")
     return args.files, _numbers("--step", args.step), _numbers("--cpu", args.cpu)
 

@@ -66,9 +66,9 @@ def _report(report: Report, title: str) -> str:
         *_verdict(report),
         _contents(report),
         "</header>",
-        _requirements(report.requirements),
-        _findings(report.said),
-        _explanation(report.explanation),
+        _section("requirements", "Requirements", _requirement_list(report.requirements)),
+        _section("findings", "Findings", _finding_list(report.said)),
+        _section("explanation", "What explains it", _explanation(report.explanation)),
         *(_maneuver(m, 2, m is report.maneuvers[0]) for m in report.maneuvers),
     ]
     return "\n".join(parts)
@@ -86,10 +86,10 @@ def _series(series: Series) -> str:
         '<header><p class="kicker">Uncontrolled bicycle: score of</p>'
         f"<h1>{len(series.runs)} runs of one program</h1>",
         f'<p class="verdict">{prose(_capital(series_verdict(series)))}.</p>',
-        _tiles(best, [t for t in [_requirement_tile(series)] if t]),
+        _tiles(best, _requirement_tile(series)),
         _links(links),
         "</header>",
-        _findings(series.findings),
+        _section("findings", "Findings", _finding_list(series.findings)),
     ]
     parts += [
         f'<section id="convergence-{n}"><h2>{compared}, maneuver {n}</h2>'
@@ -126,7 +126,7 @@ def _verdict(report: Report) -> list[str]:
     return [
         f'<p class="verdict">{prose(text)}.</p>',
         f'<p class="facts">{escape(", ".join(facts))} <span>{escape(printable(f.path))}</span></p>',
-        _tiles(report, [t for t in [_requirement_tile(report)] if t]),
+        _tiles(report, _requirement_tile(report)),
     ]
 
 
@@ -137,8 +137,9 @@ def _requirement_tile(scored: Report | Series) -> str:
     return _tile("passed" if scored.passed else "failed", _capital(said), "what was asked for")
 
 
-def _tiles(report: Report, tiles: list[str]) -> str:
+def _tiles(report: Report, first: str) -> str:
     """The answers to what everyone asks first."""
+    tiles = [first]
     found = worst(report)
     if found is not None:
         m, c = found
@@ -190,39 +191,24 @@ def _links(links: list[tuple[str, str]]) -> str:
     return f'<nav aria-label="Contents"><ul>{items}</ul></nav>'
 
 
-def _requirements(requirements: tuple[Requirement, ...]) -> str:
-    if not requirements:
-        return ""
-    listed = _requirement_list(requirements)
-    return f'<section id="requirements"><h2>Requirements</h2>{listed}</section>'
+def _section(name: str, title: str, content: str) -> str:
+    return f'<section id="{name}"><h2>{title}</h2>{content}</section>' if content else ""
 
 
 def _requirement_list(requirements: tuple[Requirement, ...]) -> str:
-    if not requirements:
-        return ""
     items = "".join(
         f'<li class="{"passed" if r.met else "failed"}"><b>{"✓ met" if r.met else "✗ FAILED"}</b> '
         f"<code>{escape(printable(r.text))}</code> <span>found {prose(sentence(r.message))}</span>"
         "</li>"
         for r in requirements
     )
-    return f'<ul class="said">{items}</ul>'
-
-
-def _findings(findings: tuple[Finding, ...]) -> str:
-    if not findings:
-        return ""
-    listed = _finding_list(findings)
-    return f'<section id="findings"><h2>Findings</h2>{listed}</section>'
+    return f'<ul class="said">{items}</ul>' if items else ""
 
 
 def _explanation(e: Explanation | None) -> str:
     if e is None:
         return ""
-    return (
-        f'<section id="explanation"><h2>What explains it</h2>'
-        f'<p class="said">{prose(_capital(sentence(e.says)))}.</p>{explained(e)}</section>'
-    )
+    return f'<p class="said">{prose(_capital(sentence(e.says)))}.</p>{explained(e)}'
 
 
 def _finding_list(findings: tuple[Finding, ...]) -> str:

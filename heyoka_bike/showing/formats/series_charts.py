@@ -20,26 +20,28 @@ _MOST_ORDER = 12  # of the guides
 def convergence(series: Series, maneuver: int) -> str:
     """Error against step size for a maneuver; empty if no step size is known."""
     drawn = _drawing(series, maneuver, [r.step for r in series.runs], is_step=True)
-    if not drawn:
-        return ""
-    return (
-        f'<figure class="wide">{drawn}<figcaption>What a smaller step buys: a method of order p '
-        "follows a line of that slope, halving the step divides its error by 2 to the power p, "
-        "until the error reaches the floor that the written digits set (marks on the "
-        "right).</figcaption></figure>"
+    return _captioned(
+        drawn,
+        "What a smaller step buys: a method of order p follows a line of that slope, halving the "
+        "step divides its error by 2 to the power p, until the error reaches the floor that the "
+        "written digits set (marks on the right).",
     )
 
 
 def work_precision(series: Series, maneuver: int) -> str:
     """Error against processor time for a maneuver; empty if no time is known."""
     drawn = _drawing(series, maneuver, [r.cpu for r in series.runs], is_step=False)
+    return _captioned(
+        drawn,
+        "What accuracy costs: of two programs, the one whose line lies lower and further left "
+        "gives the same error in less time; the time is that of the whole run.",
+    )
+
+
+def _captioned(drawn: str, caption: str) -> str:
     if not drawn:
         return ""
-    return (
-        f'<figure class="wide">{drawn}<figcaption>What accuracy costs: of two programs, the one '
-        "whose line lies lower and further left gives the same error in less time; the time is "
-        "that of the whole run.</figcaption></figure>"
-    )
+    return f'<figure class="wide">{drawn}<figcaption>{caption}</figcaption></figure>'
 
 
 def _drawing(series: Series, maneuver: int, across: Sequence[float | None], is_step: bool) -> str:

@@ -107,6 +107,11 @@ class _Page:
         for i, line in enumerate(_wrap(text, min(self.width, _PROSE) - len(indent))):
             self._console.print(Text((indent if i else "") + line, style))
 
+    def head(self, text: str, indent: str = "") -> None:
+        """A heading, after an empty line."""
+        self.say("")
+        self.say(text, "bold", indent)
+
     def listed(self, mark: str, style: str, text: str) -> None:
         """An entry of a list, with its mark in front."""
         for i, line in enumerate(_wrap(text, min(self.width, _PROSE) - 10)):
@@ -137,20 +142,15 @@ def _print_report(page: _Page, report: Report) -> None:
     if report.maneuvers:
         page.say("")
         page.say(_LEGEND, "dim")
-        page.say("")
-        page.say(
-            "eq. (1) of the benchmark, 100 (max E - min E) / E0 of the file's own energy", "bold"
-        )
+        page.head("eq. (1) of the benchmark, 100 (max E - min E) / E0 of the file's own energy")
         for m in report.maneuvers:
             page.say(f"  maneuver {m.maneuver}: {performance_words(m)}")
         _print_consistency(page, report)
     if report.said:
-        page.say("")
-        page.say("findings", "bold")
+        page.head("findings")
         _print_findings(page, report.said)
     if report.requirements:
-        page.say("")
-        page.say("requirements", "bold")
+        page.head("requirements")
         _print_requirements(page, report.requirements)
 
 
@@ -160,8 +160,7 @@ def _print_maneuver(page: _Page, m: ManeuverScore) -> None:
         facts += f", every {plain(m.step)} s"
     if m.coverage < 1:
         facts += f", {percent(m.coverage)} of the reference"
-    page.say("")
-    page.say(f"{heading(m)}: {facts}", "bold", "  ")
+    page.head(f"{heading(m)}: {facts}", "  ")
     if not m.columns:
         page.say("  no column could be compared")
         return
@@ -220,8 +219,7 @@ def _print_consistency(page: _Page, report: Report) -> None:
         if parts:
             lines.append(f"  maneuver {m.maneuver}: {'; '.join(parts)}")
     if lines:
-        page.say("")
-        page.say("the file against itself", "bold")
+        page.head("the file against itself")
         for line in lines:
             page.say(line, indent="    ")
 
@@ -246,8 +244,7 @@ def _print_series(page: _Page, series: Series) -> None:
     for number_ in sorted({c.maneuver for c in series.convergence}):
         _print_convergence(page, series, number_)
     if series.findings:
-        page.say("")
-        page.say("findings", "bold")
+        page.head("findings")
         _print_findings(page, series.findings)
     name, best = chosen(series)
     said = {f.message for f in best.report.findings}
@@ -256,8 +253,7 @@ def _print_series(page: _Page, series: Series) -> None:
         findings = [f for f in run.report.findings if run is best or f.message not in said]
         findings = [f for f in findings if run is best or f.severity == Severity.WARNING]
         if findings or run.report.requirements:
-            page.say("")
-            page.say(f"{run_words(run)}{f' ({name})' if run is best else ''}", "bold", "  ")
+            page.head(f"{run_words(run)}{f' ({name})' if run is best else ''}", "  ")
             _print_findings(page, findings)
             _print_requirements(page, run.report.requirements)
 

@@ -29,7 +29,7 @@ from heyoka_bike.scoring.diagnosis.mistakes.proposals import (
 from heyoka_bike.scoring.diagnosis.programs.first_order import FirstOrder
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.scoring.diagnosis.programs.start import Start, initial_state
-from heyoka_bike.scoring.diagnosis.unknowns.fitting import Fitting
+from heyoka_bike.scoring.diagnosis.unknowns.fitting import Fitting, best_explained
 from heyoka_bike.scoring.report import Curve
 from heyoka_bike.scoring.units import factor
 
@@ -197,30 +197,20 @@ class Search:
         """What a hypothesis leaves, in the column of each maneuver that it explains best."""
         understood = self._understood[h.codes]
         written = self._as_understood(understood)
-        found = []
-        for i, part in enumerate(self._parts):
-            relief = {
-                key: h.before[part.number, key] / h.after[part.number, key]
-                for number, key in h.after
-                if number == part.number and (number, key) in h.before
-            }
-            if not relief:
-                continue
-            key = max(relief, key=lambda k: relief[k])
-            name = understood[key].column.name
-            after = np.abs(written[i][key] - self._expected[h.codes][i][name])
-            good = np.isfinite(after)
-            found.append(
-                Curve(
-                    maneuver=part.number,
-                    key=key,
-                    unit=understood[key].column.unit,
-                    time=self._compared_times()[i][good],
-                    before=np.abs(written[i][key] - self._compared[i][name])[good],
-                    after=after[good],
-                )
+        places = {part.number: i for i, part in enumerate(self._parts)}
+
+        def curve(number: int, key: str) -> Curve:
+            i, column = places[number], understood[key].column
+            before, after = (
+                np.abs(written[i][key] - expected[i][column.name])
+                for expected in (self._compared, self._expected[h.codes])
             )
-        return tuple(found)
+            good = np.isfinite(after)
+            time = self._compared_times()[i]
+            return Curve(number, key, column.unit, time[good], before[good], after[good])
+
+        relief = {k: h.before[k] / h.after[k] for k in h.after if k in h.before}
+        return best_explained(relief, curve)
 
     def _compared_times(self) -> list[Array]:
         return [t[pick] for t, pick in zip(self._times, self._picks, strict=True)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 
 import numpy as np
@@ -111,21 +111,17 @@ class Fitting:
     def curves(self, problem: FitProblem, errors: Errors | None, fit: Fit) -> tuple[Curve, ...]:
         """What a fit leaves, in the column of each maneuver that it explains best."""
         left = left_by(problem, errors, fit)
-        found = []
-        for n, t in zip(self._numbers, self._times, strict=True):
-            relief = {
-                key: rms(e[good]) / max(rms(left[n, key][good]), np.finfo(np.float64).tiny)
-                for (number, key), e in self._errors.items()
-                if number == n and (good := np.isfinite(e)).any()
-            }
-            if not relief:
-                continue
-            key = max(relief, key=lambda k: relief[k])
-            good = np.isfinite(self._errors[n, key])
-            before, after = (np.abs(e[n, key][good]) for e in (self._errors, left))
+        times = dict(zip(self._numbers, self._times, strict=True))
+        good = {k: np.isfinite(e) for k, e in self._errors.items() if np.isfinite(e).any()}
+
+        def curve(n: int, key: str) -> Curve:
+            before, after = (np.abs(e[n, key][good[n, key]]) for e in (self._errors, left))
             unit = DEFINITIONS[key][0].unit
-            found.append(Curve(n, key, unit, t[good], before, after))
-        return tuple(found)
+            return Curve(n, key, unit, times[n][good[n, key]], before, after)
+
+        least = np.finfo(np.float64).tiny
+        relief = {k: rms(self._errors[k][x]) / max(rms(left[k][x]), least) for k, x in good.items()}
+        return best_explained(relief, curve)
 
     def _motions(
         self, simulator: Simulator, changes: Mapping[Unknown, float]
@@ -151,3 +147,13 @@ class Fitting:
         for key in START:
             state[_STATE.index(key)] += changes.get((f"initial_{key}", number), 0.0)
         return state
+
+
+def best_explained(
+    relief: Mapping[tuple[int, str], float], curve: Callable[[int, str], Curve]
+) -> tuple[Curve, ...]:
+    """In each maneuver the column whose error falls by the largest factor."""
+    ranked = sorted(relief, key=relief.__getitem__, reverse=True)
+    # The first in the ranking is the last to be put into its place.
+    best = dict(reversed(ranked))
+    return tuple(curve(number, key) for number, key in sorted(best.items()))
