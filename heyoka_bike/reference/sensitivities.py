@@ -23,7 +23,7 @@ from heyoka_bike.numbers.chebyshev import locate
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference import manifest as manifest_file
 from heyoka_bike.reference.layout import SENSITIVITIES
-from heyoka_bike.reference.numbered import Numbered
+from heyoka_bike.reference.values import Numbered
 
 START = ("roll", "steer", "roll_rate", "steer_rate", "speed")
 """The start: what a maneuver says of the state at t = 0."""

@@ -1,18 +1,21 @@
 """Columns at some times, and as piecewise Chebyshev polynomials: as they are made, kept and read.
 
-Evaluating needs NumPy only.
+Evaluating needs NumPy only. `Numbered` is what holds them, by the numbers of the maneuvers.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TypeVar
 
 import numpy as np
 
 from heyoka_bike.numbers.chebyshev import argument, clenshaw, locate
 from heyoka_bike.numbers.chebyshev_products import double_sums, plain_sums
 from heyoka_bike.numbers.double import Array, Double
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -43,6 +46,23 @@ class Values:
 
     def __repr__(self) -> str:
         return f"<values of {len(self.hi)} columns>"
+
+
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
+class RoundedRows(Values):
+    """The correctly rounded rows of a maneuver.
+
+    Attributes
+    ----------
+    hi, lo : mapping of str to ndarray, shape (rows,)
+        The binary64 nearest to the exact value, and the binary64 nearest to the rest.
+    bound : mapping of str to ndarray, shape (rows,)
+        Certified bound on abs(exact - (hi + lo)).
+    text : mapping of str to tuple of str
+        The benchmark's columns with 50 significant digits, correctly rounded.
+    """
+
+    text: Mapping[str, tuple[str, ...]]
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -87,3 +107,32 @@ class Dense(Values):
 
 def _named(names: Sequence[str], hi: Array, lo: Array) -> Values:
     return Values(dict(zip(names, hi, strict=True)), dict(zip(names, lo, strict=True)))
+
+
+class Numbered(Mapping[int, T]):
+    """A mapping of the numbers of maneuvers; two are equal only if they are the same object.
+
+    Attributes
+    ----------
+    maneuvers : tuple
+        Number 1 goes first.
+    """
+
+    maneuvers: tuple[T, ...]
+
+    def __getitem__(self, number: int) -> T:
+        if number not in self:
+            raise KeyError(f"found maneuver {number!r}, expected 1 to {len(self.maneuvers)}")
+        return self.maneuvers[number - 1]
+
+    __eq__ = object.__eq__
+    __hash__ = object.__hash__
+
+    def __contains__(self, number: object) -> bool:
+        return isinstance(number, int) and 1 <= number <= len(self.maneuvers)
+
+    def __iter__(self) -> Iterator[int]:
+        return iter(range(1, len(self.maneuvers) + 1))
+
+    def __len__(self) -> int:
+        return len(self.maneuvers)

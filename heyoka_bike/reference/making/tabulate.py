@@ -19,13 +19,12 @@ from heyoka_bike.reference.proof.enclose import enclose
 from heyoka_bike.reference.proof.motion_rows import tabulate_motion
 from heyoka_bike.reference.proof.rows import (
     EVALUATION_BITS,
-    RoundedRows,
     constant_columns,
     round_rows,
     rounded_times,
 )
 from heyoka_bike.reference.sensitivities import Sensitivity
-from heyoka_bike.reference.values import Dense, Values
+from heyoka_bike.reference.values import Dense, RoundedRows, Values
 from heyoka_bike.system.parallel import Report
 
 _ATTEMPTS = 4

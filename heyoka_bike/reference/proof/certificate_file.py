@@ -12,8 +12,7 @@ import flint
 
 from heyoka_bike.motion.trajectory import Certificate, Trajectory
 from heyoka_bike.numbers.rounding import decimal_above
-from heyoka_bike.reference.proof.rows import RoundedRows
-from heyoka_bike.reference.values import Dense
+from heyoka_bike.reference.values import Dense, RoundedRows
 
 STATEMENT = (
     "For every maneuver, at every time of the interval, each state variable of the exact motion "

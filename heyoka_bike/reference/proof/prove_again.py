@@ -39,13 +39,12 @@ from heyoka_bike.reference.proof.motion_rows import (
     round_motion,
 )
 from heyoka_bike.reference.proof.rows import (
-    RoundedRows,
     constant_columns,
     render_texts,
     round_rows,
     rounded_times,
 )
-from heyoka_bike.reference.values import Dense, Values
+from heyoka_bike.reference.values import Dense, RoundedRows, Values
 from heyoka_bike.system.parallel import Progress, Report, side_by_side
 from heyoka_bike.system.resources import reference_folder
 

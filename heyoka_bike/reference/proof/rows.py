@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from math import inf, nextafter
 
@@ -22,7 +21,7 @@ from heyoka_bike.numbers.exact import shortest_decimal
 from heyoka_bike.numbers.rounding import Enclosure, decimal_digits, hi_lo
 from heyoka_bike.reference.proof.first_row import exact_columns
 from heyoka_bike.reference.texts import text_files
-from heyoka_bike.reference.values import Values
+from heyoka_bike.reference.values import RoundedRows
 
 TEXT_DIGITS = 50
 EVALUATION_BITS = 64
@@ -30,23 +29,6 @@ EVALUATION_BITS = 64
 
 Value = flint.arb | Fraction
 Progress = Callable[[float], None]
-
-
-@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
-class RoundedRows(Values):
-    """The correctly rounded rows of a maneuver.
-
-    Attributes
-    ----------
-    hi, lo : mapping of str to ndarray, shape (rows,)
-        The binary64 nearest to the exact value, and the binary64 nearest to the rest.
-    bound : mapping of str to ndarray, shape (rows,)
-        Certified bound on abs(exact - (hi + lo)).
-    text : mapping of str to tuple of str
-        The benchmark's columns with 50 significant digits, correctly rounded.
-    """
-
-    text: Mapping[str, tuple[str, ...]]
 
 
 def constant_columns(run: Trajectory) -> dict[str, Value]:
