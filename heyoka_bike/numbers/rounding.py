@@ -9,10 +9,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from decimal import ROUND_CEILING, ROUND_HALF_EVEN, Context, Decimal
 from fractions import Fraction
+from math import inf, nextafter
 
 import flint
 
 from heyoka_bike.errors import UndecidedError
+
+Value = flint.arb | Fraction
+"""Of a column: enclosed, or known exactly."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,6 +106,12 @@ def format_decimal(x: Decimal, digits: int) -> str:
 
 def _to_float(n: int, grid: int) -> float:
     return n / (1 << grid)  # int / int is correctly rounded
+
+
+def upward(x: Fraction) -> float:
+    """The smallest binary64 that is not below a nonnegative number."""
+    nearest = x.numerator / x.denominator
+    return nearest if Fraction(nearest) >= x else nextafter(nearest, inf)
 
 
 def decimal_above(x: Fraction) -> str:

@@ -26,6 +26,7 @@ from heyoka_bike.motion.trajectory import Certificate, Piece, Trajectory
 from heyoka_bike.numbers.analytic import NotAnalyticError, PowerSeries
 from heyoka_bike.numbers.arithmetic import Balls, Number, exact_ball, upper_fraction
 from heyoka_bike.numbers.ball_matrices import total
+from heyoka_bike.numbers.rounding import Value, upward
 from heyoka_bike.reference.proof.cauchy import (
     Function,
     circle_bound,
@@ -33,7 +34,6 @@ from heyoka_bike.reference.proof.cauchy import (
     geometric,
     refused,
 )
-from heyoka_bike.reference.proof.rows import Value, upward
 from heyoka_bike.reference.values import Dense
 
 BITS = 192

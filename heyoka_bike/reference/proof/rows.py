@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
-from math import inf, nextafter
 
-import flint
 import numpy as np
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
@@ -18,7 +16,7 @@ from heyoka_bike.motion.trajectory import Certificate, Trajectory, row_times
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.double import Array, Double
 from heyoka_bike.numbers.exact import shortest_decimal
-from heyoka_bike.numbers.rounding import Enclosure, decimal_digits, hi_lo
+from heyoka_bike.numbers.rounding import Enclosure, Value, decimal_digits, hi_lo, upward
 from heyoka_bike.reference.proof.first_row import exact_columns
 from heyoka_bike.reference.texts import text_files
 from heyoka_bike.reference.values import RoundedRows
@@ -27,7 +25,6 @@ TEXT_DIGITS = 50
 EVALUATION_BITS = 64
 """Bits that evaluation uses beyond those of the run."""
 
-Value = flint.arb | Fraction
 Progress = Callable[[float], None]
 
 
@@ -106,12 +103,6 @@ def distance(x: Enclosure | Fraction, hi: float, lo: float) -> float:
         return upward(abs(x - stored))
     unit = Fraction(1, 1 << x.grid)
     return upward(max(abs(x.low * unit - stored), abs(x.high * unit - stored)))
-
-
-def upward(x: Fraction) -> float:
-    """The smallest binary64 that is not below a nonnegative number."""
-    nearest = x.numerator / x.denominator
-    return nearest if Fraction(nearest) >= x else nextafter(nearest, inf)
 
 
 def enclose_rows(

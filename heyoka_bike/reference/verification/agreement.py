@@ -26,7 +26,7 @@ from heyoka_bike.errors import UndecidedError
 from heyoka_bike.motion.evaluator import evaluator
 from heyoka_bike.motion.trajectory import Certificate, Trajectory, row_times
 from heyoka_bike.numbers.arithmetic import Balls, exact_ball
-from heyoka_bike.numbers.rounding import Enclosure, decimal_above, decimal_digits, hi_lo
+from heyoka_bike.numbers.rounding import Enclosure, decimal_above, decimal_digits, hi_lo, upward
 from heyoka_bike.reference.layout import CANDIDATE, CERTIFICATE, HDF5, NODES
 from heyoka_bike.reference.load import ReferenceManeuver
 from heyoka_bike.reference.proof.first_row import exact_columns
@@ -35,7 +35,6 @@ from heyoka_bike.reference.proof.rows import (
     TEXT_DIGITS,
     constant_columns,
     enclose_rows,
-    upward,
 )
 from heyoka_bike.reference.values import Values
 from heyoka_bike.reference.verification.checks import Tally
