@@ -53,8 +53,8 @@ class Evaluator:
     ----------
     trajectory
         What is evaluated.
-    balls, constants
-        The number type, and the constants of the bicycle in it.
+    balls, equations
+        The number type, and the equations of the bicycle in it.
     certificate
         How far the exact motion may be from the trajectory; if given, its columns are enclosed.
     """

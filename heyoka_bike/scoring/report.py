@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.alignment import FileInfo, Part
 from heyoka_bike.scoring.findings import Finding
+
+if TYPE_CHECKING:
+    from heyoka_bike.scoring.alignment import FileInfo, Part
 
 
 @dataclass(frozen=True, slots=True)

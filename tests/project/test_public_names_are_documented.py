@@ -50,7 +50,9 @@ def test_every_name_is_documented_at_one_path():
 
 def test_the_table_of_names_is_that_of_the_package():
     rows = re.findall(r"^\| [a-z ]+ \|(.*)\|$", PAGE, re.MULTILINE)
-    assert sorted({x for row in rows for x in re.findall(r"`(\w+)`", row)}) == PUBLIC
+    properties = {"motion", "sensitivities"}  # of a `Reference`
+    named = {x for row in rows for x in re.findall(r"`(\w+)`", row)}
+    assert sorted(named - properties) == PUBLIC
 
 
 def test_other_names_are_refused():
