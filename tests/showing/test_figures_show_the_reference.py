@@ -442,7 +442,7 @@ def test_certificate_without_heyoka_says_what_is_missing(reference, candidate, m
     class Proved:
         pieces = tuple((Fraction(1, 10**66),) * 7 for _ in candidate[2].pieces)
 
-    monkeypatch.setattr(certified_bounds, "certify", lambda run, progress: Proved)
+    monkeypatch.setattr(certified_bounds, "enclose", lambda run, progress: Proved)
     figure = certified_bounds.draw(reference, [3])
     (legend,) = figure.legends
     said = [t.get_text() for t in legend.get_texts()]
