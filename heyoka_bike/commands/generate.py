@@ -7,7 +7,9 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from heyoka_bike.commands.options import add_bicycle
 from heyoka_bike.errors import Exit
+from heyoka_bike.system.console import print_table, progress_bars, table
 
 if TYPE_CHECKING:
     from heyoka_bike.reference.making.tabulate import Table
@@ -39,12 +41,7 @@ def add_parser(subparsers: Any) -> None:
         metavar="N",
         help="decimal digits of the integration, 65 to 1000 (default 70)",
     )
-    p.add_argument(
-        "--bicycle",
-        metavar="NAME|FILE",
-        default="benchmark",
-        help="a bicycle of the collection, or a TOML file (default: benchmark)",
-    )
+    add_bicycle(p)
     p.add_argument(
         "--maneuvers",
         metavar="NAME|FILE",
@@ -67,7 +64,6 @@ def add_parser(subparsers: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
     from heyoka_bike.reference.making.generate import generate
-    from heyoka_bike.system.parallel import progress_bars
 
     with progress_bars(_SHARES) as progress:
         made = generate(
@@ -88,28 +84,18 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _summary(tables: Sequence[Table]) -> None:
-    from rich.console import Console
-    from rich.table import Table as View
-    from rich.text import Text
-
     from heyoka_bike.numbers.rounding import decimal_above
 
-    view = View(title="reference solution")
     headings = (
         "maneuver", "steps", "order", "digits", "max |E - E0| / E0", "in 2^-p", "eq. (1) [%]",
         "certified bound", "CPU [s]",
     )  # fmt: skip
-    for heading in headings:
-        view.add_column(
-            Text(heading), justify="left" if heading == "maneuver" else "right", no_wrap=True
-        )
-    for table in tables:
-        run, drift = table.trajectory, table.drift
-        view.add_row(
+    rows = []
+    for made in tables:
+        run, drift = made.trajectory, made.drift
+        rows.append((
             run.maneuver.name, str(run.steps), str(run.order), run.precision.split()[0],
             f"{drift.energy * 2.0**-run.bits:.1e}", f"{drift.energy:.2g}",
-            f"{drift.performance:.1e}", decimal_above(table.certificate.worst), f"{table.cpu:.1f}",
-        )  # fmt: skip
-    console = Console()
-    console.width = max(console.width, 120)
-    console.print(view)
+            f"{drift.performance:.1e}", decimal_above(made.certificate.worst), f"{made.cpu:.1f}",
+        ))  # fmt: skip
+    print_table(table(headings, rows, title="reference solution"))

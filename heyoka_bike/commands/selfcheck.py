@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import json
 from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.commands.options import add_format, check_format
@@ -45,8 +46,6 @@ def run(args: argparse.Namespace) -> int:
     check_format(args.format, _FORMATS)
     found = selfcheck()
     if args.format == "json":
-        import json
-
         print(json.dumps(found.as_dict(), indent=2, allow_nan=False, ensure_ascii=False))
     else:
         _show(found)

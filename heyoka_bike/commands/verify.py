@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import argparse
-import sys
+import json
 from collections.abc import Sequence
-from contextlib import AbstractContextManager, nullcontext
 from typing import TYPE_CHECKING, Any
 
+from heyoka_bike.commands.options import add_folder, add_format, check_format
 from heyoka_bike.errors import Exit, InputError
+from heyoka_bike.system.console import patience, print_table, progress_bars, table
 
 if TYPE_CHECKING:
     from heyoka_bike.reference.verification.verification import Agreement, Verification
@@ -43,23 +44,20 @@ def add_parser(subparsers: Any) -> None:
         ),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    p.add_argument("folder", nargs="?", metavar="DIR", help="folder (default: the published set)")
+    add_folder(p)
     p.add_argument(
         "--rerun", action="store_true", help="integrate again and count the digits that agree"
     )
     p.add_argument(
         "--quick", action="store_true", help="with --rerun: at binary128 and 40 digits only"
     )
-    p.add_argument(
-        "--format", metavar="FORMAT", default="table", help="table or json (default table)"
-    )
+    add_format(p, _FORMATS)
     p.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
-    if args.format not in _FORMATS:
-        raise InputError(f"--format: found '{args.format}', expected {' or '.join(_FORMATS)}")
+    check_format(args.format, _FORMATS)
     if args.quick and not args.rerun:
         raise InputError("--quick: found alone, expected with --rerun")
     if args.folder is not None and not args.folder.strip():
@@ -71,30 +69,18 @@ def run(args: argparse.Namespace) -> int:
     from heyoka_bike.reference.verification.check_table import complain
     from heyoka_bike.reference.verification.rerun import run_again
     from heyoka_bike.reference.verification.verify import verify
-    from heyoka_bike.system.parallel import progress_bars
 
-    with _patience():
+    with patience("checking"):
         found = verify(args.folder)
     if args.rerun:
         with progress_bars(_SHARES) as progress:
             found = run_again(found, is_quick=args.quick, progress=progress)
     if args.format == "json":
-        import json
-
         print(json.dumps(found.as_dict(), indent=2, allow_nan=False, ensure_ascii=False))
     else:
         _show(found)
     complain(found.folder, found.checks)
     return Exit.OK if found.passed else Exit.CHECK_FAILED
-
-
-def _patience() -> AbstractContextManager[Any]:
-    """A word on the terminal while the numbers are looked at."""
-    if not sys.stderr.isatty():
-        return nullcontext()
-    from rich.console import Console
-
-    return Console(stderr=True).status("checking")
 
 
 def _show(found: Verification) -> None:
@@ -113,21 +99,13 @@ def _show(found: Verification) -> None:
 
 def _show_digits(agreements: Sequence[Agreement]) -> None:
     """Digits by column: with the published numbers, and with the candidate."""
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
-
-    view = Table(title="agreeing digits: with the published numbers / with the candidate")
-    view.add_column("column", no_wrap=True)
-    for a in agreements:
-        view.add_column(Text(f"{a.maneuver}\n{a.precision}"), justify="right", no_wrap=True)
-    for name in agreements[0].published:
-        view.add_row(
-            name, *(f"{a.published[name]:.1f} / {a.candidate[name]:.1f}" for a in agreements)
-        )
-    view.add_section()
-    view.add_row("promised, at least", *(f"{min(a.promised.values()):.1f}" for a in agreements))
-    view.add_row(Text("time [s]"), *(f"{a.seconds:.1f}" for a in agreements))
-    console = Console()
-    console.width = max(console.width, 40 + 15 * len(agreements))
-    console.print(view)
+    columns = agreements[0].published
+    rows = [
+        [name, *(f"{a.published[name]:.1f} / {a.candidate[name]:.1f}" for a in agreements)]
+        for name in columns
+    ]
+    rows.append(["promised, at least", *(f"{min(a.promised.values()):.1f}" for a in agreements)])
+    rows.append(["time [s]", *(f"{a.seconds:.1f}" for a in agreements)])
+    headings = ["column", *(f"{a.maneuver}\n{a.precision}" for a in agreements)]
+    title = "agreeing digits: with the published numbers / with the candidate"
+    print_table(table(headings, rows, title=title, group=len(columns)))

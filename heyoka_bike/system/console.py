@@ -6,14 +6,17 @@ rich draws them, and is imported when there is something to draw.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
+from itertools import accumulate
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rich.progress import Progress, ProgressColumn
     from rich.table import Table
     from rich.text import Text
+
+    from heyoka_bike.system import parallel
 
 _ANY_WIDTH = 1_000_000
 
@@ -96,15 +99,45 @@ def stage_bar() -> Iterator[Callable[[str, float], None]]:
         yield lambda doing, done: bars.update(bar, description=doing, completed=done, refresh=True)
 
 
-def _progress(
-    *view: ProgressColumn, transient: bool = False, auto_refresh: bool = True
-) -> Progress:
+@contextmanager
+def progress_bars(shares: Mapping[str, float]) -> Iterator[parallel.Progress]:
+    """A bar for each job on a terminal, from the first word of it.
+
+    Parameters
+    ----------
+    shares
+        Stages in their order, with their share of the work.
+    """
+    from rich.progress import BarColumn, TaskID, TextColumn, TimeElapsedColumn
+
+    from heyoka_bike.system.parallel import WAITING
+
+    view = (
+        TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[stage]:>9}"),
+        TextColumn("{task.percentage:>3.0f} %"), TimeElapsedColumn(),
+    )  # fmt: skip
+    before = dict(zip(shares, accumulate(shares.values(), initial=0.0), strict=False))
+    before[WAITING] = 0.0
+    bars = _progress(*view)
+    tasks: dict[str, TaskID] = {}
+
+    def progress(name: str, stage: str, share: float) -> None:
+        if name not in tasks:
+            bars.start()
+            tasks[name] = bars.add_task(name, total=sum(shares.values()), stage=stage)
+        done = before[stage] + shares.get(stage, 0.0) * share
+        bars.update(tasks[name], completed=done, stage=stage)
+
+    try:
+        yield progress
+    finally:
+        bars.stop()
+
+
+def _progress(*view: ProgressColumn, **options: Any) -> Progress:
     """Bars on standard error; nothing when that is not a terminal."""
     from rich.console import Console
     from rich.progress import Progress
 
     console = Console(stderr=True)
-    return Progress(
-        *view, console=console, disable=not console.is_terminal, transient=transient,
-        auto_refresh=auto_refresh,
-    )  # fmt: skip
+    return Progress(*view, console=console, disable=not console.is_terminal, **options)

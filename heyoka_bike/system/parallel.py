@@ -1,11 +1,10 @@
-"""Long work for several maneuvers at once, one process each, with progress bars."""
+"""Long work for several maneuvers at once, one process each."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_EXCEPTION, ProcessPoolExecutor, wait
-from contextlib import contextmanager
 from functools import partial
 from multiprocessing import get_context, parent_process
 from queue import Empty
@@ -107,41 +106,3 @@ def _drain(queue: Any, told: Callable[[int, str, float], None]) -> None:
         latest[i] = (stage, t)
     for i, (stage, t) in latest.items():
         told(i, stage, t)
-
-
-@contextmanager
-def progress_bars(shares: Mapping[str, float]) -> Iterator[Progress]:
-    """A bar for each job on standard error from the first word of it; none without a terminal.
-
-    Parameters
-    ----------
-    shares
-        Stages in their order, with their share of the work.
-    """
-    from rich.console import Console
-    from rich.progress import BarColumn, TaskID, TextColumn, TimeElapsedColumn
-    from rich.progress import Progress as Bars
-
-    console = Console(stderr=True)
-    view = (
-        TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[stage]:>9}"),
-        TextColumn("{task.percentage:>3.0f} %"), TimeElapsedColumn(),
-    )  # fmt: skip
-    before, total = {WAITING: 0.0}, 0.0
-    for stage, share in shares.items():
-        before[stage] = total
-        total += share
-    bars = Bars(*view, console=console, disable=not console.is_terminal)
-    tasks: dict[str, TaskID] = {}
-
-    def progress(name: str, stage: str, share: float) -> None:
-        if name not in tasks:
-            bars.start()
-            tasks[name] = bars.add_task(name, total=total, stage=stage)
-        done = before[stage] + shares.get(stage, 0.0) * share
-        bars.update(tasks[name], completed=done, stage=stage)
-
-    try:
-        yield progress
-    finally:
-        bars.stop()
