@@ -4,8 +4,6 @@ Each command is a module of `commands` with ``add_parser`` and ``run``; heavy im
 ``run``, so that ``--help`` is quick.
 """
 
-from __future__ import annotations
-
 import argparse
 import os
 import sys

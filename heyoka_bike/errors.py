@@ -3,8 +3,6 @@
 An error message is one line: where (file, line, column), what was found, what was expected.
 """
 
-from __future__ import annotations
-
 from enum import IntEnum
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """What the fast path does besides one maneuver: three or many at once, long, for the first time."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys

@@ -4,8 +4,6 @@ Each carries a maneuver out. `Several` carries out all of them with a code of th
 the other; the fast path of this package does them at once.
 """
 
-from __future__ import annotations
-
 import importlib.util
 import math
 import sys

@@ -4,8 +4,6 @@ The right-hand side and the columns are written from the model by `c_source`, fo
 compiler is that of `CC`, else gcc, else cc, with `FLAGS`.
 """
 
-from __future__ import annotations
-
 import ctypes
 import os
 import shutil

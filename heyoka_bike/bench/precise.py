@@ -5,8 +5,6 @@ is measured over the first part of the maneuver and scaled to the whole of it, b
 heyoka's steps that fall into it; a result says over how many seconds it was measured.
 """
 
-from __future__ import annotations
-
 import contextlib
 import math
 import time

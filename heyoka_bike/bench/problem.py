@@ -5,8 +5,6 @@ state error is the largest abs(value - reference) over the rows of roll and stee
 rates [rad/s] and forward speed [m/s], with the reference taken at the very times of the rows.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Mapping

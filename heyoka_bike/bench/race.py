@@ -9,8 +9,6 @@ is not counted, and a few times *cold*, after the processor's caches were filled
 else.
 """
 
-from __future__ import annotations
-
 import gc
 import math
 import os

@@ -1,7 +1,5 @@
 """What is said of a column of the reference, whichever file holds it."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 

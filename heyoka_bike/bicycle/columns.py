@@ -5,8 +5,6 @@ defining them, and honest programs differ. Each column here has one default defi
 alternates, stored as ``<key>_<definition>``. How they follow from the state is in `outputs`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from heyoka_bike.bicycle.column import Column

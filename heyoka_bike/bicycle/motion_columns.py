@@ -3,8 +3,6 @@
 How they follow from the state is in `values`; docs/motion.md tells of the axes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from functools import partial
 

@@ -1,7 +1,5 @@
 """``heyoka-bike bench``: how long maneuver 2 takes at equal accuracy, next to other codes."""
 
-from __future__ import annotations
-
 import argparse
 import json
 import sys

@@ -1,7 +1,5 @@
 """``heyoka-bike certify``: prove the published digits again, from the published files."""
 
-from __future__ import annotations
-
 import argparse
 from typing import Any
 

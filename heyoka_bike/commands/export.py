@@ -1,7 +1,5 @@
 """``heyoka-bike export``: the reference as plain files for other languages."""
 
-from __future__ import annotations
-
 import argparse
 from functools import partial
 from importlib import import_module

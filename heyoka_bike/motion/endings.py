@@ -4,8 +4,6 @@ A set of rows ends at the last row that the motion reaches. Where that is sooner
 the maneuver's name says so, and with it every file.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from math import ceil

@@ -10,8 +10,6 @@ bicycle stops obeying it: the first time that a normal force is zero, or the end
 a wheel lies on the floor.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction

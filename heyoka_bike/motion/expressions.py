@@ -1,7 +1,5 @@
 """The equations as heyoka expressions."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterable
 from fractions import Fraction

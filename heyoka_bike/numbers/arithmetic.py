@@ -6,8 +6,6 @@ functions. Python integers are the only literals in the equations; every number 
 them exactly.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from contextlib import AbstractContextManager
 from fractions import Fraction

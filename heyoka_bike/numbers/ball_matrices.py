@@ -1,7 +1,5 @@
 """Vectors and matrices of balls: norms, products of absolute values, and moving frames."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 import flint

@@ -4,8 +4,6 @@ A double-double number is the exact sum hi + lo of two binary64 ones, about 32 d
 sums and products: Dekker (1971), doi:10.1007/BF01397083; recurrence: Clenshaw (1955).
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

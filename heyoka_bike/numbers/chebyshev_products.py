@@ -11,8 +11,6 @@ K. Ozaki, T. Ogita, S. Oishi, S. M. Rump (2012), Error-free transformations of m
 multiplication, doi:10.1007/s11075-011-9478-1.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from itertools import pairwise
 

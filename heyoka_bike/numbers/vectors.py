@@ -1,7 +1,5 @@
 """Vectors of three numbers of any type, turns of their axes, and quaternions."""
 
-from __future__ import annotations
-
 from heyoka_bike.numbers.arithmetic import Number
 
 Vector = tuple[Number, Number, Number]

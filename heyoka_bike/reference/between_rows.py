@@ -1,7 +1,5 @@
 """Columns without dense output: known at the rows, and a tiny time before and after each."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The files of a reference set: their names, how numbers are stored, and the hash of them."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Iterator, Mapping
 from typing import Any

@@ -5,8 +5,6 @@ reader accepts only what the manifest says, so a run that was interrupted shows 
 old manifest (or none) does not match; running again repairs it.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import os

@@ -4,8 +4,6 @@ The unknowns are the 26 parameters of the bicycle and the five numbers of a star
 computed is in `derivatives`; reading and evaluating needs NumPy and h5py only.
 """
 
-from __future__ import annotations
-
 import io
 import json
 from collections.abc import Mapping, Sequence

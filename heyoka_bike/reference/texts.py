@@ -1,7 +1,5 @@
 """The text files of a set, and which maneuvers each holds."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

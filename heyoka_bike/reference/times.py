@@ -1,7 +1,5 @@
 """Times as they are given to the reference: exact, in any form."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import numpy as np

@@ -3,8 +3,6 @@
 Evaluating needs NumPy only. `Numbered` is what holds them, by the numbers of the maneuvers.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TypeVar

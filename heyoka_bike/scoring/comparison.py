@@ -5,8 +5,6 @@ first, good to 1e-15 of the column's scale, and in hi + lo only where the error 
 this would show: the error of a column is always right to a tenth of a percent of its largest.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 

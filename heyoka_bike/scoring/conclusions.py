@@ -1,7 +1,5 @@
 """Findings: what the numbers of a report mean, in words."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 from math import prod
 

@@ -1,7 +1,5 @@
 """How well a file agrees with itself, whatever its distance from the reference."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

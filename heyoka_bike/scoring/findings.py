@@ -1,7 +1,5 @@
 """What is said about a result file besides numbers: one record each, the same in every format."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum

@@ -14,8 +14,6 @@ e_i = f(t_i) - r(t_i), in SI units. Nothing is interpolated, and no row weighs m
 Perfect agreement gives errors of 0 and 32 digits, all that hi + lo can tell.
 """
 
-from __future__ import annotations
-
 from math import isfinite, log10
 
 import numpy as np

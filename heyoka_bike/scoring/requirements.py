@@ -5,8 +5,6 @@ The worst value over what is not named counts: the largest for ``<`` and ``<=``,
 does a requirement on something that the file does not have.
 """
 
-from __future__ import annotations
-
 import operator
 import re
 from collections.abc import Callable, Mapping

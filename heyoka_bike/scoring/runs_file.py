@@ -9,8 +9,6 @@
 A ``tolerance`` says that the solver chose its steps: no order of convergence is sought.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any

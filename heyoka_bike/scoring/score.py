@@ -5,8 +5,6 @@
 `consistency` how well the file agrees with itself. The outcome is one `report.Report`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Units in which programs write the columns, and exact conversion to SI."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from decimal import Decimal, localcontext
 from functools import cache

@@ -1,7 +1,5 @@
 """Writing of files: whole or not at all."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Mapping
 from pathlib import Path

@@ -1,7 +1,5 @@
 """What the computer is that a number was measured on, and what is installed there."""
 
-from __future__ import annotations
-
 import os
 import platform
 from importlib.metadata import PackageNotFoundError, version

@@ -1,7 +1,5 @@
 """Long work for several maneuvers at once, one process each."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_EXCEPTION, ProcessPoolExecutor, wait

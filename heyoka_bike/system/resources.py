@@ -1,7 +1,5 @@
 """Where the files that come with the project are: in the wheel, or beside it in a checkout."""
 
-from __future__ import annotations
-
 import difflib
 from pathlib import Path
 from typing import Literal

@@ -1,7 +1,5 @@
 """A failed test in words: which requirement, where and since when, and what is known of why."""
 
-from __future__ import annotations
-
 import textwrap
 from collections.abc import Iterator, Sequence
 from math import inf

@@ -1,7 +1,5 @@
 """Whether an installation works: packages, the reference that comes with it, a score, a run."""
 
-from __future__ import annotations
-
 import platform
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace

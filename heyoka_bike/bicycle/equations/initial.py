@@ -1,7 +1,5 @@
 """From a maneuver to the initial state: the pitch and the rates that rolling demands."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any

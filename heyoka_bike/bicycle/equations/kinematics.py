@@ -30,8 +30,6 @@ with s, c the sine and cosine of steer, ``x = v cos(beta)``, ``y = r p + d1 w3``
 from (C1) and (C3) gives the rate q of the rear frame about its axle.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -14,8 +14,6 @@ divides by the mechanical trail; `regular` has (spin, roll rate, steer rate), is
 trail crosses zero, and costs more.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 

@@ -6,8 +6,6 @@ The rear frame has attitude R = Rz(yaw) Rx(roll) Ry(pitch); z is down, so a posi
 the right and a positive yaw turns to the right.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

@@ -3,8 +3,6 @@
 What each column means is in `columns`.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import flint

@@ -6,8 +6,6 @@ If all do, the extreme value is that at a corner, exact to roundoff. What is lef
 mean value theorem, and halved until that bound meets a value that is attained.
 """
 
-from __future__ import annotations
-
 import heapq
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -5,8 +5,6 @@ in its symbols. `linear` takes the same matrices from the nonlinear model; these
 operations, which is what intervals and affine numbers ask for. The tests compare the two.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import NamedTuple
 

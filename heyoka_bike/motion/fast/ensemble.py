@@ -4,8 +4,6 @@ Each motion has its own steps; those stepped together end together, and the ones
 Motions of about the same speed take about as many steps, so that they are put together.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pickle import dumps, loads

@@ -10,8 +10,6 @@ The code is unrolled, and multiplications and additions are contracted (``fast_m
 rounded once. No sum of the equations depends on the order of its terms.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """C99: a header and a source file of the dense output and its evaluators, needing nothing else."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from fractions import Fraction

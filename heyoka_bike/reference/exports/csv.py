@@ -1,7 +1,5 @@
 """CSV: the rows, exact times and a heading line, after lines of comment."""
 
-from __future__ import annotations
-
 import csv
 import io
 from decimal import Context, Decimal

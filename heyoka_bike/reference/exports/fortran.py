@@ -1,7 +1,5 @@
 """Fortran 2008: a module with the dense output and an elemental evaluator."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from itertools import accumulate
 from pathlib import Path

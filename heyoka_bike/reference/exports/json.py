@@ -1,7 +1,5 @@
 """JSON: the rows and the dense output; `export-1.schema.json` describes it."""
 
-from __future__ import annotations
-
 import json
 
 from heyoka_bike.numbers.double import Array

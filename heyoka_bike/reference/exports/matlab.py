@@ -1,7 +1,5 @@
 """MATLAB and GNU Octave: a function file with the dense output and its evaluator."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path

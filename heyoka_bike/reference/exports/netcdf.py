@@ -1,7 +1,5 @@
 """NetCDF-4 with CF attributes: the rows, each column over maneuver and time."""
 
-from __future__ import annotations
-
 import io
 from typing import Any
 

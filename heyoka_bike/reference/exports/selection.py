@@ -1,7 +1,5 @@
 """What is exported, and the comment that every file begins with."""
 
-from __future__ import annotations
-
 import textwrap
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -10,8 +10,6 @@
 - ``manifest.json``
 """
 
-from __future__ import annotations
-
 import os
 from collections.abc import Mapping, Sequence
 from importlib.metadata import PackageNotFoundError, version

@@ -6,8 +6,6 @@ trail. The chain rule leads from the unknowns (parameters and start) to these, a
 columns. The result is stored as piecewise Chebyshev polynomials in binary64.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Making a reference set: from a bicycle and its maneuvers to the files in a folder."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path

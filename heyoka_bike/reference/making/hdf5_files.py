@@ -1,7 +1,5 @@
 """From tables to the bytes of the HDF5 files, which netCDF readers open too."""
 
-from __future__ import annotations
-
 import io
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -1,7 +1,5 @@
 """Everything published about one maneuver: integrated, certified, rounded, made dense."""
 
-from __future__ import annotations
-
 import time
 from dataclasses import dataclass, replace
 

@@ -4,8 +4,6 @@ This is what a certificate is about. With it the published digits can be checked
 without heyoka and without running anything again.
 """
 
-from __future__ import annotations
-
 import io
 import json
 from collections.abc import Mapping, Sequence

@@ -7,8 +7,6 @@ coefficients in s, and, by Cauchy's estimate in the state, its derivatives: on t
 the radii the derivative by variable j is at most M / (rho_j / 2), at its centre M / rho_j.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction

@@ -1,7 +1,5 @@
 """certificate.json: what is proved about a set, and what is trusted."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -6,8 +6,6 @@ until its last coefficients are far below what the dense output promises, so the
 2^-112 of the column's scale and stored as hi + lo.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from math import frexp

@@ -25,8 +25,6 @@ The bound of q assumes a bound eps on e; that it holds follows, by continuity, w
 obtained for e is below eps.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from itertools import pairwise

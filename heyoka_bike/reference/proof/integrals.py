@@ -12,8 +12,6 @@ polynomial q. Its distance from the exact integral grows over a piece by at most
 A piece on which no circle works is halved, exactly.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction

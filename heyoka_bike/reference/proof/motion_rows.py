@@ -1,7 +1,5 @@
 """The whole motion of a maneuver: every column of motion.h5 with its certified bounds."""
 
-from __future__ import annotations
-
 from bisect import bisect_right
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction

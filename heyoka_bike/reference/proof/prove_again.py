@@ -4,8 +4,6 @@ Proving again needs the folder and python-flint only: candidate.h5 holds the tra
 everything else follows from them and from the inputs written beside them.
 """
 
-from __future__ import annotations
-
 import io
 import json
 import time

@@ -1,7 +1,5 @@
 """The rows of a table: enclosures of the exact values, and their correct rounding."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 

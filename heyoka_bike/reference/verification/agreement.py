@@ -6,8 +6,6 @@ exact values is evaluated on these balls (FLINT/Arb), and the result must hold z
 Each function looks at one maneuver and returns tallies, to be joined over the maneuvers.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction

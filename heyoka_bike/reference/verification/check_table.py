@@ -1,7 +1,5 @@
 """Checks as a table for people, and the failed ones as lines on standard error."""
 
-from __future__ import annotations
-
 import sys
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """Whether the files of a reference folder are there and whole: the manifest, sizes and hashes."""
 
-from __future__ import annotations
-
 import json
 import os
 from collections.abc import Mapping, Sequence

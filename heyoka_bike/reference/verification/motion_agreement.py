@@ -4,8 +4,6 @@ As in `numbers`, every number is a ball [hi + lo - bound, hi + lo + bound], and 
 for exact values must overlap.
 """
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import flint

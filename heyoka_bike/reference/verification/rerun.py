@@ -10,8 +10,6 @@ is no proof, only the published run is certified. States of that uncertainty are
 each must overlap the published number and its bound.
 """
 
-from __future__ import annotations
-
 import time
 from dataclasses import replace
 from fractions import Fraction

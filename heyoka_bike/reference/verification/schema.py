@@ -4,8 +4,6 @@ Every function yields problems, each in words. They take bytes, of which nothing
 that they are what the manifest says; shapes are compared before anything is read.
 """
 
-from __future__ import annotations
-
 import io
 import json
 import re

@@ -1,7 +1,5 @@
 """What is found out about a reference folder, as data: its files, checks, and digits that agree."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any

@@ -6,8 +6,6 @@ as they should be, their numbers (`verify_numbers`). What a file that is not who
 for is not checked, and said to be so.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass

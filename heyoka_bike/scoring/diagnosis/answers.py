@@ -1,7 +1,5 @@
 """A diagnosis in words: ranked findings, each with its evidence, and "cannot tell" where so."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from math import floor, log10
 from typing import Any

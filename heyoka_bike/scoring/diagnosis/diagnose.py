@@ -1,7 +1,5 @@
 """Why results differ from the reference: a score, with what explains it."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 

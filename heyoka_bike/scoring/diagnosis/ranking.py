@@ -16,8 +16,6 @@ Every mistake is tried alone; then the best one with all others, of the other pa
 `pairs` finds promising, and the best pair with one of the two replaced.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace

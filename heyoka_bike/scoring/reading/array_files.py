@@ -1,7 +1,5 @@
 """Files of arrays: NumPy's, MATLAB's and HDF5."""
 
-from __future__ import annotations
-
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager

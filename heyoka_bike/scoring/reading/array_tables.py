@@ -1,7 +1,5 @@
 """Tables from arrays: by the names of columns, or by the shape of one array of all."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from math import prod
 from typing import Any

@@ -1,7 +1,5 @@
 """How programs write rows of numbers as text: separators, decimal points or commas, comments."""
 
-from __future__ import annotations
-
 import re
 from collections import Counter
 from collections.abc import Collection, Sequence

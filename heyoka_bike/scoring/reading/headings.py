@@ -1,7 +1,5 @@
 """What the columns of a result file are: by their names, or by their place."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

@@ -4,8 +4,6 @@ NumPy reads them, in C and correctly rounded. Anything unusual makes `parse_bloc
 another, slower reader then takes the block or names what is wrong.
 """
 
-from __future__ import annotations
-
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from functools import cache

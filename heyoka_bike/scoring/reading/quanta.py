@@ -1,7 +1,5 @@
 """How finely columns are written."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 from math import floor, log10

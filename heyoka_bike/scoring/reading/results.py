@@ -1,7 +1,5 @@
 """Another program's results, as its file gives them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 

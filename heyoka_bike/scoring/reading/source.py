@@ -1,7 +1,5 @@
 """Reading of another program's results, whatever their format: the content tells it."""
 
-from __future__ import annotations
-
 import sys
 import zlib
 from collections.abc import Iterator, Mapping, Sequence

@@ -1,7 +1,5 @@
 """The bytes of a text file as blocks of whole lines, whatever its encoding and line ends."""
 
-from __future__ import annotations
-
 import codecs
 from collections.abc import Iterable, Iterator
 

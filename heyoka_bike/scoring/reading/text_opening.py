@@ -1,7 +1,5 @@
 """The opening of a text: its dialect, its heading, and where its rows begin."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass

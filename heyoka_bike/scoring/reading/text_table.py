@@ -1,7 +1,5 @@
 """Rows of numbers in a text, in whatever way programs write them."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Collection, Iterable
 from math import isfinite

@@ -1,7 +1,5 @@
 """Times of a result file: exact decimals where the file means these, in ascending order."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Columns of numbers as they were read from any format."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

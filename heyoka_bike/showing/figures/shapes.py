@@ -5,8 +5,6 @@ where the parameters say; frame, fork and rider are drawn around them. The rider
 frame and holds on to nothing, as the benchmark has it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from math import cos, sin

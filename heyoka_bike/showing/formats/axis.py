@@ -1,7 +1,5 @@
 """Axes of the charts: where values lie and which of them are written."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 

@@ -4,8 +4,6 @@ Across, places are parts of the width; down, they are pixels. The lines lie in a
 stretched. A chart has no colours of its own: each line has a class, which the page gives a look.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape

@@ -1,7 +1,5 @@
 """Figures of a maneuver: all errors over time, and each column beside the reference."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from html import escape
 

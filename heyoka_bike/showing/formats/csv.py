@@ -1,7 +1,5 @@
 """The scores as CSV (RFC 4180): one line for each maneuver and column, SI units."""
 
-from __future__ import annotations
-
 import csv
 import io
 import math

@@ -1,7 +1,5 @@
 """Fewer points that draw the same line: the extremes within each bin of time."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

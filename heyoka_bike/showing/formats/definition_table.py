@@ -1,7 +1,5 @@
 """Which definition a column follows: its error against each, as a table with a dot for each."""
 
-from __future__ import annotations
-
 import math
 from html import escape
 

@@ -3,8 +3,6 @@
 Readable without script and on paper; the script only reads values off the charts.
 """
 
-from __future__ import annotations
-
 from html import escape
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The report as JSON, for programs; `score-1.schema.json` describes it."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Mapping, Sequence

@@ -3,8 +3,6 @@
 The form is Jenkins' junit-10.xsd. Nothing in it depends on when or where it was written.
 """
 
-from __future__ import annotations
-
 import math
 import re
 from dataclasses import fields

@@ -1,7 +1,5 @@
 """Text as HTML, and the page that all of it stands in."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Sequence
 from html import escape

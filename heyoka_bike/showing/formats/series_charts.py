@@ -1,7 +1,5 @@
 """Figures of a series: error against step size, and against processor time."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """The report as text for a terminal or a pipe: readable without colours, letters of ASCII only."""
 
-from __future__ import annotations
-
 import io
 import re
 import shutil

@@ -1,7 +1,5 @@
 """Tables of the HTML report."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from html import escape
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Words and numbers that the output formats have in common."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -10,8 +10,6 @@ quadrature over short steps between the times asked for, with the yaw inside a s
 the error is that of binary64.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 

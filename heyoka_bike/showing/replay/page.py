@@ -1,7 +1,5 @@
 """The replay as one HTML page that needs nothing else: a scene, its controls, and charts."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from html import escape

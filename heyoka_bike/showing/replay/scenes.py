@@ -7,8 +7,6 @@ it starts where the reference is. The file's state between its rows is the refer
 difference, interpolated linearly, so that a file of few digits or rows adds no error of its own.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """Mistakes in the parameters of the bicycle, alone."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction

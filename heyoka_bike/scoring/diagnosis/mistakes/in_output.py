@@ -1,7 +1,5 @@
 """Mistakes in what is written of a right motion."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from heyoka_bike.numbers.double import Array

@@ -1,7 +1,5 @@
 """Mistakes in the start, and maneuvers in each other's place."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from itertools import permutations

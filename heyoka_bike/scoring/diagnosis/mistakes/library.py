@@ -5,8 +5,6 @@ can be made together, in any order that makes sense; `apply` makes several. Thos
 a file, such as columns in another order, are in `proposals`.
 """
 
-from __future__ import annotations
-
 from heyoka_bike.scoring.diagnosis.mistakes.in_model import MODEL_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.in_output import OUTPUT_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.in_start import START_MISTAKES

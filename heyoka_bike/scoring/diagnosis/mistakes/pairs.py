@@ -5,8 +5,6 @@ in the correct motion. For small changes that is exact; for large ones it holds 
 the first parts of the runs are ranked, too.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

@@ -5,8 +5,6 @@ judged as all others are. The best order is an assignment of the written columns
 one to one, that makes the product of the errors least; the time scale is fitted by least squares.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import inf, log

@@ -4,8 +4,6 @@ Motions are compared through their difference from the simulated correct one, so
 simulation's own error cancels.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 

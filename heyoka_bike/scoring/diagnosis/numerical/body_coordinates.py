@@ -13,8 +13,6 @@ the derivatives of order p + 1 of these coordinates:
   and without it.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import factorial

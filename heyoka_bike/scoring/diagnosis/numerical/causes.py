@@ -1,7 +1,5 @@
 """Numerical causes, where no mistake of the model explains a file: what its error looks like."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np

@@ -8,8 +8,6 @@ method, such as the symplectic Euler method, treats positions and velocities dif
 node of the tree is one of the two (section II.15).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Sequence
 from functools import lru_cache
 from itertools import combinations_with_replacement, product

@@ -6,8 +6,6 @@ constraints that drift, wheels that sink in. It is computed from the file's own 
 therefore do not matter.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from heyoka_bike.bicycle.columns import DEFINITIONS

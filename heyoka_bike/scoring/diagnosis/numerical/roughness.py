@@ -4,8 +4,6 @@ Fourth differences of the rows leave nothing of a smooth error and all of what j
 correlation with themselves, shifted by some rows, tells the kinds apart.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

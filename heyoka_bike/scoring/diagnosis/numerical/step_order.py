@@ -7,8 +7,6 @@ it. Maneuvers at different speeds pin the order: its terms grow with that power 
 change. An order is claimed only if little remains, and much more with every other order.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 

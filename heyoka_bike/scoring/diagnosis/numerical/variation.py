@@ -6,8 +6,6 @@ forces d through the linear equation, all maneuvers and forces at once, and turn
 state into those of the columns.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

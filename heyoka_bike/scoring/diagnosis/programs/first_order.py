@@ -4,8 +4,6 @@ The reference plus its sensitivities times the changes. It is used only where th
 by more than a small part of its scale, so that what is left out is a small part of that change.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A program as a hypothesis sees it: its bicycle, its starts, its clock, and what it writes."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 

@@ -5,8 +5,6 @@ no new compilation. The form that is regular at zero trail is used, whose state 
 steer, roll rate, steer rate, the rear wheel's rolling rate and yaw.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache

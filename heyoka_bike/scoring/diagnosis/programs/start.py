@@ -8,8 +8,6 @@ steer rate and speed, u = (J^T M J)^-1 J^T M v. An admissible start is left as i
 All of it at the upright straight position, axes x forward, y right, z down.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from math import cos, sin

@@ -7,8 +7,6 @@ explains far more than one of integration error ever does, and another unknown o
 three times more.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial

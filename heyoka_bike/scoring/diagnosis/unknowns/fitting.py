@@ -1,7 +1,5 @@
 """What `estimation` needs of a file: errors, derivatives, and errors by simulation."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 

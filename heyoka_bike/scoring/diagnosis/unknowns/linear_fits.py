@@ -7,8 +7,6 @@ each block weighted by the inverse of what it has left, repeated. A thousand sub
 once from the blocks' normal equations.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
