@@ -9,15 +9,16 @@ from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
+from matplotlib.figure import Figure
 
-from heyoka_bike.bench.figure import draw, draw_costs
+from heyoka_bike.bench.figure import COLOURS, MARKERS, draw
 from heyoka_bike.bench.problem import Problem
 from heyoka_bike.bench.race import CLASSES
 from heyoka_bike.bicycle.parameters import Maneuver, read_bicycle, read_maneuvers
 from heyoka_bike.motion.fast.simulate import ACCURACIES, simulate
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.load import load_reference
-from heyoka_bike.showing.figures.style import render
+from heyoka_bike.showing.figures.style import render, style
 from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
 
 DOCS = Path(__file__).parent.parent
@@ -30,6 +31,7 @@ STATE_COLUMNS = ("roll_angle", "steer_angle", "roll_rate", "steer_rate", "forwar
 SEED = 7
 # The example of a code that keeps the energy: the implicit midpoint rule at this step [s].
 STEP = 0.125
+COST_SIZE = (7.0, 3.2)  # [inch]
 
 
 def table(headings, rows, left=1):
@@ -235,6 +237,30 @@ def filled(page, found):
             raise ValueError(f"{PAGE}: no place for {name}")
         page = before + begin + text + end + after
     return page
+
+
+def draw_costs(digits, durations):
+    """Time against digits and against duration, all axes logarithmic."""
+    with style():
+        figure = Figure(figsize=COST_SIZE, layout="constrained")
+        left, right = figure.subplots(1, 2)
+        left.loglog(
+            [x["digits"] for x in digits], [x["seconds"] for x in digits], color=COLOURS[2],
+            marker="o", markersize=3,
+        )  # fmt: skip
+        left.set_xlabel("decimal digits of the significand")
+        left.set_ylabel("time of 10 s of maneuver 2 [s]")
+        for i, accuracy in enumerate(dict.fromkeys(x["accuracy"] for x in durations)):
+            line = [x for x in durations if x["accuracy"] == accuracy]
+            right.loglog(
+                [x["duration"] for x in line], [1e3 * x["time"] for x in line],
+                color=COLOURS[2 * i % len(COLOURS)], marker=MARKERS[i], markersize=3,
+                label=str(accuracy),
+            )  # fmt: skip
+        right.set_xlabel("duration [s]")
+        right.set_ylabel("time, 1001 rows included [ms]")
+        right.legend(title="accuracy", title_fontsize=7.5)
+    return figure
 
 
 def figures(run):

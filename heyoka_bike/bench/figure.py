@@ -1,4 +1,4 @@
-"""Figures of what was timed: time against error, and against digits and duration."""
+"""Figure of what was timed: time against error."""
 
 from __future__ import annotations
 
@@ -21,9 +21,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _SIZE = (7.0, 4.6)  # [inch]; the width of a printed page of text
-_COLOURS = (VERMILLION, ORANGE, BLUE, SKY, GREEN, PURPLE, BLACK, GREY)
-_MARKERS = "osD^vP*X"
-_COST_SIZE = (7.0, 3.2)
+COLOURS = (VERMILLION, ORANGE, BLUE, SKY, GREEN, PURPLE, BLACK, GREY)
+MARKERS = "osD^vP*X"
 
 
 def draw(points: Sequence[Mapping[str, Any]], title: str) -> Figure:
@@ -44,8 +43,8 @@ def draw(points: Sequence[Mapping[str, Any]], title: str) -> Figure:
             ax.loglog(
                 [x["max_state_error"] for x in line],
                 [x["min_ms"] for x in line],
-                color=_COLOURS[i % len(_COLOURS)],
-                marker=_MARKERS[i % len(_MARKERS)],
+                color=COLOURS[i % len(COLOURS)],
+                marker=MARKERS[i % len(MARKERS)],
                 markersize=3,
                 label=name,
             )
@@ -55,38 +54,4 @@ def draw(points: Sequence[Mapping[str, Any]], title: str) -> Figure:
         ax.set_ylabel("shortest time, rows included [ms]")
         ax.set_title(title, parse_math=False)
         ax.legend()
-    return figure
-
-
-def draw_costs(
-    digits: Sequence[Mapping[str, Any]], durations: Sequence[Mapping[str, Any]]
-) -> Figure:
-    """Figure of a report's ``digits`` and ``durations``, both axes logarithmic.
-
-    Raises
-    ------
-    MissingPackageError
-        matplotlib is not installed.
-    """
-    with style():
-        from matplotlib.figure import Figure
-
-        figure = Figure(figsize=_COST_SIZE, layout="constrained")
-        left, right = figure.subplots(1, 2)
-        left.loglog(
-            [x["digits"] for x in digits], [x["seconds"] for x in digits], color=_COLOURS[2],
-            marker="o", markersize=3,
-        )  # fmt: skip
-        left.set_xlabel("decimal digits of the significand")
-        left.set_ylabel("time of 10 s of maneuver 2 [s]")
-        for i, accuracy in enumerate(dict.fromkeys(x["accuracy"] for x in durations)):
-            line = [x for x in durations if x["accuracy"] == accuracy]
-            right.loglog(
-                [x["duration"] for x in line], [1e3 * x["time"] for x in line],
-                color=_COLOURS[2 * i % len(_COLOURS)], marker=_MARKERS[i], markersize=3,
-                label=str(accuracy),
-            )  # fmt: skip
-        right.set_xlabel("duration [s]")
-        right.set_ylabel("time, 1001 rows included [ms]")
-        right.legend(title="accuracy", title_fontsize=7.5)
     return figure

@@ -10,12 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.commands.options import add_reference, check_format
-from heyoka_bike.commands.result_files import (
-    STANDARD_INPUT,
-    maneuvers_of,
-    read,
-    refuse_overwriting,
-)
+from heyoka_bike.commands.result_files import STANDARD_INPUT, maneuvers_of, read, refuse_overwriting
 from heyoka_bike.errors import Exit, InputError, quoted
 from heyoka_bike.system.console import progress_bar
 

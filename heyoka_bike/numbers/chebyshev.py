@@ -7,15 +7,7 @@ sums and products: Dekker (1971), doi:10.1007/BF01397083; recurrence: Clenshaw (
 import numpy as np
 from numpy.typing import NDArray
 
-from heyoka_bike.numbers.double import (
-    Array,
-    Double,
-    add,
-    divide,
-    fast_two_sum,
-    split,
-    two_sum,
-)
+from heyoka_bike.numbers.double import Array, Double, add, divide, fast_two_sum, split, two_sum
 
 # Values at a time, so that what a step needs stays in the processor's cache.
 _BLOCK = 8192

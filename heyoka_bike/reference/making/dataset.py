@@ -19,10 +19,7 @@ from typing import Any
 from heyoka_bike.bicycle.parameters import Bicycle, describe_inputs
 from heyoka_bike.errors import DatasetError, InputError
 from heyoka_bike.reference import manifest as manifest_file
-from heyoka_bike.reference.layout import (
-    CANDIDATE,
-    CERTIFICATE,
-)
+from heyoka_bike.reference.layout import CANDIDATE, CERTIFICATE
 from heyoka_bike.reference.making.hdf5_files import render_hdf5
 from heyoka_bike.reference.making.tabulate import Table
 from heyoka_bike.reference.proof import candidate

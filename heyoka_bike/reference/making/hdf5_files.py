@@ -11,13 +11,7 @@ from heyoka_bike.bicycle.column import Column
 from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
 from heyoka_bike.reference import structure
-from heyoka_bike.reference.layout import (
-    FILTERS,
-    HDF5,
-    MOTION,
-    SENSITIVITIES,
-    content_sha256,
-)
+from heyoka_bike.reference.layout import FILTERS, HDF5, MOTION, SENSITIVITIES, content_sha256
 from heyoka_bike.reference.making.tabulate import Table
 from heyoka_bike.reference.structure import INDEX, Dataset, Group, by_maneuver
 from heyoka_bike.reference.values import Dense, Values

@@ -31,11 +31,7 @@ from heyoka_bike.reference.proof.certificate_file import (
 from heyoka_bike.reference.proof.dense_bound import bound_dense
 from heyoka_bike.reference.proof.enclose import enclose
 from heyoka_bike.reference.proof.integrals import with_integrals
-from heyoka_bike.reference.proof.motion_rows import (
-    bound_motion,
-    motion_expansions,
-    round_motion,
-)
+from heyoka_bike.reference.proof.motion_rows import bound_motion, motion_expansions, round_motion
 from heyoka_bike.reference.proof.rows import (
     constant_columns,
     render_texts,
