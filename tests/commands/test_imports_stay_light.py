@@ -4,25 +4,9 @@ import subprocess
 import sys
 
 import pytest
+from support.without_packages import HEAVY, python
 
 from heyoka_bike.system.resources import data_folder
-
-BLOCK = """
-import sys
-class Block:
-    def find_spec(self, name, path=None, target=None):
-        if name.partition(".")[0] in {blocked!r}:
-            raise ModuleNotFoundError(f"{{name}} is blocked", name=name)
-sys.meta_path.insert(0, Block())
-"""
-HEAVY = {"heyoka", "flint", "mpmath", "scipy", "matplotlib", "rich", "plotly"}
-
-
-def python(code, blocked=()):
-    return subprocess.run(
-        [sys.executable, "-W", "error", "-c", BLOCK.format(blocked=set(blocked)) + code],
-        capture_output=True, text=True, timeout=120,
-    )  # fmt: skip
 
 
 def test_the_reader_needs_numpy_and_h5py_only():

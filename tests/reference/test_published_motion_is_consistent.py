@@ -9,7 +9,7 @@ from pathlib import Path
 import flint
 import numpy as np
 import pytest
-from test_imports_stay_light import HEAVY, python
+from support.without_packages import HEAVY, python
 
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.motion_columns import DENSE_COLUMNS, MOTION_COLUMNS

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_imports_stay_light import BLOCK
+from support.without_packages import BLOCK
 
 import heyoka_bike.testing.selfcheck as module
 from heyoka_bike.cli import main
