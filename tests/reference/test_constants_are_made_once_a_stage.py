@@ -1,0 +1,50 @@
+"""A proof makes the constants of the equations as often for many pieces as for few."""
+
+from dataclasses import replace
+from fractions import Fraction
+
+import pytest
+
+from heyoka_bike.bicycle.equations import reduced
+from heyoka_bike.reference.proof.enclose import enclose
+from heyoka_bike.reference.proof.integrals import with_integrals
+from heyoka_bike.reference.proof.motion_rows import motion_expansions
+
+pytestmark = pytest.mark.proof
+
+
+@pytest.fixture
+def made(monkeypatch):
+    """How often constants are made."""
+    count = []
+    original = reduced.constants
+    monkeypatch.setattr(reduced, "constants", lambda *a: count.append(1) or original(*a))
+    return count
+
+
+def stages(run, made):
+    """How often each stage of a proof makes them."""
+    counts = []
+    certificate = enclose(run)
+    counts.append(len(made))
+    stretches = list(with_integrals(run, certificate))
+    counts.append(len(made))
+    list(motion_expansions(stretches))
+    counts.append(len(made))
+    made.clear()
+    return counts
+
+
+def test_however_many_pieces_there_are(candidate, made):
+    run = candidate[2]
+    found = []
+    for pieces in (2, 6):
+        end = Fraction(run.breaks[pieces])
+        part = replace(
+            run, maneuver=replace(run.maneuver, duration=end, spacing=end),
+            breaks=run.breaks[: pieces + 1], pieces=run.pieces[:pieces],
+        )  # fmt: skip
+        found.append(stages(part, made))
+    assert found[0] == found[1]
+    # Circles, matrices and defects; circles and integrals; circles and series.
+    assert found[0] == [3, 5, 7]
