@@ -12,7 +12,7 @@ from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.system.console import patience, print_table, progress_bars, table
 
 if TYPE_CHECKING:
-    from heyoka_bike.reference.verification.verification import Agreement, Verification
+    from heyoka_bike.reference.verification.outcome import Agreement, Verification
 
 _FORMATS = ("table", "json")
 _SHARES = {"integrate": 0.9, "compare": 0.1}

@@ -23,10 +23,10 @@ from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import Array, Double
 from heyoka_bike.reference import manifest as manifest_file
 from heyoka_bike.reference.between_rows import nearest, values_at_rows
+from heyoka_bike.reference.exact_times import Time, as_double
 from heyoka_bike.reference.layout import HDF5, MOTION
 from heyoka_bike.reference.on_demand import on_demand, read_array
 from heyoka_bike.reference.sensitivities import Sensitivities, load_sensitivities
-from heyoka_bike.reference.times import Time, as_double
 from heyoka_bike.reference.values import Dense, Numbered, Values
 
 

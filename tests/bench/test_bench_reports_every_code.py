@@ -18,7 +18,7 @@ from heyoka_bike.bench import batches, codes, compiled, precise, race
 from heyoka_bike.bench.codes import Compiled, Exudyn, SciPy, Sundials, Tuned
 from heyoka_bike.bench.problem import Problem
 from heyoka_bike.bench.race import CLASSES, Timing
-from heyoka_bike.bench.report import as_text
+from heyoka_bike.bench.summary import as_text
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.cli import main
 from heyoka_bike.errors import Exit

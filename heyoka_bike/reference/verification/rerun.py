@@ -31,8 +31,8 @@ from heyoka_bike.reference.verification.agreement import (
     stored_ball,
 )
 from heyoka_bike.reference.verification.checks import Check, Tally
+from heyoka_bike.reference.verification.outcome import Agreement, Verification
 from heyoka_bike.reference.verification.schema import Text
-from heyoka_bike.reference.verification.verification import Agreement, Verification
 from heyoka_bike.system.parallel import Progress, Report, side_by_side
 
 QUICK: tuple[str | int, ...] = ("binary128", 40)

@@ -32,8 +32,8 @@ from heyoka_bike.reference.texts import TextFile, text_files
 from heyoka_bike.reference.verification import agreement, motion_agreement, schema
 from heyoka_bike.reference.verification.checks import Check, Tally
 from heyoka_bike.reference.verification.hashes import check_files
+from heyoka_bike.reference.verification.outcome import ManeuverFiles, Verification
 from heyoka_bike.reference.verification.rerun import run_again
-from heyoka_bike.reference.verification.verification import ManeuverFiles, Verification
 from heyoka_bike.system.parallel import Progress, Report, side_by_side
 from heyoka_bike.system.resources import reference_folder
 
