@@ -61,7 +61,7 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
-    from heyoka_bike.bench import report
+    from heyoka_bike.bench import summary
     from heyoka_bike.bench.problem import benchmark_problem
     from heyoka_bike.system.files import write_output
 
@@ -70,23 +70,23 @@ def run(args: argparse.Namespace) -> int:
         raise InputError(f"--runs: found {runs}, expected 1 to {_MAX_RUNS}")
     _check_output(args.output)
     figure_format = _figure_format(args.output)
-    main = benchmark_problem(args.reference, report.JUDGED)
-    every = [benchmark_problem(args.reference, n) for n in report.ALL_THREE] if args.all else []
+    main = benchmark_problem(args.reference, summary.JUDGED)
+    every = [benchmark_problem(args.reference, n) for n in summary.ALL_THREE] if args.all else []
     with stage_bar() as progress:
         with_points = figure_format is not None or args.all
-        document = report.measure(
+        document = summary.measure(
             main, every, runs, progress, is_quick=args.quick, with_points=with_points
         )
         if args.all:
-            document |= report.measure_fast_path(progress)
-            document |= report.measure_precise(args.reference, progress)
+            document |= summary.measure_fast_path(progress)
+            document |= summary.measure_precise(args.reference, progress)
         if args.costs:
-            document |= report.measure_costs(main, args.reference, progress)
+            document |= summary.measure_costs(main, args.reference, progress)
     is_shown = args.output is None or figure_format is not None
     if args.format == "json":
         text = json.dumps(document, indent=2, allow_nan=False) + "\n"
     else:
-        text = report.as_text(document, is_shown)
+        text = summary.as_text(document, is_shown)
     if figure_format is not None:
         from heyoka_bike.bench.figure import draw
         from heyoka_bike.showing.figures.style import render
