@@ -89,7 +89,7 @@ def good_files():
         as_text(nine, "%.6f", delimiter=";", header=names, comments="").replace(b".", b","),
         as_text(nine, "%.15e").replace(b"e", b"D").replace(b"\n", b"\r\n"),
         as_text(nine).decode().encode("utf-16"),
-        gzip.compress(as_text(table, "%.8g")),
+        gzip.compress(as_text(table, "%.8g"), mtime=0),
         array.getvalue(),
         saved(np.savez, results=nine),
         saved(np.savez_compressed, time=nine[:, 0], roll_angle=nine[:, 1]),
