@@ -6,8 +6,9 @@ candidate in a maneuver is the root mean square of e without the largest hundred
 that a few bad ones do not decide. The best candidate has the least product of typical errors over
 the maneuvers, which is the likeliest if the size of the error in each maneuver is unknown. Another
 candidate *cannot be told apart* from it if their typical errors differ by less than a factor of 2
-in every maneuver, or if it is better in one of them; then the default is kept, so that no
-definition is claimed without evidence.
+in every maneuver, or if it is better in one of them and what speaks against it in the others is not
+five times that, in logarithms of these factors; then the default is kept, so that no definition is
+claimed without evidence.
 """
 
 from __future__ import annotations
@@ -27,8 +28,11 @@ from heyoka_bike.scoring.units import UNITS, factor
 
 _TOLD_APART = 2.0
 # ... if it is not worse in any maneuver by more than this: errors that happen to resemble the
-# difference of two definitions do so in one maneuver, not in all.
+# difference of two definitions do so in one maneuver, not in all ...
 _NOT_WORSE = 0.8
+# ... or if what the others say outweighs it so many times. Where errors are as large as the
+# difference of the definitions a maneuver says little, and now and then the wrong thing.
+_OUTWEIGHED = 5.0
 # Fewer rows than this show nothing but by meeting the floor of the digits written.
 _FEW_ROWS = 10
 # One row of so many is left out of the typical error.
@@ -173,9 +177,11 @@ def _joint(typical: _Typical) -> float:
 
 
 def _told_apart(worse: _Typical, better: _Typical) -> bool:
-    """Whether the maneuvers say that one candidate is better, and none the contrary."""
-    ratios = [w / b for w, b in zip(worse, better, strict=True)]
-    return max(ratios) > _TOLD_APART and min(ratios) > _NOT_WORSE
+    """Whether the maneuvers say that one candidate is better, and next to nothing the contrary."""
+    ratios = np.array(worse) / np.array(better)
+    says = np.log(ratios)
+    contrary = -says[ratios <= _NOT_WORSE].sum()
+    return bool(ratios.max() > _TOLD_APART and says[says > 0].sum() > _OUTWEIGHED * contrary)
 
 
 def _choose(key: str, samples: Sequence[Sample]) -> Understanding:

@@ -70,6 +70,16 @@ def test_one_run_alone_does_not_tell_the_speed(fine):
     assert speed.indistinguishable == ("hub_body_x",)
 
 
+def test_a_definition_is_found_although_one_maneuver_says_the_contrary(reference):
+    """In maneuver 3 the error of the iteration is half the difference of the definitions."""
+    found = score(read_results(PEERS / "exudyn-loose-newton.txt"), reference)
+    for m, limit in zip(found.maneuvers, (3e-4, 5e-5, 5e-5), strict=True):
+        roll, rate = m.columns[:2]
+        assert roll.as_understood.definition == "tait_bryan_xyz"
+        assert rate.as_understood.definition == "body_x"
+        assert roll.as_understood.measures.max_abs_error < limit
+
+
 def test_the_trapezoidal_rule_is_of_second_order(exudyn):
     for c in exudyn.convergence:
         assert c.orders == pytest.approx((2.0,), abs=0.05)
