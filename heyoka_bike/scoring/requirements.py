@@ -1,8 +1,9 @@
 """Requirements on a report: ``[maneuver.][column.]metric op number``.
 
 The worst value over what is not named counts: the largest for ``<`` and ``<=``, the smallest for
-``>`` and ``>=``. A column with values that are not finite fails whatever the others are, and so
-does a requirement on something that the file does not have.
+``>`` and ``>=``. A column with values that are not finite or were not compared fails whatever the
+others are, and so does one that contradicts another of the file by its sign, and a requirement on
+something that the file does not have.
 """
 
 import operator
@@ -13,7 +14,7 @@ from math import inf, isfinite
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.report import ColumnScore, Report, Requirement
+from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Report, Requirement
 
 OF_COLUMN = (
     "scd", "mescd", "max_abs_error", "rms_error", "max_rel_error", "time_to_tolerance",
@@ -22,6 +23,12 @@ OF_COLUMN = (
 
 OF_MANEUVER = ("performance", "coverage")
 """Metrics of a maneuver, see `report.ManeuverScore`."""
+
+_ONE_SIGN = (
+    ("roll_angle", "roll_rate"), ("steer_angle", "steer_rate"), ("yaw", "yaw_rate"),
+    ("rear_normal_force", "front_normal_force"),
+)  # fmt: skip
+"""Columns that turn round together, whichever axes a program has."""
 
 _OPERATORS: Mapping[str, Callable[[float, float], bool]] = {
     "<=": operator.le,
@@ -120,6 +127,9 @@ def check(text: str, report: Report) -> Requirement:
                 continue
             if _is_lacking(c):
                 return Requirement(text, False, None, f"{where}, {_why_missing(c)}")
+            if (other := _turned_against(c, m)) is not None:
+                why = f"{c.key} has the other sign, {other} has not: no choice of axes gives both"
+                return Requirement(text, False, None, f"{where}, {why}")
             value = _value(c, r.metric)
             if value is None:
                 why = f"{r.metric} is not defined, nothing could be compared"
@@ -144,7 +154,17 @@ def _is_left_out(column: str | None, report: Report) -> bool:
 
 
 def _is_lacking(c: ColumnScore) -> bool:
-    return bool(c.missing) or c.is_sparse
+    return bool(c.missing or c.between)
+
+
+def _turned_against(c: ColumnScore, m: ManeuverScore) -> str | None:
+    """The column that this one contradicts: it is turned round, that one is not."""
+    pair = next((pair for pair in _ONE_SIGN if c.key in pair), ())
+    others = (other for other in m.columns if other.key in pair and other.key != c.key)
+    return next(
+        (x.key for x in others if c.as_understood.sign < 0 < x.as_understood.sign and x.values),
+        None,
+    )
 
 
 def _matters(c: ColumnScore, metric: str) -> bool:

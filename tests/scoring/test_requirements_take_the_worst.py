@@ -130,3 +130,17 @@ def test_others_are_refused_in_one_line(text, says):
     assert message.startswith("require: found")
     assert says in message
     assert message.isprintable()
+
+
+@pytest.mark.parametrize("pair", [("roll_angle", "roll_rate"), ("steer_angle", "steer_rate")])
+def test_signs_that_no_choice_of_axes_gives_fail(reference, pair):
+    """Axes to the left turn round an angle and its rate; one of them alone is a mistake."""
+    for turned, met in ((pair, True), (pair[:1], False), (pair[1:], False)):
+
+        def change(key, values, number, turned=turned):
+            return -values if key in turned else values
+
+        report = score(made(reference, change), reference, ["scd >= 6", "forward_speed.scd >= 6"])
+        assert [r.met for r in report.requirements] == [met, True]
+        if not met:
+            assert f"{turned[0]} has the other sign" in report.requirements[0].message

@@ -341,6 +341,27 @@ def test_a_name_beyond_the_eight_tells_that_names_count(tmp_path, exact):
     assert [f.code for f in read.findings] == ["columns_left_out"]
 
 
+@pytest.mark.parametrize("wrong", [-99.0, 1e6])
+def test_a_requirement_fails_on_a_value_that_is_not_compared(reference, motion, wrong):
+    """Right at all rows of the reference but one, whose time is moved away from it."""
+    t, values = motion[2].time.copy(), motion[2]["rear_axle_force_z"].copy()
+    t[999], values[999] = 9.995, wrong
+    rows = Rows(2, t, np.zeros_like(t), {"rear_axle_force_z": values})
+    report = score(Results("x", "text", (rows,)), reference, ["scd >= 6", "coverage >= 0.9"])
+    assert column(report, 2, "rear_axle_force_z").as_understood.measures.scd > 15
+    assert [r.met for r in report.requirements] == [False, False]
+    assert "1 of 1001 values are between the rows" in report.requirements[0].message
+
+
+def test_a_normal_force_turned_round_against_the_other_fails(reference, motion):
+    keys = ("rear_normal_force", "front_normal_force")
+    for signs, met in (((1, 1), True), ((-1, -1), True), ((-1, 1), False), ((1, -1), False)):
+        values = {k: s * motion[2][k] for k, s in zip(keys, signs, strict=True)}
+        rows = Rows(2, motion[2].time, motion[2].time_lo, values)
+        report = score(Results("x", "text", (rows,)), reference, ["scd >= 6"])
+        assert [r.met for r in report.requirements] == [met]
+
+
 def test_a_requirement_fails_on_what_is_hardly_compared(reference, motion):
     t = np.concatenate([[0.0], np.arange(1, 1000) / 100 + 0.004, [10.0]])
     values = np.interp(t, motion[2].time, motion[2]["rear_axle_force_z"]) * 3
