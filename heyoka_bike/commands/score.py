@@ -55,7 +55,7 @@ def add_parser(subparsers: Any) -> None:
             "\n"
             "requirements: [maneuver.][column.]metric op number, the worst of what is not named;\n"
             "  metrics scd, mescd, max_abs_error, rms_error, max_rel_error, time_to_tolerance,\n"
-            "  performance, coverage; op one of < <= > >=. Exit code 3 if one is not met.\n"
+            "  performance, coverage, gap; op one of < <= > >=. Exit code 3 if one is not met.\n"
         ),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )

@@ -125,18 +125,21 @@ def _no_attitude(name: str, signs: Mapping[str, int]) -> Iterator[list[str]]:
 def _coverage(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
     said = set()
     for m in maneuvers:
-        duration = (m.t_end - m.t_start) / m.coverage if m.coverage else 0.0
-        slack = 1.5 * (m.step or 0.0) / duration if duration else 0.0
+        duration = float(m.part.reference.duration)
+        slack = 1.5 * (m.step or 0.0) / duration
         ends = (m.t_start, m.t_end)
-        if m.coverage + 2 * slack < 1.0 and ends not in said:
+        if (not m.coverage or m.coverage + 2 * slack < 1.0) and ends not in said:
             said.add(ends)
             which = [n.maneuver for n in maneuvers if (n.t_start, n.t_end) == ends]
+            rows = f"complete rows of maneuver {', '.join(map(str, which))}"
+            what = f"{rows} cover {m.t_start:.6g} to {m.t_end:.6g} s only; the rest of the run is"
+            if m.coverage < (m.t_end - m.t_start) / duration - slack or not m.coverage:
+                what = f"{rows} are up to {m.gap:.3g} s apart; what the motion does meanwhile is"
             yield Finding(
                 "coverage",
-                f"complete rows of maneuver {', '.join(map(str, which))} cover {m.t_start:.6g} to "
-                f"{m.t_end:.6g} s only; the rest of the run is not judged",
+                f"{what} not judged",
                 Severity.WARNING,
-                {"maneuvers": which, "t_start": m.t_start, "t_end": m.t_end},
+                {"maneuvers": which, "t_start": m.t_start, "t_end": m.t_end, "gap": m.gap},
             )
 
 

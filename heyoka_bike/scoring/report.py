@@ -216,7 +216,10 @@ class ManeuverScore:
     t_start, t_end
         First and last time with a value in every column [s].
     coverage
-        (t_end - t_start) / duration of the reference; 0 without such a row.
+        Part of the reference's run that such rows cover: that lies between two of them that are no
+        farther apart than its longest dense piece. 0 without such rows.
+    gap
+        The longest stretch of the run that none of these rows falls in [s].
     step
         Median distance of the rows [s]; None of a single row.
     performance
@@ -237,6 +240,7 @@ class ManeuverScore:
     t_start: float
     t_end: float
     coverage: float
+    gap: float
     step: float | None
     performance: float | None
     performance_limit: float | None

@@ -21,7 +21,7 @@ OF_COLUMN = (
 )  # fmt: skip
 """Metrics of a column, see `report.Measures`; as understood."""
 
-OF_MANEUVER = ("performance", "coverage")
+OF_MANEUVER = ("performance", "coverage", "gap")
 """Metrics of a maneuver, see `report.ManeuverScore`."""
 
 _ONE_SIGN = (
@@ -168,7 +168,7 @@ def _turned_against(c: ColumnScore, m: ManeuverScore) -> str | None:
 
 
 def _matters(c: ColumnScore, metric: str) -> bool:
-    return metric == "coverage" or c.key.endswith("energy")
+    return metric in ("coverage", "gap") or c.key.endswith("energy")
 
 
 def _why_missing(c: ColumnScore) -> str:

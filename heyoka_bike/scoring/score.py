@@ -111,7 +111,7 @@ def _score_maneuver(
 ) -> ManeuverScore:
     columns = _score_columns(part, understood)
     steps = np.diff(part.time) + np.diff(part.time_lo)
-    start, end, coverage = _coverage(part)
+    start, end, coverage, gap = _coverage(part)
     return ManeuverScore(
         maneuver=part.number,
         name=part.reference.name,
@@ -119,6 +119,7 @@ def _score_maneuver(
         t_start=start,
         t_end=end,
         coverage=coverage,
+        gap=gap,
         step=float(np.median(steps)) if len(steps) else None,
         performance=measures.performance(_energy(columns)),
         performance_limit=limit,
@@ -128,16 +129,23 @@ def _score_maneuver(
     )
 
 
-def _coverage(part: Part) -> tuple[float, float, float]:
-    """First and last time with a value in every column, and the part of the run between them."""
+def _coverage(part: Part) -> tuple[float, float, float, float]:
+    """First and last time with a value in every column, the part of the run covered, and the gap.
+
+    Two rows cover what is between them if they are no farther apart than the longest piece of the
+    reference's dense output: over more than that a motion may do anything unseen.
+    """
+    duration = float(part.reference.duration)
     complete = np.all([np.isfinite(v) for v in part.values.values()], axis=0)
     if not complete.any():
-        return float(part.time[0]), float(part.time[-1]), 0.0
+        return float(part.time[0]), float(part.time[-1]), 0.0, duration
     times = part.time[complete]
-    start, end = float(times[0]), float(times[-1])
-    covered = (end - start) / float(part.reference.duration)
+    steps = np.diff(times)
+    longest = float(np.diff(part.reference.dense.breaks).max())
+    covered = float(steps[steps <= longest * (1 + SUMMED)].sum()) / duration
+    gap = float(np.diff(times, prepend=0.0, append=duration).max())
     # Summed steps end a last digit or so beside the end.
-    return start, end, 1.0 if covered > 1 - SUMMED else covered
+    return float(times[0]), float(times[-1]), 1.0 if covered > 1 - SUMMED else covered, gap
 
 
 def _energy(columns: Sequence[ColumnScore]) -> Array:

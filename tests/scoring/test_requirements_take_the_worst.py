@@ -5,7 +5,7 @@ import pytest
 from support.made_results import codes, made, smooth_error
 
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.reading.results import Results
+from heyoka_bike.scoring.reading.results import Results, Rows
 from heyoka_bike.scoring.requirements import parse
 from heyoka_bike.scoring.score import score
 
@@ -144,3 +144,38 @@ def test_signs_that_no_choice_of_axes_gives_fail(reference, pair):
         assert [r.met for r in report.requirements] == [met, True]
         if not met:
             assert f"{turned[0]} has the other sign" in report.requirements[0].message
+
+
+@pytest.mark.parametrize(
+    ("name", "rows", "gap"),
+    [
+        ("the ends", [0, 1000], 10.0),
+        ("the first tenth of a second and the end", [*range(11), 1000], 9.9),
+        ("the first second and the end", [*range(101), 1000], 9.0),
+        ("the last nine seconds", range(100, 1001), 1.0),
+        ("a hole of a second", [*range(401), *range(500, 1001)], 1.0),
+    ],
+)
+def test_rows_that_leave_the_motion_unseen_cover_little(reference, name, rows, gap):
+    whole = made(reference)
+    few = Results("x", "text", tuple(chosen(m, list(rows)) for m in whole.maneuvers))
+    report = score(
+        few, reference, ["scd >= 6", "coverage >= 1", "gap < 0.9", f"gap <= {gap + 1e-9}"]
+    )
+    assert [r.met for r in report.requirements] == [True, False, False, True]
+    assert all(m.gap == pytest.approx(gap) for m in report.maneuvers)
+    assert "coverage" in codes(report)
+
+
+def test_rows_of_every_quarter_of_a_second_cover_the_run(reference):
+    """As the longest pieces of the dense output of the quickest maneuver."""
+    whole = made(reference)
+    few = Results("x", "text", tuple(chosen(m, range(0, 1001, 25)) for m in whole.maneuvers))
+    report = score(few, reference, ["coverage >= 1", "gap <= 0.2500001"])
+    assert report.passed
+
+
+def chosen(rows, pick):
+    pick = list(pick)
+    values = {key: v[pick] for key, v in rows.values.items()}
+    return Rows(rows.maneuver, rows.time[pick], rows.time_lo[pick], values)

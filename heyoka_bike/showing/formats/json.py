@@ -51,6 +51,7 @@ def _maneuver(m: ManeuverScore) -> dict[str, Any]:
         "t_start": m.t_start,
         "t_end": m.t_end,
         "coverage": m.coverage,
+        "gap": m.gap,
         "step": m.step,
         "performance": m.performance,
         "performance_limit": m.performance_limit,

@@ -67,6 +67,7 @@ def _add_properties(properties: Element, report: Report) -> None:
     for m in report.maneuvers:
         add(f"{m.maneuver}.performance", _number(m.performance))
         add(f"{m.maneuver}.coverage", _number(m.coverage))
+        add(f"{m.maneuver}.gap", _number(m.gap))
         for c in m.columns:
             for name, value in _measures(c).items():
                 add(f"{m.maneuver}.{printable(c.key)}.{name}", value)
