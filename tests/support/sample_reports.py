@@ -178,7 +178,8 @@ def _maneuver(reference: Reference, number: int, size: float) -> ManeuverScore:
     columns = tuple(_column(m, key, size) for key in BENCHMARK_COLUMNS)
     return ManeuverScore(
         maneuver=number, name=m.name, rows=len(m.time), t_start=0.0, t_end=10.0, coverage=1.0,
-        gap=0.01, step=0.01, performance=0.53 * size, performance_limit=1e-3 if number == 2 else None,
+        gap=0.01, step=0.01, performance=0.53 * size,
+        performance_limit=1e-3 if number == 2 else None,
         consistency=Consistency(1e-9, 5e-10, 1.2e-5, None), columns=columns,
         part=Part(number, m, m.time, m.time_lo, {}, {}, {}),
     )  # fmt: skip
