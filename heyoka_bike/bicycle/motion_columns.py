@@ -1,6 +1,6 @@
 """The columns of motion.h5: the whole configuration and all forces.
 
-How they follow from the state is in `values`; docs/motion.md tells of the axes.
+How they follow from the state is in `whole_motion`; docs/motion.md tells of the axes.
 """
 
 from collections.abc import Iterator

@@ -1,7 +1,7 @@
 """A rigorous bound on the distance of the dense output from the exact motion.
 
 Along each piece of the candidate every column is expanded as a Taylor series in balls, its
-remainder bounded by Cauchy's estimate on a circle (see `circle`). Where a Chebyshev piece overlaps
+remainder bounded by Cauchy's estimate on a circle (see `cauchy`). Where a Chebyshev piece overlaps
 it, both are written as polynomials in one variable u, -1 <= u <= 1, on short spans; the absolute
 values of the coefficients of their difference bound it. The distance of the exact motion from the
 candidate is added through the columns' derivatives by the state, bounded on the same circle's

@@ -5,7 +5,7 @@ of h g(p(s)) is integrated in balls, and its coefficients rounded to the candida
 polynomial q. Its distance from the exact integral grows over a piece by at most
 
 - ``q' - h g(p)``: the coefficients' absolute values, and beyond the length of the series Cauchy's
-  estimate on a circle (see `circle`);
+  estimate on a circle (see `cauchy`);
 - ``h g(x) - h g(p)`` for the exact state x, which the certificate keeps near p: its distance times
   the derivatives of g, bounded on the polydisc around p.
 

@@ -5,7 +5,7 @@ The *ground frame* has x along the initial heading, y to the right, z down, and 
 rear wheel touches the floor at the start. A body's attitude is a matrix whose columns are the
 body's x, y and z axes in the ground frame; the axes are those of the upright, straight bicycle.
 
-The rates of yaw, tracks and wheels are those of `motion.configuration`. Their integrals are Gauss's
+The rates of yaw, tracks and wheels are those of `configuration`. Their integrals are Gauss's
 quadrature over short steps between the times asked for, with the yaw inside a step by collocation:
 the error is that of binary64.
 """
