@@ -19,6 +19,13 @@ _LIMITED = 2.0
 _NAMED = 8
 
 
+_ONE_SIGN = (
+    ("roll_angle", "roll_rate"), ("steer_angle", "steer_rate"), ("yaw", "yaw_rate"),
+    ("rear_normal_force", "front_normal_force"),
+)  # fmt: skip
+"""Columns that turn round together, whichever axes a program has."""
+
+
 def explain(report: Report) -> tuple[Finding, ...]:
     """What is worth saying about a report, in the order of its columns."""
     return (
@@ -84,13 +91,13 @@ def _understood(report: Report) -> Iterator[Finding]:
                 "constant",
                 evidence={**evidence, "offset": understood.offset},
             )
-    for angle, rate in (("roll_angle", "roll_rate"), ("steer_angle", "steer_rate")):
-        if signs.get(angle, 1) != signs.get(rate, signs.get(angle, 1)):
+    for one, other in _ONE_SIGN:
+        if one in signs and other in signs and signs[one] != signs[other]:
             yield Finding(
                 "signs_disagree",
-                f"{angle} and {rate} have opposite signs: one of them is turned round",
+                f"{one} and {other} have opposite signs: one of them is turned round",
                 Severity.WARNING,
-                {"columns": [angle, rate]},
+                {"columns": [one, other]},
             )
     for name in ("rear_frame", "front_frame"):
         for entries in _no_attitude(name, signs):

@@ -14,7 +14,7 @@ from math import inf, isfinite
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Report, Requirement
+from heyoka_bike.scoring.report import ColumnScore, Report, Requirement
 
 OF_COLUMN = (
     "scd", "mescd", "max_abs_error", "rms_error", "max_rel_error", "time_to_tolerance",
@@ -23,12 +23,6 @@ OF_COLUMN = (
 
 OF_MANEUVER = ("performance", "coverage", "gap")
 """Metrics of a maneuver, see `report.ManeuverScore`."""
-
-_ONE_SIGN = (
-    ("roll_angle", "roll_rate"), ("steer_angle", "steer_rate"), ("yaw", "yaw_rate"),
-    ("rear_normal_force", "front_normal_force"),
-)  # fmt: skip
-"""Columns that turn round together, whichever axes a program has."""
 
 _OPERATORS: Mapping[str, Callable[[float, float], bool]] = {
     "<=": operator.le,
@@ -109,6 +103,12 @@ def check(text: str, report: Report) -> Requirement:
     maneuvers = [m for m in report.maneuvers if r.maneuver in (None, m.maneuver)]
     if not maneuvers:
         return Requirement(text, False, None, f"maneuver {r.maneuver} is not in the file")
+    contradicted = {
+        key: f.message
+        for f in report.findings
+        if f.code == "signs_disagree"
+        for key in f.evidence["columns"]
+    }
     values: list[tuple[float, str]] = []
     for m in maneuvers:
         where = f"maneuver {m.maneuver}"
@@ -127,9 +127,8 @@ def check(text: str, report: Report) -> Requirement:
                 continue
             if _is_lacking(c):
                 return Requirement(text, False, None, f"{where}, {_why_missing(c)}")
-            if (other := _turned_against(c, m)) is not None:
-                why = f"{c.key} has the other sign, {other} has not: no choice of axes gives both"
-                return Requirement(text, False, None, f"{where}, {why}")
+            if c.key in contradicted:
+                return Requirement(text, False, None, f"{where}, {contradicted[c.key]}")
             value = _value(c, r.metric)
             if value is None:
                 why = f"{r.metric} is not defined, nothing could be compared"
@@ -155,16 +154,6 @@ def _is_left_out(column: str | None, report: Report) -> bool:
 
 def _is_lacking(c: ColumnScore) -> bool:
     return bool(c.missing or c.between)
-
-
-def _turned_against(c: ColumnScore, m: ManeuverScore) -> str | None:
-    """The column that this one contradicts: it is turned round, that one is not."""
-    pair = next((pair for pair in _ONE_SIGN if c.key in pair), ())
-    others = (other for other in m.columns if other.key in pair and other.key != c.key)
-    return next(
-        (x.key for x in others if c.as_understood.sign < 0 < x.as_understood.sign and x.values),
-        None,
-    )
 
 
 def _matters(c: ColumnScore, metric: str) -> bool:

@@ -143,7 +143,7 @@ def test_signs_that_no_choice_of_axes_gives_fail(reference, pair):
         report = score(made(reference, change), reference, ["scd >= 6", "forward_speed.scd >= 6"])
         assert [r.met for r in report.requirements] == [met, True]
         if not met:
-            assert f"{turned[0]} has the other sign" in report.requirements[0].message
+            assert f"{pair[0]} and {pair[1]} have opposite" in report.requirements[0].message
 
 
 @pytest.mark.parametrize(
