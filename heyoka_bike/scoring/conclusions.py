@@ -17,8 +17,6 @@ _ROUNDED = 4.0
 _LIMITED = 2.0
 # As many columns as the benchmark has.
 _NAMED = 8
-
-
 _ONE_SIGN = (
     ("roll_angle", "roll_rate"), ("steer_angle", "steer_rate"), ("yaw", "yaw_rate"),
     ("rear_normal_force", "front_normal_force"),
@@ -134,10 +132,10 @@ def _coverage(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
     for m in maneuvers:
         duration = float(m.part.reference.duration)
         slack = 1.5 * (m.step or 0.0) / duration
-        ends = (m.t_start, m.t_end)
+        ends = (m.t_start, m.t_end, m.gap)
         if (not m.coverage or m.coverage + 2 * slack < 1.0) and ends not in said:
             said.add(ends)
-            which = [n.maneuver for n in maneuvers if (n.t_start, n.t_end) == ends]
+            which = [n.maneuver for n in maneuvers if (n.t_start, n.t_end, n.gap) == ends]
             rows = f"complete rows of maneuver {', '.join(map(str, which))}"
             what = f"{rows} cover {m.t_start:.6g} to {m.t_end:.6g} s only; the rest of the run is"
             if m.coverage < (m.t_end - m.t_start) / duration - slack or not m.coverage:
