@@ -8,6 +8,7 @@ from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
 
+import hypothesis
 import pytest
 
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver, read_bicycle, read_maneuvers
@@ -29,6 +30,13 @@ for name in (
     *("COLUMNS", "LINES"),
 ):
     os.environ.pop(name, None)
+
+
+# The same examples in every run: what a change breaks is that change's. New ones are looked for by
+# pytest --hypothesis-profile=search.
+hypothesis.settings.register_profile("same", derandomize=True)
+hypothesis.settings.register_profile("search", print_blob=True)
+hypothesis.settings.load_profile("same")
 
 
 def pytest_configure(config: pytest.Config) -> None:
