@@ -29,7 +29,6 @@ def explain(report: Report) -> tuple[Finding, ...]:
     return (
         *_understood(report),
         *_coverage(report.maneuvers),
-        *_between(report),
         *_performance(report.maneuvers),
         *_consistency(report.maneuvers),
         *_digits(report),
@@ -146,24 +145,6 @@ def _coverage(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
                 Severity.WARNING,
                 {"maneuvers": which, "t_start": m.t_start, "t_end": m.t_end, "gap": m.gap},
             )
-
-
-def _between(report: Report) -> Iterator[Finding]:
-    """Where rows of the file are between those of the reference."""
-    left_out = [(c, (c.between, m.rows)) for m in report.maneuvers for c in m.columns if c.between]
-    sparse = {c.key for c, _ in left_out if c.is_sparse}
-    found: dict[str, tuple[int, int]] = {}
-    for c, counts in left_out:
-        found[c.key] = max(counts, found.get(c.key, counts))
-    for counts in dict.fromkeys(found.values()):
-        keys = [key for key, same in found.items() if same == counts]
-        yield Finding(
-            "between_rows",
-            f"{_names(keys)}: known at the rows of the reference only, so {counts[0]} of "
-            f"{counts[1]} values between them are not compared",
-            Severity.WARNING if sparse.intersection(keys) else Severity.INFO,
-            {"columns": keys, "values": counts[0]},
-        )
 
 
 def _performance(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:

@@ -150,11 +150,6 @@ class ColumnScore:
     values, missing
         How many values were compared, and how many were not finite.
     trace : Trace
-    between
-        How many values were not compared for being between the rows of the reference, which knows
-        some columns at its rows only.
-    is_sparse
-        Whether that is most of them, and most rows of the reference have none.
     """
 
     key: str
@@ -168,8 +163,6 @@ class ColumnScore:
     values: int
     missing: int
     trace: Trace
-    between: int = 0
-    is_sparse: bool = False
 
     def is_at_floor(self, times: float = 1.0) -> bool:
         """Whether the error is no more than so many times what the digits written allow."""
