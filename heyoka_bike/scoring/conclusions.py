@@ -1,7 +1,7 @@
 """Findings: what the numbers of a report mean, in words."""
 
 from collections.abc import Iterator, Mapping, Sequence
-from math import prod
+from math import floor, prod
 
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.measures import TOLERANCE
@@ -15,6 +15,8 @@ _VISIBLE = 1e-2
 _ROUNDED = 4.0
 # An error of up to this many floors is that of the digits written.
 _LIMITED = 2.0
+# Decimal logarithm of the odds that are put into words: nobody has tried more files than that.
+_SUREST = 6
 # As many columns as the benchmark has.
 _NAMED = 8
 _ONE_SIGN = (
@@ -62,10 +64,11 @@ def _understood(report: Report) -> Iterator[Finding]:
                 for _, c in scores
             ]
             also = scores[0][1].indistinguishable
+            odds = _odds(scores[0][1])
             yield Finding(
                 "definition",
-                f"{key} is {understood.definition}: errors {errors}, against "
-                f"{_list(default)} for the default {written.definition}"
+                f"{key} is {understood.definition}{f', {odds}' if odds else ''}: errors {errors}, "
+                f"against {_list(default)} for the default {written.definition}"
                 + (f" (cannot be told apart from {', '.join(also)})" if also else ""),
                 evidence={**evidence, "definition": understood.definition},
             )
@@ -105,6 +108,25 @@ def _understood(report: Report) -> Iterator[Finding]:
                 Severity.WARNING,
                 {"columns": entries},
             )
+
+
+def _odds(c: ColumnScore) -> str:
+    """How sure the definition of a column is: the odds against the likeliest other one."""
+    told = [a for a in c.alternatives if a.log10_odds is not None]
+    told = [a for a in told if a.definition not in c.indistinguishable]
+    if not told:
+        return ""
+    odds, definition = min((a.log10_odds or 0.0, a.definition) for a in told)
+    return f"{odds_words(odds)} against {definition}"
+
+
+def odds_words(log10: float) -> str:
+    """Odds of which the decimal logarithm is given, as "300 to 1"."""
+    if log10 > _SUREST:
+        return f"over 10^{_SUREST} to 1"
+    if log10 < 0.0:
+        return f"1 to {10**-log10:.2g}" if log10 > -_SUREST else f"1 to over 10^{_SUREST}"
+    return f"10^{floor(log10)} to 1" if log10 >= 3 else f"{10**log10:.0f} to 1"
 
 
 def _no_attitude(name: str, signs: Mapping[str, int]) -> Iterator[list[str]]:

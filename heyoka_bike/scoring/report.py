@@ -80,10 +80,15 @@ class Alternative:
     definition
     max_abs_error
         [SI unit]
+    log10_odds
+        Odds of the definition that the column turned out to have against this one, over all
+        maneuvers of the file together, as a decimal logarithm; below zero if this one is likelier,
+        but not enough to give up the default. None where nothing tells.
     """
 
     definition: str
     max_abs_error: float | None
+    log10_odds: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

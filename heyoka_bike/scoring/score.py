@@ -175,7 +175,9 @@ def _score_columns(part: Part, understood: Mapping[str, Understanding]) -> tuple
     alternatives: dict[str, list[Alternative]] = {key: [] for key in keys}
     for (key, c), distance in zip(others, far, strict=True):
         has_values = bool(np.isfinite(written[key][0]).any())
-        alternatives[key].append(Alternative(c.definition, distance if has_values else None))
+        odds = understood[key].odds.get(c.definition)
+        found_far = distance if has_values else None
+        alternatives[key].append(Alternative(c.definition, found_far, odds))
     scores = []
     for key, candidate, error in zip(keys, best, found, strict=False):
         u = understood[key]
