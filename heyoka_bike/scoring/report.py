@@ -160,6 +160,9 @@ class ColumnScore:
         some columns at its rows only.
     is_sparse
         Whether that is most of them, and most rows of the reference have none.
+    is_known
+        False if none of the definitions gives this column, while the motion of the file is right:
+        the one that it is compared with is the nearest.
     """
 
     key: str
@@ -175,6 +178,7 @@ class ColumnScore:
     trace: Trace
     between: int = 0
     is_sparse: bool = False
+    is_known: bool = True
 
     def is_at_floor(self, times: float = 1.0) -> bool:
         """Whether the error is no more than so many times what the digits written allow."""

@@ -5,7 +5,7 @@
 `consistency` how well the file agrees with itself. The outcome is one `report.Report`.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -33,6 +33,7 @@ from heyoka_bike.scoring.report import (
 from heyoka_bike.scoring.requirements import check
 from heyoka_bike.scoring.unfilled import without_unfilled
 from heyoka_bike.scoring.units import factor, to_si
+from heyoka_bike.scoring.unknown import unknown_columns
 
 # The benchmark judges maneuver 2, by eq. (1) below 1e-3 %.
 _JUDGED: Mapping[int, float] = {2: 1e-3}
@@ -96,6 +97,8 @@ def scored(
         # NumPy computes on long arrays outside the interpreter's lock.
         with ThreadPoolExecutor() as pool:
             maneuvers = tuple(pool.map(score_part, alignment.parts))
+    unknown = unknown_columns(maneuvers)
+    maneuvers = tuple(_without_meaning(m, unknown) for m in maneuvers)
     found = Report(
         dataset_version=reference.dataset_version,
         bicycle=reference.bicycle,
@@ -128,6 +131,12 @@ def _score_maneuver(
         columns=columns,
         part=part,
     )
+
+
+def _without_meaning(m: ManeuverScore, unknown: Collection[str]) -> ManeuverScore:
+    if not unknown:
+        return m
+    return replace(m, columns=tuple(replace(c, is_known=c.key not in unknown) for c in m.columns))
 
 
 def _coverage(part: Part) -> tuple[float, float, float, float]:

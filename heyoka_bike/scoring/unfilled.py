@@ -76,18 +76,26 @@ def _should_vary(part: Part, key: str, number: float) -> bool:
 
 def _finding(found: Sequence[tuple[Part, dict[str, float]]]) -> list[Finding]:
     places = [(part.number, key, number) for part, keys in found for key, number in keys.items()]
-    held = dict.fromkeys((key, number) for _, key, number in places)
-    said = []
-    for key, number in held:
-        where = [n for n, *what in places if what == [key, number]]
-        of = "" if len(where) == len(found) else f" of maneuver {', '.join(map(str, where))}"
-        said.append(f"{key}{of} ({'nothing but zeros' if number == 0 else f'{number:.9g}'})")
+    alike: dict[tuple[float, tuple[int, ...]], list[str]] = {}
+    for key in dict.fromkeys(key for _, key, _ in places):
+        for held in dict.fromkeys(x for _, k, x in places if k == key):
+            where = tuple(n for n, k, x in places if (k, x) == (key, held))
+            alike.setdefault((held, where), []).append(key)
+    said = [
+        f"{', '.join(keys)}{_of(where, len(found))} hold"
+        f"{'s' * (len(keys) == 1)} {f'{held:.9g}' if held else 'nothing but zeros'}"
+        for (held, where), keys in alike.items()
+    ]
     return [
         Finding(
             CODE,
-            f"{', '.join(said)}: one number in every row of a quantity that varies, so it was "
-            "never filled in; it is left out of the result",
+            f"{', '.join(said)}: one number in every row of what varies, so never filled in; left "
+            "out of the result",
             Severity.WARNING,
             {"columns": [f"{number}.{key}" for number, key, _ in places]},
         )
     ]
+
+
+def _of(maneuvers: Sequence[int], of: int) -> str:
+    return "" if len(maneuvers) == of else f" of maneuver {', '.join(map(str, maneuvers))}"
