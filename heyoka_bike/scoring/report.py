@@ -155,6 +155,9 @@ class ColumnScore:
     values, missing
         How many values were compared, and how many were not finite.
     trace : Trace
+    is_known
+        False if none of the definitions gives this column, while the motion of the file is right:
+        the one that it is compared with is the nearest.
     """
 
     key: str
@@ -168,6 +171,7 @@ class ColumnScore:
     values: int
     missing: int
     trace: Trace
+    is_known: bool = True
 
     def is_at_floor(self, times: float = 1.0) -> bool:
         """Whether the error is no more than so many times what the digits written allow."""

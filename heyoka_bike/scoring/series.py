@@ -27,6 +27,7 @@ from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.report import ColumnScore, Convergence, Report, Run, Series
 from heyoka_bike.scoring.score import scored
+from heyoka_bike.scoring.unfilled import without_unfilled
 
 # An error this close to its floor is rounding, not the integrator's.
 _AT_FLOOR = 4.0
@@ -114,7 +115,7 @@ def _files(
                 f"{name}: found {list(given)}, expected positive numbers of seconds, "
                 f"{_SHORTEST:g} to {_LONGEST:g}"
             )
-    return [align(r, reference) for r in results]
+    return [without_unfilled(align(r, reference)) for r in results]
 
 
 def _series(

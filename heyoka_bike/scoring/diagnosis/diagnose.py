@@ -59,12 +59,11 @@ def diagnosed(
     report: Report, reference: Reference, progress: Callable[[float], None] | None = None
 ) -> Report:
     """The report with its diagnosis; the reference is the one it was made with."""
+    # A column of unknown meaning shows its meaning, not what the program does.
+    unknown = {c.key for m in report.maneuvers for c in m.columns if not c.is_known}
+    keys = [key for key in BENCHMARK_COLUMNS if key not in unknown]
     maneuvers = tuple(
-        replace(
-            m,
-            columns=tuple(c for c in m.columns if c.key in BENCHMARK_COLUMNS),
-            part=m.part.only(BENCHMARK_COLUMNS),
-        )
+        replace(m, columns=tuple(c for c in m.columns if c.key in keys), part=m.part.only(keys))
         for m in report.maneuvers
     )
     parts = [m.part for m in maneuvers]

@@ -65,6 +65,7 @@ def _column(c: ColumnScore) -> dict[str, Any]:
         "key": c.key,
         "unit": c.unit,
         "definition": c.as_understood.definition,
+        "definition_is_known": c.is_known,
         **asdict(c.as_understood.measures),
         "floor": c.floor,
         "values": c.values,

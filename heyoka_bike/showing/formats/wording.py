@@ -89,6 +89,8 @@ def notes(column: ColumnScore) -> tuple[str, ...]:
     """How else a column is understood in another way than by default: sign, unit, offset."""
     r = column.as_understood
     found = []
+    if not column.is_known:
+        found.append("definition unknown")
     if r.sign != column.as_written.sign:
         found.append(f"sign {r.sign}")
     if r.unit != column.as_written.unit:
@@ -107,8 +109,8 @@ def first_above(column: ColumnScore) -> str:
 
 
 def by_severity(findings: tuple[Finding, ...]) -> list[Finding]:
-    """Warnings first, otherwise in the order given."""
-    return sorted(findings, key=lambda f: f.severity != Severity.WARNING)
+    """The conventions, then warnings, otherwise in the order given."""
+    return sorted(findings, key=lambda f: (f.code != "conventions", f.severity != Severity.WARNING))
 
 
 def worst(report: Report) -> tuple[ManeuverScore, ColumnScore] | None:
