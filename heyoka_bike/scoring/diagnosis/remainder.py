@@ -29,6 +29,9 @@ _RESOLVED = 1e-9
 # An error of so many floors may be that of the digits written.
 _AT_FLOOR = 4.0
 
+# What is left below this part of a motion, or at the floor, needs no second explanation.
+_NOTHING = 1e-8
+
 Place = tuple[int, str]
 """A maneuver's number and a column's key."""
 
@@ -92,3 +95,8 @@ def too_large(
         is_alone = len({number for number, _ in left}) == 1
         limits.append((_OF_ENERGY_ALONE if is_alone else _OF_ENERGY) * level)
     return worst if shown[worst] > max(min(limits), _RESOLVED) else None
+
+
+def is_nothing(left: Mapping[Place, float], floors: Mapping[Place, float]) -> bool:
+    """Whether next to nothing is left, see `too_large`."""
+    return all(x <= max(_NOTHING, _AT_FLOOR * floors.get(k, 0.0)) for k, x in left.items())
