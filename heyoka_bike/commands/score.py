@@ -10,7 +10,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.commands.options import add_reference, check_format
-from heyoka_bike.commands.result_files import STANDARD_INPUT, maneuvers_of, read, refuse_overwriting
+from heyoka_bike.commands.result_files import (
+    STANDARD_INPUT,
+    add_columns,
+    maneuvers_of,
+    read,
+    refuse_overwriting,
+)
 from heyoka_bike.errors import Exit, InputError, quoted
 from heyoka_bike.system.console import progress_bar
 
@@ -95,6 +101,7 @@ def add_parser(subparsers: Any) -> None:
         help="maneuver that a file of one maneuver holds (default: recognised by its values); "
         "separated by commas, one for each file",
     )
+    add_columns(p)
     p.add_argument(
         "--step",
         metavar="H",
@@ -121,7 +128,7 @@ def run(args: argparse.Namespace) -> int:
     refuse_overwriting(files, [path for path, _ in written])
     reference = load_reference(args.reference)
     maneuvers = maneuvers_of(args.maneuver, len(files), reference)
-    results = [read(f, m, reference) for f, m in zip(files, maneuvers, strict=True)]
+    results = [read(f, m, reference, args.columns) for f, m in zip(files, maneuvers, strict=True)]
     scored = score_files(results, reference, steps=steps, cpu=cpu, require=args.require)
     if args.diagnose:
         scored = _diagnosed(scored, reference)

@@ -1,6 +1,7 @@
 """Findings: what the numbers of a report mean, in words."""
 
 from collections.abc import Iterator, Sequence
+from math import floor
 
 import numpy as np
 
@@ -17,6 +18,8 @@ _VISIBLE = 1e-2
 _ROUNDED = 4.0
 # An error of up to this many floors is that of the digits written.
 _LIMITED = 2.0
+# Decimal logarithm of the odds that are put into words: nobody has tried more files than that.
+_SUREST = 6
 # As many columns as the benchmark has.
 _NAMED = 8
 
@@ -26,7 +29,6 @@ def explain(report: Report) -> tuple[Finding, ...]:
     return (
         *_understood(report),
         *_coverage(report.maneuvers),
-        *_between(report),
         *_performance(report.maneuvers),
         *_consistency(report.maneuvers),
         *_digits(report),
@@ -60,10 +62,11 @@ def _understood(report: Report) -> Iterator[Finding]:
                 for _, c in scores
             ]
             also = scores[0][1].indistinguishable
+            odds = _odds(scores[0][1])
             yield Finding(
                 "definition",
-                f"{key} is {understood.definition}: errors {errors}, against "
-                f"{_list(default)} for the default {written.definition}"
+                f"{key} is {understood.definition}{f', {odds}' if odds else ''}: errors {errors}, "
+                f"against {_list(default)} for the default {written.definition}"
                 + (f" (cannot be told apart from {', '.join(also)})" if also else ""),
                 evidence={**evidence, "definition": understood.definition},
             )
@@ -95,6 +98,25 @@ def _understood(report: Report) -> Iterator[Finding]:
         yield Finding("signs_disagree", what, Severity.WARNING, {"columns": list(keys)})
 
 
+def _odds(c: ColumnScore) -> str:
+    """How sure the definition of a column is: the odds against the likeliest other one."""
+    told = [a for a in c.alternatives if a.log10_odds is not None]
+    told = [a for a in told if a.definition not in c.indistinguishable]
+    if not told:
+        return ""
+    odds, definition = min((a.log10_odds or 0.0, a.definition) for a in told)
+    return f"{odds_words(odds)} against {definition}"
+
+
+def odds_words(log10: float) -> str:
+    """Odds of which the decimal logarithm is given, as "300 to 1"."""
+    if log10 > _SUREST:
+        return f"over 10^{_SUREST} to 1"
+    if log10 < 0.0:
+        return f"1 to {10**-log10:.2g}" if log10 > -_SUREST else f"1 to over 10^{_SUREST}"
+    return f"10^{floor(log10)} to 1" if log10 >= 3 else f"{10**log10:.0f} to 1"
+
+
 def _has_sign(scores: Sequence[tuple[ManeuverScore, ColumnScore]]) -> bool:
     """Whether most values are nearer to the reference than they would be with another sign."""
     return all(
@@ -121,24 +143,6 @@ def _coverage(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
                 Severity.WARNING,
                 {"maneuvers": which, "t_start": m.t_start, "t_end": m.t_end, "gap": m.gap},
             )
-
-
-def _between(report: Report) -> Iterator[Finding]:
-    """Where rows of the file are between those of the reference."""
-    left_out = [(c, (c.between, m.rows)) for m in report.maneuvers for c in m.columns if c.between]
-    sparse = {c.key for c, _ in left_out if c.is_sparse}
-    found: dict[str, tuple[int, int]] = {}
-    for c, counts in left_out:
-        found[c.key] = max(counts, found.get(c.key, counts))
-    for counts in dict.fromkeys(found.values()):
-        keys = [key for key, same in found.items() if same == counts]
-        yield Finding(
-            "between_rows",
-            f"{_names(keys)}: known at the rows of the reference only, so {counts[0]} of "
-            f"{counts[1]} values between them are not compared",
-            Severity.WARNING if sparse.intersection(keys) else Severity.INFO,
-            {"columns": keys, "values": counts[0]},
-        )
 
 
 def _performance(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:

@@ -80,10 +80,15 @@ class Alternative:
     definition
     max_abs_error
         [SI unit]
+    log10_odds
+        Odds of the definition that the column turned out to have against this one, over all
+        maneuvers of the file together, as a decimal logarithm; below zero if this one is likelier,
+        but not enough to give up the default. None where nothing tells.
     """
 
     definition: str
     max_abs_error: float | None
+    log10_odds: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,11 +155,6 @@ class ColumnScore:
     values, missing
         How many values were compared, and how many were not finite.
     trace : Trace
-    between
-        How many values were not compared for being between the rows of the reference, which knows
-        some columns at its rows only.
-    is_sparse
-        Whether that is most of them, and most rows of the reference have none.
     """
 
     key: str
@@ -168,8 +168,6 @@ class ColumnScore:
     values: int
     missing: int
     trace: Trace
-    between: int = 0
-    is_sparse: bool = False
 
     def is_at_floor(self, times: float = 1.0) -> bool:
         """Whether the error is no more than so many times what the digits written allow."""

@@ -12,11 +12,10 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.numbers.double import Array, Double, two_sum
-from heyoka_bike.reference.between_rows import SUMMED
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.reference.manifest import CUSTOM
 from heyoka_bike.scoring import measures
-from heyoka_bike.scoring.alignment import Alignment, Part, align, merge
+from heyoka_bike.scoring.alignment import SUMMED, Alignment, Part, align, merge
 from heyoka_bike.scoring.comparison import Candidate, errors, is_small, largest_errors
 from heyoka_bike.scoring.conclusions import explain
 from heyoka_bike.scoring.consistency import consistency
@@ -179,12 +178,13 @@ def _score_columns(part: Part, understood: Mapping[str, Understanding]) -> tuple
     alternatives: dict[str, list[Alternative]] = {key: [] for key in keys}
     for (key, c), distance in zip(others, far, strict=True):
         has_values = bool(np.isfinite(written[key][0]).any())
-        alternatives[key].append(Alternative(c.definition, distance if has_values else None))
+        odds = understood[key].odds.get(c.definition)
+        found_far = distance if has_values else None
+        alternatives[key].append(Alternative(c.definition, found_far, odds))
     scores = []
     for key, candidate, error in zip(keys, best, found, strict=False):
         u = understood[key]
         missing = int(np.count_nonzero(~np.isfinite(part.values[key])))
-        between = int(np.count_nonzero(np.isfinite(part.values[key]) & ~np.isfinite(error)))
         trace = _trace(part.time, candidate.values[0], error)
         reading = _reading(part, trace, u)
         plain_reading = reading
@@ -203,8 +203,6 @@ def _score_columns(part: Part, understood: Mapping[str, Understanding]) -> tuple
                 growth=measures.growth(trace.time, trace.error, float(part.reference.duration)),
                 values=len(trace.time),
                 missing=missing,
-                between=between,
-                is_sparse=between > len(trace.time) and 2 * len(trace.time) < _rows_within(part),
                 trace=trace,
             )
         )
@@ -237,12 +235,6 @@ def _with_exact_zero(
     return {
         k: replace(v, offset_lo=rest) if v.offset == u.offset else v for k, v in understood.items()
     }
-
-
-def _rows_within(part: Part) -> int:
-    """Rows of the reference from the first to the last time."""
-    rows = part.reference.time
-    return int(np.count_nonzero((rows >= part.time[0]) & (rows <= part.time[-1])))
 
 
 def _double(part: Part, key: str) -> Double:

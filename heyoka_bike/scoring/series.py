@@ -13,7 +13,7 @@ L. F. Richardson (1911), doi:10.1098/rsta.1911.0009; P. J. Roache (1994), doi:10
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
-from math import log
+from math import inf, log
 
 import numpy as np
 
@@ -219,13 +219,14 @@ def _definitions(understood: Sequence[Mapping[str, Understanding]]) -> dict[str,
 def _shared(
     own: Mapping[str, Understanding], clearest: Mapping[str, Understanding]
 ) -> dict[str, Understanding]:
-    """One choice of definitions for the program, unless a run speaks against it."""
+    """One choice of definitions for the program, unless a run says more against it."""
     shared = {}
     for key, u in own.items():
-        column = clearest[key].column
-        if column.definition in u.indistinguishable:
-            open_ones = {u.column.definition, *u.indistinguishable} - {column.definition}
-            u = replace(u, column=column, indistinguishable=tuple(sorted(open_ones)))
+        clear = clearest[key]
+        against = u.odds.get(clear.column.definition)
+        is_open = clear.column.definition in u.indistinguishable
+        if against is not None and (is_open or against < clear.odds.get(u.column.definition, -inf)):
+            u = u.taken_as(clear.column)
         shared[key] = u
     return shared
 

@@ -28,8 +28,7 @@ from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, Mistake
 from heyoka_bike.scoring.diagnosis.mistakes.search import Hypothesis, Search
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.scoring.diagnosis.unknowns import estimation
-from heyoka_bike.scoring.diagnosis.unknowns.estimation import Estimate, Unknown
-from heyoka_bike.scoring.diagnosis.unknowns.fitting import Fitting
+from heyoka_bike.scoring.diagnosis.unknowns.estimation import Estimate, Place, Unknown
 from heyoka_bike.scoring.report import Curve
 
 __all__ = ["Diagnosis", "Hypothesis", "rank"]
@@ -72,11 +71,18 @@ class Diagnosis:
     ----------
     classes : tuple of tuple of Hypothesis
         Ranked; hypotheses of a class cannot be told apart. Empty if nothing explains it.
+    towards : tuple of Hypothesis
+        Where nothing explains it: the class that goes farthest that way, but leaves more than an
+        integrator does.
     tried, untried
         How many hypotheses were simulated, and how many could not be without heyoka.
     estimate : Estimate or None
         What changed parameters or starts explain; its fits explain far more than any class. None
         where the set has no sensitivities, or a class leaves nothing worth a fit.
+    unexplained : (int, str) or None
+        Maneuver and column in which the best fit leaves more than an integrator does.
+    energy_level : float or None
+        Change of the file's own energy, see `remainder.energy_level`.
     values : mapping of Unknown to float
         Of the unknowns of the fits, in the correct program [SI].
     curves : tuple of Curve
@@ -85,8 +91,11 @@ class Diagnosis:
 
     classes: tuple[tuple[Hypothesis, ...], ...]
     tried: int
+    towards: tuple[Hypothesis, ...] = ()
     untried: int = 0
     estimate: Estimate | None = None
+    unexplained: Place | None = None
+    energy_level: float | None = None
     values: Mapping[Unknown, float] = field(default_factory=dict)
     curves: tuple[Curve, ...] = ()
 
@@ -127,37 +136,45 @@ def rank(
     best = max([*singles, *pairs], key=lambda h: h.gain)
     near = _with_one_replaced(best, ranked[:_RIVALS], mistakes)
     pairs += [search.judge(pair) for pair in near if search.is_new(pair)]
-    classes = _classes(search, singles, pairs)
+    classes, towards = _classes(search, singles, pairs)
     untried = 0 if simulator else sum(h.gain == 0.0 for h in (*singles, *pairs))
     found = Diagnosis(
         classes=classes,
+        towards=towards,
         tried=len(singles) + len(pairs) - untried,
         untried=untried,
+        energy_level=search.energy_level,
         curves=search.curves(classes[0][0]) if classes else (),
     )
-    worth = classes[0][0].gain if classes else 1.0
-    if sensitivities is None or worth > _EXPLAINED:
+    if sensitivities is None or (classes and classes[0][0].gain > _EXPLAINED):
         return found
-    return _with_estimate(found, search.fitting(), sensitivities, simulator, worth)
+    return _with_estimate(found, search, sensitivities, simulator)
 
 
 def _with_estimate(
-    found: Diagnosis, fitting: Fitting, sensitivities: Sensitivities,
-    simulator: Simulator | None, worth: float,
-) -> Diagnosis:  # fmt: skip
+    found: Diagnosis, search: Search, sensitivities: Sensitivities, simulator: Simulator | None
+) -> Diagnosis:
     """The same with the parameters that explain far more."""
+    fitting = search.fitting()
     problem = fitting.problem(sensitivities)
     errors = fitting.errors(simulator) if simulator else None
-    estimate = estimation.estimate(problem, errors, _FURTHER * worth if found.classes else 1.0)
+    rival = next((c[0].gain for c in (*found.classes, found.towards) if c), None)
+    estimate = estimation.estimate(problem, errors, _FURTHER * rival if rival else 1.0)
     if not estimate.fits:
         return replace(found, estimate=estimate)
     best = estimate.fits[0]
+    left = estimation.in_scales(problem, estimation.left_by(problem, errors, best))
+    unexplained = search.too_large(left)
+    if unexplained is not None and found.classes:
+        return replace(found, estimate=replace(estimate, fits=()))
     return replace(
         found,
         classes=tuple(c for c in found.classes if _REFUTED * c[0].gain > best.gain),
+        towards=(),
         estimate=estimate,
+        unexplained=unexplained,
         values={u: fitting.value(u) for fit in estimate.fits for u in fit.changes},
-        curves=fitting.curves(problem, errors, best),
+        curves=() if unexplained else fitting.curves(problem, errors, best),
     )
 
 
@@ -193,14 +210,18 @@ def _with_one_replaced(
 
 def _classes(
     search: Search, singles: Sequence[Hypothesis], pairs: Sequence[Hypothesis]
-) -> tuple[tuple[Hypothesis, ...], ...]:
-    """What is worth claiming, ranked, in classes that cannot be told apart."""
+) -> tuple[tuple[tuple[Hypothesis, ...], ...], tuple[Hypothesis, ...]]:
+    """What is worth claiming, ranked, in classes that cannot be told apart; or the best other one.
+
+    That is the class that improves the file the most where none explains it.
+    """
     alone = {h.mistakes[0].code: h for h in singles}
 
-    def explains(h: Hypothesis) -> bool:
+    def improves(h: Hypothesis) -> bool:
         maneuvers = len({number for number, _ in h.after})
         return (
-            h.relief**maneuvers > _CLAIMED
+            h.contradicted is None
+            and h.relief**maneuvers > _CLAIMED
             and h.gain > 1.0
             and (h.relief > _FITTED or not any(m.is_fitted for m in h.mistakes))
             and all(h.after[k] < _WORSE * h.before[k] for k in h.after if k in h.before)
@@ -211,9 +232,18 @@ def _classes(
         maneuvers = len({number for number, _ in h.after})
         return all(search.advantage(h, alone[c]) ** maneuvers > _SECOND for c in h.codes)
 
-    worth = [h for h in singles if explains(h)]
-    worth += [h for h in pairs if explains(h) and needs_both(h)]
+    worth = [h for h in singles if improves(h)]
+    worth += [h for h in pairs if improves(h) and needs_both(h)]
     worth.sort(key=lambda h: -h.gain)
+    classes = _ranked(search, worth)
+    explain = tuple(tuple(h for h in c if h.unexplained is None) for c in classes)
+    if classes and not explain[0]:
+        return (), classes[0]
+    return tuple(c for c in explain if c), ()
+
+
+def _ranked(search: Search, worth: Sequence[Hypothesis]) -> tuple[tuple[Hypothesis, ...], ...]:
+    """Classes of what is sorted by gain, without what the best refutes."""
     classes: list[list[Hypothesis]] = []
     for h in worth:
         if classes and search.advantage(classes[0][0], h) > _REFUTED:

@@ -69,7 +69,7 @@ def _column(c: ColumnScore) -> dict[str, Any]:
         "floor": c.floor,
         "values": c.values,
         "missing": c.missing,
-        "between": c.between,
+        "between": 0,
         "as_written": _reading(c.as_written),
         "as_understood": _reading(c.as_understood),
         "alternatives": [asdict(a) for a in c.alternatives],

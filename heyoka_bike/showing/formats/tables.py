@@ -85,7 +85,6 @@ def _score(c: ColumnScore) -> tuple[str, ...]:
     r = c.as_understood.measures
     definition = c.as_understood.definition.replace("_", " ") + mark(c)
     missing = f" ({c.missing} missing)" if c.missing else ""
-    between = f" ({c.between} between rows)" if c.between else ""
     return (
         f"{escape(label(c.key))} <i>[{escape(unit_text(c.unit))}]</i>",
         escape(", ".join((definition, *notes(c)))),
@@ -98,7 +97,7 @@ def _score(c: ColumnScore) -> tuple[str, ...]:
         number(c.floor),
         first_above(c),
         number(c.as_written.measures.max_abs_error),
-        f"{c.values}{missing}{between}",
+        f"{c.values}{missing}",
     )
 
 

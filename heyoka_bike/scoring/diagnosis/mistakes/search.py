@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from heyoka_bike.bicycle.columns import COLUMNS
+from heyoka_bike.bicycle.columns import COLUMNS, DEFINITIONS
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import Array
@@ -19,14 +19,17 @@ from heyoka_bike.reference.sensitivities import Sensitivities
 from heyoka_bike.scoring.alignment import Part, spread
 from heyoka_bike.scoring.definitions import Sample, Understanding, understand_samples
 from heyoka_bike.scoring.diagnosis.mistakes.library import Mistake, Program, apply
+from heyoka_bike.scoring.diagnosis.mistakes.linearised import linearised
 from heyoka_bike.scoring.diagnosis.mistakes.pairs import Alone, promising
 from heyoka_bike.scoring.diagnosis.mistakes.proposals import (
     columns_in_another_order,
     times_on_another_scale,
 )
 from heyoka_bike.scoring.diagnosis.programs.first_order import FirstOrder
+from heyoka_bike.scoring.diagnosis.programs.linear import linear_columns
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.scoring.diagnosis.programs.start import Start, initial_state
+from heyoka_bike.scoring.diagnosis.remainder import energy_level, too_large
 from heyoka_bike.scoring.diagnosis.unknowns.fitting import Fitting, best_explained
 from heyoka_bike.scoring.report import Curve
 from heyoka_bike.scoring.units import factor
@@ -38,6 +41,9 @@ _SIMULATED = 2001
 _ROUNDOFF = 1e-11
 # A program whose motion ends cannot have written many more rows.
 _REACHED = 0.5
+# A start contradicts a first row from which it is so many times farther than the right one is, and
+# than the digits can tell.
+_CLEARLY = 10.0
 
 _Place = tuple[int, str]
 """A maneuver's number and a column's key."""
@@ -59,6 +65,10 @@ class Hypothesis:
     before, after : mapping of (int, str) to float
         Typical error of each maneuver and column, of the correct program and of this one, in
         scales of the column, over the same rows.
+    contradicted : (int, str) or None
+        Maneuver and column whose first row says the contrary.
+    unexplained : (int, str) or None
+        Maneuver and column that keep more than an integrator leaves, see `remainder`.
     """
 
     mistakes: tuple[Mistake, ...]
@@ -66,6 +76,8 @@ class Hypothesis:
     relief: float
     before: Mapping[_Place, float]
     after: Mapping[_Place, float]
+    contradicted: _Place | None = None
+    unexplained: _Place | None = None
 
     @property
     def codes(self) -> tuple[str, ...]:
@@ -107,6 +119,8 @@ class Search:
         self._expected: dict[tuple[str, ...], _Expected] = {(): self._compared}
         self._understood: dict[tuple[str, ...], Mapping[str, Understanding]] = {}
         self._understood[()], self._correct_typical = self._typical(self._compared)
+        self._floors = self._floors_in_scales()
+        self.energy_level = energy_level(parts, self._understood[()])
 
     def is_new(self, mistakes: tuple[Mistake, ...]) -> bool:
         """Whether no hypothesis before was the same program as far as the file shows it."""
@@ -129,10 +143,51 @@ class Search:
             relief=float(np.exp(np.mean(changed))) if changed and is_possible else 0.0,
             before=before,
             after=after,
+            contradicted=self._contradicted(expected),
+            unexplained=self.too_large(after, expected),
         )
         self._expected[found.codes] = expected
         self._understood[found.codes] = understood
         return found
+
+    def too_large(
+        self, left: Mapping[_Place, float], expected: _Expected | None = None
+    ) -> _Place | None:
+        """The column that keeps more than an integrator leaves, of errors in scales.
+
+        Motions that become larger than the correct one have larger errors.
+        """
+        motion = self._compared if expected is None else expected
+        sizes = {
+            (part.number, key): max(1.0, _largest(e[key]) / (_largest(known[key]) or np.inf))
+            for part, e, known in zip(self._parts, motion, self._compared, strict=True)
+            for key in part.values
+            if key in known
+        }
+        return too_large({k: x / sizes[k] for k, x in left.items()}, self._floors,
+                         self.energy_level)  # fmt: skip
+
+    def _contradicted(self, expected: _Expected) -> _Place | None:
+        """The column whose first row has the correct start, and not that of the program.
+
+        Where the second row has what the program makes, the first is only what it was told.
+        """
+        understood = self._understood[()]
+        written = self._as_understood(understood)
+        for i, part in enumerate(self._parts):
+            if len(self._picks[i]) < 2 or self._times[i][0] != 0.0:
+                continue
+            for key, values in written[i].items():
+                place = part.number, key
+                if understood[key].offset or place not in self._floors:
+                    continue
+                floor = max(_ROUNDOFF, self._floors[place]) * part.reference.scale(key)
+                right = _nearest(key, values, self._compared[i])
+                wrong = _nearest(key, values, expected[i])
+                limit = _CLEARLY * max(right[0], floor)
+                if wrong[0] > limit and wrong[1] > wrong[0] / _CLEARLY:
+                    return place
+        return None
 
     def advantage(self, better: Hypothesis, other: Hypothesis) -> float:
         """Factor by which one leaves less than another, where the two differ."""
@@ -144,11 +199,11 @@ class Search:
     def proposals(self) -> list[Mistake]:
         """Mistakes that are read off the file."""
         understood = self._understood[()]
+        written = self._as_understood(understood)
         found = (
             columns_in_another_order(self._as_written(), self._compared),
-            times_on_another_scale(
-                self._parts, self._compared_times(), self._as_understood(understood), understood
-            ),
+            times_on_another_scale(self._parts, self._compared_times(), written, understood),
+            linearised(written, self._compared, self._expect, self._correct),
         )
         return [mistake for mistake in found if mistake is not None]
 
@@ -170,14 +225,23 @@ class Search:
         found = promising(self._compared, alone, self._compared_times())
         return [(*possible[i].mistakes, *possible[j].mistakes) for i, j in found]
 
-    def fitting(self) -> Fitting:
-        """The file as `estimation` takes it, understood as a correct one."""
-        understood = self._understood[()]
-        floors = {}
+    def _known_floors(self) -> dict[_Place, float]:
+        """What the digits of each column cannot tell [SI]."""
+        understood, floors = self._understood[()], {}
         for i, part in enumerate(self._parts):
             sample = Sample(part, self._rows[i][self._picks[i]], self._compared[i])
             for key, (written, known) in sample.floor.items():
                 floors[part.number, key] = written * factor(understood[key].unit)[0] + known
+        return floors
+
+    def _floors_in_scales(self) -> dict[_Place, float]:
+        scales = {(p.number, key): p.reference.scale(key) for p in self._parts for key in p.values}
+        return {k: x / (scales[k] or 1.0) for k, x in self._known_floors().items()}
+
+    def fitting(self) -> Fitting:
+        """The file as `estimation` takes it, understood as a correct one."""
+        understood = self._understood[()]
+        floors = self._known_floors()
         return Fitting(
             numbers=[part.number for part in self._parts],
             times=self._compared_times(),
@@ -235,7 +299,7 @@ class Search:
         """Equal for programs that do the same as far as the file shows it."""
         starts = tuple(program.starts[part.number] for part in self._parts)
         bicycle = tuple(program.bicycle.values.values())
-        return bicycle, starts, program.clock, program.rows
+        return bicycle, starts, program.clock, program.rows, program.linear
 
     def _expect(self, program: Program) -> _Expected:
         """Columns of each part at the compared rows."""
@@ -285,11 +349,15 @@ class Search:
         found = []
         for i, part in enumerate(self._parts):
             start = program.starts[part.number]
-            key = values, start, program.clock, i
+            key = values, start, program.clock, program.linear, i
             if key not in self._found:
                 meant = program.clock(self._times[i], self._steps[i])
                 state = initial_state(p, start)
-                self._found[key] = self._simulators[i].run(program.bicycle, state, meant)
+                self._found[key] = (
+                    linear_columns(program.bicycle, state, meant, program.linear)
+                    if program.linear
+                    else self._simulators[i].run(program.bicycle, state, meant)
+                )
             found.append(self._found[key])
         return found
 
@@ -309,6 +377,17 @@ class Search:
             for part, sample in zip(self._parts, samples, strict=True)
             for key in sample.values
         }
+
+
+def _largest(values: Array) -> float:
+    return float(np.fmax.reduce(np.abs(values), initial=0.0))
+
+
+def _nearest(key: str, values: Array, expected: Mapping[str, Array]) -> tuple[float, float]:
+    """Errors of the first two rows, each in the definition that fits it best; NaN if unknown."""
+    errors = np.array([np.abs(values[:2] - expected[c.name][:2]) for c in DEFINITIONS[key]])
+    first, second = np.fmin.reduce(errors)
+    return float(first), float(second)
 
 
 def _start(inputs: Mapping[str, str]) -> Start:
