@@ -1,8 +1,8 @@
 """Which columns turn round together: signs that no choice of axes gives contradict each other.
 
-A program chooses its axes and senses freely: ground axes and those of each frame, which way lean and
-steer are positive, whether a force is that on one body or on the other. Each choice turns round all
-columns that it is about, and the sign of a column is the product of its choices. Whether some
+A program chooses its axes and senses freely: ground axes and those of each frame, which way lean
+and steer are positive, whether a force is that on one body or on the other. Each choice turns round
+all columns that it is about, and the sign of a column is the product of its choices. Whether some
 choices give the signs of a file is a linear system over the integers modulo 2.
 """
 

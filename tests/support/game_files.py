@@ -13,6 +13,7 @@ import numpy as np
 from heyoka_bike import load_motion, load_reference
 from heyoka_bike.bicycle.columns import COMPARED, DEFINITIONS
 from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
+from heyoka_bike.numbers.double import two_sum
 from heyoka_bike.scoring.reading.results import Quantum, Results, Rows
 
 EIGHT = tuple(DEFINITIONS)
@@ -60,9 +61,11 @@ class Part:
 
     def add(self, key, change):
         """Add to a column, in its own unit; what is below its last binary digit goes to lo."""
-        total = self.hi[key] + change
-        self.lo[key] = self.lo[key] + ((self.hi[key] - total) + change) * (self.lo[key] != 0)
+        total, rest = two_sum(self.hi[key], change + np.zeros_like(self.hi[key]))
+        is_long = bool(self.lo[key].any())
         self.hi[key] = total
+        if is_long:
+            self.lo[key] = self.lo[key] + rest
 
     def set(self, key, values, rows=slice(None)):
         self.hi[key][rows] = values

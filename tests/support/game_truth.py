@@ -8,7 +8,8 @@ from itertools import product
 
 import numpy as np
 
-from support.game_files import END, EIGHT, UNITS, names, references, scale, truth
+from heyoka_bike.numbers.double import two_sum
+from support.game_files import EIGHT, END, UNITS, names, references, scale, truth
 
 # How many of the file's unit one SI unit is.
 _DEGREES = 180 / np.longdouble("3.14159265358979323846264338327950288")
@@ -32,13 +33,14 @@ def units(key):
     return _FACTORS[UNITS[key]]
 
 
-def errors(hi, lo, exact, factor=_ONE):
-    """Errors in SI units of a column written as `factor` times the exact values."""
+def errors(hi, lo, exact, factor=_ONE, zero=0.0):
+    """Errors in SI units of a column written as `factor` times the exact values plus `zero`."""
     if abs(factor) == 1:
         s = float(factor)
-        return (s * hi - exact[0]) + (s * lo - exact[1])
+        hi, rest = two_sum(s * hi, np.full_like(hi, -zero))
+        return (hi - exact[0]) + (rest + (s * lo - exact[1]))
     wide = hi.astype(np.longdouble) + lo
-    want = factor * (exact[0].astype(np.longdouble) + exact[1])
+    want = factor * ((exact[0].astype(np.longdouble) + exact[1]) + zero)
     return ((wide - want) / factor).astype(float)
 
 
@@ -57,6 +59,7 @@ class Truth:
         self.keys = list(dict.fromkeys(k for p in parts for k in p.hi))
         self._exact = {}
         self._errors = {}
+        self._measures = {}
 
     def inside(self, number):
         t = self.parts[number].time
@@ -97,12 +100,18 @@ class Truth:
         found = []
         for key in keys or self.keys:
             each = []
-            for of in self.errors(key).values():
-                taken = [self._one(metric, key, n, *e) for n, e in of.items()
+            for reading, of in self.errors(key).items():
+                taken = [self._measure(metric, key, reading, n, *e) for n, e in of.items()
                          if maneuvers is None or n in maneuvers]  # fmt: skip
                 each.append(worst(taken))
             found.append(best(each))
         return worst(found)
+
+    def _measure(self, metric, key, reading, number, e, size):
+        at = metric, key, reading, number
+        if at not in self._measures:
+            self._measures[at] = self._one(metric, key, number, e, size)
+        return self._measures[at]
 
     def _one(self, metric, key, number, e, size):
         e = e[np.isfinite(e)]

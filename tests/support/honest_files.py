@@ -12,7 +12,6 @@ import numpy as np
 from support.game_files import (
     EIGHT,
     MOTION,
-    UNITS,
     correct,
     decimal_times,
     dense_columns,
@@ -49,9 +48,11 @@ def signs(random, keys):
     handed = int(np.prod(list(ground.values())))
     sense = int(random.choice([-1, 1]))
     axial = {a: s * handed * sense for a, s in ground.items()}
-    body = ground if random.random() < 0.7 else {"x": 1, "y": 1, "z": 1}
-    if handed < 0:
-        body = ground  # or the matrices would be reflections
+    body = ground
+    # Other axes of the frames than the ground's: without a reflection in the matrices, and not
+    # where a quaternion is, whose components they would exchange.
+    if handed > 0 and not any("_frame_q" in k for k in keys) and random.random() < 0.4:
+        body = {"x": 1, "y": 1, "z": 1}
     lean, steer, yaw, ahead, wheel, spin = (int(s) for s in random.choice([-1, 1], 6))
     up, along, across, on_wheel, on_axle, on_fork = (int(s) for s in random.choice([-1, 1], 6))
     same = {end: int(random.choice([-1, 1])) for end in ("rear", "front")}
@@ -150,10 +151,9 @@ def honest_file(seed, number):
         other = list(units(k).values())
         unit = other[random.integers(len(other))] if random.random() < 0.35 else other[0]
         factors[k] = turned.get(k, 1) * unit
-    for k in EIGHT[4:6]:
-        # One unit for all energies of a program.
-        if "potential_energy" in keys and k in keys:
-            factors[k] = factors["potential_energy"]
+    # One unit for all energies of a program.
+    energies = [k for k in keys if k.endswith("_energy")]
+    factors |= dict.fromkeys(energies, factors[energies[0]] if energies else 1)
     zero = 0.0
     if random.random() < 0.3 and {"potential_energy", "mechanical_energy"} <= set(keys):
         # The start, the rear hub's height, the seat's, a floor one metre below.
@@ -248,10 +248,9 @@ def known(honest, said):
         exact = truth(p.maneuver, wanted, time, lo)
         for k in p.hi:
             name, factor = honest.readings[k]
-            e = errors(p.hi[k], p.lo[k], exact[name], factor)
-            if honest.zero and k in ("potential_energy", "mechanical_energy"):
-                hi, rest = p.hi[k].astype(np.longdouble) / factor, p.lo[k] / factor
-                e = ((hi - honest.zero - exact[name][0]) + (rest - exact[name][1])).astype(float)
+            is_zeroed = honest.zero and k in ("potential_energy", "mechanical_energy")
+            e = errors(p.hi[k], p.lo[k], exact[name], factor, honest.zero if is_zeroed else 0.0)
+            if is_zeroed:
                 # The zero itself is known no better than the potential energy is written.
                 e += np.copysign(quantum_of(p, honest.digits) / float(abs(factor)), e)
             size = float(np.max(abs(e)))
@@ -261,9 +260,11 @@ def known(honest, said):
                 np.sqrt(np.mean((exact[n][0] - exact[name][0]) ** 2)) for n in names(k) if n != name
             ]
             bad = abs(e) > 1e-3 * s
-            found[p.maneuver, k] = Known(
+            first = float(np.min(p.time[bad])) if bad.any() else np.inf
+            if abs(factor) != 1:
                 # Conversions here are good to 19 digits.
-                min(_digits(size / s), 32 if abs(factor) == 1 else 18.5), size, float(np.min(p.time[bad])) if bad.any() else np.inf,
-                any(d < 10 * typical for d in far),
-            )  # fmt: skip
+                size = max(size, 10**-18.5 * s)
+            digits = _digits(size / s)
+            is_hidden = any(d < 10 * typical for d in far)
+            found[p.maneuver, k] = Known(digits, size, first, is_hidden)
     return found

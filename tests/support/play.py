@@ -21,13 +21,13 @@ if __name__ == "__main__":
     sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import numpy as np
+
+from heyoka_bike import read_results, score
+from heyoka_bike.errors import BicycleError
 from support import game_writing as writing
 from support.game_files import in_memory, references
 from support.honest_files import honest_file, known
 from support.wrong_files import wrong_file
-
-from heyoka_bike import score
-from heyoka_bike.errors import BicycleError
 
 SEED = 1
 COUNTS = {"wrong": 20000, "honest": 5000}
@@ -61,8 +61,13 @@ def play_wrong(number, seed=SEED):
     form = "memory"
     try:
         with tempfile.TemporaryDirectory() as folder:
-            results = in_memory(wrong.parts, wrong.quantum)
-            if random.random() < WRITTEN["wrong"]:
+            if wrong.text:
+                form, file = "text", Path(folder) / "file.csv"
+                file.write_text(wrong.text)
+                results = read_results(file)
+            else:
+                results = in_memory(wrong.parts, wrong.quantum)
+            if not wrong.text and random.random() < WRITTEN["wrong"]:
                 form, results = _through_files(random, wrong.parts, Path(folder))
             report = score(results, references()[0], list(dict.fromkeys(wrong.fails)))
     except BicycleError as e:
@@ -144,7 +149,7 @@ def _fulfilled(parts, true):
     if gap < MOST_APART:
         found.append("coverage >= 1")
     for (n, key), k in true.items():
-        if 1e-25 < k.max_abs_error:
+        if k.max_abs_error > 1e-25:
             found.append(f"{n}.{key}.max_abs_error <= {k.max_abs_error * 10 ** _slack(k):.6e}")
     return found
 

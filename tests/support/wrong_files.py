@@ -1,4 +1,4 @@
-"""The game of wrong files: each is wrong by construction and comes with requirements it cannot meet.
+"""The game of wrong files: each is wrong by construction, with requirements it cannot meet.
 
 A file is the published values with one thing done to them. How wrong that made it is found by
 `game_truth`, in the kindest reading; or it is known from what was done, where it is no matter of
@@ -22,8 +22,8 @@ RATES = ("roll_rate", "steer_rate")
 class Wrong:
     """A wrong file.
 
-    `fails` are requirements it cannot meet; `beside` others, that it may; `keys` and `maneuvers`
-    what was changed; `is_sized` whether how wrong it is follows from its numbers.
+    `fails` are requirements it cannot meet; `keys` and `maneuvers` what was changed; `is_sized`
+    whether how wrong it is follows from its numbers; `text` the file, if it is text that is wrong.
     """
 
     kind: str
@@ -31,10 +31,9 @@ class Wrong:
     keys: list
     maneuvers: list
     fails: list = field(default_factory=list)
-    beside: list = field(default_factory=list)
     quantum: Quantum | None = None
     is_sized: bool = True
-    told: str = ""
+    text: str = ""
 
 
 def _size(random, low=-13, high=2):
@@ -341,6 +340,150 @@ def energy_sum_broken(random):
     return parts, [key], [p.maneuver for p in parts], {"fails": fails, "is_sized": False}
 
 
+def zeros_differ(random):
+    """Another zero of the energies in each maneuver, or from some time on."""
+    parts = [correct(n, {k: k for k in EIGHT}) for n in MANEUVERS]
+    i = 0 if random.random() < 0.5 else random.integers(1, 1000)
+    zeros = random.permutation([-794.1195, 922.14, 300.0])
+    for p, zero in zip(parts, zeros, strict=True):
+        for key in ("potential_energy", "mechanical_energy"):
+            p.hi[key][i:] += zero
+    fails = ["scd >= 6", "potential_energy.scd >= 1", "mechanical_energy.max_rel_error < 1e-3"]
+    return parts, ["potential_energy"], list(MANEUVERS), {"fails": fails, "is_sized": False}
+
+
+def huge(random):
+    """Beyond all measure, in one row or many."""
+    parts = _start(random)
+    p, key = _one_of(random, parts)
+    rows = random.integers(len(p.time), size=random.choice([1, 5, 500]))
+    p.hi[key][rows] = random.choice([-1, 1]) * 10.0 ** random.uniform(3, 160)
+    p.lo[key][rows] = 0.0
+    fails = ["scd >= 1", f"{key}.scd >= 1", f"{p.maneuver}.max_rel_error < 0.1"]
+    return parts, [key], [p.maneuver], {"fails": fails, "is_sized": False}
+
+
+def times_in_another_unit(random):
+    parts = _start(random)
+    by = float(random.choice([1000, 60, 2, 0.5, 1e-3, 1 / 60, 1.1, 100, 0.1]))
+    for p in parts:
+        p.time, p.time_lo = p.time * by, p.time_lo * 0.0
+    return parts, list(parts[0].hi), [p.maneuver for p in parts]
+
+
+def one_spike_in_many_rows(random):
+    """More rows than are looked at to tell what the columns are."""
+    count = int(random.choice([8000, 15000, 30000]))
+    t = np.arange(count + 1) * (END / count)
+    key = str(random.choice(EIGHT))
+    keys = list(EIGHT) if count < 20000 else [key]
+    part = correct(int(random.choice(MANEUVERS)), {k: k for k in keys}, t, np.zeros_like(t))
+    part.hi[key][random.integers(count)] += _size(random, -10, 1) * scale(part.maneuver, key)
+    return [part], [key], [part.maneuver]
+
+
+# Text that misleads.
+
+
+def _table(random, maneuvers=MANEUVERS):
+    """Columns of text under their headings: the time, then all of the maneuvers'."""
+    parts = [correct(n, {k: k for k in EIGHT}) for n in maneuvers]
+    columns = [("time", [f"{i / 100:g}" for i in range(1001)])]
+    columns += [
+        (f"m{p.maneuver}_{k}", [repr(float(x)) for x in p.hi[k]]) for p in parts for k in EIGHT
+    ]
+    return parts, columns
+
+
+def _lines(columns):
+    return [
+        ",".join(row) for row in zip(*([name, *values] for name, values in columns), strict=True)
+    ]
+
+
+def _of_text(parts, lines, keys, fails):
+    more = {"fails": fails, "is_sized": False, "text": "\n".join(lines) + "\n"}
+    return parts, keys, [p.maneuver for p in parts], more
+
+
+_ANY = ["scd >= 6", "scd >= 1", "max_rel_error < 0.01"]
+
+
+def heading_twice(random):
+    """Two columns of one name, one of them wrong."""
+    parts, columns = _table(random)
+    name, values = columns[random.integers(1, 25)]
+    wrong = [repr(float(v) + 1 + abs(float(v))) for v in values]
+    columns.insert(random.integers(1, len(columns) + 1), (name, wrong))
+    return _of_text(parts, _lines(columns), [name], _ANY)
+
+
+def headings_exchanged(random):
+    """The name of another column, of its own or of another maneuver."""
+    parts, columns = _table(random)
+    i, j = random.choice(np.arange(1, 25), 2, replace=False)
+    (a, first), (b, second) = columns[i], columns[j]
+    columns[i], columns[j] = (b, first), (a, second)
+    fails = ["scd >= 9", "max_rel_error < 1e-9"]
+    return _of_text(parts, _lines(columns), [a, b], fails)
+
+
+def columns_in_another_place(random):
+    """Without headings, two columns in each other's place."""
+    parts, columns = _table(random)
+    i, j = random.choice(np.arange(0, 25), 2, replace=False)
+    columns[i], columns[j] = columns[j], columns[i]
+    return _of_text(parts, _lines(columns)[1:], ["any"], ["scd >= 9", "max_rel_error < 1e-9"])
+
+
+def rows_commented_out(random):
+    parts, columns = _table(random)
+    lines = _lines(columns)
+    i = random.integers(1, 930)
+    j = random.integers(i + 60, 1003)
+    mark = str(random.choice(["#", "%", "//", "!", "# "]))
+    lines[i:j] = [mark + line for line in lines[i:j]]
+    return _of_text(parts, lines, ["any"], ["coverage >= 1", "coverage >= 0.99", "gap <= 0.5"])
+
+
+def a_table_after_the_table(random):
+    """More rows of the same times, wrong by a little or altogether."""
+    parts, columns = _table(random)
+    i = random.integers(1, 25)
+    name, values = columns[i]
+    by = 1 + _size(random, -3, 1)
+    again = [*columns]
+    again[i] = name, [repr(float(v) * by + 1e-3) for v in values]
+    lines, more = _lines(columns), _lines(again)
+    head = random.integers(2)
+    first, second = (lines, more) if random.random() < 0.5 else (more, lines)
+    if random.random() < 0.5:
+        second = second[:head] + second[random.integers(1, 900) :]
+    return _of_text(parts, first + second[1 - head :], [name], ["scd >= 9", "max_rel_error < 1e-8"])
+
+
+def a_field_that_is_none(random):
+    """Empty, a word, or left out, in some rows."""
+    parts, columns = _table(random)
+    i = random.integers(1, 25)
+    name, values = columns[i]
+    values = [*values]
+    word = str(random.choice(["", "nan", "--", "N/A", "NaN", "inf", "-Inf", "1e999", "*****", "x"]))
+    for row in random.integers(1001, size=random.choice([1, 3, 200])):
+        values[row] = word
+    columns[i] = name, values
+    key = name[3:]
+    return _of_text(parts, _lines(columns), [name], [*_ANY, f"{name[1]}.{key}.scd >= -90"])
+
+
+def cut_off(random):
+    """Broken off within a line, in the last nine seconds but not in the last half of one."""
+    parts, columns = _table(random)
+    text = "\n".join(_lines(columns))
+    text = text[: int(len(text) * random.uniform(0.1, 0.94))]
+    return _of_text(parts, [text], ["any"], ["coverage >= 1", "coverage >= 0.99", "gap <= 0.5"])
+
+
 # What is wrong without being a matter of size.
 
 
@@ -364,7 +507,7 @@ def rows_dropped(random):
         keep[random.choice(len(t), random.integers(2, 9), replace=False)] = True
     keep[0] |= not keep.any()
     p.pick(np.flatnonzero(keep))
-    return parts, list(p.hi), [p.maneuver], {"is_sized": False, "beside": ["scd >= 6"]}
+    return parts, list(p.hi), [p.maneuver], {"is_sized": False}
 
 
 def no_numbers(random):
@@ -553,7 +696,9 @@ KINDS = {
         wrong_last_digits, energy_sum_broken, rows_dropped, no_numbers, rate_against_angle,
         motion_moved, motion_midway, motion_exchanged, motion_between_rows, improper_matrix,
         quaternion_of_no_turn, quaternion_of_another_length, signs_against_each_other,
-        sign_that_is_none,
+        sign_that_is_none, zeros_differ, huge, times_in_another_unit, one_spike_in_many_rows,
+        heading_twice, headings_exchanged, columns_in_another_place, rows_commented_out,
+        a_table_after_the_table, a_field_that_is_none, cut_off,
     )},
 }  # fmt: skip
 
@@ -567,6 +712,8 @@ def wrong_file(seed, number):
         parts, keys, maneuvers, *more = KINDS[kind](random)
         found = Wrong(kind, parts, keys, maneuvers, **(more[0] if more else {}))
         known = Truth(parts)
+        if found.text:
+            return found
         found.fails += _gaps_not_met(random, found, known)
         if found.is_sized:
             found.fails += _sizes_not_met(random, found, known)
@@ -582,8 +729,9 @@ def _gaps_not_met(random, wrong, known):
         longest = float(np.max(np.diff(references()[0][n].breaks)))
         unseen = float(np.sum(gaps[gaps > longest * 1.02]))
         if unseen > 0.1:
-            fails += ["coverage >= 1", "coverage >= 0.99", f"{n}.coverage >= {1 - 0.9 * unseen / END:.6f}",
-                      f"gap <= {0.95 * gaps.max():.6f}", f"{n}.gap < {0.95 * gaps.max():.6f}"]  # fmt: skip
+            gap, seen = 0.95 * gaps.max(), 1 - 0.9 * unseen / END
+            fails += ["coverage >= 1", "coverage >= 0.99", f"{n}.coverage >= {seen:.6f}"]
+            fails += [f"gap <= {gap:.6f}", f"{n}.gap < {gap:.6f}"]
     return fails
 
 
