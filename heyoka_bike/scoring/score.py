@@ -107,6 +107,7 @@ def scored(
         file=alignment.file,
         maneuvers=maneuvers,
         findings=alignment.findings,
+        reference_sha256=reference.content_sha256,
     )
     found = replace(found, findings=alignment.findings + explain(found))
     return replace(found, requirements=tuple(check(text, found) for text in require))
