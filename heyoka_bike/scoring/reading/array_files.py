@@ -93,8 +93,10 @@ def read_netcdf(stream: BinaryIO, path: str, expected: Expected) -> list[Written
     return tables(arrays, path, expected)
 
 
-def read_hdf5(source: BinaryIO | Path, path: str, expected: Expected) -> list[WrittenTable]:
-    """The tables in an HDF5 file, netCDF 4 or MATLAB's from version 7.3; see `read_npy`."""
+def read_hdf5(
+    source: BinaryIO | Path, path: str, expected: Expected
+) -> tuple[list[WrittenTable], str]:
+    """The tables in an HDF5 file (netCDF 4 too) or MATLAB's from version 7.3, and which it is."""
     import h5py
 
     with ExitStack() as stack:
@@ -105,11 +107,11 @@ def read_hdf5(source: BinaryIO | Path, path: str, expected: Expected) -> list[Wr
             if is_matlab:
                 from heyoka_bike.scoring.reading.matlab_files import variables, without_signals
 
-                found = variables(f, partial(_Dataset, path=path))
-                members = without_signals(found, path)
+                members = without_signals(variables(f, partial(_Dataset, path=path)), path)
             else:
                 members = _datasets(f, path)
-        return tables(members, path, expected, is_ordered=False, is_transposed=is_matlab)
+        found = tables(members, path, expected, is_ordered=False, is_transposed=is_matlab)
+        return found, "mat" if is_matlab else "hdf5"
 
 
 class _Dataset:

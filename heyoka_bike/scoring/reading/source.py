@@ -13,8 +13,6 @@ from typing import Any, BinaryIO, cast
 import numpy as np
 
 from heyoka_bike.errors import InputError, printable
-from heyoka_bike.scoring.reading.array_files import read_archive, read_hdf5, read_netcdf, read_npy
-from heyoka_bike.scoring.reading.array_tables import tables
 from heyoka_bike.scoring.reading.assembly import assemble
 from heyoka_bike.scoring.reading.expected import Expected
 from heyoka_bike.scoring.reading.headings import told
@@ -34,6 +32,16 @@ _GZIP = b"\x1f\x8b"
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 # MATLAB puts a text of this length before HDF5.
 _MATLAB_TEXT = 512
+_ARRAYS = (
+    (b"\x93NUMPY", "npy"),
+    (b"PK\x03\x04", "zip"),
+    (b"PK\x05\x06", "zip"),
+    (_HDF5, "hdf5"),
+    (b"PAR1", "parquet"),
+    (b"ARROW1", "arrow"),
+    (b"CDF\1", "netcdf"),
+    (b"CDF\2", "netcdf"),
+)
 _FORMATS = "text, JSON, .npy, .npz, .mat, netCDF, HDF5, Parquet or xlsx"
 _SPREADSHEETS = (".xls", ".xlsx", ".xlsm", ".xlsb", ".ods")
 _BRACKETS = ("{", "[")
@@ -96,6 +104,8 @@ def read_results(
         path = printable(str(source))
         found, kind = _read_file(source, path, expected)
     else:
+        from heyoka_bike.scoring.reading.array_tables import tables
+
         path, kind = "array", "array"
         found = tables(_columns(source), path, expected)
     return assemble(found, kind, path, maneuver, expected)
@@ -122,27 +132,12 @@ def _read_file(
             ahead = cast(BinaryIO, _Ahead(head, file))
             file, plain = cast(BinaryIO, stack.enter_context(GzipFile(fileobj=ahead))), None
             head = _read(file, _HEAD, path)
-        if head.startswith(b"\x93NUMPY"):
-            return read_npy(_seekable(head, file, plain, path), path, expected), "npy"
-        if head.startswith((b"PK\x03\x04", b"PK\x05\x06")):
-            return read_archive(_seekable(head, file, plain, path), path, expected)
-        if head.startswith(_HDF5) or head[_MATLAB_TEXT:].startswith(_HDF5):
-            where = plain if plain is not None and plain.is_file() else None
-            whole = where or _seekable(head, file, None, path)
-            return read_hdf5(whole, path, expected), "hdf5" if head.startswith(_HDF5) else "mat"
-        if head.startswith((b"PAR1", b"ARROW1")):
-            from heyoka_bike.scoring.reading.table_files import read_columns
-
-            kind = "parquet" if head.startswith(b"PAR1") else "arrow"
-            return read_columns(_seekable(head, file, plain, path), path, expected), kind
-        if head.startswith((b"CDF\1", b"CDF\2")):
-            return read_netcdf(_seekable(head, file, plain, path), path, expected), "netcdf"
         encoding = encoding_of(head[:_SIGNATURE])
         is_old = encoding is None and Path(path).suffix.lower() == ".mat"
-        if head[126:128] in (b"IM", b"MI") or is_old:
-            from heyoka_bike.scoring.reading.matlab_files import read_mat
-
-            return read_mat(_seekable(head, file, plain, path), path, expected), "mat"
+        if kind := _kind(head) or ("mat" if is_old else None):
+            if kind == "hdf5" and plain is not None and plain.is_file():
+                return _read_arrays(plain, kind, path, expected)
+            return _read_arrays(_seekable(head, file, plain, path), kind, path, expected)
         _refuse_others(head, path, encoding is not None)
         assert encoding is not None
         name, mark = encoding
@@ -150,6 +145,36 @@ def _read_file(
             return _read_json(head[mark:] + _read(file, -1, path), name, path, expected)
         chunks = chain((head[mark:],), _chunks(file, path))
         return [read_text(chunks, name, path, expected)], "text"
+
+
+def _kind(head: bytes) -> str | None:
+    """What a file of arrays is that starts like this; None if it is none."""
+    if head[_MATLAB_TEXT:].startswith(_HDF5):
+        return "hdf5"
+    if head[126:128] in (b"IM", b"MI"):
+        return "mat"
+    return next((kind for start, kind in _ARRAYS if head.startswith(start)), None)
+
+
+def _read_arrays(
+    source: BinaryIO | Path, kind: str, path: str, expected: Expected
+) -> tuple[list[WrittenTable], str]:
+    # Texts do without all of these.
+    from heyoka_bike.scoring.reading import array_files, matlab_files, table_files
+
+    if kind == "hdf5":
+        return array_files.read_hdf5(source, path, expected)
+    assert not isinstance(source, Path)
+    if kind == "zip":
+        return array_files.read_archive(source, path, expected)
+    read = {
+        "npy": array_files.read_npy,
+        "netcdf": array_files.read_netcdf,
+        "mat": matlab_files.read_mat,
+        "parquet": table_files.read_columns,
+        "arrow": table_files.read_columns,
+    }[kind]
+    return read(source, path, expected), kind
 
 
 def _begins_with_bracket(head: bytes, encoding: str) -> bool:
