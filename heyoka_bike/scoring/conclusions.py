@@ -7,6 +7,7 @@ from heyoka_bike.scoring.conventions import conventions, odds
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.measures import TOLERANCE
 from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Report
+from heyoka_bike.scoring.time_shift import time_shift
 
 # Fewer digits than binary64 holds are worth mentioning where they are what limits the score.
 _DIGITS_OF_BINARY64 = 15
@@ -36,6 +37,7 @@ def explain(report: Report) -> tuple[Finding, ...]:
         *(() if general is None else (general,)),
         *understood,
         *_unknown(report),
+        *_time_shift(report.maneuvers),
         *_coverage(report.maneuvers),
         *_between(report),
         *_performance(report.maneuvers),
@@ -143,6 +145,23 @@ def _unknown(report: Report) -> Iterator[Finding]:
                 "digits_of_others": min(others),
             },
         )
+
+
+def _time_shift(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
+    """Times that are off by a constant."""
+    shift = time_shift([m.part for m in maneuvers])
+    if shift is None:
+        return
+    first = all(abs(m.part.time[0] - shift) < (m.step or 0.0) / 10 for m in maneuvers)
+    starts = f"; the first row, at {shift:.6g} s, holds the initial state" if first else ""
+    yield Finding(
+        "time_shifted",
+        f"All times are {abs(shift):.9g} s too {'late' if shift > 0 else 'early'}: with that taken "
+        f"{'off' if shift > 0 else 'into account'} the motion fits{starts}. The errors here are "
+        "those at the times as written",
+        Severity.WARNING,
+        {"shift": shift},
+    )
 
 
 def _no_attitude(name: str, signs: Mapping[str, int]) -> Iterator[list[str]]:
