@@ -8,6 +8,7 @@ import textwrap
 from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.commands.options import add_format, add_reference, check_format
+from heyoka_bike.commands.result_files import add_columns
 from heyoka_bike.errors import Exit, NothingScoredError
 from heyoka_bike.system.console import progress_bar
 
@@ -40,6 +41,7 @@ def add_parser(subparsers: Any) -> None:
     p.add_argument("files", metavar="FILE", nargs="+", help="result file, or files of one run")
     add_format(p, _FORMATS)
     p.add_argument("--maneuver", metavar="N", help="maneuver that a file of one maneuver holds")
+    add_columns(p)
     add_reference(p)
     p.set_defaults(run=run)
 
@@ -53,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
     check_format(args.format, _FORMATS)
     reference = load_reference(args.reference)
     numbers = maneuvers_of(args.maneuver, len(args.files), reference)
-    files = [read(f, n, reference) for f, n in zip(args.files, numbers, strict=True)]
+    files = [read(f, n, reference, args.columns) for f, n in zip(args.files, numbers, strict=True)]
     with progress_bar("simulating mistakes") as progress:
         found = diagnose(files, reference, progress)
     if NOTHING in found.diagnosis:

@@ -1,12 +1,15 @@
 """Findings: what the numbers of a report mean, in words."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from math import floor, prod
+from collections.abc import Iterator, Sequence
+from math import floor
+
+import numpy as np
 
 from heyoka_bike.scoring.conventions import conventions, odds
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.measures import TOLERANCE
 from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Report
+from heyoka_bike.scoring.signs import contradictions
 from heyoka_bike.scoring.time_shift import time_shift
 
 # Fewer digits than binary64 holds are worth mentioning where they are what limits the score.
@@ -19,11 +22,6 @@ _ROUNDED = 4.0
 _LIMITED = 2.0
 # As many columns as the benchmark has.
 _NAMED = 8
-_ONE_SIGN = (
-    ("roll_angle", "roll_rate"), ("steer_angle", "steer_rate"), ("yaw", "yaw_rate"),
-    ("rear_normal_force", "front_normal_force"),
-)  # fmt: skip
-"""Columns that turn round together, whichever axes a program has."""
 
 
 def explain(report: Report) -> tuple[Finding, ...]:
@@ -39,7 +37,6 @@ def explain(report: Report) -> tuple[Finding, ...]:
         *_unknown(report),
         *_time_shift(report.maneuvers),
         *_coverage(report.maneuvers),
-        *_between(report),
         *_performance(report.maneuvers),
         *_consistency(report.maneuvers),
         *_digits(report),
@@ -100,23 +97,13 @@ def _understood(report: Report) -> Iterator[Finding]:
                 "constant",
                 evidence={**evidence, "offset": understood.offset},
             )
-    for one, other in _ONE_SIGN:
-        if one in signs and other in signs and signs[one] != signs[other]:
-            yield Finding(
-                "signs_disagree",
-                f"{one} and {other} have opposite signs: one of them is turned round",
-                Severity.WARNING,
-                {"columns": [one, other]},
-            )
-    for name in ("rear_frame", "front_frame"):
-        for entries in _no_attitude(name, signs):
-            yield Finding(
-                "signs_disagree",
-                f"{_names(entries)} have signs that are those of no attitude in other axes: it may "
-                "be the inverse, or some are turned round",
-                Severity.WARNING,
-                {"columns": entries},
-            )
+    for keys in contradictions({k: s for k, s in signs.items() if _has_sign(columns[k])}):
+        if len(keys) == 2:
+            what = f"{keys[0]} and {keys[1]} have opposite signs: one of them is turned round"
+        else:
+            what = f"{_names(keys)} have signs that no axes give together: some are turned round"
+            what += ", or they are of an inverse attitude" if "frame_" in keys[0] else ""
+        yield Finding("signs_disagree", what, Severity.WARNING, {"columns": list(keys)})
 
 
 def _unknown(report: Report) -> Iterator[Finding]:
@@ -164,23 +151,11 @@ def _time_shift(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
     )
 
 
-def _no_attitude(name: str, signs: Mapping[str, int]) -> Iterator[list[str]]:
-    """Entries of a quaternion or a rotation matrix whose signs no change of axes makes.
-
-    Axes that are turned round, d = diag(+-1, +-1, +-1), change R to d R d and the vector part of q
-    to det(d) d q; and q and -q are the same.
-    """
-    quaternion = [f"{name}_q{i}" for i in range(4)]
-    if all(key in signs for key in quaternion) and prod(signs[key] for key in quaternion) < 0:
-        yield quaternion
-    matrix = {(i, j): f"{name}_r{i}{j}" for i in (1, 2, 3) for j in (1, 2, 3)}
-    if any(key not in signs for key in matrix.values()):
-        return
-    turned = {ij: signs[key] for ij, key in matrix.items()}
-    is_symmetric = all(s == turned[j, i] for (i, j), s in turned.items())
-    triangle = turned[1, 2] * turned[2, 3] * turned[1, 3]
-    if triangle < 0 or not is_symmetric or any(turned[i, i] < 0 for i in (1, 2, 3)):
-        yield list(matrix.values())
+def _has_sign(scores: Sequence[tuple[ManeuverScore, ColumnScore]]) -> bool:
+    """Whether most values are nearer to the reference than they would be with another sign."""
+    return all(
+        np.median(np.abs(c.trace.error)) < np.median(np.abs(c.trace.reference)) for _, c in scores
+    )
 
 
 def _coverage(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
@@ -202,24 +177,6 @@ def _coverage(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
                 Severity.WARNING,
                 {"maneuvers": which, "t_start": m.t_start, "t_end": m.t_end, "gap": m.gap},
             )
-
-
-def _between(report: Report) -> Iterator[Finding]:
-    """Where rows of the file are between those of the reference."""
-    left_out = [(c, (c.between, m.rows)) for m in report.maneuvers for c in m.columns if c.between]
-    sparse = {c.key for c, _ in left_out if c.is_sparse}
-    found: dict[str, tuple[int, int]] = {}
-    for c, counts in left_out:
-        found[c.key] = max(counts, found.get(c.key, counts))
-    for counts in dict.fromkeys(found.values()):
-        keys = [key for key, same in found.items() if same == counts]
-        yield Finding(
-            "between_rows",
-            f"{_names(keys)}: known at the rows of the reference only, so {counts[0]} of "
-            f"{counts[1]} values between them are not compared",
-            Severity.WARNING if sparse.intersection(keys) else Severity.INFO,
-            {"columns": keys, "values": counts[0]},
-        )
 
 
 def _performance(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:

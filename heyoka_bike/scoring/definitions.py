@@ -54,6 +54,7 @@ _HARDLY_VARYING = ("m s-1", "J")
 # Taking a constant from an error that grows does not lower it this much: a line keeps half.
 _CLEARLY_CONSTANT = 10.0
 _ENERGIES = ("kinetic_energy", "mechanical_energy", "potential_energy")
+_ZEROED = ("potential_energy", "mechanical_energy")
 _UNSIGNED = (*_ENERGIES, "rear_friction", "front_friction")
 
 
@@ -65,8 +66,8 @@ class Understanding:
     ----------
     column : Column
         The definition.
-    unit, sign, offset
-        SI value = sign * (value in unit) - offset.
+    unit, sign, offset, offset_lo
+        SI value = sign * (value in unit) - offset - offset_lo, the latter far smaller.
     indistinguishable : tuple of str
         Definitions that the file cannot tell from it.
     odds : mapping of str to float
@@ -78,6 +79,7 @@ class Understanding:
     unit: str
     sign: int = 1
     offset: float = 0.0
+    offset_lo: float = 0.0
     indistinguishable: tuple[str, ...] = ()
     odds: Mapping[str, float] = field(default_factory=dict)
 
@@ -293,34 +295,49 @@ def _find_offset(found: dict[str, Understanding], samples: Sequence[Sample]) -> 
     It is looked for in the potential energy: an offset of the mechanical energy alone, which is
     constant, could as well be a wrong initial state.
     """
-    key, total = "potential_energy", "mechanical_energy"
-    if key not in found:
+    if "potential_energy" not in found:
         return
-    u = found[key]
+    # The kinetic energy tells the unit; without it, another zero hides it.
+    known = found["potential_energy"].unit
+    units = (known,) if "kinetic_energy" in found else UNITS["J"]
+    for unit in sorted(units, key=lambda u: u != known):
+        if moved := _with_offset({k: replace(found[k], unit=unit) for k in _ZEROED if k in found},
+                                 found, samples):  # fmt: skip
+            found.update(moved)
+            return
+
+
+def _with_offset(
+    taken: Mapping[str, Understanding],
+    before: Mapping[str, Understanding],
+    samples: Sequence[Sample],
+) -> Mapping[str, Understanding]:
+    """The potential and the mechanical energy with the zero that explains them; empty if none."""
+    key, total = _ZEROED
+    u = taken[key]
     having = [s for s in samples if key in s.values]
     errors = [s.error(key, u) for s in having]
     # From the maneuver in which the error is the most constant, its least disturbed row: the first.
     offset = float(min(errors, key=lambda e: float(np.median(np.abs(e - np.median(e)))))[0])
-    moved = replace(u, offset=offset)
-    left = _typical(key, moved, having)
+    moved = {k: replace(v, offset=offset) for k, v in taken.items()}
+    left = _typical(key, moved[key], having)
     scale = max(s.scale[key] for s in having)
     # Zeros that programs choose (the start, the hubs, the centre of mass) are far from the floor;
     # a wrong weight or height moves the energy a little, and nearly by a constant.
     if abs(offset) < _FAR_ZERO * scale or not _is_shown(key, left, having):
-        return
-    if _explained(key, u, moved, samples) < _CLEARLY_CONSTANT:
-        return
+        return {}
+    if _explained(key, before[key], moved[key], samples) < _CLEARLY_CONSTANT:
+        return {}
     # What is left must be an error of the motion, not all of it.
     for s, typical in zip(having, left, strict=True):
         expected = s.expected[u.column.name]
         if typical > HALF * rms(expected - np.median(expected)) + sum(s.floor[key]):
-            return
-    if total in found:
-        both = replace(found[total], offset=offset)
-        if _explained(total, found[total], both, samples) < _CLEARLY_CONSTANT:
-            return
-        found[total] = both
-    found[key] = moved
+            return {}
+    if total in moved and _explained(total, before[total], moved[total], samples) < (
+        _CLEARLY_CONSTANT
+    ):
+        return {}
+    return moved
 
 
 def _explained(

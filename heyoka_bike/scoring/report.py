@@ -155,11 +155,6 @@ class ColumnScore:
     values, missing
         How many values were compared, and how many were not finite.
     trace : Trace
-    between
-        How many values were not compared for being between the rows of the reference, which knows
-        some columns at its rows only.
-    is_sparse
-        Whether that is most of them, and most rows of the reference have none.
     is_known
         False if none of the definitions gives this column, while the motion of the file is right:
         the one that it is compared with is the nearest.
@@ -176,8 +171,6 @@ class ColumnScore:
     values: int
     missing: int
     trace: Trace
-    between: int = 0
-    is_sparse: bool = False
     is_known: bool = True
 
     def is_at_floor(self, times: float = 1.0) -> bool:
@@ -335,6 +328,8 @@ class Report:
         Why the file differs, the likeliest first; empty if that was not asked.
     explanation : Explanation or None
         Of a diagnosis, if it found something.
+    reference_sha256
+        Hash of the reference's numbers, its ``content_sha256``; empty if unknown.
     """
 
     dataset_version: str
@@ -345,6 +340,7 @@ class Report:
     requirements: tuple[Requirement, ...] = ()
     diagnosis: tuple[Finding, ...] = ()
     explanation: Explanation | None = None
+    reference_sha256: str = ""
 
     @property
     def said(self) -> tuple[Finding, ...]:
@@ -390,7 +386,7 @@ class Convergence:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Run:
-    """One run of a program in a series.
+    """One run of a program, or one of several programs, in a series.
 
     Attributes
     ----------
@@ -399,16 +395,19 @@ class Run:
         Step size [s]; None if unknown.
     cpu
         Processor time [s]; None if not given.
+    name
+        Of the program or of the run; empty for the name of its file.
     """
 
     report: Report
     step: float | None
     cpu: float | None
+    name: str = ""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Series:
-    """Several runs of one program, the coarsest first.
+    """Several runs of one program, the coarsest first, or several programs side by side.
 
     Attributes
     ----------
@@ -416,11 +415,15 @@ class Series:
     convergence : tuple of Convergence
     findings : tuple of Finding
         About the series; those about a run are in its report.
+    is_one_program
+        Whether the runs are of one program at different steps or tolerances: it has one choice of
+        definitions, and an order of convergence. Programs are judged each by itself.
     """
 
     runs: tuple[Run, ...]
     convergence: tuple[Convergence, ...]
     findings: tuple[Finding, ...]
+    is_one_program: bool = True
 
     @property
     def passed(self) -> bool:

@@ -1,9 +1,9 @@
 """Requirements on a report: ``[maneuver.][column.]metric op number``.
 
 The worst value over what is not named counts: the largest for ``<`` and ``<=``, the smallest for
-``>`` and ``>=``. A column with values that are not finite or were not compared fails whatever the
-others are, and so does one that contradicts another of the file by its sign, one that was never
-filled in, and a requirement on something that the file does not have.
+``>`` and ``>=``. A column with values that are not finite fails whatever the others are, and so
+does one that contradicts another of the file by its sign, one that was never filled in, and a
+requirement on something that the file does not have.
 """
 
 import operator
@@ -118,7 +118,7 @@ def check(text: str, report: Report) -> Requirement:
     for m in maneuvers:
         where = f"maneuver {m.maneuver}"
         if r.metric in OF_MANEUVER:
-            lacking = next((c for c in m.columns if _is_lacking(c) and _matters(c, r.metric)), None)
+            lacking = next((c for c in m.columns if c.missing and _matters(c, r.metric)), None)
             if lacking is not None:
                 return Requirement(text, False, None, f"{where}, {_why_missing(lacking)}")
             value = getattr(m, r.metric)
@@ -130,7 +130,7 @@ def check(text: str, report: Report) -> Requirement:
         for c in m.columns:
             if r.column not in (None, c.key):
                 continue
-            if _is_lacking(c):
+            if c.missing:
                 return Requirement(text, False, None, f"{where}, {_why_missing(c)}")
             if c.key in contradicted:
                 return Requirement(text, False, None, f"{where}, {contradicted[c.key]}")
@@ -165,21 +165,12 @@ def _is_left_out(column: str | None, report: Report) -> bool:
     )
 
 
-def _is_lacking(c: ColumnScore) -> bool:
-    return bool(c.missing or c.between)
-
-
 def _matters(c: ColumnScore, metric: str) -> bool:
     return metric in ("coverage", "gap") or c.key.endswith("energy")
 
 
 def _why_missing(c: ColumnScore) -> str:
-    if c.missing:
-        return f"{c.key}: {c.missing} of {c.missing + c.values + c.between} values are not finite"
-    return (
-        f"{c.key}: {c.between} of {c.between + c.values} values are between the rows of the "
-        "reference and not compared"
-    )
+    return f"{c.key}: {c.missing} of {c.missing + c.values} values are not finite"
 
 
 def _value(c: ColumnScore, metric: str) -> float | None:

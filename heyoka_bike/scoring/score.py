@@ -12,11 +12,10 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.numbers.double import Array, Double, add, two_sum
-from heyoka_bike.reference.between_rows import SUMMED
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.reference.manifest import CUSTOM
 from heyoka_bike.scoring import measures
-from heyoka_bike.scoring.alignment import Alignment, Part, align, merge
+from heyoka_bike.scoring.alignment import SUMMED, Alignment, Part, align, merge
 from heyoka_bike.scoring.comparison import Candidate, errors, is_small, largest_errors
 from heyoka_bike.scoring.conclusions import explain
 from heyoka_bike.scoring.consistency import consistency
@@ -37,6 +36,8 @@ from heyoka_bike.scoring.unknown import unknown_columns
 
 # The benchmark judges maneuver 2, by eq. (1) below 1e-3 %.
 _JUDGED: Mapping[int, float] = {2: 1e-3}
+# Correct values that were rounded once or twice are apart by up to this many last digits.
+_ROUNDED = 4.0
 # A last row at the end of the run, or one at an event, does not make the others uneven.
 _FEW_ODD = 0.02
 
@@ -85,6 +86,7 @@ def scored(
     """The report of aligned results, with their columns as understood or as they fit best."""
     benchmark = reference.dataset_version != CUSTOM
     taken = understand(alignment.parts) if understood is None else understood
+    taken = _with_exact_zero(taken, alignment.parts)
 
     def score_part(part: Part) -> ManeuverScore:
         return _score_maneuver(part, taken, _JUDGED.get(part.number) if benchmark else None)
@@ -105,6 +107,7 @@ def scored(
         file=alignment.file,
         maneuvers=maneuvers,
         findings=alignment.findings,
+        reference_sha256=reference.content_sha256,
     )
     found = replace(found, findings=alignment.findings + explain(found))
     return replace(found, requirements=tuple(check(text, found) for text in require))
@@ -195,7 +198,6 @@ def _score_columns(part: Part, understood: Mapping[str, Understanding]) -> tuple
     for key, candidate, error in zip(keys, best, found, strict=False):
         u = understood[key]
         missing = int(np.count_nonzero(~np.isfinite(part.values[key])))
-        between = int(np.count_nonzero(np.isfinite(part.values[key]) & ~np.isfinite(error)))
         trace = _trace(part.time, candidate.values[0], error)
         reading = _reading(part, trace, u)
         plain_reading = reading
@@ -214,18 +216,38 @@ def _score_columns(part: Part, understood: Mapping[str, Understanding]) -> tuple
                 growth=measures.growth(trace.time, trace.error, float(part.reference.duration)),
                 values=len(trace.time),
                 missing=missing,
-                between=between,
-                is_sparse=between > len(trace.time) and 2 * len(trace.time) < _rows_within(part),
                 trace=trace,
             )
         )
     return tuple(scores)
 
 
-def _rows_within(part: Part) -> int:
-    """Rows of the reference from the first to the last time."""
-    rows = part.reference.time
-    return int(np.count_nonzero((rows >= part.time[0]) & (rows <= part.time[-1])))
+def _with_exact_zero(
+    understood: Mapping[str, Understanding], parts: Sequence[Part]
+) -> Mapping[str, Understanding]:
+    """The zero of the energies to all digits of the file, where they have another one."""
+    key = "potential_energy"
+    u = understood.get(key)
+    if u is None or not u.offset:
+        return understood
+    left = []
+    for part in parts:
+        if key not in part.values:
+            continue
+        candidate = Candidate(_as_understood(_double(part, key), u), u.column.name)
+        (error,) = errors(part, [candidate])
+        error = error[np.isfinite(error)]
+        if not len(error):
+            continue
+        # Errors of the motion begin at nothing with it; those of rounding are nothing on average.
+        last_digit = max(_floor(part, key, u) or 0.0, float(np.spacing(part.reference.scale(key))))
+        is_rounding = np.ptp(error) <= _ROUNDED * last_digit
+        found = float(np.mean(error)) if is_rounding else float(error[0])
+        left.append((float(np.median(np.abs(error - found))), found))
+    rest = min(left)[1] if left else 0.0
+    return {
+        k: replace(v, offset_lo=rest) if v.offset == u.offset else v for k, v in understood.items()
+    }
 
 
 def _double(part: Part, key: str) -> Double:
@@ -250,7 +272,7 @@ def _as_understood(values: Double, u: Understanding) -> Double:
     if not u.offset:
         return hi, lo
     hi, rest = two_sum(hi, np.full_like(hi, -u.offset))
-    return two_sum(hi, rest + lo)
+    return two_sum(hi, rest + (lo - u.offset_lo))
 
 
 def _reading(part: Part, trace: Trace, u: Understanding) -> Reading:
@@ -259,7 +281,7 @@ def _reading(part: Part, trace: Trace, u: Understanding) -> Reading:
         definition=u.column.definition,
         sign=u.sign,
         unit=u.unit,
-        offset=u.offset,
+        offset=u.offset + u.offset_lo,
         measures=measures.measures(trace.time, trace.error, trace.reference, size),
     )
 

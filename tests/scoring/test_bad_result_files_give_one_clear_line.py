@@ -77,8 +77,10 @@ TEXTS = [
     ("# x\n\n" + "\n".join(good(width=24)), 3, None, "found 24 columns, expected 9 or 25"),
     ("\n".join(good(width=2, separator=";")), 1, None, "found 2 columns, expected 9 or 25"),
     ("\n".join([*good(width=12), *good(width=9)[:3]]), 1, None, "found 12 columns"),
-    ("a b c d\n" + "\n".join(good(width=4)), 2, None, "found 4 columns, expected 9 or 25"),
-    ("time x y z\n" + "\n".join(good(width=4)), 2, None, "found 4 columns, expected 9 or 25"),
+    ("a b c d\n" + "\n".join(good(width=4)), 1, None,
+     "found column names 'a', 'b', 'c', 'd' not understood, expected time, roll_angle"),
+    ("time x y z\n" + "\n".join(good(width=4)), 1, None,
+     "found column names 'x', 'y', 'z' not understood, expected time, roll_angle"),
     # Names
     ("time roll_angle roll steer\n" + "\n".join(good(width=4)), 1, None,
      "found 'roll_angle' and 'roll', expected one column of roll angle"),

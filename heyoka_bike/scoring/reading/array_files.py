@@ -1,7 +1,7 @@
 """Files of arrays: NumPy's, MATLAB's and HDF5."""
 
 import zlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -11,11 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heyoka_bike.errors import InputError, MissingPackageError, printable
-from heyoka_bike.scoring.reading.array_tables import DEEPEST, MOST_BYTES, tables
+from heyoka_bike.scoring.reading.array_columns import MOST_BYTES
+from heyoka_bike.scoring.reading.array_tables import DEEPEST, tables
+from heyoka_bike.scoring.reading.expected import Expected
 from heyoka_bike.scoring.reading.written import WrittenTable
 
 
-def read_npy(stream: BinaryIO, path: str, fitting: Sequence[int]) -> list[WrittenTable]:
+def read_npy(stream: BinaryIO, path: str, expected: Expected) -> list[WrittenTable]:
     """The table in a file of one NumPy array.
 
     Parameters
@@ -24,8 +26,8 @@ def read_npy(stream: BinaryIO, path: str, fitting: Sequence[int]) -> list[Writte
         The file, which can seek.
     path
         Name of the file, for errors.
-    fitting
-        Numbers of columns that are expected where they have no names.
+    expected
+        What columns there may be.
 
     Raises
     ------
@@ -34,10 +36,10 @@ def read_npy(stream: BinaryIO, path: str, fitting: Sequence[int]) -> list[Writte
     """
     with _damage("a NumPy array", path):
         array = _npy(stream)
-    return tables(array, path, fitting)
+    return tables(array, path, expected)
 
 
-def read_npz(stream: BinaryIO, path: str, fitting: Sequence[int]) -> list[WrittenTable]:
+def read_npz(stream: BinaryIO, path: str, expected: Expected) -> list[WrittenTable]:
     """The tables in an archive of NumPy arrays; see `read_npy`."""
     from zipfile import ZipFile
 
@@ -57,10 +59,10 @@ def read_npz(stream: BinaryIO, path: str, fitting: Sequence[int]) -> list[Writte
                 "found an archive without NumPy arrays, expected text, .npy, .npz, .mat or HDF5",
                 file=path,
             )
-    return tables(arrays, path, fitting)
+    return tables(arrays, path, expected)
 
 
-def read_mat(stream: BinaryIO, path: str, fitting: Sequence[int]) -> list[WrittenTable]:
+def read_mat(stream: BinaryIO, path: str, expected: Expected) -> list[WrittenTable]:
     """The tables in a MATLAB file before version 7.3; see `read_npy`.
 
     Raises
@@ -81,10 +83,10 @@ def read_mat(stream: BinaryIO, path: str, fitting: Sequence[int]) -> list[Writte
     # There is no end to what SciPy raises for damaged bytes; nothing but its reader runs here.
     except Exception as e:
         raise _damaged("a MATLAB file", path, e) from None
-    return tables(_structures(found), path, fitting, is_ordered=False)
+    return tables(_structures(found), path, expected, is_ordered=False)
 
 
-def read_hdf5(source: BinaryIO | Path, path: str, fitting: Sequence[int]) -> list[WrittenTable]:
+def read_hdf5(source: BinaryIO | Path, path: str, expected: Expected) -> list[WrittenTable]:
     """The tables in an HDF5 file, MATLAB's from version 7.3 among them; see `read_npy`."""
     import h5py
 
@@ -94,7 +96,7 @@ def read_hdf5(source: BinaryIO | Path, path: str, fitting: Sequence[int]) -> lis
             members = _datasets(f, path)
             # MATLAB's arrays have their axes the other way round.
             is_transposed = f.userblock_size > 0
-        return tables(members, path, fitting, is_ordered=False, is_transposed=is_transposed)
+        return tables(members, path, expected, is_ordered=False, is_transposed=is_transposed)
 
 
 class _Dataset:

@@ -16,6 +16,8 @@ from heyoka_bike.errors import InputError, printable
 from heyoka_bike.scoring.reading.array_files import read_hdf5, read_mat, read_npy, read_npz
 from heyoka_bike.scoring.reading.array_tables import tables
 from heyoka_bike.scoring.reading.assembly import assemble
+from heyoka_bike.scoring.reading.expected import Expected
+from heyoka_bike.scoring.reading.headings import told
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.reading.text_lines import encoding_of
 from heyoka_bike.scoring.reading.text_table import read_text
@@ -55,7 +57,10 @@ _OTHERS = (
 )
 
 
-def read_results(source: Any, *, maneuver: int | None = None, count: int = 3) -> Results:
+def read_results(
+    source: Any, *, maneuver: int | None = None, count: int = 3,
+    columns: Sequence[str] | None = None,
+) -> Results:  # fmt: skip
     """Read the results of a program, from a file or from its arrays.
 
     Parameters
@@ -68,6 +73,9 @@ def read_results(source: Any, *, maneuver: int | None = None, count: int = 3) ->
         Number of the maneuver, from 1, that columns belong to which do not tell.
     count
         Number of maneuvers of the reference.
+    columns
+        What the columns are, in the order of the file, whatever their names in it: ``time``,
+        ``roll_angle``, ``m2_steer_angle`` and so on, ``-`` for one that is left out.
 
     Returns
     -------
@@ -84,14 +92,14 @@ def read_results(source: Any, *, maneuver: int | None = None, count: int = 3) ->
     """
     if maneuver is not None and not 1 <= maneuver <= count:
         raise InputError(f"found maneuver {maneuver}, expected 1 to {count}")
-    fitting = sorted({9, 1 + 8 * count})
+    expected = Expected(count) if columns is None else told(columns, count)
     if isinstance(source, str | PathLike):
         path = printable(str(source))
-        found, kind = _read_file(source, path, fitting)
+        found, kind = _read_file(source, path, expected)
     else:
         path, kind = "array", "array"
-        found = tables(_columns(source), path, fitting)
-    return assemble(found, kind, path, maneuver, count)
+        found = tables(_columns(source), path, expected)
+    return assemble(found, kind, path, maneuver, expected)
 
 
 def _columns(source: Any) -> Any:
@@ -102,7 +110,7 @@ def _columns(source: Any) -> Any:
 
 
 def _read_file(
-    source: str | PathLike[str], path: str, fitting: Sequence[int]
+    source: str | PathLike[str], path: str, expected: Expected
 ) -> tuple[list[WrittenTable], str]:
     with ExitStack() as stack:
         file = _open(source, path, stack)
@@ -116,22 +124,22 @@ def _read_file(
             file, plain = cast(BinaryIO, stack.enter_context(GzipFile(fileobj=ahead))), None
             head = _read(file, _HEAD, path)
         if head.startswith(b"\x93NUMPY"):
-            return read_npy(_seekable(head, file, plain, path), path, fitting), "npy"
+            return read_npy(_seekable(head, file, plain, path), path, expected), "npy"
         if head.startswith((b"PK\x03\x04", b"PK\x05\x06")):
-            return read_npz(_seekable(head, file, plain, path), path, fitting), "npz"
+            return read_npz(_seekable(head, file, plain, path), path, expected), "npz"
         if head.startswith(_HDF5) or head[_MATLAB_TEXT:].startswith(_HDF5):
             where = plain if plain is not None and plain.is_file() else None
             whole = where or _seekable(head, file, None, path)
-            return read_hdf5(whole, path, fitting), "hdf5" if head.startswith(_HDF5) else "mat"
+            return read_hdf5(whole, path, expected), "hdf5" if head.startswith(_HDF5) else "mat"
         encoding = encoding_of(head[:_SIGNATURE])
         is_old = encoding is None and Path(path).suffix.lower() == ".mat"
         if head[126:128] in (b"IM", b"MI") or is_old:
-            return read_mat(_seekable(head, file, plain, path), path, fitting), "mat"
+            return read_mat(_seekable(head, file, plain, path), path, expected), "mat"
         _refuse_others(head, path, encoding is not None)
         assert encoding is not None
         name, mark = encoding
         chunks = chain((head[mark:],), _chunks(file, path))
-        return [read_text(chunks, name, path, fitting)], "text"
+        return [read_text(chunks, name, path, expected)], "text"
 
 
 def _open(source: str | PathLike[str], path: str, stack: ExitStack) -> BinaryIO:

@@ -28,6 +28,19 @@ def _place(sources: Mapping[int, int]) -> Mistake:
     )
 
 
+def _speed_by(code: str, says: str, radius: str, other: str) -> Mistake:
+    """A wheel is started with the speed over the radius of the other one."""
+
+    def make(program: Program) -> Program:
+        ratio = float(program.bicycle[radius]) / float(program.bicycle[other])
+        starts = {n: replace(s, speed=s.speed * ratio) for n, s in program.starts.items()}
+        return replace(program, starts=starts)
+
+    return Mistake(
+        code, says, "the initial spin: the speed over the wheel's own radius", "start", make
+    )
+
+
 _NUMBERS = (1, 2, 3)
 # One alone first: a file of one maneuver does not tell whether others are misplaced, too.
 _ALONE = [{n: held} for n in _NUMBERS for held in _NUMBERS if n != held]
@@ -47,6 +60,10 @@ START_MISTAKES: tuple[Mistake, ...] = (
     start_mistake("roll_about_centre", "the roll rate is about the centre of mass, not the ground",
                   "the lateral velocities at the start: zero on the ground",
                   lambda s: replace(s, about_centre=True)),
+    start_mistake("roll_without_translation", "the bodies start with the roll rate, but their "
+                  "centres of mass do not move sideways",
+                  "the lateral velocities at the start: height times roll rate",
+                  lambda s: replace(s, falling=False)),
     start_mistake("roll_rate_in_degrees", "the initial roll rate is taken as degrees per second",
                   "the unit of the initial roll rate",
                   lambda s: replace(s, roll_rate=s.roll_rate * _DEGREE)),
@@ -69,6 +86,10 @@ START_MISTAKES: tuple[Mistake, ...] = (
                   lambda s: replace(s, speed_of_centre=True)),
     start_mistake("speed_in_km_h", "the initial speed is taken as km/h",
                   "the unit of the initial speed", lambda s: replace(s, speed=s.speed / 3.6)),
+    _speed_by("speed_by_front_radius", "the initial spin of the rear wheel is the speed over the "
+              "radius of the front wheel", "rR", "rF"),
+    _speed_by("speed_by_rear_radius", "the initial spin of the front wheel is the speed over the "
+              "radius of the rear wheel", "rF", "rR"),
     *(_place(sources) for sources in (*_ALONE, *_ORDERS)),
 )  # fmt: skip
 """In no particular order."""
