@@ -10,6 +10,7 @@ from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.measures import TOLERANCE
 from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Report
 from heyoka_bike.scoring.signs import contradictions
+from heyoka_bike.scoring.time_shift import time_shift
 
 # Fewer digits than binary64 holds are worth mentioning where they are what limits the score.
 _DIGITS_OF_BINARY64 = 15
@@ -34,6 +35,7 @@ def explain(report: Report) -> tuple[Finding, ...]:
         *(() if general is None else (general,)),
         *understood,
         *_unknown(report),
+        *_time_shift(report.maneuvers),
         *_coverage(report.maneuvers),
         *_performance(report.maneuvers),
         *_consistency(report.maneuvers),
@@ -130,6 +132,23 @@ def _unknown(report: Report) -> Iterator[Finding]:
                 "digits_of_others": min(others),
             },
         )
+
+
+def _time_shift(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
+    """Times that are off by a constant."""
+    shift = time_shift([m.part for m in maneuvers])
+    if shift is None:
+        return
+    first = all(abs(m.part.time[0] - shift) < (m.step or 0.0) / 10 for m in maneuvers)
+    starts = f"; the first row, at {shift:.6g} s, holds the initial state" if first else ""
+    yield Finding(
+        "time_shifted",
+        f"All times are {abs(shift):.9g} s too {'late' if shift > 0 else 'early'}: with that taken "
+        f"{'off' if shift > 0 else 'into account'} the motion fits{starts}. The errors here are "
+        "those at the times as written",
+        Severity.WARNING,
+        {"shift": shift},
+    )
 
 
 def _has_sign(scores: Sequence[tuple[ManeuverScore, ColumnScore]]) -> bool:

@@ -344,8 +344,8 @@ class Report:
 
     @property
     def said(self) -> tuple[Finding, ...]:
-        """All findings, those of the diagnosis first."""
-        return self.diagnosis + self.findings
+        """All findings, those of the diagnosis first; none of them twice."""
+        return self.diagnosis + tuple(f for f in self.findings if f not in self.diagnosis)
 
     @property
     def passed(self) -> bool:
