@@ -14,7 +14,6 @@ from support.game_files import (
     MOTION,
     correct,
     decimal_times,
-    dense_columns,
     names,
     references,
     scale,
@@ -129,10 +128,6 @@ def honest_file(seed, number):
         keys = [str(k) for k in random.choice(EIGHT, random.integers(3, 8), replace=False)]
     if random.random() < 0.35:
         more = [*MOTION, "pitch", "yaw", "yaw_rate"]
-        if spacing not in ("0.01", "0.02", "0.1"):
-            reference, motion = references()
-            dense = dense_columns(reference[1]) | dense_columns(motion[1])
-            more = [k for k in more if k in dense]
         keys += [str(k) for k in random.choice(more, random.integers(1, 6), replace=False)]
         if random.random() < 0.2:
             keys += [f"rear_frame_q{i}" for i in range(4) if f"rear_frame_q{i}" not in keys]

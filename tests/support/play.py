@@ -25,7 +25,7 @@ import numpy as np
 from heyoka_bike import read_results, score
 from heyoka_bike.errors import BicycleError
 from support import game_writing as writing
-from support.game_files import in_memory, references
+from support.game_files import in_memory, keep_values, references
 from support.honest_files import honest_file, known
 from support.wrong_files import wrong_file
 
@@ -171,7 +171,7 @@ def play(game, numbers, seed=SEED, *, processes=None, show=lambda done: None):
     one = partial(GAMES[game], seed=seed)
     if processes == 1:
         return [one(n) for n in numbers]
-    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
+    with ProcessPoolExecutor(processes, get_context("spawn"), keep_values) as pool:
         outcomes = []
         for outcome in pool.map(one, numbers, chunksize=20):
             outcomes.append(outcome)
