@@ -7,7 +7,13 @@ from support.made_results import made
 from heyoka_bike.scoring.alignment import align
 from heyoka_bike.scoring.definitions import understand
 from heyoka_bike.scoring.diagnosis.mistakes.first_row import contradicted
-from heyoka_bike.scoring.diagnosis.remainder import LATERAL, energy_level, is_nothing, too_large
+from heyoka_bike.scoring.diagnosis.remainder import (
+    LATERAL,
+    energy_level,
+    is_nothing,
+    too_large,
+    written_wrongly,
+)
 from heyoka_bike.scoring.diagnosis.unknowns.estimation import _distinct
 
 PLACES = [(n, key) for n in (1, 2, 3) for key in LATERAL]
@@ -60,6 +66,15 @@ def test_one_column_far_worse_than_the_best_is_no_integrators_error():
     assert too_large(left, {}, None) == (1, "roll_angle")
     # But for the digits written.
     assert too_large(left, {(1, "roll_angle"): 1e-3}, None) is None
+
+
+def test_an_energy_that_is_written_otherwise_is_explained_as_well_as_the_motion():
+    energy = (1, "mechanical_energy")
+    left = dict.fromkeys(PLACES, 1e-9) | {energy: 1e-2}
+    assert written_wrongly({energy: np.log(12)}, left, {}) == energy
+    assert written_wrongly({energy: np.log(12)}, left, {energy: 1e-2}) is None
+    assert written_wrongly({energy: np.log(4e3)}, left, {}) is None
+    assert written_wrongly({energy: np.log(12)}, left | {energy: 1e-9}, {}) is None
 
 
 def test_nothing_is_left_at_the_floor():
