@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from support.made_results import made
 
+from heyoka_bike.bicycle.columns import DEFINITIONS
 from heyoka_bike.scoring.alignment import align
 from heyoka_bike.scoring.definitions import understand
 from heyoka_bike.scoring.diagnosis.mistakes.first_row import contradicted
@@ -84,8 +85,7 @@ def test_nothing_is_left_at_the_floor():
 
 def columns(first, second, rest=5):
     made_of = [first, second, *np.linspace(second, 2 * second, rest)]
-    return {f"roll_rate{x}": np.array(made_of) for x in
-            ("", "_body_x", "_tait_bryan_xyz_rate", "_zyx_rate")}  # fmt: skip
+    return {c.name: np.array(made_of) for c in DEFINITIONS["roll_rate"]}
 
 
 @pytest.mark.parametrize(
