@@ -248,7 +248,7 @@ class _Arrays:
         both = widths_in_words(widths)
         shape = tuple(source.shape)
         if len(shape) != 2:
-            if source.dtype.kind not in "fiu":
+            if source.dtype.kind not in ("fiuO" if len(shape) == 1 else "fiu"):
                 raise refused(source.dtype, self.path, where)
             raise InputError(
                 f"{where}found an array of shape {shape}, expected rows of {both} columns",

@@ -52,7 +52,7 @@ _MANEUVERS = frozenset(
 )
 
 _MANEUVER = r"(?:m|man|maneuver|manoeuvre)"
-_BRACKETS = re.compile(r"\[([^\]]*)\]|\(([^)]*)\)|\{([^}]*)\}")
+_BRACKETS = re.compile(r"\[([^\[\]]*)\]|\(([^()]*)\)|\{([^{}]*)\}")
 _ONE = re.compile(r"[\[({]\s*1\s*[\])}]")
 _NUMBERED = re.compile(rf"[\s_-]*{_MANEUVER}?[\s_-]*([0-9]{{1,3}})\s*")
 _BREAKS = re.compile(r"[\s_.:/-]+")
