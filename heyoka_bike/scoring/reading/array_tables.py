@@ -191,12 +191,13 @@ class _Arrays:
         if self.is_ordered and len(vectors) in widths and len(vectors) == len(arrays):
             self._check_lengths(vectors, where)
             return self._by_place(vectors.values(), maneuver, where, names=list(vectors))
-        if pair := beside_a_time(arrays, widths):
+        whole = _whole(arrays, widths)
+        pair = beside_a_time(arrays, widths)
+        if pair and whole in ([], [pair[1]]):
             time, others, is_turned = pair
             columns = self._read(arrays[others], f"{where}{others}: ")
             every = (arrays[time], *(columns if is_turned else columns.T))
             return self._by_place(every, maneuver, where)
-        whole = _whole(arrays, widths)
         if len(whole) == 1:
             return self.table(arrays[whole[0]], maneuver, f"{where}{whole[0]}: ")
         found = [*arrays, *inner]
