@@ -218,6 +218,10 @@ def _log_likelihood(key: str, u: Understanding, samples: Iterable[Sample]) -> fl
 def _choose(key: str, samples: Sequence[Sample]) -> Understanding:
     """Unit and sign, then the definition under them."""
     columns = COMPARED[key]
+    if all(float(np.ptp(s.values[key])) == 0.0 for s in samples):
+        # One number, such as the speed of the linear equations, is nearest to whichever definition
+        # varies the least, and means none of them.
+        columns = columns[:1]
     signs = (1,) if key in _UNSIGNED else (1, -1)
     candidates = [
         Understanding(c, unit, sign)

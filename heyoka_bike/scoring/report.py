@@ -397,12 +397,15 @@ class Run:
         Processor time [s]; None if not given.
     name
         Of the program or of the run; empty for the name of its file.
+    tolerance
+        Of a solver that chooses its steps; None if unknown.
     """
 
     report: Report
     step: float | None
     cpu: float | None
     name: str = ""
+    tolerance: float | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)

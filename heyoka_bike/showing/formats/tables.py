@@ -14,6 +14,7 @@ from heyoka_bike.showing.formats.wording import (
     one_decimal,
     plain,
     run_name,
+    size_heading,
     unit_text,
 )
 
@@ -100,9 +101,9 @@ def _score(c: ColumnScore) -> tuple[str, ...]:
 def convergence(series: Series, maneuver: int) -> str:
     """Errors of a maneuver for each run, the observed order between neighbours."""
     columns = [c for c in series.convergence if c.maneuver == maneuver]
-    has_steps = any(run.step is not None for run in series.runs)
+    heading = size_heading(series).removesuffix(" [s]") or "run"
     has_cpu = any(run.cpu is not None for run in series.runs)
-    head = ["step" if has_steps else "run" if series.is_one_program else "program"]
+    head = [heading if series.is_one_program else "program"]
     head += ["CPU [s]"] * has_cpu
     head += [f"{escape(label(c.key))} <i>[{escape(unit_text(c.unit))}]</i>" for c in columns]
     blank = ("",) * has_cpu
@@ -113,7 +114,7 @@ def convergence(series: Series, maneuver: int) -> str:
             orders = (f"<i>{one_decimal(_at(c, i - 1))}</i>" for c in columns)
             rows.append(("<i>observed order</i>", *blank, *orders))
         errors = (number(c.errors[i], 3) for c in columns)
-        name = run_name(series, run) if run.step is None else f"{plain(run.step)} s"
+        name = f"{plain(run.step)} s" if run.step is not None else run_name(series, run)
         rows.append((escape(name), *[plain(run.cpu, 3)][: len(blank)], *errors))
     note = "Largest errors. Floor: what the digits written allow."
     if has_orders:
