@@ -23,6 +23,7 @@ _AT_FLOOR = 2.0
 _ALL = 300.0
 # Methods that all but conserve energy are wrong by up to 2000 times what they change of it.
 _KEPT = 1e5
+_OF_ANY_INTEGRATOR = ("smooth_error", "steps_of_varying_size")
 _MOST_DECIMALS = 12
 _COUNTS = {1: "One parameter explains", 2: "Two parameters explain", 3: "Three parameters explain"}
 
@@ -57,8 +58,8 @@ def findings(
         found += _towards(diagnosis)
         shape = numerical.findings(report, reference or load_reference())
         wrong_model = _not_the_integrator(diagnosis, columns)
-        # A smooth error says nothing more then.
-        found += [f for f in shape if not (wrong_model and f.code == "smooth_error")]
+        # Then neither a tolerance nor a smooth error says anything more.
+        found += [f for f in shape if not (wrong_model and f.code in _OF_ANY_INTEGRATOR)]
         found += wrong_model
     if diagnosis.untried:
         found.append(_without_heyoka(diagnosis))
