@@ -208,9 +208,10 @@ def _changed(fit: Fit, values: Mapping[Unknown, float]) -> str:
         # So many digits as the uncertainty allows, its first one among them.
         decimals = min(max(1, 1 - floor(log10(uncertain))), _MOST_DECIMALS) if uncertain else 1
         after = f"{before + change:.{decimals}f}".rstrip("0").rstrip(".")
+        # What changes next to nothing of what is left is not known at all.
+        within = f" (+- {uncertain:.1g})" if uncertain < abs(before) + abs(change) else ""
         parts.append(
-            f"{_named(unknown)} is {after} {UNKNOWNS[unknown[0]]} (+- "
-            f"{uncertain:.1g}) instead of {before:.10g}"
+            f"{_named(unknown)} is {after} {UNKNOWNS[unknown[0]]}{within} instead of {before:.10g}"
         )
     return ", and ".join(parts)
 
