@@ -33,8 +33,6 @@ SEED = 1
 COUNTS = {"wrong": 20000, "honest": 5000}
 # Share of the files that are written and read.
 WRITTEN = {"wrong": 0.12, "honest": 0.4}
-# A reading that the data cannot tell from the drawn one, by a factor of 2 in error, may be taken.
-_TOLD_APART = np.log10(2)
 # What two right ways of arithmetic may differ by: an error of one last digit is one or two of them
 # when a unit is converted in between.
 _ARITHMETIC = 0.1
@@ -137,29 +135,31 @@ def play_honest(number, seed=SEED):
     return Outcome(number, kind, tuple(lost))
 
 
-def _slack(true):
-    return _ARITHMETIC + _TOLD_APART * true.is_hidden
+def _allowed(true):
+    """The largest error that the file may be said to have, and the digits that it may not lose."""
+    error = (true.max_abs_error + true.hidden) * 10**_ARITHMETIC
+    digits = _MOST if error == 0.0 else -np.log10(error / true.scale)
+    return error, min(digits, _MOST - _ARITHMETIC)
 
 
 def _fulfilled(parts, true):
     """Requirements that the file fulfils, by as little as two ways of arithmetic may differ."""
-    digits = [min(k.scd, _MOST) - _slack(k) for k in true.values()]
     gap = max(np.diff(p.time).max() for p in parts) + 1e-9
-    found = [f"gap <= {gap:.9f}", f"scd >= {min(digits):.6f}"]
+    digits = min(_allowed(k)[1] for k in true.values())
+    found = [f"gap <= {gap:.9f}", f"scd >= {digits - 1e-6:.6f}"]
     if gap < MOST_APART:
         found.append("coverage >= 1")
     for (n, key), k in true.items():
-        if k.max_abs_error > 1e-25:
-            found.append(f"{n}.{key}.max_abs_error <= {k.max_abs_error * 10 ** _slack(k):.6e}")
+        if k.max_abs_error > 10**-_MOST * k.scale:
+            found.append(f"{n}.{key}.max_abs_error <= {_allowed(k)[0]:.9e}")
     return found
 
 
 def _digits_lost(at, column, true):
     found = column.as_understood.measures.scd
-    want = min(true.scd, _MOST)
-    if found is not None and found < want - _slack(true):
+    if found is not None and found < _allowed(true)[1]:
         taken = column.as_understood
-        yield (f"{at[0]}.{at[1]}: {found:.2f} digits, {want:.2f} are right; taken as "
+        yield (f"{at[0]}.{at[1]}: {found:.2f} digits, {true.scd:.2f} are right; taken as "
                f"{taken.definition}, sign {taken.sign:+d}, {taken.unit}")  # fmt: skip
 
 
