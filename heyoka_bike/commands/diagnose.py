@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 _FORMATS = ("text", "json")
 _WIDTH = 96
+# Findings of the score that are said before the diagnosis, which leaves these columns out.
+_BESIDE = ("definition_unknown", "never_filled")
 
 
 def add_parser(subparsers: Any) -> None:
@@ -31,7 +33,8 @@ def add_parser(subparsers: Any) -> None:
             "other values do; else what the error looks like: a step size and its order, damping, "
             "noise, interpolation. Files are read as by 'score'. Takes some ten seconds; without "
             "heyoka little can be simulated, and the answer says so. The same is part of 'score "
-            "--diagnose', with a figure in its HTML."
+            "--diagnose', with a figure in its HTML. The first lines say which conventions the "
+            "file follows (axes, units, zero of the energy, definitions), which are no errors."
         ),
         epilog="example: heyoka-bike diagnose my-results.txt",
     )
@@ -62,9 +65,13 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _as_text(found: Report) -> str:
+    from heyoka_bike.scoring.conventions import DEFAULT
     from heyoka_bike.showing.formats.wording import verdict
 
-    paragraphs = [verdict(found), *(f.message for f in found.diagnosis)]
+    said = {f.code: f.message for f in found.findings}
+    paragraphs = [verdict(found), said.get("conventions", DEFAULT)]
+    paragraphs += [f.message for f in found.findings if f.code in _BESIDE]
+    paragraphs += [f.message for f in found.diagnosis]
     return "\n\n".join(textwrap.fill(p, _WIDTH, break_long_words=False) for p in paragraphs)
 
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,6 +24,7 @@ from heyoka_bike.system.console import progress_bar
 if TYPE_CHECKING:
     from heyoka_bike.reference.load import Reference
     from heyoka_bike.scoring.report import Report, Series
+    from heyoka_bike.showing.formats.origin import Origin
 
 _FORMATS = ("table", "json", "csv", "junit", "html")
 _SUFFIXES = {
@@ -33,6 +35,7 @@ _SUFFIXES = {
     ".html": "html",
     ".htm": "html",
 }
+_ROWS = "rows"
 # Width of a table that goes to a file or a pipe.
 _WIDTH = 100
 
@@ -48,15 +51,19 @@ def add_parser(subparsers: Any) -> None:
             "potential, kinetic and mechanical energy, steer angle, steer velocity), or 9 of one "
             "maneuver, in SI units; or a line of column names, which may be any of the eight and "
             "of those of motion.h5 (yaw, com_z, rear_normal_force). Text with any separators, "
-            "headers and comments, .npy, .npz, .mat, HDF5, gzip of these; - is standard input. The "
-            "definition, unit, sign and zero of each column are recognised, and said. Several "
-            "files of one program at different step sizes show its order of convergence; a .toml "
-            "file lists files, step sizes and processor times."
+            "headers and comments, JSON, .npy, .npz, .mat, netCDF, HDF5, .xlsx (with openpyxl), "
+            "Parquet (with pyarrow), gzip of these; - is standard input. The definition, unit, "
+            "sign and zero of each column are recognised, and said. Several files are several "
+            "programs, shown side by side, unless they hold different maneuvers of one run. With "
+            "--step they are runs of one program, and show its order of convergence; a .toml file "
+            "lists such runs with step sizes and processor times."
         ),
         epilog=(
             "examples:\n"
             "  heyoka-bike score my-results.txt\n"
             "  heyoka-bike score my-results.txt -o report.html --require 'scd >= 6'\n"
+            "  heyoka-bike score my-results.txt --summary\n"
+            "  heyoka-bike score mine.txt theirs.txt --name Mine,Theirs -o both.html\n"
             "  heyoka-bike score h0.01.txt h0.001.txt --step 0.01,0.001\n"
             "\n"
             "requirements: [maneuver.][column.]metric op number, the worst of what is not named;\n"
@@ -84,6 +91,11 @@ def add_parser(subparsers: Any) -> None:
         help="write to this file, its format by --format or its suffix; may be repeated",
     )
     p.add_argument(
+        "--summary",
+        action="store_true",
+        help="ten lines at most in place of the table: verdict, digits, conventions, what next",
+    )
+    p.add_argument(
         "--require",
         metavar="EXPR",
         action="append",
@@ -105,7 +117,14 @@ def add_parser(subparsers: Any) -> None:
     p.add_argument(
         "--step",
         metavar="H",
-        help="step size of each file [s], separated by commas (default: distance of the rows)",
+        help="step size of each file [s], separated by commas, or 'rows' for the distance of the "
+        "rows: the files are runs of one program",
+    )
+    p.add_argument(
+        "--name",
+        metavar="NAME",
+        help="name of the program of each file, separated by commas (default: the files' names); "
+        "files of one name hold different maneuvers of one program",
     )
     p.add_argument(
         "--cpu", metavar="S", help="processor time of each file [s], separated by commas"
@@ -119,6 +138,7 @@ def run(args: argparse.Namespace) -> int:
     from heyoka_bike.reference.load import load_reference
     from heyoka_bike.scoring import requirements
     from heyoka_bike.scoring.series import score_files
+    from heyoka_bike.showing.formats.origin import origin
     from heyoka_bike.system.files import write_output
 
     on_screen, written = _outputs(args)
@@ -129,13 +149,18 @@ def run(args: argparse.Namespace) -> int:
     reference = load_reference(args.reference)
     maneuvers = maneuvers_of(args.maneuver, len(files), reference)
     results = [read(f, m, reference, args.columns) for f, m in zip(files, maneuvers, strict=True)]
-    scored = score_files(results, reference, steps=steps, cpu=cpu, require=args.require)
+    scored = score_files(
+        results, reference, steps=steps, cpu=cpu, require=args.require,
+        names=None if args.name is None else [name.strip() for name in args.name.split(",")],
+        is_one_program=args.step is not None or bool(_lists(args.files)),
+    )  # fmt: skip
     if args.diagnose:
         scored = _diagnosed(scored, reference)
+    made = origin(args.words)
     for path, name in written:
-        write_output(path, _render(scored, name, is_terminal=False).encode())
+        write_output(path, _render(scored, name, made, is_terminal=False).encode())
     if on_screen is not None:
-        _print(_render(scored, on_screen, is_terminal=sys.stdout.isatty()))
+        _print(_render(scored, on_screen, made, is_terminal=sys.stdout.isatty()))
     if not scored.passed:
         _complain(scored)
         return Exit.CHECK_FAILED
@@ -180,6 +205,13 @@ def _outputs(args: argparse.Namespace) -> tuple[str | None, list[tuple[Path, str
         name = next((f for f in left if f != "table"), left[0])
         left.remove(name)
         written.append((path, name))
+    if args.summary and set(left) <= {"table"}:
+        return "summary", written
+    if args.summary:
+        raise InputError(
+            f"--summary: found {left[0]} for standard output too, expected one; name a file for "
+            "it with -o"
+        )
     if not formats:
         return "table", written
     if len(left) > 1:
@@ -194,8 +226,7 @@ def _inputs(
     args: argparse.Namespace,
 ) -> tuple[list[str], list[float | None] | None, list[float | None] | None]:
     """Result files, their step sizes and processor times."""
-    lists = [f for f in args.files if f.lower().endswith(".toml")]
-    if lists:
+    if lists := _lists(args.files):
         from heyoka_bike.scoring.runs_file import read_runs
 
         if len(args.files) > 1:
@@ -205,17 +236,23 @@ def _inputs(
         if args.step is not None or args.cpu is not None:
             raise InputError("--step, --cpu: expected in the list of runs, not beside it")
         runs = read_runs(lists[0])
-        steps = [r.step for r in runs]
+        listed = [r.step for r in runs]
         cpu = [r.cpu for r in runs]
         return (
             [str(r.file) for r in runs],
             # With tolerances it is known that there is no step size.
-            steps if any(steps) or any(r.tolerance for r in runs) else None,
+            listed if any(listed) or any(r.tolerance for r in runs) else None,
             None if all(c is None for c in cpu) else cpu,
         )
     if args.files.count(STANDARD_INPUT) > 1:
         raise InputError("found - more than once, expected standard input once")
-    return args.files, _numbers("--step", args.step), _numbers("--cpu", args.cpu)
+    steps = None if args.step == _ROWS else _numbers("--step", args.step)
+    return args.files, steps, _numbers("--cpu", args.cpu)
+
+
+def _lists(files: Sequence[str]) -> list[str]:
+    """Lists of runs among the files."""
+    return [f for f in files if f.lower().endswith(".toml")]
 
 
 def _numbers(option: str, text: str | None) -> list[float | None] | None:
@@ -235,11 +272,13 @@ def _numbers(option: str, text: str | None) -> list[float | None] | None:
     return found
 
 
-def _render(scored: Report | Series, name: str, *, is_terminal: bool) -> str:
+def _render(scored: Report | Series, name: str, made: Origin, *, is_terminal: bool) -> str:
     render: Callable[..., str] = import_module(f"heyoka_bike.showing.formats.{name}").render
-    if name == "table":
-        return render(scored, None if is_terminal else _WIDTH, is_terminal)
-    return render(scored)
+    if name in ("table", "summary"):
+        # https://no-color.org
+        has_colors = is_terminal and not os.environ.get("NO_COLOR")
+        return render(scored, None if is_terminal else _WIDTH, has_colors, made)
+    return render(scored, made) if name == "html" else render(scored)
 
 
 def _print(text: str) -> None:

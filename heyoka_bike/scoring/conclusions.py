@@ -5,10 +5,12 @@ from math import floor
 
 import numpy as np
 
+from heyoka_bike.scoring.conventions import conventions, odds
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.measures import TOLERANCE
 from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Report
 from heyoka_bike.scoring.signs import contradictions
+from heyoka_bike.scoring.time_shift import time_shift
 
 # Fewer digits than binary64 holds are worth mentioning where they are what limits the score.
 _DIGITS_OF_BINARY64 = 15
@@ -18,16 +20,22 @@ _VISIBLE = 1e-2
 _ROUNDED = 4.0
 # An error of up to this many floors is that of the digits written.
 _LIMITED = 2.0
-# Decimal logarithm of the odds that are put into words: nobody has tried more files than that.
-_SUREST = 6
 # As many columns as the benchmark has.
 _NAMED = 8
 
 
 def explain(report: Report) -> tuple[Finding, ...]:
-    """What is worth saying about a report, in the order of its columns."""
+    """What is worth saying about a report: its conventions, then in the order of its columns."""
+    understood = tuple(_understood(report))
+    contradicted = [
+        key for f in understood if f.code == "signs_disagree" for key in f.evidence["columns"]
+    ]
+    general = conventions(report, contradicted)
     return (
-        *_understood(report),
+        *(() if general is None else (general,)),
+        *understood,
+        *_unknown(report),
+        *_time_shift(report.maneuvers),
         *_coverage(report.maneuvers),
         *_performance(report.maneuvers),
         *_consistency(report.maneuvers),
@@ -56,16 +64,16 @@ def _understood(report: Report) -> Iterator[Finding]:
             "max_abs_error_as_written": [c.as_written.measures.max_abs_error for _, c in scores],
         }
         errors = _errors(scores)
-        if understood.definition != written.definition:
+        if understood.definition != written.definition and scores[0][1].is_known:
             default = [
                 next(a.max_abs_error for a in c.alternatives if a.definition == written.definition)
                 for _, c in scores
             ]
             also = scores[0][1].indistinguishable
-            odds = _odds(scores[0][1])
+            sure = odds(scores[0][1])
             yield Finding(
                 "definition",
-                f"{key} is {understood.definition}{f', {odds}' if odds else ''}: errors {errors}, "
+                f"{key} is {understood.definition}{f', {sure}' if sure else ''}: errors {errors}, "
                 f"against {_list(default)} for the default {written.definition}"
                 + (f" (cannot be told apart from {', '.join(also)})" if also else ""),
                 evidence={**evidence, "definition": understood.definition},
@@ -98,23 +106,49 @@ def _understood(report: Report) -> Iterator[Finding]:
         yield Finding("signs_disagree", what, Severity.WARNING, {"columns": list(keys)})
 
 
-def _odds(c: ColumnScore) -> str:
-    """How sure the definition of a column is: the odds against the likeliest other one."""
-    told = [a for a in c.alternatives if a.log10_odds is not None]
-    told = [a for a in told if a.definition not in c.indistinguishable]
-    if not told:
-        return ""
-    odds, definition = min((a.log10_odds or 0.0, a.definition) for a in told)
-    return f"{odds_words(odds)} against {definition}"
+def _unknown(report: Report) -> Iterator[Finding]:
+    """Columns whose definition is not known, of a motion that is right."""
+    for key, scores in _columns(report).items():
+        if scores[0][1].is_known:
+            continue
+        others = [
+            c.as_understood.measures.scd
+            for m in report.maneuvers
+            for c in m.columns
+            if c.is_known and c.as_understood.measures.scd is not None
+        ]
+        nearest = scores[0][1].as_understood.definition
+        yield Finding(
+            "definition_unknown",
+            f"{key}: no definition that is known here gives this column; the other columns have "
+            f"{floor(min(others))} digits or more, so the motion is right. The nearest definition "
+            f"is {nearest}, with errors {_errors(scores)}. It is of another point or axis, or "
+            "written wrongly: say what it is",
+            Severity.WARNING,
+            {
+                "column": key,
+                "nearest": nearest,
+                "max_abs_error": [c.as_understood.measures.max_abs_error for _, c in scores],
+                "digits_of_others": min(others),
+            },
+        )
 
 
-def odds_words(log10: float) -> str:
-    """Odds of which the decimal logarithm is given, as "300 to 1"."""
-    if log10 > _SUREST:
-        return f"over 10^{_SUREST} to 1"
-    if log10 < 0.0:
-        return f"1 to {10**-log10:.2g}" if log10 > -_SUREST else f"1 to over 10^{_SUREST}"
-    return f"10^{floor(log10)} to 1" if log10 >= 3 else f"{10**log10:.0f} to 1"
+def _time_shift(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
+    """Times that are off by a constant."""
+    shift = time_shift([m.part for m in maneuvers])
+    if shift is None:
+        return
+    first = all(abs(m.part.time[0] - shift) < (m.step or 0.0) / 10 for m in maneuvers)
+    starts = f"; the first row, at {shift:.6g} s, holds the initial state" if first else ""
+    yield Finding(
+        "time_shifted",
+        f"All times are {abs(shift):.9g} s too {'late' if shift > 0 else 'early'}: with that taken "
+        f"{'off' if shift > 0 else 'into account'} the motion fits{starts}. The errors here are "
+        "those at the times as written",
+        Severity.WARNING,
+        {"shift": shift},
+    )
 
 
 def _has_sign(scores: Sequence[tuple[ManeuverScore, ColumnScore]]) -> bool:
@@ -153,7 +187,7 @@ def _performance(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
         wrong = {
             c.key: c.as_understood.measures.max_rel_error or 0.0
             for c in m.columns
-            if not c.is_at_floor(_LIMITED)
+            if c.is_known and not c.is_at_floor(_LIMITED)
         }
         key = max(wrong, key=wrong.__getitem__, default="")
         worst = wrong.get(key, 0.0)

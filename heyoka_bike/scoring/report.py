@@ -155,6 +155,9 @@ class ColumnScore:
     values, missing
         How many values were compared, and how many were not finite.
     trace : Trace
+    is_known
+        False if none of the definitions gives this column, while the motion of the file is right:
+        the one that it is compared with is the nearest.
     """
 
     key: str
@@ -168,6 +171,7 @@ class ColumnScore:
     values: int
     missing: int
     trace: Trace
+    is_known: bool = True
 
     def is_at_floor(self, times: float = 1.0) -> bool:
         """Whether the error is no more than so many times what the digits written allow."""
@@ -324,6 +328,8 @@ class Report:
         Why the file differs, the likeliest first; empty if that was not asked.
     explanation : Explanation or None
         Of a diagnosis, if it found something.
+    reference_sha256
+        Hash of the reference's numbers, its ``content_sha256``; empty if unknown.
     """
 
     dataset_version: str
@@ -334,11 +340,12 @@ class Report:
     requirements: tuple[Requirement, ...] = ()
     diagnosis: tuple[Finding, ...] = ()
     explanation: Explanation | None = None
+    reference_sha256: str = ""
 
     @property
     def said(self) -> tuple[Finding, ...]:
-        """All findings, those of the diagnosis first."""
-        return self.diagnosis + self.findings
+        """All findings, those of the diagnosis first; none of them twice."""
+        return self.diagnosis + tuple(f for f in self.findings if f not in self.diagnosis)
 
     @property
     def passed(self) -> bool:
@@ -379,7 +386,7 @@ class Convergence:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Run:
-    """One run of a program in a series.
+    """One run of a program, or one of several programs, in a series.
 
     Attributes
     ----------
@@ -388,16 +395,19 @@ class Run:
         Step size [s]; None if unknown.
     cpu
         Processor time [s]; None if not given.
+    name
+        Of the program or of the run; empty for the name of its file.
     """
 
     report: Report
     step: float | None
     cpu: float | None
+    name: str = ""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Series:
-    """Several runs of one program, the coarsest first.
+    """Several runs of one program, the coarsest first, or several programs side by side.
 
     Attributes
     ----------
@@ -405,11 +415,15 @@ class Series:
     convergence : tuple of Convergence
     findings : tuple of Finding
         About the series; those about a run are in its report.
+    is_one_program
+        Whether the runs are of one program at different steps or tolerances: it has one choice of
+        definitions, and an order of convergence. Programs are judged each by itself.
     """
 
     runs: tuple[Run, ...]
     convergence: tuple[Convergence, ...]
     findings: tuple[Finding, ...]
+    is_one_program: bool = True
 
     @property
     def passed(self) -> bool:

@@ -2,8 +2,8 @@
 
 The worst value over what is not named counts: the largest for ``<`` and ``<=``, the smallest for
 ``>`` and ``>=``. A column with values that are not finite fails whatever the others are, and so
-does one that contradicts another of the file by its sign, and a requirement on something that the
-file does not have.
+does one that contradicts another of the file by its sign, one that was never filled in, and a
+requirement on something that the file does not have.
 """
 
 import operator
@@ -15,6 +15,7 @@ from math import inf, isfinite
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
 from heyoka_bike.errors import InputError
 from heyoka_bike.scoring.report import ColumnScore, Report, Requirement
+from heyoka_bike.scoring.unfilled import CODE
 
 OF_COLUMN = (
     "scd", "mescd", "max_abs_error", "rms_error", "max_rel_error", "time_to_tolerance",
@@ -100,6 +101,10 @@ def check(text: str, report: Report) -> Requirement:
         See `parse`.
     """
     r = parse(text)
+    unfilled = [p for f in report.findings if f.code == CODE for p in f.evidence["columns"]]
+    if asked := [place.split(".") for place in unfilled if _asks(r, place)]:
+        numbers, keys = (", ".join(dict.fromkeys(x)) for x in zip(*asked, strict=True))
+        return Requirement(text, False, None, f"maneuver {numbers}, {keys}: never filled in")
     maneuvers = [m for m in report.maneuvers if r.maneuver in (None, m.maneuver)]
     if not maneuvers:
         return Requirement(text, False, None, f"maneuver {r.maneuver} is not in the file")
@@ -141,6 +146,14 @@ def check(text: str, report: Report) -> Requirement:
     found = value if isfinite(value) else None
     shown = "never" if found is None else f"{found:.3g}"
     return Requirement(text, _OPERATORS[r.op](value, r.number), found, f"{shown} ({where})")
+
+
+def _asks(r: Parsed, place: str) -> bool:
+    """Whether a requirement speaks of a column of a maneuver ("2.roll_angle")."""
+    number, key = place.split(".")
+    if r.maneuver not in (None, int(number)) or r.column not in (None, key):
+        return False
+    return r.metric in (*OF_COLUMN, "coverage", "gap") or key.endswith("energy")
 
 
 def _is_left_out(column: str | None, report: Report) -> bool:

@@ -5,13 +5,13 @@
 `consistency` how well the file agrees with itself. The outcome is one `report.Report`.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from heyoka_bike.bicycle.columns import COMPARED
-from heyoka_bike.numbers.double import Array, Double, two_sum
+from heyoka_bike.numbers.double import Array, Double, add, two_sum
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.reference.manifest import CUSTOM
 from heyoka_bike.scoring import measures
@@ -30,7 +30,9 @@ from heyoka_bike.scoring.report import (
     Trace,
 )
 from heyoka_bike.scoring.requirements import check
+from heyoka_bike.scoring.unfilled import without_unfilled
 from heyoka_bike.scoring.units import factor, to_si
+from heyoka_bike.scoring.unknown import unknown_columns
 
 # The benchmark judges maneuver 2, by eq. (1) below 1e-3 %.
 _JUDGED: Mapping[int, float] = {2: 1e-3}
@@ -72,7 +74,7 @@ def score(
     """
     known = load_reference() if reference is None else reference
     several = [results] if isinstance(results, Results) else list(results)
-    return scored(merge([align(r, known) for r in several]), known, require)
+    return scored(merge([without_unfilled(align(r, known)) for r in several]), known, require)
 
 
 def scored(
@@ -97,12 +99,15 @@ def scored(
         # NumPy computes on long arrays outside the interpreter's lock.
         with ThreadPoolExecutor() as pool:
             maneuvers = tuple(pool.map(score_part, alignment.parts))
+    unknown = unknown_columns(maneuvers)
+    maneuvers = tuple(_without_meaning(m, unknown) for m in maneuvers)
     found = Report(
         dataset_version=reference.dataset_version,
         bicycle=reference.bicycle,
         file=alignment.file,
         maneuvers=maneuvers,
         findings=alignment.findings,
+        reference_sha256=reference.content_sha256,
     )
     found = replace(found, findings=alignment.findings + explain(found))
     return replace(found, requirements=tuple(check(text, found) for text in require))
@@ -123,12 +128,18 @@ def _score_maneuver(
         coverage=coverage,
         gap=gap,
         step=float(np.median(steps)) if len(steps) else None,
-        performance=measures.performance(_energy(columns)),
+        performance=measures.performance(*_energy(part, understood, columns)),
         performance_limit=limit,
         consistency=consistency(part, columns),
         columns=columns,
         part=part,
     )
+
+
+def _without_meaning(m: ManeuverScore, unknown: Collection[str]) -> ManeuverScore:
+    if not unknown:
+        return m
+    return replace(m, columns=tuple(replace(c, is_known=c.key not in unknown) for c in m.columns))
 
 
 def _coverage(part: Part) -> tuple[float, float, float, float]:
@@ -150,15 +161,17 @@ def _coverage(part: Part) -> tuple[float, float, float, float]:
     return float(times[0]), float(times[-1]), 1.0 if covered > 1 - SUMMED else covered, gap
 
 
-def _energy(columns: Sequence[ColumnScore]) -> Array:
-    """The file's own mechanical energy [J], or the sum of its parts."""
-    traces = {c.key: c.trace for c in columns if not c.missing}
-    if "mechanical_energy" in traces:
-        return traces["mechanical_energy"].value
-    potential, kinetic = traces.get("potential_energy"), traces.get("kinetic_energy")
-    if any(c.key == "mechanical_energy" for c in columns) or potential is None or kinetic is None:
-        return np.empty(0)
-    return potential.value + kinetic.value
+def _energy(
+    part: Part, understood: Mapping[str, Understanding], columns: Sequence[ColumnScore]
+) -> Double:
+    """The file's own mechanical energy [J], or the sum of its parts; empty without."""
+    total, *parts = ("mechanical_energy", "potential_energy", "kinetic_energy")
+    whole = {c.key for c in columns if not c.missing}
+    keys = [total] if any(c.key == total for c in columns) else parts
+    if not whole.issuperset(keys):
+        return np.empty(0), np.empty(0)
+    energy, *more = (_as_understood(_double(part, key), understood[key]) for key in keys)
+    return add(energy, more[0]) if more else energy
 
 
 def _score_columns(part: Part, understood: Mapping[str, Understanding]) -> tuple[ColumnScore, ...]:

@@ -27,6 +27,8 @@ from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.report import ColumnScore, Convergence, Report, Run, Series
 from heyoka_bike.scoring.score import scored
+from heyoka_bike.scoring.side_by_side import check_names, side_by_side
+from heyoka_bike.scoring.unfilled import without_unfilled
 
 # An error this close to its floor is rounding, not the integrator's.
 _AT_FLOOR = 4.0
@@ -82,16 +84,25 @@ def score_files(
     steps: Sequence[float | None] | None = None,
     cpu: Sequence[float | None] | None = None,
     require: Sequence[str] = (),
+    names: Sequence[str] | None = None,
+    is_one_program: bool | None = None,
 ) -> Report | Series:
-    """A `Report` if the files hold different maneuvers of one run, a `Series` of runs otherwise.
+    """A `Report` if the files hold different maneuvers of one run, a `Series` otherwise.
 
-    Parameters and errors are those of `score_series`.
+    Parameters and errors are those of `score_series` and `side_by_side.score_programs`. The series
+    is of runs of one program if that is said, by default if there are steps, and of programs side
+    by side otherwise.
     """
     known = load_reference() if reference is None else reference
+    check_names(names, len(results))
     files = _files(results, known, steps, cpu)
     held = [p.number for a in files for p in a.parts]
-    if len(set(held)) == len(held):
+    if len(set(held)) == len(held) and len(set(names or ())) < 2:
         return scored(merge(files), known, require)
+    if not (steps is not None if is_one_program is None else is_one_program):
+        return side_by_side(files, known, names=names, cpu=cpu, require=require)
+    if names is not None:
+        raise InputError("name: found with runs of one program, expected it with several programs")
     return _series(files, known, steps, cpu, require)
 
 
@@ -114,7 +125,7 @@ def _files(
                 f"{name}: found {list(given)}, expected positive numbers of seconds, "
                 f"{_SHORTEST:g} to {_LONGEST:g}"
             )
-    return [align(r, reference) for r in results]
+    return [without_unfilled(align(r, reference)) for r in results]
 
 
 def _series(

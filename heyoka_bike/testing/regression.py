@@ -21,6 +21,7 @@ from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.requirements import OF_COLUMN, OF_MANEUVER, check, parse
 from heyoka_bike.scoring.score import score
 from heyoka_bike.showing.formats import wording as words
+from heyoka_bike.showing.formats.grades import WHOLE
 from heyoka_bike.testing.failure import failure
 
 # Of these more is better; of all other metrics less.
@@ -278,7 +279,7 @@ def _whole(texts: Sequence[str], scored: Report) -> tuple[str, ...]:
         return ()
     about = {p.maneuver for p in parsed}
     return tuple(
-        f"{m.maneuver}.coverage >= {words.WHOLE}"
+        f"{m.maneuver}.coverage >= {WHOLE}"
         for m in scored.maneuvers
         if None in about or m.maneuver in about
     )

@@ -77,6 +77,6 @@ import sys
 from heyoka_bike.cli import main
 sys.exit(main(["score", {RESULTS!r}, "--format", {name!r}]))
 """
-    run = python(code, HEAVY - ({"rich"} if name == "table" else set()))
+    run = python(code, HEAVY)
     assert run.returncode == 0, run.stderr
     assert run.stderr == ""

@@ -6,6 +6,7 @@ import json
 import subprocess
 import sys
 import xml.etree.ElementTree as ET
+from pathlib import Path
 
 import pytest
 
@@ -100,6 +101,93 @@ def test_runs_with_tolerances_are_not_asked_for_steps(capsys):
     assert "--step" not in out
 
 
+def test_rows_that_are_the_steps_make_runs_of_one_program(capsys, tmp_path):
+    thin = tmp_path / "thin.txt"
+    with open(FINE) as f:
+        thin.write_text("".join(line for i, line in enumerate(f) if i % 2 == 0))
+    code, out, _ = run(FINE, str(thin), "--step", "rows", "--format", "json", capsys=capsys)
+    document = json.loads(out)
+    assert code == 0
+    assert document["is_one_program"] is True
+    assert [r["step"] for r in document["runs"]] == pytest.approx([0.02, 0.01])
+
+
+def test_several_files_are_programs_side_by_side(capsys, tmp_path):
+    scipy = str(PEERS / "scipy-rtol1e-7.txt")
+    outputs = [tmp_path / f"both.{suffix}" for suffix in ("json", "csv", "html")]
+    given = [x for path in outputs for x in ("-o", str(path))]
+    code, out, err = run(COARSE, scipy, "--name", "Exudyn, SciPy", *given, capsys=capsys)
+    assert (code, err) == (0, "")
+    assert out.startswith("SciPy is the best of 2 programs: close, worst column 5.0 correct digits")
+    assert "--step" not in out
+    assert "runs of one program" not in out
+    document = json.loads(outputs[0].read_text())
+    assert document["is_one_program"] is False
+    # In the order given, each with its own definitions, found without the other.
+    assert [r["name"] for r in document["runs"]] == ["Exudyn", "SciPy"]
+    for path, entry in ((COARSE, document["runs"][0]), (scipy, document["runs"][1])):
+        _, alone, _ = run(path, "--format", "json", capsys=capsys)
+        assert entry["report"] == json.loads(alone)
+    assert all(c["orders"] == [None] for c in document["convergence"])
+    lines = list(csv.DictReader(io.StringIO(outputs[1].read_text())))
+    assert [line["run_name"] for line in lines] == ["Exudyn"] * 24 + ["SciPy"] * 24
+    assert "<h1>2 programs side by side</h1>" in outputs[2].read_text()
+
+
+def test_programs_have_their_files_names_unless_told(capsys, tmp_path):
+    same = tmp_path / "exudyn-h0.01.txt"
+    same.write_bytes((PEERS / "scipy-rtol1e-4.txt").read_bytes())
+    _, out, _ = run(COARSE, str(same), FINE, "--format", "json", capsys=capsys)
+    names = [r["name"] for r in json.loads(out)["runs"]]
+    assert names == [COARSE, str(same), "exudyn-h0.001.txt"]
+    _, out, _ = run(COARSE, COARSE, "--format", "json", capsys=capsys)
+    assert [r["name"] for r in json.loads(out)["runs"]] == [f"{COARSE} (1)", f"{COARSE} (2)"]
+
+
+def test_files_of_one_name_are_the_maneuvers_of_one_program(capsys, tmp_path):
+    files = []
+    for name, path in (("a", COARSE), ("b", FINE)):
+        table = [line.split() for line in Path(path).read_text().splitlines()]
+        for n in (1, 2, 3):
+            file = tmp_path / f"{name}{n}.txt"
+            file.write_text(
+                "".join(" ".join([r[0], *r[8 * n - 7 : 8 * n + 1]]) + "\n" for r in table)
+            )
+            files.append(str(file))
+    _, out, _ = run(*files[:3], "--format", "json", capsys=capsys)
+    assert [m["maneuver"] for m in json.loads(out)["maneuvers"]] == [1, 2, 3]
+    _, out, _ = run(*files, "--name", "A,A,A,B,B,B", "--format", "json", capsys=capsys)
+    runs = json.loads(out)["runs"]
+    assert [(r["name"], len(r["report"]["maneuvers"])) for r in runs] == [("A", 3), ("B", 3)]
+
+
+def test_the_summary_takes_the_place_of_the_table(capsys, tmp_path):
+    document = tmp_path / "a.json"
+    code, out, err = run(COARSE, "--summary", "-o", str(document), "--require", "scd >= 3",
+                         capsys=capsys)  # fmt: skip
+    assert code == 3
+    assert len(out.splitlines()) <= 10
+    assert f"{COARSE}: wrong, worst" in out.replace("\n", " ")
+    assert "the requirement FAILED: scd >= 3, found 1.64" in out
+    assert json.loads(document.read_text())["passed"] is False
+    assert err.count("\n") == 1
+
+
+def test_the_same_date_gives_the_same_page(capsys, tmp_path, monkeypatch):
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700000000")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "b").mkdir()
+    for path in ("a.html", "b/a.html"):
+        run(FINE, "-o", path, capsys=capsys)
+    first, second = ((tmp_path / p).read_text() for p in ("a.html", "b/a.html"))
+    assert "2023-11-14 22:13 UTC" in first
+    assert f"heyoka-bike score {FINE} -o a.html" in first
+    assert first == second.replace("b/a.html", "a.html")
+    monkeypatch.setenv("SOURCE_DATE_EPOCH", "1700003600")
+    run(FINE, "-o", "a.html", capsys=capsys)
+    assert (tmp_path / "a.html").read_text() == first.replace("22:13 UTC", "23:13 UTC")
+
+
 def test_standard_input_is_read(tmp_path):
     with open(FINE, "rb") as f:
         found = subprocess.run(
@@ -126,6 +214,11 @@ def test_standard_input_is_read(tmp_path):
         ([FINE, "--step", "fast"], 1, "--step: found"),
         ([FINE, "--step", "0.1,0.2"], 1, "step: found 2 for 1 files"),
         ([FINE, "--reference", "nowhere"], 1, "expected a folder written by"),
+        ([FINE, "--summary", "--format", "json"], 1, "--summary: found json"),
+        ([FINE, COARSE, "--name", "A"], 1, "name: found 1 for 2 files"),
+        ([FINE, COARSE, "--name", "A,"], 1, "name: found an empty one in 'A,'"),
+        ([FINE, COARSE, "--name", "A,A"], 1, "found maneuver 1 twice"),
+        ([FINE, COARSE, "--name", "A,B", "--step", "1,2"], 1, "name: found with runs of one"),
         (["-", "-"], 1, "standard input once"),
         ([str(PEERS / "exudyn.toml"), FINE], 1, "a list of runs"),
         ([str(PEERS / "exudyn.toml"), "--step", "1"], 1, "in the list of runs"),

@@ -19,7 +19,9 @@ WRONG = {
     "Inside scoring": ("scoring/reading", "heyoka_bike.scoring.diagnosis"),
     "Inside showing": ("showing/formats", "heyoka_bike.showing.replay"),
     "Inside a bicycle": ("bicycle/equations", "heyoka_bike.bicycle.stability"),
-    "Reading a reference and scoring need NumPy and h5py only": ("scoring/reading", "matplotlib"),
+    "Reading a reference, scoring and its reports need NumPy and h5py only": (
+        "showing/formats", "rich",
+    ),
     # Mistakes are made in programs, which know nothing of them.
     "No circles anywhere": (
         "scoring/diagnosis/programs", "heyoka_bike.scoring.diagnosis.mistakes",

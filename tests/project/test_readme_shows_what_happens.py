@@ -28,7 +28,7 @@ def test_the_scored_table_is_printed_by_the_command_above_it(blocks, capsys, mon
     shown = [line for line in blocks[at][1].splitlines() if line and line != "..."]
     assert len(shown) > 10
     # The verdict is wrapped elsewhere when the path is longer.
-    table = shown[next(i for i, line in enumerate(shown) if line.startswith("maneuver")) :]
+    table = shown[next(i for i, line in enumerate(shown) if line.startswith("correct digits")) :]
     places = [printed.index(line) for line in table]
     assert places == sorted(places)
     verdict = " ".join(shown[: shown.index(table[0])])

@@ -305,26 +305,26 @@ def header(shape):
 
 TABLE = np.arange(250.0).reshape(10, 25)
 VECTOR = np.arange(10.0)
-SHEET = "is a spreadsheet; save it as CSV"
-FORMATS = "expected text, .npy, .npz, .mat or HDF5"
+SHEET = "is a spreadsheet; save it as xlsx or CSV"
+FORMATS = "expected text, JSON, .npy, .npz, .mat, netCDF, HDF5, Parquet or xlsx"
 
 # Name, content, a part of the message.
 FILES = [
-    ("r.xlsx", archive("[Content_Types].xml", "xl/workbook.xml"), "is a spreadsheet"),
-    ("r.txt", archive("[Content_Types].xml", "xl/workbook.xml"), "save it as CSV"),
-    ("r.ods", archive("mimetype", "content.xml"), "is a spreadsheet"),
+    ("r.xlsx", archive("[Content_Types].xml", "xl/workbook.xml"), "expected a spreadsheet"),
+    ("r.txt", archive("[Content_Types].xml", "xl/workbook.xml"), "found a damaged file"),
+    ("r.ods", archive("mimetype", "content.xml"), "save it as xlsx or CSV"),
     ("r.xls", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + b"\0" * 600, SHEET),
     ("r.xls", b"\x09\x08\x10\0" + b"\0" * 600, SHEET),
     ("r.zip", archive("results.txt"), "found an archive without NumPy arrays"),
     ("r.npz", archive(), "found an archive without NumPy arrays"),
     ("r.pkl", pickle.dumps(TABLE), f"found a pickle, {FORMATS}"),
     ("r.pkl", pickle.dumps([1, 2, 3], protocol=0), "found no row of numbers"),
-    ("r.parquet", b"PAR1\x15\x04" + b"\0" * 99, f"found a Parquet file, {FORMATS}"),
     ("r.png", b"\x89PNG\r\n\x1a\n" + b"\0" * 99, f"found a picture, {FORMATS}"),
     ("r.pdf", b"%PDF-1.7\n1 0 obj\n", f"found a PDF document, {FORMATS}"),
     ("r.bin", bytes(range(256)) * 20, f"found bytes that are no text, {FORMATS}"),
     ("r.bin", np.arange(99.0).tobytes(), "found bytes that are no text"),
-    ("r.nc", b"CDF\x01" + b"\0" * 99, "found a netCDF 3 file"),
+    ("r.nc", b"CDF\x01" + b"\0" * 99, "found nothing, expected arrays named time"),
+    ("r.nc", b"CDF\x01" + b"\x07" * 99, "expected a netCDF file"),
     # Damaged
     ("r.gz", gzip.compress(b"1 2 3\n" * 999, mtime=0)[:-20], "cannot be read"),
     ("r.gz", b"\x1f\x8b\x08\0" + b"x" * 99, "cannot be read"),

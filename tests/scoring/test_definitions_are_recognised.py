@@ -31,7 +31,7 @@ def test_the_reference_scores_at_its_floor_without_a_word(reference):
 @pytest.mark.parametrize("alternate", ALTERNATES, ids=lambda c: c.name)
 def test_every_definition_is_named(reference, alternate):
     report = score(made(reference, names=with_alternate(alternate)), reference)
-    assert codes(report) == ["definition"]
+    assert codes(report) == ["conventions", "definition"]
     for number in reference:
         c = column(report, number, alternate.key)
         assert c.as_understood.definition == alternate.definition
@@ -123,7 +123,7 @@ def test_the_other_sign_is_recognised_and_scored_both_ways(reference, flipped):
         return -values if key in flipped else values
 
     report = score(made(reference, change), reference)
-    assert codes(report) == ["sign"] * len(flipped)
+    assert codes(report) == ["conventions"] + ["sign"] * len(flipped)
     for key in flipped:
         c = column(report, 2, key)
         assert c.as_understood.sign == -1
@@ -150,7 +150,7 @@ def test_signs_that_disagree_are_a_warning(reference):
 )
 def test_units_are_recognised_and_scored_both_ways(reference, keys, unit, in_si):
     report = score(made(reference, lambda k, v, n: v / in_si if k in keys else v), reference)
-    assert codes(report) == ["unit"] * len(keys)
+    assert codes(report) == ["conventions"] + ["unit"] * len(keys)
     for key in keys:
         c = column(report, 1, key)
         assert c.as_understood.unit == unit
@@ -167,7 +167,7 @@ def test_another_zero_of_the_potential_energy_is_recognised(reference, offset):
         return values + offset if key in ("potential_energy", "mechanical_energy") else values
 
     report = score(made(reference, change), reference)
-    assert codes(report) == ["offset", "offset"]
+    assert codes(report) == ["conventions", "offset", "offset"]
     for key in ("potential_energy", "mechanical_energy"):
         c = column(report, 3, key)
         assert c.as_understood.offset == pytest.approx(offset, rel=1e-9)

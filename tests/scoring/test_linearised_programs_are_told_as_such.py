@@ -8,7 +8,7 @@ from support.linear_programs import LATERAL, linear_run, run
 
 from heyoka_bike.scoring.alignment import align
 from heyoka_bike.scoring.diagnosis.answers import findings
-from heyoka_bike.scoring.diagnosis.programs.linear import LinearWay, linear_columns
+from heyoka_bike.scoring.diagnosis.programs.linear import POTENTIAL, linear_columns
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.scoring.diagnosis.ranking import rank
 from heyoka_bike.scoring.score import score
@@ -30,7 +30,7 @@ def said(results, reference, simulator):
 def test_linear_motions_agree_with_scipy(reference, bicycle, number):
     speed, y = run(reference, number, "DOP853", 1e-12)
     start = (0.0, 0.0, 0.0, y[2, 0], 0.0, speed)
-    found = linear_columns(bicycle, start, reference[number].time, LinearWay())
+    found = linear_columns(bicycle, start, reference[number].time)
     for key, values in zip(LATERAL, y, strict=True):
         # The other integrator's tolerance, over ten seconds in which maneuver 1 grows.
         assert np.max(np.abs(found[key] - values)) < 1e-9 * np.max(np.abs(values))
@@ -41,10 +41,8 @@ def test_energies_of_the_linear_motion_agree_to_second_order(bicycle):
     left = {}
     for size in (1e-2, 1e-3):
         start = (0.0, 0.0, 0.0, size, 0.0, 4.6)
-        nonlinear, quadratic, constant = (
-            linear_columns(bicycle, start, time, LinearWay(potential=way))["potential_energy"]
-            for way in ("nonlinear", "quadratic", "constant")
-        )
+        found = linear_columns(bicycle, start, time)
+        nonlinear, quadratic, constant = (found[f"potential_energy_{way}"] for way in POTENTIAL)
         changes = np.max(np.abs(nonlinear - constant))
         left[size] = np.max(np.abs(nonlinear - quadratic)) / changes
     # What is left out is of the fourth order, but for the rounding of 800 J.

@@ -3,6 +3,7 @@
 import re
 import subprocess
 import sys
+from dataclasses import replace
 from functools import cached_property
 from html.parser import HTMLParser
 
@@ -11,10 +12,12 @@ import pytest
 from support import sample_reports
 
 from heyoka_bike.showing.formats import html
+from heyoka_bike.showing.formats.origin import Origin
+from heyoka_bike.version import __version__
 
 SAMPLES = (
     "sample", "perfect", "rough", "one_row", "half", "without_columns", "nothing", "no_maneuvers",
-    "hostile", "series",
+    "hostile", "series", "programs",
 )  # fmt: skip
 HEAVY = {"h5py", "heyoka", "flint", "mpmath", "scipy", "matplotlib", "rich", "plotly"}
 INLINE = {"b", "bdi", "i", "tspan"}
@@ -131,18 +134,71 @@ def test_hostile_names_stay_text(pages, parsed):
 
 def test_the_verdict_is_in_words(parsed):
     text = {name: page.text for name, page in parsed.items()}
-    assert "Worst column 4.1 correct digits (maneuver 1 steer_rate)." in text["sample"]
+    assert "≈ Close, worst column 4.1 correct digits (maneuver 1 steer_rate)." in text["sample"]
     assert "✓ All 2 requirements met" in text["sample"]
-    assert "✓ Passes eq. (1) energy drift of maneuver 2: 5.3e-06 %" in text["sample"]
-    assert "100 % covered" in text["sample"]
+    assert "is 5.3e-06 % in maneuver 2, which passes: less than 1e-3 %" in text["sample"]
     assert "✗ 1 of 3 requirements FAILED" in text["rough"]
-    assert "✗ Fails eq. (1)" in text["rough"]
-    assert "without a correct digit" in text["rough"]
-    assert "50 % covered" in text["half"]
-    assert "No error in any column." in text["perfect"]
+    assert "is 1.6 % in maneuver 2, which FAILS" in text["rough"]
+    assert "✗ Wrong, worst column without a correct digit" in text["rough"]
+    assert "≈ Close as far as it goes, worst" in text["half"]
+    assert "covers 50 % of maneuver 1" in text["half"]
+    assert "✓ Right, no error in any column." in text["perfect"]
     assert "Nothing could be compared." in text["nothing"]
-    assert "No energy to judge" in text["nothing"]
+    assert "has no energy to judge in maneuver 2" in text["nothing"]
     assert "observed order 4.0" in text["series"]
+    assert "Fine is the best of 3 programs: right, worst column" in text["programs"]
+
+
+def test_true_error_leads_and_eq_1_is_a_remark(pages):
+    for name, style in (("rough", "wrong"), ("sample", "close"), ("perfect", "right")):
+        page = pages[name]
+        order = (f'<p class="verdict {style}">', '<table class="matrix">', '<p class="remark">',
+                 '<section id="findings">')  # fmt: skip
+        places = [page.index(part) for part in order]
+        assert places == sorted(places)
+        # Colours are of true error and of requirements: nothing that speaks of eq. (1) has one.
+        colored = re.findall(r'<\w+ class="[^"]*(?:right|close|wrong|passed)[^"]*">[^<]*', page)
+        assert colored
+        assert not any("eq. (1)" in x.lower() for x in colored)
+
+
+def test_right_in_part_is_not_shown_as_right():
+    report = sample_reports.sample(1e-9)
+    first, *rest = report.maneuvers
+    assert '<p class="verdict right">' in html.render(report)
+    for coverage, style in ((0.5, "close"), (0.995, "right")):
+        short = (replace(first, coverage=coverage), *rest)
+        assert f'<p class="verdict {style}">' in html.render(replace(report, maneuvers=short))
+
+
+@pytest.mark.parametrize("name", SAMPLES)
+def test_every_mark_is_explained_and_nothing_needs_a_pointer(pages, parsed, name):
+    page = parsed[name]
+    assert not any("title" in attributes for _, attributes in page.tags)
+    # Each cell says its grade by sign and word, not by colour alone; below, what the sign means.
+    for table in re.findall(r'<table class="matrix">.*?</ul>', pages[name], flags=re.S):
+        cells = re.findall(r'<td class="(right|rounded|close|wrong)">(.*?)</td>', table)
+        for style, cell in cells:
+            sign = re.search(r'<b aria-hidden="true">(.)</b>', cell)[1]
+            word = "right" if style == "rounded" else style
+            assert f'<b class="{style}">{sign}</b> {word}' in table
+            assert '<span class="spoken"> ' in cell
+    for mark, meaning in (("*", "* is not the default"), ("~", "~ others fit as well")):
+        for scores in re.findall(r'<table class="scores">.*?</p>', pages[name], flags=re.S):
+            # Of the definitions, whose cells come first.
+            cells = re.findall(r"</th><td>([^<]*)", scores)
+            assert (meaning in scores) == any(mark in cell for cell in cells)
+
+
+def test_the_foot_says_where_a_page_comes_from(parsed):
+    made = Origin("2026-11-22 09:30 UTC", "heyoka-bike score 'a b.txt' -o <x>.html")
+    report = sample_reports.sample()
+    text = html.render(report, made)
+    foot = Page(text[text.index("<footer>") : text.index("</footer>") + 9]).text
+    for part in (made.date, made.command, f"heyoka_bike {__version__}", report.dataset_version):
+        assert part in foot
+    assert report.reference_sha256 in foot
+    assert text == html.render(sample_reports.sample(), made)
 
 
 def test_tables_hold_every_score(pages):
@@ -282,6 +338,19 @@ def test_a_series_is_drawn_against_steps_and_times(pages):
     Page(plain)
 
 
+def test_programs_are_drawn_side_by_side(pages, parsed):
+    series = sample_reports.programs()
+    drawn = [f for f in figures(pages["programs"]) if 'data-name="Fine"' in f]
+    columns = [c for m in series.runs[0].report.maneuvers for c in m.columns]
+    assert len(drawn) == len(columns) == 24
+    for figure, c in zip(drawn, columns, strict=True):
+        _, error = line(figure, "Fine")
+        assert error.max() == pytest.approx(c.as_understood.measures.max_rel_error, rel=0.05)
+        assert line(figure, "Rough") is not None
+    assert "runs of one program" not in parsed["programs"].text
+    assert "step" not in parsed["programs"].text
+
+
 def slope(path, figure):
     """Decades of error for each decade of step."""
     x1, y1, x2, y2 = (float(x) for x in re.findall(r"-?\d+", path))
@@ -303,10 +372,10 @@ def test_files_stay_small(pages):
         assert t[np.argmax(error)] == pytest.approx(10 / 3, abs=0.01)
 
 
-def test_all_renderers_but_the_table_need_numpy_only():
+def test_all_renderers_need_numpy_only():
     code = f"""
 import sys
-from heyoka_bike.showing.formats import csv, html, json, junit
+from heyoka_bike.showing.formats import csv, html, json, junit, summary, table
 print(sorted({{m.partition(".")[0] for m in sys.modules}} & {HEAVY}))
 """
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)

@@ -22,7 +22,7 @@ SCHEMA = json.loads(
 PEERS = Path(__file__).parents[2] / "data" / "peers"
 SAMPLES = (
     "sample", "perfect", "rough", "one_row", "half", "without_columns", "nothing", "no_maneuvers",
-    "hostile", "series",
+    "hostile", "series", "programs",
 )  # fmt: skip
 
 

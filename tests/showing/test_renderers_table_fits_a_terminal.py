@@ -7,10 +7,12 @@ import pytest
 from support import sample_reports
 
 from heyoka_bike.showing.formats import table
+from heyoka_bike.showing.formats.origin import Origin
+from heyoka_bike.version import __version__
 
 SAMPLES = (
     "sample", "perfect", "rough", "one_row", "half", "without_columns", "nothing", "no_maneuvers",
-    "hostile", "series",
+    "hostile", "series", "programs",
 )  # fmt: skip
 
 
@@ -76,19 +78,47 @@ def test_colours_change_nothing_else(name):
     assert "\n".join(lines) == text_of(name)
 
 
-def test_the_verdict_comes_first():
+def test_the_verdict_by_true_error_comes_first():
     text = " ".join(text_of("sample").split())
     assert text.startswith(
-        "runs/other-h0.001.txt: 1001 rows, 0 to 10 s, 12 digits written; worst column 4.1 correct "
-        "digits (maneuver 1 steer_rate); eq. (1) of maneuver 2: 5.3e-06 % (passes, below 1e-3 %); "
-        "all 2 requirements met"
+        "runs/other-h0.001.txt: close, worst column 4.1 correct digits (maneuver 1 steer_rate); "
+        "all 2 requirements met 1001 rows, 0 to 10 s, 12 digits written, text file; 1 warning"
     )
     text = " ".join(text_of("rough").split())
-    assert "worst column without a correct digit (maneuver 1 steer_rate, wrong by 23 times" in text
-    assert "1.6 % (FAILS, not below 1e-3 %); 1 of 3 requirements FAILED" in text
+    assert "wrong, worst column without a correct digit (maneuver 1 steer_rate, wrong by" in text
+    assert "1 of 3 requirements FAILED" in text
+    assert "is 1.6 % in maneuver 2, which FAILS" in text
+    assert "close as far as it goes, worst" in " ".join(text_of("half").split())
     assert "covers 50 % of maneuver 1" in " ".join(text_of("half").split())
-    assert "no error in any column" in text_of("perfect")
+    assert "right, no error in any column" in text_of("perfect")
     assert "nothing could be compared" in text_of("nothing")
+
+
+def test_correct_digits_of_all_columns_and_maneuvers_follow_the_verdict():
+    report = sample_reports.sample()
+    text = text_of("sample")
+    block = text.partition("\ncorrect digits")[2].partition("\n\n")[0].split("\n")
+    rows = {line.split()[0]: line.split()[1:] for line in block[2:10]}
+    for i, m in enumerate(report.maneuvers):
+        for c in m.columns:
+            scd = c.as_understood.measures.scd
+            digits, sign = rows[c.key][2 * i : 2 * i + 2]
+            assert digits == f"{scd:.1f}"
+            assert sign == ("+" if scd >= 5.95 else "o" if scd >= 2.95 else "x")
+    assert "+ right: 6 correct digits or more" in text
+    assert "o close: 3 to 6 digits" in text
+    assert "x wrong" not in text  # no cell has that sign
+    assert "x wrong: fewer than 3 digits" in text_of("rough")
+
+
+def test_a_file_of_very_many_columns_shows_the_worst_of_them():
+    report = sample_reports.sample()
+    (m, *_) = report.maneuvers
+    columns = tuple(replace(c, key=f"{c.key}_{i}") for i in range(9) for c in m.columns)
+    text = table.render(replace(report, maneuvers=(replace(m, columns=columns),)), 100, False)
+    assert "and 60 more columns, none with fewer digits" in text
+    block = text.partition("\ncorrect digits")[2].partition("\n\n")[0]
+    assert block.count("steer_rate_") == 9
 
 
 def test_what_is_not_complete_does_not_read_as_100_percent():
@@ -101,9 +131,13 @@ def test_what_is_not_complete_does_not_read_as_100_percent():
 
 
 def test_marks_say_how_a_column_was_understood():
-    assert "* is not the default definition" in text_of("sample")
     lines = text_of("sample").split("\n")
-    (first, *_) = [line for line in lines if line.startswith("roll_angle")]
+    (taken, first, *_) = [line for line in lines if line.startswith("roll_angle")]
+    assert taken.endswith("tait_bryan_xyz, not the default lean")
+    assert "lean_rate, may also be zyx_rate, in deg/s" in text_of("sample")
+    # Below each table that has them.
+    marks = "* is not the default definition; ~ others fit as well: zyx_rate of roll rate"
+    assert lines.count(marks) == 3
     assert "tait_bryan_xyz*" in first
     assert first.endswith("never")
     assert any(line.strip() == "sign -1" for line in lines)
@@ -113,15 +147,29 @@ def test_marks_say_how_a_column_was_understood():
 
 
 def test_unknown_is_a_dash():
-    (line, *_) = [x for x in text_of("nothing").split("\n") if x.startswith("roll_angle")]
+    (brief, line, *_) = [x for x in text_of("nothing").split("\n") if x.startswith("roll_angle")]
+    assert brief.split()[1:3] == ["-", "-"]
     assert line.split()[3:] == ["-"] * 7
 
 
-def test_warnings_come_before_the_rest_and_requirements_last():
+def test_what_matters_most_comes_first():
     text = text_of("rough")
-    order = ["eq. (1) of the", "the file against itself", "WARNING", "info", "ok  ", "FAILED  "]
+    order = [
+        "wrong, worst", "correct digits", "remark: eq. (1)", "WARNING", "info", "ok  ", "FAILED  ",
+        "maneuver 1: 1001 rows", "eq. (1) of the benchmark, 100", "the file against itself", "by: ",
+    ]  # fmt: skip
     places = [text.index(part) for part in order]
     assert places == sorted(places)
+
+
+def test_the_foot_says_where_a_report_comes_from():
+    made = Origin("2026-11-22 09:30 UTC", "heyoka-bike score a.txt")
+    report = sample_reports.sample()
+    foot = table.render(report, 100, False, made)[-400:]
+    for part in (made.date, made.command, f"heyoka_bike {__version__}", report.dataset_version):
+        assert part in foot
+    assert report.reference_sha256 in foot
+    assert len(report.reference_sha256) == 64
 
 
 def test_a_series_shows_errors_orders_and_times():
@@ -143,4 +191,13 @@ def test_a_series_without_steps_or_times_says_less():
     assert "CPU" not in text
     assert "order  " not in text
     assert "step [s]" not in text
-    assert "the best one: worst column 7.7" in text
+    assert "the best one: right, worst column 7.7" in text
+
+
+def test_programs_are_named_and_not_asked_for_steps():
+    text = text_of("programs")
+    assert text.startswith("Fine is the best of 3 programs: right, worst column")
+    assert "step" not in text.partition("\n\nfindings")[0]
+    overview = text.partition("worst column  ")[2].partition("\n\n")[0]
+    assert [line.split()[0] for line in overview.split("\n")[2:5:2]] == ["Fine", "Rough"]
+    assert text.count(": correct digits\n") == 3

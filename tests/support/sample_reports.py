@@ -147,6 +147,27 @@ def series(cpu: bool = True, steps: bool = True) -> Series:
     return Series(runs, tuple(convergence), (finding,))
 
 
+def programs() -> Series:
+    """Three programs side by side: a right one, one of a hostile name, a wrong one."""
+    runs = tuple(
+        Run(sample(size, f"runs/{i}.txt"), None, None, name)
+        for i, (size, name) in enumerate(((1e-9, "Fine"), (1e-5, HOSTILE), (3.0, "Rough")))
+    )
+    convergence = tuple(
+        Convergence(
+            m.maneuver, c.key, c.unit, c.as_understood.definition,
+            tuple(
+                r.report.maneuvers[i].columns[j].as_understood.measures.max_abs_error for r in runs
+            ),
+            (None, None), None, c.floor,
+        )
+        for i, m in enumerate(runs[0].report.maneuvers)
+        for j, c in enumerate(m.columns)
+    )  # fmt: skip
+    finding = Finding("definitions_differ", f"roll_angle is lean in Fine; {HOSTILE} in Rough")
+    return Series(runs, convergence, (finding,), is_one_program=False)
+
+
 @cache
 def _reference() -> Reference:
     return load_reference()
@@ -169,8 +190,9 @@ def _report(reference: Reference, path: str, maneuvers: tuple[ManeuverScore, ...
     )
     info = FileInfo(path, "text", 1001, 0.0, 10.0, 12)
     return Report(
-        reference.dataset_version, reference.bicycle, info, maneuvers, findings, requirements
-    )
+        reference.dataset_version, reference.bicycle, info, maneuvers, findings, requirements,
+        reference_sha256=reference.content_sha256,
+    )  # fmt: skip
 
 
 def _maneuver(reference: Reference, number: int, size: float) -> ManeuverScore:

@@ -99,8 +99,9 @@ def _towards(diagnosis: Diagnosis) -> list[Finding]:
         evidence: dict[str, Any] = {"changes": _as_evidence(best, diagnosis.values)}
     elif diagnosis.towards:
         first = diagnosis.towards[0]
-        assert first.unexplained is not None
-        says, relief, place = _said(first), first.relief, first.unexplained
+        lateral = {k: x for k, x in first.after.items() if k[1] in LATERAL} or first.after
+        place = first.unexplained or max(lateral, key=lateral.__getitem__)
+        says, relief = _said(first), first.relief
         evidence = {"mistakes": list(first.codes), "after": _evidence(first.after)}
     else:
         return []

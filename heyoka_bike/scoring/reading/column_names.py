@@ -62,9 +62,9 @@ _GROUP = re.compile(rf"{_MANEUVER}_?([0-9]{{1,3}})")
 # The names of a message; more would not be read.
 _SHOWN = 8
 # Shorter names are like too many others.
-_SHORTEST = 4
-LIKE = 0.6
-"""Names so much alike may mean the same: `Rollwinkel` and `roll_angle` are 0.63."""
+_SHORTEST = 5
+LIKE = 0.63
+"""Names so much alike may mean the same: `Rollwinkel` and `roll_angle` are just so."""
 # So much alike are names that were misspelt.
 _ALMOST = 0.85
 

@@ -17,10 +17,13 @@ FIELDS = (
     *_MEASURES, "floor", "as_written_max_abs_error", "values", "missing", "rows", "t_start",
     "t_end", "coverage", "step", "performance", "between",
 )  # fmt: skip
-"""Fields of a line; those of a series begin with `RUN_FIELDS`."""
+"""Fields of a line; those of a series begin with `RUN_FIELDS` and end with `NAME_FIELD`."""
 
 RUN_FIELDS = ("run", "run_step", "run_cpu")
 """Number of the run from 1, its nominal step [s] and its processor time [s]."""
+
+NAME_FIELD = "run_name"
+"""Name of the run, or of the program where several are side by side."""
 
 
 def render(scored: Report | Series) -> str:
@@ -31,10 +34,10 @@ def render(scored: Report | Series) -> str:
         writer.writerow(FIELDS)
         writer.writerows(_lines(scored))
     else:
-        writer.writerow((*RUN_FIELDS, *FIELDS))
+        writer.writerow((*RUN_FIELDS, *FIELDS, NAME_FIELD))
         for i, run in enumerate(scored.runs, start=1):
             start = (str(i), _cell(run.step), _cell(run.cpu))
-            writer.writerows((*start, *line) for line in _lines(run.report))
+            writer.writerows((*start, *line, _cell(run.name)) for line in _lines(run.report))
     return text.getvalue()
 
 

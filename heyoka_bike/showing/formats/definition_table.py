@@ -5,7 +5,7 @@ from html import escape
 
 from heyoka_bike.bicycle.columns import DEFINITIONS
 from heyoka_bike.errors import printable
-from heyoka_bike.scoring.conclusions import odds_words
+from heyoka_bike.scoring.conventions import odds_words
 from heyoka_bike.scoring.report import ColumnScore, ManeuverScore
 from heyoka_bike.showing.formats.wording import label, number, unit_text
 

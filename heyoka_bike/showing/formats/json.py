@@ -9,6 +9,7 @@ from typing import Any
 
 from heyoka_bike.scoring.findings import Finding
 from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Reading, Report, Series
+from heyoka_bike.version import __version__
 
 SCHEMA_VERSION = 1
 
@@ -23,6 +24,8 @@ def _report(report: Report) -> dict[str, Any]:
     return {
         "schema_version": SCHEMA_VERSION,
         "dataset_version": report.dataset_version,
+        "reference_sha256": report.reference_sha256,
+        "version": __version__,
         "bicycle": report.bicycle,
         "file": asdict(report.file),
         "maneuvers": [_maneuver(m) for m in report.maneuvers],
@@ -36,7 +39,11 @@ def _series(series: Series) -> dict[str, Any]:
     return {
         "schema_version": SCHEMA_VERSION,
         "dataset_version": series.runs[0].report.dataset_version,
-        "runs": [{"step": r.step, "cpu": r.cpu, "report": _report(r.report)} for r in series.runs],
+        "is_one_program": series.is_one_program,
+        "runs": [
+            {"name": r.name, "step": r.step, "cpu": r.cpu, "report": _report(r.report)}
+            for r in series.runs
+        ],
         "convergence": [asdict(c) for c in series.convergence],
         "findings": [_finding(f) for f in series.findings],
         "passed": series.passed,
@@ -65,6 +72,7 @@ def _column(c: ColumnScore) -> dict[str, Any]:
         "key": c.key,
         "unit": c.unit,
         "definition": c.as_understood.definition,
+        "definition_is_known": c.is_known,
         **asdict(c.as_understood.measures),
         "floor": c.floor,
         "values": c.values,

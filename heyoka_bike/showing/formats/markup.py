@@ -34,8 +34,8 @@ def _parts(text: str) -> list[tuple[str, bool]]:
 
 
 def page(
-    title: str, body: str, source: tuple[str, str], *, styles: Sequence[Path], script: Path,
-    data: str | None = None,
+    title: str, body: str, origin: Sequence[tuple[str, str]], *, styles: Sequence[Path],
+    script: Path, data: str | None = None,
 ) -> str:  # fmt: skip
     """A page that needs nothing else.
 
@@ -45,15 +45,15 @@ def page(
         As text.
     body
         As HTML.
-    source
-        Name of the bicycle and version of the reference, as text.
+    origin
+        Where it comes from: names and what is said of them, as text.
     styles, script
         Files.
     data
         JSON for the script, if it needs any.
     """
     sheets = "".join(file.read_text(encoding="utf-8") for file in styles)
-    bicycle, version = source
+    made = "".join(f"<dt>{escape(a)}</dt><dd>{escape(b)}</dd>" for a, b in origin)
     given = f'<script type="application/json" id="data">\n{data}\n</script>\n' if data else ""
     return f"""<!DOCTYPE html>
 <html lang="en">
@@ -71,8 +71,8 @@ def page(
 <main>
 {body}
 </main>
-<footer><p>IFToMM benchmark “Uncontrolled bicycle”, {escape(bicycle)}; reference
-data {escape(version)} of heyoka_bike. SI units throughout.</p></footer>
+<footer><p>IFToMM benchmark “Uncontrolled bicycle”; SI units throughout.</p>
+<dl class="facts">{made}</dl></footer>
 {given}<script>
 {script.read_text(encoding="utf-8")}</script>
 </body>

@@ -1,17 +1,24 @@
-"""Figures of a series: error against step size, and against processor time."""
+"""Figures of a series: error against step size, processor time, and over time."""
 
 import math
 from collections.abc import Sequence
+from html import escape
 
 import numpy as np
 
-from heyoka_bike.scoring.report import Convergence, Series
+from heyoka_bike.scoring.measures import TOLERANCE
+from heyoka_bike.scoring.report import ColumnScore, Convergence, Run, Series
 from heyoka_bike.showing.formats import axis
-from heyoka_bike.showing.formats.chart import Guide, Line, Notch, chart
+from heyoka_bike.showing.formats.chart import Guide, Level, Line, Notch, chart
 from heyoka_bike.showing.formats.charts import legend, style_of
-from heyoka_bike.showing.formats.wording import label, number, scale
+from heyoka_bike.showing.formats.decimate import highest
+from heyoka_bike.showing.formats.wording import label, number, run_name, scale
 
-_HEIGHT = 280
+_HEIGHT, _SMALL = 280, 160
+_BINS = 125
+_MOST_DECADES = 16
+# Looks of lines in page.css, those of different colours first.
+_APART = (0, 7, 2, 4, 3, 5, 1, 6)
 _MOST_ORDER = 12  # of the guides
 
 
@@ -34,6 +41,54 @@ def work_precision(series: Series, maneuver: int) -> str:
         "What accuracy costs: of two programs, the one whose line lies lower and further left "
         "gives the same error in less time; the time is that of the whole run.",
     )
+
+
+def side_by_side(series: Series, maneuver: int) -> str:
+    """Error over time of each column, a line for each program."""
+    figures = []
+    for c in series.convergence:
+        if c.maneuver != maneuver:
+            continue
+        lines = []
+        for i, run in enumerate(series.runs):
+            found = _column(run, maneuver, c.key)
+            size = found and scale(found)
+            if found is None or not size or not found.trace.error.any():
+                continue
+            t, error = highest(found.trace.time, np.abs(found.trace.error), _BINS)
+            style = f"s{_APART[i % len(_APART)]}"
+            lines.append(Line(run_name(series, run), style, t, error / size))
+        figures.append(_over_time(c, lines))
+    return f'<div class="columns">{"".join(figures)}</div>'
+
+
+def _over_time(c: Convergence, lines: Sequence[Line]) -> str:
+    name = escape(label(c.key))
+    if not lines:
+        return (
+            f'<figure><figcaption><b>{name}</b></figcaption><p class="empty">No error in any '
+            "program.</p></figure>"
+        )
+    every = np.concatenate([line.y[line.y > 0] for line in lines])
+    peak = float(every.max())
+    low = max(float(np.quantile(every, 0.05)), peak * 10.0**-_MOST_DECADES)
+    drawn = chart(
+        axis.times(min(float(x.x[0]) for x in lines), max(float(x.x[-1]) for x in lines)),
+        axis.decades(low, max(peak, 2 * TOLERANCE), 6),
+        lines,
+        about=f"Error of the {label(c.key)} of each program over time, logarithmic",
+        title="error / scale of the column",
+        x_title="time [s]",
+        height=_SMALL,
+        levels=[Level(TOLERANCE, "tolerance", "1e-3 of the scale")],
+    )
+    items = [(line.name, line.style, "") for line in lines]
+    return f"<figure><figcaption><b>{name}</b></figcaption>{legend(items)}{drawn}</figure>"
+
+
+def _column(run: Run, maneuver: int, key: str) -> ColumnScore | None:
+    found = (c for m in run.report.maneuvers if m.maneuver == maneuver for c in m.columns)
+    return next((c for c in found if c.key == key), None)
 
 
 def _captioned(drawn: str, caption: str) -> str:
@@ -110,12 +165,5 @@ def _guides(series: Series, maneuver: int, lines: Sequence[Line], x_axis: axis.A
 
 def _scale(series: Series, c: Convergence) -> float | None:
     """Scale of a column, from the first run that knows it."""
-    found = (
-        scale(column)
-        for run in series.runs
-        for m in run.report.maneuvers
-        if m.maneuver == c.maneuver
-        for column in m.columns
-        if column.key == c.key
-    )
-    return next((x for x in found if x), None)
+    found = (_column(run, c.maneuver, c.key) for run in series.runs)
+    return next((x for x in (scale(column) for column in found if column) if x), None)

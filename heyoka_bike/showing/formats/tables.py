@@ -2,27 +2,24 @@
 
 from collections.abc import Iterable, Sequence
 from html import escape
-from pathlib import Path
 
-from heyoka_bike.errors import printable
 from heyoka_bike.scoring.report import ColumnScore, Convergence, ManeuverScore, Series
 from heyoka_bike.showing.formats.wording import (
     first_above,
     label,
     mark,
+    mark_meanings,
     notes,
     number,
     one_decimal,
     plain,
+    run_name,
     unit_text,
 )
 
 _SCORES = (
     ("column", "the quantity, and its unit"),
-    (
-        "definition",
-        "what the column was found to mean; * is not the default, ~ others fit as well",
-    ),
+    ("definition", "what the column was found to mean"),
     ("max error", "largest absolute error over the rows, in the unit of the column"),
     ("at [s]", "time of the largest error"),
     ("rms error", "root of the mean squared error of the rows"),
@@ -37,7 +34,7 @@ _SCORES = (
 
 
 def table(
-    head: Sequence[tuple[str, str]],
+    head: Sequence[str],
     rows: Iterable[Sequence[str]],
     about: str,
     style: str = "scores",
@@ -47,7 +44,7 @@ def table(
     Parameters
     ----------
     head
-        Headings and what they mean.
+        Headings as HTML.
     rows
         Cells as HTML; numbers from the second on.
     about
@@ -55,11 +52,7 @@ def table(
     style
         Its class.
     """
-    top = "".join(
-        f'<th scope="col"{f" title={chr(34)}{escape(meaning)}{chr(34)}" if meaning else ""}>'
-        f"{escape(name)}</th>"
-        for name, meaning in head
-    )
+    top = "".join(f'<th scope="col">{name}</th>' for name in head)
     body = "".join(
         f'<tr><th scope="row">{first}</th>{"".join(f"<td>{cell}</td>" for cell in rest)}</tr>'
         for first, *rest in rows
@@ -74,10 +67,13 @@ def scores(m: ManeuverScore, explained: bool = True) -> str:
     """Scores of a maneuver's columns, and what their headings mean if that is to be explained."""
     if not m.columns:
         return ""
-    found = table(_SCORES, (_score(c) for c in m.columns), f"Scores of maneuver {m.maneuver}")
+    heads = [escape(name) for name, _ in _SCORES]
+    found = table(heads, (_score(c) for c in m.columns), f"Scores of maneuver {m.maneuver}")
+    if marks := mark_meanings(m.columns):
+        found += f'<p class="facts">{escape("; ".join(marks))}.</p>'
     if not explained:
         return found
-    meanings = "".join(f"<dt>{escape(a)}</dt><dd>{escape(b)}</dd>" for a, b in _SCORES[2:-1])
+    meanings = "".join(f"<dt>{escape(a)}</dt><dd>{escape(b)}</dd>" for a, b in _SCORES[1:])
     return f'{found}<dl class="meanings">{meanings}</dl>'
 
 
@@ -105,31 +101,32 @@ def convergence(series: Series, maneuver: int) -> str:
     """Errors of a maneuver for each run, the observed order between neighbours."""
     columns = [c for c in series.convergence if c.maneuver == maneuver]
     has_steps = any(run.step is not None for run in series.runs)
-    head = [("step" if has_steps else "run", ""), ("CPU [s]", "processor time of the whole run")]
-    head += [(f"{label(c.key)} [{unit_text(c.unit)}]", c.definition) for c in columns]
+    has_cpu = any(run.cpu is not None for run in series.runs)
+    head = ["step" if has_steps else "run" if series.is_one_program else "program"]
+    head += ["CPU [s]"] * has_cpu
+    head += [f"{escape(label(c.key))} <i>[{escape(unit_text(c.unit))}]</i>" for c in columns]
+    blank = ("",) * has_cpu
     has_orders = any(p is not None for c in columns for p in c.orders)
     rows = []
     for i, run in enumerate(series.runs):
         if i and has_orders:
             orders = (f"<i>{one_decimal(_at(c, i - 1))}</i>" for c in columns)
-            rows.append(("<i>observed order</i>", "", *orders))
+            rows.append(("<i>observed order</i>", *blank, *orders))
         errors = (number(c.errors[i], 3) for c in columns)
-        step = f"{plain(run.step)} s"
-        if run.step is None:
-            step = printable(Path(run.report.file.path).name)
-        rows.append((escape(step), plain(run.cpu, 3), *errors))
-    note = "Largest errors."
+        name = run_name(series, run) if run.step is None else f"{plain(run.step)} s"
+        rows.append((escape(name), *[plain(run.cpu, 3)][: len(blank)], *errors))
+    note = "Largest errors. Floor: what the digits written allow."
     if has_orders:
-        rows.append(("extrapolated", "", *(number(c.richardson_error) for c in columns)))
+        rows.append(("extrapolated", *blank, *(number(c.richardson_error) for c in columns)))
         note = (
             "Largest errors, and the observed order between neighbouring runs. Extrapolated: the "
             "error that is left by Richardson's extrapolation of the two finest runs, which "
-            "cancels the leading term."
+            "cancels the leading term. Floor: what the digits written allow."
         )
-    rows.append(("floor", "", *(number(c.floor) for c in columns)))
+    rows.append(("floor", *blank, *(number(c.floor) for c in columns)))
     return (
         table(head, rows, f"Convergence of maneuver {maneuver}", "numbers")
-        + f'<p class="facts">{note}</p>'
+        + f'<p class="facts">{note}{" CPU: processor time of the whole run." * has_cpu}</p>'
     )
 
 

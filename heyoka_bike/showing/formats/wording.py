@@ -1,6 +1,8 @@
 """Words and numbers that the output formats have in common."""
 
 import math
+from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -8,6 +10,7 @@ from heyoka_bike.errors import printable
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.measures import MOST_DIGITS
 from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Report, Run, Series
+from heyoka_bike.showing.formats.grades import WHOLE, judgement
 
 
 def sentence(text: str) -> str:
@@ -85,10 +88,26 @@ def mark(column: ColumnScore) -> str:
     return ("" if is_default(column) else "*") + ("~" if column.indistinguishable else "")
 
 
+def mark_meanings(columns: Sequence[ColumnScore]) -> list[str]:
+    """What the marks of some columns mean, those that occur."""
+    found = []
+    if not all(map(is_default, columns)):
+        found.append("* is not the default definition")
+    if open_ones := [c for c in columns if c.indistinguishable]:
+        others = (
+            f"{' or '.join(map(printable, c.indistinguishable))} of {label(c.key)}"
+            for c in open_ones
+        )
+        found.append(f"~ others fit as well: {', '.join(others)}")
+    return found
+
+
 def notes(column: ColumnScore) -> tuple[str, ...]:
     """How else a column is understood in another way than by default: sign, unit, offset."""
     r = column.as_understood
     found = []
+    if not column.is_known:
+        found.append("definition unknown")
     if r.sign != column.as_written.sign:
         found.append(f"sign {r.sign}")
     if r.unit != column.as_written.unit:
@@ -107,8 +126,14 @@ def first_above(column: ColumnScore) -> str:
 
 
 def by_severity(findings: tuple[Finding, ...]) -> list[Finding]:
-    """Warnings first, otherwise in the order given."""
-    return sorted(findings, key=lambda f: f.severity != Severity.WARNING)
+    """The conventions, then warnings, otherwise in the order given."""
+    return sorted(findings, key=lambda f: (f.code != "conventions", f.severity != Severity.WARNING))
+
+
+def warnings_words(report: Report) -> str:
+    """How many warnings there are; empty without any."""
+    count = sum(f.severity == Severity.WARNING for f in report.said)
+    return f"{count} warning{'s' if count > 1 else ''}" if count else ""
 
 
 def worst(report: Report) -> tuple[ManeuverScore, ColumnScore] | None:
@@ -123,6 +148,18 @@ def worst(report: Report) -> tuple[ManeuverScore, ColumnScore] | None:
         return None
     _, m, c = min(found, key=lambda x: x[0])
     return m, c
+
+
+def fewest_digits(m: ManeuverScore) -> float | None:
+    """Correct digits of the worst column of a maneuver; None if nothing was compared."""
+    found = [c.as_understood.measures.scd for c in m.columns]
+    return min((scd for scd in found if scd is not None), default=None)
+
+
+def worst_place(report: Report) -> str:
+    """Which column is the worst."""
+    found = worst(report)
+    return f"{label(found[1].key)} of maneuver {found[0].maneuver}" if found else "nothing compared"
 
 
 def worst_words(report: Report) -> str:
@@ -161,10 +198,6 @@ def percent(part: float) -> str:
 def is_judged(m: ManeuverScore) -> bool:
     """Whether the benchmark has a limit for the maneuver's eq. (1)."""
     return m.performance_limit is not None
-
-
-WHOLE = 0.99
-"""Of the duration: a run without its first row is whole enough to be judged."""
 
 
 def is_whole(m: ManeuverScore) -> bool:
@@ -214,35 +247,82 @@ def requirement_words(scored: Report | Series) -> str:
     return f"{failed} of {len(every)} requirements FAILED"
 
 
+def graded(report: Report) -> str:
+    """What the file is worth by its true error: the judgement, and its worst column."""
+    word = judgement(report)
+    return f"{word}, {worst_words(report)}" if word else worst_words(report)
+
+
 def verdict(report: Report) -> str:
     """One line that says what the file is worth."""
+    parts = [graded(report), coverage_words(report), requirement_words(report)]
+    return f"{printable(report.file.path)}: {'; '.join(p for p in parts if p)}"
+
+
+def contents(report: Report) -> str:
+    """What the file holds, in a few words."""
     f = report.file
-    contents = f"{f.rows} rows, {plain(f.t_start)} to {plain(f.t_end)} s, {digits_words(report)}"
-    parts = [contents, worst_words(report)]
-    parts += [
-        f"eq. (1) of maneuver {m.maneuver}: {performance_words(m)}"
-        for m in report.maneuvers
-        if is_judged(m)
-    ]
-    parts += [coverage_words(report), requirement_words(report)]
-    return f"{printable(f.path)}: {'; '.join(p for p in parts if p)}"
+    parts = [f"{f.rows} rows", f"{plain(f.t_start)} to {plain(f.t_end)} s", digits_words(report)]
+    return ", ".join([*parts, f"{printable(f.format)} file"])
+
+
+def worst_error_words(report: Report) -> str:
+    """The largest error of the worst column, its time and its part of the scale."""
+    found = worst(report)
+    if found is None:
+        return ""
+    m, c = found
+    measures = c.as_understood.measures
+    if not measures.max_abs_error:
+        return ""
+    error = in_unit(readable(measures.max_abs_error), c.unit)
+    part = measures.max_rel_error
+    of_scale = f", {readable(100 * part)} % of its largest value" if part else ""
+    where = f"{label(c.key)}, maneuver {m.maneuver}"
+    return f"{where}: off by {error} at {plain(measures.time_of_max)} s{of_scale}"
+
+
+def performance_remark(report: Report) -> str:
+    """What eq. (1) says of the maneuver that the benchmark judges by it, and what it sees."""
+    judged = [m for m in report.maneuvers if is_judged(m)]
+    if not judged:
+        return ""
+    said = ", ".join(_judged_words(m) for m in judged)
+    return (
+        f"eq. (1), the benchmark's own measure, {said}. It sees only whether the file's own energy "
+        "stays constant; angles, rates and speed may be wrong all the same"
+    )
+
+
+def _judged_words(m: ManeuverScore) -> str:
+    found = passes(m)
+    if found is None:
+        return f"has no energy to judge in maneuver {m.maneuver}"
+    so_far = " so far" if found and not is_whole(m) else ""
+    return (
+        f"is {readable(m.performance)} % in maneuver {m.maneuver}, which "
+        f"{'passes' if found else 'FAILS'}{so_far}: less than {limit_text(m)} is asked for"
+    )
 
 
 def series_verdict(series: Series) -> str:
-    """One line that says how a series converges."""
+    """One line that says how a series converges, or which of several programs is the best."""
+    name, run = chosen(series)
+    if not series.is_one_program:
+        best = f"{run_name(series, run)} is the best of {len(series.runs)} programs"
+        parts = [f"{best}: {graded(run.report)}", requirement_words(series)]
+        return "; ".join(p for p in parts if p)
     steps = [r.step for r in series.runs if r.step is not None]
-    parts = [f"{len(series.runs)} runs"]
+    parts = [f"{len(series.runs)} runs of one program"]
     if steps:
         parts[0] += f", steps {plain(max(steps))} to {plain(min(steps))} s"
-    name, run = chosen(series)
-    parts.append(f"the {name} one: {worst_words(run.report)}")
-    parts += [order_words(series), requirement_words(series)]
-    return "; ".join(p for p in parts if p)
+    parts += [f"the {name} one: {graded(run.report)}", order_words(series)]
+    return "; ".join(p for p in [*parts, requirement_words(series)] if p)
 
 
 def chosen(series: Series) -> tuple[str, Run]:
     """The run that is shown in full, and what makes it so: the finest, or else the best."""
-    if all(run.step is not None for run in series.runs):
+    if series.is_one_program and all(run.step is not None for run in series.runs):
         return "finest", series.runs[-1]
 
     def digits(run: Run) -> float:
@@ -265,9 +345,17 @@ def order_words(series: Series) -> str:
     return ""
 
 
+def run_name(series: Series, run: Run) -> str:
+    """A short name of a run: the program's, the step, or the file's."""
+    if series.is_one_program and run.step is not None:
+        return f"step {plain(run.step)} s"
+    return printable(run.name or Path(run.report.file.path).name)
+
+
 def run_words(run: Run) -> str:
     """Name of a run's file, its step and its processor time."""
-    parts = [printable(run.report.file.path)]
+    path = printable(run.report.file.path)
+    parts = [path if run.name in ("", Path(path).name) else f"{printable(run.name)}, {path}"]
     if run.step is not None:
         parts.append(f"step {plain(run.step)} s")
     if run.cpu is not None:

@@ -15,6 +15,7 @@ from heyoka_bike.showing.formats import axis
 from heyoka_bike.showing.formats.chart import Line, chart
 from heyoka_bike.showing.formats.charts import legend
 from heyoka_bike.showing.formats.markup import PAGE_STYLE, page, prose
+from heyoka_bike.showing.formats.origin import reference_words
 from heyoka_bike.showing.formats.wording import sentence, worst_words
 from heyoka_bike.showing.replay.motion_3d import Motion3D
 from heyoka_bike.showing.replay.scenes import Replay, Scene
@@ -55,7 +56,7 @@ def render(replay: Replay, name: str = "") -> str:
     return page(
         f"{title} – replay",
         body,
-        (printable(replay.bicycle.name), printable(replay.dataset_version)),
+        reference_words(replay.bicycle.name, replay.dataset_version),
         styles=(PAGE_STYLE, _HERE / "replay.css"),
         script=_HERE / "replay.js",
         data=_data(replay),

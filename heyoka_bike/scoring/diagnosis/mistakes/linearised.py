@@ -1,75 +1,82 @@
 """Linearised equations: no mistake, but not what the benchmark asks for.
 
-Programs of these differ in how they compute the energies, if at all. The ways that fit the file are
-chosen first, each energy by itself; then the program is judged as all others are.
+Programs of these differ in how they compute the energies, if at all: each energy is taken in the
+way that is nearest to the file.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import inf, log
 
 import numpy as np
 
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.diagnosis.programs.linear import KINETIC, POTENTIAL, LinearWay
-from heyoka_bike.scoring.diagnosis.programs.program import Mistake, Program
+from heyoka_bike.scoring.alignment import Part
+from heyoka_bike.scoring.diagnosis.programs.linear import KINETIC, POTENTIAL
+from heyoka_bike.scoring.diagnosis.programs.program import Mistake
 from heyoka_bike.scoring.measures import rms
 
 CODE = "linearised"
 
+LINEARISED = Mistake(
+    CODE,
+    "the equations are linearised about the upright straight motion, at constant speed",
+    "nothing if that is what you want: the benchmark asks for the nonlinear equations",
+    "model",
+    lambda p: replace(p, is_linear=True),
+)
+
 _CLEARLY = 2.0
+# Of a speed that a program only repeats, or computes again.
+_CONSTANT = 1e-14
 
 Columns = Mapping[str, Array]
 
 
-def linearised(
-    written: Sequence[Columns],
-    correct: Sequence[Columns],
-    motions: Callable[[Program], Sequence[Columns]],
-    program: Program,
-) -> Mistake:
-    """Linearised equations, with energies as the file has them.
+def has_constant_speed(parts: Sequence[Part]) -> bool:
+    """Whether the forward speed is the same in every row of each maneuver."""
+    for part in parts:
+        speed = part.values.get("forward_speed", np.array([]))
+        speed = speed[np.isfinite(speed)]
+        if not len(speed) or np.ptp(speed) > _CONSTANT * np.max(np.abs(speed)):
+            return False
+    return True
+
+
+def with_energies(
+    motions: Sequence[Columns], written: Sequence[Columns], correct: Sequence[Columns]
+) -> list[dict[str, Array]]:
+    """Linear motions with the energies as the file has them.
 
     Parameters
     ----------
-    written, correct
-        Of each maneuver: columns of the file by key, as understood [SI], and those of the correct
-        program by name, at the same rows.
     motions
-        What a program makes at these rows.
-    program : Program
-        The correct one.
+        Of each maneuver, from `linear_columns`.
+    written, correct
+        Columns of the file by key, as understood [SI], and those of the correct program by name, at
+        the same rows. An energy that is in no known way, and not clearly nearer in one than in the
+        correct motion, is NaN.
     """
-
-    def nearest(key: str, ways: Sequence[LinearWay]) -> LinearWay | None:
-        """The way that leaves least, if it is clearly nearer than the correct motion."""
-        left = [_left(key, written, motions(replace(program, linear=way))) for way in ways]
-        best = min(range(len(ways)), key=left.__getitem__)
-        return ways[best] if left[best] < _left(key, written, correct) - log(_CLEARLY) else None
-
-    potential = nearest("potential_energy", [LinearWay(potential=x) for x in POTENTIAL])
-    kinetic = nearest("kinetic_energy", [LinearWay(kinetic=x) for x in KINETIC])
-    way = LinearWay(
-        potential=potential.potential if potential else None,
-        kinetic=kinetic.kinetic if kinetic else None,
-    )
-    return Mistake(
-        CODE,
-        "the equations are linearised about the upright straight motion, at constant speed",
-        "nothing if that is what you want: the benchmark asks for the nonlinear equations",
-        "model",
-        lambda p: replace(p, linear=way),
-    )
+    made = [dict(m) for m in motions]
+    for key, ways in (("potential_energy", POTENTIAL), ("kinetic_energy", KINETIC)):
+        left = {way: _left(key, written, [m[f"{key}_{way}"] for m in motions]) for way in ways}
+        best = min(left, key=left.__getitem__)
+        is_known = left[best] < _left(key, written, [c[key] for c in correct]) - log(_CLEARLY)
+        for m in made:
+            m[key] = m[f"{key}_{best}"] if is_known else np.full_like(m["roll_angle"], np.nan)
+    for m in made:
+        m["mechanical_energy"] = m["potential_energy"] + m["kinetic_energy"]
+    return made
 
 
-def _left(key: str, written: Sequence[Columns], expected: Sequence[Columns]) -> float:
+def _left(key: str, written: Sequence[Columns], expected: Sequence[Array]) -> float:
     """Mean logarithm of the errors over the maneuvers; infinite if there is nothing to compare.
 
     The potential energy may have any zero.
     """
     logs = []
     for w, e in zip(written, expected, strict=True):
-        error = w[key] - e[key] if key in w else np.array([])
+        error = w[key] - e if key in w else np.array([])
         error = error[np.isfinite(error)]
         if len(error):
             zero = float(np.mean(error)) if key == "potential_energy" else 0.0

@@ -2,12 +2,10 @@
 
 With q = (roll, steer), M q'' + v C1 q' + (g K0 + v^2 K2) q = 0 at constant speed v: what most
 people write first for this bicycle, and right as such. Roll and its rate are the same in every
-definition to first order. Energies are of second order, and programs compute them in several ways,
-see `LinearWay`.
+definition to first order. Energies are of second order, and programs compute them in several ways.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from math import ceil, cos, log2
 
 import numpy as np
@@ -26,29 +24,12 @@ _TERMS = 16
 _FASTEST = 1e6
 
 POTENTIAL = ("nonlinear", "quadratic", "constant")
+"""Ways to compute the potential energy: of that posture, to second order, or upright."""
 KINETIC = ("nonlinear", "quadratic", "constant", "lateral")
+"""Ways to compute the kinetic energy: the same, or q' M q' / 2 alone."""
 
 
-@dataclass(frozen=True, slots=True)
-class LinearWay:
-    """How a linear program computes its energies.
-
-    Attributes
-    ----------
-    potential
-        ``nonlinear``: of the bicycle in that posture; ``quadratic``: to second order;
-        ``constant``: upright; None: in no way that is known.
-    kinetic
-        The same, of posture and velocities; ``lateral``: q' M q' / 2 alone.
-    """
-
-    potential: str | None = "nonlinear"
-    kinetic: str | None = "nonlinear"
-
-
-def linear_columns(
-    bicycle: Bicycle, start: Sequence[float], time: Array, way: LinearWay
-) -> dict[str, Array]:
+def linear_columns(bicycle: Bicycle, start: Sequence[float], time: Array) -> dict[str, Array]:
     """Columns of the linear motion.
 
     Parameters
@@ -59,17 +40,19 @@ def linear_columns(
         At t = 0 [rad, rad/s, m/s].
     time : ndarray, shape (n,)
         Ascending, from 0 on [s].
-    way : LinearWay
 
     Returns
     -------
     dict of str to ndarray, shape (n,)
-        As `Simulator.run` has them; NaN where nothing can be computed.
+        As `Simulator.run` has them, and the energies in every way: ``potential_energy_quadratic``
+        ...; NaN where nothing can be computed.
     """
     p = {s: float(x) for s, x in bicycle.values.items()}
     roll, _, steer, roll_rate, steer_rate, speed = start
     found = {c.name: np.full(len(time), np.nan) for c in COLUMNS}
     found |= {name: np.full(len(time), np.nan) for name in ("spin_energy", "rotation_energy")}
+    found |= {f"potential_energy_{way}": np.full(len(time), np.nan) for way in POTENTIAL}
+    found |= {f"kinetic_energy_{way}": np.full(len(time), np.nan) for way in KINETIC}
     try:
         m = closed_form(p, Arrays())
         a = _first_order(m, p, speed)
@@ -83,12 +66,7 @@ def linear_columns(
     v = np.where(np.isfinite(q[0]), speed, np.nan)
     found |= {c.name: v for c in DEFINITIONS["forward_speed"]}
     found |= {"pitch": 0.0 * v, "yaw": q[4], "yaw_rate": _yaw(p, speed) @ q[:4]}
-    potential, kinetic = _energies(bicycle, m, p, q, speed)
-    nothing = np.full(len(time), np.nan)
-    found["potential_energy"] = potential[way.potential] if way.potential else nothing
-    found["kinetic_energy"] = kinetic[way.kinetic] if way.kinetic else nothing
-    found["mechanical_energy"] = found["potential_energy"] + found["kinetic_energy"]
-    return found
+    return found | _energies(bicycle, m, p, q, speed)
 
 
 def _yaw(p: Mapping[str, float], speed: float) -> Array:
@@ -133,8 +111,8 @@ def _propagate(a: Array, start: Array, time: Array) -> Array:
 
 def _energies(
     bicycle: Bicycle, m: Matrices, p: Mapping[str, float], q: Array, speed: float
-) -> tuple[dict[str, Array], dict[str, Array]]:
-    """Potential and kinetic energies [J] in every way that is known."""
+) -> dict[str, Array]:
+    """Potential and kinetic energies [J] in every way that is known, by name."""
     roll, steer, roll_rate, steer_rate, _ = q
     equations = Equations.binary64(bicycle)
     k = equations.k
@@ -147,15 +125,9 @@ def _energies(
         lateral = np.einsum("in,ij,jn->n", rates, np.array(m.M, dtype=float), rates) / 2
         lifted = p["g"] * np.einsum("in,ij,jn->n", q2, np.array(m.K0, dtype=float), q2) / 2
     still = np.zeros(len(roll))
-    potential = {
-        "nonlinear": exact.potential,
-        "quadratic": upright.potential + lifted,
-        "constant": upright.potential + still,
+    potential = (exact.potential, upright.potential + lifted, upright.potential + still)
+    kinetic = (exact.kinetic, upright.kinetic + lateral, upright.kinetic + still, lateral)
+    return {
+        **{f"potential_energy_{way}": x for way, x in zip(POTENTIAL, potential, strict=True)},
+        **{f"kinetic_energy_{way}": x for way, x in zip(KINETIC, kinetic, strict=True)},
     }
-    kinetic = {
-        "nonlinear": exact.kinetic,
-        "quadratic": upright.kinetic + lateral,
-        "constant": upright.kinetic + still,
-        "lateral": lateral,
-    }
-    return potential, kinetic

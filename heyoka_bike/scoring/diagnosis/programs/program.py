@@ -9,7 +9,6 @@ import numpy as np
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.scoring.diagnosis.programs.linear import LinearWay
 from heyoka_bike.scoring.diagnosis.programs.start import Start
 
 Columns = Mapping[str, Array]
@@ -51,15 +50,15 @@ class Program:
     clock : Clock
     rows
         Changes of the columns, in order.
-    linear : LinearWay or None
-        How energies are computed if the equations are linearised.
+    is_linear
+        Whether the equations are linearised about the upright straight motion.
     """
 
     bicycle: Bicycle
     starts: Mapping[int, Start]
     clock: Clock = Clock()
     rows: tuple[Change, ...] = ()
-    linear: LinearWay | None = None
+    is_linear: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -151,7 +151,10 @@ def jacobian(
     return made
 
 
-def estimate(problem: FitProblem, errors: Errors | None = None, worth: float = 1.0) -> Estimate:
+def estimate(
+    problem: FitProblem, errors: Errors | None = None, worth: float = 1.0,
+    is_enough: Callable[[Fit], bool] = lambda _: False,
+) -> Estimate:  # fmt: skip
     """Find the fewest unknowns that explain a file.
 
     Parameters
@@ -161,12 +164,16 @@ def estimate(problem: FitProblem, errors: Errors | None = None, worth: float = 1
         By simulation; without it everything is to first order.
     worth
         What is explained otherwise: fits must promise more to be refined.
+    is_enough
+        Whether a fit leaves nothing for another unknown to explain.
     """
     whole = _blocks(problem, 1.0)
     used = np.flatnonzero(whole.products.any(axis=(0, 2)))
     gain_of_all = float(solve(whole, used[None])[1][0])
     best: list[Fit] = []
     for size in range(1, _MOST + 1):
+        if best and is_enough(best[0]):
+            break
         known = max(worth, best[0].gain if best else 1.0)
         starts = _beginnings(problem, size)
         promise = float(best_subsets(whole, size, 1).gains[0])

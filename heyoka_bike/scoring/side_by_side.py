@@ -1,0 +1,170 @@
+"""Several programs side by side: each judged by itself, their errors in one table."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from heyoka_bike.bicycle.columns import COMPARED
+from heyoka_bike.errors import InputError
+from heyoka_bike.reference.load import Reference, load_reference
+from heyoka_bike.scoring.alignment import Alignment, align, merge
+from heyoka_bike.scoring.findings import Finding, Severity
+from heyoka_bike.scoring.reading.results import Results
+from heyoka_bike.scoring.report import ColumnScore, Convergence, Run, Series
+from heyoka_bike.scoring.score import scored
+
+
+def score_programs(
+    results: Sequence[Results],
+    reference: Reference | None = None,
+    *,
+    names: Sequence[str] | None = None,
+    require: Sequence[str] = (),
+) -> Series:
+    """Compare the results of several programs with the reference, side by side.
+
+    Parameters
+    ----------
+    results
+        One for each file.
+    reference
+        From `load_reference`; the published one by default.
+    names
+        Of the programs, one for each file; files of one name hold different maneuvers of one
+        program. By default the files' names.
+    require
+        Requirements that every program has to meet, see `requirements`.
+
+    Returns
+    -------
+    Series
+        A report of each program in the order given. Definitions, signs and units are found for each
+        by itself.
+
+    Raises
+    ------
+    InputError, NothingScoredError
+        See `scoring.score`; or names that do not match the files.
+    """
+    known = load_reference() if reference is None else reference
+    check_names(names, len(results))
+    return side_by_side([align(r, known) for r in results], known, names=names, require=require)
+
+
+def check_names(names: Sequence[str] | None, count: int) -> None:
+    """Raise `InputError` unless there is a name for each file, if any are given."""
+    if names is None:
+        return
+    if len(names) != count:
+        raise InputError(f"name: found {len(names)} for {count} files, expected as many")
+    if not all(name.strip() for name in names):
+        raise InputError(f"name: found an empty one in {','.join(names)!r:.60}, expected a name")
+
+
+def side_by_side(
+    files: Sequence[Alignment],
+    reference: Reference,
+    *,
+    names: Sequence[str] | None = None,
+    cpu: Sequence[float | None] | None = None,
+    require: Sequence[str] = (),
+) -> Series:
+    """`score_programs` of files that lie beside the reference; cpu is that of each file [s]."""
+    groups: dict[str, list[int]] = {}
+    for i, name in enumerate(_file_names(files) if names is None else names):
+        groups.setdefault(name, []).append(i)
+    programs = tuple(
+        Run(
+            scored(merge([files[i] for i in group]), reference, require),
+            None,
+            _total([cpu[i] for i in group]) if cpu is not None else None,
+            name,
+        )
+        for name, group in groups.items()
+    )
+    errors = _errors(programs)
+    findings = (*_nothing_shared(errors), *_definitions(programs))
+    return Series(programs, errors, findings, is_one_program=False)
+
+
+def _file_names(files: Sequence[Alignment]) -> list[str]:
+    """A name for each file: its own, with its folders where others have the same."""
+    paths = [a.file.path for a in files]
+    short = [Path(path).name or path for path in paths]
+    names = [s if short.count(s) == 1 else path for s, path in zip(short, paths, strict=True)]
+    return [
+        name if names.count(name) == 1 else f"{name} ({names[: i + 1].count(name)})"
+        for i, name in enumerate(names)
+    ]
+
+
+def _total(times: Sequence[float | None]) -> float | None:
+    known = [t for t in times if t is not None]
+    return sum(known) if len(known) == len(times) else None
+
+
+def _columns(programs: Sequence[Run]) -> Mapping[tuple[int, str], list[ColumnScore | None]]:
+    """Each maneuver and column, with its score in each program."""
+    found: dict[tuple[int, str], list[ColumnScore | None]] = {}
+    for i, program in enumerate(programs):
+        for m in program.report.maneuvers:
+            for c in m.columns:
+                found.setdefault((m.maneuver, c.key), [None] * len(programs))[i] = c
+    order = list(COMPARED)
+    return dict(sorted(found.items(), key=lambda x: (x[0][0], order.index(x[0][1]))))
+
+
+def _errors(programs: Sequence[Run]) -> tuple[Convergence, ...]:
+    """Errors of every column that more than one program has; no orders are sought."""
+    found = []
+    for (maneuver, key), columns in _columns(programs).items():
+        known = [c for c in columns if c is not None]
+        if len(known) < 2:
+            continue
+        found.append(
+            Convergence(
+                maneuver=maneuver,
+                key=key,
+                unit=known[-1].unit,
+                definition=known[-1].as_understood.definition,
+                errors=tuple(
+                    None if c is None else c.as_understood.measures.max_abs_error for c in columns
+                ),
+                orders=(None,) * (len(programs) - 1),
+                richardson_error=None,
+                floor=known[-1].floor,
+            )
+        )
+    return tuple(found)
+
+
+def _nothing_shared(errors: Sequence[Convergence]) -> list[Finding]:
+    if errors:
+        return []
+    return [
+        Finding(
+            "no_shared_columns",
+            "no maneuver has a column that two of the programs share: nothing is side by side",
+            Severity.WARNING,
+        )
+    ]
+
+
+def _definitions(programs: Sequence[Run]) -> list[Finding]:
+    """Columns that the programs define in different ways: no error of any of them."""
+    ways: dict[str, dict[str, list[str]]] = {}
+    for (_, key), columns in _columns(programs).items():
+        for program, c in zip(programs, columns, strict=True):
+            if c is not None and c.values:
+                who = ways.setdefault(key, {}).setdefault(c.as_understood.definition, [])
+                who += [program.name] * (program.name not in who)
+    return [
+        Finding(
+            "definitions_differ",
+            f"{key} is "
+            + "; ".join(f"{definition} in {', '.join(who)}" for definition, who in by.items())
+            + ": each is compared with its own definition, so this is no error",
+            evidence={"column": key, "definitions": by},
+        )
+        for key, by in ways.items()
+        if len(by) > 1
+    ]

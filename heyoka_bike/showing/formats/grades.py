@@ -1,0 +1,97 @@
+"""How good a result is, by its true error alone: the grade of a column and of a file.
+
+A grade is shown by a sign and a colour beside the digits; each place that shows the signs says what
+they mean, by `meanings`.
+"""
+
+from collections.abc import Iterable
+from enum import IntEnum
+from math import log10
+
+from heyoka_bike.scoring.measures import TOLERANCE
+from heyoka_bike.scoring.report import ColumnScore, Report
+
+_RIGHT = 6.0  # correct digits: what the examples of `--require` ask for
+_CLOSE = -log10(TOLERANCE)
+
+WHOLE = 0.99
+"""Of the duration: a run without its first row is whole enough to be judged."""
+
+
+class Grade(IntEnum):
+    """From the best to the worst; a file has the worst of its columns."""
+
+    UNKNOWN = 0
+    RIGHT = 1
+    ROUNDED = 2
+    CLOSE = 3
+    WRONG = 4
+
+    @property
+    def style(self) -> str:
+        """Name for style sheets."""
+        return self.name.lower()
+
+
+WORDS = {
+    Grade.RIGHT: "right",
+    Grade.ROUNDED: "right to the digits written",
+    Grade.CLOSE: "close",
+    Grade.WRONG: "wrong",
+}
+SIGNS = {Grade.RIGHT: "✓", Grade.ROUNDED: "=", Grade.CLOSE: "≈", Grade.WRONG: "✗"}
+ASCII_SIGNS = {Grade.RIGHT: "+", Grade.ROUNDED: "=", Grade.CLOSE: "o", Grade.WRONG: "x"}
+_TEXT_COLORS = {Grade.CLOSE: "yellow", Grade.WRONG: "red", Grade.UNKNOWN: ""}
+MEANINGS = {
+    Grade.RIGHT: f"right: {_RIGHT:g} correct digits or more",
+    Grade.ROUNDED: "right to the digits written: they allow no more",
+    Grade.CLOSE: f"close: {_CLOSE:g} to {_RIGHT:g} digits",
+    Grade.WRONG: f"wrong: fewer than {_CLOSE:g} digits, off by more than a thousandth of the "
+    "column's largest value",
+}
+
+
+def text_color(found: Grade) -> str:
+    """Colour of a grade on a terminal."""
+    return _TEXT_COLORS.get(found, "green")
+
+
+def grade(column: ColumnScore) -> Grade:
+    """Grade of a column, by the digits as they are shown."""
+    scd = column.as_understood.measures.scd
+    if scd is None:
+        return Grade.UNKNOWN
+    digits = round(scd, 1)
+    if digits >= _RIGHT:
+        return Grade.RIGHT
+    if column.is_at_floor():
+        return Grade.ROUNDED
+    return Grade.CLOSE if digits >= _CLOSE else Grade.WRONG
+
+
+def file_grade(report: Report) -> Grade:
+    """Grade of a file: that of its worst column."""
+    return max((grade(c) for m in report.maneuvers for c in m.columns), default=Grade.UNKNOWN)
+
+
+def is_part(report: Report) -> bool:
+    """Whether rows of a maneuver leave out a part of the run that matters."""
+    return any(m.coverage < WHOLE for m in report.maneuvers)
+
+
+def judgement(report: Report) -> str:
+    """What a file is, in a word or a few; empty if nothing was compared."""
+    found = file_grade(report)
+    word = WORDS.get(found, "")
+    return f"{word} as far as it goes" if is_part(report) and found < Grade.WRONG and word else word
+
+
+def style_of(report: Report) -> str:
+    """The grade for style sheets: what is right in part only is not shown as right."""
+    found = file_grade(report)
+    return (Grade.CLOSE if is_part(report) and found == Grade.RIGHT else found).style
+
+
+def meanings(grades: Iterable[Grade], signs: dict[Grade, str]) -> list[tuple[Grade, str]]:
+    """What the signs among some grades mean, the best first."""
+    return [(g, f"{signs[g]} {MEANINGS[g]}") for g in sorted(set(grades)) if g in MEANINGS]

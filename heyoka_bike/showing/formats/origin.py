@@ -1,0 +1,63 @@
+"""Where a report comes from: when, by which version, against which numbers, by which command."""
+
+import os
+import shlex
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+
+from heyoka_bike.errors import printable
+from heyoka_bike.scoring.report import Report
+from heyoka_bike.version import __version__
+
+_EPOCH = "SOURCE_DATE_EPOCH"
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """When and how a report was made; empty where that is unknown.
+
+    Attributes
+    ----------
+    date
+        Coordinated universal time (``2026-11-22 09:30 UTC``).
+    command
+        The command line.
+    """
+
+    date: str = ""
+    command: str = ""
+
+
+UNKNOWN = Origin()
+
+
+def origin(words: Sequence[str]) -> Origin:
+    """The origin of a report that a command makes now.
+
+    ``SOURCE_DATE_EPOCH`` gives another time [s since 1970], so that reports can be made again
+    byte for byte (https://reproducible-builds.org/specs/source-date-epoch/).
+
+    Parameters
+    ----------
+    words
+        Of the command line, without the program.
+    """
+    given = os.environ.get(_EPOCH, "")
+    is_date = given.isascii() and given.isdigit() and len(given) <= 10
+    now = datetime.fromtimestamp(int(given), UTC) if is_date else datetime.now(UTC)
+    return Origin(f"{now:%Y-%m-%d %H:%M} UTC", shlex.join(("heyoka-bike", *words)))
+
+
+def origin_words(report: Report, made: Origin) -> list[tuple[str, str]]:
+    """What to say of it, as names and text."""
+    said = [("made", printable(made.date)), ("command", printable(made.command))]
+    numbers = reference_words(report.bicycle, report.dataset_version, report.reference_sha256)
+    return [*((name, text) for name, text in said if text), *numbers]
+
+
+def reference_words(bicycle: str, dataset_version: str, sha256: str = "") -> list[tuple[str, str]]:
+    """By which version, and against which numbers."""
+    said = f"{printable(bicycle)}, data {printable(dataset_version)}"
+    content = f", content sha256 {sha256}" if sha256 else ""
+    return [("by", f"heyoka_bike {__version__}"), ("reference", said + content)]

@@ -1,0 +1,128 @@
+"""The report in ten lines at most, for a terminal: what a file is worth, and what to do next."""
+
+import math
+import shlex
+import shutil
+from collections.abc import Iterator
+
+from heyoka_bike.errors import printable
+from heyoka_bike.scoring.report import Report, Run, Series
+from heyoka_bike.showing.formats.grades import Grade, file_grade, is_part, text_color
+from heyoka_bike.showing.formats.matrix import conventions
+from heyoka_bike.showing.formats.origin import UNKNOWN, Origin
+from heyoka_bike.showing.formats.text_page import PROSE, TextPage
+from heyoka_bike.showing.formats.wording import (
+    by_severity,
+    coverage_words,
+    fewest_digits,
+    graded,
+    is_judged,
+    one_decimal,
+    performance_words,
+    requirement_words,
+    run_name,
+    sentence,
+    series_verdict,
+    warnings_words,
+    worst_error_words,
+)
+
+_RUNS = 4  # of a series, each on a line
+_NAMES = 14  # letters at the start of a line
+_MOST_REQUIRED = 12  # correct digits that binary64 keeps over the run, with some to spare
+
+_Entry = tuple[str, str, int]
+"""Name, text, and how many lines it may have."""
+
+
+def render(scored: Report | Series, width: int | None, color: bool, made: Origin = UNKNOWN) -> str:
+    """Ten lines at most; what does not fit is cut, the table has all of it.
+
+    Parameters are those of `table.render`.
+    """
+    columns = shutil.get_terminal_size((PROSE, 24)).columns if width is None else width
+    page = TextPage(columns, color)
+    if isinstance(scored, Report):
+        page.brief("", _verdict(scored), 2, f"bold {text_color(file_grade(scored))}")
+        entries = _report(scored)
+    else:
+        page.brief("", series_verdict(scored), 2, "bold")
+        entries = _series(scored)
+    for name, text, lines in entries:
+        if text:
+            page.brief(f"  {name:<{_NAMES - 2}}", text, lines)
+    return page.text()
+
+
+def _report(report: Report) -> Iterator[_Entry]:
+    digits = (f"maneuver {m.maneuver}: {one_decimal(fewest_digits(m))}" for m in report.maneuvers)
+    judged = (f"maneuver {m.maneuver}: {performance_words(m)}; it sees the energy only"
+              for m in report.maneuvers if is_judged(m))  # fmt: skip
+    yield "digits", ", ".join(digits), 1
+    yield "worst", worst_error_words(report), 1
+    yield "conventions", conventions(report), 2
+    yield "eq. (1)", ", ".join(judged), 1
+    yield "required", _unmet(report), 1
+    yield "warnings", _warnings(report), 1
+    yield "next", _next(report), 1
+
+
+def _series(series: Series) -> Iterator[_Entry]:
+    shown = series.runs if len(series.runs) <= _RUNS else series.runs[: _RUNS - 1]
+    names = [run_name(series, run) for run in shown]
+    wide = max(map(len, names))
+    for name, run in zip(names, shown, strict=True):
+        yield "", f"{name:<{wide}}  {graded(run.report)}", 1
+    if len(shown) < len(series.runs):
+        yield "", f"and {len(series.runs) - len(shown)} more", 1
+    yield "required", requirement_words(series), 1
+    found = by_severity(series.findings)
+    yield "found", sentence(found[0].message) if found else "", 2
+    yield "next", _next_of_series(series), 1
+
+
+def _verdict(report: Report) -> str:
+    """The verdict without the requirements, which have a line of their own."""
+    said = [graded(report), coverage_words(report)]
+    return f"{printable(report.file.path)}: {'; '.join(filter(None, said))}"
+
+
+def _unmet(report: Report) -> str:
+    first = next((r for r in report.requirements if not r.met), None)
+    said = requirement_words(report)
+    return f"{said}: {printable(first.text)}, found {sentence(first.message)}" if first else said
+
+
+def _warnings(report: Report) -> str:
+    said = warnings_words(report)
+    return f"{said}: {sentence(by_severity(report.said)[0].message)}" if said else ""
+
+
+def _next(report: Report) -> str:
+    """What to do with the result."""
+    if report.diagnosis:
+        return sentence(report.diagnosis[0].message)
+    found = file_grade(report)
+    if found == Grade.UNKNOWN:
+        return "look at the headings and the times of the file: nothing in it could be compared"
+    if found in (Grade.WRONG, Grade.CLOSE):
+        return f"why it differs: {_command('diagnose', report)}"
+    if is_part(report):
+        return "write rows over the whole run, as dense as the motion is fast"
+    if found == Grade.ROUNDED:
+        return "write 17 digits, to show what the program can do"
+    digits = math.floor(min(filter(None, map(fewest_digits, report.maneuvers)), default=6.0))
+    least = f"scd >= {min(digits, _MOST_REQUIRED)}"
+    return f"keep it so, in a test: --require {shlex.quote(least)} --require 'coverage >= 1'"
+
+
+def _next_of_series(series: Series) -> str:
+    if not series.is_one_program:
+        return "all of it, with charts: -o report.html"
+    best: Run = series.runs[-1]
+    return f"the finest run by itself: {_command('score', best.report)}"
+
+
+def _command(name: str, report: Report) -> str:
+    files = report.file.path.split(", ")
+    return printable(shlex.join(["heyoka-bike", name, *files]))
