@@ -166,8 +166,8 @@ def _digits_lost(at, column, true):
 GAMES = {"wrong": play_wrong, "honest": play_honest}
 
 
-def play(game, numbers, seed=SEED, *, processes=None, show=lambda done: None):
-    """Outcomes of the files of these numbers."""
+def play(game, numbers, seed=SEED, *, processes=None, show=lambda outcome: None):
+    """Outcomes of the files of these numbers, each shown when it is known."""
     one = partial(GAMES[game], seed=seed)
     if processes == 1:
         return [one(n) for n in numbers]
@@ -175,7 +175,7 @@ def play(game, numbers, seed=SEED, *, processes=None, show=lambda done: None):
         outcomes = []
         for outcome in pool.map(one, numbers, chunksize=20):
             outcomes.append(outcome)
-            show(len(outcomes))
+            show(outcome)
         return outcomes
 
 
@@ -198,6 +198,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("game", choices=GAMES)
     parser.add_argument("--count", type=int, help="how many (20000 wrong or 5000 honest)")
+    parser.add_argument("--first", type=int, default=0, help="number of the first (0)")
     parser.add_argument("--seed", type=int, default=SEED)
     parser.add_argument("--case", type=int, help="one file by its number, and what was drawn")
     parser.add_argument("--processes", type=int, default=os.cpu_count())
@@ -207,16 +208,19 @@ def main():
         return
     count = given.count or COUNTS[given.game]
 
-    def show(done):
-        if sys.stderr.isatty() or done % 1000 == 0:
+    numbers = range(given.first, given.first + count)
+
+    def show(outcome):
+        if outcome.lost:
+            print(f"{outcome.number} ({outcome.kind}): {outcome.lost[0]}", flush=True)
+        done = outcome.number - given.first + 1
+        if sys.stderr.isatty() or done % 500 == 0:
             end = "\r" if sys.stderr.isatty() else "\n"
             print(f"{done} of {count}", end=end, file=sys.stderr, flush=True)
 
-    found = play(given.game, range(count), given.seed, processes=given.processes, show=show)
+    found = play(given.game, numbers, given.seed, processes=given.processes, show=show)
     lost = [o for o in found if o.lost]
     kinds, of = Counter(o.kind for o in lost), Counter(o.kind for o in found)
-    for o in lost[:30]:
-        print(f"{o.number} ({o.kind}): {o.lost[0]}")
     for kind, n in kinds.most_common():
         print(f"{kind}: {n} of {of[kind]} lost")
     print(f"{given.game}: {len(lost)} of {len(found)} lost, {sum(o.is_refused for o in found)} "
