@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from heyoka_bike.bicycle.columns import COMPARED
-from heyoka_bike.numbers.double import Array, Double, two_sum
+from heyoka_bike.numbers.double import Array, Double, median, two_sum
 from heyoka_bike.reference.between_rows import SUMMED
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.reference.manifest import CUSTOM
@@ -121,7 +121,7 @@ def _score_maneuver(
         t_end=end,
         coverage=coverage,
         gap=gap,
-        step=float(np.median(steps)) if len(steps) else None,
+        step=float(median(steps)) if len(steps) else None,
         performance=measures.performance(_energy(columns)),
         performance_limit=limit,
         consistency=consistency(part, columns),
@@ -271,7 +271,7 @@ def _floor(part: Part, key: str, u: Understanding) -> float | None:
 def _is_even(time: Array) -> bool:
     """Whether all rows but a few are evenly spaced, so that no digit of the times is missing."""
     steps = np.diff(time)
-    usual = float(np.median(steps)) if len(steps) else 0.0
+    usual = float(median(steps)) if len(steps) else 0.0
     if usual <= 0.0:
         return True
     multiples = (time - time[0]) / usual
