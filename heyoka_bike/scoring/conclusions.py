@@ -5,6 +5,7 @@ from math import floor
 
 import numpy as np
 
+from heyoka_bike.numbers.double import median
 from heyoka_bike.scoring.arithmetic import single_precision
 from heyoka_bike.scoring.conventions import conventions, odds
 from heyoka_bike.scoring.findings import Finding, Severity
@@ -156,9 +157,7 @@ def _time_shift(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
 
 def _has_sign(scores: Sequence[tuple[ManeuverScore, ColumnScore]]) -> bool:
     """Whether most values are nearer to the reference than they would be with another sign."""
-    return all(
-        np.median(np.abs(c.trace.error)) < np.median(np.abs(c.trace.reference)) for _, c in scores
-    )
+    return all(median(np.abs(c.trace.error)) < median(np.abs(c.trace.reference)) for _, c in scores)
 
 
 def _coverage(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:

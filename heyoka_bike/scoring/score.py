@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from heyoka_bike.bicycle.columns import COMPARED
-from heyoka_bike.numbers.double import Array, Double, add, two_sum
+from heyoka_bike.numbers.double import Array, Double, add, median, two_sum
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.reference.manifest import CUSTOM
 from heyoka_bike.scoring import measures
@@ -127,7 +127,7 @@ def _score_maneuver(
         t_end=end,
         coverage=coverage,
         gap=gap,
-        step=float(np.median(steps)) if len(steps) else None,
+        step=float(median(steps)) if len(steps) else None,
         performance=measures.performance(*_energy(part, understood, columns)),
         performance_limit=limit,
         consistency=consistency(part, columns),
@@ -245,7 +245,7 @@ def _with_exact_zero(
             last_digit = max(last_digit, float(np.spacing(part.reference.scale(key))))
         is_rounding = np.ptp(error) <= _ROUNDED * last_digit
         found = float(np.mean(error)) if is_rounding else float(error[0])
-        left.append((float(np.median(np.abs(error - found))), found))
+        left.append((float(median(np.abs(error - found))), found))
     rest = min(left)[1] if left else 0.0
     return {
         k: replace(v, offset_lo=rest) if v.offset == u.offset else v for k, v in understood.items()
@@ -308,7 +308,7 @@ def _floor(part: Part, key: str, u: Understanding) -> float | None:
 def _is_even(time: Array) -> bool:
     """Whether all rows but a few are evenly spaced, so that no digit of the times is missing."""
     steps = np.diff(time)
-    usual = float(np.median(steps)) if len(steps) else 0.0
+    usual = float(median(steps)) if len(steps) else 0.0
     if usual <= 0.0:
         return True
     multiples = (time - time[0]) / usual
