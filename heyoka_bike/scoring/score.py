@@ -194,7 +194,7 @@ def _score_columns(part: Part, understood: Mapping[str, Understanding]) -> tuple
         odds = understood[key].odds.get(c.definition)
         found_far = distance if has_values else None
         alternatives[key].append(Alternative(c.definition, found_far, odds))
-    scores = []
+    scores, late = [], _late(part)
     for key, candidate, error in zip(keys, best, found, strict=False):
         u = understood[key]
         missing = int(np.count_nonzero(~np.isfinite(part.values[key])))
@@ -210,7 +210,7 @@ def _score_columns(part: Part, understood: Mapping[str, Understanding]) -> tuple
                 unit=u.column.unit,
                 as_written=plain_reading,
                 as_understood=reading,
-                floor=_floor(part, key, u),
+                floor=_floor(part, key, u, late),
                 alternatives=tuple(alternatives[key]),
                 indistinguishable=u.indistinguishable,
                 growth=measures.growth(trace.time, trace.error, float(part.reference.duration)),
@@ -240,7 +240,7 @@ def _with_exact_zero(
         if not len(error):
             continue
         # Errors of the motion begin at nothing with it; those of rounding are nothing on average.
-        last_digit = _floor(part, key, u) or 0.0
+        last_digit = _floor(part, key, u, _late(part)) or 0.0
         if key not in part.lo:
             last_digit = max(last_digit, float(np.spacing(part.reference.scale(key))))
         is_rounding = np.ptp(error) <= _ROUNDED * last_digit
@@ -288,21 +288,26 @@ def _reading(part: Part, trace: Trace, u: Understanding) -> Reading:
     )
 
 
-def _floor(part: Part, key: str, u: Understanding) -> float | None:
-    """Largest error that correctly rounded values at correctly rounded times may have [SI]."""
+def _floor(part: Part, key: str, u: Understanding, late: float) -> float | None:
+    """Largest error that rounded values at times that are so late [s] may have [SI]."""
     quantum = part.quantum.get(key)
     largest = np.fmax.reduce(np.abs(part.values[key]), initial=-1.0)
     if quantum is None or largest < 0:
         return None
     # Neighbouring numbers are farthest apart where they are largest.
     floor = float(quantum.at(np.array([largest]))[0]) / 2 * factor(u.unit)[0]
+    if not late:
+        return floor
+    rows = part.reference.rows[u.column.name]
+    return floor + late * float(np.max(np.abs(np.diff(rows) / np.diff(part.reference.time))))
+
+
+def _late(part: Part) -> float:
+    """How far times that are rounded to the digits written may be off [s]; even ones are not."""
     times = part.quantum.get("time")
     if times is None or times.base != 10 or _is_even(part.time):
-        return floor
-    # Uneven times are rounded to the digits written, too.
-    rows = part.reference.rows[u.column.name]
-    steepest = float(np.max(np.abs(np.diff(rows) / np.diff(part.reference.time))))
-    return floor + steepest * float(np.max(times.at(part.time))) / 2
+        return 0.0
+    return float(np.max(times.at(part.time))) / 2
 
 
 def _is_even(time: Array) -> bool:
