@@ -47,7 +47,8 @@ TRUSTED = (
     "that with an initial steer angle the pitch is the root followed from zero steer (the root "
     "itself is enclosed)",
     "the ball arithmetic of FLINT/Arb, through python-flint",
-    "the modules of heyoka_bike that 'certify' imports, and the Python interpreter that runs them",
+    "the modules of heyoka_bike that 'certify' imports, and the Python interpreter that runs them; "
+    "NumPy, h5py and HDF5, which read the files",
 )
 """What is not proved but assumed. heyoka, its tolerance and its rounding are not among it."""
 
