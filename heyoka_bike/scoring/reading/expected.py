@@ -40,11 +40,20 @@ def widths_in_words(widths: Sequence[int]) -> str:
     return " or ".join(str(n) for n in widths)
 
 
-def what_may_be_wrong(width: int, rows: int | None, widths: Sequence[int]) -> str:
+def wrong_width(width: int, rows: int, expected: Expected) -> str:
+    """What to say of columns without names of which there are too many or too few."""
+    found = f"found {width} columns, expected {expected.in_words}"
+    if expected.names is not None:
+        return f'{found} as --columns tells; there "-" stands for one that is left out'
+    names = "a line of column names such as time, roll_angle, roll_rate"
+    return f"{found}, or {names}{what_may_be_wrong(width, rows, expected.widths)}"
+
+
+def what_may_be_wrong(width: int, rows: int, widths: Sequence[int]) -> str:
     """The likely reason for another number of columns, to be put behind a message; or nothing."""
     if width + 1 in widths:
         return "; is the time missing?"
-    if rows is not None and rows + 1 in widths:
+    if rows + 1 in widths:
         return f"; are the {rows} rows columns, and is the time missing?"
     if rows in widths:
         return f"; are the {rows} rows columns? the first does not ascend as times do"

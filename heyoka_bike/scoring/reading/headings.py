@@ -18,7 +18,7 @@ from heyoka_bike.scoring.reading.column_names import (
     recognise,
     unit_in,
 )
-from heyoka_bike.scoring.reading.expected import LEFT_OUT, Expected, what_may_be_wrong
+from heyoka_bike.scoring.reading.expected import LEFT_OUT, Expected, wrong_width
 from heyoka_bike.scoring.reading.heading_units import is_millisecond, is_si, split_unit
 
 Fail = Callable[[str], InputError]
@@ -80,7 +80,7 @@ def told(columns: Sequence[str], count: int) -> Expected:
 
 def layout(
     names: Sequence[str] | None, width: int, expected: Expected, maneuver: int | None, fail: Fail,
-    *, ordered: bool = True, rows: int | None = None,
+    *, ordered: bool = True, rows: int = 0,
 ) -> Layout:  # fmt: skip
     """Find out which column is what.
 
@@ -113,10 +113,7 @@ def layout(
     alone = 1 if maneuver is None and count == 1 else maneuver
     if expected.names is not None:
         if len(expected.names) != width:
-            raise fail(
-                f"found {width} columns, expected {len(expected.names)} as --columns tells; there "
-                "- stands for one that is left out"
-            )
+            raise fail(wrong_width(width, rows, expected))
         return _by_name(expected.names, _known(expected.names, count), alone, fail)
     found = [] if names is None else _known(names, count)
     # The benchmark's order has no place for what is not of the benchmark.
@@ -132,10 +129,7 @@ def layout(
         raise fail(arrays_not_understood(names or (), expected.widths))
     if names:
         raise fail(not_understood(names))
-    raise fail(
-        f"found {width} columns, expected {expected.in_words}, or a line of column names such as "
-        f"time, roll_angle, roll_rate{what_may_be_wrong(width, rows, expected.widths)}"
-    )
+    raise fail(wrong_width(width, rows, expected))
 
 
 def _known(names: Sequence[str], count: int) -> list[tuple[str, int | None] | None]:

@@ -14,7 +14,7 @@ from heyoka_bike.scoring.reading.dialects import (
     plain_text,
     without_comment,
 )
-from heyoka_bike.scoring.reading.expected import Expected, what_may_be_wrong
+from heyoka_bike.scoring.reading.expected import Expected, wrong_width
 from heyoka_bike.scoring.reading.heading_units import quantities
 from heyoka_bike.scoring.reading.quanta import are_beyond_binary64
 
@@ -202,13 +202,7 @@ def _wrong_width(
         for names in _headings(plain_text(lines[i])):
             if len(names) == width and expected.names is None and not _are_units(names):
                 return InputError(not_understood(names), file=path, line=i + 1)
-    if expected.names is not None:
-        more = ' as --columns tells; there "-" stands for one that is left out'
-    else:
-        more = ", or a line of column names such as time, roll_angle, roll_rate"
-        more += what_may_be_wrong(width, rows, expected.widths)
-    message = f"found {width} columns, expected {expected.in_words}{more}"
-    return InputError(message, file=path, line=len(lines) + 1)
+    return InputError(wrong_width(width, rows, expected), file=path, line=len(lines) + 1)
 
 
 def _counts_columns(content: str, dialect: Dialect, width: int) -> bool:
