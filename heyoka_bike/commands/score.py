@@ -51,11 +51,12 @@ def add_parser(subparsers: Any) -> None:
             "potential, kinetic and mechanical energy, steer angle, steer velocity), or 9 of one "
             "maneuver, in SI units; or a line of column names, which may be any of the eight and "
             "of those of motion.h5 (yaw, com_z, rear_normal_force). Text with any separators, "
-            "headers and comments, .npy, .npz, .mat, HDF5, gzip of these; - is standard input. The "
-            "definition, unit, sign and zero of each column are recognised, and said. Several "
-            "files are several programs, shown side by side, unless they hold different maneuvers "
-            "of one run. With --step or --tolerance they are runs of one program, and show how its "
-            "error falls; a .toml file lists such runs with steps, tolerances and processor times."
+            "headers and comments, JSON, .npy, .npz, .mat, netCDF, HDF5, .xlsx (with openpyxl), "
+            "Parquet (with pyarrow), gzip of these; - is standard input. The definition, unit, "
+            "sign and zero of each column are recognised, and said. Several files are several "
+            "programs, shown side by side, unless they hold different maneuvers of one run. With "
+            "--step or --tolerance they are runs of one program, and show how its error falls; a "
+            ".toml file lists such runs with steps, tolerances and processor times."
         ),
         epilog=(
             "examples:\n"

@@ -181,6 +181,11 @@ class Sample:
         """Natural logarithm, but for a constant that is the same for all candidates."""
         return -_VALUES * float(np.log(self.typical(key, u))) - self.first_row(key, u)
 
+    def of_a_constant(self, key: str, u: Understanding) -> float:
+        """`log_likelihood` of a column that does not vary."""
+        varies = factor(u.unit)[0] * rms(self.values[key] - np.mean(self.values[key]))
+        return -_VALUES * float(np.log(max(varies, self._smallest(key, u))))
+
     def typical(self, key: str, u: Understanding) -> float:
         """Root mean square of the errors but the largest, not below what the digits can tell."""
         error = np.abs(self.error(key, u))
@@ -250,6 +255,10 @@ def _choose(key: str, samples: Sequence[Sample]) -> Understanding:
         for u, x in zip(candidates, likely, strict=True)
         if (u.unit, u.sign) == (taken.unit, taken.sign)
     }
+    constant = sum(s.of_a_constant(key, taken) for s in samples if key in s.values)
+    if constant - likely[chosen] > _CLAIMED:
+        # A speed that is taken as constant is that of no definition.
+        return replace(taken, column=columns[0])
     alike = [c for c in columns if likely[chosen] - under[c.definition] < _CLAIMED]
     column = columns[0] if columns[0] in alike else taken.column
     return replace(

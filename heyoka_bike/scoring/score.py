@@ -240,7 +240,9 @@ def _with_exact_zero(
         if not len(error):
             continue
         # Errors of the motion begin at nothing with it; those of rounding are nothing on average.
-        last_digit = max(_floor(part, key, u) or 0.0, float(np.spacing(part.reference.scale(key))))
+        last_digit = _floor(part, key, u) or 0.0
+        if key not in part.lo:
+            last_digit = max(last_digit, float(np.spacing(part.reference.scale(key))))
         is_rounding = np.ptp(error) <= _ROUNDED * last_digit
         found = float(np.mean(error)) if is_rounding else float(error[0])
         left.append((float(np.median(np.abs(error - found))), found))

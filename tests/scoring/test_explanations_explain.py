@@ -4,10 +4,17 @@ import numpy as np
 import pytest
 from support.made_results import made
 
+from heyoka_bike.bicycle.columns import DEFINITIONS
 from heyoka_bike.scoring.alignment import align
 from heyoka_bike.scoring.definitions import understand
 from heyoka_bike.scoring.diagnosis.mistakes.first_row import contradicted
-from heyoka_bike.scoring.diagnosis.remainder import LATERAL, energy_level, is_nothing, too_large
+from heyoka_bike.scoring.diagnosis.remainder import (
+    LATERAL,
+    energy_level,
+    is_nothing,
+    too_large,
+    written_wrongly,
+)
 from heyoka_bike.scoring.diagnosis.unknowns.estimation import _distinct
 
 PLACES = [(n, key) for n in (1, 2, 3) for key in LATERAL]
@@ -62,6 +69,15 @@ def test_one_column_far_worse_than_the_best_is_no_integrators_error():
     assert too_large(left, {(1, "roll_angle"): 1e-3}, None) is None
 
 
+def test_an_energy_that_is_written_otherwise_is_explained_as_well_as_the_motion():
+    energy = (1, "mechanical_energy")
+    left = dict.fromkeys(PLACES, 1e-9) | {energy: 1e-2}
+    assert written_wrongly({energy: np.log(12)}, left, {}) == energy
+    assert written_wrongly({energy: np.log(12)}, left, {energy: 1e-2}) is None
+    assert written_wrongly({energy: np.log(4e3)}, left, {}) is None
+    assert written_wrongly({energy: np.log(12)}, left | {energy: 1e-9}, {}) is None
+
+
 def test_nothing_is_left_at_the_floor():
     assert is_nothing({(1, "roll_angle"): 1e-5}, {(1, "roll_angle"): 5e-6})
     assert not is_nothing({(1, "roll_angle"): 1e-5}, {})
@@ -69,8 +85,7 @@ def test_nothing_is_left_at_the_floor():
 
 def columns(first, second, rest=5):
     made_of = [first, second, *np.linspace(second, 2 * second, rest)]
-    return {f"roll_rate{x}": np.array(made_of) for x in
-            ("", "_body_x", "_tait_bryan_xyz_rate", "_zyx_rate")}  # fmt: skip
+    return {c.name: np.array(made_of) for c in DEFINITIONS["roll_rate"]}
 
 
 @pytest.mark.parametrize(

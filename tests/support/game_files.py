@@ -14,6 +14,7 @@ from heyoka_bike import load_motion, load_reference
 from heyoka_bike.bicycle.columns import COMPARED, DEFINITIONS
 from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
 from heyoka_bike.numbers.double import two_sum
+from heyoka_bike.reference.values import Dense, Values
 from heyoka_bike.scoring.reading.results import Quantum, Results, Rows
 
 EIGHT = tuple(DEFINITIONS)
@@ -30,11 +31,6 @@ def references():
 def names(key):
     """Columns of the reference that are this one in some definition, the default first."""
     return [c.name for c in COMPARED[key]]
-
-
-def dense_columns(maneuver):
-    """What the reference has at any time."""
-    return set().union(*(d.hi for d in (maneuver.dense, *maneuver.more)))
 
 
 def scale(number, name):
@@ -77,37 +73,35 @@ class Part:
                     {k: v.copy() for k, v in self.lo.items()})  # fmt: skip
 
 
-_KEPT: dict = {}
-
-
 def truth(number, wanted, time, time_lo):
     """Exact values of columns of the reference: at its rows as published, else the dense output."""
-    at = (number, hash((time.tobytes(), time_lo.tobytes())))
-    if at not in _KEPT and len(_KEPT) > 24:
-        del _KEPT[next(iter(_KEPT))]
-    kept = _KEPT.setdefault(at, {})
-    missing = [n for n in wanted if n not in kept]
     reference, motion = references()
-    for source, is_of_motion in ((reference[number], False), (motion[number], True)):
-        mine = [n for n in missing if (n in MOTION) == is_of_motion]
-        if mine:
-            kept |= _values(source, mine, time, time_lo)
-    return {n: kept[n] for n in wanted}
-
-
-def _values(source, wanted, time, time_lo):
-    if np.array_equal(time, source.time) and np.array_equal(time_lo, source.time_lo):
-        return {n: (source.rows.hi[n], source.rows.lo[n]) for n in wanted}
     found = {}
-    if dense := [n for n in wanted if n in dense_columns(source)]:
-        values = source.evaluate((time, time_lo), dense)
-        found |= {n: (values.hi[n], values.lo[n]) for n in dense}
-    at = np.minimum(np.searchsorted(source.time, time - 1e-9), len(source.time) - 1)
-    is_row = abs(source.time[at] - time) < 1e-12
-    for n in set(wanted) - set(dense):
-        found[n] = tuple(np.where(is_row, x[n][at], np.nan)
-                         for x in (source.rows.hi, source.rows.lo))  # fmt: skip
+    for source, is_of_motion in ((reference[number], False), (motion[number], True)):
+        mine = [n for n in wanted if (n in MOTION) == is_of_motion]
+        if mine:
+            is_rows = np.array_equal(time, source.time) and np.array_equal(time_lo, source.time_lo)
+            values = source.rows if is_rows else source.evaluate((time, time_lo), mine)
+            found |= {n: (values.hi[n], values.lo[n]) for n in mine}
     return found
+
+
+def keep_values(most=40):
+    """Keep what the reference's pieces give at the times that thousands of files share."""
+    evaluate = Dense.evaluate
+    kept: dict = {}
+
+    def kept_or_evaluated(self, t, names):
+        at = (id(self), hash((t[0].tobytes(), t[1].tobytes())))
+        if at not in kept and len(kept) > most:
+            del kept[next(iter(kept))]
+        known = kept.setdefault(at, {})
+        if missing := [n for n in dict.fromkeys(names) if n not in known]:
+            found = evaluate(self, t, missing)
+            known |= {n: (found.hi[n], found.lo[n]) for n in missing}
+        return Values({n: known[n][0] for n in names}, {n: known[n][1] for n in names})
+
+    Dense.evaluate = kept_or_evaluated
 
 
 def correct(number, chosen, time=None, time_lo=None, *, is_long=False):

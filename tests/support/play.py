@@ -25,7 +25,7 @@ import numpy as np
 from heyoka_bike import read_results, score
 from heyoka_bike.errors import BicycleError
 from support import game_writing as writing
-from support.game_files import in_memory, references
+from support.game_files import in_memory, keep_values, references
 from support.honest_files import honest_file, known
 from support.wrong_files import wrong_file
 
@@ -33,8 +33,6 @@ SEED = 1
 COUNTS = {"wrong": 20000, "honest": 5000}
 # Share of the files that are written and read.
 WRITTEN = {"wrong": 0.12, "honest": 0.4}
-# A reading that the data cannot tell from the drawn one, by a factor of 2 in error, may be taken.
-_TOLD_APART = np.log10(2)
 # What two right ways of arithmetic may differ by: an error of one last digit is one or two of them
 # when a unit is converted in between.
 _ARITHMETIC = 0.1
@@ -137,45 +135,47 @@ def play_honest(number, seed=SEED):
     return Outcome(number, kind, tuple(lost))
 
 
-def _slack(true):
-    return _ARITHMETIC + _TOLD_APART * true.is_hidden
+def _allowed(true):
+    """The largest error that the file may be said to have, and the digits that it may not lose."""
+    error = (true.max_abs_error + true.hidden) * 10**_ARITHMETIC
+    digits = _MOST if error == 0.0 else -np.log10(error / true.scale)
+    return error, min(digits, _MOST - _ARITHMETIC)
 
 
 def _fulfilled(parts, true):
     """Requirements that the file fulfils, by as little as two ways of arithmetic may differ."""
-    digits = [min(k.scd, _MOST) - _slack(k) for k in true.values()]
     gap = max(np.diff(p.time).max() for p in parts) + 1e-9
-    found = [f"gap <= {gap:.9f}", f"scd >= {min(digits):.6f}"]
+    digits = min(_allowed(k)[1] for k in true.values())
+    found = [f"gap <= {gap:.9f}", f"scd >= {digits - 1e-6:.6f}"]
     if gap < MOST_APART:
         found.append("coverage >= 1")
     for (n, key), k in true.items():
-        if k.max_abs_error > 1e-25:
-            found.append(f"{n}.{key}.max_abs_error <= {k.max_abs_error * 10 ** _slack(k):.6e}")
+        if k.max_abs_error > 10**-_MOST * k.scale:
+            found.append(f"{n}.{key}.max_abs_error <= {_allowed(k)[0]:.9e}")
     return found
 
 
 def _digits_lost(at, column, true):
     found = column.as_understood.measures.scd
-    want = min(true.scd, _MOST)
-    if found is not None and found < want - _slack(true):
+    if found is not None and found < _allowed(true)[1]:
         taken = column.as_understood
-        yield (f"{at[0]}.{at[1]}: {found:.2f} digits, {want:.2f} are right; taken as "
+        yield (f"{at[0]}.{at[1]}: {found:.2f} digits, {true.scd:.2f} are right; taken as "
                f"{taken.definition}, sign {taken.sign:+d}, {taken.unit}")  # fmt: skip
 
 
 GAMES = {"wrong": play_wrong, "honest": play_honest}
 
 
-def play(game, numbers, seed=SEED, *, processes=None, show=lambda done: None):
-    """Outcomes of the files of these numbers."""
+def play(game, numbers, seed=SEED, *, processes=None, show=lambda outcome: None):
+    """Outcomes of the files of these numbers, each shown when it is known."""
     one = partial(GAMES[game], seed=seed)
     if processes == 1:
         return [one(n) for n in numbers]
-    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
+    with ProcessPoolExecutor(processes, get_context("spawn"), keep_values) as pool:
         outcomes = []
         for outcome in pool.map(one, numbers, chunksize=20):
             outcomes.append(outcome)
-            show(len(outcomes))
+            show(outcome)
         return outcomes
 
 
@@ -198,6 +198,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("game", choices=GAMES)
     parser.add_argument("--count", type=int, help="how many (20000 wrong or 5000 honest)")
+    parser.add_argument("--first", type=int, default=0, help="number of the first (0)")
     parser.add_argument("--seed", type=int, default=SEED)
     parser.add_argument("--case", type=int, help="one file by its number, and what was drawn")
     parser.add_argument("--processes", type=int, default=os.cpu_count())
@@ -207,16 +208,19 @@ def main():
         return
     count = given.count or COUNTS[given.game]
 
-    def show(done):
-        if sys.stderr.isatty() or done % 1000 == 0:
+    numbers = range(given.first, given.first + count)
+
+    def show(outcome):
+        if outcome.lost:
+            print(f"{outcome.number} ({outcome.kind}): {outcome.lost[0]}", flush=True)
+        done = outcome.number - given.first + 1
+        if sys.stderr.isatty() or done % 500 == 0:
             end = "\r" if sys.stderr.isatty() else "\n"
             print(f"{done} of {count}", end=end, file=sys.stderr, flush=True)
 
-    found = play(given.game, range(count), given.seed, processes=given.processes, show=show)
+    found = play(given.game, numbers, given.seed, processes=given.processes, show=show)
     lost = [o for o in found if o.lost]
     kinds, of = Counter(o.kind for o in lost), Counter(o.kind for o in found)
-    for o in lost[:30]:
-        print(f"{o.number} ({o.kind}): {o.lost[0]}")
     for kind, n in kinds.most_common():
         print(f"{kind}: {n} of {of[kind]} lost")
     print(f"{given.game}: {len(lost)} of {len(found)} lost, {sum(o.is_refused for o in found)} "

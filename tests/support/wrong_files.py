@@ -594,17 +594,7 @@ def motion_between_rows(random):
     """Junk wherever the reference has no row."""
     chosen = [str(k) for k in random.choice(MOTION, random.integers(1, 4), replace=False)]
     t = np.arange(2001) / 200
-    p0 = motion_parts(random, chosen, eight=0)
-    parts = []
-    for p in p0:
-        q = p.copy()
-        q.time, q.time_lo = t.copy(), np.zeros_like(t)
-        for k in chosen:
-            q.hi[k] = np.interp(t, p.time, p.hi[k])
-            q.hi[k][::2] = p.hi[k]
-            q.lo[k] = np.zeros_like(t)
-        q.time[::2], q.time_lo[::2] = p.time, p.time_lo
-        parts.append(q)
+    parts = motion_parts(random, chosen, eight=0, time=(t, np.zeros_like(t)))
     key = str(random.choice(chosen))
     p = parts[random.integers(len(parts))]
     junk = _size(random, 0, 6) * (1 + scale(p.maneuver, key))

@@ -98,8 +98,8 @@ class Diagnosis:
     """
 
     classes: tuple[tuple[Hypothesis, ...], ...]
+    towards: tuple[Hypothesis, ...]
     tried: int
-    towards: tuple[Hypothesis, ...] = ()
     untried: int = 0
     estimate: Estimate | None = None
     unexplained: Place | None = None

@@ -7,6 +7,7 @@ steer and their rates, in all maneuvers.
 """
 
 from collections.abc import Mapping, Sequence
+from math import log
 
 import numpy as np
 
@@ -24,6 +25,11 @@ _OF_ENERGY = 100.0
 _OF_ENERGY_ALONE = 4000.0
 # ... and by at most 50 times what the best of these is, or 700 where dense output is all the error.
 _OF_BEST = 2000.0
+# What is left of a speed or an energy, in scales, of the largest error of these columns: at most a
+# fifth in correct runs.
+_OF_MOTION = 10.0
+# ... or a hundredth of what is to be explained.
+_MOSTLY = 100.0
 # Our own simulations are not to be trusted below this part of a motion.
 _RESOLVED = 1e-9
 # An error of so many floors may be that of the digits written.
@@ -95,6 +101,32 @@ def too_large(
         is_alone = len({number for number, _ in left}) == 1
         limits.append((_OF_ENERGY_ALONE if is_alone else _OF_ENERGY) * level)
     return worst if shown[worst] > max(min(limits), _RESOLVED) else None
+
+
+def written_wrongly(
+    changed: Mapping[Place, float], left: Mapping[Place, float], floors: Mapping[Place, float]
+) -> Place | None:
+    """The speed or energy that is changed as it is written, and yet keeps too much of its error.
+
+    An integrator's errors of speed and energies are smaller parts of their scales than those of
+    roll and steer. Programs may leave out a little more or less than we do of an energy.
+
+    Parameters
+    ----------
+    changed : mapping of (int, str) to float
+        The columns, and the logarithm of the factor by which the error falls.
+    left, floors
+        As of `too_large`.
+    """
+    lateral = [max(x, _RESOLVED) for (_, key), x in left.items() if key in LATERAL]
+    if not lateral:
+        return None
+    limit = _OF_MOTION * max(lateral)
+    for k, fall in changed.items():
+        is_large = left[k] > max(limit, _AT_FLOOR * floors.get(k, 0.0))
+        if k[1] not in LATERAL and is_large and fall < log(_MOSTLY):
+            return k
+    return None
 
 
 def is_nothing(left: Mapping[Place, float], floors: Mapping[Place, float]) -> bool:

@@ -1,7 +1,6 @@
 """Columns of arrays: binary numbers, or decimals as text."""
 
 from collections.abc import Sequence
-from decimal import Decimal
 from math import prod
 from typing import Any
 
@@ -123,12 +122,14 @@ def _decimals(array: NDArray[Any], path: str, where: str) -> list[str]:
 
 
 def _decimal(x: Any, dtype: np.dtype[Any], path: str, where: str, row: int) -> str:
+    from decimal import Decimal
+
     if x is None:
         return "nan"
     if isinstance(x, int | float | Decimal) and not isinstance(x, bool):
         x = str(x)
     if not isinstance(x, str):
-        raise refused(dtype, path, where)
+        raise refused(np.dtype(bool) if isinstance(x, bool) else dtype, path, where)
     number = _POINT.number(x.strip())
     if number is None:
         raise InputError(f"{where}row {row}: found {quoted(x)}, expected a number", file=path)

@@ -28,7 +28,7 @@ _FEWEST_COUNTED = 9
 
 _COMMENT_SIGNS = re.compile(r"[#%!/;*\s]+")
 _TWO_BLANKS = re.compile(r"\s{2,}")
-_BRACKETS = re.compile(r"\s*(?:\[[^\]]*\]|\([^)]*\))")
+_BRACKETS = re.compile(r"[ \t]?(?:\[[^\[\]]*\]|\([^()]*\))")
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,6 +148,9 @@ def _contents(lines: Sequence[bytes]) -> Iterator[tuple[int, str]]:
 
 def _headings(line: str) -> Iterator[list[str]]:
     """The names in a heading, for all ways to separate them."""
+    if line.startswith("\t"):
+        # pandas leaves the name of its index blank.
+        yield DIALECTS[0].split(line)
     text = _COMMENT_SIGNS.sub("", line, count=1) if _COMMENT_SIGNS.match(line) else line
     text = text.strip()
     if not (text[:1].isalpha() or text[:1] in "\"',;[("):

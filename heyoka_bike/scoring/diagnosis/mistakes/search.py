@@ -37,6 +37,7 @@ from heyoka_bike.scoring.diagnosis.remainder import (
     energy_level,
     is_nothing,
     too_large,
+    written_wrongly,
 )
 from heyoka_bike.scoring.diagnosis.unknowns.fitting import Fitting, best_explained
 from heyoka_bike.scoring.report import Curve
@@ -109,16 +110,20 @@ class Search:
         understood, after = self._typical(expected)
         before = self._before(expected)
         logs = {k: float(np.log(before[k] / after[k])) for k in after if k in before}
-        changed = [x for k, x in logs.items() if self._differ(k, expected, self._compared)]
+        changed = {k: x for k, x in logs.items() if self._differ(k, expected, self._compared)}
+        is_output = all(m.kind == "output" for m in mistakes)
         is_possible = self._reaches_the_end(expected)
         found = Hypothesis(
             mistakes=mistakes,
             gain=float(np.exp(np.mean(list(logs.values())))) if logs and is_possible else 0.0,
-            relief=float(np.exp(np.mean(changed))) if changed and is_possible else 0.0,
+            relief=float(np.exp(np.mean(list(changed.values()))))
+            if changed and is_possible
+            else 0.0,
             before=before,
             after=after,
             contradicted=self._contradicted(expected),
-            unexplained=self.too_large(after, expected),
+            unexplained=self.too_large(after, expected)
+            or (written_wrongly(changed, after, self._floors) if is_output else None),
         )
         self._expected[found.codes] = expected
         self._understood[found.codes] = understood
@@ -380,6 +385,10 @@ class Search:
 
 def _largest(values: Array) -> float:
     return float(np.fmax.reduce(np.abs(values), initial=0.0))
+
+
+def _mean_factor(logs: Mapping[Place, float]) -> float:
+    return float(np.exp(np.mean(list(logs.values())))) if logs else 0.0
 
 
 def _start(inputs: Mapping[str, str]) -> Start:
