@@ -5,6 +5,8 @@ from math import floor
 
 import numpy as np
 
+from heyoka_bike.numbers.double import median
+from heyoka_bike.scoring.alignment import MOST_SAMPLED, spread
 from heyoka_bike.scoring.arithmetic import single_precision
 from heyoka_bike.scoring.conventions import conventions, odds
 from heyoka_bike.scoring.findings import Finding, Severity
@@ -156,9 +158,11 @@ def _time_shift(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
 
 def _has_sign(scores: Sequence[tuple[ManeuverScore, ColumnScore]]) -> bool:
     """Whether most values are nearer to the reference than they would be with another sign."""
-    return all(
-        np.median(np.abs(c.trace.error)) < np.median(np.abs(c.trace.reference)) for _, c in scores
-    )
+    for _, c in scores:
+        some = spread(len(c.trace.time), MOST_SAMPLED)
+        if median(np.abs(c.trace.error[some])) >= median(np.abs(c.trace.reference[some])):
+            return False
+    return True
 
 
 def _coverage(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:

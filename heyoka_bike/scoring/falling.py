@@ -12,6 +12,7 @@ from math import log
 
 import numpy as np
 
+from heyoka_bike.numbers.double import median
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.report import ColumnScore, Convergence, Run
@@ -103,7 +104,7 @@ def _exponents(runs: Sequence[Run]) -> Iterator[Finding]:
     found = [p.exponent for p in _pairs(runs) if p.exponent > _FALLS]
     if not found:
         return
-    exponent = float(np.median(found))
+    exponent = float(median(found))
     how = "in proportion to the tolerance"
     if abs(exponent - 1) > _PROPORTION:
         how = f"like the tolerance to the power {exponent:.1f}"
@@ -174,7 +175,7 @@ def _orders(convergence: Sequence[Convergence]) -> list[Finding]:
     found = [c.orders[-1] for c in convergence if c.orders[-1] is not None]
     if not found:
         return []
-    order = float(np.median(found))
+    order = float(median(found))
     findings = [
         Finding(
             "order",

@@ -371,7 +371,7 @@ class Convergence:
         Largest error of the Richardson extrapolation of the two finest runs, on their common
         times [SI unit]: what is reachable with them; None without an order.
     floor
-        What the digits written by the finest run allow [SI unit].
+        What the digits written by the finest run allow [SI unit]; None of several programs.
     """
 
     maneuver: int

@@ -20,6 +20,7 @@ import numpy as np
 
 from heyoka_bike.bicycle.column import Column
 from heyoka_bike.errors import InputError
+from heyoka_bike.numbers.double import median
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring.alignment import Alignment, Part, align, merge
 from heyoka_bike.scoring.convergence import converge
@@ -202,7 +203,7 @@ def _rows_apart(a: Alignment) -> float | None:
     for p in a.parts:
         apart = np.diff(p.time) + np.diff(p.time_lo)
         if (apart > 0).any():
-            steps.append(float(np.median(apart[apart > 0])))
+            steps.append(float(median(apart[apart > 0])))
     return min(steps) if steps else None
 
 
@@ -299,7 +300,7 @@ def _extrapolate(runs: Sequence[_Sized], convergence: Sequence[Convergence]) -> 
         return []
     coarse, fine = (run.alignment for run in runs[-2:])
     step, next_step = (run.step for run in runs[-2:])
-    order = round(float(np.median(orders))) if orders else 0
+    order = round(float(median(orders))) if orders else 0
     if order < 1 or step is None or next_step is None:
         return []
     weight = 1.0 / ((step / next_step) ** order - 1.0)

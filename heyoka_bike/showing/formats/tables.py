@@ -116,18 +116,22 @@ def convergence(series: Series, maneuver: int) -> str:
         errors = (number(c.errors[i], 3) for c in columns)
         name = f"{plain(run.step)} s" if run.step is not None else run_name(series, run)
         rows.append((escape(name), *[plain(run.cpu, 3)][: len(blank)], *errors))
-    note = "Largest errors. Floor: what the digits written allow."
+    said = ["Largest errors."]
     if has_orders:
         rows.append(("extrapolated", *blank, *(number(c.richardson_error) for c in columns)))
-        note = (
+        said = [
             "Largest errors, and the observed order between neighbouring runs. Extrapolated: the "
             "error that is left by Richardson's extrapolation of the two finest runs, which "
-            "cancels the leading term. Floor: what the digits written allow."
-        )
-    rows.append(("floor", *blank, *(number(c.floor) for c in columns)))
+            "cancels the leading term."
+        ]
+    if series.is_one_program:
+        rows.append(("floor", *blank, *(number(c.floor) for c in columns)))
+        said.append("Floor: what the digits written allow.")
+    if has_cpu:
+        said.append("CPU: processor time of the whole run.")
     return (
         table(head, rows, f"Convergence of maneuver {maneuver}", "numbers")
-        + f'<p class="facts">{note}{" CPU: processor time of the whole run." * has_cpu}</p>'
+        + f'<p class="facts">{" ".join(said)}</p>'
     )
 
 

@@ -45,7 +45,7 @@ def one_decimal(x: float | None) -> str:
 
 def unit_text(unit: str) -> str:
     """A unit as people write it: ``rad s-1`` is rad/s."""
-    return printable(unit.replace(" s-1", "/s"))
+    return printable(unit.replace(" s-1", "/s").replace(" h-1", "/h"))
 
 
 def in_unit(said: str, unit: str) -> str:
@@ -283,9 +283,12 @@ def worst_error_words(report: Report) -> str:
 
 
 def performance_remark(report: Report) -> str:
-    """What eq. (1) says of the maneuver that the benchmark judges by it, and what it sees."""
+    """What eq. (1) says of the maneuver that the benchmark judges by it, and what it sees.
+
+    Empty without such a maneuver, or without an energy.
+    """
     judged = [m for m in report.maneuvers if is_judged(m)]
-    if not judged:
+    if all(m.performance is None for m in judged):
         return ""
     said = ", ".join(_judged_words(m) for m in judged)
     return (
@@ -296,8 +299,6 @@ def performance_remark(report: Report) -> str:
 
 def _judged_words(m: ManeuverScore) -> str:
     found = passes(m)
-    if found is None:
-        return f"has no energy to judge in maneuver {m.maneuver}"
     so_far = " so far" if found and not is_whole(m) else ""
     return (
         f"is {readable(m.performance)} % in maneuver {m.maneuver}, which "
