@@ -14,7 +14,7 @@ _FEW_ROWS = 50
 _MOST_ROWS = 4000
 # Rounding to 24 bits leaves 1.7e-8 to 3.4e-8 of a value, root mean square; a value that is computed
 # from some rounded ones, a few times that.
-_NOISE = (5e-9, 3e-7)
+_NOISE = (1.2e-8, 3e-7)
 # Root mean square of third over second differences: 1.83 for white noise, far less for a smooth
 # error. With a thousand rows it scatters by 0.03.
 _WHITE = (1.6, 2.0)

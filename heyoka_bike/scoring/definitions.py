@@ -13,7 +13,8 @@ much as it can tell: where the error is larger than the difference of two defini
 below the digits written, its factor is near 1. The first row, at the known start, is evidence of
 its own: there no integrator has made an error yet.
 
-The default is kept unless the odds are against it: nothing is claimed without evidence.
+Before, the default is as likely as all others together. It is kept unless the odds against it are
+20 to 1: nothing is claimed without evidence, however many definitions there are to choose from.
 """
 
 from __future__ import annotations
@@ -229,7 +230,11 @@ def _choose(key: str, samples: Sequence[Sample]) -> Understanding:
         for sign in signs
         for c in columns
     ]
-    likely = [_log_likelihood(key, u, samples) for u in candidates]
+    of_default = float(np.log(max(len(columns) - 1, 1)))
+    likely = [
+        _log_likelihood(key, u, samples) + (of_default if u.column is columns[0] else 0.0)
+        for u in candidates
+    ]
 
     def best(unit: str | None = None, sign: int | None = None) -> int:
         # Of equals the first, the default.

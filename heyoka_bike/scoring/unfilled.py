@@ -19,8 +19,11 @@ CODE = "never_filled"
 
 # Fewer rows may be alike.
 _FEW_ROWS = 10
-# A constant speed is what the linear equations have.
-_MAY_BE_CONSTANT = ("forward_speed",)
+# Another number than zero is what was never filled in of these alone: a constant speed is what the
+# linear equations have, a constant angle what a motion has that stands still.
+_HELD = ("potential_energy", "kinetic_energy", "mechanical_energy")
+# Zeros are the rate of such an angle.
+_RATES = {"roll_rate": "roll_angle", "steer_rate": "steer_angle"}
 # The quantity varies by more of what can be written than this: rounding does not explain one value.
 _STEPS = 4.0
 
@@ -54,7 +57,8 @@ def _unfilled(part: Part) -> dict[str, float]:
     return {
         key: number
         for key, number in constant.items()
-        if (number == 0.0 or key not in _MAY_BE_CONSTANT) and _should_vary(part, key, number)
+        if (key in _HELD if number else not constant.get(_RATES.get(key, "")))
+        and _should_vary(part, key, number)
     }
 
 

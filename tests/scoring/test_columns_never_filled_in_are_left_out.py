@@ -77,6 +77,16 @@ def test_what_may_be_constant_is_a_result(reference, key, number):
     assert key in keys_of(score(without(reference, (key,), number, (2,)), reference), 2)
 
 
+def test_a_motion_that_stands_still_is_a_result(reference):
+    """Wrong as it is: a constant lean, and zeros as its rate."""
+
+    def change(key, values, number):
+        held = {"roll_angle": 0.2, "roll_rate": 0.0}
+        return np.full_like(values, held[key]) if key in held else values
+
+    assert {"roll_angle", "roll_rate"} <= set(keys_of(score(made(reference, change), reference), 1))
+
+
 def test_rounding_to_one_number_is_a_result(reference):
     """Three digits of the potential energy of maneuver 3, which varies by 0.06 J, are 794."""
     rows = reference[3].rows["potential_energy"]

@@ -6,6 +6,7 @@ from support.made_results import codes, column, made, smooth_error
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.cli import main
 from heyoka_bike.scoring.diagnosis import diagnose as diagnosis
+from heyoka_bike.scoring.findings import Finding
 from heyoka_bike.scoring.score import score
 
 TURNED = ("roll_angle", "roll_rate", "steer_angle", "steer_rate")
@@ -90,19 +91,22 @@ def test_a_column_of_no_known_definition_is_named_as_that(reference):
         assert [c.key for c in m.columns if not c.is_known] == ["forward_speed"]
 
 
-def test_its_meaning_is_no_mistake_of_the_program(reference, monkeypatch):
+@pytest.mark.parametrize(
+    ("code", "times"), [("gravity_missing", 2), ("speed_written_by_front_radius", 1)]
+)
+def test_its_meaning_is_no_mistake_but_of_what_is_written(reference, monkeypatch, code, times):
+    """The column is left out unless a mistake in the output explains it."""
     asked = []
-
-    def rank(parts, *_, **__):
-        asked.extend(parts)
-        raise StopIteration
-
-    monkeypatch.setattr(diagnosis, "rank", rank)
-    with pytest.raises(StopIteration):
-        diagnosis.diagnose(of_no_point(reference), reference)
-    assert [sorted(p.values) for p in asked] == [
-        sorted(set(BENCHMARK_COLUMNS) - {"forward_speed"})
-    ] * 3
+    said = Finding("mistake", "it", evidence={"mistakes": [code]})
+    monkeypatch.setattr(diagnosis, "rank", lambda parts, *_, **__: asked.append(parts))
+    monkeypatch.setattr(diagnosis, "findings", lambda *_: (said,))
+    monkeypatch.setattr(diagnosis, "explanation", lambda *_: None)
+    report = diagnosis.diagnose(of_no_point(reference), reference)
+    others = sorted(set(BENCHMARK_COLUMNS) - {"forward_speed"})
+    assert [[sorted(p.values) for p in parts] for parts in asked] == [
+        [sorted(BENCHMARK_COLUMNS)] * 3, [others] * 3
+    ][:times]  # fmt: skip
+    assert ("definition_unknown" in codes(report)) == (times == 2)
 
 
 def test_where_all_columns_are_as_bad_it_is_not_the_definition(reference):

@@ -10,6 +10,7 @@ from heyoka_bike.numbers.double import two_sum
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring.alignment import Alignment
 from heyoka_bike.scoring.diagnosis.answers import explanation, findings
+from heyoka_bike.scoring.diagnosis.mistakes.in_output import OUTPUT_MISTAKES
 from heyoka_bike.scoring.diagnosis.ranking import rank
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.reading.results import Results
@@ -67,9 +68,33 @@ def diagnosed(
     if shift is not None:
         inner = diagnosed(_shifted(report, reference, shift.evidence["shift"]), reference, progress)
         return replace(report, diagnosis=(shift, *inner.diagnosis), explanation=inner.explanation)
-    # A column of unknown meaning shows its meaning, not what the program does.
     unknown = {c.key for m in report.maneuvers for c in m.columns if not c.is_known}
+    if unknown:
+        whole = _of_columns(report, reference, BENCHMARK_COLUMNS, progress)
+        if _is_of_output(whole):
+            others = tuple(f for f in report.findings if f.code != "definition_unknown")
+            return replace(whole, findings=others)
+    # A column of unknown meaning shows its meaning, not what the program does.
     keys = [key for key in BENCHMARK_COLUMNS if key not in unknown]
+    return _of_columns(report, reference, keys, progress)
+
+
+def _is_of_output(report: Report) -> bool:
+    """Whether a mistake in what is written explains the file best."""
+    first = report.diagnosis[0]
+    codes = {m.code for m in OUTPUT_MISTAKES}
+    return first.code == "mistake" and any(
+        code in codes or code.startswith("columns_") for code in first.evidence["mistakes"]
+    )
+
+
+def _of_columns(
+    report: Report,
+    reference: Reference,
+    keys: Sequence[str],
+    progress: Callable[[float], None] | None,
+) -> Report:
+    """The report with the diagnosis of these columns."""
     maneuvers = tuple(
         replace(m, columns=tuple(c for c in m.columns if c.key in keys), part=m.part.only(keys))
         for m in report.maneuvers

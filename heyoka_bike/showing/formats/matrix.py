@@ -113,7 +113,9 @@ def unusual(columns: Sequence[ColumnScore]) -> list[str]:
     c = found[0]
     r = c.as_understood
     said = []
-    if not is_default(c):
+    if not c.is_known:
+        said.append("the nearest, but its definition is unknown")
+    elif not is_default(c):
         said.append(f"not the default {printable(c.as_written.definition)}")
     others = {name: None for x in found for name in x.indistinguishable if name != r.definition}
     if others:
