@@ -70,6 +70,7 @@ def add_parser(subparsers: Any) -> None:
             "requirements: [maneuver.][column.]metric op number, the worst of what is not named;\n"
             "  metrics scd, mescd, max_abs_error, rms_error, max_rel_error, time_to_tolerance,\n"
             "  performance, coverage, gap; op one of < <= > >=. Exit code 3 if one is not met.\n"
+            "  What that proves: docs/what-a-met-requirement-means.md\n"
         ),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )

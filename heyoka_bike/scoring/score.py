@@ -248,7 +248,8 @@ def _with_exact_zero(
         left.append((float(median(np.abs(error - found))), found))
     rest = min(left)[1] if left else 0.0
     return {
-        k: replace(v, offset_lo=rest) if v.offset == u.offset else v for k, v in understood.items()
+        k: replace(v, offset_lo=v.offset_lo + rest) if v.offset == u.offset else v
+        for k, v in understood.items()
     }
 
 

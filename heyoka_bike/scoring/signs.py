@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
+from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
 
 _ENDS = ("rear", "front")
@@ -48,7 +49,7 @@ def _choices() -> dict[str, frozenset[str]]:
     for column in MOTION_COLUMNS:
         if column.definition == "ground_axes":
             found[column.key] = {_GROUND[column.key[-1]]}
-    return {key: frozenset(choices) for key, choices in found.items()}
+    return {key: frozenset(choices) for key, choices in found.items() if key in COMPARED}
 
 
 CHOICES: Mapping[str, frozenset[str]] = _choices()
