@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import os
 import pickle
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
 
 import hypothesis
 import pytest
+from support.game_files import keep_values
 
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver, read_bicycle, read_maneuvers
 from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.motion.trajectory import Trajectory
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.reference.proof.candidate import read_candidate
+from heyoka_bike.reference.values import Dense
 from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers, reference_folder
 
 # A project of its own, which a test runs.
@@ -96,3 +99,12 @@ def long_runs(
             runs = tuple(pool.map(_run, [(bicycle, m, 110) for m in maneuvers]))
         f.write(pickle.dumps(runs))
         return runs
+
+
+@pytest.fixture(scope="module")
+def keep_reference_values() -> Iterator[None]:
+    """Values of the reference at the times that many files share are evaluated once."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Dense, "evaluate", Dense.evaluate)
+        keep_values()
+        yield

@@ -21,7 +21,7 @@ class Column:
     default
         Whether it is meant by the key alone.
     is_dense
-        Whether there are Chebyshev pieces of it; else it is known at the rows only.
+        Whether there are Chebyshev pieces of it; else it follows from columns that have them.
     """
 
     key: str

@@ -41,6 +41,9 @@ def _columns() -> tuple[Column, ...]:
                "time derivative of roll_angle_tait_bryan_xyz", lean),
         Column("roll_rate", "zyx_rate", "rad s-1", "roll angular velocity",
                "time derivative of roll_angle_zyx", lean),
+        Column("roll_rate", "steer_axes_x", "rad s-1", "roll angular velocity",
+               "angular velocity of the rear frame across the steer axis, in the frame's plane",
+               lean),
         Column("forward_speed", "hub_body_x", "m s-1", "forward speed",
                "velocity of the rear hub along the x axis of the pitched rear frame", ahead),
         Column("forward_speed", "wheel_spin", "m s-1", "forward speed",
@@ -53,17 +56,51 @@ def _columns() -> tuple[Column, ...]:
                "magnitude of the velocity of the centre of mass of the whole bicycle", ahead),
         Column("forward_speed", "hub_global_x", "m s-1", "forward speed",
                "velocity of the rear hub along the global x axis, the initial heading", ahead),
+        Column("forward_speed", "contact_global_x", "m s-1", "forward speed",
+               "velocity of the rear contact point along the global x axis", ahead),
+        Column("forward_speed", "com_heading", "m s-1", "forward speed",
+               "velocity of the whole bicycle's centre of mass along the rear heading", ahead),
+        Column("forward_speed", "com_global_x", "m s-1", "forward speed",
+               "velocity of the whole bicycle's centre of mass along the global x axis", ahead),
+        Column("forward_speed", "front_hub_heading", "m s-1", "forward speed",
+               "velocity of the front hub along the rear heading", ahead),
+        Column("forward_speed", "front_hub_norm", "m s-1", "forward speed",
+               "magnitude of the front hub's velocity", ahead),
+        Column("forward_speed", "front_hub_global_x", "m s-1", "forward speed",
+               "velocity of the front hub along the global x axis", ahead),
+        Column("forward_speed", "front_contact", "m s-1", "forward speed",
+               "speed of the front contact point along its track", ahead),
+        Column("forward_speed", "front_contact_heading", "m s-1", "forward speed",
+               "velocity of the front contact point along the rear heading", ahead),
+        Column("forward_speed", "front_contact_global_x", "m s-1", "forward speed",
+               "velocity of the front contact point along the global x axis", ahead),
+        Column("forward_speed", "front_wheel_heading", "m s-1", "forward speed",
+               "velocity of the front hub along the front wheel's heading; minus the front wheel "
+               "radius times the wheel's absolute spin rate about its axle", ahead),
+        Column("forward_speed", "front_wheel_spin", "m s-1", "forward speed",
+               "minus the front wheel radius times the wheel's rate relative to the fork", ahead),
         Column("pitch", "pitch", "rad", "pitch angle",
                "rotation of the rear frame about its axle, zero upright", "nose up", d),
+        Column("pitch", "zyx", "rad", "pitch angle",
+               "pitch of the rear frame's attitude R = Rz Ry Rx (yaw, pitch, roll): of its x axis "
+               "from the horizontal", "nose up"),
+        Column("pitch", "steer_axes", "rad", "pitch angle",
+               "rotation about the axle of axes of the rear frame with z down the steer axis: the "
+               "steer axis tilt upright", "nose up"),
         Column("yaw", "yaw", "rad", "yaw angle",
                "direction of the heading from the initial one", lean, d),
         Column("yaw_rate", "yaw_rate", "rad s-1", "yaw rate",
                "time derivative of the yaw angle", lean, d),
+        Column("yaw_rate", "body_z", "rad s-1", "yaw rate",
+               "angular velocity of the rear frame along its own z axis", lean),
+        Column("yaw_rate", "steer_axes_z", "rad s-1", "yaw rate",
+               "angular velocity of the rear frame along the steer axis", lean),
     )  # fmt: skip
 
 
 COLUMNS: tuple[Column, ...] = _columns()
-"""All stored columns: the eight of the benchmark, their alternates, and pitch, yaw, yaw rate."""
+"""All stored columns: the eight of the benchmark, then pitch, yaw and yaw rate, with their
+alternates."""
 
 BENCHMARK_COLUMNS: tuple[str, ...] = tuple(c.name for c in COLUMNS[:8])
 """The eight columns of the benchmark's result file, in its order (after the time)."""

@@ -8,21 +8,18 @@ from functools import partial
 
 from heyoka_bike.bicycle.column import Column
 
-_dense = partial(Column, default=True)
-_at_rows = partial(Column, default=True, is_dense=False)
+_column = partial(Column, default=True)
 
 _GROUND = {"x": "initial heading", "y": "to the right", "z": "down"}
 _AXES = {"x": "forward", "y": "to the right", "z": "down"}
 _FRAMES = {"rear": "rear frame", "front": "front frame (fork and handlebar)"}
 
 
-def _places(
-    name: str, what: str, meaning: str, axes: str = "xyz", *, is_dense: bool = False
-) -> Iterator[Column]:
+def _places(name: str, what: str, meaning: str, axes: str = "xyz") -> Iterator[Column]:
     for axis in axes:
         yield Column(
             f"{name}_{axis}", "ground_axes", "m", f"{what}, {axis}", f"{meaning}; ground frame",
-            _GROUND[axis], default=True, is_dense=is_dense,
+            _GROUND[axis], default=True,
         )  # fmt: skip
 
 
@@ -30,14 +27,13 @@ def _vector(
     name: str, definition: str, unit: str, what: str, meaning: str, axes: str = "xyz"
 ) -> Iterator[Column]:
     for axis in axes:
-        yield _at_rows(f"{name}_{axis}", definition, unit, f"{what}, {axis}", meaning, _AXES[axis])
+        yield _column(f"{name}_{axis}", definition, unit, f"{what}, {axis}", meaning, _AXES[axis])
 
 
 def _columns() -> Iterator[Column]:
     for end in _FRAMES:
         yield from _places(
-            f"{end}_contact", f"{end} contact point", f"lowest point of the {end} wheel", "xy",
-            is_dense=True,
+            f"{end}_contact", f"{end} contact point", f"lowest point of the {end} wheel", "xy"
         )  # fmt: skip
     for end in _FRAMES:
         yield from _places(
@@ -47,9 +43,9 @@ def _columns() -> Iterator[Column]:
         yield from _places(
             f"{end}_frame_com", f"centre of mass of the {end} frame", f"of the {frame}"
         )
-    yield from _places("com", "centre of mass of the bicycle", "of all four bodies", is_dense=True)
+    yield from _places("com", "centre of mass of the bicycle", "of all four bodies")
     for end, frame in _FRAMES.items():
-        yield _dense(
+        yield _column(
             f"{end}_wheel_angle", "in_frame", "rad", f"{end} wheel angle",
             f"how far the wheel has turned in the {frame} since the start, about its y axis",
             "backward: a wheel that rolls forward turns by a negative angle",
@@ -59,20 +55,20 @@ def _columns() -> Iterator[Column]:
             f"{end}_frame_omega", "frame_axes", "rad s-1",
             f"angular velocity of the {end} frame", f"absolute, along the axes of the {frame}",
         )  # fmt: skip
-        yield _at_rows(
+        yield _column(
             f"{end}_wheel_omega_y", "frame_axes", "rad s-1",
             f"angular velocity of the {end} wheel, y",
             f"absolute, about its axle; along x and z that of the {frame}", "backward",
         )  # fmt: skip
     for end, frame in _FRAMES.items():
         for i in range(4):
-            yield _dense(
+            yield _column(
                 f"{end}_frame_q{i}", "to_ground", "1", f"quaternion of the {end} frame, q{i}",
                 f"unit quaternion from the axes of the {frame} to the ground frame, q0 the scalar",
             )  # fmt: skip
         for i in range(1, 4):
             for j in range(1, 4):
-                yield _at_rows(
+                yield _column(
                     f"{end}_frame_r{i}{j}",
                     "to_ground",
                     "1",
@@ -81,26 +77,23 @@ def _columns() -> Iterator[Column]:
                 )
     for end in _FRAMES:
         floor = f"force of the floor on the {end} wheel"
-        yield _dense(
+        yield _column(
             f"{end}_normal_force", "heading_axes", "N", f"{end} normal force", floor,
             "upward: the floor pushes",
         )  # fmt: skip
-        yield _dense(
+        yield _column(
             f"{end}_longitudinal_force", "heading_axes", "N", f"{end} longitudinal force",
             f"{floor}, along the wheel's heading, where its plane meets the floor", "forward",
         )  # fmt: skip
-        yield _dense(
+        yield _column(
             f"{end}_lateral_force", "heading_axes", "N", f"{end} lateral force",
             f"{floor}, across the wheel's heading", "to the right",
         )  # fmt: skip
-        yield _at_rows(
-            f"{end}_friction",
-            "demand",
-            "1",
-            f"{end} friction demand",
+        yield _column(
+            f"{end}_friction", "demand", "1", f"{end} friction demand",
             "tangential over normal contact force; rolling needs a friction coefficient of at "
-            "least this",
-        )
+            "least this", is_dense=False,
+        )  # fmt: skip
     for end, frame in _FRAMES.items():
         axes = f"along the axes of the {frame}, y along the axle"
         yield from _vector(
@@ -127,4 +120,13 @@ MOTION_COLUMNS: tuple[Column, ...] = tuple(_columns())
 """All columns of motion.h5."""
 
 DENSE_COLUMNS: tuple[str, ...] = tuple(c.name for c in MOTION_COLUMNS if c.is_dense)
-"""Names of those with Chebyshev pieces."""
+"""Names of those with Chebyshev pieces: all but the friction demands, which follow from them
+by a root that need not be analytic."""
+
+CONTACT_FORCES = {
+    f"{end}_friction": tuple(
+        f"{end}_{part}_force" for part in ("normal", "longitudinal", "lateral")
+    )
+    for end in _FRAMES
+}
+"""What the friction demands follow from."""

@@ -8,6 +8,7 @@ import textwrap
 from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.commands.options import add_format, add_reference, check_format
+from heyoka_bike.commands.result_files import add_columns
 from heyoka_bike.errors import Exit, NothingScoredError
 from heyoka_bike.system.console import progress_bar
 
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
 
 _FORMATS = ("text", "json")
 _WIDTH = 96
+# Findings of the score that are said before the diagnosis, which leaves these columns out.
+_BESIDE = ("definition_unknown", "never_filled")
 
 
 def add_parser(subparsers: Any) -> None:
@@ -30,13 +33,15 @@ def add_parser(subparsers: Any) -> None:
             "other values do; else what the error looks like: a step size and its order, damping, "
             "noise, interpolation. Files are read as by 'score'. Takes some ten seconds; without "
             "heyoka little can be simulated, and the answer says so. The same is part of 'score "
-            "--diagnose', with a figure in its HTML."
+            "--diagnose', with a figure in its HTML. The first lines say which conventions the "
+            "file follows (axes, units, zero of the energy, definitions), which are no errors."
         ),
         epilog="example: heyoka-bike diagnose my-results.txt",
     )
     p.add_argument("files", metavar="FILE", nargs="+", help="result file, or files of one run")
     add_format(p, _FORMATS)
     p.add_argument("--maneuver", metavar="N", help="maneuver that a file of one maneuver holds")
+    add_columns(p)
     add_reference(p)
     p.set_defaults(run=run)
 
@@ -50,7 +55,7 @@ def run(args: argparse.Namespace) -> int:
     check_format(args.format, _FORMATS)
     reference = load_reference(args.reference)
     numbers = maneuvers_of(args.maneuver, len(args.files), reference)
-    files = [read(f, n, reference) for f, n in zip(args.files, numbers, strict=True)]
+    files = [read(f, n, reference, args.columns) for f, n in zip(args.files, numbers, strict=True)]
     with progress_bar("simulating mistakes") as progress:
         found = diagnose(files, reference, progress)
     if NOTHING in found.diagnosis:
@@ -60,9 +65,13 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _as_text(found: Report) -> str:
+    from heyoka_bike.scoring.conventions import DEFAULT
     from heyoka_bike.showing.formats.wording import verdict
 
-    paragraphs = [verdict(found), *(f.message for f in found.diagnosis)]
+    said = {f.code: f.message for f in found.findings}
+    paragraphs = [verdict(found), said.get("conventions", DEFAULT)]
+    paragraphs += [f.message for f in found.findings if f.code in _BESIDE]
+    paragraphs += [f.message for f in found.diagnosis]
     return "\n\n".join(textwrap.fill(p, _WIDTH, break_long_words=False) for p in paragraphs)
 
 

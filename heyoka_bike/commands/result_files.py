@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import os
 from collections.abc import Sequence
 from contextlib import nullcontext
@@ -44,13 +45,26 @@ def refuse_overwriting(files: Sequence[str], outputs: Sequence[Path]) -> None:
                 )
 
 
-def read(file: str, maneuver: int | None, reference: Reference) -> Results:
+def add_columns(parser: argparse.ArgumentParser) -> None:
+    """Add the option ``--columns``."""
+    parser.add_argument(
+        "--columns",
+        metavar="NAMES",
+        help="what the columns of a file are, in its order, whatever their names there: "
+        "time,roll_angle,m2_steer_angle,...; - for one that is left out",
+    )
+
+
+def read(
+    file: str, maneuver: int | None, reference: Reference, columns: str | None = None
+) -> Results:
     """Read a result file, with a word on the terminal if that takes long."""
     from heyoka_bike.scoring.reading import read_results
 
     is_long = os.path.isfile(file) and os.path.getsize(file) > _LONG
     with patience(f"reading {file}") if is_long else nullcontext():
-        results = read_results(file, maneuver=maneuver, count=len(reference))
+        names = None if columns is None else columns.split(",")
+        results = read_results(file, maneuver=maneuver, count=len(reference), columns=names)
     held = [rows.maneuver for rows in results.maneuvers]
     if maneuver is not None and held != [maneuver]:
         shown = ", ".join(map(str, held))

@@ -1,4 +1,4 @@
-"""Sums, products and quotients of double-double numbers, medians of plain ones (NumPy only).
+"""Sums, products, quotients and roots of double-double numbers, medians of plain ones (NumPy only).
 
 A double-double number is the exact sum hi + lo of two binary64 ones, about 32 digits. Error-free
 sums and products: Dekker (1971), doi:10.1007/BF01397083.
@@ -20,9 +20,10 @@ def median(x: ArrayLike) -> Array:
 
     That of NumPy imports its masked arrays, which takes a tenth of the time of importing NumPy.
     """
-    ordered = np.sort(np.asarray(x, dtype=np.float64), axis=-1)
-    count = ordered.shape[-1]
-    return np.asarray((ordered[..., (count - 1) // 2] + ordered[..., count // 2]) / 2)
+    values = np.asarray(x, dtype=np.float64)
+    low, high = (values.shape[-1] - 1) // 2, values.shape[-1] // 2
+    ordered = np.partition(values, (low, high), axis=-1)
+    return np.asarray((ordered[..., low] + ordered[..., high]) / 2)
 
 
 def two_sum(a: Array, b: Array) -> Double:
@@ -67,9 +68,18 @@ def multiply(x: Double, y: Double) -> Double:
     return fast_two_sum(p, e + (x[0] * y[1] + x[1] * y[0]))
 
 
-def divide(x: Double, y: Array) -> Double:
-    """Quotient by a binary64 number, to about 2^-103."""
+def divide(x: Double, y: Array, y_lo: Array | float = 0.0) -> Double:
+    """Quotient by y + y_lo, to about 2^-103."""
     q = x[0] / y
     p, e = two_product(q, y)
-    rest = ((x[0] - p) - e + x[1]) / y
+    rest = ((x[0] - p) - e + (x[1] - q * y_lo)) / y
     return fast_two_sum(q, rest)
+
+
+def root(x: Double) -> Double:
+    """Square root, to about 2^-103."""
+    r = np.sqrt(x[0])
+    p, e = two_product(r, r)
+    rest = (x[0] - p) - e + x[1]
+    # That of zero is zero.
+    return fast_two_sum(r, rest / np.where(r == 0, 1.0, 2 * r))

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 
 import h5py
 import numpy as np
-from numpy.typing import NDArray
 
 from heyoka_bike.bicycle.column import Column
 from heyoka_bike.bicycle.columns import COLUMNS
@@ -22,8 +21,8 @@ from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import Array, Double
 from heyoka_bike.reference import manifest as manifest_file
-from heyoka_bike.reference.between_rows import nearest, values_at_rows
 from heyoka_bike.reference.exact_times import Time, as_double
+from heyoka_bike.reference.friction import with_friction
 from heyoka_bike.reference.layout import HDF5, MOTION
 from heyoka_bike.reference.on_demand import on_demand, read_array
 from heyoka_bike.reference.values import Dense, Numbered, Values
@@ -46,7 +45,7 @@ class ReferenceManeuver:
     rows : Values
         Columns at the rows.
     dense : Dense
-        Chebyshev pieces of the columns; of the whole motion there are some of some columns only.
+        Chebyshev pieces of the columns, but of a friction demand, which follows from others.
     units : mapping of str to str
     more : tuple of Dense
         Pieces of other columns, with other breaks.
@@ -68,11 +67,6 @@ class ReferenceManeuver:
     def columns(self) -> tuple[str, ...]:
         """Names of the columns, alternates included."""
         return tuple(self.rows.hi)
-
-    @property
-    def at_rows(self) -> frozenset[str]:
-        """Columns without dense output: known at the rows only."""
-        return frozenset(self.rows.hi).difference(*(d.hi for d in (self.dense, *self.more)))
 
     @property
     def breaks(self) -> Array:
@@ -97,26 +91,19 @@ class ReferenceManeuver:
             Time or times [s], see `Time`. A float means exactly that binary64: 0.07 is not 7/100;
             write ``"0.07"`` or ``Fraction(7, 100)`` for that.
         columns
-            Names; by default all that have dense output.
+            Names; by default all.
 
         Raises
         ------
         InputError
-            A time outside the run, not a number, or a column that is unknown or has no dense
-            output.
+            A time outside the run, not a number, or a column that is unknown.
         """
         chosen = (columns,) if isinstance(columns, str) else columns
-        at_rows = self.at_rows
-        dense = [name for name in self.columns if name not in at_rows]
-        names = tuple(dense if chosen is None else chosen)
+        names = tuple(self.columns if chosen is None else chosen)
         for name in names:
             if name not in self.rows.hi:
                 raise InputError(
                     f"found column '{name}', expected one of {', '.join(self.columns)}"
-                )
-            if name in at_rows:
-                raise InputError(
-                    f"{name}: has values at the rows only; dense output have {', '.join(dense)}"
                 )
         hi, lo = as_double(t)
         shape = hi.shape
@@ -131,8 +118,7 @@ class ReferenceManeuver:
     def continued(self, times: Double, names: Sequence[str]) -> Values:
         """`evaluate` at times that are not checked, of shape (n,).
 
-        The last piece is analytic: it may be continued by a tiny part of its length. A column
-        without dense output is NaN between the rows.
+        The last piece is analytic: it may be continued by a tiny part of its length.
         """
         return self._gathered(Dense.evaluate, times, names)
 
@@ -149,8 +135,7 @@ class ReferenceManeuver:
         Returns
         -------
         dict of str to ndarray, shape (n,)
-            Good to about 1e-15 of each column's scale; NaN between the rows for a column without
-            dense output.
+            Good to about 1e-15 of each column's scale.
         """
         return dict(self._gathered(Dense.approximate, (t, np.zeros_like(t)), columns).hi)
 
@@ -165,10 +150,6 @@ class ReferenceManeuver:
             Names.
         """
         return self._gathered(Dense.evaluate_many, t, columns)
-
-    def near_rows(self, t: Array) -> NDArray[np.intp]:
-        """Indices of those of some sorted times that are times of rows."""
-        return np.flatnonzero(nearest(self.time, t)[1])
 
     def joined(self, other: ReferenceManeuver) -> ReferenceManeuver:
         """The same with the columns of another file, of the same rows."""
@@ -188,18 +169,20 @@ class ReferenceManeuver:
         self, evaluate: Callable[[Dense, Double, Sequence[str]], Values], t: Double,
         names: Sequence[str],
     ) -> Values:  # fmt: skip
-        """Columns, each from the pieces or the rows that have it."""
-        found = [
-            evaluate(dense, t, own)
-            for dense in (self.dense, *self.more)
-            if (own := [name for name in names if name in dense.hi])
-        ]
-        if between := list(self.at_rows.intersection(names)):
-            found.append(values_at_rows((self.time, self.time_lo), self.rows, t, between))
-        return Values(
-            {name: x for v in found for name, x in v.hi.items()},
-            {name: x for v in found for name, x in v.lo.items()},
-        )
+        """Columns, each from the pieces that have it."""
+
+        def from_pieces(names: Sequence[str]) -> Values:
+            found = [
+                evaluate(dense, t, own)
+                for dense in (self.dense, *self.more)
+                if (own := [name for name in names if name in dense.hi])
+            ]
+            return Values(
+                {name: x for v in found for name, x in v.hi.items()},
+                {name: x for v in found for name, x in v.lo.items()},
+            )
+
+        return with_friction(from_pieces, names)
 
     def _check_range(self, t: Double) -> None:
         end = self.duration
@@ -335,8 +318,7 @@ def load_reference(folder: str | Path | None = None) -> Reference:
 class Motion(Numbered[ReferenceManeuver]):
     """The whole motion of all maneuvers of a set; ``motion[2]`` is its second.
 
-    Rows are of all columns (`motion_columns.MOTION_COLUMNS`), dense output of some
-    (`motion_columns.DENSE_COLUMNS`).
+    Its columns are those of `motion_columns.MOTION_COLUMNS`.
 
     Attributes
     ----------

@@ -21,12 +21,12 @@ from heyoka_bike.system.resources import reference_folder
 MANIFEST = "manifest.json"
 SCHEMA_VERSION = 1
 
-DATASET_VERSION = "1.2.0"
+DATASET_VERSION = "1.3.0"
 """Version of the published set that this package makes."""
 
-_VALUES_VERSION = "1.0.0"
+_VALUES_VERSION = "1.3.0"
 
-PUBLISHED_MANIFEST_SHA256 = "e04aac71d666541e02812a116e340219b7c1851f44402372040c0590847932a6"
+PUBLISHED_MANIFEST_SHA256 = "daba6deced92be868f498a00ebffc11de062fca0f23e4dba7a63cb2d63190747"
 """Hash of the manifest of the published set."""
 
 CUSTOM = "custom"

@@ -12,12 +12,15 @@ from numpy.typing import NDArray
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
 from heyoka_bike.errors import InputError, NothingScoredError
 from heyoka_bike.numbers.double import Array, median
-from heyoka_bike.reference.between_rows import SUMMED
 from heyoka_bike.reference.layout import MOTION
 from heyoka_bike.reference.load import Reference, ReferenceManeuver
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.reading.results import Quantum, Results, Rows
 from heyoka_bike.scoring.units import UNITS, factor
+
+SUMMED = 1e-10
+"""Of the duration: how late a million steps summed in binary64 may be. The reference is continued
+over so short a time."""
 
 MOST_SAMPLED = 4001
 """Rows enough to tell columns, units and maneuvers apart."""
@@ -85,23 +88,9 @@ class Part:
         """Whether there is a finite number in any column."""
         return any(np.isfinite(v).any() for v in self.values.values())
 
-    def is_comparable(self) -> bool:
-        """Whether some column has a value where the reference is known."""
-        values = dict(self.values)
-        if at_rows := self.reference.at_rows & values.keys():
-            near = self.reference.near_rows(self.time)
-            values |= {key: values[key][near] for key in at_rows}
-        return any(np.isfinite(v).any() for v in values.values())
-
     def sample(self) -> NDArray[np.intp]:
-        """Indices of at most `MOST_SAMPLED` rows, evenly spread.
-
-        Those at rows of the reference are among them if some columns can be compared only there.
-        """
-        picked = spread(len(self.time), MOST_SAMPLED)
-        if self.reference.at_rows.isdisjoint(self.values):
-            return picked
-        return np.union1d(picked, self.reference.near_rows(self.time))
+        """Indices of at most `MOST_SAMPLED` rows, evenly spread."""
+        return spread(len(self.time), MOST_SAMPLED)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -156,7 +145,6 @@ def align(results: Results, reference: Reference) -> Alignment:
             f"{results.path}: found no row of maneuver {lost[0].number} within its run, expected "
             "at least one"
         )
-    _check_comparable(results.path, parts)
     first = [rows.time[0] for rows in results.maneuvers if len(rows.time)]
     last = [rows.time[-1] for rows in results.maneuvers if len(rows.time)]
     return Alignment(
@@ -244,7 +232,6 @@ def _recognise(path: str, rows: Rows, reference: Reference) -> int:
     """Number of the maneuver that the values are nearest to."""
     distance = {}
     parts = {number: _within(rows, number, reference[number])[0] for number in reference}
-    _check_comparable(path, list(parts.values()))
     for number, part in parts.items():
         # A few rows that happen to lie within the run say nothing about the others.
         enough = 2 * len(part.time) > len(rows.time)
@@ -363,18 +350,6 @@ def _within(
         quantum=rows.quantum,
     )
     return part, findings
-
-
-def _check_comparable(path: str, parts: Sequence[Part]) -> None:
-    """If there are values, some must be where the reference is known."""
-    having = [part for part in parts if part.has_values()]
-    if not having or any(part.is_comparable() for part in having):
-        return
-    keys = [key for key in COMPARED if any(key in part.values for part in having)]
-    raise NothingScoredError(
-        f"{path}: found no value at a row of the reference, expected some: {', '.join(keys)} can "
-        "be compared only there"
-    )
 
 
 def _why_nothing(results: Results, reference: Reference, has_rows: bool) -> str:

@@ -1,11 +1,19 @@
 """Findings: what the numbers of a report mean, in words."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from math import prod
+from collections.abc import Collection, Iterator, Sequence
+from math import floor
 
+import numpy as np
+
+from heyoka_bike.numbers.double import median
+from heyoka_bike.scoring.alignment import MOST_SAMPLED, spread
+from heyoka_bike.scoring.arithmetic import single_precision
+from heyoka_bike.scoring.conventions import conventions, odds
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.measures import TOLERANCE
 from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Report
+from heyoka_bike.scoring.signs import contradictions
+from heyoka_bike.scoring.time_shift import time_shift
 
 # Fewer digits than binary64 holds are worth mentioning where they are what limits the score.
 _DIGITS_OF_BINARY64 = 15
@@ -17,22 +25,26 @@ _ROUNDED = 4.0
 _LIMITED = 2.0
 # As many columns as the benchmark has.
 _NAMED = 8
-_ONE_SIGN = (
-    ("roll_angle", "roll_rate"), ("steer_angle", "steer_rate"), ("yaw", "yaw_rate"),
-    ("rear_normal_force", "front_normal_force"),
-)  # fmt: skip
-"""Columns that turn round together, whichever axes a program has."""
 
 
 def explain(report: Report) -> tuple[Finding, ...]:
-    """What is worth saying about a report, in the order of its columns."""
+    """What is worth saying about a report: its conventions, then in the order of its columns."""
+    understood = tuple(_understood(report))
+    contradicted = [
+        key for f in understood if f.code == "signs_disagree" for key in f.evidence["columns"]
+    ]
+    general = conventions(report, contradicted)
+    single = single_precision(report)
     return (
-        *_understood(report),
+        *(() if general is None else (general,)),
+        *understood,
+        *_unknown(report),
+        *_time_shift(report.maneuvers),
         *_coverage(report.maneuvers),
-        *_between(report),
         *_performance(report.maneuvers),
         *_consistency(report.maneuvers),
-        *_digits(report),
+        *_digits(report, single.evidence["columns"] if single else ()),
+        *(() if single is None else (single,)),
     )
 
 
@@ -57,16 +69,17 @@ def _understood(report: Report) -> Iterator[Finding]:
             "max_abs_error_as_written": [c.as_written.measures.max_abs_error for _, c in scores],
         }
         errors = _errors(scores)
-        if understood.definition != written.definition:
+        if understood.definition != written.definition and scores[0][1].is_known:
             default = [
                 next(a.max_abs_error for a in c.alternatives if a.definition == written.definition)
                 for _, c in scores
             ]
             also = scores[0][1].indistinguishable
+            sure = odds(scores[0][1])
             yield Finding(
                 "definition",
-                f"{key} is {understood.definition}: errors {errors}, against "
-                f"{_list(default)} for the default {written.definition}"
+                f"{key} is {understood.definition}{f', {sure}' if sure else ''}: errors {errors}, "
+                f"against {_list(default)} for the default {written.definition}"
                 + (f" (cannot be told apart from {', '.join(also)})" if also else ""),
                 evidence={**evidence, "definition": understood.definition},
             )
@@ -89,42 +102,67 @@ def _understood(report: Report) -> Iterator[Finding]:
                 "constant",
                 evidence={**evidence, "offset": understood.offset},
             )
-    for one, other in _ONE_SIGN:
-        if one in signs and other in signs and signs[one] != signs[other]:
-            yield Finding(
-                "signs_disagree",
-                f"{one} and {other} have opposite signs: one of them is turned round",
-                Severity.WARNING,
-                {"columns": [one, other]},
-            )
-    for name in ("rear_frame", "front_frame"):
-        for entries in _no_attitude(name, signs):
-            yield Finding(
-                "signs_disagree",
-                f"{_names(entries)} have signs that are those of no attitude in other axes: it may "
-                "be the inverse, or some are turned round",
-                Severity.WARNING,
-                {"columns": entries},
-            )
+    for keys in contradictions({k: s for k, s in signs.items() if _has_sign(columns[k])}):
+        if len(keys) == 2:
+            what = f"{keys[0]} and {keys[1]} have opposite signs: one of them is turned round"
+        else:
+            what = f"{_names(keys)} have signs that no axes give together: some are turned round"
+            what += ", or they are of an inverse attitude" if "frame_" in keys[0] else ""
+        yield Finding("signs_disagree", what, Severity.WARNING, {"columns": list(keys)})
 
 
-def _no_attitude(name: str, signs: Mapping[str, int]) -> Iterator[list[str]]:
-    """Entries of a quaternion or a rotation matrix whose signs no change of axes makes.
+def _unknown(report: Report) -> Iterator[Finding]:
+    """Columns whose definition is not known, of a motion that is right."""
+    for key, scores in _columns(report).items():
+        if scores[0][1].is_known:
+            continue
+        others = [
+            c.as_understood.measures.scd
+            for m in report.maneuvers
+            for c in m.columns
+            if c.is_known and c.as_understood.measures.scd is not None
+        ]
+        nearest = scores[0][1].as_understood.definition
+        yield Finding(
+            "definition_unknown",
+            f"{key}: no definition that is known here gives this column; the other columns have "
+            f"{floor(min(others))} digits or more, so the motion is right. The nearest definition "
+            f"is {nearest}, with errors {_errors(scores)}. It is of another point or axis, or "
+            "written wrongly: say what it is",
+            Severity.WARNING,
+            {
+                "column": key,
+                "nearest": nearest,
+                "max_abs_error": [c.as_understood.measures.max_abs_error for _, c in scores],
+                "digits_of_others": min(others),
+            },
+        )
 
-    Axes that are turned round, d = diag(+-1, +-1, +-1), change R to d R d and the vector part of q
-    to det(d) d q; and q and -q are the same.
-    """
-    quaternion = [f"{name}_q{i}" for i in range(4)]
-    if all(key in signs for key in quaternion) and prod(signs[key] for key in quaternion) < 0:
-        yield quaternion
-    matrix = {(i, j): f"{name}_r{i}{j}" for i in (1, 2, 3) for j in (1, 2, 3)}
-    if any(key not in signs for key in matrix.values()):
+
+def _time_shift(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
+    """Times that are off by a constant."""
+    shift = time_shift([m.part for m in maneuvers])
+    if shift is None:
         return
-    turned = {ij: signs[key] for ij, key in matrix.items()}
-    is_symmetric = all(s == turned[j, i] for (i, j), s in turned.items())
-    triangle = turned[1, 2] * turned[2, 3] * turned[1, 3]
-    if triangle < 0 or not is_symmetric or any(turned[i, i] < 0 for i in (1, 2, 3)):
-        yield list(matrix.values())
+    first = all(abs(m.part.time[0] - shift) < (m.step or 0.0) / 10 for m in maneuvers)
+    starts = f"; the first row, at {shift:.6g} s, holds the initial state" if first else ""
+    yield Finding(
+        "time_shifted",
+        f"All times are {abs(shift):.9g} s too {'late' if shift > 0 else 'early'}: with that taken "
+        f"{'off' if shift > 0 else 'into account'} the motion fits{starts}. The errors here are "
+        "those at the times as written",
+        Severity.WARNING,
+        {"shift": shift},
+    )
+
+
+def _has_sign(scores: Sequence[tuple[ManeuverScore, ColumnScore]]) -> bool:
+    """Whether most values are nearer to the reference than they would be with another sign."""
+    for _, c in scores:
+        some = spread(len(c.trace.time), MOST_SAMPLED)
+        if median(np.abs(c.trace.error[some])) >= median(np.abs(c.trace.reference[some])):
+            return False
+    return True
 
 
 def _coverage(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
@@ -148,24 +186,6 @@ def _coverage(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
             )
 
 
-def _between(report: Report) -> Iterator[Finding]:
-    """Where rows of the file are between those of the reference."""
-    left_out = [(c, (c.between, m.rows)) for m in report.maneuvers for c in m.columns if c.between]
-    sparse = {c.key for c, _ in left_out if c.is_sparse}
-    found: dict[str, tuple[int, int]] = {}
-    for c, counts in left_out:
-        found[c.key] = max(counts, found.get(c.key, counts))
-    for counts in dict.fromkeys(found.values()):
-        keys = [key for key, same in found.items() if same == counts]
-        yield Finding(
-            "between_rows",
-            f"{_names(keys)}: known at the rows of the reference only, so {counts[0]} of "
-            f"{counts[1]} values between them are not compared",
-            Severity.WARNING if sparse.intersection(keys) else Severity.INFO,
-            {"columns": keys, "values": counts[0]},
-        )
-
-
 def _performance(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
     limit = next((m.performance_limit for m in maneuvers if m.performance_limit), None)
     for m in maneuvers:
@@ -174,7 +194,7 @@ def _performance(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
         wrong = {
             c.key: c.as_understood.measures.max_rel_error or 0.0
             for c in m.columns
-            if not c.is_at_floor(_LIMITED)
+            if c.is_known and not c.is_at_floor(_LIMITED)
         }
         key = max(wrong, key=wrong.__getitem__, default="")
         worst = wrong.get(key, 0.0)
@@ -222,14 +242,14 @@ def _consistency(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
                 )
 
 
-def _digits(report: Report) -> Iterator[Finding]:
-    """Where not the program but the digits it wrote limit the score."""
+def _digits(report: Report, single: Collection[str]) -> Iterator[Finding]:
+    """Where not the program but the digits it wrote limit the score, if not for their precision."""
     digits = report.file.significant_digits
     if digits is None or digits >= _DIGITS_OF_BINARY64:
         return
     limited = []
     for key, scores in _columns(report).items():
-        if all(c.is_at_floor(_LIMITED) for _, c in scores):
+        if key not in single and all(c.is_at_floor(_LIMITED) for _, c in scores):
             limited.append(key)
     if limited:
         yield Finding(

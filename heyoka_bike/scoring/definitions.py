@@ -1,20 +1,25 @@
 """What the columns of a file mean: definition, sign, unit and zero, judged by what fits.
 
 The benchmark text defines none of them, so a difference of definition is no error. Every candidate
-is compared with the reference over all maneuvers of the file together. The *typical* error of a
-candidate in a maneuver is the root mean square of e without the largest hundredth of the rows, so
-that a few bad ones do not decide. The best candidate has the least product of typical errors over
-the maneuvers, which is the likeliest if the size of the error in each maneuver is unknown. Another
-candidate *cannot be told apart* from it if their typical errors differ by less than a factor of 2
-in every maneuver, or if it is better in one of them and what speaks against it in the others is not
-five times that, in logarithms of these factors; then the default is kept, so that no definition is
-claimed without evidence.
+is compared with the reference, and the likeliest one over all maneuvers of the file together is
+taken. The *typical* error of a candidate in a maneuver is the root mean square of e without the
+largest hundredth of the rows, so that a few bad ones do not decide.
+
+An error is a curve of unknown size, however many rows show it: that of an integrator is smooth, and
+neighbouring rows say the same. If it is worth nu independent values and its size may be anything (a
+prior of 1 / size), the likelihood of a candidate is typical^-nu in each maneuver, and the *odds* of
+two candidates are the product over the maneuvers of (typical / typical)^nu. So a maneuver weighs as
+much as it can tell: where the error is larger than the difference of two definitions, or both are
+below the digits written, its factor is near 1. The first row, at the known start, is evidence of
+its own: there no integrator has made an error yet.
+
+The default is kept unless the odds are against it: nothing is claimed without evidence.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,18 +31,20 @@ from heyoka_bike.scoring.alignment import HALF, Part
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.units import UNITS, factor
 
-_TOLD_APART = 2.0
-# ... if it is not worse in any maneuver by more than this: errors that happen to resemble the
-# difference of two definitions do so in one maneuver, not in all ...
-_NOT_WORSE = 0.8
-# ... or if what the others say outweighs it so many times. Where errors are as large as the
-# difference of the definitions a maneuver says little, and now and then the wrong thing.
-_OUTWEIGHED = 5.0
+# An error curve counts as so many independent values. Those of programs have about five (the
+# participation ratio of their spectra); with three, odds claimed against the truth are rarer than
+# they say, from a quarter of a second to ten, see docs/measures.md.
+_VALUES = 3
+# Odds, to 1, from which the default is given up: one claim in twenty may be wrong at the most.
+_CLAIMED = float(np.log(20.0))
+# The first row may have been written otherwise than the rest, once in so many files.
+_FIRST_ROW = float(np.log(1000.0))
 # Fewer rows than this show nothing but by meeting the floor of the digits written.
 _FEW_ROWS = 10
 # One row of so many is left out of the typical error.
 _LEFT_OUT = 100
 _CLEARLY = 10.0
+_LN_10 = float(np.log(10.0))
 # Of the scale.
 _FAR_ZERO = 0.1
 # Speeds and energies hardly vary: units that are not tried, ft/s or a wheel's rad/s, come within a
@@ -47,6 +54,7 @@ _HARDLY_VARYING = ("m s-1", "J")
 # Taking a constant from an error that grows does not lower it this much: a line keeps half.
 _CLEARLY_CONSTANT = 10.0
 _ENERGIES = ("kinetic_energy", "mechanical_energy", "potential_energy")
+_ZEROED = ("potential_energy", "mechanical_energy")
 _UNSIGNED = (*_ENERGIES, "rear_friction", "front_friction")
 
 
@@ -58,21 +66,38 @@ class Understanding:
     ----------
     column : Column
         The definition.
-    unit, sign, offset
-        SI value = sign * (value in unit) - offset.
+    unit, sign, offset, offset_lo
+        SI value = sign * (value in unit) - offset - offset_lo, the latter far smaller.
     indistinguishable : tuple of str
-        Definitions that fit as well.
+        Definitions that the file cannot tell from it.
+    odds : mapping of str to float
+        How much likelier it is than each other definition, decimal logarithms; below zero for one
+        that is likelier than the default, but not enough.
     """
 
     column: Column
     unit: str
     sign: int = 1
     offset: float = 0.0
+    offset_lo: float = 0.0
     indistinguishable: tuple[str, ...] = ()
+    odds: Mapping[str, float] = field(default_factory=dict)
+
+    def taken_as(self, column: Column) -> Understanding:
+        """The same with another definition, and what the file cannot tell from that."""
+        mine = self.odds[column.definition]
+        odds = {d: x - mine for d, x in self.odds.items()}
+        odds[self.column.definition] = -mine
+        del odds[column.definition]
+        alike = tuple(d for d, x in odds.items() if x * _LN_10 < _CLAIMED)
+        return replace(self, column=column, indistinguishable=alike, odds=odds)
 
     def is_plain(self) -> bool:
         """Whether this is how the column is taken as written."""
-        return self == replace(plain(self.column.key), indistinguishable=self.indistinguishable)
+        taken = plain(self.column.key)
+        return (self.column, self.unit, self.sign, self.offset) == (
+            taken.column, taken.unit, taken.sign, taken.offset,
+        )  # fmt: skip
 
 
 def plain(key: str) -> Understanding:
@@ -144,25 +169,34 @@ class Sample:
             u.sign * factor(u.unit)[0] * self.values[key] - u.offset - self.expected[u.column.name]
         )
 
-    def starts_otherwise(self, key: str, u: Understanding, default: Understanding) -> bool:
-        """Whether the first row, at the known start, speaks against a definition.
-
-        It fits the default one, and is as far from the other as the rest of the run.
-        """
+    def first_row(self, key: str, u: Understanding) -> float:
+        """How much the first row speaks against a candidate, as a natural logarithm of odds."""
         if key not in self.at_start:
-            return False
-        error = abs(float(self.error(key, u)[0]))
-        known = abs(float(self.error(key, default)[0]))
-        return error > _CLEARLY * max(known, sum(self.floor[key])) and (
-            error > self.typical(key, u) / _CLEARLY
-        )
+            return 0.0
+        error = abs(float(self.error(key, u)[0])) / self._smallest(key, u)
+        return min(max(float(np.log(max(error, 1.0))), 0.0), _FIRST_ROW)
+
+    def log_likelihood(self, key: str, u: Understanding) -> float:
+        """Natural logarithm, but for a constant that is the same for all candidates."""
+        return -_VALUES * float(np.log(self.typical(key, u))) - self.first_row(key, u)
+
+    def of_a_constant(self, key: str, u: Understanding) -> float:
+        """`log_likelihood` of a column that does not vary."""
+        varies = factor(u.unit)[0] * rms(self.values[key] - np.mean(self.values[key]))
+        return -_VALUES * float(np.log(max(varies, self._smallest(key, u))))
 
     def typical(self, key: str, u: Understanding) -> float:
         """Root mean square of the errors but the largest, not below what the digits can tell."""
+        error = np.abs(self.error(key, u))
+        kept = len(error) - len(error) // _LEFT_OUT
+        if kept < len(error):
+            error = np.partition(error, kept)[:kept]
+        return max(rms(error), self._smallest(key, u))
+
+    def _smallest(self, key: str, u: Understanding) -> float:
+        """What the digits written, and plain binary64, can tell at best [SI]."""
         written, known = self.floor[key]
-        error = np.sort(np.abs(self.error(key, u)))
-        kept = error[: len(error) - len(error) // _LEFT_OUT]
-        return max(rms(kept), written * factor(u.unit)[0], known)
+        return max(written * factor(u.unit)[0], known)
 
 
 _Typical = tuple[float, ...]
@@ -172,53 +206,66 @@ def _typical(key: str, u: Understanding, samples: Iterable[Sample]) -> _Typical:
     return tuple(s.typical(key, u) for s in samples if key in s.values)
 
 
-def _joint(typical: _Typical) -> float:
-    return float(np.sum(np.log(typical)))
+def _joint(sizes: Sequence[float]) -> float:
+    """Logarithm of a product, which itself may overflow."""
+    return float(np.sum(np.log(sizes)))
 
 
-def _told_apart(worse: _Typical, better: _Typical) -> bool:
-    """Whether the maneuvers say that one candidate is better, and next to nothing the contrary."""
-    ratios = np.array(worse) / np.array(better)
-    says = np.log(ratios)
-    contrary = -says[ratios <= _NOT_WORSE].sum()
-    return bool(ratios.max() > _TOLD_APART and says[says > 0].sum() > _OUTWEIGHED * contrary)
+def _log_likelihood(key: str, u: Understanding, samples: Iterable[Sample]) -> float:
+    return sum(s.log_likelihood(key, u) for s in samples if key in s.values)
 
 
 def _choose(key: str, samples: Sequence[Sample]) -> Understanding:
     """Unit and sign, then the definition under them."""
     columns = COMPARED[key]
+    if all(float(np.ptp(s.values[key])) == 0.0 for s in samples):
+        # One number, such as the speed of the linear equations, is nearest to whichever definition
+        # varies the least, and means none of them.
+        columns = columns[:1]
     signs = (1,) if key in _UNSIGNED else (1, -1)
-    typical = {
-        (unit, sign, c): _typical(key, Understanding(c, unit, sign), samples)
+    candidates = [
+        Understanding(c, unit, sign)
         for unit in UNITS[columns[0].unit]
         for sign in signs
         for c in columns
-    }
+    ]
+    likely = [_log_likelihood(key, u, samples) for u in candidates]
 
-    def best(candidates: Iterable[tuple[str, int, Column]]) -> tuple[str, int, Column]:
-        return min(candidates, key=lambda c: _joint(typical[c]))
+    def best(unit: str | None = None, sign: int | None = None) -> int:
+        # Of equals the first, the default.
+        having = [
+            i for i, u in enumerate(candidates) if unit is None or (u.unit, u.sign) == (unit, sign)
+        ]
+        return max(having, key=likely.__getitem__)
 
-    for unit, sign in {c[:2] for c in typical}:
-        for c in columns[1:]:
-            candidates = [Understanding(d, unit, sign) for d in (c, columns[0])]
-            if any(s.starts_otherwise(key, *candidates) for s in samples):
-                del typical[unit, sign, c]
-
-    unit, sign, _ = chosen = best(typical)
-    as_si = best(c for c in typical if c[:2] == (columns[0].unit, 1))
-    if not _is_shown(key, typical[chosen], samples):
+    chosen, as_si = best(), best(columns[0].unit, 1)
+    typical = _typical(key, candidates[chosen], samples)
+    if not _is_shown(key, typical, samples):
         return plain(key)
-    clear = _told_apart(typical[as_si], typical[chosen])
-    if not (clear and _is_near(key, typical[chosen], samples)):
-        unit, sign, _ = chosen = as_si
-    alike = [
-        c
-        for c in columns
-        if (unit, sign, c) in typical and not _told_apart(typical[unit, sign, c], typical[chosen])
-    ]  # the chosen one among them
-    column = columns[0] if columns[0] in alike else chosen[2]
-    others = tuple(c.definition for c in alike if c is not column)
-    return Understanding(column, unit, sign, indistinguishable=others)
+    if likely[chosen] - likely[as_si] < _CLAIMED or not _is_near(key, typical, samples):
+        chosen = as_si
+    taken = candidates[chosen]
+    under = {
+        u.column.definition: x
+        for u, x in zip(candidates, likely, strict=True)
+        if (u.unit, u.sign) == (taken.unit, taken.sign)
+    }
+    constant = sum(s.of_a_constant(key, taken) for s in samples if key in s.values)
+    if constant - likely[chosen] > _CLAIMED:
+        # A speed that is taken as constant is that of no definition.
+        return replace(taken, column=columns[0])
+    alike = [c for c in columns if likely[chosen] - under[c.definition] < _CLAIMED]
+    column = columns[0] if columns[0] in alike else taken.column
+    return replace(
+        taken,
+        column=column,
+        indistinguishable=tuple(c.definition for c in alike if c is not column),
+        odds={
+            c.definition: (under[column.definition] - under[c.definition]) / _LN_10
+            for c in columns
+            if c is not column
+        },
+    )
 
 
 def _is_shown(key: str, typical: _Typical, samples: Sequence[Sample]) -> bool:
@@ -236,7 +283,7 @@ def _is_near(key: str, typical: _Typical, samples: Sequence[Sample]) -> bool:
     """
     limit = _NEAR if _hardly_varies(key, samples) else HALF
     sizes = [rms(s.expected[key]) for s in samples]
-    return all(sizes) and _joint(typical) < _joint(tuple(limit * size for size in sizes))
+    return all(sizes) and _joint(typical) < _joint([limit * x for x in sizes])
 
 
 def _hardly_varies(key: str, samples: Sequence[Sample]) -> bool:
@@ -261,34 +308,49 @@ def _find_offset(found: dict[str, Understanding], samples: Sequence[Sample]) -> 
     It is looked for in the potential energy: an offset of the mechanical energy alone, which is
     constant, could as well be a wrong initial state.
     """
-    key, total = "potential_energy", "mechanical_energy"
-    if key not in found:
+    if "potential_energy" not in found:
         return
-    u = found[key]
+    # The kinetic energy tells the unit; without it, another zero hides it.
+    known = found["potential_energy"].unit
+    units = (known,) if "kinetic_energy" in found else UNITS["J"]
+    for unit in sorted(units, key=lambda u: u != known):
+        if moved := _with_offset({k: replace(found[k], unit=unit) for k in _ZEROED if k in found},
+                                 found, samples):  # fmt: skip
+            found.update(moved)
+            return
+
+
+def _with_offset(
+    taken: Mapping[str, Understanding],
+    before: Mapping[str, Understanding],
+    samples: Sequence[Sample],
+) -> Mapping[str, Understanding]:
+    """The potential and the mechanical energy with the zero that explains them; empty if none."""
+    key, total = _ZEROED
+    u = taken[key]
     having = [s for s in samples if key in s.values]
     errors = [s.error(key, u) for s in having]
     # From the maneuver in which the error is the most constant, its least disturbed row: the first.
     offset = float(min(errors, key=lambda e: float(median(np.abs(e - median(e)))))[0])
-    moved = replace(u, offset=offset)
-    left = _typical(key, moved, having)
+    moved = {k: replace(v, offset=offset) for k, v in taken.items()}
+    left = _typical(key, moved[key], having)
     scale = max(s.scale[key] for s in having)
     # Zeros that programs choose (the start, the hubs, the centre of mass) are far from the floor;
     # a wrong weight or height moves the energy a little, and nearly by a constant.
     if abs(offset) < _FAR_ZERO * scale or not _is_shown(key, left, having):
-        return
-    if _explained(key, u, moved, samples) < _CLEARLY_CONSTANT:
-        return
+        return {}
+    if _explained(key, before[key], moved[key], samples) < _CLEARLY_CONSTANT:
+        return {}
     # What is left must be an error of the motion, not all of it.
     for s, typical in zip(having, left, strict=True):
         expected = s.expected[u.column.name]
         if typical > HALF * rms(expected - median(expected)) + sum(s.floor[key]):
-            return
-    if total in found:
-        both = replace(found[total], offset=offset)
-        if _explained(total, found[total], both, samples) < _CLEARLY_CONSTANT:
-            return
-        found[total] = both
-    found[key] = moved
+            return {}
+    if total in moved and _explained(total, before[total], moved[total], samples) < (
+        _CLEARLY_CONSTANT
+    ):
+        return {}
+    return moved
 
 
 def _explained(

@@ -80,10 +80,15 @@ class Alternative:
     definition
     max_abs_error
         [SI unit]
+    log10_odds
+        Odds of the definition that the column turned out to have against this one, over all
+        maneuvers of the file together, as a decimal logarithm; below zero if this one is likelier,
+        but not enough to give up the default. None where nothing tells.
     """
 
     definition: str
     max_abs_error: float | None
+    log10_odds: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,11 +155,9 @@ class ColumnScore:
     values, missing
         How many values were compared, and how many were not finite.
     trace : Trace
-    between
-        How many values were not compared for being between the rows of the reference, which knows
-        some columns at its rows only.
-    is_sparse
-        Whether that is most of them, and most rows of the reference have none.
+    is_known
+        False if none of the definitions gives this column, while the motion of the file is right:
+        the one that it is compared with is the nearest.
     """
 
     key: str
@@ -168,8 +171,7 @@ class ColumnScore:
     values: int
     missing: int
     trace: Trace
-    between: int = 0
-    is_sparse: bool = False
+    is_known: bool = True
 
     def is_at_floor(self, times: float = 1.0) -> bool:
         """Whether the error is no more than so many times what the digits written allow."""
@@ -342,8 +344,8 @@ class Report:
 
     @property
     def said(self) -> tuple[Finding, ...]:
-        """All findings, those of the diagnosis first."""
-        return self.diagnosis + self.findings
+        """All findings, those of the diagnosis first; none of them twice."""
+        return self.diagnosis + tuple(f for f in self.findings if f not in self.diagnosis)
 
     @property
     def passed(self) -> bool:
@@ -395,12 +397,15 @@ class Run:
         Processor time [s]; None if not given.
     name
         Of the program or of the run; empty for the name of its file.
+    tolerance
+        Of a solver that chooses its steps; None if unknown.
     """
 
     report: Report
     step: float | None
     cpu: float | None
     name: str = ""
+    tolerance: float | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -1,9 +1,9 @@
 """Requirements on a report: ``[maneuver.][column.]metric op number``.
 
 The worst value over what is not named counts: the largest for ``<`` and ``<=``, the smallest for
-``>`` and ``>=``. A column with values that are not finite or were not compared fails whatever the
-others are, and so does one that contradicts another of the file by its sign, and a requirement on
-something that the file does not have.
+``>`` and ``>=``. A column with values that are not finite fails whatever the others are, and so
+does one that contradicts another of the file by its sign, one that was never filled in, and a
+requirement on something that the file does not have.
 """
 
 import operator
@@ -15,6 +15,7 @@ from math import inf, isfinite
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
 from heyoka_bike.errors import InputError
 from heyoka_bike.scoring.report import ColumnScore, Report, Requirement
+from heyoka_bike.scoring.unfilled import CODE
 
 OF_COLUMN = (
     "scd", "mescd", "max_abs_error", "rms_error", "max_rel_error", "time_to_tolerance",
@@ -100,6 +101,10 @@ def check(text: str, report: Report) -> Requirement:
         See `parse`.
     """
     r = parse(text)
+    unfilled = [p for f in report.findings if f.code == CODE for p in f.evidence["columns"]]
+    if asked := [place.split(".") for place in unfilled if _asks(r, place)]:
+        numbers, keys = (", ".join(dict.fromkeys(x)) for x in zip(*asked, strict=True))
+        return Requirement(text, False, None, f"maneuver {numbers}, {keys}: never filled in")
     maneuvers = [m for m in report.maneuvers if r.maneuver in (None, m.maneuver)]
     if not maneuvers:
         return Requirement(text, False, None, f"maneuver {r.maneuver} is not in the file")
@@ -113,7 +118,7 @@ def check(text: str, report: Report) -> Requirement:
     for m in maneuvers:
         where = f"maneuver {m.maneuver}"
         if r.metric in OF_MANEUVER:
-            lacking = next((c for c in m.columns if _is_lacking(c) and _matters(c, r.metric)), None)
+            lacking = next((c for c in m.columns if c.missing and _matters(c, r.metric)), None)
             if lacking is not None:
                 return Requirement(text, False, None, f"{where}, {_why_missing(lacking)}")
             value = getattr(m, r.metric)
@@ -125,7 +130,7 @@ def check(text: str, report: Report) -> Requirement:
         for c in m.columns:
             if r.column not in (None, c.key):
                 continue
-            if _is_lacking(c):
+            if c.missing:
                 return Requirement(text, False, None, f"{where}, {_why_missing(c)}")
             if c.key in contradicted:
                 return Requirement(text, False, None, f"{where}, {contradicted[c.key]}")
@@ -143,6 +148,14 @@ def check(text: str, report: Report) -> Requirement:
     return Requirement(text, _OPERATORS[r.op](value, r.number), found, f"{shown} ({where})")
 
 
+def _asks(r: Parsed, place: str) -> bool:
+    """Whether a requirement speaks of a column of a maneuver ("2.roll_angle")."""
+    number, key = place.split(".")
+    if r.maneuver not in (None, int(number)) or r.column not in (None, key):
+        return False
+    return r.metric in (*OF_COLUMN, "coverage", "gap") or key.endswith("energy")
+
+
 def _is_left_out(column: str | None, report: Report) -> bool:
     """Whether the file has a column that the reference does not."""
     return any(
@@ -152,21 +165,12 @@ def _is_left_out(column: str | None, report: Report) -> bool:
     )
 
 
-def _is_lacking(c: ColumnScore) -> bool:
-    return bool(c.missing or c.between)
-
-
 def _matters(c: ColumnScore, metric: str) -> bool:
     return metric in ("coverage", "gap") or c.key.endswith("energy")
 
 
 def _why_missing(c: ColumnScore) -> str:
-    if c.missing:
-        return f"{c.key}: {c.missing} of {c.missing + c.values + c.between} values are not finite"
-    return (
-        f"{c.key}: {c.between} of {c.between + c.values} values are between the rows of the "
-        "reference and not compared"
-    )
+    return f"{c.key}: {c.missing} of {c.missing + c.values} values are not finite"
 
 
 def _value(c: ColumnScore, metric: str) -> float | None:

@@ -5,18 +5,17 @@
 `consistency` how well the file agrees with itself. The outcome is one `report.Report`.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from heyoka_bike.bicycle.columns import COMPARED
-from heyoka_bike.numbers.double import Array, Double, median, two_sum
-from heyoka_bike.reference.between_rows import SUMMED
+from heyoka_bike.numbers.double import Array, Double, add, median, two_sum
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.reference.manifest import CUSTOM
 from heyoka_bike.scoring import measures
-from heyoka_bike.scoring.alignment import Alignment, Part, align, merge
+from heyoka_bike.scoring.alignment import SUMMED, Alignment, Part, align, merge
 from heyoka_bike.scoring.comparison import Candidate, errors, is_small, largest_errors
 from heyoka_bike.scoring.conclusions import explain
 from heyoka_bike.scoring.consistency import consistency
@@ -31,10 +30,14 @@ from heyoka_bike.scoring.report import (
     Trace,
 )
 from heyoka_bike.scoring.requirements import check
+from heyoka_bike.scoring.unfilled import without_unfilled
 from heyoka_bike.scoring.units import factor, to_si
+from heyoka_bike.scoring.unknown import unknown_columns
 
 # The benchmark judges maneuver 2, by eq. (1) below 1e-3 %.
 _JUDGED: Mapping[int, float] = {2: 1e-3}
+# Correct values that were rounded once or twice are apart by up to this many last digits.
+_ROUNDED = 4.0
 # A last row at the end of the run, or one at an event, does not make the others uneven.
 _FEW_ODD = 0.02
 
@@ -71,7 +74,7 @@ def score(
     """
     known = load_reference() if reference is None else reference
     several = [results] if isinstance(results, Results) else list(results)
-    return scored(merge([align(r, known) for r in several]), known, require)
+    return scored(merge([without_unfilled(align(r, known)) for r in several]), known, require)
 
 
 def scored(
@@ -83,6 +86,7 @@ def scored(
     """The report of aligned results, with their columns as understood or as they fit best."""
     benchmark = reference.dataset_version != CUSTOM
     taken = understand(alignment.parts) if understood is None else understood
+    taken = _with_exact_zero(taken, alignment.parts)
 
     def score_part(part: Part) -> ManeuverScore:
         return _score_maneuver(part, taken, _JUDGED.get(part.number) if benchmark else None)
@@ -95,6 +99,8 @@ def scored(
         # NumPy computes on long arrays outside the interpreter's lock.
         with ThreadPoolExecutor() as pool:
             maneuvers = tuple(pool.map(score_part, alignment.parts))
+    unknown = unknown_columns(maneuvers)
+    maneuvers = tuple(_without_meaning(m, unknown) for m in maneuvers)
     found = Report(
         dataset_version=reference.dataset_version,
         bicycle=reference.bicycle,
@@ -122,12 +128,18 @@ def _score_maneuver(
         coverage=coverage,
         gap=gap,
         step=float(median(steps)) if len(steps) else None,
-        performance=measures.performance(_energy(columns)),
+        performance=measures.performance(*_energy(part, understood, columns)),
         performance_limit=limit,
         consistency=consistency(part, columns),
         columns=columns,
         part=part,
     )
+
+
+def _without_meaning(m: ManeuverScore, unknown: Collection[str]) -> ManeuverScore:
+    if not unknown:
+        return m
+    return replace(m, columns=tuple(replace(c, is_known=c.key not in unknown) for c in m.columns))
 
 
 def _coverage(part: Part) -> tuple[float, float, float, float]:
@@ -149,15 +161,17 @@ def _coverage(part: Part) -> tuple[float, float, float, float]:
     return float(times[0]), float(times[-1]), 1.0 if covered > 1 - SUMMED else covered, gap
 
 
-def _energy(columns: Sequence[ColumnScore]) -> Array:
-    """The file's own mechanical energy [J], or the sum of its parts."""
-    traces = {c.key: c.trace for c in columns if not c.missing}
-    if "mechanical_energy" in traces:
-        return traces["mechanical_energy"].value
-    potential, kinetic = traces.get("potential_energy"), traces.get("kinetic_energy")
-    if any(c.key == "mechanical_energy" for c in columns) or potential is None or kinetic is None:
-        return np.empty(0)
-    return potential.value + kinetic.value
+def _energy(
+    part: Part, understood: Mapping[str, Understanding], columns: Sequence[ColumnScore]
+) -> Double:
+    """The file's own mechanical energy [J], or the sum of its parts; empty without."""
+    total, *parts = ("mechanical_energy", "potential_energy", "kinetic_energy")
+    whole = {c.key for c in columns if not c.missing}
+    keys = [total] if any(c.key == total for c in columns) else parts
+    if not whole.issuperset(keys):
+        return np.empty(0), np.empty(0)
+    energy, *more = (_as_understood(_double(part, key), understood[key]) for key in keys)
+    return add(energy, more[0]) if more else energy
 
 
 def _score_columns(part: Part, understood: Mapping[str, Understanding]) -> tuple[ColumnScore, ...]:
@@ -177,12 +191,13 @@ def _score_columns(part: Part, understood: Mapping[str, Understanding]) -> tuple
     alternatives: dict[str, list[Alternative]] = {key: [] for key in keys}
     for (key, c), distance in zip(others, far, strict=True):
         has_values = bool(np.isfinite(written[key][0]).any())
-        alternatives[key].append(Alternative(c.definition, distance if has_values else None))
-    scores = []
+        odds = understood[key].odds.get(c.definition)
+        found_far = distance if has_values else None
+        alternatives[key].append(Alternative(c.definition, found_far, odds))
+    scores, late = [], _late(part)
     for key, candidate, error in zip(keys, best, found, strict=False):
         u = understood[key]
         missing = int(np.count_nonzero(~np.isfinite(part.values[key])))
-        between = int(np.count_nonzero(np.isfinite(part.values[key]) & ~np.isfinite(error)))
         trace = _trace(part.time, candidate.values[0], error)
         reading = _reading(part, trace, u)
         plain_reading = reading
@@ -195,24 +210,46 @@ def _score_columns(part: Part, understood: Mapping[str, Understanding]) -> tuple
                 unit=u.column.unit,
                 as_written=plain_reading,
                 as_understood=reading,
-                floor=_floor(part, key, u),
+                floor=_floor(part, key, u, late),
                 alternatives=tuple(alternatives[key]),
                 indistinguishable=u.indistinguishable,
                 growth=measures.growth(trace.time, trace.error, float(part.reference.duration)),
                 values=len(trace.time),
                 missing=missing,
-                between=between,
-                is_sparse=between > len(trace.time) and 2 * len(trace.time) < _rows_within(part),
                 trace=trace,
             )
         )
     return tuple(scores)
 
 
-def _rows_within(part: Part) -> int:
-    """Rows of the reference from the first to the last time."""
-    rows = part.reference.time
-    return int(np.count_nonzero((rows >= part.time[0]) & (rows <= part.time[-1])))
+def _with_exact_zero(
+    understood: Mapping[str, Understanding], parts: Sequence[Part]
+) -> Mapping[str, Understanding]:
+    """The zero of the energies to all digits of the file, where they have another one."""
+    key = "potential_energy"
+    u = understood.get(key)
+    if u is None or not u.offset:
+        return understood
+    left = []
+    for part in parts:
+        if key not in part.values:
+            continue
+        candidate = Candidate(_as_understood(_double(part, key), u), u.column.name)
+        (error,) = errors(part, [candidate])
+        error = error[np.isfinite(error)]
+        if not len(error):
+            continue
+        # Errors of the motion begin at nothing with it; those of rounding are nothing on average.
+        last_digit = _floor(part, key, u, _late(part)) or 0.0
+        if key not in part.lo:
+            last_digit = max(last_digit, float(np.spacing(part.reference.scale(key))))
+        is_rounding = np.ptp(error) <= _ROUNDED * last_digit
+        found = float(np.mean(error)) if is_rounding else float(error[0])
+        left.append((float(median(np.abs(error - found))), found))
+    rest = min(left)[1] if left else 0.0
+    return {
+        k: replace(v, offset_lo=rest) if v.offset == u.offset else v for k, v in understood.items()
+    }
 
 
 def _double(part: Part, key: str) -> Double:
@@ -237,7 +274,7 @@ def _as_understood(values: Double, u: Understanding) -> Double:
     if not u.offset:
         return hi, lo
     hi, rest = two_sum(hi, np.full_like(hi, -u.offset))
-    return two_sum(hi, rest + lo)
+    return two_sum(hi, rest + (lo - u.offset_lo))
 
 
 def _reading(part: Part, trace: Trace, u: Understanding) -> Reading:
@@ -246,26 +283,31 @@ def _reading(part: Part, trace: Trace, u: Understanding) -> Reading:
         definition=u.column.definition,
         sign=u.sign,
         unit=u.unit,
-        offset=u.offset,
+        offset=u.offset + u.offset_lo,
         measures=measures.measures(trace.time, trace.error, trace.reference, size),
     )
 
 
-def _floor(part: Part, key: str, u: Understanding) -> float | None:
-    """Largest error that correctly rounded values at correctly rounded times may have [SI]."""
+def _floor(part: Part, key: str, u: Understanding, late: float) -> float | None:
+    """Largest error that rounded values at times that are so late [s] may have [SI]."""
     quantum = part.quantum.get(key)
     largest = np.fmax.reduce(np.abs(part.values[key]), initial=-1.0)
     if quantum is None or largest < 0:
         return None
     # Neighbouring numbers are farthest apart where they are largest.
     floor = float(quantum.at(np.array([largest]))[0]) / 2 * factor(u.unit)[0]
+    if not late:
+        return floor
+    rows = part.reference.rows[u.column.name]
+    return floor + late * float(np.max(np.abs(np.diff(rows) / np.diff(part.reference.time))))
+
+
+def _late(part: Part) -> float:
+    """How far times that are rounded to the digits written may be off [s]; even ones are not."""
     times = part.quantum.get("time")
     if times is None or times.base != 10 or _is_even(part.time):
-        return floor
-    # Uneven times are rounded to the digits written, too.
-    rows = part.reference.rows[u.column.name]
-    steepest = float(np.max(np.abs(np.diff(rows) / np.diff(part.reference.time))))
-    return floor + steepest * float(np.max(times.at(part.time))) / 2
+        return 0.0
+    return float(np.max(times.at(part.time))) / 2
 
 
 def _is_even(time: Array) -> bool:

@@ -16,7 +16,7 @@ import flint
 import pytest
 from oracles import vectors
 from oracles.newton_euler import Motion, move, solve_pitch
-from oracles.vectors import axes, rotation
+from oracles.vectors import Vector, axes, rotation
 
 from heyoka_bike.bicycle.equations.constants import Constants, constants
 from heyoka_bike.bicycle.equations.kinematics import posture, rear_rates
@@ -179,8 +179,28 @@ def from_the_columns(both: Both) -> dict[str, tuple[Any, Any]]:
     ahead, aside, down = (turn(m.bodies["B"].attitude(e)) for e in axes(ORACLE_BALLS))
     hub = turn(m.rear_hub_velocity)
     masses = {letter: body.mass for letter, body in m.bodies.items()}
-    momentum = [sum(masses[b] * v.linear[i] for b, v in m.velocities.items()) for i in range(3)]
-    radius = BALLS.number(both.case.bicycle["rR"])
+    momentum = turn(
+        Vector([sum(masses[b] * v.linear[i] for b, v in m.velocities.items()) for i in range(3)])
+    )
+    mass = sum(masses.values())
+    radius, front_radius = (BALLS.number(both.case.bicycle[r]) for r in ("rR", "rF"))
+    tilt = BALLS.number(both.case.bicycle["lam"])
+    heading = turn(axes(ORACLE_BALLS)[0])
+    down_the_steer_axis = tilt.sin() * ahead + tilt.cos() * down
+    across_the_steer_axis = tilt.cos() * ahead - tilt.sin() * down
+
+    # The front wheel touches the floor at the end of its steepest radius, s / |s|.
+    front_hub = turn(m.velocities["F"].linear)
+    vertical = axes(ORACLE_BALLS)[2]
+    axle = turn(m.bodies["H"].attitude(axes(ORACLE_BALLS)[1]))
+    axle_rate = turn(m.velocities["H"].angular).cross(axle)
+    s = vertical - vertical.dot(axle) * axle
+    s_rate = -(vertical.dot(axle_rate) * axle + vertical.dot(axle) * axle_rate)
+    length = s.dot(s).sqrt()
+    front_contact = front_hub + (front_radius / length) * (s_rate - s.dot(s_rate) / s.dot(s) * s)
+    track = axle.cross(vertical)
+    front_spin = turn(m.velocities["F"].angular).dot(axle)
+    rear_contact = m.speed + radius * m.roll.sin() * m.yaw_rate
 
     def angle_and_rate(y: Any, x: Any, y_rate: Any, x_rate: Any) -> tuple[Any, Any]:
         return flint.arb.atan2(y, x), (y_rate * x - y * x_rate) / (x * x + y * y)
@@ -197,22 +217,38 @@ def from_the_columns(both: Both) -> dict[str, tuple[Any, Any]]:
         "roll_rate_body_x": omega.dot(ahead),
         "roll_rate_tait_bryan_xyz_rate": xyz_rate,
         "roll_rate_zyx_rate": zyx_rate,
+        "roll_rate_steer_axes_x": omega.dot(across_the_steer_axis),
         "forward_speed": m.speed,
         "forward_speed_hub_body_x": hub.dot(ahead),
         "forward_speed_wheel_spin": -radius * m.rear_wheel_rate,
         # The contact point of a wheel leaned to the right is to the left of the hub.
-        "forward_speed_contact": m.speed + radius * m.roll.sin() * m.yaw_rate,
+        "forward_speed_contact": rear_contact,
         "forward_speed_hub_norm": hub.dot(hub).sqrt(),
-        "forward_speed_com_norm": sum(x * x for x in momentum).sqrt() / sum(masses.values()),
+        "forward_speed_com_norm": momentum.dot(momentum).sqrt() / mass,
         "forward_speed_hub_global_x": hub[0],
+        "forward_speed_contact_global_x": rear_contact * heading[0],
+        "forward_speed_com_heading": momentum.dot(heading) / mass,
+        "forward_speed_com_global_x": momentum[0] / mass,
+        "forward_speed_front_hub_heading": front_hub.dot(heading),
+        "forward_speed_front_hub_norm": front_hub.dot(front_hub).sqrt(),
+        "forward_speed_front_hub_global_x": front_hub[0],
+        "forward_speed_front_contact": front_contact.dot(track) / track.dot(track).sqrt(),
+        "forward_speed_front_contact_heading": front_contact.dot(heading),
+        "forward_speed_front_contact_global_x": front_contact[0],
+        "forward_speed_front_wheel_heading": -front_radius * front_spin,
+        "forward_speed_front_wheel_spin": -front_radius * m.front_wheel_rate,
         "potential_energy": m.potential_energy,
         "kinetic_energy": m.kinetic_energy,
         "mechanical_energy": m.potential_energy + m.kinetic_energy,
         "steer_angle": m.steer,
         "steer_rate": m.steer_rate,
         "pitch": m.pitch,
+        "pitch_zyx": (-ahead[2]).asin(),
+        "pitch_steer_axes": m.pitch + tilt,
         "yaw": yaw,
         "yaw_rate": m.yaw_rate,
+        "yaw_rate_body_z": omega.dot(down),
+        "yaw_rate_steer_axes_z": omega.dot(down_the_steer_axis),
     }
     assert expected.keys() == found.keys()
     return {name: (found[name], x) for name, x in expected.items()}

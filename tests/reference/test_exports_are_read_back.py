@@ -101,6 +101,18 @@ def test_json_rows_are_results_that_can_be_scored(tmp_path, reference):
         assert error <= floor, which
 
 
+@pytest.mark.parametrize("form", ["json", "netcdf"])
+@pytest.mark.parametrize("maneuver", [None, "2"])
+def test_the_files_themselves_are_results_that_can_be_scored(form, maneuver, tmp_path, reference):
+    export(tmp_path, form, *(("--maneuver", maneuver) if maneuver else ()))
+    results = read_results(tmp_path / f"{STEM}.{'nc' if form == 'netcdf' else form}")
+    assert not results.findings
+    scored = worst(score(results))
+    assert len(scored) == (8 if maneuver else 24)
+    for error, _, _, key, m in scored:
+        assert error <= DENSE * reference[m.maneuver].scale(key), (m.maneuver, key)
+
+
 def test_netcdf_opens_in_xarray(tmp_path, reference):
     export(tmp_path, "netcdf", "--columns", "all")
     with xarray.open_dataset(tmp_path / f"{STEM}.nc", engine="h5netcdf") as data:

@@ -7,6 +7,7 @@ from fractions import Fraction
 from pathlib import Path
 
 import flint
+import mpmath
 import numpy as np
 import pytest
 from support.without_packages import HEAVY, python
@@ -15,6 +16,7 @@ from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.motion_columns import DENSE_COLUMNS, MOTION_COLUMNS
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.errors import DatasetError, InputError
+from heyoka_bike.numbers.double import root
 from heyoka_bike.reference.load import Motion, Reference, ReferenceManeuver, load_motion
 from heyoka_bike.showing.replay.motion_3d import motion_3d, reference_state
 
@@ -138,17 +140,44 @@ def test_rows_and_bounds_are_what_they_should_be(maneuver: ReferenceManeuver) ->
 def test_dense_output_is_that_of_the_rows(maneuver: ReferenceManeuver) -> None:
     times = [Fraction(i, 100) for i in (0, 1, 333, 1000)]
     found = maneuver.evaluate(times)
-    assert tuple(found.hi) == DENSE_COLUMNS
-    for name in DENSE_COLUMNS:
+    assert tuple(found.hi) == tuple(c.name for c in MOTION_COLUMNS)
+    for name in found.hi:
         exact = maneuver[name][[0, 1, 333, 1000]]
         assert np.abs(found[name] - exact).max() <= 1e-15 * maneuver.scale(name)
     alone = maneuver.evaluate("3.33", "com_z")
     assert alone["com_z"] == found["com_z"][2]
 
 
-def test_a_column_of_rows_only_is_refused_at_other_times(maneuver: ReferenceManeuver) -> None:
-    with pytest.raises(InputError, match="rear_friction: has values at the rows only"):
-        maneuver.evaluate(1.0, "rear_friction")
+def test_friction_demands_follow_from_the_forces(maneuver: ReferenceManeuver) -> None:
+    # As published at the rows, to the digits of hi + lo; at other times as of mpmath.
+    times = [Fraction(i, 100) for i in range(0, 1001, 37)]
+    names = ["rear_friction", "front_friction"]
+    found = maneuver.evaluate(times, names)
+    for name in names:
+        hi, lo = (part[name][::37] for part in (maneuver.rows.hi, maneuver.rows.lo))
+        assert np.abs((found[name] - hi) + (found.lo[name] - lo)).max() < 1e-25
+    parts = ("normal", "longitudinal", "lateral")
+    forces = maneuver.evaluate("3.3333", [f"front_{part}_force" for part in parts])
+    with mpmath.workdps(40):
+        normal, ahead, aside = (
+            mpmath.mpf(float(forces.hi[name])) + float(forces.lo[name]) for name in forces.hi
+        )
+        found = maneuver.evaluate("3.3333", "front_friction")
+        demand = mpmath.mpf(float(found["front_friction"])) + float(found.lo["front_friction"])
+        assert abs(demand - mpmath.hypot(ahead, aside) / normal) < 1e-31
+
+
+def test_a_root_is_that_of_the_sum_of_hi_and_lo() -> None:
+    zero, one = np.zeros(3), np.ones(3)
+    hi, lo = root((zero, zero))
+    assert not hi.any()
+    assert not lo.any()
+    hi, lo = root((2 * one, zero))
+    with mpmath.workdps(40):
+        assert abs(mpmath.mpf(float(hi[0])) + float(lo[0]) - mpmath.sqrt(2)) < 1e-31
+
+
+def test_an_unknown_column_is_refused(maneuver: ReferenceManeuver) -> None:
     with pytest.raises(InputError, match="found column 'speed'"):
         maneuver.evaluate(1.0, ["speed"])
     with pytest.raises(KeyError, match="found column 'speed'"):
@@ -161,8 +190,7 @@ def test_a_reference_has_the_motion_of_its_set(reference: Reference) -> None:
     height = reference.motion[2].evaluate("0.5", "com_z")
     assert height["com_z"] == load_motion()[2].evaluate("0.5")["com_z"]
     # Its own columns stay those that they are.
-    assert len(reference[2].columns) == len(reference[2].evaluate(0.5).hi) == 22
-    assert reference[2].at_rows == frozenset()
+    assert len(reference[2].columns) == len(reference[2].evaluate(0.5).hi) == 38
 
 
 def test_maneuvers_are_numbered_from_one(motion: Motion) -> None:

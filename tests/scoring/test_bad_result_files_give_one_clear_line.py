@@ -77,8 +77,10 @@ TEXTS = [
     ("# x\n\n" + "\n".join(good(width=24)), 3, None, "found 24 columns, expected 9 or 25"),
     ("\n".join(good(width=2, separator=";")), 1, None, "found 2 columns, expected 9 or 25"),
     ("\n".join([*good(width=12), *good(width=9)[:3]]), 1, None, "found 12 columns"),
-    ("a b c d\n" + "\n".join(good(width=4)), 2, None, "found 4 columns, expected 9 or 25"),
-    ("time x y z\n" + "\n".join(good(width=4)), 2, None, "found 4 columns, expected 9 or 25"),
+    ("a b c d\n" + "\n".join(good(width=4)), 1, None,
+     "found column names 'a', 'b', 'c', 'd' not understood, expected time, roll_angle"),
+    ("time x y z\n" + "\n".join(good(width=4)), 1, None,
+     "found column names 'x', 'y', 'z' not understood, expected time, roll_angle"),
     # Names
     ("time roll_angle roll steer\n" + "\n".join(good(width=4)), 1, None,
      "found 'roll_angle' and 'roll', expected one column of roll angle"),
@@ -303,26 +305,26 @@ def header(shape):
 
 TABLE = np.arange(250.0).reshape(10, 25)
 VECTOR = np.arange(10.0)
-SHEET = "is a spreadsheet; save it as CSV"
-FORMATS = "expected text, .npy, .npz, .mat or HDF5"
+SHEET = "is a spreadsheet; save it as xlsx or CSV"
+FORMATS = "expected text, JSON, .npy, .npz, .mat, netCDF, HDF5, Parquet or xlsx"
 
 # Name, content, a part of the message.
 FILES = [
-    ("r.xlsx", archive("[Content_Types].xml", "xl/workbook.xml"), "is a spreadsheet"),
-    ("r.txt", archive("[Content_Types].xml", "xl/workbook.xml"), "save it as CSV"),
-    ("r.ods", archive("mimetype", "content.xml"), "is a spreadsheet"),
+    ("r.xlsx", archive("[Content_Types].xml", "xl/workbook.xml"), "expected a spreadsheet"),
+    ("r.txt", archive("[Content_Types].xml", "xl/workbook.xml"), "found a damaged file"),
+    ("r.ods", archive("mimetype", "content.xml"), "save it as xlsx or CSV"),
     ("r.xls", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + b"\0" * 600, SHEET),
     ("r.xls", b"\x09\x08\x10\0" + b"\0" * 600, SHEET),
     ("r.zip", archive("results.txt"), "found an archive without NumPy arrays"),
     ("r.npz", archive(), "found an archive without NumPy arrays"),
     ("r.pkl", pickle.dumps(TABLE), f"found a pickle, {FORMATS}"),
     ("r.pkl", pickle.dumps([1, 2, 3], protocol=0), "found no row of numbers"),
-    ("r.parquet", b"PAR1\x15\x04" + b"\0" * 99, f"found a Parquet file, {FORMATS}"),
     ("r.png", b"\x89PNG\r\n\x1a\n" + b"\0" * 99, f"found a picture, {FORMATS}"),
     ("r.pdf", b"%PDF-1.7\n1 0 obj\n", f"found a PDF document, {FORMATS}"),
     ("r.bin", bytes(range(256)) * 20, f"found bytes that are no text, {FORMATS}"),
     ("r.bin", np.arange(99.0).tobytes(), "found bytes that are no text"),
-    ("r.nc", b"CDF\x01" + b"\0" * 99, "found a netCDF 3 file"),
+    ("r.nc", b"CDF\x01" + b"\0" * 99, "found nothing, expected arrays named time"),
+    ("r.nc", b"CDF\x01" + b"\x07" * 99, "expected a netCDF file"),
     # Damaged
     ("r.gz", gzip.compress(b"1 2 3\n" * 999, mtime=0)[:-20], "cannot be read"),
     ("r.gz", b"\x1f\x8b\x08\0" + b"x" * 99, "cannot be read"),
@@ -462,3 +464,57 @@ def test_any_damage_gives_results_or_an_input_error(kind, tmp_path):
         path.write_bytes(damaged)
         with suppress(InputError):
             read_results(path)
+
+
+JSON = [
+    ('{"time": [0, 1],\n "roll": [0 1]}', 2, 13, "found damaged JSON (Expecting ',' delimiter)"),
+    ('{"time": [0, 1]', 1, 16, "found damaged JSON"),
+    ("[" * 100_000, None, None, "found arrays in too many others, expected rows"),
+    ("{}", None, None, "found JSON without a table"),
+    ("[]", None, None, "found JSON without a table"),
+    ('{"a": 1, "b": "x"}', None, None, "found JSON without a table"),
+    ("[1, 2, 3]", None, None, "found an array of shape (3,), expected rows of 9 or 25 columns"),
+    ("[[1, 2, 3], [4, 5]]", None, None, "row 2: found 2 values, expected 3 as in the first"),
+    ('{"time": [0, 1], "q4": [1, 2]}', None, None, "found 'time', 'q4', expected arrays named"),
+    ('{"time": [0, 1], "roll": [1]}', None, None,
+     "found 2 values of 'time' and 1 of 'roll', expected the same number"),
+    ('{"time": [0, 1], "roll": [1, "a"]}', None, None, "roll: row 2: found 'a', expected a number"),
+    ('{"time": [0, 1], "roll": [1, true]}', None, None, "roll: found truth values"),
+    ('{"time": [0, null], "roll": [1, 2]}', None, None, "row 2: found a time that is not finite"),
+    ('{"time": [0, 1], "roll": []}', None, None, "found 'time', expected arrays named time"),
+    ('{"a": {"time": [0, 1], "roll": [0, 1]}, "b": {"time": [0, 1], "roll": [0, 1]}}', None, None,
+     "found 'a', 'b', expected arrays named time"),
+    ('[{"maneuver": 4, "time": [0, 1], "roll": [0, 1]}]', None, None, "found maneuver 4, expected"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("content", "line", "column", "fragment"), JSON)
+def test_bad_json(content, line, column, fragment, tmp_path):
+    error = the_one_error(content, tmp_path, "r.json")
+    assert fragment in error.message
+    assert (error.line, error.column) == (line, column)
+
+
+def test_bad_sheets(tmp_path):
+    from openpyxl import Workbook
+
+    def saved(**sheets):
+        book = Workbook()
+        book.remove(book.active)
+        for name, rows in sheets.items():
+            sheet = book.create_sheet(name)
+            for row in rows:
+                sheet.append(row)
+        buffer = io.BytesIO()
+        book.save(buffer)
+        return buffer.getvalue()
+
+    table = [["time", "roll"], [0, 1.5], [1, 2.5]]
+    for sheets, fragment in [
+        ({"a": table, "b": table}, "found results in the sheets 'a', 'b', expected them in one"),
+        ({"a": [["nothing"]], "m1": [["time", "roll"]]}, "sheet 'm1': found no row of numbers"),
+        ({"a": [["t", "q4"], [0, 1], [1, 2]]}, "found column names 'q4' not understood"),
+        ({"a": [*table, [2, "x"], [3, 4]]}, "found 'x' as value 2, expected a number"),
+        ({"a": []}, "found an empty file"),
+    ]:
+        assert fragment in the_one_error(saved(**sheets), tmp_path, "r.xlsx").message

@@ -5,7 +5,7 @@ import pytest
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.errors import InputError
 from heyoka_bike.scoring.reading import read_results
-from heyoka_bike.scoring.reading.headings import group_number, recognise
+from heyoka_bike.scoring.reading.column_names import group_number, recognise
 
 KEYS = BENCHMARK_COLUMNS
 
@@ -32,7 +32,7 @@ def found(results):
     ("name", "key", "number"),
     [
         ("time", "time", None), ("t", "time", None), ("Time [s]", "time", None),
-        ("TIME(s)", "time", None), ("t / s", None, None), ("time_1", None, None),
+        ("TIME(s)", "time", None), ("t / s", "time", None), ("time_1", None, None),
         ("roll", "roll_angle", None), ("Roll Angle [rad]", "roll_angle", None),
         ("roll-angle", "roll_angle", None), ("rollAngle", "roll_angle", None),
         ("ROLL_ANGLE (rad)", "roll_angle", None), ("phi", "roll_angle", None),

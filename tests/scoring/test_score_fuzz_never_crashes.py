@@ -77,10 +77,41 @@ def mat(array):
     return buffer.getvalue()
 
 
+def json_files(table):
+    """Columns by name in an object, and rows in objects in lines."""
+    names = ["time", *BENCHMARK_COLUMNS]
+    columns = dict(zip(names, table.T.tolist(), strict=True))
+    records = [json.dumps(dict(zip(names, row, strict=True))) for row in table.tolist()]
+    return [json.dumps({"results": columns}).encode(), "\n".join(records).encode()]
+
+
+def netcdf(table):
+    from scipy.io import netcdf_file
+
+    buffer = io.BytesIO()
+    f = netcdf_file(buffer, "w")
+    f.createDimension("time", len(table))
+    for name, x in zip(("time", *BENCHMARK_COLUMNS), table.T, strict=True):
+        f.createVariable(name, "f8", ("time",))[:] = x
+    f.flush()
+    return buffer.getvalue()
+
+
+def workbook(table):
+    from openpyxl import Workbook
+
+    book = Workbook()
+    for row in (["time", *BENCHMARK_COLUMNS], *table.tolist()):
+        book.active.append(row)
+    return saved(book.save)
+
+
 def good_files():
     table = excerpt(slice(0, 200, 12))
     names = "time," + ",".join(BENCHMARK_COLUMNS)
     nine = table[:, :9]
+    each = [table[:, [0, *range(8 * m - 7, 8 * m + 1)]] for m in REFERENCE]
+    long = np.vstack([np.insert(rows, 0, m, 1) for m, rows in enumerate(each, 1)])
     array = io.BytesIO()
     np.save(array, table)
     return [
@@ -95,6 +126,15 @@ def good_files():
         saved(np.savez_compressed, time=nine[:, 0], roll_angle=nine[:, 1]),
         hdf5(table),
         mat(nine),
+        *json_files(nine),
+        json.dumps(table.tolist(), indent=0).encode(),
+        as_text(long, "%.12g", delimiter=",", header=f"maneuver,{names}", comments=""),
+        as_text(table[:, [0, 3, 4]], delimiter=",", header="t [s],v [m/s],V [J]", comments=""),
+        as_text(table.T),
+        saved(lambda buffer: np.save(buffer, np.stack(each))),
+        saved(np.savez, t=table[:, 0], y=table[:, 1:].T),
+        netcdf(nine),
+        workbook(nine[:5]),
     ]
 
 

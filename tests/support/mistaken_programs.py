@@ -5,6 +5,7 @@ from functools import cache
 import heyoka as hy
 import numpy as np
 from scipy.integrate import solve_ivp
+from scipy.linalg import expm
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.bicycle.equations.constants import constants
@@ -12,6 +13,7 @@ from heyoka_bike.bicycle.equations.kinematics import state_names
 from heyoka_bike.bicycle.equations.model import regular
 from heyoka_bike.bicycle.equations.outputs import columns, unfold, yaw_rate
 from heyoka_bike.bicycle.parameters import Bicycle, read_bicycle
+from heyoka_bike.bicycle.stability.linear import linearise
 from heyoka_bike.motion.expressions import Expressions
 from heyoka_bike.numbers.arithmetic import Multiprecision
 from heyoka_bike.numbers.exact import Exact
@@ -140,6 +142,32 @@ def motion(bicycle, start, time):
         return written(bicycle, states[:, back])
 
 
+def linear_motion(bicycle, start, time):
+    """Columns of the linearised equations, whose matrices are taken from the nonlinear model."""
+    matrices, p = linearise(bicycle, 20), {s: float(x) for s, x in bicycle.values.items()}
+    m, c1, k0, k2 = (np.array(getattr(matrices, x), float) for x in ("M", "C1", "K0", "K2"))
+    v, first = start[5], np.array([start[0], start[2], start[3], start[4]])
+    stiffness = p["g"] * k0 + v**2 * k2
+    a = np.block([[np.zeros((2, 2)), np.eye(2)],
+                  [-np.linalg.solve(m, stiffness), -np.linalg.solve(m, v * c1)]])  # fmt: skip
+    y = np.array([expm(t * a) @ first for t in time]).T
+    weight = p["mR"] * p["rR"] + p["mF"] * p["rF"] - p["mB"] * p["zB"] - p["mH"] * p["zH"]
+    mass = sum(p[f"m{b}"] for b in "RBHF") + sum(p[f"I{b}yy"] / p[f"r{b}"] ** 2 for b in "RF")
+    potential = p["g"] * (weight + np.einsum("it,ij,jt->t", y[:2], k0, y[:2]) / 2)
+    kinetic = mass * v**2 / 2 + np.einsum("it,ij,jt->t", y[2:], m, y[2:]) / 2
+    values = (
+        y[0],
+        y[2],
+        np.full(len(time), v),
+        potential,
+        kinetic,
+        potential + kinetic,
+        y[1],
+        y[3],
+    )
+    return dict(zip(BENCHMARK_COLUMNS, values, strict=True))
+
+
 def columns_of(reference, mistakes):
     """What a program with these mistakes writes, by maneuver."""
     program = apply(correct(reference), mistakes)
@@ -148,7 +176,8 @@ def columns_of(reference, mistakes):
     for number in reference:
         m = reference[number]
         start = initial_state(p, program.starts[number])
-        found = motion(program.bicycle, start, program.clock(m.time, 0.01))
+        compute = linear_motion if program.is_linear else motion
+        found = compute(program.bicycle, start, program.clock(m.time, 0.01))
         for change in program.rows:
             found = dict(change(found, m.time))
         made[number] = {key: found[key] for key in BENCHMARK_COLUMNS}

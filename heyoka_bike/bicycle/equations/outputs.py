@@ -112,15 +112,44 @@ def columns(
         rear_m * a2 + front_m * (o.s * b1 + o.c * b2),
         rear_m * a3 + front_m * b3,
     )
+    mass = rear_m + front_m
+
+    def heading(x: Number, z: Number) -> Number:
+        """Of a vector with e1 and e3, the part along the rear heading."""
+        return x * o.cb + z * o.sb
+
+    def global_x(x: Number, y: Number, z: Number) -> Number:
+        aside = y * cp - (z * o.cb - x * o.sb) * sp
+        return heading(x, z) * c_yaw - aside * s_yaw
+
+    def from_the_front(x: Number, y: Number, z: Number) -> _Vector:
+        return (o.c * x - o.s * y, o.s * x + o.c * y, z)
+
+    contact = u.v + k.rear.r * u.nu
+    front_hub_y = k.front.r * (o.cb_f * u.w1_f + o.sb_f * u.w3_f)
+    front_hub = from_the_front(u.v_f * o.cb_f, front_hub_y, u.v_f * o.sb_f)
+    track = u.v_f + k.front.r * u.nu_f
+    front_contact = from_the_front(track * o.cb_f, 0 * track, track * o.sb_f)
     e = energies(k, o, u)
     speed = {
         "forward_speed": u.v,
         "forward_speed_hub_body_x": u.v * c_pitch,
         "forward_speed_wheel_spin": u.v + k.rear.r * u.q,
-        "forward_speed_contact": u.v + k.rear.r * u.nu,
+        "forward_speed_contact": contact,
         "forward_speed_hub_norm": a.sqrt(u.v * u.v + hub_y * hub_y),
-        "forward_speed_com_norm": a.sqrt(a.sum([x * x for x in mean])) / (rear_m + front_m),
+        "forward_speed_com_norm": a.sqrt(a.sum([x * x for x in mean])) / mass,
         "forward_speed_hub_global_x": u.v * c_yaw - hub_y * cp * s_yaw,
+        "forward_speed_contact_global_x": contact * c_yaw,
+        "forward_speed_com_heading": heading(mean[0], mean[2]) / mass,
+        "forward_speed_com_global_x": global_x(*mean) / mass,
+        "forward_speed_front_hub_heading": heading(front_hub[0], front_hub[2]),
+        "forward_speed_front_hub_norm": a.sqrt(u.v_f * u.v_f + front_hub_y * front_hub_y),
+        "forward_speed_front_hub_global_x": global_x(*front_hub),
+        "forward_speed_front_contact": track,
+        "forward_speed_front_contact_heading": heading(front_contact[0], front_contact[2]),
+        "forward_speed_front_contact_global_x": global_x(*front_contact),
+        "forward_speed_front_wheel_heading": u.v_f,
+        "forward_speed_front_wheel_spin": u.v_f + k.front.r * u.q_f,
     }
     return {
         "roll_angle": roll,
@@ -135,8 +164,15 @@ def columns(
         "roll_rate_body_x": u.p * c_pitch - u.n * s_pitch,
         "roll_rate_tait_bryan_xyz_rate": (num_dot * den - num * den_dot) / (num * num + den * den),
         "roll_rate_zyx_rate": (u.p * cp * den - sp * den_dot) / (sp * sp + den * den),
+        "roll_rate_steer_axes_x": u.w1,
         **{name: k.length * x for name, x in speed.items()},
         "pitch": pitch,
+        "pitch_zyx": a.atan2(
+            cp * s_pitch, a.sqrt(c_pitch * c_pitch + sp * s_pitch * (sp * s_pitch))
+        ),
+        "pitch_steer_axes": pitch + k.tilt,
         "yaw": yaw,
         "yaw_rate": yaw_dot,
+        "yaw_rate_body_z": u.n * c_pitch + u.p * s_pitch,
+        "yaw_rate_steer_axes_z": u.w3,
     }

@@ -38,19 +38,9 @@ def motion_columns(equations: Equations, state: Sequence[Number]) -> dict[str, N
     state
         Of their form, with the yaw, and then `configuration.INTEGRALS`.
     """
-    c, f, a = Configuration.of(equations, state), forces(equations, state), equations.a
-    found = _dense(c, f, state)
+    f, a = forces(equations, state), equations.a
+    found = _dense(Configuration.of(equations, state), f, state)
     found |= {"rear_friction": f.rear.friction(a), "front_friction": f.front.friction(a)}
-    for name, columns in c.attitudes().items():
-        for j, axis in enumerate(columns, start=1):
-            found |= {f"{name}_r{i}{j}": x for i, x in enumerate(axis, start=1)}
-    for name, v in c.turning().items():
-        found |= _named(f"{name}_omega", v)
-    found |= {f"{name}_omega_y": x for name, x in c.spins().items()}
-    for name, joint in (
-        ("rear_axle", f.rear_axle), ("front_axle", f.front_axle), ("steer_joint", f.steer)
-    ):  # fmt: skip
-        found |= _named(f"{name}_force", joint.force) | _named(f"{name}_moment", joint.moment)
     return {c.name: found[c.name] for c in MOTION_COLUMNS}
 
 
@@ -61,18 +51,27 @@ def dense_columns(equations: Equations, state: Sequence[Number]) -> list[Number]
 
 
 def _dense(c: Configuration, f: Forces, state: Sequence[Number]) -> dict[str, Number]:
-    """The columns of `DENSE_COLUMNS`, and what comes with them."""
     found = dict(zip(INTEGRALS, state[7:], strict=True))
     for name, v in c.places().items():
         found |= _named(name, v)
+    for name, v in c.turning().items():
+        found |= _named(f"{name}_omega", v)
     for name, q in c.quaternions().items():
         found |= {f"{name}_q{i}": x for i, x in enumerate(q)}
+    for name, columns in c.attitudes().items():
+        for j, axis in enumerate(columns, start=1):
+            found |= {f"{name}_r{i}{j}": x for i, x in enumerate(axis, start=1)}
+    found |= {f"{name}_omega_y": x for name, x in c.spins().items()}
     for end, contact in (("rear", f.rear), ("front", f.front)):
         found |= {
             f"{end}_normal_force": contact.normal,
             f"{end}_longitudinal_force": contact.longitudinal,
             f"{end}_lateral_force": contact.lateral,
         }
+    for name, joint in (
+        ("rear_axle", f.rear_axle), ("front_axle", f.front_axle), ("steer_joint", f.steer)
+    ):  # fmt: skip
+        found |= _named(f"{name}_force", joint.force) | _named(f"{name}_moment", joint.moment)
     return found
 
 

@@ -7,8 +7,10 @@ from typing import Any
 from heyoka_bike.bicycle.parameters import PARAMETERS
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.reference.sensitivities import UNKNOWNS
+from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
 from heyoka_bike.scoring.diagnosis.numerical import causes as numerical
 from heyoka_bike.scoring.diagnosis.ranking import Diagnosis, Hypothesis
+from heyoka_bike.scoring.diagnosis.remainder import LATERAL
 from heyoka_bike.scoring.diagnosis.unknowns.estimation import Fit, Unknown
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.report import ColumnScore, Explanation, ManeuverScore, Report
@@ -19,6 +21,9 @@ _MOST = 3
 _AT_FLOOR = 2.0
 # All parameters and starts together explain up to a factor of 80 of an integrator's error.
 _ALL = 300.0
+# Methods that all but conserve energy are wrong by up to 2000 times what they change of it.
+_KEPT = 1e5
+_OF_ANY_INTEGRATOR = ("smooth_error", "steps_of_varying_size")
 _MOST_DECIMALS = 12
 _COUNTS = {1: "One parameter explains", 2: "Two parameters explain", 3: "Three parameters explain"}
 
@@ -40,15 +45,22 @@ def findings(
         )
     if 2 * sum(not c.trace.value.any() for _, c in columns) > len(columns):
         return (Finding("cannot_tell", "Most columns hold nothing but zeros", Severity.WARNING),)
+    if diagnosis.classes and diagnosis.classes[0][0].codes == (LINEARISED,):
+        return (_linearised(diagnosis.classes[0][0]),)
     fits = diagnosis.estimate.fits if diagnosis.estimate else ()
-    found = [_fitted(diagnosis)] if fits else []
+    found = [_fitted(diagnosis)] if fits and not diagnosis.unexplained else []
     found += [
         _explained(rank, hypotheses)
         for rank, hypotheses in enumerate(diagnosis.classes[: _MOST - len(found)], len(found) + 1)
     ]
     if not found:
         found += [_no_mistake(diagnosis, columns)]
-        found += numerical.findings(report, reference or load_reference())
+        found += _towards(diagnosis)
+        shape = numerical.findings(report, reference or load_reference())
+        wrong_model = _not_the_integrator(diagnosis, columns)
+        # Then neither a tolerance nor a smooth error says anything more.
+        found += [f for f in shape if not (wrong_model and f.code in _OF_ANY_INTEGRATOR)]
+        found += wrong_model
     if diagnosis.untried:
         found.append(_without_heyoka(diagnosis))
     return tuple(found)
@@ -56,17 +68,83 @@ def findings(
 
 def explanation(diagnosis: Diagnosis, found: Sequence[Finding]) -> Explanation | None:
     """The first of the findings, with its curves."""
-    if not diagnosis.curves or found[0].code not in ("mistake", "parameters"):
+    if not diagnosis.curves or found[0].code not in ("mistake", "parameters", LINEARISED):
         return None
     return Explanation(found[0].message, diagnosis.curves)
 
 
+def _linearised(found: Hypothesis) -> Finding:
+    """The equations are linear: no mistake."""
+    unknown = dict.fromkeys(key for n, key in found.before if (n, key) not in found.after)
+    but = f", but for {', '.join(unknown)}, which is in no known way" if unknown else ""
+    return Finding(
+        LINEARISED,
+        "These are motions of the linearised equations, at constant speed: compared with those, "
+        f"the typical error is smaller by a factor of {found.relief:.2g}, and nothing else is "
+        f"wrong{but}; the benchmark asks for the nonlinear equations",
+        evidence={
+            "gain": found.gain,
+            "relief": found.relief,
+            "before": _evidence(found.before),
+            "after": _evidence(found.after),
+        },
+    )
+
+
+def _towards(diagnosis: Diagnosis) -> list[Finding]:
+    """What makes the error smaller, but leaves more of it than an integrator does."""
+    fits = diagnosis.estimate.fits if diagnosis.estimate else ()
+    if fits and diagnosis.unexplained:
+        best = fits[0]
+        says, relief, place = _changed(best, diagnosis.values), best.relief, diagnosis.unexplained
+        evidence: dict[str, Any] = {"changes": _as_evidence(best, diagnosis.values)}
+    elif diagnosis.towards:
+        first = diagnosis.towards[0]
+        lateral = {k: x for k, x in first.after.items() if k[1] in LATERAL} or first.after
+        place = first.unexplained or max(lateral, key=lateral.__getitem__)
+        says, relief = _said(first), first.relief
+        evidence = {"mistakes": list(first.codes), "after": _evidence(first.after)}
+    else:
+        return []
+    number, key = place
+    text = (
+        f"It goes in the direction of this, which does not explain it: {says}; the typical error "
+        f"is smaller by a factor of {relief:.2g}, but {key} of maneuver {number} keeps more than "
+        "an integrator leaves, by what the file shows of it elsewhere"
+    )
+    evidence |= {"relief": relief, "maneuver": number, "column": key}
+    return [Finding("direction", text, evidence=evidence)]
+
+
+def _not_the_integrator(
+    diagnosis: Diagnosis, columns: Sequence[tuple[ManeuverScore, ColumnScore]]
+) -> list[Finding]:
+    """A word if the energy of the file is kept far better than its motion is right."""
+    level = diagnosis.energy_level
+    worst = max((c.as_understood.measures.max_rel_error or 0.0 for _, c in columns
+                 if c.key in LATERAL), default=0.0)  # fmt: skip
+    if level is None or worst < _KEPT * level:
+        return []
+    return [
+        Finding(
+            "energy_is_kept",
+            "No usual integrator makes this error: potential plus kinetic energy of the file is "
+            f"constant to {level:.2g} of what they exchange, and roll or steer is wrong by "
+            f"{worst:.2g} of its scale; look for it in the model, the start or what is written",
+            evidence={"energy_level": level, "max_rel_error": worst},
+        )
+    ]
+
+
+def _said(h: Hypothesis) -> str:
+    return ", and ".join(m.says for m in h.mistakes)
+
+
 def _explained(rank: int, hypotheses: Sequence[Hypothesis]) -> Finding:
     first, *others = hypotheses
-    says = ", and ".join(m.says for m in first.mistakes)
     text = (
-        f"{'' if rank == 1 else 'or, less likely, '}{says}: simulated so, the typical error is "
-        f"smaller by a factor of {first.relief:.2g} in what this changes; check "
+        f"{'' if rank == 1 else 'or, less likely, '}{_said(first)}: simulated so, the typical "
+        f"error is smaller by a factor of {first.relief:.2g} in what this changes; check "
         + ", and ".join(dict.fromkeys(m.check for m in first.mistakes))
     )
     if any(m.kind == "start" for m in first.mistakes):
@@ -75,9 +153,7 @@ def _explained(rank: int, hypotheses: Sequence[Hypothesis]) -> Finding:
             "taken, as an impulse of the constraint forces leaves them"
         )
     if others:
-        text += "; the file cannot tell this from " + "; or ".join(
-            ", and ".join(m.says for m in h.mistakes) for h in others[:_MOST]
-        )
+        text += "; the file cannot tell this from " + "; or ".join(map(_said, others[:_MOST]))
     return Finding(
         "mistake",
         text[0].upper() + text[1:],
@@ -132,9 +208,10 @@ def _changed(fit: Fit, values: Mapping[Unknown, float]) -> str:
         # So many digits as the uncertainty allows, its first one among them.
         decimals = min(max(1, 1 - floor(log10(uncertain))), _MOST_DECIMALS) if uncertain else 1
         after = f"{before + change:.{decimals}f}".rstrip("0").rstrip(".")
+        # What changes next to nothing of what is left is not known at all.
+        within = f" (+- {uncertain:.1g})" if uncertain < abs(before) + abs(change) else ""
         parts.append(
-            f"{_named(unknown)} is {after} {UNKNOWNS[unknown[0]]} (+- "
-            f"{uncertain:.1g}) instead of {before:.10g}"
+            f"{_named(unknown)} is {after} {UNKNOWNS[unknown[0]]}{within} instead of {before:.10g}"
         )
     return ", and ".join(parts)
 

@@ -3,14 +3,18 @@
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
+import numpy as np
+
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.numbers.double import two_sum
 from heyoka_bike.reference.load import Reference, load_reference
+from heyoka_bike.scoring.alignment import Alignment
 from heyoka_bike.scoring.diagnosis.answers import explanation, findings
 from heyoka_bike.scoring.diagnosis.ranking import rank
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.report import Report
-from heyoka_bike.scoring.score import score
+from heyoka_bike.scoring.score import score, scored
 
 NOTHING = Finding(
     "nothing_to_diagnose",
@@ -59,12 +63,15 @@ def diagnosed(
     report: Report, reference: Reference, progress: Callable[[float], None] | None = None
 ) -> Report:
     """The report with its diagnosis; the reference is the one it was made with."""
+    shift = next((f for f in report.findings if f.code == "time_shifted"), None)
+    if shift is not None:
+        inner = diagnosed(_shifted(report, reference, shift.evidence["shift"]), reference, progress)
+        return replace(report, diagnosis=(shift, *inner.diagnosis), explanation=inner.explanation)
+    # A column of unknown meaning shows its meaning, not what the program does.
+    unknown = {c.key for m in report.maneuvers for c in m.columns if not c.is_known}
+    keys = [key for key in BENCHMARK_COLUMNS if key not in unknown]
     maneuvers = tuple(
-        replace(
-            m,
-            columns=tuple(c for c in m.columns if c.key in BENCHMARK_COLUMNS),
-            part=m.part.only(BENCHMARK_COLUMNS),
-        )
+        replace(m, columns=tuple(c for c in m.columns if c.key in keys), part=m.part.only(keys))
         for m in report.maneuvers
     )
     parts = [m.part for m in maneuvers]
@@ -73,3 +80,21 @@ def diagnosed(
     found = rank(parts, reference, progress=progress or (lambda _: None))
     said = findings(found, replace(report, maneuvers=maneuvers), reference)
     return replace(report, diagnosis=said, explanation=explanation(found, said))
+
+
+def _shifted(report: Report, reference: Reference, shift: float) -> Report:
+    """The report with so much taken off all times, of the rows that are then within the run."""
+    parts = []
+    for part in (m.part for m in report.maneuvers):
+        time, rest = two_sum(part.time, np.full_like(part.time, -shift))
+        rows = (time >= 0.0) & (time <= float(part.reference.duration))
+        parts.append(
+            replace(
+                part,
+                time=time[rows],
+                time_lo=(rest + part.time_lo)[rows],
+                values={key: x[rows] for key, x in part.values.items()},
+                lo={key: x[rows] for key, x in part.lo.items()},
+            )
+        )
+    return scored(Alignment(report.file, tuple(parts), ()), reference)

@@ -24,11 +24,14 @@ from heyoka_bike.errors import DatasetError, MissingPackageError
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.reference.sensitivities import Sensitivities
 from heyoka_bike.scoring.alignment import HALF, Part
+from heyoka_bike.scoring.diagnosis.mistakes.hypothesis import Hypothesis
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, Mistake
-from heyoka_bike.scoring.diagnosis.mistakes.search import Hypothesis, Search
+from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
+from heyoka_bike.scoring.diagnosis.mistakes.linearised import has_constant_speed
+from heyoka_bike.scoring.diagnosis.mistakes.search import Search
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.scoring.diagnosis.unknowns import estimation
-from heyoka_bike.scoring.diagnosis.unknowns.estimation import Estimate, Unknown
+from heyoka_bike.scoring.diagnosis.unknowns.estimation import Estimate, Fit, Place, Unknown
 from heyoka_bike.scoring.diagnosis.unknowns.fitting import Fitting
 from heyoka_bike.scoring.report import Curve
 
@@ -39,6 +42,8 @@ _TOLD_APART = 2.0
 # The product over the maneuvers of the relief that is worth a claim: 2 for each of three, 8 for one
 # alone. Errors of correct programs resemble some mistake by up to 7 in one maneuver.
 _CLAIMED = 2.0**3
+# What leaves more than a fifth is a direction, no explanation.
+_MOSTLY = 5.0
 # The same for what a second mistake explains beyond the first: two always fit a little better.
 _SECOND = 3.0**3
 # What leaves more than this part of the columns off by half their scale explains no file.
@@ -59,6 +64,8 @@ _RIVALS = 12
 _FURTHER = 3.0
 # No combination of parameters explains so much by chance; nor does a class: no fit is needed.
 _EXPLAINED = 100.0
+# Fits after which the definitions of the columns are looked at again.
+_UNDERSTOOD = 2
 
 Progress = Callable[[float], None]
 """Called with the part of the work that is done, 0 to 1."""
@@ -72,11 +79,18 @@ class Diagnosis:
     ----------
     classes : tuple of tuple of Hypothesis
         Ranked; hypotheses of a class cannot be told apart. Empty if nothing explains it.
+    towards : tuple of Hypothesis
+        Where nothing explains it: the class that goes farthest that way, but leaves more than an
+        integrator does.
     tried, untried
         How many hypotheses were simulated, and how many could not be without heyoka.
     estimate : Estimate or None
         What changed parameters or starts explain; its fits explain far more than any class. None
         where the set has no sensitivities, or a class leaves nothing worth a fit.
+    unexplained : (int, str) or None
+        Maneuver and column in which the best fit leaves more than an integrator does.
+    energy_level : float or None
+        Change of the file's own energy, see `remainder.energy_level`.
     values : mapping of Unknown to float
         Of the unknowns of the fits, in the correct program [SI].
     curves : tuple of Curve
@@ -84,9 +98,12 @@ class Diagnosis:
     """
 
     classes: tuple[tuple[Hypothesis, ...], ...]
+    towards: tuple[Hypothesis, ...]
     tried: int
     untried: int = 0
     estimate: Estimate | None = None
+    unexplained: Place | None = None
+    energy_level: float | None = None
     values: Mapping[Unknown, float] = field(default_factory=dict)
     curves: tuple[Curve, ...] = ()
 
@@ -113,12 +130,16 @@ def rank(
             singles.append(search.judge((mistake,)))
         progress(0.5 * (i + 1) / len(mistakes))
     ranked = sorted(singles, key=lambda h: -h.gain)
+    is_enough = search.is_enough(ranked[0])
     leaders = [h for h in ranked[:_LEADERS] if h.gain > _LEADING]
     for leader in leaders:
         order = search.order_beside(leader)
         if order is not None and (order.code,) not in {h.codes for h in singles}:
             singles.append(search.judge((order,)))
-    chosen = _beside(leaders, singles) + search.promising_pairs(singles)
+    # What linear programs have in common, whatever else is wrong with them.
+    linear = [h for h in singles if h.codes == (LINEARISED,) and has_constant_speed(parts)]
+    chosen = [] if is_enough else _beside(leaders, singles, [*leaders[:1], *linear])
+    chosen += [] if is_enough else search.promising_pairs(singles)
     pairs: list[Hypothesis] = []
     for i, pair in enumerate(chosen):
         if search.is_new(pair):
@@ -127,49 +148,72 @@ def rank(
     best = max([*singles, *pairs], key=lambda h: h.gain)
     near = _with_one_replaced(best, ranked[:_RIVALS], mistakes)
     pairs += [search.judge(pair) for pair in near if search.is_new(pair)]
-    classes = _classes(search, singles, pairs)
+    classes, towards = _classes(search, singles, pairs)
     untried = 0 if simulator else sum(h.gain == 0.0 for h in (*singles, *pairs))
     found = Diagnosis(
         classes=classes,
+        towards=towards,
         tried=len(singles) + len(pairs) - untried,
         untried=untried,
+        energy_level=search.energy_level,
         curves=search.curves(classes[0][0]) if classes else (),
     )
-    worth = classes[0][0].gain if classes else 1.0
-    if sensitivities is None or worth > _EXPLAINED:
+    if sensitivities is None or (classes and classes[0][0].gain > _EXPLAINED):
         return found
-    return _with_estimate(found, search.fitting(), sensitivities, simulator, worth)
+    return _with_estimate(found, search, sensitivities, simulator)
 
 
 def _with_estimate(
-    found: Diagnosis, fitting: Fitting, sensitivities: Sensitivities,
-    simulator: Simulator | None, worth: float,
-) -> Diagnosis:  # fmt: skip
+    found: Diagnosis, search: Search, sensitivities: Sensitivities, simulator: Simulator | None
+) -> Diagnosis:
     """The same with the parameters that explain far more."""
-    problem = fitting.problem(sensitivities)
-    errors = fitting.errors(simulator) if simulator else None
-    estimate = estimation.estimate(problem, errors, _FURTHER * worth if found.classes else 1.0)
-    if not estimate.fits:
-        return replace(found, estimate=estimate)
-    best = estimate.fits[0]
+    rival = next((c[0].gain for c in (*found.classes, found.towards) if c), None)
+    fitting, unexplained = search.fitting(), None
+    for _ in range(_UNDERSTOOD):
+        problem = fitting.problem(sensitivities)
+        errors = fitting.errors(simulator) if simulator else None
+
+        def is_enough(fit: Fit, fitting: Fitting = fitting) -> bool:
+            return simulator is not None and search.is_kept(fitting.columns(simulator, fit.changes))
+
+        worth = _FURTHER * rival if rival else 1.0
+        estimate = estimation.estimate(problem, errors, worth, is_enough)
+        if not estimate.fits:
+            return replace(found, estimate=estimate)
+        best = estimate.fits[0]
+        if simulator is None:
+            left = estimation.left_by(problem, errors, best)
+            unexplained = search.too_large(estimation.in_scales(problem, left))
+            break
+        # Beside the correct motion the file may have seemed to have other definitions.
+        understood, unexplained = search.understood_beside(fitting.columns(simulator, best.changes))
+        names = {key: u.column.name for key, u in understood.items()}
+        if names == fitting.names:
+            break
+        fitting = search.fitting(understood)
+    if unexplained is not None and found.classes:
+        return replace(found, estimate=replace(estimate, fits=()))
     return replace(
         found,
         classes=tuple(c for c in found.classes if _REFUTED * c[0].gain > best.gain),
+        towards=(),
         estimate=estimate,
+        unexplained=unexplained,
         values={u: fitting.value(u) for fit in estimate.fits for u in fit.changes},
-        curves=fitting.curves(problem, errors, best),
+        curves=() if unexplained else fitting.curves(problem, errors, best),
     )
 
 
 def _beside(
-    leaders: Sequence[Hypothesis], singles: Sequence[Hypothesis]
+    leaders: Sequence[Hypothesis], singles: Sequence[Hypothesis], best: Sequence[Hypothesis]
 ) -> list[tuple[Mistake, ...]]:
-    """The best mistake with every other one, the next best with those that need no new motion."""
+    """The best mistakes with every other one, the next best with those that need no new motion."""
     place = {h.codes: i for i, h in enumerate(singles)}
     found = []
-    for rank, leader in enumerate(leaders):
+    widely = {h.codes for h in best}
+    for leader in {h.codes: h for h in (*best, *leaders)}.values():
         for h in singles:
-            if h is not leader and (rank == 0 or h.mistakes[0].kind == "output"):
+            if h is not leader and (leader.codes in widely or h.mistakes[0].kind == "output"):
                 first, second = sorted((leader, h), key=lambda x: place[x.codes])
                 found.append((*first.mistakes, *second.mistakes))
     return found
@@ -193,14 +237,18 @@ def _with_one_replaced(
 
 def _classes(
     search: Search, singles: Sequence[Hypothesis], pairs: Sequence[Hypothesis]
-) -> tuple[tuple[Hypothesis, ...], ...]:
-    """What is worth claiming, ranked, in classes that cannot be told apart."""
+) -> tuple[tuple[tuple[Hypothesis, ...], ...], tuple[Hypothesis, ...]]:
+    """What is worth claiming, ranked, in classes that cannot be told apart; or the best other one.
+
+    That is the class that improves the file the most where none explains it.
+    """
     alone = {h.mistakes[0].code: h for h in singles}
 
-    def explains(h: Hypothesis) -> bool:
+    def improves(h: Hypothesis) -> bool:
         maneuvers = len({number for number, _ in h.after})
         return (
-            h.relief**maneuvers > _CLAIMED
+            h.contradicted is None
+            and h.relief**maneuvers > _CLAIMED
             and h.gain > 1.0
             and (h.relief > _FITTED or not any(m.is_fitted for m in h.mistakes))
             and all(h.after[k] < _WORSE * h.before[k] for k in h.after if k in h.before)
@@ -211,9 +259,20 @@ def _classes(
         maneuvers = len({number for number, _ in h.after})
         return all(search.advantage(h, alone[c]) ** maneuvers > _SECOND for c in h.codes)
 
-    worth = [h for h in singles if explains(h)]
-    worth += [h for h in pairs if explains(h) and needs_both(h)]
+    worth = [h for h in singles if improves(h)]
+    worth += [h for h in pairs if improves(h) and needs_both(h)]
     worth.sort(key=lambda h: -h.gain)
+    classes = _ranked(search, worth)
+    explain = tuple(
+        tuple(h for h in c if h.unexplained is None and h.relief > _MOSTLY) for c in classes
+    )
+    if classes and not explain[0]:
+        return (), classes[0]
+    return tuple(c for c in explain if c), ()
+
+
+def _ranked(search: Search, worth: Sequence[Hypothesis]) -> tuple[tuple[Hypothesis, ...], ...]:
+    """Classes of what is sorted by gain, without what the best refutes."""
     classes: list[list[Hypothesis]] = []
     for h in worth:
         if classes and search.advantage(classes[0][0], h) > _REFUTED:

@@ -1,8 +1,7 @@
-"""Files of arrays: NumPy's, MATLAB's and HDF5."""
+"""Files of arrays: NumPy's, netCDF and HDF5."""
 
-import zlib
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack
+from functools import partial
 from pathlib import Path
 from typing import Any, BinaryIO
 from warnings import catch_warnings, simplefilter
@@ -10,12 +9,17 @@ from warnings import catch_warnings, simplefilter
 import numpy as np
 from numpy.typing import NDArray
 
-from heyoka_bike.errors import InputError, MissingPackageError, printable
-from heyoka_bike.scoring.reading.array_tables import DEEPEST, MOST_BYTES, tables
+from heyoka_bike.errors import InputError, MissingPackageError
+from heyoka_bike.scoring.reading.array_columns import MOST_BYTES
+from heyoka_bike.scoring.reading.array_shapes import is_time
+from heyoka_bike.scoring.reading.array_tables import DEEPEST, tables
+from heyoka_bike.scoring.reading.column_names import is_maneuver
+from heyoka_bike.scoring.reading.damage import damage, damaged
+from heyoka_bike.scoring.reading.expected import Expected
 from heyoka_bike.scoring.reading.written import WrittenTable
 
 
-def read_npy(stream: BinaryIO, path: str, fitting: Sequence[int]) -> list[WrittenTable]:
+def read_npy(stream: BinaryIO, path: str, expected: Expected) -> list[WrittenTable]:
     """The table in a file of one NumPy array.
 
     Parameters
@@ -24,44 +28,50 @@ def read_npy(stream: BinaryIO, path: str, fitting: Sequence[int]) -> list[Writte
         The file, which can seek.
     path
         Name of the file, for errors.
-    fitting
-        Numbers of columns that are expected where they have no names.
+    expected
+        What columns there may be.
 
     Raises
     ------
     InputError
         Not such a file, or not columns of real numbers.
     """
-    with _damage("a NumPy array", path):
+    with damage("a NumPy array", path):
         array = _npy(stream)
-    return tables(array, path, fitting)
+    return tables(array, path, expected)
 
 
-def read_npz(stream: BinaryIO, path: str, fitting: Sequence[int]) -> list[WrittenTable]:
-    """The tables in an archive of NumPy arrays; see `read_npy`."""
+def read_archive(stream: BinaryIO, path: str, expected: Expected) -> tuple[list[WrittenTable], str]:
+    """The tables in an archive of NumPy arrays or in a spreadsheet, and which; see `read_npy`."""
     from zipfile import ZipFile
 
-    with _damage("NumPy arrays", path), ZipFile(stream) as archive:
+    with damage("NumPy arrays", path), ZipFile(stream) as archive:
         names = archive.namelist()
-        arrays = {}
         if sum(member.file_size for member in archive.infolist()) > MOST_BYTES:
             raise InputError(f"found more than {MOST_BYTES} bytes, expected fewer", file=path)
-        if "mimetype" in names or any(name.startswith(("xl/", "[Content")) for name in names):
-            raise InputError("is a spreadsheet or document; save it as CSV", file=path)
+        if "mimetype" in names:
+            raise InputError("is a spreadsheet or document; save it as xlsx or CSV", file=path)
+        arrays = {}
         for name in names:
             if name.endswith(".npy"):
                 with archive.open(name) as member:
                     arrays[name.removesuffix(".npy")] = _npy(member)
-        if not arrays:
-            raise InputError(
-                "found an archive without NumPy arrays, expected text, .npy, .npz, .mat or HDF5",
-                file=path,
-            )
-    return tables(arrays, path, fitting)
+    if arrays:
+        return tables(arrays, path, expected), "npz"
+    if any(name.startswith(("xl/", "[Content")) for name in names):
+        from heyoka_bike.scoring.reading.table_files import read_spreadsheet
+
+        stream.seek(0)
+        return read_spreadsheet(stream, path, expected), "xlsx"
+    raise InputError(
+        "found an archive without NumPy arrays, expected text, JSON, .npy, .npz, .mat, netCDF, "
+        "HDF5, Parquet or xlsx",
+        file=path,
+    )
 
 
-def read_mat(stream: BinaryIO, path: str, fitting: Sequence[int]) -> list[WrittenTable]:
-    """The tables in a MATLAB file before version 7.3; see `read_npy`.
+def read_netcdf(stream: BinaryIO, path: str, expected: Expected) -> list[WrittenTable]:
+    """The tables in a netCDF 3 file; see `read_npy`. Those of version 4 are HDF5.
 
     Raises
     ------
@@ -69,32 +79,41 @@ def read_mat(stream: BinaryIO, path: str, fitting: Sequence[int]) -> list[Writte
         SciPy is not installed.
     """
     try:
-        from scipy.io import loadmat
+        from scipy.io import netcdf_file
     except ImportError:
         raise MissingPackageError(
-            f"{path}: scipy, which reads MATLAB files, is not installed: pip install scipy"
+            f"{path}: scipy, which reads netCDF 3 files, is not installed: pip install scipy"
         ) from None
+    # As for MATLAB's files, anything may be raised.
     try:
         with catch_warnings():
             simplefilter("ignore")
-            found = loadmat(stream)
-    # There is no end to what SciPy raises for damaged bytes; nothing but its reader runs here.
+            with netcdf_file(stream, mmap=False) as f:
+                arrays = {name: np.array(x[()]) for name, x in f.variables.items()}
     except Exception as e:
-        raise _damaged("a MATLAB file", path, e) from None
-    return tables(_structures(found), path, fitting, is_ordered=False)
+        raise damaged("a netCDF file", path, e) from None
+    return tables(arrays, path, expected)
 
 
-def read_hdf5(source: BinaryIO | Path, path: str, fitting: Sequence[int]) -> list[WrittenTable]:
-    """The tables in an HDF5 file, MATLAB's from version 7.3 among them; see `read_npy`."""
+def read_hdf5(
+    source: BinaryIO | Path, path: str, expected: Expected
+) -> tuple[list[WrittenTable], str]:
+    """The tables in an HDF5 file (netCDF 4 too) or MATLAB's from version 7.3, and which it is."""
     import h5py
 
     with ExitStack() as stack:
-        with _damage("HDF5", path):
+        with damage("HDF5", path):
             f = stack.enter_context(h5py.File(source, "r"))
-            members = _datasets(f, path)
             # MATLAB's arrays have their axes the other way round.
-            is_transposed = f.userblock_size > 0
-        return tables(members, path, fitting, is_ordered=False, is_transposed=is_transposed)
+            is_matlab = f.userblock_size > 0
+            if is_matlab:
+                from heyoka_bike.scoring.reading.matlab_files import variables, without_signals
+
+                members = without_signals(variables(f, partial(_Dataset, path=path)), path)
+            else:
+                members = _datasets(f, path)
+        found = tables(members, path, expected, is_ordered=False, is_transposed=is_matlab)
+        return found, "mat" if is_matlab else "hdf5"
 
 
 class _Dataset:
@@ -107,7 +126,7 @@ class _Dataset:
         self._path = path
 
     def __getitem__(self, index: tuple[()]) -> Any:
-        with _damage("HDF5", self._path):
+        with damage("HDF5", self._path):
             return self._dataset[index]
 
 
@@ -120,11 +139,20 @@ def _datasets(group: Any, path: str, depth: int = 0) -> dict[str, Any]:
         if isinstance(group.get(name, getlink=True), h5py.ExternalLink):
             continue
         x = group.get(name)
-        if isinstance(x, h5py.Dataset) and x.shape is not None:
+        if isinstance(x, h5py.Group) and x.keys() == {"type", "value"}:
+            # As Octave writes a variable.
+            x = x["value"]
+        if isinstance(x, h5py.Dataset) and x.shape is not None and not _is_a_length(name, x):
             found[name] = _Dataset(x, path)
         elif isinstance(x, h5py.Group) and depth < DEEPEST:
             found[name] = _datasets(x, path, depth + 1)
     return found
+
+
+def _is_a_length(name: str, dataset: Any) -> bool:
+    """Whether a dataset stands for times or maneuvers that were not given, as netCDF puts it."""
+    what = dataset.attrs.get("NAME", b"") if is_time(name) or is_maneuver(name) else b""
+    return isinstance(what, bytes) and what.startswith(b"This is a netCDF dimension but not")
 
 
 def _npy(stream: Any) -> NDArray[Any]:
@@ -133,39 +161,3 @@ def _npy(stream: Any) -> NDArray[Any]:
         simplefilter("ignore")
         array: NDArray[Any] = np.lib.format.read_array(stream, allow_pickle=False)
     return array
-
-
-def _structures(found: Mapping[str, Any]) -> dict[str, Any]:
-    """MATLAB's variables; structures as mappings."""
-    plain: dict[str, Any] = {}
-    for name, x in found.items():
-        if isinstance(x, np.ndarray):
-            fields = x.dtype.names
-            if fields and x.size == 1:
-                plain[name] = _structures({n: x[n].flat[0] for n in fields})
-            else:
-                plain[name] = x
-    return plain
-
-
-@contextmanager
-def _damage(expected: str, path: str) -> Iterator[None]:
-    """Turn what libraries raise for damaged files into an `InputError`."""
-    from struct import error as StructError  # noqa: N812
-    from tokenize import TokenError
-    from zipfile import BadZipFile
-
-    try:
-        yield
-    except InputError:
-        raise
-    except (
-        OSError, ValueError, KeyError, EOFError, TypeError, SyntaxError, OverflowError, MemoryError,
-        RuntimeError, zlib.error, StructError, TokenError, BadZipFile,
-    ) as e:  # fmt: skip
-        raise _damaged(expected, path, e) from None
-
-
-def _damaged(expected: str, path: str, error: BaseException) -> InputError:
-    reason = printable(" ".join(str(error).split()))[:100] or type(error).__name__
-    return InputError(f"found a damaged file ({reason}), expected {expected}", file=path)

@@ -10,14 +10,17 @@ from numpy.typing import NDArray
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.findings import Finding, Severity
-from heyoka_bike.scoring.reading.headings import TIME, layout, left_out
+from heyoka_bike.scoring.reading.column_names import TIME, left_out
+from heyoka_bike.scoring.reading.expected import Expected
+from heyoka_bike.scoring.reading.headings import Layout, layout
+from heyoka_bike.scoring.reading.long_tables import by_maneuver
 from heyoka_bike.scoring.reading.results import Results, Rows
 from heyoka_bike.scoring.reading.times import Times, settle
 from heyoka_bike.scoring.reading.written import WrittenTable
 
 
 def assemble(
-    tables: Sequence[WrittenTable], kind: str, path: str, maneuver: int | None, count: int
+    tables: Sequence[WrittenTable], kind: str, path: str, maneuver: int | None, expected: Expected
 ) -> Results:
     """Put the columns of a file where they belong.
 
@@ -31,8 +34,8 @@ def assemble(
         Its name.
     maneuver
         Number of the maneuver of columns that do not tell; None if that is not known.
-    count
-        Number of maneuvers of the reference.
+    expected
+        What columns there may be.
 
     Raises
     ------
@@ -40,11 +43,12 @@ def assemble(
         Columns that cannot be told, a maneuver that is not in the reference, or a time that is not
         finite.
     """
-    numbers = {None, *range(1, count + 1)}
+    numbers = {None, *range(1, expected.count + 1)}
+    tables = [part for table in tables for part in by_maneuver(table, expected, path)]
     known = [t for t in tables if t.maneuver in numbers]
     others = [f"maneuver {t.maneuver}" for t in tables if t.maneuver not in numbers]
     if not known:
-        raise InputError(f"found {others[0]}, expected 1 to {count}", file=path)
+        raise InputError(f"found {others[0]}, expected 1 to {expected.count}", file=path)
     findings = [left_out(others)] if others else []
     if len(known) == 1 and maneuver is not None and known[0].maneuver not in (None, maneuver):
         raise InputError(
@@ -59,9 +63,11 @@ def assemble(
             return InputError(message, file=path, line=line)
 
         alone = maneuver if table.maneuver is None else table.maneuver
-        names = table.names
-        places = layout(names, len(table.columns), count, alone, fail, ordered=table.ordered)
-        times = _times(table, places.time, path)
+        size = len(table.columns[0].values)
+        places = layout(
+            table.names, len(table.columns), expected, alone, fail, ordered=table.ordered, rows=size
+        )
+        times = _times(table, places, path)
         said = (*table.findings, *places.findings, *times.findings)
         findings += [f for f in said if f not in findings]
         for number, columns in places.maneuvers.items():
@@ -73,17 +79,17 @@ def assemble(
     return Results(path, kind, rows, min(digits, default=None), tuple(findings))
 
 
-def _times(table: WrittenTable, at: int, path: str) -> Times:
-    column = table.columns[at]
+def _times(table: WrittenTable, places: Layout, path: str) -> Times:
+    column = table.columns[places.time]
     bad = np.flatnonzero(~np.isfinite(column.values))
     if len(bad):
         found = "found a time that is not finite, expected seconds"
         i = int(bad[0])
         if table.lines is None:
             raise InputError(f"row {i + 1}: {found}", file=path)
-        raise InputError(found, file=path, line=int(table.lines[i]), column=at + 1)
-    digits = None if table.has_exact_times else column.significant
-    return settle(column.values, column.lo, digits, table.lines)
+        raise InputError(found, file=path, line=int(table.lines[i]), column=places.time + 1)
+    unit = "ms" if places.in_milliseconds else "s"
+    return settle(column.values, column.lo, column.significant, table.lines, unit)
 
 
 def _rows(

@@ -1,58 +1,34 @@
 """What the columns of a result file are: by their names, or by their place."""
 
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.scoring.findings import Finding, Severity
-
-TIME = "time"
+from heyoka_bike.scoring.reading.column_names import (
+    TIME,
+    arrays_not_understood,
+    in_brackets,
+    is_maneuver,
+    left_out,
+    listed,
+    nearest,
+    not_understood,
+    recognise,
+    unit_in,
+)
+from heyoka_bike.scoring.reading.expected import LEFT_OUT, Expected, what_may_be_wrong
+from heyoka_bike.scoring.reading.heading_units import is_millisecond, is_si, split_unit
 
 Fail = Callable[[str], InputError]
 """Makes the error for a message, with the file and the line of the names."""
 
-_ALIASES: Mapping[str, tuple[str, ...]] = {
-    TIME: ("t", "times", "timestamp", "sec", "seconds", "simulationtime"),
-    "roll_angle": ("roll", "phi", "lean", "leanangle"),
-    "roll_rate": (
-        "rollangularvelocity", "rollvelocity", "angularrollvelocity", "phidot", "dphi", "phid",
-        "leanrate", "leanangularvelocity", "rolldot",
-    ),
-    "forward_speed": ("speed", "velocity", "v", "forwardvelocity"),
-    "potential_energy": ("potential", "epot", "ep", "pe", "u"),
-    "kinetic_energy": ("kinetic", "ekin", "ek", "ke"),
-    "mechanical_energy": ("mechanical", "energy", "total", "totalenergy", "emech", "etot", "e"),
-    "steer_angle": ("steer", "steering", "steeringangle", "delta"),
-    "steer_rate": (
-        "steerangularvelocity", "steeringangularvelocity", "steervelocity", "steeringvelocity",
-        "steeringrate", "angularsteervelocity", "deltadot", "ddelta", "deltad", "steerdot",
-    ),
-    "pitch": ("pitchangle",),
-    "yaw": ("yawangle", "heading", "headingangle", "psi"),
-    "yaw_rate": ("yawangularvelocity", "yawvelocity", "headingrate", "psidot", "dpsi", "yawdot"),
-}  # fmt: skip
-_KEYS: Mapping[str, str] = {
-    **{key.replace("_", ""): key for key in (TIME, *COMPARED)},
-    **{alias: key for key, aliases in _ALIASES.items() for alias in aliases},
-}
 # Mechanics writes T and V for the energies, and t and v for time and speed.
 _CAPITALS: Mapping[str, tuple[str, str]] = {
     "T": ("t", "kinetic_energy"),
     "V": ("v", "potential_energy"),
 }
-
-_MANEUVER = r"(?:m|man|maneuver|manoeuvre)"
-_BRACKETS = re.compile(r"\[([^\]]*)\]|\(([^)]*)\)|\{([^}]*)\}")
-_ONE = re.compile(r"[\[({]\s*1\s*[\])}]")
-_NUMBERED = re.compile(rf"[\s_-]*{_MANEUVER}?[\s_-]*([0-9]{{1,3}})\s*")
-_BREAKS = re.compile(r"[\s_.:/-]+")
-_PREFIX = re.compile(rf"{_MANEUVER}_?([0-9]{{1,3}})_(.+)")
-_SUFFIX = re.compile(rf"(.+?)_?(?:{_MANEUVER}_?)?([0-9]{{1,3}})")
-_GROUP = re.compile(rf"{_MANEUVER}_?([0-9]{{1,3}})")
-# The names of a message; more would not be read.
-_SHOWN = 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,67 +42,45 @@ class Layout:
     maneuvers : mapping of (int or None) to mapping of str to int
         Index of each column, by number of the maneuver (None if that is not told) and key.
     findings : tuple of Finding
+    in_milliseconds : bool
+        Whether the times are, as their heading says.
     """
 
     time: int
     maneuvers: Mapping[int | None, Mapping[str, int]]
     findings: tuple[Finding, ...] = ()
+    in_milliseconds: bool = False
 
 
-def recognise(name: str, *, one_is_a_unit: bool = True) -> tuple[str, int | None] | None:
-    """Key of the column that a name means, and number of the maneuver if it has one.
+def told(columns: Sequence[str], count: int) -> Expected:
+    """What columns of these names are.
 
-    Case, blanks, hyphens and underscores do not matter, nor does a unit in brackets; there 1 is
-    that of a column without dimension, or the first maneuver.
+    Raises
+    ------
+    InputError
+        A name that is not known, or no time.
     """
-    if one_is_a_unit and _ONE.search(name):
-        found = recognise(_ONE.sub("", name))
-        if found and found[0] != TIME and COMPARED[found[0]][0].unit == "1":
-            return found
-    plain = _BREAKS.sub("_", _BRACKETS.sub(_number_in_brackets, name.lower())).strip("_\"'")
-    number = None
-    if match := _PREFIX.fullmatch(plain):
-        number, plain = int(match[1]), match[2]
-    elif plain.replace("_", "") not in _KEYS and (match := _SUFFIX.fullmatch(plain)):
-        plain, number = match[1], int(match[2])
-    key = _KEYS.get(plain.replace("_", ""))
-    if key is None or (key == TIME and number is not None):
-        return None
-    return key, number
-
-
-def group_number(name: str) -> int | None:
-    """Number in the name of a group of columns (``maneuver_2``), if it is one."""
-    match = _GROUP.fullmatch(_BREAKS.sub("_", name.lower()))
-    return int(match[1]) if match else None
-
-
-def are_names(names: Sequence[str]) -> bool:
-    """Whether the names have the time and another column that is known."""
-    known = {found[0] for name in names if (found := recognise(name))}
-    return TIME in known and len(known) > 1
-
-
-def left_out(names: Sequence[str]) -> Finding:
-    """That columns of unknown names are not used."""
-    return Finding(
-        "columns_left_out",
-        f"Columns of other names are left out: {listed(names)}.",
-        Severity.INFO,
-        {"names": [quoted(name)[1:-1] for name in names[:100]], "count": len(names)},
-    )
-
-
-def listed(names: Sequence[str]) -> str:
-    """The names in quotes, not too many of them."""
-    shown = ", ".join(quoted(name) for name in names[:_SHOWN])
-    more = len(names) - _SHOWN
-    return f"{shown} and {more} more" if more > 0 else shown
+    names = tuple(name.strip() for name in columns)
+    found = []
+    for name in names:
+        known = recognise(name)
+        if known is None and name not in LEFT_OUT and not is_maneuver(name):
+            like = nearest(name)
+            hint = f"; did you mean {like}?" if like else ""
+            raise InputError(
+                f"--columns: found {quoted(name)}, expected time, {', '.join(BENCHMARK_COLUMNS)}, "
+                f"a column of motion.h5, or - for one that is left out{hint}"
+            )
+        if known is not None:
+            found.append(known[0])
+    if TIME not in found or len(found) < 2:
+        raise InputError("--columns: found no time and another column, expected both among them")
+    return Expected(count, names)
 
 
 def layout(
-    names: Sequence[str] | None, width: int, count: int, maneuver: int | None, fail: Fail,
-    *, ordered: bool = True,
+    names: Sequence[str] | None, width: int, expected: Expected, maneuver: int | None, fail: Fail,
+    *, ordered: bool = True, rows: int | None = None,
 ) -> Layout:  # fmt: skip
     """Find out which column is what.
 
@@ -139,52 +93,60 @@ def layout(
         Names of the columns, None if there are none.
     width
         Number of columns.
-    count
-        Number of maneuvers of the reference.
+    expected
+        What columns there may be.
     maneuver
         Number of the maneuver of columns that do not tell.
     fail
         Makes the error for a message.
     ordered
         Whether the place of a column means anything.
+    rows
+        Number of rows.
 
     Raises
     ------
     InputError
         The columns cannot be told, or one is there twice.
     """
+    count = expected.count
     alone = 1 if maneuver is None and count == 1 else maneuver
+    if expected.names is not None:
+        if len(expected.names) != width:
+            raise fail(
+                f"found {width} columns, expected {len(expected.names)} as --columns tells; there "
+                "- stands for one that is left out"
+            )
+        return _by_name(expected.names, _known(expected.names, count), alone, fail)
     found = [] if names is None else _known(names, count)
     # The benchmark's order has no place for what is not of the benchmark.
     is_beyond = any(f and f[0] not in (TIME, *BENCHMARK_COLUMNS) for f in found)
+    is_beyond = is_beyond or any(map(is_maneuver, names or ()))
     is_named = any(f and f[0] == TIME for f in found) and sum(f is not None for f in found) > 1
     places = _by_place(width, count, alone) if ordered else None
     if names is not None and is_named and (places is None or None not in found or is_beyond):
         return _by_name(names, found, alone, fail)
     if places is not None:
         return places if names is None else _with_names_unused(places, names, found)
-    both = " or ".join(str(n) for n in sorted({9, 1 + 8 * count}))
     if not ordered:
-        shown = listed(names or ())
-        raise fail(
-            f"found {shown or 'nothing'}, expected arrays named time, "
-            f"{', '.join(BENCHMARK_COLUMNS)}, or one array of {both} columns"
-        )
-    named = f" named {listed(names)}" if names else ""
+        raise fail(arrays_not_understood(names or (), expected.widths))
+    if names:
+        raise fail(not_understood(names))
     raise fail(
-        f"found {width} columns{named}, expected {both}, or a line of column names such as time, "
-        "roll_angle, roll_rate"
+        f"found {width} columns, expected {expected.in_words}, or a line of column names such as "
+        f"time, roll_angle, roll_rate{what_may_be_wrong(width, rows, expected.widths)}"
     )
 
 
 def _known(names: Sequence[str], count: int) -> list[tuple[str, int | None] | None]:
     # With other numbers in brackets, all of them are maneuvers.
-    brackets = [b for name in names for match in _BRACKETS.finditer(name) for b in match.groups()]
-    are_numbers = any(b and b.strip().isdecimal() and int(b) != 1 for b in brackets)
+    brackets = [b for name in names for b in in_brackets(name)]
+    are_numbers = any(b.strip().isdecimal() and int(b) != 1 for b in brackets)
     found = [recognise(name, one_is_a_unit=not are_numbers) for name in names]
-    plain = [name.strip() for name in names]
+    parts = [split_unit(name) for name in names]
+    plain = [stem.strip() for stem, _ in parts]
     for i, name in enumerate(plain):
-        if name in _CAPITALS and _CAPITALS[name][0] in plain:
+        if name in _CAPITALS and _CAPITALS[name][0] in plain and parts[i][1] is None:
             found[i] = _CAPITALS[name][1], None
     found = _from_one(found, count)
     # The eight names once for each maneuver mean the maneuvers in order.
@@ -250,7 +212,10 @@ def _by_name(
     unknown = []
     for i, f in enumerate(found):
         if f is None:
-            unknown.append(names[i])
+            unknown += [] if names[i] in LEFT_OUT or is_maneuver(names[i]) else [names[i]]
+        elif f in first and (plainer := _plainer(names, first[f], i)) is not None:
+            unknown.append(names[first[f] if plainer == i else i])
+            first[f] = plainer
         elif f in first:
             raise fail(
                 f"found {quoted(names[first[f]])} and {quoted(names[i])}, expected one column of "
@@ -265,7 +230,17 @@ def _by_name(
     if alone is not None and (others := set(maneuvers) - {alone}) and len(maneuvers) == 1:
         raise fail(f"found columns of maneuver {others.pop()}, expected maneuver {alone}")
     findings = (left_out(unknown),) if unknown else ()
-    return Layout(first[TIME, None], maneuvers, findings)
+    time = first[TIME, None]
+    return Layout(time, maneuvers, findings, is_millisecond(unit_in(names[time])[1]))
+
+
+def _plainer(names: Sequence[str], *twice: int) -> int | None:
+    """Which of two columns of one meaning has SI units, and no unit in its name; None if both."""
+    ranks = []
+    for i in twice:
+        _, unit, is_ending = unit_in(names[i])
+        ranks.append((not is_si(unit), is_ending))
+    return None if ranks[0] == ranks[1] else twice[ranks.index(min(ranks))]
 
 
 def _with_names_unused(
@@ -287,9 +262,3 @@ def _with_names_unused(
         {"columns": [i + 1 for i in wrong], "unknown": [quoted(n)[1:-1] for n in unknown[:100]]},
     )
     return Layout(places.time, places.maneuvers, (finding,))
-
-
-def _number_in_brackets(match: re.Match[str]) -> str:
-    content = next(part for part in match.groups() if part is not None)
-    number = _NUMBERED.fullmatch(content)
-    return f"_{number[1]}" if number else ""

@@ -2,12 +2,13 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from math import floor, log10
+from math import floor, isfinite, log10
 
 import numpy as np
 from numpy.typing import NDArray
 
 from heyoka_bike.numbers.double import Array
+from heyoka_bike.scoring.reading.number_blocks import NOTHING
 from heyoka_bike.scoring.reading.results import Quantum
 from heyoka_bike.scoring.reading.written import Written
 
@@ -26,6 +27,24 @@ def significant(number: str) -> str:
     """Significant digits written in a decimal, zeros at the end included."""
     mantissa = number.replace("E", "e").partition("e")[0]
     return mantissa.lstrip("+-0.").replace(".", "")
+
+
+def digits_and_places(number: str) -> tuple[int, int]:
+    """Significant digits of a decimal and digits after the point, -1 with an exponent."""
+    if not isfinite(float(number)):
+        return 0, NOTHING
+    has_exponent = "e" in number or "E" in number
+    return len(significant(number)), -1 if has_exponent else len(number.partition(".")[2])
+
+
+def are_beyond_binary64(numbers: Sequence[str], enough: int = 5) -> bool:
+    """Whether numbers have more digits than binary64, and not just more than it needs.
+
+    Of 18 digits, one in ten agrees by chance with what the nearest binary64 would give; so many
+    must agree.
+    """
+    longest = max(len(significant(number)) for number in numbers)
+    return longest > BINARY64_DIGITS and not is_long_binary64(numbers, enough)
 
 
 class DigitTally:
@@ -49,11 +68,7 @@ class DigitTally:
         """The columns with what was counted; a constant one is written like the others."""
         pairs = zip(values, lo, strict=True)
         written = [self._column(j, v, rest) for j, (v, rest) in enumerate(pairs)]
-        varying = [w for j, w in enumerate(written) if j != self.time and w.digits is not None]
-        if not varying:
-            return written
-        finest = max(varying, key=lambda w: w.digits or 0).quantum
-        return [w if w.digits is not None else replace(w, quantum=finest) for w in written]
+        return evened(written, self.time)
 
     def _column(self, j: int, values: Array, lo: Array | None) -> Written:
         digits, fewest, most = int(self.digits[j]), int(self.fewest[j]), int(self.most[j])
@@ -78,6 +93,15 @@ class DigitTally:
             quantum = Quantum(2, digits=bits)
             digits = BINARY64_DIGITS if bits == 53 else _DIGITS_OF_BITS[bits]
         return Written(values, lo, quantum, digits if varies else None, significant)
+
+
+def evened(columns: list[Written], time: int) -> list[Written]:
+    """The columns of a table, a constant one as finely written as the finest of the others."""
+    varying = [w for j, w in enumerate(columns) if j != time and w.digits is not None]
+    if not varying:
+        return columns
+    finest = max(varying, key=lambda w: w.digits or 0).quantum
+    return [w if w.digits is not None else replace(w, quantum=finest) for w in columns]
 
 
 def binary_column(values: Array, lo: Array | None, bits: int) -> Written:

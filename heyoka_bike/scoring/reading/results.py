@@ -81,7 +81,8 @@ class Results:
     path
         Name of the file (``-`` for standard input).
     format
-        What it was: ``text``, ``npy``, ``npz``, ``mat``, ``hdf5`` or ``array``.
+        What it was: ``text``, ``json``, ``npy``, ``npz``, ``mat``, ``hdf5`` (netCDF 4 too),
+        ``netcdf``, ``xlsx``, ``parquet``, ``arrow`` or ``array``.
     maneuvers : tuple of Rows
     significant_digits
         Of the column written with the fewest, in decimal digits; None if unknown.

@@ -3,7 +3,7 @@
 import sys
 import zlib
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from io import BytesIO
 from itertools import chain
 from os import PathLike
@@ -13,9 +13,9 @@ from typing import Any, BinaryIO, cast
 import numpy as np
 
 from heyoka_bike.errors import InputError, printable
-from heyoka_bike.scoring.reading.array_files import read_hdf5, read_mat, read_npy, read_npz
-from heyoka_bike.scoring.reading.array_tables import tables
 from heyoka_bike.scoring.reading.assembly import assemble
+from heyoka_bike.scoring.reading.expected import Expected
+from heyoka_bike.scoring.reading.headings import told
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.reading.text_lines import encoding_of
 from heyoka_bike.scoring.reading.text_table import read_text
@@ -32,18 +32,26 @@ _GZIP = b"\x1f\x8b"
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 # MATLAB puts a text of this length before HDF5.
 _MATLAB_TEXT = 512
-_FORMATS = "text, .npy, .npz, .mat or HDF5"
+_ARRAYS = (
+    (b"\x93NUMPY", "npy"),
+    (b"PK\x03\x04", "zip"),
+    (b"PK\x05\x06", "zip"),
+    (_HDF5, "hdf5"),
+    (b"PAR1", "parquet"),
+    (b"ARROW1", "arrow"),
+    (b"CDF\1", "netcdf"),
+    (b"CDF\2", "netcdf"),
+)
+_FORMATS = "text, JSON, .npy, .npz, .mat, netCDF, HDF5, Parquet or xlsx"
 _SPREADSHEETS = (".xls", ".xlsx", ".xlsm", ".xlsb", ".ods")
+_BRACKETS = ("{", "[")
 _OTHERS = (
     (b"\xd0\xcf\x11\xe0", "a spreadsheet"),
-    (b"PAR1", "a Parquet file"),
-    (b"ARROW1", "an Arrow file"),
     (b"\x89PNG", "a picture"),
     (b"\xff\xd8\xff", "a picture"),
     (b"GIF8", "a picture"),
     (b"%PDF", "a PDF document"),
     (b"SQLite format 3", "a database"),
-    (b"CDF", "a netCDF 3 file"),
     (b"BZh", "a bzip2 file"),
     (b"\xfd7zXZ", "an xz file"),
     (b"\x28\xb5\x2f\xfd", "a zstd file"),
@@ -55,19 +63,26 @@ _OTHERS = (
 )
 
 
-def read_results(source: Any, *, maneuver: int | None = None, count: int = 3) -> Results:
+def read_results(
+    source: Any, *, maneuver: int | None = None, count: int = 3,
+    columns: Sequence[str] | None = None,
+) -> Results:  # fmt: skip
     """Read the results of a program, from a file or from its arrays.
 
     Parameters
     ----------
     source : path, "-", array-like, mapping or data frame
-        A file of rows of numbers, a NumPy, MATLAB or HDF5 file, any of them compressed with gzip;
-        ``-`` is standard input. Or an array of shape (n, 9) or (n, 1 + 8 count), or columns by
-        name. Columns are the time [s] and the benchmark's eight, in its order or named.
+        A text of rows of numbers, JSON, a NumPy, MATLAB, netCDF, HDF5, Parquet or Arrow file or a
+        spreadsheet, any of them compressed with gzip; ``-`` is standard input. Or an array of shape
+        (n, 9), (n, 1 + 8 count) or (count, n, 9), a mapping of columns or a data frame. Columns are
+        the time [s] and the benchmark's eight, in its order or named.
     maneuver
         Number of the maneuver, from 1, that columns belong to which do not tell.
     count
         Number of maneuvers of the reference.
+    columns
+        What the columns are, in the order of the file, whatever their names in it: ``time``,
+        ``roll_angle``, ``m2_steer_angle`` and so on, ``-`` for one that is left out.
 
     Returns
     -------
@@ -84,14 +99,16 @@ def read_results(source: Any, *, maneuver: int | None = None, count: int = 3) ->
     """
     if maneuver is not None and not 1 <= maneuver <= count:
         raise InputError(f"found maneuver {maneuver}, expected 1 to {count}")
-    fitting = sorted({9, 1 + 8 * count})
+    expected = Expected(count) if columns is None else told(columns, count)
     if isinstance(source, str | PathLike):
         path = printable(str(source))
-        found, kind = _read_file(source, path, fitting)
+        found, kind = _read_file(source, path, expected)
     else:
+        from heyoka_bike.scoring.reading.array_tables import tables
+
         path, kind = "array", "array"
-        found = tables(_columns(source), path, fitting)
-    return assemble(found, kind, path, maneuver, count)
+        found = tables(_columns(source), path, expected)
+    return assemble(found, kind, path, maneuver, expected)
 
 
 def _columns(source: Any) -> Any:
@@ -102,7 +119,7 @@ def _columns(source: Any) -> Any:
 
 
 def _read_file(
-    source: str | PathLike[str], path: str, fitting: Sequence[int]
+    source: str | PathLike[str], path: str, expected: Expected
 ) -> tuple[list[WrittenTable], str]:
     with ExitStack() as stack:
         file = _open(source, path, stack)
@@ -115,23 +132,68 @@ def _read_file(
             ahead = cast(BinaryIO, _Ahead(head, file))
             file, plain = cast(BinaryIO, stack.enter_context(GzipFile(fileobj=ahead))), None
             head = _read(file, _HEAD, path)
-        if head.startswith(b"\x93NUMPY"):
-            return read_npy(_seekable(head, file, plain, path), path, fitting), "npy"
-        if head.startswith((b"PK\x03\x04", b"PK\x05\x06")):
-            return read_npz(_seekable(head, file, plain, path), path, fitting), "npz"
-        if head.startswith(_HDF5) or head[_MATLAB_TEXT:].startswith(_HDF5):
-            where = plain if plain is not None and plain.is_file() else None
-            whole = where or _seekable(head, file, None, path)
-            return read_hdf5(whole, path, fitting), "hdf5" if head.startswith(_HDF5) else "mat"
         encoding = encoding_of(head[:_SIGNATURE])
         is_old = encoding is None and Path(path).suffix.lower() == ".mat"
-        if head[126:128] in (b"IM", b"MI") or is_old:
-            return read_mat(_seekable(head, file, plain, path), path, fitting), "mat"
+        if kind := _kind(head) or ("mat" if is_old else None):
+            if kind == "hdf5" and plain is not None and plain.is_file():
+                return _read_arrays(plain, kind, path, expected)
+            return _read_arrays(_seekable(head, file, plain, path), kind, path, expected)
         _refuse_others(head, path, encoding is not None)
         assert encoding is not None
         name, mark = encoding
+        if _begins_with_bracket(head[mark : mark + _SIGNATURE], name):
+            return _read_json(head[mark:] + _read(file, -1, path), name, path, expected)
         chunks = chain((head[mark:],), _chunks(file, path))
-        return [read_text(chunks, name, path, fitting)], "text"
+        return [read_text(chunks, name, path, expected)], "text"
+
+
+def _kind(head: bytes) -> str | None:
+    """What a file of arrays is that starts like this; None if it is none."""
+    if head[_MATLAB_TEXT:].startswith(_HDF5):
+        return "hdf5"
+    if head[126:128] in (b"IM", b"MI"):
+        return "mat"
+    return next((kind for start, kind in _ARRAYS if head.startswith(start)), None)
+
+
+def _read_arrays(
+    source: BinaryIO | Path, kind: str, path: str, expected: Expected
+) -> tuple[list[WrittenTable], str]:
+    # Texts do without all of these.
+    from heyoka_bike.scoring.reading import array_files, matlab_files, table_files
+
+    if kind == "hdf5":
+        return array_files.read_hdf5(source, path, expected)
+    assert not isinstance(source, Path)
+    if kind == "zip":
+        return array_files.read_archive(source, path, expected)
+    read = {
+        "npy": array_files.read_npy,
+        "netcdf": array_files.read_netcdf,
+        "mat": matlab_files.read_mat,
+        "parquet": table_files.read_columns,
+        "arrow": table_files.read_columns,
+    }[kind]
+    return read(source, path, expected), kind
+
+
+def _begins_with_bracket(head: bytes, encoding: str) -> bool:
+    return head.decode(encoding, "replace").lstrip()[:1] in _BRACKETS
+
+
+def _read_json(
+    text: bytes, encoding: str, path: str, expected: Expected
+) -> tuple[list[WrittenTable], str]:
+    from heyoka_bike.scoring.reading.json_files import parse_json, read_json
+
+    try:
+        document = parse_json(text, encoding, path)
+    except InputError as error:
+        # A heading may begin with a bracket, too.
+        with suppress(InputError):
+            return [read_text((text,), encoding, path, expected)], "text"
+        raise error from None
+    return read_json(document, path, expected), "json"
 
 
 def _open(source: str | PathLike[str], path: str, stack: ExitStack) -> BinaryIO:
@@ -178,7 +240,7 @@ def _refuse_others(head: bytes, path: str, is_text: bool) -> None:
         is_sheet = Path(path).suffix.lower() in _SPREADSHEETS
         name = "a spreadsheet" if is_sheet else "bytes that are no text"
     if name == "a spreadsheet":
-        raise InputError("is a spreadsheet; save it as CSV", file=path)
+        raise InputError("is a spreadsheet; save it as xlsx or CSV", file=path)
     if name is not None:
         raise InputError(f"found {name}, expected {_FORMATS}", file=path)
 

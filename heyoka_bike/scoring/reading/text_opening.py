@@ -1,11 +1,12 @@
 """The opening of a text: its dialect, its heading, and where its rows begin."""
 
 import re
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
 
 from heyoka_bike.errors import InputError, quoted
+from heyoka_bike.scoring.reading.column_names import TIME, are_names, not_understood, recognise
 from heyoka_bike.scoring.reading.dialects import (
     DIALECTS,
     Dialect,
@@ -13,8 +14,9 @@ from heyoka_bike.scoring.reading.dialects import (
     plain_text,
     without_comment,
 )
-from heyoka_bike.scoring.reading.headings import TIME, are_names, recognise
-from heyoka_bike.scoring.reading.quanta import BINARY64_DIGITS, is_long_binary64, significant
+from heyoka_bike.scoring.reading.expected import Expected, what_may_be_wrong
+from heyoka_bike.scoring.reading.heading_units import quantities
+from heyoka_bike.scoring.reading.quanta import are_beyond_binary64
 
 # Enough to tell the dialect by the majority, and quickly.
 _SAMPLE_LINES = 300
@@ -26,7 +28,7 @@ _FEWEST_COUNTED = 9
 
 _COMMENT_SIGNS = re.compile(r"[#%!/;*\s]+")
 _TWO_BLANKS = re.compile(r"\s{2,}")
-_BRACKETS = re.compile(r"\s*(?:\[[^\]]*\]|\([^)]*\))")
+_BRACKETS = re.compile(r"[ \t]?(?:\[[^\[\]]*\]|\([^()]*\))")
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +64,7 @@ class Opening:
     exact: tuple[int, ...]
 
 
-def find_opening(text: bytes, path: str, fitting: Collection[int]) -> Opening:
+def find_opening(text: bytes, path: str, expected: Expected) -> Opening:
     """Find out how rows of numbers are written, and where they begin.
 
     Parameters
@@ -71,8 +73,8 @@ def find_opening(text: bytes, path: str, fitting: Collection[int]) -> Opening:
         The first lines.
     path
         Name of the file, for errors.
-    fitting
-        Numbers of columns that are expected where no heading names them.
+    expected
+        What columns there may be.
 
     Raises
     ------
@@ -80,7 +82,7 @@ def find_opening(text: bytes, path: str, fitting: Collection[int]) -> Opening:
         No rows, rows of another number of columns, or a damaged first row.
     """
     lines = text.split(b"\n")
-    widths = set(fitting)
+    widths = set(expected.widths)
     contents = _contents(lines)
     found = None
     sample: list[tuple[int, str]] = []
@@ -88,28 +90,23 @@ def find_opening(text: bytes, path: str, fitting: Collection[int]) -> Opening:
         widths |= {len(names) for names in _headings(plain_text(line)) if are_names(names)}
     while found is None and (sample := list(islice(contents, _SAMPLE_LINES))):
         found = best_dialect([content for _, content in sample], widths)
-    expected = " or ".join(str(n) for n in sorted(fitting))
+    both = expected.in_words
     if found is None:
         what = "an empty file" if not text.strip() else "no row of numbers"
-        raise InputError(f"found {what}, expected {expected} columns of numbers", file=path)
+        raise InputError(f"found {what}, expected {both} columns of numbers", file=path)
     dialect, width, at = found
     rows = [sample[i] for i in at]
     if _counts_columns(rows[0][1], dialect, width):
         rows = rows[1:]
     if not rows:
-        raise InputError(
-            f"found no row of numbers, expected {expected} columns of numbers", file=path
-        )
+        raise InputError(f"found no row of numbers, expected {both} columns of numbers", file=path)
     first = rows[0][0]
     if width not in widths:
-        raise InputError(
-            f"found {width} columns, expected {expected}, or a line of column names such as "
-            "time, roll_angle, roll_rate",
-            file=path,
-            line=first + 1,
-        )
+        raise _wrong_width(lines[:first], width, len(rows), path, expected)
     _refuse_damaged_row(sample, first, dialect, width, path)
-    names, heading = _heading(lines[:first], width)
+    names, heading = (
+        (list(expected.names), None) if expected.names else _heading(lines[:first], width)
+    )
     spread = rows[:: max(1, len(rows) // _SAMPLE_ROWS)]
     numbers = [[dialect.number(f) or "" for f in dialect.split(content)] for _, content in spread]
     known = [] if names is None else [recognise(name) for name in names]
@@ -123,8 +120,8 @@ def find_opening(text: bytes, path: str, fitting: Collection[int]) -> Opening:
         heading,
         time,
         # Three rows in a row are no accident, and there may be no more.
-        _are_beyond_binary64(columns[time], 1),
-        tuple(j for j in range(width) if _are_beyond_binary64(columns[j])),
+        are_beyond_binary64(columns[time], 1),
+        tuple(j for j in range(width) if are_beyond_binary64(columns[j])),
     )
 
 
@@ -151,6 +148,9 @@ def _contents(lines: Sequence[bytes]) -> Iterator[tuple[int, str]]:
 
 def _headings(line: str) -> Iterator[list[str]]:
     """The names in a heading, for all ways to separate them."""
+    if line.startswith("\t"):
+        # pandas leaves the name of its index blank.
+        yield DIALECTS[0].split(line)
     text = _COMMENT_SIGNS.sub("", line, count=1) if _COMMENT_SIGNS.match(line) else line
     text = text.strip()
     if not (text[:1].isalpha() or text[:1] in "\"',;[("):
@@ -163,12 +163,52 @@ def _headings(line: str) -> Iterator[list[str]]:
 
 
 def _heading(lines: Sequence[bytes], width: int) -> tuple[list[str] | None, int | None]:
-    """The last heading of so many names above the rows, and the number of its line."""
+    """The last heading of so many names above the rows, and the number of its line.
+
+    A line of units below it is put into the names.
+    """
+    below: list[str] = []
     for i in range(len(lines) - 1, -1, -1):
         for names in _headings(plain_text(lines[i])):
-            if len(names) == width and are_names(names):
-                return [name.strip("\"'") for name in names], i + 1
+            if len(names) != width:
+                continue
+            if are_names(names) or (below and are_names(_with_units(names, below))):
+                return _with_units(names, below), i + 1
+            if not below and _are_units(names):
+                below = names
     return None, None
+
+
+def _are_units(names: Sequence[str]) -> bool:
+    units = [name.strip("[](){} ") for name in names]
+    return any(map(quantities, units)) and all(u in ("", "-", "1") or quantities(u) for u in units)
+
+
+def _with_units(names: Sequence[str], units: Sequence[str]) -> list[str]:
+    plain = [name.strip("\"'") for name in names]
+    if not units:
+        return plain
+    return [
+        f"{name} [{u}]" if quantities(u := unit.strip("[](){} ")) else name
+        for name, unit in zip(plain, units, strict=True)
+    ]
+
+
+def _wrong_width(
+    lines: Sequence[bytes], width: int, rows: int, path: str, expected: Expected
+) -> InputError:
+    """What to say of rows of so many columns, with the heading above them if there is one."""
+    for i in range(len(lines) - 1, -1, -1):
+        for names in _headings(plain_text(lines[i])):
+            if len(names) == width and expected.names is None and not _are_units(names):
+                return InputError(not_understood(names), file=path, line=i + 1)
+    if expected.names is not None:
+        more = ' as --columns tells; there "-" stands for one that is left out'
+    else:
+        more = ", or a line of column names such as time, roll_angle, roll_rate"
+        more += what_may_be_wrong(width, rows, expected.widths)
+    message = f"found {width} columns, expected {expected.in_words}{more}"
+    return InputError(message, file=path, line=len(lines) + 1)
 
 
 def _counts_columns(content: str, dialect: Dialect, width: int) -> bool:
@@ -193,13 +233,3 @@ def _refuse_damaged_row(
         is_row = bool(row) and row[0] is not None and numbers >= 3 and 2 * numbers > len(row)
         if is_row and not _counts_columns(content, dialect, width):
             raise row_error(fields, row, width, path, i + 1)
-
-
-def _are_beyond_binary64(numbers: Sequence[str], enough: int = 5) -> bool:
-    """Whether numbers have more digits than binary64, and not just more than it needs.
-
-    Of 18 digits, one in ten agrees by chance with what the nearest binary64 would give; so many
-    must agree.
-    """
-    longest = max(len(significant(number)) for number in numbers)
-    return longest > BINARY64_DIGITS and not is_long_binary64(numbers, enough)

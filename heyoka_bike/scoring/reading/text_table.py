@@ -1,16 +1,19 @@
 """Rows of numbers in a text, in whatever way programs write them."""
 
 import re
-from collections.abc import Collection, Iterable
-from math import isfinite
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
+from dataclasses import replace
 
 import numpy as np
 
 from heyoka_bike.errors import InputError
 from heyoka_bike.scoring.findings import Finding, Severity
+from heyoka_bike.scoring.reading.column_names import is_maneuver
 from heyoka_bike.scoring.reading.dialects import Dialect, plain_text, without_comment
-from heyoka_bike.scoring.reading.number_blocks import NOTHING, Block, parse_block, rest
-from heyoka_bike.scoring.reading.quanta import DigitTally, significant
+from heyoka_bike.scoring.reading.expected import Expected
+from heyoka_bike.scoring.reading.number_blocks import Block, parse_block, rest
+from heyoka_bike.scoring.reading.quanta import DigitTally, digits_and_places
 from heyoka_bike.scoring.reading.text_lines import whole_lines
 from heyoka_bike.scoring.reading.text_opening import Opening, find_opening, row_error
 from heyoka_bike.scoring.reading.written import WrittenTable
@@ -35,7 +38,7 @@ _MOST_BLANKS = 30
 
 
 def read_text(
-    chunks: Iterable[bytes], encoding: str, path: str, fitting: Collection[int]
+    chunks: Iterable[bytes], encoding: str, path: str, expected: Expected
 ) -> WrittenTable:
     """Read rows of numbers.
 
@@ -47,8 +50,8 @@ def read_text(
         See `text_lines.encoding_of`.
     path
         Name of the file, for errors.
-    fitting
-        Numbers of columns that are expected where no heading names them.
+    expected
+        What columns there may be.
 
     Raises
     ------
@@ -57,11 +60,39 @@ def read_text(
     """
     blocks = whole_lines(chunks, encoding, path)
     first = next(blocks, b"")
-    reader = _Reader(path, find_opening(first, path, fitting))
+    try:
+        opening = find_opening(first, path, expected)
+    except InputError as error:
+        table = _repaired(first, blocks, path, expected)
+        if table is None:
+            raise error from None
+        return table
+    return _rows(opening, first, blocks, path)
+
+
+def _rows(opening: Opening, first: bytes, blocks: Iterable[bytes], path: str) -> WrittenTable:
+    reader = _Reader(path, opening)
     reader.read(first)
     for block in blocks:
         reader.read(block)
     return reader.finish()
+
+
+def _repaired(
+    first: bytes, blocks: Iterator[bytes], path: str, expected: Expected
+) -> WrittenTable | None:
+    """The table of a text that is unusual as a whole; None if it is none."""
+    from heyoka_bike.scoring.reading.text_repairs import numbered, upright
+
+    with suppress(InputError):
+        opening = find_opening(numbered(first), path, expected)
+        if any(map(is_maneuver, opening.names or ())):
+            return _rows(opening, numbered(first), map(numbered, blocks), path)
+    if turned := upright(first, blocks, expected):
+        text, finding = turned
+        table = _rows(find_opening(text, path, expected), text, (), path)
+        return replace(table, lines=None, findings=(finding, *table.findings))
+    return None
 
 
 class _Reader:
@@ -112,13 +143,11 @@ class _Reader:
         ]
         lines = np.concatenate([b.lines for b in blocks])
         self.blocks = []
+        columns = self.tally.columns(values, lo)
+        if self.opening.has_exact_times:
+            columns[self.opening.time] = columns[self.opening.time].with_exact_values()
         return WrittenTable(
-            self.tally.columns(values, lo),
-            self.opening.names,
-            lines,
-            self.opening.heading,
-            has_exact_times=self.opening.has_exact_times,
-            findings=findings,
+            columns, self.opening.names, lines, self.opening.heading, findings=findings
         )
 
     def _quickly(self, text: bytes) -> Block | None:
@@ -144,7 +173,7 @@ class _Reader:
                 rows.append([float(number) for number in row])
                 numbers.append(row)
         step = max(1, len(rows) // _COUNTED_SLOWLY)
-        counted = [[_written(number) for number in row] for row in numbers[::step]]
+        counted = [[digits_and_places(number) for number in row] for row in numbers[::step]]
         table = np.array(rows, dtype=np.float64).reshape(-1, self.opening.width).T
         shape = (-1, self.opening.width, 2)
         digits, places = np.array(counted, dtype=np.int64).reshape(shape).transpose(2, 1, 0)
@@ -213,11 +242,3 @@ def _are_floats(fields: list[str]) -> bool:
     except ValueError:
         return False
     return True
-
-
-def _written(number: str) -> tuple[int, int]:
-    """Significant digits and digits after the point, -1 with an exponent."""
-    if not isfinite(float(number)):
-        return 0, NOTHING
-    has_exponent = "e" in number or "E" in number
-    return len(significant(number)), -1 if has_exponent else len(number.partition(".")[2])

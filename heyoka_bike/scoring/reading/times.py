@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from heyoka_bike.numbers.double import Array, two_product
+from heyoka_bike.numbers.double import Array, divide, two_product
 from heyoka_bike.scoring.findings import Finding, Severity
 
 # Picoseconds; finer decimals are hardly meant.
@@ -40,19 +40,22 @@ class Times:
 
 
 def settle(
-    hi: Array, lo: Array | None, digits: int | None, lines: Sequence[int] | NDArray[np.int64] | None
-) -> Times:
+    hi: Array, lo: Array | None, digits: int | None,
+    lines: Sequence[int] | NDArray[np.int64] | None, unit: str = "s",
+) -> Times:  # fmt: skip
     """Make times exact, and sort them.
 
     Parameters
     ----------
     hi, lo : ndarray, shape (n,)
-        Times as read [s], finite.
+        Times as read, finite.
     digits
         Significant digits if they were written as decimals; 0 for binary numbers; None for hi + lo
         that is exact already.
     lines
         Number of each row's line in the file; None if it is its place, from 1.
+    unit
+        In which they were read: ``s`` or ``ms``.
     """
     findings = []
     rest = np.zeros(len(hi)) if lo is None else lo
@@ -65,12 +68,15 @@ def settle(
             findings.append(
                 Finding(
                     "times_read_as_multiples",
-                    f"the times are binary numbers next to multiples of 1e-{places} s, and are "
-                    f"read as these decimals ({hi[changed[0]]:.{places}f} s is exactly that)",
+                    f"the times are binary numbers next to multiples of 1e-{places} {unit}, and "
+                    f"are read as these decimals ({hi[changed[0]]:.{places}f} {unit} is exactly "
+                    "that)",
                     Severity.INFO,
                     {"places": places, "changed": len(changed)},
                 )
             )
+    if unit == "ms":
+        hi, rest = divide((hi, rest), np.full(len(hi), 1000.0))
     order = None
     back = np.flatnonzero((hi[1:] < hi[:-1]) | ((hi[1:] == hi[:-1]) & (rest[1:] < rest[:-1])))
     if len(back):

@@ -1,6 +1,6 @@
 """Columns of numbers as they were read from any format."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,15 +22,20 @@ class Written:
     quantum : Quantum
     digits : int or None
         Significant decimal digits, None if the values do not tell.
-    significant : int
-        The most digits of a number of a text; 0 for binary numbers.
+    significant : int or None
+        The most digits of a number of a text; 0 for binary numbers, None for hi + lo that is exact
+        already.
     """
 
     values: Array
     lo: Array | None
     quantum: Quantum
     digits: int | None
-    significant: int = 0
+    significant: int | None = 0
+
+    def with_exact_values(self) -> "Written":
+        """The same, of which hi + lo are exact already."""
+        return replace(self, significant=None)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -50,8 +55,6 @@ class WrittenTable:
         Whether the place of a column means anything.
     maneuver : int or None
         What the file itself says about these columns.
-    has_exact_times : bool
-        Whether the times have more digits than binary64.
     findings : tuple of Finding
     """
 
@@ -61,5 +64,4 @@ class WrittenTable:
     heading: int | None = None
     ordered: bool = True
     maneuver: int | None = None
-    has_exact_times: bool = False
     findings: tuple[Finding, ...] = ()

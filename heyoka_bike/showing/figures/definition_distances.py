@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from heyoka_bike.bicycle.column import Column
 from heyoka_bike.bicycle.columns import DEFINITIONS
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.load import Reference, ReferenceManeuver
@@ -18,13 +19,13 @@ if TYPE_CHECKING:
 COLUMNS = tuple(key for key, definitions in DEFINITIONS.items() if len(definitions) > 1)
 """Columns with more than one definition."""
 
-_HEIGHT = 6.2  # [inch]
+_HEIGHT = 2.1  # [inch] of a panel
 # A panel begins at so much of the smallest of its differences at the end, all of which it shows.
 _BELOW = 1e-2
 
 
 def draw(reference: Reference, numbers: Sequence[int]) -> Figure:
-    """A panel for each column with several definitions, named as in the scorer's report.
+    """Panels for each column with several definitions, named as in the scorer's report.
 
     At each row the largest absolute difference from the default up to there, in rad, rad/s and m/s;
     the differences themselves go through zero again and again.
@@ -39,15 +40,15 @@ def draw(reference: Reference, numbers: Sequence[int]) -> Figure:
     with style():
         from matplotlib.figure import Figure
 
-        figure = Figure(figsize=(WIDTH, _HEIGHT), layout="constrained")
+        panels = [(key, others) for key in COLUMNS for others in _batched(DEFINITIONS[key][1:])]
+        figure = Figure(figsize=(WIDTH, _HEIGHT * len(panels)), layout="constrained")
         figure.suptitle(
             f"{maneuver.name}: how far apart definitions are, the largest difference so far",
             parse_math=False,
         )
-        axes = figure.subplots(len(COLUMNS), 1, sharex=True)
-        for ax, key in zip(axes, COLUMNS, strict=True):
-            default, *others = DEFINITIONS[key]
-            last = []
+        axes = figure.subplots(len(panels), 1, sharex=True)
+        for ax, (key, others) in zip(axes, panels, strict=True):
+            default, last = DEFINITIONS[key][0], []
             for other, look in zip(others, LINES, strict=False):
                 apart = largest_so_far(maneuver, other.name, default.name)
                 last.append(float(apart[-1]))
@@ -62,6 +63,12 @@ def draw(reference: Reference, numbers: Sequence[int]) -> Figure:
         axes[-1].set_xlabel("time [s]")
         figure.align_ylabels(axes)
     return figure
+
+
+def _batched(columns: Sequence[Column]) -> Iterator[Sequence[Column]]:
+    """As many at a time as there are looks to tell them apart."""
+    for start in range(0, len(columns), len(LINES)):
+        yield columns[start : start + len(LINES)]
 
 
 def largest_so_far(maneuver: ReferenceManeuver, name: str, other: str) -> Array:

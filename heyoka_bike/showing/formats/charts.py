@@ -142,8 +142,6 @@ def one_column(m: ManeuverScore, c: ColumnScore) -> str:
         said += f", floor {in_unit(number(c.floor), c.unit)}"
     if c.missing:
         said += f"; {c.missing} of {c.missing + c.values} values are missing"
-    if c.between:
-        said += f"; {c.between} values are between the rows of the reference"
     if len(c.trace.time) == 1:
         said += "; one row only"
     return (

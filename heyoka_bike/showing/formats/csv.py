@@ -51,7 +51,7 @@ def _line(path: str, m: ManeuverScore, c: ColumnScore) -> tuple[str, ...]:
     cells = (
         path, m.maneuver, m.name, c.key, c.unit, r.definition, r.sign, r.unit, r.offset,
         *measures, c.floor, c.as_written.measures.max_abs_error, c.values, c.missing, m.rows,
-        m.t_start, m.t_end, m.coverage, m.step, m.performance, c.between,
+        m.t_start, m.t_end, m.coverage, m.step, m.performance, 0,
     )  # fmt: skip
     return tuple(_cell(x) for x in cells)
 

@@ -5,6 +5,7 @@ from html import escape
 
 from heyoka_bike.bicycle.columns import DEFINITIONS
 from heyoka_bike.errors import printable
+from heyoka_bike.scoring.conventions import odds_words
 from heyoka_bike.scoring.report import ColumnScore, ManeuverScore
 from heyoka_bike.showing.formats.wording import label, number, unit_text
 
@@ -24,24 +25,28 @@ def definitions(m: ManeuverScore) -> str:
 
 def _table(c: ColumnScore) -> str:
     r = c.as_understood
-    found = [(r.definition, r.measures.max_abs_error)]
-    found += [(a.definition, a.max_abs_error) for a in c.alternatives]
+    found: list[tuple[str, float | None, float | None]]
+    found = [(r.definition, r.measures.max_abs_error, None)]
+    found += [(a.definition, a.max_abs_error, a.log10_odds) for a in c.alternatives]
     found.sort(key=lambda x: math.inf if x[1] is None else x[1])
-    errors = [e for _, e in found if e]
+    errors = [e for _, e, _ in found if e]
     low = math.floor(math.log10(min(errors))) if errors else 0
     high = max(math.ceil(math.log10(max(errors))), low + 1) if errors else 1
     unit = escape(unit_text(c.unit))
-    rows = "".join(_row(c, name, error, low, high) for name, error in found)
+    rows = "".join(_row(c, name, error, odds, low, high) for name, error, odds in found)
     return (
         f'<div class="scroll" tabindex="0" role="region" aria-label="Definitions of the '
         f'{escape(label(c.key))}"><table class="dots"><caption>{escape(label(c.key))}</caption>'
         f'<thead><tr><th scope="col">definition</th><th scope="col">max error [{unit}]</th>'
         f'<th scope="col" class="ends"><span>1e{low}</span><span>1e{high}</span></th>'
-        f'<th scope="col">meaning</th></tr></thead><tbody>{rows}</tbody></table></div>'
+        '<th scope="col">odds against</th><th scope="col">meaning</th></tr></thead>'
+        f"<tbody>{rows}</tbody></table></div>"
     )
 
 
-def _row(c: ColumnScore, name: str, error: float | None, low: int, high: int) -> str:
+def _row(
+    c: ColumnScore, name: str, error: float | None, odds: float | None, low: int, high: int
+) -> str:
     is_it = name == c.as_understood.definition
     dot = ""
     if error is not None:
@@ -64,5 +69,6 @@ def _row(c: ColumnScore, name: str, error: float | None, low: int, high: int) ->
         f'<tr{" class=chosen" if is_it else ""}><th scope="row">{said}</th>'
         f'<td class="n">{number(error, 3)}</td><td class="dot"><svg width="100%" height="18" '
         f'aria-hidden="true"><g class="grid">{ticks}</g>{dot}</svg></td>'
+        f'<td class="n">{"" if odds is None else odds_words(odds)}</td>'
         f'<td class="prose">{escape(meaning)}</td></tr>'
     )

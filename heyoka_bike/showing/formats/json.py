@@ -41,7 +41,13 @@ def _series(series: Series) -> dict[str, Any]:
         "dataset_version": series.runs[0].report.dataset_version,
         "is_one_program": series.is_one_program,
         "runs": [
-            {"name": r.name, "step": r.step, "cpu": r.cpu, "report": _report(r.report)}
+            {
+                "name": r.name,
+                "step": r.step,
+                "tolerance": r.tolerance,
+                "cpu": r.cpu,
+                "report": _report(r.report),
+            }
             for r in series.runs
         ],
         "convergence": [asdict(c) for c in series.convergence],
@@ -72,11 +78,12 @@ def _column(c: ColumnScore) -> dict[str, Any]:
         "key": c.key,
         "unit": c.unit,
         "definition": c.as_understood.definition,
+        "definition_is_known": c.is_known,
         **asdict(c.as_understood.measures),
         "floor": c.floor,
         "values": c.values,
         "missing": c.missing,
-        "between": c.between,
+        "between": 0,
         "as_written": _reading(c.as_written),
         "as_understood": _reading(c.as_understood),
         "alternatives": [asdict(a) for a in c.alternatives],

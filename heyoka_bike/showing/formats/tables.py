@@ -14,6 +14,7 @@ from heyoka_bike.showing.formats.wording import (
     one_decimal,
     plain,
     run_name,
+    size_heading,
     unit_text,
 )
 
@@ -81,7 +82,6 @@ def _score(c: ColumnScore) -> tuple[str, ...]:
     r = c.as_understood.measures
     definition = c.as_understood.definition.replace("_", " ") + mark(c)
     missing = f" ({c.missing} missing)" if c.missing else ""
-    between = f" ({c.between} between rows)" if c.between else ""
     return (
         f"{escape(label(c.key))} <i>[{escape(unit_text(c.unit))}]</i>",
         escape(", ".join((definition, *notes(c)))),
@@ -94,16 +94,16 @@ def _score(c: ColumnScore) -> tuple[str, ...]:
         number(c.floor),
         first_above(c),
         number(c.as_written.measures.max_abs_error),
-        f"{c.values}{missing}{between}",
+        f"{c.values}{missing}",
     )
 
 
 def convergence(series: Series, maneuver: int) -> str:
     """Errors of a maneuver for each run, the observed order between neighbours."""
     columns = [c for c in series.convergence if c.maneuver == maneuver]
-    has_steps = any(run.step is not None for run in series.runs)
+    heading = size_heading(series).removesuffix(" [s]") or "run"
     has_cpu = any(run.cpu is not None for run in series.runs)
-    head = ["step" if has_steps else "run" if series.is_one_program else "program"]
+    head = [heading if series.is_one_program else "program"]
     head += ["CPU [s]"] * has_cpu
     head += [f"{escape(label(c.key))} <i>[{escape(unit_text(c.unit))}]</i>" for c in columns]
     blank = ("",) * has_cpu
@@ -114,7 +114,7 @@ def convergence(series: Series, maneuver: int) -> str:
             orders = (f"<i>{one_decimal(_at(c, i - 1))}</i>" for c in columns)
             rows.append(("<i>observed order</i>", *blank, *orders))
         errors = (number(c.errors[i], 3) for c in columns)
-        name = run_name(series, run) if run.step is None else f"{plain(run.step)} s"
+        name = f"{plain(run.step)} s" if run.step is not None else run_name(series, run)
         rows.append((escape(name), *[plain(run.cpu, 3)][: len(blank)], *errors))
     said = ["Largest errors."]
     if has_orders:

@@ -3,33 +3,15 @@
 from collections.abc import Callable
 from dataclasses import replace
 from fractions import Fraction
-from math import cos, degrees, sin, tan
+from math import cos, degrees, tan
 
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.scoring.diagnosis.programs.program import Mistake, Program
+from heyoka_bike.scoring.diagnosis.programs.program import Mistake, Parameters, Program
+from heyoka_bike.scoring.diagnosis.programs.program import model_mistake as _model
 
 # Point P2 of the steer axis as the benchmark text prints it, truncated: x, z [m].
 _PRINTED_P2 = (Fraction("0.82188470506"), Fraction("-0.85595086466"))
-
-_Parameters = dict[str, Fraction]
-
-
-def _model(
-    code: str, says: str, check: str, change: Callable[[_Parameters, float], None]
-) -> Mistake:
-    """A mistake in the parameters: `change` alters them in place, told the tilt [rad]."""
-
-    def make(program: Program) -> Program:
-        values = dict(program.bicycle.values)
-        tilt = float(values["lam"])
-        p = {s: x.rational for s, x in values.items() if x.is_rational}
-        change(p, tilt)
-        values.update({s: Exact(x) for s, x in p.items()})
-        # Not checked: what mistaken programs compute with need not make sense.
-        return replace(program, bicycle=Bicycle(program.bicycle.name, values))
-
-    return Mistake(code, says, check, "model", make)
 
 
 def _tilt(code: str, says: str, change: Callable[[Exact], Exact]) -> Mistake:
@@ -43,26 +25,26 @@ def _tilt(code: str, says: str, change: Callable[[Exact], Exact]) -> Mistake:
     return Mistake(code, says, check, "model", make)
 
 
-def _set(**values: str) -> Callable[[_Parameters, float], None]:
+def _set(**values: str) -> Callable[[Parameters, float], None]:
     return lambda p, _: p.update({s: Fraction(x) for s, x in values.items()})
 
 
-def _negate(*symbols: str) -> Callable[[_Parameters, float], None]:
+def _negate(*symbols: str) -> Callable[[Parameters, float], None]:
     return lambda p, _: p.update({s: -p[s] for s in symbols})
 
 
-def _times(factor: str, *symbols: str) -> Callable[[_Parameters, float], None]:
+def _times(factor: str, *symbols: str) -> Callable[[Parameters, float], None]:
     return lambda p, _: p.update({s: Fraction(factor) * p[s] for s in symbols})
 
 
-def _exchange(*pairs: tuple[str, str]) -> Callable[[_Parameters, float], None]:
+def _exchange(*pairs: tuple[str, str]) -> Callable[[Parameters, float], None]:
     return lambda p, _: p.update({s: p[t] for a, b in pairs for s, t in ((a, b), (b, a))})
 
 
-def _moved(body: str, place: str, sign: int) -> Callable[[_Parameters, float], None]:
+def _moved(body: str, place: str, sign: int) -> Callable[[Parameters, float], None]:
     """The parallel-axis terms between the centre of mass and another point, added or subtracted."""
 
-    def change(p: _Parameters, _: float) -> None:
+    def change(p: Parameters, _: float) -> None:
         x, z = p[f"x{body}"], p[f"z{body}"]
         if place == "hub":
             x, z = (x, z + p["rR"]) if body == "B" else (x - p["w"], z + p["rF"])
@@ -75,27 +57,25 @@ def _moved(body: str, place: str, sign: int) -> Callable[[_Parameters, float], N
     return change
 
 
-def _rotated(body: str, sign: int) -> Callable[[_Parameters, float], None]:
-    """The inertia taken in axes turned by the tilt of the steer axis."""
-
-    def change(p: _Parameters, tilt: float) -> None:
-        s, c = sin(sign * tilt), cos(sign * tilt)
-        xx, zz, xz = (float(p[f"I{body}{ij}"]) for ij in ("xx", "zz", "xz"))
-        p[f"I{body}xx"] = Fraction(xx * c * c - 2 * xz * s * c + zz * s * s)
-        p[f"I{body}zz"] = Fraction(xx * s * s + 2 * xz * s * c + zz * c * c)
-        p[f"I{body}xz"] = Fraction((xx - zz) * s * c + xz * (c * c - s * s))
-
-    return change
-
-
-def _through_p2(p: _Parameters, tilt: float) -> None:
+def _through_p2(p: Parameters, tilt: float) -> None:
     """The axis with the given tilt through the printed point."""
     x, z = _PRINTED_P2
     p["c"] = x - z * Fraction(tan(tilt)) - p["w"]
 
 
-def _trail_by_cosine(power: int) -> Callable[[_Parameters, float], None]:
+def _trail_by_cosine(power: int) -> Callable[[Parameters, float], None]:
     return lambda p, tilt: p.update(c=p["c"] * Fraction(cos(tilt)) ** power)
+
+
+def _as_bodies_of_revolution(spin: Fraction) -> Callable[[Parameters, float], None]:
+    """Thin wheels with so many times m r^2 about the axle, and half of that about a diameter."""
+
+    def change(p: Parameters, _: float) -> None:
+        for b in "RF":
+            p[f"I{b}yy"] = spin * p[f"m{b}"] * p[f"r{b}"] ** 2
+            p[f"I{b}xx"] = p[f"I{b}yy"] / 2
+
+    return change
 
 
 def _turns(x: Exact) -> Exact:
@@ -110,9 +90,9 @@ def _radians(x: Exact) -> Exact:
 
 _SAME = "the same for all bodies: the benchmark gives matrix elements"
 _POINT = "the point that your program takes inertias about"
-_AXES = "the axes in which your program takes the fork's inertia"
 _ORDER = "the order of the axes in your program: x forward, y lateral, z vertical"
 _WHEEL = "the inertia tensor of the wheel: Iyy is about its axle, Ixx = Izz about a diameter"
+_WHICH = "which wheel is the rear one"
 _RADII = "the radii of the wheels: rear 0.3 m, front 0.35 m"
 _GRAVITY = "gravity: the benchmark has 9.81 m/s^2, down"
 _GROUND = "where the steer axis meets the ground: ahead of the front contact point"
@@ -147,10 +127,6 @@ MODEL_MISTAKES: tuple[Mistake, ...] = (
            "to its centre of mass, about which it is given", _POINT, _moved("H", "origin", -1)),
     _model("inertia_H_from_hub", "the inertia of the fork is moved from the front hub to its "
            "centre of mass, about which it is given", _POINT, _moved("H", "hub", -1)),
-    _model("inertia_H_rotated", "the inertia of the fork is taken in axes along the steer axis",
-           _AXES, _rotated("H", 1)),
-    _model("inertia_H_rotated_back", "the inertia of the fork is turned by the tilt the wrong way",
-           _AXES, _rotated("H", -1)),
     _model("inertia_B_xx_zz", "Ixx and Izz of the rear frame are exchanged", _ORDER,
            _exchange(("IBxx", "IBzz"))),
     _model("inertia_B_yy_zz", "Iyy and Izz of the rear frame are exchanged", _ORDER,
@@ -203,8 +179,18 @@ MODEL_MISTAKES: tuple[Mistake, ...] = (
            lambda p, _: p.update(rF=p["rR"])),
     _model("radius_F_everywhere", "both wheels have the radius of the front one", _RADII,
            lambda p, _: p.update(rR=p["rF"])),
-    _model("wheels_exchanged", "the wheels are exchanged", "the parameters of the wheels",
+    _model("wheels_exchanged", "the wheels are exchanged", _WHICH,
            _exchange(("rR", "rF"), ("mR", "mF"), ("IRxx", "IFxx"), ("IRyy", "IFyy"))),
+    _model("wheel_masses_exchanged", "the masses of the wheels are exchanged", _WHICH,
+           _exchange(("mR", "mF"))),
+    _model("wheel_inertias_exchanged", "the inertias of the wheels are exchanged", _WHICH,
+           _exchange(("IRxx", "IFxx"), ("IRyy", "IFyy"))),
+    _model("wheel_bodies_exchanged", "masses and inertias of the wheels are exchanged",
+           _WHICH, _exchange(("mR", "mF"), ("IRxx", "IFxx"), ("IRyy", "IFyy"))),
+    _model("wheels_as_rings", "the wheels have the inertia of rings of their mass and "
+           "radius", _WHEEL, _as_bodies_of_revolution(Fraction(1))),
+    _model("wheels_as_discs", "the wheels have the inertia of discs of their mass and "
+           "radius", _WHEEL, _as_bodies_of_revolution(Fraction(1, 2))),
     _model("mass_H_missing", "the fork has no mass and no inertia", "the body H of the fork",
            _set(mH="0", IHxx="0", IHyy="0", IHzz="0", IHxz="0")),
     _model("mass_B_missing", "the rear frame with rider has no mass and no inertia",

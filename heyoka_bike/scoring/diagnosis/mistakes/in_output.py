@@ -1,12 +1,16 @@
 """Mistakes in what is written of a right motion."""
 
+from dataclasses import replace
+
 import numpy as np
 
+from heyoka_bike.bicycle.columns import DEFINITIONS
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.diagnosis.programs.program import (
     Change,
     Columns,
     Mistake,
+    Program,
     clock_mistake,
     output_mistake,
 )
@@ -55,6 +59,21 @@ def _lagrangian(columns: Columns, _: Array) -> Columns:
     return {**columns, "mechanical_energy": difference}
 
 
+def _speed_times(code: str, says: str, radius: str, other: str) -> Mistake:
+    """The forward speed with the radius of the other wheel."""
+
+    def make(program: Program) -> Program:
+        ratio = float(program.bicycle[radius]) / float(program.bicycle[other])
+
+        def change(columns: Columns, _: Array) -> Columns:
+            names = [c.name for c in DEFINITIONS["forward_speed"] if c.name in columns]
+            return {**columns, **{name: ratio * columns[name] for name in names}}
+
+        return replace(program, rows=(*program.rows, change))
+
+    return Mistake(code, says, "the radius in the forward speed", "output", make)
+
+
 _WHEN = "when a row is written: before or after the step"
 _SPACING = "the times of the rows: 0 to 10 s by 0.01 s are 1001 of them, both ends included"
 _SUM = "the sum of the energies: every body has a potential, a translational and a rotational one"
@@ -85,5 +104,9 @@ OUTPUT_MISTAKES: tuple[Mistake, ...] = (
                    _energies(potential=-1.0)),
     output_mistake("energy_difference", "the mechanical energy is the kinetic minus the potential "
                    "one", _SUM, _lagrangian),
+    _speed_times("speed_written_by_front_radius", "the forward speed written is the spin of the "
+                 "rear wheel times the radius of the front wheel", "rF", "rR"),
+    _speed_times("speed_written_by_rear_radius", "the forward speed written is the spin of the "
+                 "front wheel times the radius of the rear wheel", "rR", "rF"),
 )  # fmt: skip
 """In no particular order."""

@@ -5,6 +5,7 @@ from dataclasses import replace
 from itertools import permutations
 from math import pi
 
+from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.scoring.diagnosis.programs.program import Mistake, Program, start_mistake
 
 _DEGREE = pi / 180
@@ -28,6 +29,33 @@ def _place(sources: Mapping[int, int]) -> Mistake:
     )
 
 
+def _speed_by(code: str, says: str, radius: str, other: str) -> Mistake:
+    """A wheel is started with the speed over the radius of the other one."""
+
+    def make(program: Program) -> Program:
+        ratio = float(program.bicycle[radius]) / float(program.bicycle[other])
+        starts = {n: replace(s, speed=s.speed * ratio) for n, s in program.starts.items()}
+        return replace(program, starts=starts)
+
+    return Mistake(
+        code, says, "the initial spin: the speed over the wheel's own radius", "start", make
+    )
+
+
+def _exchanged(code: str, says: str, *symbols: str) -> Mistake:
+    """Wheels in each other's place, of which the rear one is started with the right spin."""
+
+    def make(program: Program) -> Program:
+        p = dict(program.bicycle.values)
+        for s in symbols:
+            p[f"{s[0]}R{s[1:]}"], p[f"{s[0]}F{s[1:]}"] = p[f"{s[0]}F{s[1:]}"], p[f"{s[0]}R{s[1:]}"]
+        ratio = float(p["rR"]) / float(program.bicycle["rR"])
+        starts = {n: replace(s, speed=s.speed * ratio) for n, s in program.starts.items()}
+        return replace(program, bicycle=Bicycle(program.bicycle.name, p), starts=starts)
+
+    return Mistake(code, says, "which wheel is the rear one", "model", make)
+
+
 _NUMBERS = (1, 2, 3)
 # One alone first: a file of one maneuver does not tell whether others are misplaced, too.
 _ALONE = [{n: held} for n in _NUMBERS for held in _NUMBERS if n != held]
@@ -47,6 +75,10 @@ START_MISTAKES: tuple[Mistake, ...] = (
     start_mistake("roll_about_centre", "the roll rate is about the centre of mass, not the ground",
                   "the lateral velocities at the start: zero on the ground",
                   lambda s: replace(s, about_centre=True)),
+    start_mistake("roll_without_translation", "the bodies start with the roll rate, but their "
+                  "centres of mass do not move sideways",
+                  "the lateral velocities at the start: height times roll rate",
+                  lambda s: replace(s, falling=False)),
     start_mistake("roll_rate_in_degrees", "the initial roll rate is taken as degrees per second",
                   "the unit of the initial roll rate",
                   lambda s: replace(s, roll_rate=s.roll_rate * _DEGREE)),
@@ -69,6 +101,14 @@ START_MISTAKES: tuple[Mistake, ...] = (
                   lambda s: replace(s, speed_of_centre=True)),
     start_mistake("speed_in_km_h", "the initial speed is taken as km/h",
                   "the unit of the initial speed", lambda s: replace(s, speed=s.speed / 3.6)),
+    _speed_by("speed_by_front_radius", "the initial spin of the rear wheel is the speed over the "
+              "radius of the front wheel", "rR", "rF"),
+    _speed_by("speed_by_rear_radius", "the initial spin of the front wheel is the speed over the "
+              "radius of the rear wheel", "rF", "rR"),
+    _exchanged("wheels_exchanged_spin_kept", "the wheels are exchanged, and the rear one starts "
+               "with the speed over its right radius", "r", "m", "Ixx", "Iyy"),
+    _exchanged("radii_exchanged_spin_kept", "the wheel radii are exchanged, and the rear wheel "
+               "starts with the speed over its right radius", "r"),
     *(_place(sources) for sources in (*_ALONE, *_ORDERS)),
 )  # fmt: skip
 """In no particular order."""

@@ -5,9 +5,9 @@ simulation's own error cancels.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.bicycle.parameters import Bicycle
@@ -18,15 +18,27 @@ from heyoka_bike.reference.load import Reference
 from heyoka_bike.reference.sensitivities import Sensitivities
 from heyoka_bike.scoring.alignment import Part, spread
 from heyoka_bike.scoring.definitions import Sample, Understanding, understand_samples
+from heyoka_bike.scoring.diagnosis.mistakes.first_row import contradicted
+from heyoka_bike.scoring.diagnosis.mistakes.hypothesis import Hypothesis
 from heyoka_bike.scoring.diagnosis.mistakes.library import Mistake, Program, apply
+from heyoka_bike.scoring.diagnosis.mistakes.linearised import with_energies
 from heyoka_bike.scoring.diagnosis.mistakes.pairs import Alone, promising
 from heyoka_bike.scoring.diagnosis.mistakes.proposals import (
     columns_in_another_order,
     times_on_another_scale,
 )
 from heyoka_bike.scoring.diagnosis.programs.first_order import FirstOrder
+from heyoka_bike.scoring.diagnosis.programs.linear import linear_columns
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.scoring.diagnosis.programs.start import Start, initial_state
+from heyoka_bike.scoring.diagnosis.remainder import (
+    LATERAL,
+    Place,
+    energy_level,
+    is_nothing,
+    too_large,
+    written_wrongly,
+)
 from heyoka_bike.scoring.diagnosis.unknowns.fitting import Fitting, best_explained
 from heyoka_bike.scoring.report import Curve
 from heyoka_bike.scoring.units import factor
@@ -38,39 +50,14 @@ _SIMULATED = 2001
 _ROUNDOFF = 1e-11
 # A program whose motion ends cannot have written many more rows.
 _REACHED = 0.5
+# Where roll and steer are wrong by so many times the change of the energy, as with most methods of
+# integration, nothing more is to be explained.
+_KEPT = 5.0
 
-_Place = tuple[int, str]
-"""A maneuver's number and a column's key."""
 _Expected = Sequence[Mapping[str, Array]]
 """Of each part, columns by name."""
-
-
-@dataclass(frozen=True, slots=True)
-class Hypothesis:
-    """Mistakes, and how much of the difference they explain.
-
-    Attributes
-    ----------
-    mistakes : tuple of Mistake
-        None of them for the correct program.
-    gain, relief
-        Factor by which the typical error falls, geometric mean over all maneuvers and columns, and
-        over those that the mistakes change.
-    before, after : mapping of (int, str) to float
-        Typical error of each maneuver and column, of the correct program and of this one, in
-        scales of the column, over the same rows.
-    """
-
-    mistakes: tuple[Mistake, ...]
-    gain: float
-    relief: float
-    before: Mapping[_Place, float]
-    after: Mapping[_Place, float]
-
-    @property
-    def codes(self) -> tuple[str, ...]:
-        """Codes of the mistakes."""
-        return tuple(m.code for m in self.mistakes)
+_Indices = Sequence[NDArray[np.intp]]
+"""Of each part, some of its rows."""
 
 
 class Search:
@@ -107,6 +94,8 @@ class Search:
         self._expected: dict[tuple[str, ...], _Expected] = {(): self._compared}
         self._understood: dict[tuple[str, ...], Mapping[str, Understanding]] = {}
         self._understood[()], self._correct_typical = self._typical(self._compared)
+        self._floors = self._floors_in_scales()
+        self.energy_level = energy_level(parts, self._understood[()])
 
     def is_new(self, mistakes: tuple[Mistake, ...]) -> bool:
         """Whether no hypothesis before was the same program as far as the file shows it."""
@@ -121,18 +110,68 @@ class Search:
         understood, after = self._typical(expected)
         before = self._before(expected)
         logs = {k: float(np.log(before[k] / after[k])) for k in after if k in before}
-        changed = [x for k, x in logs.items() if self._differ(k, expected, self._compared)]
+        changed = {k: x for k, x in logs.items() if self._differ(k, expected, self._compared)}
+        is_output = all(m.kind == "output" for m in mistakes)
         is_possible = self._reaches_the_end(expected)
         found = Hypothesis(
             mistakes=mistakes,
             gain=float(np.exp(np.mean(list(logs.values())))) if logs and is_possible else 0.0,
-            relief=float(np.exp(np.mean(changed))) if changed and is_possible else 0.0,
+            relief=float(np.exp(np.mean(list(changed.values()))))
+            if changed and is_possible
+            else 0.0,
             before=before,
             after=after,
+            contradicted=self._contradicted(expected),
+            unexplained=self.too_large(after, expected)
+            or (written_wrongly(changed, after, self._floors) if is_output else None),
         )
         self._expected[found.codes] = expected
         self._understood[found.codes] = understood
         return found
+
+    def too_large(
+        self, left: Mapping[Place, float], expected: _Expected | None = None
+    ) -> Place | None:
+        """The column that keeps more than an integrator leaves, of errors in scales.
+
+        Motions that become larger than the correct one have larger errors.
+        """
+        motion = self._compared if expected is None else expected
+        sizes = {
+            (part.number, key): max(1.0, _largest(e[key]) / (_largest(known[key]) or np.inf))
+            for part, e, known in zip(self._parts, motion, self._compared, strict=True)
+            for key in part.values
+            if key in known
+        }
+        return too_large({k: x / sizes[k] for k, x in left.items()}, self._floors,
+                         self.energy_level)  # fmt: skip
+
+    def is_enough(self, h: Hypothesis) -> bool:
+        """Whether a hypothesis leaves nothing that another mistake could explain."""
+        return (
+            h.contradicted is None
+            and bool(h.after)
+            and h.after.keys() == h.before.keys()
+            and is_nothing(h.after, self._floors)
+        )
+
+    def _contradicted(self, expected: _Expected) -> Place | None:
+        """The column whose first row says that the program starts otherwise."""
+        understood = self._understood[()]
+        for part, written, right, wrong in zip(
+            self._parts, self._as_understood(understood), self._compared, expected, strict=True
+        ):
+            # A column with another zero says nothing of its start.
+            keys = [k for k in written if not understood[k].offset]
+            floors = {
+                k: max(_ROUNDOFF, self._floors[part.number, k]) * part.reference.scale(k)
+                for k in keys
+                if (part.number, k) in self._floors
+            }
+            key = contradicted(part.time, written, right, wrong, floors)
+            if key is not None:
+                return part.number, key
+        return None
 
     def advantage(self, better: Hypothesis, other: Hypothesis) -> float:
         """Factor by which one leaves less than another, where the two differ."""
@@ -144,11 +183,10 @@ class Search:
     def proposals(self) -> list[Mistake]:
         """Mistakes that are read off the file."""
         understood = self._understood[()]
+        written = self._as_understood(understood)
         found = (
             columns_in_another_order(self._as_written(), self._compared),
-            times_on_another_scale(
-                self._parts, self._compared_times(), self._as_understood(understood), understood
-            ),
+            times_on_another_scale(self._parts, self._compared_times(), written, understood),
         )
         return [mistake for mistake in found if mistake is not None]
 
@@ -170,14 +208,37 @@ class Search:
         found = promising(self._compared, alone, self._compared_times())
         return [(*possible[i].mistakes, *possible[j].mistakes) for i, j in found]
 
-    def fitting(self) -> Fitting:
-        """The file as `estimation` takes it, understood as a correct one."""
-        understood = self._understood[()]
-        floors = {}
+    def _known_floors(self) -> dict[Place, float]:
+        """What the digits of each column cannot tell [SI]."""
+        understood, floors = self._understood[()], {}
         for i, part in enumerate(self._parts):
             sample = Sample(part, self._rows[i][self._picks[i]], self._compared[i])
             for key, (written, known) in sample.floor.items():
                 floors[part.number, key] = written * factor(understood[key].unit)[0] + known
+        return floors
+
+    def _floors_in_scales(self) -> dict[Place, float]:
+        scales = {(p.number, key): p.reference.scale(key) for p in self._parts for key in p.values}
+        return {k: x / (scales[k] or 1.0) for k, x in self._known_floors().items()}
+
+    def understood_beside(
+        self, expected: _Expected
+    ) -> tuple[Mapping[str, Understanding], Place | None]:
+        """How the file is taken if this is expected, and what then keeps too much of its error."""
+        understood, after = self._typical(expected)
+        return understood, self.too_large(after, expected)
+
+    def is_kept(self, expected: _Expected) -> bool:
+        """Whether no more is left than what the file's own energy is wrong by."""
+        _, after = self._typical(expected)
+        worst = max((x for (_, key), x in after.items() if key in LATERAL), default=np.inf)
+        return self.energy_level is not None and worst <= _KEPT * self.energy_level
+
+    def fitting(self, understood: Mapping[str, Understanding] | None = None) -> Fitting:
+        """The file as `estimation` takes it, by default understood as a correct one."""
+        if understood is None:
+            understood = self._understood[()]
+        floors = self._known_floors()
         return Fitting(
             numbers=[part.number for part in self._parts],
             times=self._compared_times(),
@@ -213,14 +274,18 @@ class Search:
     def _compared_times(self) -> list[Array]:
         return [t[pick] for t, pick in zip(self._times, self._picks, strict=True)]
 
-    def _as_written(self) -> list[dict[str, Array]]:
-        """Columns of each part at the compared rows."""
+    def _as_written(self, rows: _Indices | None = None) -> list[dict[str, Array]]:
+        """Columns of each part at some rows, by default those that are compared."""
+        if rows is None:
+            rows = [all_[pick] for all_, pick in zip(self._rows, self._picks, strict=True)]
         return [
-            {key: v[rows[pick]] for key, v in part.values.items()}
-            for part, rows, pick in zip(self._parts, self._rows, self._picks, strict=True)
+            {key: v[at] for key, v in part.values.items()}
+            for part, at in zip(self._parts, rows, strict=True)
         ]
 
-    def _as_understood(self, understood: Mapping[str, Understanding]) -> list[dict[str, Array]]:
+    def _as_understood(
+        self, understood: Mapping[str, Understanding], rows: _Indices | None = None
+    ) -> list[dict[str, Array]]:
         """The same in SI units, with signs and zeros; without columns that hold no number."""
         return [
             {
@@ -228,18 +293,21 @@ class Search:
                 for key, u in understood.items()
                 if key in written
             }
-            for written in self._as_written()
+            for written in self._as_written(rows)
         ]
 
     def _key(self, program: Program) -> object:
         """Equal for programs that do the same as far as the file shows it."""
         starts = tuple(program.starts[part.number] for part in self._parts)
         bicycle = tuple(program.bicycle.values.values())
-        return bicycle, starts, program.clock, program.rows
+        return bicycle, starts, program.clock, program.rows, program.is_linear
 
     def _expect(self, program: Program) -> _Expected:
         """Columns of each part at the compared rows."""
         motions = self._motions(program)
+        if program.is_linear:
+            written = self._as_understood(self._understood[()], self._rows)
+            motions = with_energies(motions, written, self._exact)
         found = []
         for i, motion in enumerate(motions):
             exact, simulated = self._exact[i], self._simulated[i]
@@ -250,7 +318,7 @@ class Search:
             found.append({name: columns[name][self._picks[i]] for name in exact})
         return found
 
-    def _before(self, expected: _Expected) -> dict[_Place, float]:
+    def _before(self, expected: _Expected) -> dict[Place, float]:
         """Typical errors of the correct program, over the rows that the mistaken one reaches."""
         finite = [np.isfinite(e["roll_angle"]) for e in expected]
         if all(good.all() for good in finite):
@@ -270,7 +338,7 @@ class Search:
                 return False
         return True
 
-    def _differ(self, place: _Place, one: _Expected, other: _Expected) -> bool:
+    def _differ(self, place: Place, one: _Expected, other: _Expected) -> bool:
         """Whether two programs differ in a column by more than the simulation's roundoff."""
         number, key = place
         i = next(i for i, part in enumerate(self._parts) if part.number == number)
@@ -285,17 +353,21 @@ class Search:
         found = []
         for i, part in enumerate(self._parts):
             start = program.starts[part.number]
-            key = values, start, program.clock, i
+            key = values, start, program.clock, program.is_linear, i
             if key not in self._found:
                 meant = program.clock(self._times[i], self._steps[i])
                 state = initial_state(p, start)
-                self._found[key] = self._simulators[i].run(program.bicycle, state, meant)
+                self._found[key] = (
+                    linear_columns(program.bicycle, state, meant)
+                    if program.is_linear
+                    else self._simulators[i].run(program.bicycle, state, meant)
+                )
             found.append(self._found[key])
         return found
 
     def _typical(
         self, expected: _Expected
-    ) -> tuple[Mapping[str, Understanding], dict[_Place, float]]:
+    ) -> tuple[Mapping[str, Understanding], dict[Place, float]]:
         """The definitions that fit, and typical errors in scales."""
         samples = [
             Sample(part, rows[pick], e)
@@ -309,6 +381,14 @@ class Search:
             for part, sample in zip(self._parts, samples, strict=True)
             for key in sample.values
         }
+
+
+def _largest(values: Array) -> float:
+    return float(np.fmax.reduce(np.abs(values), initial=0.0))
+
+
+def _mean_factor(logs: Mapping[Place, float]) -> float:
+    return float(np.exp(np.mean(list(logs.values())))) if logs else 0.0
 
 
 def _start(inputs: Mapping[str, str]) -> Start:

@@ -2,15 +2,19 @@
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
+from fractions import Fraction
 
 import numpy as np
 
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.double import Array
+from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.scoring.diagnosis.programs.start import Start
 
 Columns = Mapping[str, Array]
 """All columns by name, and the parts of the kinetic energy, see `Simulator.run`."""
+Parameters = dict[str, Fraction]
+"""Of a bicycle, by symbol; the tilt is among them only where it is set."""
 Change = Callable[[Columns, Array], Columns]
 """From what should be written at the times written to what is."""
 
@@ -46,12 +50,15 @@ class Program:
     clock : Clock
     rows
         Changes of the columns, in order.
+    is_linear
+        Whether the equations are linearised about the upright straight motion.
     """
 
     bicycle: Bicycle
     starts: Mapping[int, Start]
     clock: Clock = Clock()
     rows: tuple[Change, ...] = ()
+    is_linear: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,6 +94,23 @@ def apply(program: Program, mistakes: Iterable[Mistake]) -> Program:
     for mistake in mistakes:
         program = mistake.change(program)
     return program
+
+
+def model_mistake(
+    code: str, says: str, check: str, change: Callable[[Parameters, float], None]
+) -> Mistake:
+    """A mistake in the parameters: `change` alters them in place, told the tilt [rad]."""
+
+    def make(program: Program) -> Program:
+        values = dict(program.bicycle.values)
+        tilt = float(values["lam"])
+        p = {s: x.rational for s, x in values.items() if x.is_rational}
+        change(p, tilt)
+        values.update({s: Exact(x) for s, x in p.items()})
+        # Not checked: what mistaken programs compute with need not make sense.
+        return replace(program, bicycle=Bicycle(program.bicycle.name, values))
+
+    return Mistake(code, says, check, "model", make)
 
 
 def start_mistake(code: str, says: str, check: str, change: Callable[[Start], Start]) -> Mistake:

@@ -36,6 +36,8 @@ class Start:
         Whether the roll is about the line through the centre of mass, not on the ground.
     speed_of_centre
         Whether the speed is the magnitude of the centre of mass's velocity, not the hub's.
+    falling
+        Whether the centres of mass move sideways, as the roll makes them.
     """
 
     speed: float
@@ -44,6 +46,7 @@ class Start:
     spinning: frozenset[str] = frozenset("RF")
     about_centre: bool = False
     speed_of_centre: bool = False
+    falling: bool = True
 
 
 def initial_state(p: Mapping[str, float], start: Start) -> tuple[float, ...]:
@@ -66,7 +69,8 @@ def initial_state(p: Mapping[str, float], start: Start) -> tuple[float, ...]:
     for b in BODIES:
         rate = start.roll_rate if b in start.rolling else 0.0
         spin = -speed / p[f"r{b}"] if b in start.spinning else 0.0
-        velocity = np.array([speed, -rate * (places[b][2] - height), 0.0])
+        sideways = -rate * (places[b][2] - height) if start.falling else 0.0
+        velocity = np.array([speed, sideways, 0.0])
         given[b] = velocity, np.array([rate, spin, 0.0])
     admissible = _admissible(p, places)
     mass = np.array([[_product(masses, inertias, a, b) for b in admissible] for a in admissible])

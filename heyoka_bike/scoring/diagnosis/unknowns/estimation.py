@@ -17,6 +17,7 @@ from heyoka_bike.bicycle.parameters import PARAMETERS
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.sensitivities import START, UNKNOWNS, Sensitivities
 from heyoka_bike.scoring.diagnosis.unknowns.linear_fits import Blocks, best_subsets, blocks, solve
+from heyoka_bike.scoring.measures import rms
 
 # Fits of fifty correct programs (tests/correct_programs.py) explain a factor of at most 3, 4 and 5
 # with one, two and three unknowns if they hold three maneuvers; of one maneuver, or by the start of
@@ -150,7 +151,10 @@ def jacobian(
     return made
 
 
-def estimate(problem: FitProblem, errors: Errors | None = None, worth: float = 1.0) -> Estimate:
+def estimate(
+    problem: FitProblem, errors: Errors | None = None, worth: float = 1.0,
+    is_enough: Callable[[Fit], bool] = lambda _: False,
+) -> Estimate:  # fmt: skip
     """Find the fewest unknowns that explain a file.
 
     Parameters
@@ -160,12 +164,16 @@ def estimate(problem: FitProblem, errors: Errors | None = None, worth: float = 1
         By simulation; without it everything is to first order.
     worth
         What is explained otherwise: fits must promise more to be refined.
+    is_enough
+        Whether a fit leaves nothing for another unknown to explain.
     """
     whole = _blocks(problem, 1.0)
     used = np.flatnonzero(whole.products.any(axis=(0, 2)))
     gain_of_all = float(solve(whole, used[None])[1][0])
     best: list[Fit] = []
     for size in range(1, _MOST + 1):
+        if best and is_enough(best[0]):
+            break
         known = max(worth, best[0].gain if best else 1.0)
         starts = _beginnings(problem, size)
         promise = float(best_subsets(whole, size, 1).gains[0])
@@ -175,7 +183,7 @@ def estimate(problem: FitProblem, errors: Errors | None = None, worth: float = 1
             promise = max(promise, gain)
         if size > 1 and promise < _FURTHER * known:
             break
-        found = [_Refinement(problem, errors, m).run(x) for m, x in starts.items()]
+        found = [_Refinement(problem, errors, m).run(x) for m, x in _distinct(starts)]
         found.sort(key=lambda f: -f.gain)
         if not _is_shown(problem, found[0]) or found[0].gain < (_FURTHER if best else 1.0) * known:
             continue
@@ -193,6 +201,12 @@ def left_by(problem: FitProblem, errors: Errors | None, fit: Fit) -> Columns:
     if errors is not None:
         return errors(fit.changes)
     return _first_order(problem, fit.changes)
+
+
+def in_scales(problem: FitProblem, left: Columns) -> dict[Place, float]:
+    """Root mean square of what is left of each column, in its size."""
+    good = {k: np.isfinite(e) for k, e in left.items()}
+    return {k: rms(e[good[k]]) / problem.scales[k] for k, e in left.items() if good[k].any()}
 
 
 def _first_order(problem: FitProblem, changes: Mapping[Unknown, float]) -> Columns:
@@ -235,6 +249,14 @@ def _beginnings(problem: FitProblem, size: int) -> _Starts:
         for members, changes in zip(found.members, found.changes, strict=True):
             starts.setdefault(tuple(members.tolist()), changes)
     return starts
+
+
+def _distinct(starts: _Starts) -> list[tuple[tuple[int, ...], Array]]:
+    """One beginning of each set of unknowns, whatever their order: the first."""
+    found: dict[frozenset[int], tuple[tuple[int, ...], Array]] = {}
+    for members, changes in starts.items():
+        found.setdefault(frozenset(members), (members, changes))
+    return list(found.values())
 
 
 def _one_more(problem: FitProblem, errors: Errors, best: Fit) -> tuple[_Starts, float]:

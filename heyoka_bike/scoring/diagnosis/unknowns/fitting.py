@@ -57,8 +57,8 @@ class Fitting:
         written: Sequence[Mapping[str, Array]], exact: Sequence[Mapping[str, Array]],
         names: Mapping[str, str], floors: Mapping[Place, float], program: Program,
     ) -> None:  # fmt: skip
-        self._numbers, self._times, self._names = numbers, times, names
-        self._program = program
+        self._numbers, self._times, self.names = numbers, times, names
+        self._exact, self._program = exact, program
         self._errors = {
             (n, key): w[key] - e[names[key]]
             for n, w, e in zip(numbers, written, exact, strict=True)
@@ -76,10 +76,10 @@ class Fitting:
         unknowns = unknowns_of(self._numbers)
         jacobians = {}
         for n, t in zip(self._numbers, self._times, strict=True):
-            found = jacobian(sensitivities, n, t, list(set(self._names.values())), unknowns)
+            found = jacobian(sensitivities, n, t, list(set(self.names.values())), unknowns)
             for number, key in self._errors:
                 if number == n:
-                    jacobians[number, key] = found[self._names[key]]
+                    jacobians[number, key] = found[self.names[key]]
         return FitProblem(
             errors=self._errors, jacobians=jacobians, scales=self._scales, floors=self._floors,
             times=dict(zip(self._numbers, self._times, strict=True)),
@@ -100,11 +100,21 @@ class Fitting:
         def left(changes: Mapping[Unknown, float]) -> dict[Place, Array]:
             motions = self._motions(simulator, changes)
             return {
-                (n, key): error - (motions[n][self._names[key]] - correct[n][self._names[key]])
+                (n, key): error - (motions[n][self.names[key]] - correct[n][self.names[key]])
                 for (n, key), error in self._errors.items()
             }
 
         return left
+
+    def columns(
+        self, simulator: Simulator, changes: Mapping[Unknown, float]
+    ) -> list[dict[str, Array]]:
+        """What a changed program makes of each maneuver, in every definition."""
+        correct, motions = self._motions(simulator, {}), self._motions(simulator, changes)
+        return [
+            {name: x + (motions[n][name] - correct[n][name]) for name, x in exact.items()}
+            for n, exact in zip(self._numbers, self._exact, strict=True)
+        ]
 
     def curves(self, problem: FitProblem, errors: Errors | None, fit: Fit) -> tuple[Curve, ...]:
         """What a fit leaves, in the column of each maneuver that it explains best."""

@@ -1,0 +1,121 @@
+"""Conventions of a file, which are no errors: axes, units, the zero of the energy, definitions."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from math import floor
+
+from heyoka_bike.scoring.findings import Finding
+from heyoka_bike.scoring.report import ColumnScore, Report
+
+DEFAULT = (
+    "The file follows the conventions that are taken by default: SI units, roll and steer positive "
+    "to the right, potential energy from the floor, and the first definition of each column"
+)
+
+# Decimal logarithm of the odds that are put into words: nobody has tried more files than that.
+_SUREST = 6
+_SIDES: Mapping[str, tuple[str, ...]] = {
+    "roll": ("roll_angle", "roll_rate"),
+    "steer": ("steer_angle", "steer_rate"),
+    "yaw": ("yaw", "yaw_rate"),
+}
+_TURNED = {"forward_speed": "the speed counts backward", "pitch": "nose down is positive"}
+# Named in one sentence.
+_MOST = 6
+
+
+def conventions(report: Report, contradicted: Sequence[str] = ()) -> Finding | None:
+    """Which conventions a file follows, in one sentence; None if they are those by default.
+
+    Parameters
+    ----------
+    contradicted
+        Columns whose signs contradict each other: those are no convention.
+    """
+    columns = {c.key: c for m in reversed(report.maneuvers) for c in m.columns if c.values}
+    turned = [k for k, c in columns.items() if c.as_understood.sign < 0 and k not in contradicted]
+    units = {
+        key: c.as_understood.unit
+        for key, c in columns.items()
+        if c.as_understood.unit != c.as_written.unit
+    }
+    zeros = {key: c.as_understood.offset for key, c in columns.items() if c.as_understood.offset}
+    meant = {
+        key: c
+        for key, c in columns.items()
+        if c.as_understood.definition != c.as_written.definition and c.is_known
+    }
+    said = [
+        *_senses(turned),
+        *_units(units),
+        *_zeros(zeros),
+        *(f"{key} is {c.as_understood.definition}{_in_brackets(odds(c))}"
+          for key, c in meant.items()),
+    ]  # fmt: skip
+    if not said:
+        return None
+    return Finding(
+        "conventions",
+        f"The file follows conventions of its own, which are no errors: {'; '.join(said)}. All "
+        "else is as by default, and every error is that after these are taken into account",
+        evidence={
+            "signs": turned,
+            "units": units,
+            "offsets": zeros,
+            "definitions": {key: c.as_understood.definition for key, c in meant.items()},
+        },
+    )
+
+
+def odds(c: ColumnScore) -> str:
+    """How sure the definition of a column is: the odds against the likeliest other one."""
+    told = [
+        (a.log10_odds, a.definition)
+        for a in c.alternatives
+        if a.log10_odds is not None and a.definition not in c.indistinguishable
+    ]
+    if not told:
+        return ""
+    log10, definition = min(told)
+    return f"{odds_words(log10)} against {definition}"
+
+
+def odds_words(log10: float) -> str:
+    """Odds of which the decimal logarithm is given, as "300 to 1"."""
+    if log10 > _SUREST:
+        return f"over 10^{_SUREST} to 1"
+    if log10 < 0.0:
+        return f"1 to {10**-log10:.2g}" if log10 > -_SUREST else f"1 to over 10^{_SUREST}"
+    return f"10^{floor(log10)} to 1" if log10 >= 3 else f"{10**log10:.0f} to 1"
+
+
+def _senses(turned: Sequence[str]) -> Iterator[str]:
+    """Which way is positive, of the columns with the other sign."""
+    left = [name for name, keys in _SIDES.items() if set(keys) & set(turned)]
+    if left:
+        yield f"{' and '.join(left)} {'is' if len(left) == 1 else 'are'} positive to the left"
+    yield from (text for key, text in _TURNED.items() if key in turned)
+    known = {*_TURNED, *(key for keys in _SIDES.values() for key in keys)}
+    if others := [key for key in turned if key not in known]:
+        yield f"{_names(others)} with the other sign, as in other axes"
+
+
+def _units(units: Mapping[str, str]) -> Iterator[str]:
+    for unit in dict.fromkeys(units.values()):
+        keys = [key for key, u in units.items() if u == unit]
+        yield f"{_names(keys)} in {unit}"
+
+
+def _zeros(zeros: Mapping[str, float]) -> Iterator[str]:
+    for offset in dict.fromkeys(zeros.values()):
+        keys = [key for key, x in zeros.items() if x == offset]
+        where = "above" if offset < 0 else "below"
+        yield f"the zero of {_names(keys)} is {abs(offset):.9g} J {where} that at the floor"
+
+
+def _names(keys: Sequence[str]) -> str:
+    more = len(keys) - _MOST
+    return ", ".join(keys[:_MOST]) + (f" and {more} more" if more > 0 else "")
+
+
+def _in_brackets(text: str) -> str:
+    return f" ({text})" if text else ""

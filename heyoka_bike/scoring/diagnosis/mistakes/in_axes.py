@@ -1,0 +1,194 @@
+"""Mistakes in terms of axes along the steer axis, as Moore's convention and SymBRiM have them.
+
+There both frames have axes of their own, the global ones turned about y by the tilt: z is along the
+steer axis. Table 1 has to be turned into them: inertia, the centres of mass (l1, l2 from the rear
+hub, l3, l4 from the front hub), and the way from the rear hub across to the steer axis (d1), along
+it (d2), and across to the front hub (d3). A length that is wrong lets the bicycle pitch until both
+wheels are on the floor.
+
+References
+----------
+J. K. Moore (2012), Human control of a bicycle, University of California, Davis, chapter 2.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from math import acos, atan2, cos, hypot, pi, sin, tan
+
+from heyoka_bike.scoring.diagnosis.programs.program import Mistake, Parameters, model_mistake
+
+_Entries = tuple[float, float, float]
+"""xx, zz and xz of a tensor."""
+
+
+def _turned(entries: _Entries, angle: float) -> _Entries:
+    """Entries in axes that are turned about y by an angle: z comes to (sin, 0, cos)."""
+    xx, zz, xz = entries
+    s, c = sin(angle), cos(angle)
+    return (
+        xx * c * c - 2 * xz * s * c + zz * s * s,
+        xx * s * s + 2 * xz * s * c + zz * c * c,
+        (xx - zz) * s * c + xz * (c * c - s * s),
+    )
+
+
+def _inertia(
+    bodies: str, given: Callable[[_Entries, float], _Entries]
+) -> Callable[[Parameters, float], None]:
+    """The inertia of bodies as a program has it that takes what is `given` in tilted axes."""
+
+    def change(p: Parameters, tilt: float) -> None:
+        for body in bodies:
+            xx, zz, xz = (float(p[f"I{body}{ij}"]) for ij in ("xx", "zz", "xz"))
+            found = _turned(given((xx, zz, xz), tilt), -tilt)
+            for ij, value in zip(("xx", "zz", "xz"), found, strict=True):
+                p[f"I{body}{ij}"] = Fraction(value)
+
+    return change
+
+
+def _negative_product(entries: _Entries, tilt: float) -> _Entries:
+    xx, zz, xz = _turned(entries, tilt)
+    return xx, zz, -xz
+
+
+@dataclass(frozen=True, slots=True)
+class _Lengths:
+    """Moore's lengths [m]: of the geometry, then of the centres of mass."""
+
+    d1: float
+    d2: float
+    d3: float
+    l1: float
+    l2: float
+    l3: float
+    l4: float
+
+
+def _lengths(p: Parameters, tilt: float) -> _Lengths:
+    s, c = sin(tilt), cos(tilt)
+    w, trail, r, r_f = (float(p[name]) for name in ("w", "c", "rR", "rF"))
+    x, z, x_f, z_f = (float(p[name]) for name in ("xB", "zB", "xH", "zH"))
+    d1 = c * (w + trail) - s * r
+    return _Lengths(
+        d1=d1,
+        d2=s * w + c * (r - r_f),
+        d3=c * w - s * (r - r_f) - d1,
+        l1=c * x - s * (z + r),
+        l2=s * x + c * (z + r),
+        l3=c * (x_f - w) - s * (z_f + r_f),
+        l4=s * (x_f - w) + c * (z_f + r_f),
+    )
+
+
+def _moore(
+    change: Callable[[_Lengths, Parameters, float], _Lengths],
+) -> Callable[[Parameters, float], None]:
+    """The bicycle of changed lengths, standing on the floor."""
+
+    def make(p: Parameters, tilt: float) -> None:
+        m = change(_lengths(p, tilt), p, tilt)
+        across, r, r_f = m.d1 + m.d3, float(p["rR"]), float(p["rF"])
+        reach = (r - r_f) / hypot(across, m.d2)
+        if abs(reach) > 1:
+            return
+        # d2 cos - (d1 + d3) sin is the height of the front hub under the rear one.
+        stands = acos(reach) - atan2(across, m.d2)
+        pitch = stands - tilt
+        s, c = sin(stands), cos(stands)
+        w = c * across + s * m.d2
+        for body in "BH":
+            entries = tuple(float(p[f"I{body}{ij}"]) for ij in ("xx", "zz", "xz"))
+            xx, zz, xz = _turned((entries[0], entries[1], entries[2]), -pitch)
+            p.update({f"I{body}xx": Fraction(xx), f"I{body}zz": Fraction(zz),
+                      f"I{body}xz": Fraction(xz)})  # fmt: skip
+        found = {
+            "lam": stands,
+            "w": w,
+            "c": (m.d1 + s * r) / c - w,
+            "xB": c * m.l1 + s * m.l2,
+            "zB": c * m.l2 - s * m.l1 - r,
+            "xH": w + c * m.l3 + s * m.l4,
+            "zH": c * m.l4 - s * m.l3 - r_f,
+        }
+        p.update({name: Fraction(value) for name, value in found.items()})
+
+    return make
+
+
+def _rear_not_tilted(m: _Lengths, p: Parameters, _: float) -> _Lengths:
+    return replace(m, l1=float(p["xB"]), l2=float(p["zB"] + p["rR"]))
+
+
+def _front_not_tilted(m: _Lengths, p: Parameters, _: float) -> _Lengths:
+    return replace(m, l3=float(p["xH"] - p["w"]), l4=float(p["zH"] + p["rF"]))
+
+
+def _d1_by_front_radius(m: _Lengths, p: Parameters, tilt: float) -> _Lengths:
+    return replace(m, d1=m.d1 - sin(tilt) * float(p["rF"] - p["rR"]))
+
+
+def _d3_by_rear_radius(m: _Lengths, p: Parameters, tilt: float) -> _Lengths:
+    return replace(m, d3=cos(tilt) * (float(p["rR"]) * tan(tilt) - float(p["c"])))
+
+
+_NAMES = {"B": "rear frame", "H": "fork", "BH": "rear frame and of the fork"}
+_AXES = "the axes in which your program takes inertia: global ones, or along the steer axis"
+_OFFSETS = "the lengths from hub to steer axis: each with the radius of its own wheel"
+_CENTRES = "the axes in which your program takes the centres of mass"
+
+
+def _of_inertia(
+    code: str, says: str, given: Callable[[_Entries, float], _Entries]
+) -> tuple[Mistake, ...]:
+    """A mistake in the inertia of the rear frame, of the fork, and of both."""
+    return tuple(
+        model_mistake(code.format(bodies), says.format(name), _AXES, _inertia(bodies, given))
+        for bodies, name in _NAMES.items()
+    )
+
+
+AXES_MISTAKES: tuple[Mistake, ...] = (
+    *_of_inertia("inertia_{}_rotated", "the inertia of the {} is taken in axes along the steer "
+                 "axis, without being turned into them", lambda i, _: i),
+    *_of_inertia("inertia_{}_rotated_back", "the inertia of the {} is turned into axes along the "
+                 "steer axis, and taken in the global ones",
+                 lambda i, tilt: _turned(i, 2 * tilt)),
+    *_of_inertia("inertia_{}_rotated_wrong_way", "the inertia of the {} is turned by the tilt the "
+                 "wrong way, and taken in axes along the steer axis",
+                 lambda i, tilt: _turned(i, -tilt)),
+    *_of_inertia("inertia_{}_rotated_by_head_angle", "the inertia of the {} is turned by the head "
+                 "angle instead of the tilt", lambda i, tilt: _turned(i, pi / 2 - tilt)),
+    *_of_inertia("sign_I{}xz_along_steer", "the product of inertia of the {} has the opposite sign "
+                 "in axes along the steer axis", _negative_product),
+    model_mistake("offset_d1_by_front_radius", "the distance from the rear hub to the steer axis "
+                  "is computed with the front wheel's radius", _OFFSETS,
+                  _moore(_d1_by_front_radius)),
+    model_mistake("offset_d3_by_rear_radius", "the distance from the steer axis to the front hub "
+                  "is computed with the rear wheel's radius", _OFFSETS, _moore(_d3_by_rear_radius)),
+    model_mistake("trail_by_rear_radius", "the trail is computed with the rear wheel's radius from "
+                  "the offset of the front hub", _OFFSETS,
+                  lambda p, tilt: p.update(c=p["c"] - (p["rF"] - p["rR"]) * Fraction(tan(tilt)))),
+    model_mistake("offset_for_rear_radius", "the offset of the front hub from the steer axis is "
+                  "computed from the trail with the rear wheel's radius", _OFFSETS,
+                  lambda p, tilt: p.update(c=p["c"] + (p["rF"] - p["rR"]) * Fraction(tan(tilt)))),
+    model_mistake("no_offset", "the steer axis goes through the front hub", _OFFSETS,
+                  _moore(lambda m, *_: replace(m, d3=0.0))),
+    model_mistake("offset_sign", "the front hub is behind the steer axis", _OFFSETS,
+                  _moore(lambda m, *_: replace(m, d3=-m.d3))),
+    model_mistake("centre_B_not_tilted", "the centre of mass of the rear frame is taken in axes "
+                  "along the steer axis", _CENTRES, _moore(_rear_not_tilted)),
+    model_mistake("centre_H_not_tilted", "the centre of mass of the fork is taken in axes along "
+                  "the steer axis", _CENTRES, _moore(_front_not_tilted)),
+    model_mistake("centres_not_tilted", "the centres of mass of both frames are taken in axes "
+                  "along the steer axis", _CENTRES,
+                  _moore(lambda m, *a: _front_not_tilted(_rear_not_tilted(m, *a), *a))),
+    model_mistake("centre_B_from_hub", "the height of the centre of mass of the rear frame is "
+                  "taken from the rear hub", "the height from which centres of mass are measured",
+                  lambda p, _: p.update(zB=p["zB"] - p["rR"])),
+    model_mistake("centre_H_from_hub", "the height of the centre of mass of the fork is taken from "
+                  "the front hub", "the height from which centres of mass are measured",
+                  lambda p, _: p.update(zH=p["zH"] - p["rF"])),
+)  # fmt: skip
+"""In no particular order."""

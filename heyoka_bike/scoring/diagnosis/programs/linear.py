@@ -1,0 +1,133 @@
+"""Motions of the linearised equations, with the columns that a program of these may write.
+
+With q = (roll, steer), M q'' + v C1 q' + (g K0 + v^2 K2) q = 0 at constant speed v: what most
+people write first for this bicycle, and right as such. Roll and its rate are the same in every
+definition to first order. Energies are of second order, and programs compute them in several ways.
+"""
+
+from collections.abc import Mapping, Sequence
+from math import ceil, cos, log2
+
+import numpy as np
+
+from heyoka_bike.bicycle.columns import COLUMNS, DEFINITIONS
+from heyoka_bike.bicycle.equations.initial import pitch_on_the_floor
+from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.bicycle.parameters import Bicycle
+from heyoka_bike.bicycle.stability.closed_form import Matrices, closed_form
+from heyoka_bike.numbers.arithmetic import Arrays
+from heyoka_bike.numbers.double import Array
+
+# Terms of the exponential's series once its argument is below 1/2: beyond binary64.
+_TERMS = 16
+# Steps of a motion faster than this are not followed: no bicycle has eigenvalues so large.
+_FASTEST = 1e6
+
+POTENTIAL = ("nonlinear", "quadratic", "constant")
+"""Ways to compute the potential energy: of that posture, to second order, or upright."""
+KINETIC = ("nonlinear", "quadratic", "constant", "lateral")
+"""Ways to compute the kinetic energy: the same, or q' M q' / 2 alone."""
+
+
+def linear_columns(bicycle: Bicycle, start: Sequence[float], time: Array) -> dict[str, Array]:
+    """Columns of the linear motion.
+
+    Parameters
+    ----------
+    bicycle : Bicycle
+        Any parameters, sensible or not.
+    start : (roll, pitch, steer, roll rate, steer rate, speed)
+        At t = 0 [rad, rad/s, m/s].
+    time : ndarray, shape (n,)
+        Ascending, from 0 on [s].
+
+    Returns
+    -------
+    dict of str to ndarray, shape (n,)
+        As `Simulator.run` has them, and the energies in every way: ``potential_energy_quadratic``
+        ...; NaN where nothing can be computed.
+    """
+    p = {s: float(x) for s, x in bicycle.values.items()}
+    roll, _, steer, roll_rate, steer_rate, speed = start
+    found = {c.name: np.full(len(time), np.nan) for c in COLUMNS}
+    found |= {name: np.full(len(time), np.nan) for name in ("spin_energy", "rotation_energy")}
+    found |= {f"potential_energy_{way}": np.full(len(time), np.nan) for way in POTENTIAL}
+    found |= {f"kinetic_energy_{way}": np.full(len(time), np.nan) for way in KINETIC}
+    try:
+        m = closed_form(p, Arrays())
+        a = _first_order(m, p, speed)
+    except (ZeroDivisionError, np.linalg.LinAlgError):
+        return found
+    q = _propagate(a, np.array([roll, steer, roll_rate, steer_rate, 0.0]), time)
+    for key, values in zip(
+        ("roll_angle", "steer_angle", "roll_rate", "steer_rate"), q, strict=False
+    ):
+        found |= {c.name: values for c in DEFINITIONS[key]}
+    v = np.where(np.isfinite(q[0]), speed, np.nan)
+    found |= {c.name: v for c in DEFINITIONS["forward_speed"]}
+    found |= {"pitch": 0.0 * v, "yaw": q[4], "yaw_rate": _yaw(p, speed) @ q[:4]}
+    return found | _energies(bicycle, m, p, q, speed)
+
+
+def _yaw(p: Mapping[str, float], speed: float) -> Array:
+    """Yaw rate as a linear function of roll, steer and their rates."""
+    per_steer = cos(p["lam"]) / p["w"]
+    return np.array([0.0, speed * per_steer, 0.0, p["c"] * per_steer])
+
+
+def _first_order(m: Matrices, p: Mapping[str, float], speed: float) -> Array:
+    """The system's matrix, over roll, steer, their rates and yaw."""
+    mass, c1, k0, k2 = (np.array(x, dtype=float) for x in m)
+    a = np.zeros((5, 5))
+    a[:2, 2:4] = np.eye(2)
+    a[2:4, :2] = -np.linalg.solve(mass, p["g"] * k0 + speed**2 * k2)
+    a[2:4, 2:4] = -np.linalg.solve(mass, speed * c1)
+    a[4, :4] = _yaw(p, speed)
+    return a
+
+
+def _propagate(a: Array, start: Array, time: Array) -> Array:
+    """States at ascending times, shape (5, n), by the exponential over each step."""
+    steps = np.diff(time, prepend=0.0)
+    largest = float(np.max(np.abs(a)) * np.max(steps, initial=0.0)) * len(a)
+    made = np.full((len(start), len(time)), np.nan)
+    if not largest < _FASTEST:
+        return made
+    halvings = max(0, ceil(log2(largest)) + 1) if largest else 0
+    small = a * (steps / 2**halvings)[:, None, None]
+    step = term = np.broadcast_to(np.eye(len(a)), small.shape)
+    for i in range(1, _TERMS + 1):
+        term = term @ small / i
+        step = step + term
+    with np.errstate(over="ignore", invalid="ignore"):
+        for _ in range(halvings):
+            step = step @ step
+        x = start
+        for i, e in enumerate(step):
+            x = e @ x
+            made[:, i] = x
+    return np.where(np.isfinite(made), made, np.nan)
+
+
+def _energies(
+    bicycle: Bicycle, m: Matrices, p: Mapping[str, float], q: Array, speed: float
+) -> dict[str, Array]:
+    """Potential and kinetic energies [J] in every way that is known, by name."""
+    roll, steer, roll_rate, steer_rate, _ = q
+    equations = Equations.binary64(bicycle)
+    k = equations.k
+    with np.errstate(all="ignore"):
+        pitch = pitch_on_the_floor(k, roll, 0.0 * roll, steer)
+        spin = np.full(len(roll), speed / k.length)
+        exact = equations.energies([roll, pitch, steer, roll_rate, steer_rate, spin])
+        upright = equations.energies([0.0, 0.0, 0.0, 0.0, 0.0, speed / k.length])
+        q2, rates = q[:2], q[2:4]
+        lateral = np.einsum("in,ij,jn->n", rates, np.array(m.M, dtype=float), rates) / 2
+        lifted = p["g"] * np.einsum("in,ij,jn->n", q2, np.array(m.K0, dtype=float), q2) / 2
+    still = np.zeros(len(roll))
+    potential = (exact.potential, upright.potential + lifted, upright.potential + still)
+    kinetic = (exact.kinetic, upright.kinetic + lateral, upright.kinetic + still, lateral)
+    return {
+        **{f"potential_energy_{way}": x for way, x in zip(POTENTIAL, potential, strict=True)},
+        **{f"kinetic_energy_{way}": x for way, x in zip(KINETIC, kinetic, strict=True)},
+    }

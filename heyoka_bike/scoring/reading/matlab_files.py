@@ -1,0 +1,152 @@
+"""MATLAB's and Simulink's files: variables, structures, and what blocks log."""
+
+from collections.abc import Callable, Mapping
+from math import prod
+from typing import Any, BinaryIO
+from warnings import catch_warnings, simplefilter
+
+import numpy as np
+
+from heyoka_bike.errors import MissingPackageError
+from heyoka_bike.scoring.reading.array_columns import read_array
+from heyoka_bike.scoring.reading.array_tables import DEEPEST, tables
+from heyoka_bike.scoring.reading.column_names import recognise
+from heyoka_bike.scoring.reading.damage import damaged
+from heyoka_bike.scoring.reading.expected import Expected
+from heyoka_bike.scoring.reading.written import WrittenTable
+
+
+def read_mat(stream: BinaryIO, path: str, expected: Expected) -> list[WrittenTable]:
+    """The tables in a MATLAB file before version 7.3; see `array_files.read_npy`.
+
+    Raises
+    ------
+    MissingPackageError
+        SciPy is not installed.
+    """
+    try:
+        from scipy.io import loadmat
+    except ImportError:
+        raise MissingPackageError(
+            f"{path}: scipy, which reads MATLAB files, is not installed: pip install scipy"
+        ) from None
+    try:
+        with catch_warnings():
+            simplefilter("ignore")
+            found = loadmat(stream)
+    # There is no end to what SciPy raises for damaged bytes; nothing but its reader runs here.
+    except Exception as e:
+        raise damaged("a MATLAB file", path, e) from None
+    return tables(without_signals(_structure(found), path), path, expected, is_ordered=False)
+
+
+def variables(group: Any, stored: Callable[[Any], Any], depth: int = 0) -> dict[str, Any]:
+    """The variables in a group of a file of version 7.3, which is HDF5, as SciPy gives others.
+
+    Arrays are made by `stored` of their datasets. They keep the order of their axes, the other way
+    round.
+    """
+    import h5py
+
+    found: dict[str, Any] = {}
+    for name in group:
+        x = group.get(name) if isinstance(group.get(name, getlink=True), h5py.HardLink) else None
+        if isinstance(x, h5py.Group) and depth < DEEPEST and not name.startswith("#"):
+            fields = [y for y in x.values() if isinstance(y, h5py.Dataset)]
+            if fields and all(map(_has_references, fields)):
+                size = min(y.size for y in fields)
+                found[name] = [
+                    {n: _referred(y, i, stored) for n, y in x.items()} for i in range(size)
+                ]
+            else:
+                found[name] = variables(x, stored, depth + 1)
+        elif isinstance(x, h5py.Dataset) and (value := _value(x, stored)) is not None:
+            found[name] = value
+    return found
+
+
+def without_signals(members: Mapping[str, Any], path: str) -> dict[str, Any]:
+    """Variables with what Simulink logs, time and signals, as a time and columns."""
+    found: dict[str, Any] = {}
+    for name, x in members.items():
+        if isinstance(x, Mapping) and "signals" in x:
+            signals = x["signals"] if isinstance(x["signals"], list) else [x["signals"]]
+            times = {n: y for n, y in x.items() if n == "time" and prod(y.shape)}
+            found[name] = times | _columns([s for s in signals if isinstance(s, Mapping)], path)
+        elif isinstance(x, Mapping):
+            found[name] = without_signals(x, path)
+        elif isinstance(x, list):
+            each = [y for y in x if isinstance(y, Mapping)]
+            parts = {f"maneuver_{i}": y for i, y in enumerate(each, 1)}
+            found[name] = without_signals(parts, path)
+        else:
+            found[name] = x
+    # The time of the simulation is that of what was logged without one.
+    logged = [x for x in found.values() if isinstance(x, dict)]
+    if len(logged) == 1 and "tout" in found and "time" not in logged[0]:
+        logged[0]["time"] = found["tout"]
+    return found
+
+
+def _columns(signals: list[Mapping[str, Any]], path: str) -> dict[str, Any]:
+    values = {
+        i: np.squeeze(read_array(s["values"], path, "signals: "))
+        for i, s in enumerate(signals)
+        if "values" in s
+    }
+    labels = {i: _word(signals[i].get("label")) for i in values}
+    if all(recognise(label) for label in labels.values()) or len(values) == 1:
+        return {labels[i] or "values": x for i, x in values.items()}
+    # Blocks in the order of the benchmark, or a matrix of each.
+    rows = max((max(x.shape, default=0) for x in values.values()), default=0)
+    upright = [x if x.shape[:1] == (rows,) else x.T for x in values.values()]
+    if any(x.shape[:1] != (rows,) for x in upright):
+        return {}
+    return {"values": np.column_stack(upright)}
+
+
+def _structure(found: Mapping[str, Any]) -> dict[str, Any]:
+    """MATLAB's variables as SciPy gives them; structures as mappings, arrays of them as lists."""
+    plain: dict[str, Any] = {}
+    for name, x in found.items():
+        is_held = isinstance(x, np.ndarray) and x.dtype.kind in "OV"
+        items: list[Any] = list(x.ravel()) if is_held else []
+        structures = [y.flat[0] if isinstance(y, np.ndarray) and y.size else y for y in items]
+        if structures and all(isinstance(y, np.void) and y.dtype.names for y in structures):
+            each = [_structure({n: y[n] for n in y.dtype.names}) for y in structures]
+            plain[name] = each[0] if len(each) == 1 else each
+        elif isinstance(x, np.ndarray):
+            plain[name] = x
+    return plain
+
+
+def _word(x: Any) -> str:
+    """A text of MATLAB, empty if it is none."""
+    if not isinstance(x, np.ndarray) or not x.size or x.dtype.kind not in "US":
+        return ""
+    return str(x.ravel()[0]).strip()
+
+
+def _has_references(dataset: Any) -> bool:
+    import h5py
+
+    return bool(h5py.check_ref_dtype(dataset.dtype) is h5py.Reference)
+
+
+def _referred(dataset: Any, i: int, stored: Callable[[Any], Any]) -> Any:
+    import h5py
+
+    reference = dataset[()].ravel()[i]
+    x = dataset.file[reference] if reference else None
+    if isinstance(x, h5py.Group):
+        return variables(x, stored, DEEPEST)
+    return _value(x, stored) if isinstance(x, h5py.Dataset) else None
+
+
+def _value(dataset: Any, stored: Callable[[Any], Any]) -> Any:
+    """An array or a text; None if it is empty."""
+    if dataset.shape is None or "MATLAB_empty" in dataset.attrs:
+        return None
+    if dataset.attrs.get("MATLAB_class") == b"char":
+        return np.array("".join(map(chr, dataset[()].T.ravel())))
+    return stored(dataset)

@@ -1,0 +1,96 @@
+"""Which columns turn round together: signs that no choice of axes gives contradict each other.
+
+A program chooses its axes and senses freely: ground axes and those of each frame, which way lean
+and steer are positive, whether a force is that on one body or on the other. Each choice turns round
+all columns that it is about, and the sign of a column is the product of its choices. Whether some
+choices give the signs of a file is a linear system over the integers modulo 2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
+
+_ENDS = ("rear", "front")
+_GROUND = {axis: f"ground {axis}" for axis in "xyz"}
+
+
+def _choices() -> dict[str, frozenset[str]]:
+    found = {
+        "roll_angle": {"lean"}, "roll_rate": {"lean"}, "forward_speed": {"ahead"},
+        "steer_angle": {"steer"}, "steer_rate": {"steer"}, "pitch": {"pitch"},
+        "yaw": {"heading"}, "yaw_rate": {"heading"},
+    }  # fmt: skip
+    for end in _ENDS:
+        # A matrix whose columns are the frame's axes and whose determinant is one: the sign of the
+        # third axis follows from all others.
+        axes = {"x": {f"{end} x"}, "y": {f"{end} y"}}
+        axes["z"] = {*axes["x"], *axes["y"], *_GROUND.values()}
+        for i, row in enumerate("xyz", 1):
+            for j, axis in enumerate("xyz", 1):
+                found[f"{end}_frame_r{i}{j}"] = axes[axis] ^ {_GROUND[row]}
+            # q and -q are the same turn. With all axes turned round by d, its vector is det(d) d q.
+            others = set(_GROUND.values()) - {_GROUND[row]}
+            found[f"{end}_frame_q{i}"] = {f"{end} -q", *others}
+            found[f"{end}_frame_omega_{row}"] = axes[row] ^ {"sense"}
+            found[f"{end}_axle_force_{row}"] = axes[row] ^ {f"{end} action"}
+            found[f"{end}_axle_moment_{row}"] = axes[row] ^ {f"{end} action", "sense"}
+        found[f"{end}_frame_q0"] = {f"{end} -q"}
+        found[f"{end}_wheel_angle"] = {"rolling"}
+        found[f"{end}_wheel_omega_y"] = {"spin"}
+        found[f"{end}_normal_force"] = {"up", "floor action"}
+        found[f"{end}_longitudinal_force"] = {"along", "floor action"}
+        found[f"{end}_lateral_force"] = {"across", "floor action"}
+    for axis in "xyz":
+        found[f"steer_joint_force_{axis}"] = {f"steer {axis}", "steer action"}
+        found[f"steer_joint_moment_{axis}"] = {f"steer {axis}", "steer action", "sense"}
+    for column in MOTION_COLUMNS:
+        if column.definition == "ground_axes":
+            found[column.key] = {_GROUND[column.key[-1]]}
+    return {key: frozenset(choices) for key, choices in found.items()}
+
+
+CHOICES: Mapping[str, frozenset[str]] = _choices()
+"""By key of a column, the choices that turn it round; a column that is not here has one sign."""
+
+
+def contradictions(signs: Mapping[str, int]) -> list[tuple[str, ...]]:
+    """Sets of columns whose signs no choice of axes and senses gives.
+
+    Parameters
+    ----------
+    signs
+        1 or -1 of each column against the reference, by key.
+
+    Returns
+    -------
+    list of tuple of str
+        Disjoint; empty if the file agrees with itself. The entries of one quaternion or matrix are
+        told before they are held against other columns.
+    """
+    attitudes: dict[str, list[str]] = {}
+    for key in signs:
+        if (family := key.rstrip("0123")) != key:
+            attitudes.setdefault(family, []).append(key)
+    found = [tuple(keys) for keys in attitudes.values() if _impossible(keys, signs)]
+    told = {key for keys in found for key in keys}
+    return found + _impossible([key for key in signs if key not in told], signs)
+
+
+def _impossible(keys: Iterable[str], signs: Mapping[str, int]) -> list[tuple[str, ...]]:
+    """Gauss's elimination: sums of equations whose left side vanishes and whose right side is 1."""
+    keys = list(keys)
+    solved: list[tuple[str, frozenset[str], frozenset[str], bool]] = []
+    found: list[set[str]] = []
+    for key in keys:
+        choices, of, is_turned = CHOICES.get(key, frozenset()), frozenset({key}), signs[key] < 0
+        for pivot, others, summed, turned in solved:
+            if pivot in choices:
+                choices, of, is_turned = choices ^ others, of ^ summed, is_turned ^ turned
+        if choices:
+            solved.append((min(choices), choices, of, is_turned))
+        elif is_turned:
+            shared = [c for c in found if c & of]
+            found = [c for c in found if c not in shared] + [set(of).union(*shared)]
+    return [tuple(key for key in keys if key in c) for c in found]

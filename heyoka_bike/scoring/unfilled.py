@@ -1,0 +1,101 @@
+"""Columns that hold one number in every row where the quantity varies: they were never filled in.
+
+Programs that write the benchmark's file without some of its columns, the energies mostly, leave
+zeros in their place or the first value. That is no result: it is named, and left out. A requirement
+that speaks of such a column fails, see `requirements`.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
+from heyoka_bike.scoring.alignment import Alignment, Part
+from heyoka_bike.scoring.findings import Finding, Severity
+
+CODE = "never_filled"
+"""Of the finding; its evidence lists maneuvers and columns."""
+
+# Fewer rows may be alike.
+_FEW_ROWS = 10
+# A constant speed is what the linear equations have.
+_MAY_BE_CONSTANT = ("forward_speed",)
+# The quantity varies by more of what can be written than this: rounding does not explain one value.
+_STEPS = 4.0
+
+
+def without_unfilled(alignment: Alignment) -> Alignment:
+    """The rows without the columns that were never filled in, and a finding that names them.
+
+    A file that has nothing else stays as it is.
+    """
+    found = [(part, _unfilled(part)) for part in alignment.parts]
+    kept = tuple(
+        part.only(part.values.keys() - keys) if keys else part
+        for part, keys in found
+        if part.values.keys() - keys
+    )
+    if not kept or not any(keys for _, keys in found):
+        return alignment
+    findings = alignment.findings + tuple(_finding(found))
+    return replace(alignment, parts=kept, findings=findings)
+
+
+def _unfilled(part: Part) -> dict[str, float]:
+    """The columns that were never filled in, with the number that they hold."""
+    if len(part.time) < _FEW_ROWS:
+        return {}
+    constant = {
+        key: float(values[0])
+        for key, values in part.values.items()
+        if key in BENCHMARK_COLUMNS and np.all(values == values[0])
+    }
+    return {
+        key: number
+        for key, number in constant.items()
+        if (number == 0.0 or key not in _MAY_BE_CONSTANT) and _should_vary(part, key, number)
+    }
+
+
+def _should_vary(part: Part, key: str, number: float) -> bool:
+    """Whether no definition of the quantity is one number, as far as the digits written show."""
+    names = [c.name for c in COMPARED[key]]
+    rows = part.time[part.sample()]
+    quantum = part.quantum.get(key)
+    for name, expected in part.reference.approximate(rows, names).items():
+        step = 1e-15 * part.reference.scale(name)
+        if quantum is not None:
+            step = max(step, float(np.max(quantum.at(expected))))
+        # Nothing but zeros is no mechanical energy either, which is constant.
+        far = np.max(np.abs(expected)) if number == 0.0 else np.ptp(expected)
+        if far <= _STEPS * step:
+            return False
+    return True
+
+
+def _finding(found: Sequence[tuple[Part, dict[str, float]]]) -> list[Finding]:
+    places = [(part.number, key, number) for part, keys in found for key, number in keys.items()]
+    alike: dict[tuple[float, tuple[int, ...]], list[str]] = {}
+    for key in dict.fromkeys(key for _, key, _ in places):
+        for held in dict.fromkeys(x for _, k, x in places if k == key):
+            where = tuple(n for n, k, x in places if (k, x) == (key, held))
+            alike.setdefault((held, where), []).append(key)
+    said = [
+        f"{', '.join(keys)}{_of(where, len(found))} hold"
+        f"{'s' * (len(keys) == 1)} {f'{held:.9g}' if held else 'nothing but zeros'}"
+        for (held, where), keys in alike.items()
+    ]
+    return [
+        Finding(
+            CODE,
+            f"{', '.join(said)}: one number in every row of what varies, so never filled in; left "
+            "out of the result",
+            Severity.WARNING,
+            {"columns": [f"{number}.{key}" for number, key, _ in places]},
+        )
+    ]
+
+
+def _of(maneuvers: Sequence[int], of: int) -> str:
+    return "" if len(maneuvers) == of else f" of maneuver {', '.join(map(str, maneuvers))}"

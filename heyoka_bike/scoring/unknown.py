@@ -1,0 +1,55 @@
+"""Columns that mean something that is not known here: far worse than all others of a right motion.
+
+A wrong model or a rough integrator moves all columns. Where the columns with one meaning only have
+many digits, and one with several meanings has few, the motion is right and the meaning is not among
+those known. That is said instead of looking for a cause.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from heyoka_bike.bicycle.columns import COMPARED
+from heyoka_bike.numbers.double import median
+from heyoka_bike.scoring.measures import rms
+from heyoka_bike.scoring.report import ColumnScore, ManeuverScore
+
+# Columns of one motion are wrong by parts of their scales that differ by up to 100: the steer rate
+# follows the fastest mode, the energies hardly move.
+_FAR_WORSE = 1000.0
+# ... and the others must be good enough to say that the motion is right.
+_RIGHT = 1e-3
+_OTHERS = 3
+_AT_FLOOR = 4.0
+
+
+def unknown_columns(maneuvers: Sequence[ManeuverScore]) -> frozenset[str]:
+    """Keys of the columns whose definition is not known, the same in every maneuver."""
+    having = [m for m in maneuvers if any(c.values for c in m.columns)]
+    found = [_far_worse(m) for m in having]
+    return frozenset.intersection(*found) if found else frozenset()
+
+
+def _far_worse(m: ManeuverScore) -> frozenset[str]:
+    """Columns of several meanings that are far worse than all others of a maneuver."""
+    columns = [c for c in m.columns if c.values]
+    open_ones = {c.key for c in columns if len(COMPARED[c.key]) > 1}
+    ranked = sorted((c for c in columns if c.key in open_ones), key=_typical, reverse=True)
+    # The most of them that are far worse than the rest.
+    for count in range(len(ranked), 0, -1):
+        worse = ranked[:count]
+        others = [c for c in columns if c not in worse]
+        limit = max((c.as_understood.measures.max_rel_error or 0.0 for c in others), default=1.0)
+        if len(others) >= _OTHERS and limit < _RIGHT and all(_is_far(c, limit) for c in worse):
+            return frozenset(c.key for c in worse)
+    return frozenset()
+
+
+def _is_far(c: ColumnScore, limit: float) -> bool:
+    return _typical(c) > _FAR_WORSE * limit and not c.is_at_floor(_AT_FLOOR)
+
+
+def _typical(c: ColumnScore) -> float:
+    """Median error over the size of the column: a few bad rows are no other meaning."""
+    size = rms(c.trace.reference) or 1.0
+    return float(median(np.abs(c.trace.error))) / size

@@ -1,0 +1,113 @@
+"""A column of one number where the quantity varies is no result: it is named, and left out."""
+
+import numpy as np
+import pytest
+from support.made_results import codes, made
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.scoring.reading import read_results
+from heyoka_bike.scoring.reading.results import Quantum, Results, Rows
+from heyoka_bike.scoring.score import score
+
+ENERGIES = ("potential_energy", "kinetic_energy", "mechanical_energy")
+
+
+def without(reference, keys, number=0.0, maneuvers=(1, 2, 3), **more):
+    def change(key, values, m):
+        return np.full_like(values, number) if key in keys and m in maneuvers else values
+
+    return made(reference, change, **more)
+
+
+def keys_of(report, number):
+    return [c.key for c in next(m for m in report.maneuvers if m.maneuver == number).columns]
+
+
+def test_zeros_are_named_and_do_not_count(reference):
+    report = score(without(reference, ENERGIES), reference)
+    assert codes(report) == ["never_filled"]
+    (found,) = report.findings
+    assert found.evidence["columns"] == [f"{n}.{key}" for n in (1, 2, 3) for key in ENERGIES]
+    for m in report.maneuvers:
+        assert not set(ENERGIES) & {c.key for c in m.columns}
+        assert len(m.columns) == 5
+        assert min(c.as_understood.measures.scd for c in m.columns) > 15
+        assert m.coverage == 1.0
+
+
+@pytest.mark.parametrize("text", ["scd >= 1", "kinetic_energy.scd >= 1", "coverage >= 1",
+                                  "2.performance < 1", "max_abs_error < 1e9"])  # fmt: skip
+def test_a_requirement_that_asks_for_it_fails(reference, text):
+    (r,) = score(without(reference, ENERGIES), reference, [text]).requirements
+    assert not r.met
+    assert "kinetic_energy" in r.message
+    assert r.message.endswith("never filled in")
+
+
+@pytest.mark.parametrize("text", ["roll_angle.scd >= 12", "1.scd >= 12"])
+def test_a_requirement_that_does_not_is_met(reference, text):
+    (r,) = score(without(reference, ENERGIES, maneuvers=(2, 3)), reference, [text]).requirements
+    assert r.met
+
+
+def test_a_maneuver_that_was_not_run_is_left_out(reference):
+    results = without(reference, BENCHMARK_COLUMNS, maneuvers=(3,))
+    report = score(results, reference, ["3.roll_angle.scd >= 1", "2.scd >= 12"])
+    assert [m.maneuver for m in report.maneuvers] == [1, 2]
+    assert [r.met for r in report.requirements] == [False, True]
+    assert "never filled in" in report.requirements[0].message
+
+
+def test_a_file_of_zeros_is_scored_as_it_is(reference):
+    report = score(without(reference, BENCHMARK_COLUMNS), reference)
+    assert "never_filled" not in codes(report)
+    assert len(keys_of(report, 1)) == 8
+
+
+def test_the_first_value_throughout_is_no_result_either(reference):
+    first = float(reference[2].rows["kinetic_energy"][0])
+    report = score(without(reference, ("kinetic_energy",), first, (2,)), reference)
+    assert report.findings[0].evidence["columns"] == ["2.kinetic_energy"]
+    assert f"{first:.9g}" in report.findings[0].message
+
+
+@pytest.mark.parametrize(("key", "number"), [("mechanical_energy", 1837.0), ("forward_speed", 4.6)])
+def test_what_may_be_constant_is_a_result(reference, key, number):
+    """The energy is constant, and so is the speed of the linear equations."""
+    assert key in keys_of(score(without(reference, (key,), number, (2,)), reference), 2)
+
+
+def test_rounding_to_one_number_is_a_result(reference):
+    """Three digits of the potential energy of maneuver 3, which varies by 0.06 J, are 794."""
+    rows = reference[3].rows["potential_energy"]
+    assert np.all(np.round(rows) == 794)
+    quantum = {key: Quantum(10, digits=3) for key in BENCHMARK_COLUMNS}
+    results = without(reference, ("potential_energy",), 794.0, (3,), quantum=quantum)
+    assert "potential_energy" in keys_of(score(results, reference), 3)
+
+
+def test_a_few_rows_may_be_alike(reference):
+    report = score(without(reference, ("steer_angle",), keep=slice(0, 5)), reference)
+    assert "never_filled" not in codes(report)
+
+
+def test_eq_1_is_taken_in_the_digits_written(reference, tmp_path):
+    """Two energies that differ in the 30th digit: 100 * 2e-28 / 1575."""
+    path = tmp_path / "r.txt"
+    e = "1575.1729024773809523809523809{}"
+    lines = [f"{i / 100} {e.format('52' if i % 2 else '54')}" for i in range(20)]
+    path.write_text("# t mechanical_energy\n" + "\n".join(lines) + "\n")
+    (m,) = score(read_results(path, maneuver=1), reference).maneuvers
+    assert m.performance == pytest.approx(100 * 2e-27 / 1575.17290248, rel=1e-3)
+
+
+def test_eq_1_of_the_parts_is_taken_in_their_digits(reference):
+    t = np.arange(20) / 100
+    lo = np.where(np.arange(20) % 2, 3e-20, 0.0)
+    values = {"potential_energy": np.full(20, 794.0) + t, "kinetic_energy": np.full(20, 781.0) - t}
+    # What binary64 rounds of the times is in the rest, so that the sum is constant.
+    rest = {"potential_energy": lo - (values["potential_energy"] - 794.0 - t),
+            "kinetic_energy": -(values["kinetic_energy"] - 781.0 + t)}  # fmt: skip
+    rows = Rows(1, t, np.zeros(20), values, rest, {})
+    (m,) = score(Results("x", "text", (rows,), 25), reference).maneuvers
+    assert m.performance == pytest.approx(100 * 3e-20 / 1575.0, rel=1e-3)

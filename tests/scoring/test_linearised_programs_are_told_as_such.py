@@ -1,0 +1,75 @@
+"""Programs of the linearised equations are no mistaken ones: by SciPy, with published matrices."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from support.linear_programs import LATERAL, linear_run, run
+
+from heyoka_bike.scoring.alignment import align
+from heyoka_bike.scoring.diagnosis.answers import findings
+from heyoka_bike.scoring.diagnosis.programs.linear import POTENTIAL, linear_columns
+from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
+from heyoka_bike.scoring.diagnosis.ranking import rank
+from heyoka_bike.scoring.score import score
+
+pytestmark = pytest.mark.proof
+
+
+@pytest.fixture(scope="module")
+def simulator():
+    return Simulator()
+
+
+def said(results, reference, simulator):
+    found = rank(align(results, reference).parts, reference, simulator=simulator)
+    return findings(found, score(results, reference), reference)
+
+
+@pytest.mark.parametrize("number", [1, 2, 3])
+def test_linear_motions_agree_with_scipy(reference, bicycle, number):
+    speed, y = run(reference, number, "DOP853", 1e-12)
+    start = (0.0, 0.0, 0.0, y[2, 0], 0.0, speed)
+    found = linear_columns(bicycle, start, reference[number].time)
+    for key, values in zip(LATERAL, y, strict=True):
+        # The other integrator's tolerance, over ten seconds in which maneuver 1 grows.
+        assert np.max(np.abs(found[key] - values)) < 1e-9 * np.max(np.abs(values))
+
+
+def test_energies_of_the_linear_motion_agree_to_second_order(bicycle):
+    time = np.linspace(0.0, 2.0, 21)
+    left = {}
+    for size in (1e-2, 1e-3):
+        start = (0.0, 0.0, 0.0, size, 0.0, 4.6)
+        found = linear_columns(bicycle, start, time)
+        nonlinear, quadratic, constant = (found[f"potential_energy_{way}"] for way in POTENTIAL)
+        changes = np.max(np.abs(nonlinear - constant))
+        left[size] = np.max(np.abs(nonlinear - quadratic)) / changes
+    # What is left out is of the fourth order, but for the rounding of 800 J.
+    assert left[1e-2] < 1e-3
+    assert left[1e-3] < 1e-5
+
+
+@pytest.mark.parametrize("energies", ["second order", "zero"])
+def test_a_linear_program_is_told_as_such(reference, simulator, energies):
+    (only,) = said(linear_run(reference, energies=energies), reference, simulator)
+    assert only.code == "linearised"
+    assert "linearised equations" in only.message
+
+
+@pytest.mark.parametrize("number", [1, 3])
+def test_one_maneuver_of_default_tolerance_is_enough(reference, simulator, number):
+    whole = linear_run(reference, "RK45", 1e-3)
+    one = replace(whole, maneuvers=(whole.maneuvers[number - 1],))
+    (only,) = said(one, reference, simulator)
+    assert only.code == "linearised"
+
+
+def test_the_energies_that_are_in_no_known_way_are_named(reference, simulator):
+    whole = linear_run(reference, energies="none")
+    odd = tuple(
+        replace(rows, values=dict(rows.values) | {"kinetic_energy": 1e4 + rows.time})
+        for rows in whole.maneuvers
+    )
+    (only,) = said(replace(whole, maneuvers=odd), reference, simulator)
+    assert "but for kinetic_energy" in only.message

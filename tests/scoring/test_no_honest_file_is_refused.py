@@ -1,0 +1,64 @@
+"""The game of honest variations: none is refused, loses a digit, or fails what it fulfils.
+
+All 5,000 by ``python tests/support/play.py honest``, or by ``-m slow``.
+"""
+
+import numpy as np
+import pytest
+from support import play
+
+from heyoka_bike.scoring import definitions, score
+
+AT_ONCE = 20
+# 20 with the fast tests, 160 with the proofs.
+ROUNDS = [0, *(pytest.param(i, marks=pytest.mark.proof) for i in range(1, 8))]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _kept(keep_reference_values):
+    """Thousands of files share their times."""
+
+
+@pytest.mark.parametrize("turn", ROUNDS)
+def test_none_loses_a_digit(turn):
+    numbers = range(turn * AT_ONCE, (turn + 1) * AT_ONCE)
+    found = play.play("honest", numbers, processes=1)
+    assert [(o.number, o.lost) for o in found if o.lost] == []
+
+
+@pytest.mark.slow
+def test_none_of_5000_loses_a_digit():
+    found = play.play("honest", range(play.COUNTS["honest"]))
+    assert [(o.number, o.lost) for o in found if o.lost] == []
+
+
+# A game that no scorer loses says nothing: each of these breaks the one that is played against.
+
+
+def lost(count):
+    return [o.number for o in play.play("honest", range(count), processes=1) if o.lost]
+
+
+def test_the_game_sees_a_sign_that_is_not_recognised(monkeypatch):
+    unsigned = (*definitions._UNSIGNED, "steer_angle", "roll_angle")
+    monkeypatch.setattr(definitions, "_UNSIGNED", unsigned)
+    assert lost(6)
+
+
+def test_the_game_sees_a_zero_in_binary64(monkeypatch):
+    monkeypatch.setattr(score, "_with_exact_zero", lambda understood, parts: understood)
+    assert lost(26)
+
+
+def test_the_game_sees_axes_that_are_forbidden(monkeypatch):
+    def all_alike(signs):
+        return [tuple(signs)] if len(set(signs.values())) > 1 else []
+
+    monkeypatch.setattr("heyoka_bike.scoring.conclusions.contradictions", all_alike)
+    assert lost(6)
+
+
+def test_the_game_sees_half_a_digit(monkeypatch):
+    errors = score.errors
+    monkeypatch.setattr(score, "errors", lambda *given: [np.sqrt(10) * e for e in errors(*given)])
+    assert lost(3)

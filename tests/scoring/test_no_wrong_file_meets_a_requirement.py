@@ -1,0 +1,95 @@
+"""The game of wrong files: none meets a requirement that it does not fulfil; a small share of it.
+
+All 20,000 by ``python tests/support/play.py wrong``, or by ``-m slow``.
+"""
+
+from dataclasses import replace
+
+import pytest
+from support import play
+from support.wrong_files import KINDS
+
+from heyoka_bike.scoring import score, signs
+
+# Twice every kind with the fast tests, eight times with the proofs.
+ROUNDS = [i if i < 2 else pytest.param(i, marks=pytest.mark.proof) for i in range(8)]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _kept(keep_reference_values):
+    """Thousands of files share their times."""
+
+
+def losers(kinds, count=4):
+    """Numbers of lost files among the first of these kinds."""
+    numbers = [list(KINDS).index(kind) + i * len(KINDS) for kind in kinds for i in range(count)]
+    return [o.number for o in play.play("wrong", numbers, processes=1) if o.lost]
+
+
+@pytest.mark.parametrize("turn", ROUNDS)
+def test_none_passes(turn):
+    numbers = range(turn * len(KINDS), (turn + 1) * len(KINDS))
+    found = play.play("wrong", numbers, processes=1)
+    assert [(o.number, o.lost) for o in found if o.lost] == []
+    assert sum(o.is_refused for o in found) < len(found) / 4
+
+
+@pytest.mark.slow
+def test_none_of_20000_passes():
+    found = play.play("wrong", range(play.COUNTS["wrong"]))
+    assert [(o.number, o.lost) for o in found if o.lost] == []
+
+
+# A game that no scorer loses says nothing: each of these breaks the one that is played against.
+
+
+def test_the_game_sees_values_that_are_not_compared(monkeypatch):
+    check = score.check
+
+    def of_what_was(text, report):
+        maneuvers = [
+            replace(m, columns=tuple(replace(c, missing=0) for c in m.columns))
+            for m in report.maneuvers
+        ]
+        return check(text, replace(report, maneuvers=tuple(maneuvers)))
+
+    monkeypatch.setattr(score, "check", of_what_was)
+    assert losers(["no_numbers"])
+
+
+def test_the_game_sees_signs_taken_one_by_one(monkeypatch):
+    monkeypatch.setattr(signs, "_impossible", lambda keys, signs: [])
+    kinds = ["rate_against_angle", "improper_matrix", "signs_against_each_other"]
+    assert len(losers(kinds, 2)) == 6
+
+
+def test_the_game_sees_coverage_by_the_ends_alone(monkeypatch):
+    whole = score._coverage
+
+    def by_the_ends(part):
+        start, end, _, _ = whole(part)
+        return start, end, (end - start) / 10, 0.01
+
+    monkeypatch.setattr(score, "_coverage", by_the_ends)
+    assert losers(["rows_dropped"])
+
+
+def test_the_game_sees_a_row_that_is_forgiven(monkeypatch):
+    measures = score.measures.measures
+
+    def without_the_worst(t, error, reference, scale):
+        kept = abs(error) < max(abs(error))
+        return measures(t[kept], error[kept], reference[kept], scale)
+
+    monkeypatch.setattr(score.measures, "measures", without_the_worst)
+    assert losers(["one_value", "first_row", "last_row"])
+
+
+def test_the_game_sees_a_choice_made_for_each_maneuver(monkeypatch):
+    understand, score_maneuver = score.understand, score._score_maneuver
+
+    def by_itself(part, understood, limit):
+        return score_maneuver(part, understand([part]), limit)
+
+    monkeypatch.setattr(score, "_score_maneuver", by_itself)
+    assert losers(["definitions_mixed", "units_mixed", "zeros_differ"])

@@ -1,0 +1,82 @@
+"""The odds by which a definition is claimed hold for errors that other programs made.
+
+Each error curve is scaled and added to the exact column of one definition, and the file is asked
+for the others: where it gives odds of x to 1 against the truth, it must do so in at most one of x.
+"""
+
+from itertools import permutations
+
+import numpy as np
+import pytest
+from support.correct_programs import adaptive, fixed_step
+from support.fixed_steps import Equations
+
+from heyoka_bike.bicycle.columns import DEFINITIONS
+from heyoka_bike.scoring.alignment import align
+from heyoka_bike.scoring.definitions import Sample, Understanding
+from heyoka_bike.scoring.reading import read_results
+from heyoka_bike.scoring.reading.results import Results, Rows
+from heyoka_bike.system.resources import data_folder
+
+pytestmark = pytest.mark.proof
+
+PEERS = data_folder() / "peers"
+EXUDYN = {
+    "roll_angle": "roll_angle_tait_bryan_xyz",
+    "roll_rate": "roll_rate_body_x",
+    "forward_speed": "forward_speed_hub_body_x",
+}
+OPEN = tuple(EXUDYN)
+# Of the difference of two definitions: any size is as likely as its double.
+SIZES = np.outer((1, -1), 10.0 ** np.arange(-1.5, 1.6, 0.5)).ravel()
+ROWS = (50, 1001)  # of the first half second, and of all
+
+
+@pytest.fixture(scope="module")
+def errors(reference):
+    """Of each column that has several definitions, by program and maneuver."""
+    runs = [(read_results(PEERS / name), EXUDYN) for name in (
+        "exudyn-h0.01.txt", "exudyn-h0.001.txt", "exudyn-loose-newton.txt")]  # fmt: skip
+    runs += [(read_results(PEERS / f"scipy-rtol1e-{n}.txt"), {}) for n in (4, 7)]
+    equations = Equations(reference)
+    for method in ("explicit Euler", "implicit midpoint", "generalised alpha", "RK4"):
+        runs.append((fixed_step(equations, method, 0.01), {}))
+    runs += [(adaptive(equations, solver, 1e-4), {}) for solver in ("RK45", "BDF")]
+    return [
+        (key, r.maneuver, r.values[key] - reference[r.maneuver].rows[names.get(key, key)])
+        for results, names in runs
+        for r in results.maneuvers
+        for key in OPEN
+    ]
+
+
+def odds_against_the_truth(reference, errors, rows):
+    found = []
+    for key, number, error in errors:
+        m = reference[number]
+        values = {key: m.rows[key][:rows]}
+        written = Rows(number, m.time[:rows], m.time_lo[:rows], values, {}, {})
+        sample = Sample(align(Results("x", "text", (written,), 17), reference).parts[0])
+        unit = error[:rows] / np.max(abs(error[:rows]))
+        for true, other in permutations(DEFINITIONS[key], 2):
+            apart = np.max(abs(m.rows[true.name] - m.rows[other.name])[:rows])
+            # The first row tells exactly where the two start differently.
+            if apart == 0 or m.rows[true.name][0] != m.rows[other.name][0]:
+                continue
+            for size in SIZES:
+                sample.values[key] = m.rows[true.name][:rows] + size * apart * unit
+                likely = [
+                    sample.log_likelihood(key, Understanding(c, c.unit)) for c in (true, other)
+                ]
+                found.append((likely[1] - likely[0]) / np.log(10))
+    return np.array(found)
+
+
+@pytest.mark.parametrize("rows", ROWS)
+def test_wrong_claims_are_as_rare_as_their_odds(reference, errors, rows):
+    against = odds_against_the_truth(reference, errors, rows)
+    assert len(against) > 2000
+    for log10 in (0.5, 1.0, 1.3, 2.0):
+        wrong, claims = np.sum(against > log10), np.sum(abs(against) > log10)
+        assert claims > len(against) / 4, log10
+        assert wrong <= 10**-log10 * claims

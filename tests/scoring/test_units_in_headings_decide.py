@@ -1,0 +1,100 @@
+"""A unit in a heading, or in a line below it, decides what a name alone leaves open."""
+
+import numpy as np
+import pytest
+
+from heyoka_bike.scoring.reading import read_results
+from heyoka_bike.scoring.reading.column_names import recognise
+
+COUNT = 6
+
+
+def written(tmp_path, *heading, width=3):
+    """Column j, from 0, of row i is 100 i + j."""
+    path = tmp_path / "r.csv"
+    rows = [",".join(str(100 * i + j) for j in range(width)) for i in range(COUNT)]
+    path.write_text("\n".join([*heading, *rows]) + "\n")
+    return path
+
+
+def found(results):
+    """Which column, from 0, is what."""
+    columns = {"time": int(results.maneuvers[0].time[0])}
+    for rows in results.maneuvers:
+        columns |= {(rows.maneuver, key): int(x[0]) for key, x in rows.values.items()}
+    return columns
+
+
+@pytest.mark.parametrize(
+    ("name", "key"),
+    [
+        ("v [m/s]", "forward_speed"),
+        ("V [J]", "potential_energy"),
+        ("V [m/s]", "forward_speed"),
+        ("T [J]", "kinetic_energy"),
+        ("T [s]", "time"),
+        ("t (ms)", "time"),
+        ("E [kJ]", "mechanical_energy"),
+        ("u [m/s]", "forward_speed"),
+        ("U [J]", "potential_energy"),
+        ("v [furlong]", "forward_speed"),
+        ("roll [rad]", "roll_angle"),
+        ("roll [rad/s]", "roll_rate"),
+        ("phi (deg s^-1)", "roll_rate"),
+        ("delta [°/s]", "steer_rate"),
+        ("delta / rad", "steer_angle"),
+        ("v / (m/s)", "forward_speed"),
+        ("v in km/h", "forward_speed"),
+        ("speed_mps", "forward_speed"),
+        ("speed_m_per_s", "forward_speed"),
+        ("roll_angle_rad", "roll_angle"),
+        ("roll_deg", "roll_angle"),
+        ("steer_rate_rad_s", "steer_rate"),
+        ("roll rate [rad s⁻¹]", "roll_rate"),
+        ("steer [rad·s^-1]", "steer_rate"),
+        ("time_s", "time"),
+        ("kinetic energy [N m]", "kinetic_energy"),
+        ("yaw [deg/s]", "yaw_rate"),
+        ("v [N]", None),
+        ("roll_angle [m]", "roll_angle"),
+        ("roll_s", None),
+        ("roll_angle_m", None),
+    ],
+)
+def test_units_decide(name, key):
+    assert recognise(name) == (None if key is None else (key, None))
+
+
+@pytest.mark.parametrize(
+    ("heading", "expected"),
+    [
+        (["t [s],v [m/s],V [J]"], {"forward_speed": 1, "potential_energy": 2}),
+        (["t [s],T [J],V [J]"], {"kinetic_energy": 1, "potential_energy": 2}),
+        (["t,roll [rad],roll [rad/s]"], {"roll_angle": 1, "roll_rate": 2}),
+        (["t,phi,phi", "s,rad,rad/s"], {"roll_angle": 1, "roll_rate": 2}),
+        (["# t,v,V", "# [s],[m/s],[J]"], {"forward_speed": 1, "potential_energy": 2}),
+        (["t,T,u", "(s),(J),(m/s)"], {"kinetic_energy": 1, "forward_speed": 2}),
+        (["t,v,x", "s,m/s,"], {"forward_speed": 1}),
+        (["t,roll_deg,roll_rad"], {"roll_angle": 2}),
+        (["t,roll_angle,roll_angle_rad"], {"roll_angle": 1}),
+    ],
+)
+def test_units_tell_columns_apart(heading, expected, tmp_path):
+    results = read_results(written(tmp_path, *heading))
+    assert found(results) == {"time": 0} | {(None, key): j for key, j in expected.items()}
+
+
+@pytest.mark.parametrize(
+    "heading", [["t [ms],roll,v"], ["t,roll,v", "ms,rad,m/s"], ["time_ms,roll,v"]]
+)
+def test_times_in_milliseconds_are_exact(heading, tmp_path):
+    path = tmp_path / "r.csv"
+    rows = [f"{i * 10},{i}.5,{i}.25" for i in range(20)]
+    path.write_text("\n".join([*heading, *rows]))
+    (rows,) = read_results(path).maneuvers
+    seconds = tmp_path / "s.csv"
+    seconds.write_text("t,roll,v\n" + "\n".join(f"{i / 100:.2f},{i}.5,{i}.25" for i in range(20)))
+    (expected,) = read_results(seconds).maneuvers
+    assert np.array_equal(rows.time, expected.time)
+    assert np.allclose(rows.time_lo, expected.time_lo, rtol=0, atol=1e-32)
+    assert np.any(rows.time_lo)

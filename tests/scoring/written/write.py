@@ -1,0 +1,114 @@
+"""Writes the files beside it, with programs that the tests do not need.
+
+    python -m venv v && v/bin/pip install pandas pyarrow polars xlsxwriter openpyxl xarray \\
+        netCDF4 h5netcdf hdf5storage
+    v/bin/python write.py ../../../reference/uncontrolled-bicycle.txt && octave-cli write.m
+
+Each holds the same rows: every 91st of the reference's text (all 25 columns, 17 digits).
+"""
+
+import json
+import sys
+from pathlib import Path
+
+import hdf5storage
+import numpy as np
+import pandas as pd
+import polars as pl
+import xarray as xr
+from scipy.io import savemat
+
+KEYS = [
+    "roll_angle", "roll_rate", "forward_speed", "potential_energy", "kinetic_energy",
+    "mechanical_energy", "steer_angle", "steer_rate",
+]  # fmt: skip
+
+here = Path(__file__).parent
+x = np.loadtxt(sys.argv[1])[::91]
+np.savetxt(here / "rows.txt", x, "%.17g")
+t = x[:, 0]
+tables = {m: x[:, [0, *range(8 * m - 7, 8 * m + 1)]] for m in (1, 2, 3)}
+names = ["time", *(f"m{m}_{key}" for m in tables for key in KEYS)]
+wide = pd.DataFrame(x, columns=names)
+each = {m: pd.DataFrame(table, columns=["time", *KEYS]) for m, table in tables.items()}
+long = pd.concat([f.assign(maneuver=m) for m, f in each.items()], ignore_index=True)
+named = long.assign(maneuver=[f"maneuver_{m}" for m in long.maneuver])
+
+# pandas
+for orient in ("split", "columns", "index", "records", "values", "table"):
+    wide.to_json(here / f"pandas-{orient}.json", orient=orient, double_precision=15)
+long.to_json(here / "pandas-long.jsonl", orient="records", lines=True, double_precision=15)
+named.to_csv(here / "pandas-named.csv")
+pd.concat(each, names=["maneuver", "step"]).to_csv(here / "pandas-concat.csv")
+wide.to_csv(here / "pandas-index.tsv", sep="\t")
+wide.to_excel(here / "pandas.xlsx")
+wide.to_excel(here / "xlsxwriter.xlsx", engine="xlsxwriter", index=False, startrow=3, startcol=2)
+with pd.ExcelWriter(here / "sheets.xlsx") as w:
+    pd.DataFrame({"note": ["made by hand"]}).to_excel(w, sheet_name="notes")
+    for m, frame in each.items():
+        frame.to_excel(w, sheet_name=f"Maneuver {m}", index=False)
+wide.to_parquet(here / "pandas.parquet")
+named.astype({"maneuver": "category"}).to_parquet(here / "category.parquet")
+wide.to_feather(here / "pandas.feather")
+
+# polars
+pl.from_pandas(long).write_parquet(here / "polars-long.parquet")
+pl.from_pandas(wide).write_ipc(here / "polars.arrow")
+pl.from_pandas(wide).write_json(here / "polars.json")
+pl.from_pandas(long).write_ndjson(here / "polars.ndjson")
+
+# xarray with netCDF's own library, h5netcdf and SciPy
+columns = {key: np.stack([tables[m][:, 1 + i] for m in tables]) for i, key in enumerate(KEYS)}
+data = xr.Dataset(
+    {key: (("maneuver", "time"), c) for key, c in columns.items()},
+    coords={"time": t, "maneuver": [1, 2, 3]},
+)
+data.to_netcdf(here / "xarray-4.nc", engine="netcdf4")
+data.transpose().drop_vars("maneuver").to_netcdf(here / "xarray-turned.nc", engine="netcdf4")
+data.to_netcdf(here / "xarray-h5.nc", engine="h5netcdf")
+data.to_netcdf(here / "xarray-3.nc", engine="scipy")
+data.to_dataframe().to_csv(here / "xarray.csv")
+
+# SciPy and hdf5storage, as Simulink's blocks Outport and To Workspace log
+column = t[:, None]
+fields = [(name, "O") for name in ("values", "dimensions", "label", "blockName")]
+signals = np.zeros((1, 24), dtype=fields)
+for j in range(24):
+    signals[0, j] = (x[:, [j + 1]], 1.0, names[j + 1], f"bicycle/Out{j + 1}")
+unnamed = signals.copy()
+unnamed["label"] = ""
+whole = {"values": x[:, 1:], "dimensions": 24.0, "label": "", "blockName": "bicycle/Scope"}
+logs = {
+    "arrays": {"tout": column, "yout": x[:, 1:], "xout": x[:, 1:] + 1},
+    "structure": {"simout": {"time": column, "signals": whole, "blockName": "bicycle/Scope"}},
+    "signals": {"yout": {"time": column, "signals": unnamed}},
+    "labels": {"yout": {"time": np.zeros((0, 0)), "signals": signals}, "tout": column},
+    "cube": {"results": np.stack([*tables.values()], 2)},
+}
+for name, log in logs.items():
+    savemat(here / f"scipy-{name}.mat", log)
+    # Labels are MATLAB's own texts there.
+    hdf5storage.savemat(
+        str(here / f"hdf5storage-{name}.mat"), log, format="7.3", oned_as="column",
+        store_python_metadata=False, matlab_compatible=True,
+    )  # fmt: skip
+
+# json
+documents = {
+    "columns": {name: wide[name].tolist() for name in names},
+    "heading": [names, *x.tolist()],
+    "maneuvers": {
+        "program": "mine",
+        "steps": [1, 2, 3],
+        "results": {
+            "maneuvers": [
+                {"maneuver": m, **{name: f[name].tolist() for name in f}} for m, f in each.items()
+            ]
+        },
+    },
+    "units": {name: {"unit": "SI", "values": wide[name].tolist()} for name in names},
+    "axis": {"time": t.tolist()} | {key: c.tolist() for key, c in columns.items()},
+    "solution": {"t": t.tolist(), "y": x[:, 1:].T.tolist()},
+}
+for name, document in documents.items():
+    (here / f"json-{name}.json").write_text(json.dumps(document, indent=1))

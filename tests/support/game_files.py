@@ -1,0 +1,157 @@
+"""Result files of the two games: numbers of the reference in hi + lo, as a file's writer has them.
+
+Nothing here knows how results are judged; only their in-memory form is the package's.
+"""
+
+from dataclasses import dataclass, field
+from decimal import Decimal, localcontext
+from fractions import Fraction
+from functools import lru_cache
+
+import numpy as np
+
+from heyoka_bike import load_motion, load_reference
+from heyoka_bike.bicycle.columns import COMPARED, DEFINITIONS
+from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
+from heyoka_bike.numbers.double import two_sum
+from heyoka_bike.reference.values import Dense, Values
+from heyoka_bike.scoring.reading.results import Quantum, Results, Rows
+
+EIGHT = tuple(DEFINITIONS)
+MOTION = tuple(c.name for c in MOTION_COLUMNS)
+UNITS = {key: columns[0].unit for key, columns in COMPARED.items()}
+END = 10.0
+
+
+@lru_cache(maxsize=1)
+def references():
+    return load_reference(), load_motion()
+
+
+def names(key):
+    """Columns of the reference that are this one in some definition, the default first."""
+    return [c.name for c in COMPARED[key]]
+
+
+def scale(number, name):
+    reference, motion = references()
+    return (motion if name in MOTION else reference)[number].scale(name)
+
+
+@dataclass(eq=False)
+class Part:
+    """One maneuver of a file: hi and lo of the time and of each column; changed in place."""
+
+    maneuver: int
+    time: np.ndarray
+    time_lo: np.ndarray
+    hi: dict = field(default_factory=dict)
+    lo: dict = field(default_factory=dict)
+    is_rounded: bool = False
+
+    def pick(self, rows):
+        """Keep these rows, in this order."""
+        self.time, self.time_lo = self.time[rows], self.time_lo[rows]
+        self.hi = {k: v[rows] for k, v in self.hi.items()}
+        self.lo = {k: v[rows] for k, v in self.lo.items()}
+
+    def add(self, key, change):
+        """Add to a column, in its own unit; what is below its last binary digit goes to lo."""
+        total, rest = two_sum(self.hi[key], change + np.zeros_like(self.hi[key]))
+        is_long = bool(self.lo[key].any())
+        self.hi[key] = total
+        if is_long:
+            self.lo[key] = self.lo[key] + rest
+
+    def set(self, key, values, rows=slice(None)):
+        self.hi[key][rows] = values
+        self.lo[key][rows] = 0.0
+
+    def copy(self):
+        return Part(self.maneuver, self.time.copy(), self.time_lo.copy(),
+                    {k: v.copy() for k, v in self.hi.items()},
+                    {k: v.copy() for k, v in self.lo.items()})  # fmt: skip
+
+
+def truth(number, wanted, time, time_lo):
+    """Exact values of columns of the reference: at its rows as published, else the dense output."""
+    reference, motion = references()
+    found = {}
+    for source, is_of_motion in ((reference[number], False), (motion[number], True)):
+        mine = [n for n in wanted if (n in MOTION) == is_of_motion]
+        if mine:
+            is_rows = np.array_equal(time, source.time) and np.array_equal(time_lo, source.time_lo)
+            values = source.rows if is_rows else source.evaluate((time, time_lo), mine)
+            found |= {n: (values.hi[n], values.lo[n]) for n in mine}
+    return found
+
+
+def keep_values(most=40):
+    """Keep what the reference's pieces give at the times that thousands of files share."""
+    evaluate = Dense.evaluate
+    kept: dict = {}
+
+    def kept_or_evaluated(self, t, names):
+        at = (id(self), hash((t[0].tobytes(), t[1].tobytes())))
+        if at not in kept and len(kept) > most:
+            del kept[next(iter(kept))]
+        known = kept.setdefault(at, {})
+        if missing := [n for n in dict.fromkeys(names) if n not in known]:
+            found = evaluate(self, t, missing)
+            known |= {n: (found.hi[n], found.lo[n]) for n in missing}
+        return Values({n: known[n][0] for n in names}, {n: known[n][1] for n in names})
+
+    Dense.evaluate = kept_or_evaluated
+
+
+def correct(number, chosen, time=None, time_lo=None, *, is_long=False):
+    """A part with these columns, `chosen` a mapping of keys to the reference's names."""
+    m = references()[0][number]
+    if time is None:
+        time, time_lo = m.time, m.time_lo
+    exact = truth(number, list(dict.fromkeys(chosen.values())), time, time_lo)
+    part = Part(number, time.copy(), time_lo.copy())
+    for key, name in chosen.items():
+        hi, lo = exact[name]
+        part.hi[key] = hi.copy()
+        part.lo[key] = lo.copy() if is_long else np.zeros_like(hi)
+    return part
+
+
+def in_memory(parts, quantum=None):
+    """The parts as they are after reading."""
+    rows = []
+    for p in parts:
+        order = np.argsort(p.time, kind="stable")
+        quanta = {k: quantum or Quantum(2, 53) for k in p.hi}
+        rows.append(Rows(p.maneuver, p.time[order], p.time_lo[order],
+                         {k: v[order] for k, v in p.hi.items()},
+                         {k: v[order] for k, v in p.lo.items() if v.any()}, quanta))  # fmt: skip
+    return Results("game", "text", tuple(rows), 16)
+
+
+def decimal_times(time):
+    """Times as the shortest decimals of these binary64 mean them: hi and lo."""
+    lo = [float(Fraction(repr(float(t))) - Fraction(float(t))) for t in time]
+    return np.asarray(time, float), np.array(lo)
+
+
+def written(hi, lo, digits):
+    """Numbers as text with so many significant digits, and what the text says, hi and lo."""
+    if digits <= 17 and not np.any(lo):
+        texts = [f"{x:.{digits - 1}e}" if digits < 17 else repr(float(x)) for x in hi]
+        return texts, np.array([float(t) for t in texts]), np.zeros(len(hi))
+    with localcontext() as context:
+        context.prec = digits
+        texts = [str(+(Decimal(float(x)) + Decimal(float(y)))) if np.isfinite(x) else repr(float(x))
+                 for x, y in exact_sums(hi, lo)]  # fmt: skip
+    found = np.array([float(t) for t in texts])
+    with localcontext() as context:
+        context.prec = 60
+        rest = [float(Decimal(t) - Decimal(float(x))) if np.isfinite(x) else 0.0
+                for t, x in zip(texts, found, strict=True)]  # fmt: skip
+    return texts, found, np.array(rest)
+
+
+def exact_sums(hi, lo):
+    return zip(hi.tolist(), lo.tolist(), strict=True)

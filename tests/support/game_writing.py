@@ -1,0 +1,98 @@
+"""Parts of a game written as the files that programs write, and what these files then say."""
+
+import gzip
+
+import h5py
+import numpy as np
+from scipy.io import savemat
+
+from heyoka_bike import read_results
+from support.game_files import EIGHT, Part, decimal_times, written
+
+TEXTS = ("text", "csv", "semicolons", "text.gz")
+ARRAYS = ("npz", "mat", "hdf5", "array", "npy")
+NEEDS_ALL = ("array", "npy")
+
+
+def headings(random, parts):
+    """Names of columns, numbered where there is more than one maneuver, in any order."""
+    style = random.integers(3)
+    found = []
+    for p in parts:
+        n = p.maneuver
+        found += [(p, k, (f"m{n}_{k}", f"{k}_{n}", f"maneuver_{n}_{k}")[style]) for k in p.hi]
+    return [found[i] for i in random.permutation(len(found))]
+
+
+def is_plain(parts):
+    """Whether the parts are the benchmark's columns in its order, of one or all maneuvers."""
+    numbers = [p.maneuver for p in parts]
+    return all(tuple(p.hi) == EIGHT for p in parts) and (len(parts) == 1 or numbers == [1, 2, 3])
+
+
+def write(random, parts, path, form, digits=17):
+    """Write parts that share their times; returns what to read, and the parts that it says.
+
+    Text of 17 digits or fewer is of binary64; of more digits, of hi + lo. Binary files hold the hi.
+    """
+    folder = path.parent
+    if form in TEXTS:
+        return _text(random, parts, folder / f"{path.name}.txt", form, digits)
+    said = [Part(p.maneuver, p.time, p.time_lo, p.hi,
+                 {k: np.zeros_like(v) for k, v in p.hi.items()}) for p in parts]  # fmt: skip
+    arrays = {name: p.hi[k] for p, k, name in headings(random, parts)}
+    time = parts[0].time
+    if form == "npz":
+        file = folder / f"{path.name}.npz"
+        np.savez(file, time=time, **arrays)
+    elif form == "mat":
+        file = folder / f"{path.name}.mat"
+        savemat(file, {"time": time, **arrays}, oned_as=str(random.choice(["row", "column"])))
+    elif form == "hdf5":
+        file = folder / f"{path.name}.h5"
+        with h5py.File(file, "w") as f:
+            for p in parts:
+                group = f.create_group(f"maneuver_{p.maneuver}")
+                group["time"] = p.time
+                for k, v in p.hi.items():
+                    group[k] = v
+    else:
+        table = np.column_stack([time, *(p.hi[k] for p in parts for k in EIGHT)])
+        if form == "array":
+            return table, said
+        file = folder / f"{path.name}.npy"
+        np.save(file, table)
+    return file, said
+
+
+def _text(random, parts, file, form, digits):
+    time = [repr(float(t)) for t in parts[0].time]
+    hi, lo = decimal_times(parts[0].time)
+    said = {p.maneuver: Part(p.maneuver, hi, lo, is_rounded=digits < 17) for p in parts}
+    columns, heads = [time], ["time"]
+    plain = is_plain(parts) and random.random() < 0.5
+    order = [(p, k, k) for p in parts for k in EIGHT] if plain else headings(random, parts)
+    for p, k, name in order:
+        texts, h, rest = written(p.hi[k], p.lo[k] * (digits > 17), digits)
+        columns.append(texts)
+        heads.append(name)
+        said[p.maneuver].hi[k], said[p.maneuver].lo[k] = h, rest
+    sep = {"csv": ",", "semicolons": ";"}.get(form, str(random.choice([" ", "\t", "  "])))
+    if form == "semicolons":
+        columns = [[t.replace(".", ",") for t in c] for c in columns]
+    lines = [sep.join(row) for row in zip(*columns, strict=True)]
+    if not plain:
+        mark = "# " if form == "text" and random.random() < 0.3 else ""
+        lines.insert(0, mark + sep.join(heads))
+    text = ("\r\n" if random.random() < 0.2 else "\n").join(lines) + "\n"
+    if form == "text.gz":
+        file = file.with_suffix(".gz")
+        file.write_bytes(gzip.compress(text.encode(), 1))
+    else:
+        file.write_text(text, newline="")
+    return file, list(said.values())
+
+
+def read(source, parts):
+    """What the package reads; the number of the maneuver is told where the file has one only."""
+    return read_results(source, maneuver=parts[0].maneuver if len(parts) == 1 else None)

@@ -1,0 +1,276 @@
+"""The game of honest variations: correct values as any program may write them.
+
+Definition, unit, axes, zero, order, digits, spacing and format are drawn; an error may be added, in
+angle and rate alike, as integrators make it. How large it is then is found from the numbers as
+they are written, read with the choices that were drawn.
+"""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from support.game_files import (
+    EIGHT,
+    MOTION,
+    correct,
+    decimal_times,
+    names,
+    references,
+    scale,
+    truth,
+)
+from support.game_truth import ZEROED, _digits, errors, units
+
+MANEUVERS = (1, 2, 3)
+END = 10.0
+# The definitions that are each other's angle and rate; without an error any others are honest too.
+PAIRS = {"lean": "lean_rate", "tait_bryan_xyz": "tait_bryan_xyz_rate", "zyx": "zyx_rate"}
+
+
+@dataclass(eq=False)
+class Honest:
+    """An honest file: its parts, and for each key the reading that was drawn: name and factor."""
+
+    parts: list
+    readings: dict
+    zero: float
+    size: float
+    digits: int
+    spacing: str
+    form: str = "memory"
+    notes: list = field(default_factory=list)
+
+
+def signs(random, keys):
+    """The sign of every column, by axes and senses that a program may choose for all of them."""
+    ground = dict(zip("xyz", random.choice([-1, 1], 3), strict=True))
+    handed = int(np.prod(list(ground.values())))
+    sense = int(random.choice([-1, 1]))
+    axial = {a: s * handed * sense for a, s in ground.items()}
+    body = ground
+    # Other axes of the frames than the ground's: without a reflection in the matrices, and not
+    # where a quaternion is, whose components they would exchange.
+    if handed > 0 and not any("_frame_q" in k for k in keys) and random.random() < 0.4:
+        body = {"x": 1, "y": 1, "z": 1}
+    lean, steer, yaw, ahead, wheel, spin = (int(s) for s in random.choice([-1, 1], 6))
+    up, along, across, on_wheel, on_axle, on_fork = (int(s) for s in random.choice([-1, 1], 6))
+    same = {end: int(random.choice([-1, 1])) for end in ("rear", "front")}
+    found = {"roll_angle": lean, "roll_rate": lean, "steer_angle": steer, "steer_rate": steer,
+             "yaw": yaw, "yaw_rate": yaw, "pitch": axial["y"], "forward_speed": ahead}  # fmt: skip
+    for key in keys:
+        if key not in MOTION:
+            continue
+        end = key.split("_")[0]
+        last = key[-1]
+        if key.endswith("wheel_angle"):
+            s = wheel
+        elif key.endswith("wheel_omega_y"):
+            s = spin
+        elif "omega" in key:
+            s = int(ground[last]) * sense * (handed if ground is body else 1)
+            s = (axial if body is ground else {"x": sense, "y": sense, "z": sense})[last]
+        elif "_frame_q" in key:
+            turned = {a: ground[a] * handed for a in "xyz"}
+            s = same[end] * (1 if last == "0" else turned["xyz"[int(last) - 1]])
+            s = s if body is ground else same[end]
+        elif "_frame_r" in key:
+            s = ground["xyz"[int(key[-2]) - 1]] * body["xyz"[int(last) - 1]]
+        elif key.endswith("normal_force"):
+            s = up * on_wheel
+        elif key.endswith("longitudinal_force"):
+            s = along * on_wheel
+        elif key.endswith("lateral_force"):
+            s = across * on_wheel
+        elif key.endswith("friction"):
+            s = 1
+        elif "axle_force" in key:
+            s = on_axle * body[last]
+        elif "axle_moment" in key:
+            s = on_axle * (axial if body is ground else dict.fromkeys("xyz", sense))[last]
+        elif "joint_force" in key:
+            s = on_fork * body[last]
+        elif "joint_moment" in key:
+            s = on_fork * (axial if body is ground else dict.fromkeys("xyz", sense))[last]
+        else:
+            s = ground[last]
+        found[key] = int(s)
+    if random.random() < 0.3:
+        found.update({k: 1 for k in found if k in EIGHT})
+    return found
+
+
+def grid(random):
+    """Times and their name: even, uneven, as an adaptive solver has them."""
+    which = str(random.choice(["0.01", "0.005", "0.02", "0.1", "0.001", "uneven", "adaptive"],
+                              p=[0.35, 0.15, 0.12, 0.08, 0.03, 0.14, 0.13]))  # fmt: skip
+    if which == "uneven":
+        t = np.sort(
+            np.concatenate([[0.0, END], random.uniform(0, END, random.integers(100, 1500))])
+        )
+    elif which == "adaptive":
+        steps = 0.02 * 4 ** np.sin(np.cumsum(random.standard_normal(5000)) / 4)
+        t = np.concatenate([[0.0], np.cumsum(steps)])
+        t = np.append(t[t < END], END)
+    else:
+        count = round(END / float(which))
+        t = np.arange(count + 1) * 10 / count
+        t = np.array([round(x, 3) for x in t.tolist()])
+    return which, t
+
+
+def honest_file(seed, number):
+    """The honest file of this number, as it is before it is written."""
+    random = np.random.default_rng([seed, number, 5])
+    spacing, t = grid(random)
+    maneuvers = random.permutation(MANEUVERS)[: random.choice([1, 2, 3], p=[0.2, 0.15, 0.65])]
+    keys = list(EIGHT)
+    if random.random() < 0.15:
+        keys = [str(k) for k in random.choice(EIGHT, random.integers(3, 8), replace=False)]
+    if random.random() < 0.35:
+        more = [*MOTION, "pitch", "yaw", "yaw_rate"]
+        keys += [str(k) for k in random.choice(more, random.integers(1, 6), replace=False)]
+        if random.random() < 0.2:
+            keys += [f"rear_frame_q{i}" for i in range(4) if f"rear_frame_q{i}" not in keys]
+    chosen = {k: str(random.choice(names(k))) if random.random() < 0.5 else k for k in keys}
+    is_exact = random.random() < 0.4
+    size = 0.0 if is_exact else 10.0 ** random.uniform(-14, -3)
+    if "roll_angle" in chosen and not is_exact:
+        # An error moves an angle and the rate that is its derivative alike.
+        name = chosen["roll_angle"].removeprefix("roll_angle_")
+        rate = PAIRS.get(name, "lean_rate")
+        if "roll_rate" in chosen:
+            chosen["roll_rate"] = "roll_rate" if rate == "lean_rate" else f"roll_rate_{rate}"
+    turned = signs(random, keys)
+    factors = {}
+    for k in keys:
+        other = list(units(k).values())
+        unit = other[random.integers(len(other))] if random.random() < 0.35 else other[0]
+        factors[k] = turned.get(k, 1) * unit
+    # One unit for all energies of a program.
+    energies = [k for k in keys if k.endswith("_energy")]
+    factors |= dict.fromkeys(energies, factors[energies[0]] if energies else 1)
+    zero = 0.0
+    if random.random() < 0.3 and {"potential_energy", "mechanical_energy"} <= set(keys):
+        # The start, the rear hub's height, the seat's, a floor one metre below.
+        zero = float(random.choice([-794.1195, -94 * 9.81 * 0.3, -94 * 9.81 * 0.9, 94 * 9.81]))
+    digits = int(random.choice([6, 7, 8, 9, 10, 12, 15, 16, 17, 25, 32]))
+    time, lo = decimal_times(t)
+    if spacing in ("uneven", "adaptive"):
+        lo = np.zeros_like(lo)
+    parts = []
+    for n in maneuvers.tolist():
+        part = correct(n, chosen, time, lo, is_long=digits > 17)
+        if not is_exact:
+            _add_error(random, part, size)
+        for k in keys:
+            if zero and k in ("potential_energy", "mechanical_energy"):
+                part.add(k, zero)
+            _convert(part, k, factors[k])
+        parts.append(part)
+    reading = {k: (chosen[k], factors[k]) for k in keys}
+    return random, Honest(parts, reading, zero, size, digits, spacing)
+
+
+def _add_error(random, part, size):
+    """Smooth, zero at the start, with its derivative in the rates and its sum in the energy."""
+    t = part.time
+    w, phase, p = random.uniform(1, 5), random.uniform(0, 6), 2
+    x = t / END
+    f = x**p * np.sin(w * t + phase)
+    slope = p * x ** (p - 1) / END * np.sin(w * t + phase) + x**p * w * np.cos(w * t + phase)
+    for angle, rate in (
+        ("roll_angle", "roll_rate"),
+        ("steer_angle", "steer_rate"),
+        ("yaw", "yaw_rate"),
+    ):
+        s = size * scale(part.maneuver, angle)
+        if angle in part.hi:
+            part.add(angle, s * f)
+        if rate in part.hi:
+            part.add(rate, s * slope)
+    energy = {}
+    for key in ("potential_energy", "kinetic_energy"):
+        # An error of the motion moves an energy as the motion does: it hardly varies.
+        s = size * np.ptp(references()[0][part.maneuver].rows[key]) * random.uniform(0.01, 1)
+        energy[key] = s * x**p * np.sin(random.uniform(1, 5) * t)
+        if key in part.hi:
+            part.add(key, energy[key])
+    if "mechanical_energy" in part.hi:
+        part.add("mechanical_energy", sum(energy.values()))
+    done = {"roll_angle", "roll_rate", "steer_angle", "steer_rate", "yaw", "yaw_rate",
+            "potential_energy", "kinetic_energy", "mechanical_energy"}  # fmt: skip
+    for key in part.hi:
+        if key not in done:
+            part.add(key, size * scale(part.maneuver, key) * f)
+
+
+def _convert(part, key, factor):
+    """Into another unit, correctly rounded, hi and lo."""
+    if abs(factor) == 1:
+        part.hi[key], part.lo[key] = float(factor) * part.hi[key], float(factor) * part.lo[key]
+        return
+    wide = (part.hi[key].astype(np.longdouble) + part.lo[key]) * factor
+    hi = wide.astype(float)
+    part.lo[key] = (wide - hi).astype(float) * (part.lo[key] != 0)
+    part.hi[key] = hi
+
+
+@dataclass(frozen=True)
+class Known:
+    """What is true of a column of a file, read as it was drawn.
+
+    `hidden` is how far away a definition is that the file's own errors, or the digits written, hide
+    in every maneuver: taking it for the drawn one is no mistake, and adds at most so much.
+    """
+
+    scd: float
+    max_abs_error: float
+    scale: float
+    hidden: float
+
+
+# Odds of 20 to 1 are told where the difference of two definitions is nearly three times the error.
+_HIDDEN = 3.0
+
+
+def _half_a_digit(values, digits, is_rounded):
+    """Half of the last digit that a value of the largest size is written with."""
+    size = np.max(abs(values))
+    if is_rounded and size:
+        return 10.0 ** (np.floor(np.log10(size)) - digits + 1) / 2
+    return 0.0 if digits > 17 else np.spacing(size) / 2
+
+
+def known(honest, said):
+    """By maneuver and key, from the numbers as they were written."""
+    exact, typical, found = {}, {}, {}
+    for p in said:
+        late = p.time >= END
+        time, lo = np.where(late, END, p.time), np.where(late, 0.0, p.time_lo)
+        exact[p.maneuver] = truth(p.maneuver, [n for k in p.hi for n in names(k)], time, lo)
+    for p in said:
+        for k in p.hi:
+            name, factor = honest.readings[k]
+            is_zeroed = bool(honest.zero) and k in ZEROED
+            zero = honest.zero if is_zeroed else 0.0
+            e = errors(p.hi[k], p.lo[k], exact[p.maneuver][name], factor, zero)
+            half = _half_a_digit(p.hi[k], honest.digits, p.is_rounded) / float(abs(factor))
+            if is_zeroed:
+                # The zero itself is known no better than the potential energy is written.
+                v = p.hi["potential_energy"]
+                e += np.copysign(_half_a_digit(v, honest.digits, p.is_rounded) / abs(factor), e)
+            size, s = float(np.max(abs(e))), scale(p.maneuver, name)
+            if abs(factor) != 1:
+                # Conversions here are good to 19 digits.
+                size = max(size, 10**-18.5 * s)
+            typical[p.maneuver, k] = max(np.sqrt(np.mean(e**2)), half)
+            found[p.maneuver, k] = Known(_digits(size / s), size, s, 0.0)
+    for k in said[0].hi:
+        name = honest.readings[k][0]
+        for other in names(k):
+            away = {n: exact[n][other][0] - exact[n][name][0] for n in exact}
+            if all(np.sqrt(np.mean(d**2)) < _HIDDEN * typical[n, k] for n, d in away.items()):
+                for n, d in away.items():
+                    hidden = max(found[n, k].hidden, float(np.max(abs(d))))
+                    found[n, k] = replace(found[n, k], hidden=hidden)
+    return found

@@ -1,0 +1,232 @@
+"""Play the two games against the scorer: wrong files that must not pass, honest ones that must.
+
+python tests/support/play.py wrong            # 20,000 files
+python tests/support/play.py honest           # 5,000 files
+python tests/support/play.py wrong --case 123 # one of them, and what was made of it
+"""
+
+import argparse
+import os
+import sys
+import tempfile
+import traceback
+from collections import Counter
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+from multiprocessing import get_context
+from pathlib import Path
+
+if __name__ == "__main__":
+    sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+import numpy as np
+
+from heyoka_bike import read_results, score
+from heyoka_bike.errors import BicycleError
+from support import game_writing as writing
+from support.game_files import in_memory, keep_values, references
+from support.honest_files import honest_file, known
+from support.wrong_files import wrong_file
+
+SEED = 1
+COUNTS = {"wrong": 20000, "honest": 5000}
+# Share of the files that are written and read.
+WRITTEN = {"wrong": 0.12, "honest": 0.4}
+# What two right ways of arithmetic may differ by: an error of one last digit is one or two of them
+# when a unit is converted in between.
+_ARITHMETIC = 0.1
+# Rows nearer than the longest piece of the reference cover the run, in every maneuver.
+MOST_APART = 0.25
+# Values between the published rows are compared with 31 digits.
+_MOST = 30.5
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What became of a file: `lost` says what the scorer did that it must not, empty if nothing."""
+
+    number: int
+    kind: str
+    lost: tuple[str, ...] = ()
+    is_refused: bool = False
+
+
+def play_wrong(number, seed=SEED):
+    """One wrong file: lost if any requirement that it does not fulfil is met."""
+    wrong = wrong_file(seed, number)
+    random = np.random.default_rng([seed, number, 1])
+    form = "memory"
+    try:
+        with tempfile.TemporaryDirectory() as folder:
+            if wrong.text:
+                form, file = "text", Path(folder) / "file.csv"
+                file.write_text(wrong.text)
+                results = read_results(file)
+            else:
+                results = in_memory(wrong.parts, wrong.quantum)
+            if not wrong.text and random.random() < WRITTEN["wrong"]:
+                form, results = _through_files(random, wrong.parts, Path(folder))
+            report = score(results, references()[0], list(dict.fromkeys(wrong.fails)))
+    except BicycleError as e:
+        # A requirement that is not understood would hide what it is about.
+        lost = (str(e),) if str(e).startswith("require") else ()
+        return Outcome(number, wrong.kind, lost, is_refused=True)
+    except Exception:
+        return Outcome(number, wrong.kind, (f"{form}: {traceback.format_exc()[-400:]}",))
+    lost = [f"{form}: {r.text} is met: {r.message}" for r in report.requirements if r.met]
+    return Outcome(number, wrong.kind, tuple(lost))
+
+
+def _through_files(random, parts, folder):
+    """All of it in one file, or a file for each maneuver if their times differ."""
+    shared = all(np.array_equal(p.time, parts[0].time) for p in parts)
+    groups = [parts] if shared else [[p] for p in parts]
+    form = _form(random, parts)
+    digits = 32 if any(v.any() for p in parts for v in p.lo.values()) else 17
+    found = []
+    for i, group in enumerate(groups):
+        source, _ = writing.write(random, group, folder / f"part{i}", form, digits)
+        found.append(writing.read(source, group))
+    return form, found
+
+
+def _form(random, parts):
+    forms = [*writing.TEXTS, *writing.ARRAYS]
+    if any(v.any() for p in parts for v in p.lo.values()):
+        forms = list(writing.TEXTS)
+    elif not writing.is_plain(parts) or len({p.time.tobytes() for p in parts}) > 1:
+        forms = [f for f in forms if f not in writing.NEEDS_ALL]
+    return str(random.choice(forms))
+
+
+def play_honest(number, seed=SEED):
+    """One honest file: lost if it is refused, a digit is, or what it fulfils is not met."""
+    random, honest = honest_file(seed, number)
+    kind, said = "memory", honest.parts
+    try:
+        with tempfile.TemporaryDirectory() as folder:
+            if random.random() < WRITTEN["honest"]:
+                kind = (
+                    _form(random, said)
+                    if honest.digits <= 17
+                    else str(random.choice(writing.TEXTS))
+                )
+                source, said = writing.write(
+                    random, said, Path(folder) / "file", kind, honest.digits
+                )
+                results = writing.read(source, said)
+            else:
+                results = in_memory(said)
+            true = known(honest, said)
+            requirements = _fulfilled(said, true)
+            report = score(results, references()[0], requirements)
+    except BicycleError as e:
+        return Outcome(number, kind, (f"refused: {e}",), is_refused=True)
+    except Exception:
+        return Outcome(number, kind, (traceback.format_exc()[-400:],))
+    lost = [f"{r.text} is not met: {r.message}" for r in report.requirements if not r.met]
+    found = {(m.maneuver, c.key): c for m in report.maneuvers for c in m.columns}
+    if set(found) != set(true):
+        lost.append(f"columns left out or added: {set(found) ^ set(true)}")
+    for at, column in found.items():
+        if at in true:
+            lost += _digits_lost(at, column, true[at])
+    return Outcome(number, kind, tuple(lost))
+
+
+def _allowed(true):
+    """The largest error that the file may be said to have, and the digits that it may not lose."""
+    error = (true.max_abs_error + true.hidden) * 10**_ARITHMETIC
+    digits = _MOST if error == 0.0 else -np.log10(error / true.scale)
+    return error, min(digits, _MOST - _ARITHMETIC)
+
+
+def _fulfilled(parts, true):
+    """Requirements that the file fulfils, by as little as two ways of arithmetic may differ."""
+    gap = max(np.diff(p.time).max() for p in parts) + 1e-9
+    digits = min(_allowed(k)[1] for k in true.values())
+    found = [f"gap <= {gap:.9f}", f"scd >= {digits - 1e-6:.6f}"]
+    if gap < MOST_APART:
+        found.append("coverage >= 1")
+    for (n, key), k in true.items():
+        if k.max_abs_error > 10**-_MOST * k.scale:
+            found.append(f"{n}.{key}.max_abs_error <= {_allowed(k)[0]:.9e}")
+    return found
+
+
+def _digits_lost(at, column, true):
+    found = column.as_understood.measures.scd
+    if found is not None and found < _allowed(true)[1]:
+        taken = column.as_understood
+        yield (f"{at[0]}.{at[1]}: {found:.2f} digits, {true.scd:.2f} are right; taken as "
+               f"{taken.definition}, sign {taken.sign:+d}, {taken.unit}")  # fmt: skip
+
+
+GAMES = {"wrong": play_wrong, "honest": play_honest}
+
+
+def play(game, numbers, seed=SEED, *, processes=None, show=lambda outcome: None):
+    """Outcomes of the files of these numbers, each shown when it is known."""
+    one = partial(GAMES[game], seed=seed)
+    if processes == 1:
+        return [one(n) for n in numbers]
+    with ProcessPoolExecutor(processes, get_context("spawn"), keep_values) as pool:
+        outcomes = []
+        for outcome in pool.map(one, numbers, chunksize=20):
+            outcomes.append(outcome)
+            show(outcome)
+        return outcomes
+
+
+def _describe(game, number, seed):
+    if game == "wrong":
+        wrong = wrong_file(seed, number)
+        print(f"{wrong.kind}: {wrong.keys} of maneuvers {wrong.maneuvers}, not fulfilled:")
+        print(*(f"  {text}" for text in wrong.fails), sep="\n")
+    else:
+        _, honest = honest_file(seed, number)
+        drawn = {k: f"{name} x {float(f):.6g}" for k, (name, f) in honest.readings.items()}
+        print(f"maneuvers {[p.maneuver for p in honest.parts]}, rows {honest.spacing}, "
+              f"{honest.digits} digits, error {honest.size:.1e}, zero {honest.zero}")  # fmt: skip
+        print(*(f"  {k}: {what}" for k, what in drawn.items()), sep="\n")
+    outcome = GAMES[game](number, seed)
+    print(*(outcome.lost or ["not lost" + ", refused" * outcome.is_refused]), sep="\n")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("game", choices=GAMES)
+    parser.add_argument("--count", type=int, help="how many (20000 wrong or 5000 honest)")
+    parser.add_argument("--first", type=int, default=0, help="number of the first (0)")
+    parser.add_argument("--seed", type=int, default=SEED)
+    parser.add_argument("--case", type=int, help="one file by its number, and what was drawn")
+    parser.add_argument("--processes", type=int, default=os.cpu_count())
+    given = parser.parse_args()
+    if given.case is not None:
+        _describe(given.game, given.case, given.seed)
+        return
+    count = given.count or COUNTS[given.game]
+
+    numbers = range(given.first, given.first + count)
+
+    def show(outcome):
+        if outcome.lost:
+            print(f"{outcome.number} ({outcome.kind}): {outcome.lost[0]}", flush=True)
+        done = outcome.number - given.first + 1
+        if sys.stderr.isatty() or done % 500 == 0:
+            end = "\r" if sys.stderr.isatty() else "\n"
+            print(f"{done} of {count}", end=end, file=sys.stderr, flush=True)
+
+    found = play(given.game, numbers, given.seed, processes=given.processes, show=show)
+    lost = [o for o in found if o.lost]
+    kinds, of = Counter(o.kind for o in lost), Counter(o.kind for o in found)
+    for kind, n in kinds.most_common():
+        print(f"{kind}: {n} of {of[kind]} lost")
+    print(f"{given.game}: {len(lost)} of {len(found)} lost, {sum(o.is_refused for o in found)} "
+          f"refused; seed {given.seed}, {len(of)} kinds")  # fmt: skip
+    sys.exit(3 if lost else 0)
+
+
+if __name__ == "__main__":
+    main()

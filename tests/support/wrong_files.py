@@ -1,0 +1,767 @@
+"""The game of wrong files: each is wrong by construction, with requirements it cannot meet.
+
+A file is the published values with one thing done to them. How wrong that made it is found by
+`game_truth`, in the kindest reading; or it is known from what was done, where it is no matter of
+size: rows that are not there, no number, signs that no choice of axes gives.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from heyoka_bike.scoring.reading.results import Quantum
+from support.game_files import EIGHT, END, MOTION, correct, names, references, scale
+from support.game_truth import Truth, units
+
+MANEUVERS = (1, 2, 3)
+ANGLES = ("roll_angle", "steer_angle")
+RATES = ("roll_rate", "steer_rate")
+
+
+@dataclass(eq=False)
+class Wrong:
+    """A wrong file.
+
+    `fails` are requirements it cannot meet; `keys` and `maneuvers` what was changed; `is_sized`
+    whether how wrong it is follows from its numbers; `text` the file, if it is text that is wrong.
+    """
+
+    kind: str
+    parts: list
+    keys: list
+    maneuvers: list
+    fails: list = field(default_factory=list)
+    quantum: Quantum | None = None
+    is_sized: bool = True
+    text: str = ""
+
+
+def _size(random, low=-13, high=2):
+    return 10.0 ** random.uniform(low, high)
+
+
+def _start(random, *, keys=None, grid=None):
+    """Correct parts to do something to: all maneuvers or some, the eight or a few of them."""
+    count = random.choice([1, 2, 3], p=[0.15, 0.15, 0.7])
+    maneuvers = sorted(random.choice(MANEUVERS, count, replace=False).tolist())
+    if keys is None:
+        keys = list(EIGHT)
+        if random.random() < 0.15:
+            keys = list(random.choice(EIGHT, random.integers(2, 8), replace=False))
+    named = {k: random.choice(names(k)) if random.random() < 0.3 else k for k in map(str, keys)}
+    time = grid(random) if grid else _grid(random)
+    is_long = random.random() < 0.25
+    return [correct(n, named, *time, is_long=is_long) for n in maneuvers]
+
+
+def _grid(random):
+    which = random.integers(8)
+    if which == 0:
+        t = np.arange(2001) / 200
+    elif which == 1:
+        t = np.arange(501) / 50
+    elif which == 2:
+        t = np.sort(np.concatenate([[0.0, END], random.uniform(0, END, 700)]))
+    else:
+        return None, None
+    return t, np.zeros_like(t)
+
+
+def _one_of(random, parts, keys=None):
+    p = parts[random.integers(len(parts))]
+    return p, str(random.choice(keys or list(p.hi)))
+
+
+def _moved(random, shape):
+    """Something of a known size added to one column: most of the ways of being wrong."""
+    parts = _start(random)
+    p, key = _one_of(random, parts)
+    change = shape(random, p.time, len(p.time))
+    p.add(key, change * _size(random) * scale(p.maneuver, key))
+    return parts, [key], [p.maneuver]
+
+
+def one_value(random, t, n):
+    return np.eye(1, n, random.integers(n))[0]
+
+
+def stretch(random, t, n):
+    i, j = np.sort(random.integers(n, size=2))
+    return ((np.arange(n) >= i) & (np.arange(n) <= j)) * 1.0
+
+
+def short_stretch(random, t, n):
+    i = random.integers(n - 5)
+    return ((np.arange(n) >= i) & (np.arange(n) < i + random.integers(2, 6))) * 1.0
+
+
+def bump(random, t, n):
+    return np.exp(-(((t - random.uniform(0, END)) / random.uniform(0.02, 2)) ** 2) / 2)
+
+
+def late_drift(random, t, n):
+    return np.maximum(t - random.uniform(0, 9.5), 0) ** random.integers(1, 4)
+
+
+def spikes(random, t, n):
+    return (random.random(n) < 0.01) * random.choice([-1, 1], n) + np.eye(1, n, n - 1)[0]
+
+
+def oscillation(random, t, n):
+    return np.sin(random.uniform(1, 200) * t + random.uniform(0, 6))
+
+
+def noise(random, t, n):
+    return random.standard_normal(n)
+
+
+def last_row(random, t, n):
+    return np.eye(1, n, n - 1)[0]
+
+
+def first_row(random, t, n):
+    return np.eye(1, n, 0)[0]
+
+
+SHAPES = (one_value, stretch, short_stretch, bump, late_drift, spikes, oscillation, noise,
+          last_row, first_row)  # fmt: skip
+
+
+def scaled(random):
+    parts = _start(random)
+    p, key = _one_of(random, parts)
+    p.add(key, p.hi[key] * _size(random, -12, 0.5))
+    return parts, [key], [p.maneuver]
+
+
+def every_column_moved(random):
+    parts = _start(random)
+    size = _size(random, -12, 0)
+    for p in parts:
+        for key in p.hi:
+            shape = SHAPES[random.integers(len(SHAPES))]
+            p.add(key, shape(random, p.time, len(p.time)) * size * scale(p.maneuver, key))
+    return parts, list(parts[0].hi), [p.maneuver for p in parts]
+
+
+def stretch_between_rows(random):
+    """Wrong for less than the distance of two rows of the reference."""
+
+    def grid(random):
+        t = np.union1d(np.arange(1001) / 100, random.uniform(0, END) + np.linspace(-9e-3, 9e-3, 19))
+        t = t[(t >= 0) & (t <= END)]
+        return t, np.zeros_like(t)
+
+    parts = _start(random, grid=grid)
+    p, key = _one_of(random, parts)
+    off = np.flatnonzero(abs(p.time * 100 - np.round(p.time * 100)) > 1e-6)
+    off = off[: random.integers(1, len(off) + 1)]
+    p.hi[key][off] += _size(random, -10, 2) * scale(p.maneuver, key)
+    return parts, [key], [p.maneuver]
+
+
+def rows_shifted(random):
+    """Values of some columns some rows early or late."""
+    parts = _start(random)
+    p, key = _one_of(random, parts)
+    k = int(random.choice([-1, 1])) * int(random.integers(1, 40))
+    keys = [key] if random.random() < 0.5 else list(p.hi)
+    for one in keys:
+        p.hi[one] = np.roll(p.hi[one], k)
+        p.lo[one] = np.roll(p.lo[one], k)
+        if random.random() < 0.5:
+            edge = slice(None, k) if k > 0 else slice(k, None)
+            p.set(one, p.hi[one][k if k > 0 else k - 1], edge)
+    return parts, keys, [p.maneuver]
+
+
+def times_shifted(random):
+    parts = _start(random)
+    d = int(random.choice([-1, 1])) * _size(random, -9, 0.6)
+    for p in parts:
+        p.time = p.time + d
+        p.time_lo[:] = 0.0
+    return parts, list(parts[0].hi), [p.maneuver for p in parts]
+
+
+def times_stretched(random):
+    parts = _start(random)
+    by = 1 + int(random.choice([-1, 1])) * _size(random, -9, -0.5)
+    for p in parts:
+        p.time = p.time * by
+        p.time_lo[:] = 0.0
+    return parts, list(parts[0].hi), [p.maneuver for p in parts]
+
+
+def times_outside(random):
+    """Part of the run is written at times after its end."""
+    parts = _start(random)
+    p = parts[random.integers(len(parts))]
+    cut = random.uniform(0, 9)
+    p.time = np.where(p.time > cut, p.time + random.uniform(11, 30), p.time)
+    p.time_lo[p.time > cut] = 0.0
+    return parts, list(p.hi), [p.maneuver]
+
+
+def permuted(random):
+    parts = _start(random)
+    p, key = _one_of(random, parts)
+    i, j = np.sort(random.integers(len(p.time), size=2))
+    j = max(j, i + 2)
+    order = random.permutation if random.random() < 0.5 else np.flip
+    rows = order(np.arange(i, min(j, len(p.time))))
+    keys = [key] if random.random() < 0.5 else list(p.hi)
+    for one in keys:
+        p.hi[one][i : i + len(rows)] = p.hi[one][rows]
+        p.lo[one][i : i + len(rows)] = p.lo[one][rows]
+    return parts, keys, [p.maneuver]
+
+
+def repeated_with_another_value(random):
+    """A time twice, right and wrong, in either order."""
+    parts = _start(random)
+    p, key = _one_of(random, parts)
+    rows = np.sort(np.concatenate([np.arange(len(p.time)), random.integers(len(p.time), size=3)]))
+    p.pick(rows)
+    twice = np.flatnonzero(np.diff(rows) == 0) + random.integers(2)
+    p.hi[key][twice] += _size(random, -12, 1) * scale(p.maneuver, key)
+    return parts, [key], [p.maneuver]
+
+
+def columns_exchanged(random):
+    parts = _start(random)
+    some = parts if random.random() < 0.5 else parts[: random.integers(1, len(parts) + 1)]
+    a, b = (str(k) for k in random.choice(list(parts[0].hi), 2, replace=False))
+    for p in some:
+        p.hi[a], p.hi[b] = p.hi[b], p.hi[a]
+        p.lo[a], p.lo[b] = p.lo[b], p.lo[a]
+    return parts, [a, b], [p.maneuver for p in some]
+
+
+def maneuvers_mixed(random):
+    """A column, all columns, or half of the time, of another maneuver."""
+    parts = _start(random)
+    p, key = _one_of(random, parts)
+    other = int(random.choice([n for n in MANEUVERS if n != p.maneuver]))
+    keys = [key] if random.random() < 0.5 else list(p.hi)
+    rows = slice(None) if random.random() < 0.5 else slice(random.integers(len(p.time) - 1), None)
+    theirs = correct(other, {k: k for k in keys}, p.time, p.time_lo)
+    for one in keys:
+        p.set(one, theirs.hi[one][rows], rows)
+    return parts, keys, [p.maneuver]
+
+
+def definitions_mixed(random):
+    """One definition first and another later, or another in another maneuver."""
+    key = str(random.choice(["roll_angle", "roll_rate", "forward_speed"]))
+    parts = _start(random, keys=list(EIGHT))
+    a, b = (str(k) for k in random.choice(names(key), 2, replace=False))
+    within = len(parts) == 1 or random.random() < 0.5
+    for p in parts:
+        both = correct(p.maneuver, {"a": a, "b": b}, p.time, p.time_lo)
+        is_a = np.zeros(len(p.time), bool)
+        if within:
+            is_a[: random.integers(1, len(p.time))] = True
+        else:
+            is_a[:] = p is parts[0]
+        p.set(key, np.where(is_a, both.hi["a"], both.hi["b"]))
+    return parts, [key], None
+
+
+def units_mixed(random):
+    """Another unit, or the other sign, midway or in one maneuver of several."""
+    keys = [k for k in EIGHT if len(units(k)) > 1]
+    parts = _start(random, keys=keys)
+    p, key = _one_of(random, parts, keys)
+    factors = [float(f) for u, f in list(units(key).items())[1:]]
+    signs = [-1.0, *(-f for f in factors)]
+    factor = float(random.choice(factors + signs))
+    whole = len(parts) > 1 and random.random() < 0.5
+    i = 0 if whole else random.integers(1, len(p.time))
+    j = len(p.time) if random.random() < 0.7 or whole else random.integers(i, len(p.time)) + 1
+    changed = [key]
+    pair = {"roll_angle": "roll_rate", "steer_angle": "steer_rate"}.get(key)
+    if pair and random.random() < 0.5:
+        changed.append(pair)
+    for one in changed:
+        p.set(one, p.hi[one][i:j] * factor, slice(i, j))
+    return parts, changed, None
+
+
+def wrong_unit(random):
+    """A factor that is no unit: of a calculation in single steps, of a wrong power of ten."""
+    parts = _start(random)
+    key = _one_of(random, parts)[1]
+    factor = float(random.choice([2, 0.5, 10, 0.1, 100, np.pi, 2 * np.pi, 60, 9.81, 1.01, 0.99]))
+    for p in parts:
+        p.set(key, p.hi[key] * factor)
+    return parts, [key], [p.maneuver for p in parts]
+
+
+def constant(random):
+    """Never filled: zero, the first value, or the mean throughout or from somewhere on."""
+    parts = _start(random)
+    p, key = _one_of(random, parts)
+    i = 0 if random.random() < 0.5 else random.integers(len(p.time) - 2)
+    value = random.choice([0.0, p.hi[key][i], np.mean(p.hi[key]), 1.0, -99.0])
+    some = parts if random.random() < 0.5 else [p]
+    for q in some:
+        q.set(key, float(value), slice(int(i), None))
+    return parts, [key], [q.maneuver for q in some]
+
+
+def few_digits(random):
+    """Values rounded, and taken for exact."""
+    parts = _start(random)
+    digits = int(random.integers(1, 14))
+    for p in parts:
+        for key in p.hi:
+            p.set(key, [float(f"{x:.{digits - 1}e}") for x in p.hi[key]])
+    quantum = Quantum(10, digits) if random.random() < 0.5 else None
+    return parts, list(parts[0].hi), [p.maneuver for p in parts], {"quantum": quantum}
+
+
+def wrong_last_digits(random):
+    """32 digits of which only the first are right."""
+    parts = [correct(n, {k: k for k in EIGHT}, is_long=True) for n in MANEUVERS]
+    p, key = _one_of(random, parts)
+    junk = random.standard_normal(len(p.time)) * _size(random, -30, -10)
+    p.lo[key] = p.lo[key] + junk * scale(p.maneuver, key)
+    return parts, [key], [p.maneuver]
+
+
+def energy_sum_broken(random):
+    """Another zero of one energy only."""
+    parts = _start(random, keys=list(EIGHT))
+    key = str(random.choice(["potential_energy", "mechanical_energy"]))
+    for p in parts:
+        p.add(key, float(random.choice([-1, 1])) * random.uniform(80, 2000))
+    fails = ["scd >= 6", "scd >= 1", "mechanical_energy.scd >= 3"][: 3 if "mech" in key else 2]
+    return parts, [key], [p.maneuver for p in parts], {"fails": fails, "is_sized": False}
+
+
+def zeros_differ(random):
+    """Another zero of the energies in each maneuver, or from some time on."""
+    parts = [correct(n, {k: k for k in EIGHT}) for n in MANEUVERS]
+    i = 0 if random.random() < 0.5 else random.integers(1, 1000)
+    zeros = random.permutation([-794.1195, 922.14, 300.0])
+    for p, zero in zip(parts, zeros, strict=True):
+        for key in ("potential_energy", "mechanical_energy"):
+            p.hi[key][i:] += zero
+    fails = ["scd >= 6", "potential_energy.scd >= 1", "mechanical_energy.max_rel_error < 1e-3"]
+    return parts, ["potential_energy"], list(MANEUVERS), {"fails": fails, "is_sized": False}
+
+
+def huge(random):
+    """Beyond all measure, in one row or many."""
+    parts = _start(random)
+    p, key = _one_of(random, parts)
+    rows = random.integers(len(p.time), size=random.choice([1, 5, 500]))
+    p.hi[key][rows] = random.choice([-1, 1]) * 10.0 ** random.uniform(3, 160)
+    p.lo[key][rows] = 0.0
+    fails = ["scd >= 1", f"{key}.scd >= 1", f"{p.maneuver}.max_rel_error < 0.1"]
+    return parts, [key], [p.maneuver], {"fails": fails, "is_sized": False}
+
+
+def times_in_another_unit(random):
+    parts = _start(random)
+    by = float(random.choice([1000, 60, 2, 0.5, 1e-3, 1 / 60, 1.1, 100, 0.1]))
+    for p in parts:
+        p.time, p.time_lo = p.time * by, p.time_lo * 0.0
+    return parts, list(parts[0].hi), [p.maneuver for p in parts]
+
+
+def one_spike_in_many_rows(random):
+    """More rows than are looked at to tell what the columns are."""
+    count = int(random.choice([8000, 15000, 30000]))
+    t = np.arange(count + 1) * (END / count)
+    key = str(random.choice(EIGHT))
+    keys = list(EIGHT) if count < 20000 else [key]
+    part = correct(int(random.choice(MANEUVERS)), {k: k for k in keys}, t, np.zeros_like(t))
+    part.hi[key][random.integers(count)] += _size(random, -10, 1) * scale(part.maneuver, key)
+    return [part], [key], [part.maneuver]
+
+
+# Text that misleads.
+
+
+def _table(random, maneuvers=MANEUVERS):
+    """Columns of text under their headings: the time, then all of the maneuvers'."""
+    parts = [correct(n, {k: k for k in EIGHT}) for n in maneuvers]
+    columns = [("time", [f"{i / 100:g}" for i in range(1001)])]
+    columns += [
+        (f"m{p.maneuver}_{k}", [repr(float(x)) for x in p.hi[k]]) for p in parts for k in EIGHT
+    ]
+    return parts, columns
+
+
+def _lines(columns):
+    return [
+        ",".join(row) for row in zip(*([name, *values] for name, values in columns), strict=True)
+    ]
+
+
+def _of_text(parts, lines, keys, fails):
+    more = {"fails": fails, "is_sized": False, "text": "\n".join(lines) + "\n"}
+    return parts, keys, [p.maneuver for p in parts], more
+
+
+_ANY = ["scd >= 6", "scd >= 1", "max_rel_error < 0.01"]
+
+
+def heading_twice(random):
+    """Two columns of one name, one of them wrong."""
+    parts, columns = _table(random)
+    name, values = columns[random.integers(1, 25)]
+    wrong = [repr(float(v) + 1 + abs(float(v))) for v in values]
+    columns.insert(random.integers(1, len(columns) + 1), (name, wrong))
+    return _of_text(parts, _lines(columns), [name], _ANY)
+
+
+def headings_exchanged(random):
+    """The name of another column, of its own or of another maneuver."""
+    parts, columns = _table(random)
+    i, j = random.choice(np.arange(1, 25), 2, replace=False)
+    (a, first), (b, second) = columns[i], columns[j]
+    columns[i], columns[j] = (b, first), (a, second)
+    fails = ["scd >= 9", "max_rel_error < 1e-9"]
+    return _of_text(parts, _lines(columns), [a, b], fails)
+
+
+def columns_in_another_place(random):
+    """Without headings, two columns in each other's place."""
+    parts, columns = _table(random)
+    i, j = random.choice(np.arange(0, 25), 2, replace=False)
+    columns[i], columns[j] = columns[j], columns[i]
+    return _of_text(parts, _lines(columns)[1:], ["any"], ["scd >= 9", "max_rel_error < 1e-9"])
+
+
+def rows_commented_out(random):
+    parts, columns = _table(random)
+    lines = _lines(columns)
+    i = random.integers(1, 930)
+    j = random.integers(i + 60, 1003)
+    mark = str(random.choice(["#", "%", "//", "!", "# "]))
+    lines[i:j] = [mark + line for line in lines[i:j]]
+    return _of_text(parts, lines, ["any"], ["coverage >= 1", "coverage >= 0.99", "gap <= 0.5"])
+
+
+def a_table_after_the_table(random):
+    """More rows of the same times, wrong by a little or altogether."""
+    parts, columns = _table(random)
+    i = random.integers(1, 25)
+    name, values = columns[i]
+    by = 1 + _size(random, -3, 1)
+    again = [*columns]
+    again[i] = name, [repr(float(v) * by + 1e-3) for v in values]
+    lines, more = _lines(columns), _lines(again)
+    head = random.integers(2)
+    first, second = (lines, more) if random.random() < 0.5 else (more, lines)
+    if random.random() < 0.5:
+        second = second[:head] + second[random.integers(1, 900) :]
+    return _of_text(parts, first + second[1 - head :], [name], ["scd >= 9", "max_rel_error < 1e-8"])
+
+
+def a_field_that_is_none(random):
+    """Empty, a word, or left out, in some rows."""
+    parts, columns = _table(random)
+    i = random.integers(1, 25)
+    name, values = columns[i]
+    values = [*values]
+    word = str(random.choice(["", "nan", "--", "N/A", "NaN", "inf", "-Inf", "1e999", "*****", "x"]))
+    for row in random.integers(1001, size=random.choice([1, 3, 200])):
+        values[row] = word
+    columns[i] = name, values
+    key = name[3:]
+    return _of_text(parts, _lines(columns), [name], [*_ANY, f"{name[1]}.{key}.scd >= -90"])
+
+
+def cut_off(random):
+    """Broken off within a line, in the last nine seconds but not in the last half of one."""
+    parts, columns = _table(random)
+    text = "\n".join(_lines(columns))
+    text = text[: int(len(text) * random.uniform(0.1, 0.94))]
+    return _of_text(parts, [text], ["any"], ["coverage >= 1", "coverage >= 0.99", "gap <= 0.5"])
+
+
+# What is wrong without being a matter of size.
+
+
+def rows_dropped(random):
+    """A hole, an early end, a late start, or a handful of rows."""
+    parts = _start(random)
+    p = parts[random.integers(len(parts))]
+    t = p.time
+    how = random.integers(5)
+    if how == 0:
+        a = random.uniform(0, 9.2)
+        keep = (t < a) | (t > a + random.uniform(0.6, 10))
+    elif how == 1:
+        keep = t < random.uniform(0.02, 9.4)
+    elif how == 2:
+        keep = t > random.uniform(0.6, 9.95)
+    elif how == 3:
+        keep = (t < random.uniform(0, 9.3)) | (t == t[-1])
+    else:
+        keep = np.zeros(len(t), bool)
+        keep[random.choice(len(t), random.integers(2, 9), replace=False)] = True
+    keep[0] |= not keep.any()
+    p.pick(np.flatnonzero(keep))
+    return parts, list(p.hi), [p.maneuver], {"is_sized": False}
+
+
+def no_numbers(random):
+    """NaN, infinity, or beyond anything, in one row or in many."""
+    parts = _start(random)
+    p, key = _one_of(random, parts)
+    n = len(p.time)
+    i = random.integers(n)
+    rows = [slice(i, i + 1), slice(i, None), slice(None, i + 1), random.integers(n, size=5)]
+    value = float(random.choice([np.nan, np.inf, -np.inf, 1e200, -1e300]))
+    p.set(key, value, rows[random.integers(4)])
+    n = p.maneuver
+    fails = [f"{n}.{key}.scd >= -90", f"{key}.max_abs_error < 1e9", "scd >= 1",
+             f"{n}.time_to_tolerance >= 0"]  # fmt: skip
+    if key == "mechanical_energy":
+        fails += [f"{n}.performance < 1e9", "performance < 1e9"]
+    return parts, [key], [n], {"fails": fails, "is_sized": False}
+
+
+def rate_against_angle(random):
+    """One of a pair turned round, in every maneuver."""
+    parts = _start(random, keys=list(EIGHT))
+    which = random.integers(2)
+    key = str(random.choice([ANGLES[which], RATES[which]]))
+    for p in parts:
+        p.hi[key], p.lo[key] = -p.hi[key], -p.lo[key]
+    fails = ["scd >= 1", f"{ANGLES[which]}.scd >= 1", f"{RATES[which]}.max_abs_error < 1e9",
+             f"{parts[0].maneuver}.{key}.scd >= 1", "max_abs_error < 1e9"]  # fmt: skip
+    return parts, [key], [p.maneuver for p in parts], {"fails": fails, "is_sized": False}
+
+
+def motion_parts(random, chosen, *, eight=0.3, time=(None, None)):
+    count = random.choice([1, 3], p=[0.7, 0.3])
+    maneuvers = sorted(random.choice(MANEUVERS, count, replace=False).tolist())
+    keys = [*(EIGHT if random.random() < eight else ()), *chosen]
+    return [correct(n, {k: k for k in keys}, *time) for n in maneuvers]
+
+
+def matrix(end):
+    return [f"{end}_frame_r{i}{j}" for i in (1, 2, 3) for j in (1, 2, 3)]
+
+
+def quaternion(end):
+    return [f"{end}_frame_q{i}" for i in range(4)]
+
+
+def motion_moved(random):
+    chosen = [str(k) for k in random.choice(MOTION, random.integers(1, 9), replace=False)]
+    parts = motion_parts(random, chosen)
+    p, key = _one_of(random, parts, chosen)
+    shape = SHAPES[random.integers(len(SHAPES))]
+    p.add(key, shape(random, p.time, len(p.time)) * _size(random, -12, 2) * scale(p.maneuver, key))
+    return parts, [key], [p.maneuver]
+
+
+def motion_midway(random):
+    """Turned round, in another unit, of another maneuver or constant from somewhere on."""
+    chosen = [str(k) for k in random.choice(MOTION, random.integers(1, 6), replace=False)]
+    if random.random() < 0.3:
+        chosen = quaternion(str(random.choice(["rear", "front"])))
+    parts = motion_parts(random, chosen)
+    p, key = _one_of(random, parts, chosen)
+    rows = slice(random.integers(1, len(p.time)), None)
+    other = correct(p.maneuver % 3 + 1, {key: key}).hi[key]
+    new = [-p.hi[key], 1000 * p.hi[key], other, np.full_like(other, p.hi[key][0])]
+    changed = chosen if len(chosen) == 4 and chosen[0].endswith("q0") else [key]
+    if len(changed) > 1 and random.random() < 0.5:
+        for one in changed:  # -q for q midway: the turn is the same, the numbers jump.
+            p.set(one, -p.hi[one][rows], rows)
+    else:
+        p.set(key, new[random.integers(4)][rows], rows)
+    return parts, changed, [p.maneuver]
+
+
+def motion_exchanged(random):
+    a, b = (str(k) for k in random.choice(MOTION, 2, replace=False))
+    parts = motion_parts(random, [a, b])
+    for p in parts:
+        p.hi[a], p.hi[b] = p.hi[b], p.hi[a]
+    return parts, [a, b], [p.maneuver for p in parts]
+
+
+def motion_between_rows(random):
+    """Junk wherever the reference has no row."""
+    chosen = [str(k) for k in random.choice(MOTION, random.integers(1, 4), replace=False)]
+    t = np.arange(2001) / 200
+    parts = motion_parts(random, chosen, eight=0, time=(t, np.zeros_like(t)))
+    key = str(random.choice(chosen))
+    p = parts[random.integers(len(parts))]
+    junk = _size(random, 0, 6) * (1 + scale(p.maneuver, key))
+    rows = slice(1, None, 2) if random.random() < 0.5 else slice(1999, 2000)
+    p.set(key, random.choice([-1, 1]) * junk * random.uniform(2, 3, 2001)[rows], rows)
+    n = p.maneuver
+    fails = ["scd >= 1", f"{n}.{key}.scd >= 1", f"{key}.max_rel_error < 0.5"]
+    return parts, [key], [n], {"fails": fails, "is_sized": False}
+
+
+def improper_matrix(random):
+    """Signs of a rotation matrix that belong to no rotation: a row, a column, or one entry."""
+    end = str(random.choice(["rear", "front"]))
+    chosen = matrix(end)
+    parts = motion_parts(random, chosen)
+    i = random.integers(3)
+    sets = [chosen[3 * i : 3 * i + 3], chosen[i::3], [chosen[random.integers(9)]], chosen]
+    turned = sets[random.integers(4)]
+    for p in parts:
+        for key in turned:
+            p.hi[key] = -p.hi[key]
+    fails = ["scd >= 1", f"{turned[0]}.scd >= 1", f"{turned[-1]}.max_abs_error < 100"]
+    return parts, turned, [p.maneuver for p in parts], {"fails": fails, "is_sized": False}
+
+
+def quaternion_of_no_turn(random):
+    """An odd number of signs: neither q nor its inverse, in any axes."""
+    end = str(random.choice(["rear", "front"]))
+    chosen = quaternion(end)
+    parts = motion_parts(random, chosen)
+    turned = [chosen[random.integers(1, 4)]]
+    for p in parts:
+        for key in turned:
+            p.hi[key] = -p.hi[key]
+    fails = ["scd >= 1", f"{turned[0]}.scd >= 1"]
+    return parts, turned, [p.maneuver for p in parts], {"fails": fails, "is_sized": False}
+
+
+def quaternion_of_another_length(random):
+    end = str(random.choice(["rear", "front"]))
+    chosen = quaternion(end)
+    parts = motion_parts(random, chosen)
+    p = parts[random.integers(len(parts))]
+    by = _size(random, -10, 0.5)
+    for key in chosen:
+        p.add(key, by * p.hi[key])
+    return parts, chosen, [p.maneuver]
+
+
+# Pairs of columns of which one cannot be turned round alone: the same axis, the same bodies.
+TIED = (
+    ("rear_normal_force", "front_normal_force"), ("rear_lateral_force", "front_lateral_force"),
+    ("rear_longitudinal_force", "front_longitudinal_force"), ("yaw", "yaw_rate"),
+    ("rear_wheel_angle", "front_wheel_angle"), ("rear_wheel_omega_y", "front_wheel_omega_y"),
+    ("rear_contact_x", "front_contact_x"), ("rear_contact_y", "front_contact_y"),
+    ("rear_hub_x", "com_x"), ("rear_hub_y", "front_contact_y"), ("rear_hub_z", "front_hub_z"),
+    ("com_z", "front_frame_com_z"), ("rear_frame_com_z", "rear_hub_z"),
+    ("com_y", "rear_frame_com_y"),
+)  # fmt: skip
+UNTURNED = ("rear_friction", "front_friction", "potential_energy", "kinetic_energy")
+
+
+def signs_against_each_other(random):
+    pair = TIED[random.integers(len(TIED))]
+    parts = motion_parts(random, pair)
+    key = str(random.choice(pair))
+    for p in parts:
+        p.hi[key] = -p.hi[key]
+    fails = ["scd >= 1", f"{pair[0]}.scd >= 1", f"{pair[1]}.scd >= 1", f"{key}.mescd >= -9"]
+    return parts, list(pair), [p.maneuver for p in parts], {"fails": fails, "is_sized": False}
+
+
+def sign_that_is_none(random):
+    """Of a friction demand or of a kinetic energy there is no other sign."""
+    key = str(random.choice(UNTURNED))
+    parts = motion_parts(random, [key] if key in MOTION else [], eight=0.0 if key in MOTION else 1)
+    for p in parts:
+        p.hi[key] = -p.hi[key]
+    fails = ["scd >= 1", f"{key}.scd >= 1"]
+    return parts, [key], [p.maneuver for p in parts], {"fails": fails, "is_sized": False}
+
+
+KINDS = {
+    **{f.__name__: (lambda random, f=f: _moved(random, f)) for f in SHAPES},
+    **{f.__name__: f for f in (
+        scaled, every_column_moved, stretch_between_rows, rows_shifted, times_shifted,
+        times_stretched, times_outside, permuted, repeated_with_another_value, columns_exchanged,
+        maneuvers_mixed, definitions_mixed, units_mixed, wrong_unit, constant, few_digits,
+        wrong_last_digits, energy_sum_broken, rows_dropped, no_numbers, rate_against_angle,
+        motion_moved, motion_midway, motion_exchanged, motion_between_rows, improper_matrix,
+        quaternion_of_no_turn, quaternion_of_another_length, signs_against_each_other,
+        sign_that_is_none, zeros_differ, huge, times_in_another_unit, one_spike_in_many_rows,
+        heading_twice, headings_exchanged, columns_in_another_place, rows_commented_out,
+        a_table_after_the_table, a_field_that_is_none, cut_off,
+    )},
+}  # fmt: skip
+
+
+def wrong_file(seed, number):
+    """The wrong file of this number, the same for ever; it has at least one requirement."""
+    random = np.random.default_rng([seed, number])
+    kinds = list(KINDS)
+    kind = kinds[number % len(kinds)]
+    while True:
+        parts, keys, maneuvers, *more = KINDS[kind](random)
+        found = Wrong(kind, parts, keys, maneuvers, **(more[0] if more else {}))
+        known = Truth(parts)
+        if found.text:
+            return found
+        found.fails += _gaps_not_met(random, found, known)
+        if found.is_sized:
+            found.fails += _sizes_not_met(random, found, known)
+        if found.fails:
+            return found
+
+
+def _gaps_not_met(random, wrong, known):
+    """Requirements of rows: only a gap longer than any piece of the reference counts."""
+    fails = []
+    for n in known.parts:
+        gaps = known.gaps(n)
+        longest = float(np.max(np.diff(references()[0][n].breaks)))
+        unseen = float(np.sum(gaps[gaps > longest * 1.02]))
+        if unseen > 0.1:
+            gap, seen = 0.95 * gaps.max(), 1 - 0.9 * unseen / END
+            fails += ["coverage >= 1", "coverage >= 0.99", f"{n}.coverage >= {seen:.6f}"]
+            fails += [f"gap <= {gap:.6f}", f"{n}.gap < {gap:.6f}"]
+    return fails
+
+
+_METRICS = ("scd", "mescd", "max_abs_error", "rms_error", "max_rel_error", "time_to_tolerance")
+
+
+def _sizes_not_met(random, wrong, known):
+    """Requirements that no reading of the file fulfils, about all of it or what was changed."""
+    fails = []
+    is_long = any(v.any() for p in wrong.parts for v in p.lo.values())
+    scopes = [(None, None)]
+    key = str(random.choice(wrong.keys))
+    scopes.append((None, key))
+    if wrong.maneuvers:
+        n = int(random.choice(wrong.maneuvers))
+        scopes += [(n, None), (n, key)]
+    for n, k in scopes:
+        at = "".join(f"{x}." for x in (n, k) if x is not None)
+        metrics = ["scd", *random.choice(_METRICS[1:], 2, replace=False)]
+        for metric in metrics:
+            keys = None if k is None else [k]
+            bound = known.bound(metric, None if n is None else [n], keys)
+            fails += _stricter(random, at, str(metric), float(bound), is_long)
+        if k in (None, "mechanical_energy") and "mechanical_energy" in wrong.keys and n:
+            bound = known.performance(n)
+            if np.isfinite(bound) and bound > 1e-9:
+                fails.append(f"{n}.performance < {0.98 * bound:.9e}")
+    return fails
+
+
+def _stricter(random, at, metric, bound, is_long):
+    if metric in ("scd", "mescd"):
+        # Beyond, how times were read decides; only values of more digits are wrong for sure.
+        if bound > (29.9 if is_long else 15.4):
+            return []
+        digits = [x for x in (6, 12) if x > bound + 0.02]
+        asked = f"{bound + 0.02:.6f}" if not digits or random.random() < 0.6 else str(digits[0])
+        return [f"{at}{metric} >= {asked}"]
+    if metric == "time_to_tolerance":
+        return [f"{at}{metric} >= {bound + 1e-6:.9f}"] if np.isfinite(bound) else []
+    if not (1e-28 if is_long else 1e-12) < bound < 1e200:
+        return []
+    return [f"{at}{metric} {random.choice(['<', '<='])} {0.98 * bound:.9e}"]
