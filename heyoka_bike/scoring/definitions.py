@@ -170,19 +170,30 @@ class Sample:
             u.sign * factor(u.unit)[0] * self.values[key] - u.offset - self.expected[u.column.name]
         )
 
-    def first_row(self, key: str, u: Understanding) -> float:
-        """How much the first row speaks against a candidate, as a natural logarithm of odds."""
-        if key not in self.at_start:
-            return 0.0
-        error = abs(float(self.error(key, u)[0])) / self._smallest(key, u)
-        return min(max(float(np.log(max(error, 1.0))), 0.0), _FIRST_ROW)
+    def log_likelihoods(self, key: str, candidates: Sequence[Understanding]) -> Array:
+        """Natural logarithms, but for a constant that is the same for all candidates.
 
-    def log_likelihood(self, key: str, u: Understanding) -> float:
-        """Natural logarithm, but for a constant that is the same for all candidates."""
-        return -_VALUES * float(np.log(self.typical(key, u))) - self.first_row(key, u)
+        All at once: there are some hundred candidates, whose errors are a few hundred numbers each.
+        """
+        factors = np.array([u.sign * factor(u.unit)[0] for u in candidates])
+        expected = np.array([self.expected[u.column.name] + u.offset for u in candidates])
+        errors = np.abs(np.multiply.outer(factors, self.values[key]) - expected)
+        smallest = np.array([self._smallest(key, u) for u in candidates])
+        against = np.zeros(len(candidates))
+        if key in self.at_start:
+            # How much the first row speaks against each, as a natural logarithm of odds.
+            against = np.clip(np.log(np.maximum(errors[:, 0] / smallest, 1.0)), 0.0, _FIRST_ROW)
+        kept = errors.shape[1] - errors.shape[1] // _LEFT_OUT
+        if kept < errors.shape[1]:
+            errors = np.partition(errors, kept, axis=1)[:, :kept]
+        # As `rms`, without overflow.
+        largest = np.max(errors, axis=1)
+        whole = errors / np.where(largest, largest, 1.0)[:, None]
+        typical = np.maximum(largest * np.sqrt(np.mean(np.square(whole), axis=1)), smallest)
+        return np.asarray(-_VALUES * np.log(typical) - against)
 
     def of_a_constant(self, key: str, u: Understanding) -> float:
-        """`log_likelihood` of a column that does not vary."""
+        """`log_likelihoods` of a column that does not vary."""
         varies = factor(u.unit)[0] * rms(self.values[key] - np.mean(self.values[key]))
         return -_VALUES * float(np.log(max(varies, self._smallest(key, u))))
 
@@ -212,10 +223,6 @@ def _joint(sizes: Sequence[float]) -> float:
     return float(np.sum(np.log(sizes)))
 
 
-def _log_likelihood(key: str, u: Understanding, samples: Iterable[Sample]) -> float:
-    return sum(s.log_likelihood(key, u) for s in samples if key in s.values)
-
-
 def _choose(key: str, samples: Sequence[Sample]) -> Understanding:
     """Unit and sign, then the definition under them."""
     columns = COMPARED[key]
@@ -231,10 +238,10 @@ def _choose(key: str, samples: Sequence[Sample]) -> Understanding:
         for c in columns
     ]
     of_default = float(np.log(max(len(columns) - 1, 1)))
-    likely = [
-        _log_likelihood(key, u, samples) + (of_default if u.column is columns[0] else 0.0)
-        for u in candidates
-    ]
+    prior = [of_default if u.column is columns[0] else 0.0 for u in candidates]
+    likely: list[float] = np.sum(
+        [prior, *(s.log_likelihoods(key, candidates) for s in samples if key in s.values)], axis=0
+    ).tolist()
 
     def best(unit: str | None = None, sign: int | None = None) -> int:
         # Of equals the first, the default.

@@ -87,11 +87,8 @@ def _programs(series: Series, numbers: list[int]) -> list[str]:
     ]
     for i, (name, run) in enumerate(zip(names, series.runs, strict=True), start=1):
         parts.append(f'<section id="program-{i}"><h2>{escape(name)}</h2>')
-        parts += [
-            f'<p class="facts">{escape(run_words(run))}</p>',
-            *_said(run),
-            *_scores(run, "h3"),
-        ]
+        parts.append(f'<p class="facts">{escape(run_words(run))}</p>')
+        parts += [*_said(run), *_scores(run, "h3", i == 1)]
         parts.append("</section>")
     return parts
 
@@ -104,6 +101,10 @@ def _said(run: Run) -> list[str]:
     ]
 
 
-def _scores(run: Run, tag: str) -> list[str]:
-    shown = ((heading(m), tables.scores(m, False)) for m in run.report.maneuvers)
+def _scores(run: Run, tag: str, explained: bool = False) -> list[str]:
+    """Tables of all maneuvers; below the first what their headings mean, if that is asked."""
+    shown = (
+        (heading(m), tables.scores(m, explained and not i))
+        for i, m in enumerate(run.report.maneuvers)
+    )
     return [f"<{tag}>{escape(capital(name))}</{tag}>{table}" for name, table in shown]

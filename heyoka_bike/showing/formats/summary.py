@@ -5,6 +5,7 @@ import shlex
 from collections.abc import Iterator
 
 from heyoka_bike.errors import printable
+from heyoka_bike.scoring.findings import Severity
 from heyoka_bike.scoring.report import Report, Run, Series
 from heyoka_bike.showing.formats.grades import Grade, file_grade, is_part, text_color
 from heyoka_bike.showing.formats.matrix import conventions
@@ -92,8 +93,8 @@ def _unmet(report: Report) -> str:
 
 
 def _warnings(report: Report) -> str:
-    said = warnings_words(report)
-    return f"{said}: {sentence(by_severity(report.said)[0].message)}" if said else ""
+    first = next((f for f in report.said if f.severity == Severity.WARNING), None)
+    return f"{warnings_words(report)}: {sentence(first.message)}" if first else ""
 
 
 def _next(report: Report) -> str:
