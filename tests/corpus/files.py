@@ -69,8 +69,6 @@ def _conventions() -> Iterator[File]:
         ("zero-at-hub", "potential energy zero at the height of the rear hub",
          (with_zero(lambda _: 94 * 9.81 * 0.3),)),
         ("energies-to-6-digits", "", ()),
-        ("milliseconds", "time in ms", (timed(1000),)),
-        ("from-1-s", "the clock starts at 1 s", (shifted(1.0),)),
     ):  # fmt: skip
         yield File(f"symbrim-{name}", _SB, did, "convention" if did else "", changes,
                    number="%.17g" if did else "%.6g")  # fmt: skip
@@ -208,6 +206,8 @@ def _mistakes_of_output() -> Iterator[File]:
         ("straight-lines", "interpolated between few rows",
          "rows each 0.1 s, straight lines between", (coarse(10),)),
         ("noise-1e-6", "noise", "noise of 1e-6 of each column's size", (with_noise(1e-6),)),
+        ("milliseconds", "time in milliseconds", "time in ms", (timed(1000),)),
+        ("from-1-s", "time a second late", "the clock starts at 1 s", (shifted(1.0),)),
         ("rate-sign", "roll rate with the other sign than the roll angle",
          "roll rate to the left, roll angle to the right", (scaled(roll_rate=-1),)),
         ("steer-sign", "steer angle with the other sign than its rate",

@@ -254,7 +254,8 @@ _MISTAKES: tuple[tuple[str, str, str, Setup], ...] = (
     ("roll-rate-from-degrees", "roll rate taken as degrees",
      "roll rate converted from degrees although it is in radians",
      _start_with(roll=lambda _, r: np.deg2rad(r))),
-    ("roll-rate-sign", "roll rate with the other sign at the start",
+    # The mirror image of the right motion: no file can tell it from axes to the left.
+    ("roll-rate-sign", "convention",
      "roll rate to the left", _start_with(roll=lambda _, r: -r)),
     ("steer-rate-at-start", "steer rate at the start",
      "the steer turns into the fall at the start: steer rate equal to the roll rate",
