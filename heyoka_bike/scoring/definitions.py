@@ -238,7 +238,7 @@ def _choose(key: str, samples: Sequence[Sample]) -> Understanding:
         for c in columns
     ]
     of_default = float(np.log(max(len(columns) - 1, 1)))
-    prior = [of_default if u.column is columns[0] else 0.0 for u in candidates]
+    prior = np.array([of_default if u.column is columns[0] else 0.0 for u in candidates])
     likely: list[float] = np.sum(
         [prior, *(s.log_likelihoods(key, candidates) for s in samples if key in s.values)], axis=0
     ).tolist()
