@@ -26,7 +26,7 @@ DATASET_VERSION = "1.3.0"
 
 _VALUES_VERSION = "1.3.0"
 
-PUBLISHED_MANIFEST_SHA256 = "daba6deced92be868f498a00ebffc11de062fca0f23e4dba7a63cb2d63190747"
+PUBLISHED_MANIFEST_SHA256 = "4439ff3838aa21363afee0039a7bc4eba6ad1f0e96177092047903476f42a220"
 """Hash of the manifest of the published set."""
 
 CUSTOM = "custom"
