@@ -5,18 +5,13 @@ time; ``score(read_results(path))`` compares a result file with it. `integrate` 
 heyoka; `generate`, `certify` and `verify` make and check sets. Names are loaded when first used.
 """
 
-import ast
+import re
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-_STUB = ast.parse(Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8"))
-_HOME = {
-    alias.name: node.module
-    for node in _STUB.body
-    if isinstance(node, ast.ImportFrom) and node.module
-    for alias in node.names
-}
+_STUB = Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")
+_HOME = {name: home for home, name in re.findall(r"^from (\S+) import (\S+) as", _STUB, re.M)}
 __all__ = sorted(_HOME)
 
 

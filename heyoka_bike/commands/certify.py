@@ -19,8 +19,9 @@ def add_parser(subparsers: Any) -> None:
             "Prove, from candidate.h5 alone and in ball arithmetic, how far the exact motion may "
             "be from the candidate; from that, that every published value is the correctly rounded "
             "exact one and that the dense output keeps its bounds, those of the whole motion and "
-            "its forces too; and compare with the files and certificate.json. Needs python-flint, "
-            "not heyoka. Two minutes of processor time for the published set."
+            "its forces too; and compare with the files and certificate.json. Says which files are "
+            "proved, and which are only computed; what a set does not have is refused. Needs "
+            "python-flint, not heyoka. Two minutes of processor time for the published set."
         ),
         epilog="example: heyoka-bike certify my-reference",
     )
@@ -31,6 +32,7 @@ def add_parser(subparsers: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
     from heyoka_bike.numbers.rounding import decimal_above
+    from heyoka_bike.reference.proof.certificate_file import COMPUTED, PROVED
     from heyoka_bike.reference.proof.prove_again import certify
     from heyoka_bike.system.resources import reference_folder
 
@@ -41,14 +43,19 @@ def run(args: argparse.Namespace) -> int:
         "maneuver", "steps", "bound over the interval", "bound at the end", "entries",
         "ambiguous", "dense, relative", "CPU [s]",
     )  # fmt: skip
+    widest = [max(*p.dense.values(), *p.motion_dense.values()) for p in proofs]
     rows = [
         (
             proof.name, str(proof.steps), decimal_above(proof.bound),
-            decimal_above(proof.bound_end), str(proof.entries), str(proof.ambiguous),
-            decimal_above(max(proof.dense.values())), f"{proof.cpu:.1f}",
+            decimal_above(proof.bound_end), str(proof.entries + proof.motion_entries),
+            str(proof.ambiguous), decimal_above(dense),
+            f"{proof.cpu:.1f}",
         )
-        for proof in proofs
+        for proof, dense in zip(proofs, widest, strict=True)
     ]  # fmt: skip
     print_table(table(headings, rows, title=f"certificate of {folder}"))
-    print(f"{folder}: every published value is proved")
+    proved = ", ".join(f"{name} ({len(columns)} columns)" for name, columns in PROVED.items())
+    print(f"{folder}: proved: {proved}")
+    for name, how in COMPUTED.items():
+        print(f"{folder}: computed, not proved: {name} ({how})")
     return Exit.OK

@@ -55,8 +55,8 @@ def add_parser(subparsers: Any) -> None:
             "Parquet (with pyarrow), gzip of these; - is standard input. The definition, unit, "
             "sign and zero of each column are recognised, and said. Several files are several "
             "programs, shown side by side, unless they hold different maneuvers of one run. With "
-            "--step they are runs of one program, and show its order of convergence; a .toml file "
-            "lists such runs with step sizes and processor times."
+            "--step or --tolerance they are runs of one program, and show how its error falls; a "
+            ".toml file lists such runs with steps, tolerances and processor times."
         ),
         epilog=(
             "examples:\n"
@@ -65,6 +65,7 @@ def add_parser(subparsers: Any) -> None:
             "  heyoka-bike score my-results.txt --summary\n"
             "  heyoka-bike score mine.txt theirs.txt --name Mine,Theirs -o both.html\n"
             "  heyoka-bike score h0.01.txt h0.001.txt --step 0.01,0.001\n"
+            "  heyoka-bike score loose.txt tight.txt --tolerance 1e-10,1e-11\n"
             "\n"
             "requirements: [maneuver.][column.]metric op number, the worst of what is not named;\n"
             "  metrics scd, mescd, max_abs_error, rms_error, max_rel_error, time_to_tolerance,\n"
@@ -122,6 +123,12 @@ def add_parser(subparsers: Any) -> None:
         "rows: the files are runs of one program",
     )
     p.add_argument(
+        "--tolerance",
+        metavar="TOL",
+        help="tolerance of the solver of each file, separated by commas: the files are runs of one "
+        "program that chooses its steps, or whose iterations stop at it",
+    )
+    p.add_argument(
         "--name",
         metavar="NAME",
         help="name of the program of each file, separated by commas (default: the files' names); "
@@ -145,15 +152,15 @@ def run(args: argparse.Namespace) -> int:
     on_screen, written = _outputs(args)
     for text in args.require:
         requirements.parse(text)
-    files, steps, cpu = _inputs(args)
+    files, steps, tolerances, cpu = _inputs(args)
     refuse_overwriting(files, [path for path, _ in written])
     reference = load_reference(args.reference)
     maneuvers = maneuvers_of(args.maneuver, len(files), reference)
     results = [read(f, m, reference, args.columns) for f, m in zip(files, maneuvers, strict=True)]
     scored = score_files(
-        results, reference, steps=steps, cpu=cpu, require=args.require,
+        results, reference, steps=steps, tolerances=tolerances, cpu=cpu, require=args.require,
         names=None if args.name is None else [name.strip() for name in args.name.split(",")],
-        is_one_program=args.step is not None or bool(_lists(args.files)),
+        is_one_program=(args.step or args.tolerance) is not None or bool(_lists(args.files)),
     )  # fmt: skip
     if args.diagnose:
         scored = _diagnosed(scored, reference)
@@ -223,10 +230,11 @@ def _outputs(args: argparse.Namespace) -> tuple[str | None, list[tuple[Path, str
     return (left[0] if left else None), written
 
 
-def _inputs(
-    args: argparse.Namespace,
-) -> tuple[list[str], list[float | None] | None, list[float | None] | None]:
-    """Result files, their step sizes and processor times."""
+_Numbers = list[float | None] | None
+
+
+def _inputs(args: argparse.Namespace) -> tuple[list[str], _Numbers, _Numbers, _Numbers]:
+    """Result files, their step sizes, tolerances and processor times."""
     if lists := _lists(args.files):
         from heyoka_bike.scoring.runs_file import read_runs
 
@@ -234,21 +242,19 @@ def _inputs(
             raise InputError(
                 f"found {len(args.files)} files, expected a list of runs ({lists[0]}) alone"
             )
-        if args.step is not None or args.cpu is not None:
-            raise InputError("--step, --cpu: expected in the list of runs, not beside it")
+        if any(x is not None for x in (args.step, args.tolerance, args.cpu)):
+            raise InputError(
+                "--step, --tolerance, --cpu: expected in the list of runs, not beside it"
+            )
         runs = read_runs(lists[0])
-        listed = [r.step for r in runs]
-        cpu = [r.cpu for r in runs]
-        return (
-            [str(r.file) for r in runs],
-            # With tolerances it is known that there is no step size.
-            listed if any(listed) or any(r.tolerance for r in runs) else None,
-            None if all(c is None for c in cpu) else cpu,
-        )
+        columns = ([r.step for r in runs], [r.tolerance for r in runs], [r.cpu for r in runs])
+        steps, tolerances, cpu = (x if any(x) else None for x in columns)
+        return [str(r.file) for r in runs], steps, tolerances, cpu
     if args.files.count(STANDARD_INPUT) > 1:
         raise InputError("found - more than once, expected standard input once")
     steps = None if args.step == _ROWS else _numbers("--step", args.step)
-    return args.files, steps, _numbers("--cpu", args.cpu)
+    tolerances = _numbers("--tolerance", args.tolerance)
+    return args.files, steps, tolerances, _numbers("--cpu", args.cpu)
 
 
 def _lists(files: Sequence[str]) -> list[str]:
@@ -256,7 +262,7 @@ def _lists(files: Sequence[str]) -> list[str]:
     return [f for f in files if f.lower().endswith(".toml")]
 
 
-def _numbers(option: str, text: str | None) -> list[float | None] | None:
+def _numbers(option: str, text: str | None) -> _Numbers:
     from heyoka_bike.numbers.exact import Exact
 
     if text is None:

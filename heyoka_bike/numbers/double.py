@@ -1,11 +1,11 @@
-"""Sums, products, quotients and roots of double-double numbers (NumPy only).
+"""Sums, products, quotients and roots of double-double numbers, medians of plain ones (NumPy only).
 
 A double-double number is the exact sum hi + lo of two binary64 ones, about 32 digits. Error-free
 sums and products: Dekker (1971), doi:10.1007/BF01397083.
 """
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 Array = NDArray[np.float64]
 
@@ -13,6 +13,17 @@ Double = tuple[Array, Array]
 """hi and lo, of the same shape."""
 
 _SPLITTER = 2.0**27 + 1.0
+
+
+def median(x: ArrayLike) -> Array:
+    """Median along the last axis of finite numbers.
+
+    That of NumPy imports its masked arrays, which takes a tenth of the time of importing NumPy.
+    """
+    values = np.asarray(x, dtype=np.float64)
+    low, high = (values.shape[-1] - 1) // 2, values.shape[-1] // 2
+    ordered = np.partition(values, (low, high), axis=-1)
+    return np.asarray((ordered[..., low] + ordered[..., high]) / 2)
 
 
 def two_sum(a: Array, b: Array) -> Double:

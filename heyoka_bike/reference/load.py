@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import h5py
 import numpy as np
@@ -25,8 +25,10 @@ from heyoka_bike.reference.exact_times import Time, as_double
 from heyoka_bike.reference.friction import with_friction
 from heyoka_bike.reference.layout import HDF5, MOTION
 from heyoka_bike.reference.on_demand import on_demand, read_array
-from heyoka_bike.reference.sensitivities import Sensitivities, load_sensitivities
 from heyoka_bike.reference.values import Dense, Numbered, Values
+
+if TYPE_CHECKING:
+    from heyoka_bike.reference.sensitivities import Sensitivities
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -240,6 +242,8 @@ class Reference(Numbered[ReferenceManeuver]):
         DatasetError
             The set has none, or the file is damaged.
         """
+        from heyoka_bike.reference.sensitivities import load_sensitivities
+
         return load_sensitivities(self.folder)
 
     def with_motion(self) -> Reference | None:
@@ -370,12 +374,12 @@ def _read_maneuver(group: Any, columns: Sequence[Column]) -> ReferenceManeuver:
     return ReferenceManeuver(
         name=str(group.attrs["name"]),
         inputs={k: str(v) for k, v in group.attrs.items() if k != "name"},
-        time=read_array(group["time"]),
-        time_lo=read_array(group["time_lo"]),
+        time=read_array(group, "time"),
+        time_lo=read_array(group, "time_lo"),
         rows=Values(*on_demand(group, [c.name for c in columns])),
         dense=Dense(
             *on_demand(dense, [c.name for c in columns if c.is_dense]),
-            breaks=read_array(dense["breaks"]),
+            breaks=read_array(dense, "breaks"),
         ),
         units={c.name: c.unit for c in columns},
     )

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
 from heyoka_bike.errors import InputError, NothingScoredError
-from heyoka_bike.numbers.double import Array
+from heyoka_bike.numbers.double import Array, median
 from heyoka_bike.reference.layout import MOTION
 from heyoka_bike.reference.load import Reference, ReferenceManeuver
 from heyoka_bike.scoring.findings import Finding, Severity
@@ -282,11 +282,9 @@ def _distance(part: Part) -> float:
         scale = part.reference.scale(key) if key in BENCHMARK_COLUMNS else float(np.ptp(rows))
         if not good.any() or not scale:
             continue
-        nearest = min(
-            float(np.median(np.abs(sign * factor(unit)[0] * values[good] - expected[key][good])))
-            for unit in UNITS[COMPARED[key][0].unit]
-            for sign in (1, -1)
-        )
+        units = [factor(unit)[0] for unit in UNITS[COMPARED[key][0].unit]]
+        taken = np.multiply.outer([*units, *(-u for u in units)], values[good])
+        nearest = float(np.min(median(np.abs(taken - expected[key][good]))))
         # Nothing is nearer than binary64 can tell, or farther than not at all.
         logs.append(np.log(np.clip(nearest / scale, np.finfo(np.float64).eps, 1.0)))
     return float(np.exp(np.mean(logs))) if logs else 1.0

@@ -1,10 +1,13 @@
 """Findings: what the numbers of a report mean, in words."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from math import floor
 
 import numpy as np
 
+from heyoka_bike.numbers.double import median
+from heyoka_bike.scoring.alignment import MOST_SAMPLED, spread
+from heyoka_bike.scoring.arithmetic import single_precision
 from heyoka_bike.scoring.conventions import conventions, odds
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.measures import TOLERANCE
@@ -31,6 +34,7 @@ def explain(report: Report) -> tuple[Finding, ...]:
         key for f in understood if f.code == "signs_disagree" for key in f.evidence["columns"]
     ]
     general = conventions(report, contradicted)
+    single = single_precision(report)
     return (
         *(() if general is None else (general,)),
         *understood,
@@ -39,7 +43,8 @@ def explain(report: Report) -> tuple[Finding, ...]:
         *_coverage(report.maneuvers),
         *_performance(report.maneuvers),
         *_consistency(report.maneuvers),
-        *_digits(report),
+        *_digits(report, single.evidence["columns"] if single else ()),
+        *(() if single is None else (single,)),
     )
 
 
@@ -153,9 +158,11 @@ def _time_shift(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
 
 def _has_sign(scores: Sequence[tuple[ManeuverScore, ColumnScore]]) -> bool:
     """Whether most values are nearer to the reference than they would be with another sign."""
-    return all(
-        np.median(np.abs(c.trace.error)) < np.median(np.abs(c.trace.reference)) for _, c in scores
-    )
+    for _, c in scores:
+        some = spread(len(c.trace.time), MOST_SAMPLED)
+        if median(np.abs(c.trace.error[some])) >= median(np.abs(c.trace.reference[some])):
+            return False
+    return True
 
 
 def _coverage(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
@@ -235,14 +242,14 @@ def _consistency(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
                 )
 
 
-def _digits(report: Report) -> Iterator[Finding]:
-    """Where not the program but the digits it wrote limit the score."""
+def _digits(report: Report, single: Collection[str]) -> Iterator[Finding]:
+    """Where not the program but the digits it wrote limit the score, if not for their precision."""
     digits = report.file.significant_digits
     if digits is None or digits >= _DIGITS_OF_BINARY64:
         return
     limited = []
     for key, scores in _columns(report).items():
-        if all(c.is_at_floor(_LIMITED) for _, c in scores):
+        if key not in single and all(c.is_at_floor(_LIMITED) for _, c in scores):
             limited.append(key)
     if limited:
         yield Finding(

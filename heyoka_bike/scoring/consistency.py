@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from heyoka_bike.bicycle.columns import DEFINITIONS
-from heyoka_bike.numbers.double import two_sum
+from heyoka_bike.numbers.double import median, two_sum
 from heyoka_bike.reference.load import ReferenceManeuver
 from heyoka_bike.scoring.alignment import Part
 from heyoka_bike.scoring.comparison import FEW
@@ -92,7 +92,7 @@ def _rate(
         return None, False
     t = rate.trace.time
     step = np.diff(t)
-    usual = float(np.median(step)) if len(step) else 0.0
+    usual = float(median(step)) if len(step) else 0.0
     if not 0.0 < usual <= _WIDEST:
         return None, False
     # Repeated times and event steps have no step to speak of.

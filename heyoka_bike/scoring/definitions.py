@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from heyoka_bike.bicycle.column import Column
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
-from heyoka_bike.numbers.double import Array
+from heyoka_bike.numbers.double import Array, median
 from heyoka_bike.scoring.alignment import HALF, Part
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.units import UNITS, factor
@@ -159,7 +159,7 @@ class Sample:
             self.expected.update({c.name: expected[c.name][good] for c in COMPARED[key]})
             scale = part.reference.scale(key)
             quantum = part.quantum.get(key)
-            written = 0.0 if quantum is None else float(np.median(quantum.at(values[good]))) / 2
+            written = 0.0 if quantum is None else float(median(quantum.at(values[good]))) / 2
             self.scale[key] = scale
             # What plain binary64 can tell, see `ReferenceManeuver.approximate`.
             self.floor[key] = (written, 1e-15 * scale or np.finfo(np.float64).tiny)
@@ -218,6 +218,10 @@ def _log_likelihood(key: str, u: Understanding, samples: Iterable[Sample]) -> fl
 def _choose(key: str, samples: Sequence[Sample]) -> Understanding:
     """Unit and sign, then the definition under them."""
     columns = COMPARED[key]
+    if all(float(np.ptp(s.values[key])) == 0.0 for s in samples):
+        # One number, such as the speed of the linear equations, is nearest to whichever definition
+        # varies the least, and means none of them.
+        columns = columns[:1]
     signs = (1,) if key in _UNSIGNED else (1, -1)
     candidates = [
         Understanding(c, unit, sign)
@@ -327,7 +331,7 @@ def _with_offset(
     having = [s for s in samples if key in s.values]
     errors = [s.error(key, u) for s in having]
     # From the maneuver in which the error is the most constant, its least disturbed row: the first.
-    offset = float(min(errors, key=lambda e: float(np.median(np.abs(e - np.median(e)))))[0])
+    offset = float(min(errors, key=lambda e: float(median(np.abs(e - median(e)))))[0])
     moved = {k: replace(v, offset=offset) for k, v in taken.items()}
     left = _typical(key, moved[key], having)
     scale = max(s.scale[key] for s in having)
@@ -340,7 +344,7 @@ def _with_offset(
     # What is left must be an error of the motion, not all of it.
     for s, typical in zip(having, left, strict=True):
         expected = s.expected[u.column.name]
-        if typical > HALF * rms(expected - np.median(expected)) + sum(s.floor[key]):
+        if typical > HALF * rms(expected - median(expected)) + sum(s.floor[key]):
             return {}
     if total in moved and _explained(total, before[total], moved[total], samples) < (
         _CLEARLY_CONSTANT

@@ -371,7 +371,7 @@ class Convergence:
         Largest error of the Richardson extrapolation of the two finest runs, on their common
         times [SI unit]: what is reachable with them; None without an order.
     floor
-        What the digits written by the finest run allow [SI unit].
+        What the digits written by the finest run allow [SI unit]; None of several programs.
     """
 
     maneuver: int
@@ -397,12 +397,15 @@ class Run:
         Processor time [s]; None if not given.
     name
         Of the program or of the run; empty for the name of its file.
+    tolerance
+        Of a solver that chooses its steps; None if unknown.
     """
 
     report: Report
     step: float | None
     cpu: float | None
     name: str = ""
+    tolerance: float | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -6,7 +6,7 @@
     cpu = "0.53"
 
 ``file`` is relative to the list; ``step`` [s] and ``cpu`` [s] are decimals, both may be left out.
-A ``tolerance`` says that the solver chose its steps: no order of convergence is sought.
+A ``tolerance`` says that the solver chose its steps: how the error follows it is sought instead.
 """
 
 from dataclasses import dataclass

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from heyoka_bike.bicycle.columns import COMPARED
-from heyoka_bike.numbers.double import Array, Double, add, two_sum
+from heyoka_bike.numbers.double import Array, Double, add, median, two_sum
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.reference.manifest import CUSTOM
 from heyoka_bike.scoring import measures
@@ -127,7 +127,7 @@ def _score_maneuver(
         t_end=end,
         coverage=coverage,
         gap=gap,
-        step=float(np.median(steps)) if len(steps) else None,
+        step=float(median(steps)) if len(steps) else None,
         performance=measures.performance(*_energy(part, understood, columns)),
         performance_limit=limit,
         consistency=consistency(part, columns),
@@ -194,7 +194,7 @@ def _score_columns(part: Part, understood: Mapping[str, Understanding]) -> tuple
         odds = understood[key].odds.get(c.definition)
         found_far = distance if has_values else None
         alternatives[key].append(Alternative(c.definition, found_far, odds))
-    scores = []
+    scores, late = [], _late(part)
     for key, candidate, error in zip(keys, best, found, strict=False):
         u = understood[key]
         missing = int(np.count_nonzero(~np.isfinite(part.values[key])))
@@ -210,7 +210,7 @@ def _score_columns(part: Part, understood: Mapping[str, Understanding]) -> tuple
                 unit=u.column.unit,
                 as_written=plain_reading,
                 as_understood=reading,
-                floor=_floor(part, key, u),
+                floor=_floor(part, key, u, late),
                 alternatives=tuple(alternatives[key]),
                 indistinguishable=u.indistinguishable,
                 growth=measures.growth(trace.time, trace.error, float(part.reference.duration)),
@@ -240,12 +240,12 @@ def _with_exact_zero(
         if not len(error):
             continue
         # Errors of the motion begin at nothing with it; those of rounding are nothing on average.
-        last_digit = _floor(part, key, u) or 0.0
+        last_digit = _floor(part, key, u, _late(part)) or 0.0
         if key not in part.lo:
             last_digit = max(last_digit, float(np.spacing(part.reference.scale(key))))
         is_rounding = np.ptp(error) <= _ROUNDED * last_digit
         found = float(np.mean(error)) if is_rounding else float(error[0])
-        left.append((float(np.median(np.abs(error - found))), found))
+        left.append((float(median(np.abs(error - found))), found))
     rest = min(left)[1] if left else 0.0
     return {
         k: replace(v, offset_lo=v.offset_lo + rest) if v.offset == u.offset else v
@@ -289,27 +289,32 @@ def _reading(part: Part, trace: Trace, u: Understanding) -> Reading:
     )
 
 
-def _floor(part: Part, key: str, u: Understanding) -> float | None:
-    """Largest error that correctly rounded values at correctly rounded times may have [SI]."""
+def _floor(part: Part, key: str, u: Understanding, late: float) -> float | None:
+    """Largest error that rounded values at times that are so late [s] may have [SI]."""
     quantum = part.quantum.get(key)
     largest = np.fmax.reduce(np.abs(part.values[key]), initial=-1.0)
     if quantum is None or largest < 0:
         return None
     # Neighbouring numbers are farthest apart where they are largest.
     floor = float(quantum.at(np.array([largest]))[0]) / 2 * factor(u.unit)[0]
+    if not late:
+        return floor
+    rows = part.reference.rows[u.column.name]
+    return floor + late * float(np.max(np.abs(np.diff(rows) / np.diff(part.reference.time))))
+
+
+def _late(part: Part) -> float:
+    """How far times that are rounded to the digits written may be off [s]; even ones are not."""
     times = part.quantum.get("time")
     if times is None or times.base != 10 or _is_even(part.time):
-        return floor
-    # Uneven times are rounded to the digits written, too.
-    rows = part.reference.rows[u.column.name]
-    steepest = float(np.max(np.abs(np.diff(rows) / np.diff(part.reference.time))))
-    return floor + steepest * float(np.max(times.at(part.time))) / 2
+        return 0.0
+    return float(np.max(times.at(part.time))) / 2
 
 
 def _is_even(time: Array) -> bool:
     """Whether all rows but a few are evenly spaced, so that no digit of the times is missing."""
     steps = np.diff(time)
-    usual = float(np.median(steps)) if len(steps) else 0.0
+    usual = float(median(steps)) if len(steps) else 0.0
     if usual <= 0.0:
         return True
     multiples = (time - time[0]) / usual

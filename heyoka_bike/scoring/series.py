@@ -13,29 +13,28 @@ L. F. Richardson (1911), doi:10.1098/rsta.1911.0009; P. J. Roache (1994), doi:10
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
-from math import inf, log
+from math import inf
+from typing import NamedTuple
 
 import numpy as np
 
 from heyoka_bike.bicycle.column import Column
-from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.errors import InputError
+from heyoka_bike.numbers.double import median
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring.alignment import Alignment, Part, align, merge
+from heyoka_bike.scoring.convergence import converge
 from heyoka_bike.scoring.definitions import Understanding, understand
+from heyoka_bike.scoring.falling import falling
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.reading.results import Results
-from heyoka_bike.scoring.report import ColumnScore, Convergence, Report, Run, Series
+from heyoka_bike.scoring.report import Convergence, Report, Run, Series
 from heyoka_bike.scoring.score import scored
 from heyoka_bike.scoring.side_by_side import check_names, side_by_side
 from heyoka_bike.scoring.unfilled import without_unfilled
 
-# An error this close to its floor is rounding, not the integrator's.
-_AT_FLOOR = 4.0
 # Steps that differ by less than this are the same for a program.
 _SAME_STEP = 1e-6
-# Observed orders of one column that differ by more than this are not those of one power law yet.
-_STEADY = 0.3
 # No step or time of a run of seconds [s] is less or more.
 _SHORTEST, _LONGEST = 1e-9, 1e9
 
@@ -45,19 +44,24 @@ def score_series(
     reference: Reference | None = None,
     *,
     steps: Sequence[float | None] | None = None,
+    tolerances: Sequence[float | None] | None = None,
     cpu: Sequence[float | None] | None = None,
     require: Sequence[str] = (),
 ) -> Series:
-    """Compare several runs of one program, at different step sizes, with the reference.
+    """Compare several runs of one program, at different steps or tolerances, with the reference.
 
     Parameters
     ----------
     results
-        One for each run or file; files of different maneuvers and the same step make one run.
+        One for each run or file; files of different maneuvers and the same step or tolerance make
+        one run.
     reference
         From `load_reference`; the published one by default.
     steps
-        Step size of each file [s], None where unknown; by default the median distance of its rows.
+        Step size of each file [s], None where unknown; by default the median distance of its rows
+        if there are no tolerances either.
+    tolerances
+        Of a solver that chooses its steps, for each file; None where unknown.
     cpu
         Processor time of each file [s], None where unknown.
     require
@@ -74,7 +78,8 @@ def score_series(
         See `scoring.score`; or steps or times that do not match the files.
     """
     known = load_reference() if reference is None else reference
-    return _series(_files(results, known, steps, cpu), known, steps, cpu, require)
+    files = _files(results, known, steps, tolerances, cpu)
+    return _series(files, known, steps, tolerances, cpu, require)
 
 
 def score_files(
@@ -82,6 +87,7 @@ def score_files(
     reference: Reference | None = None,
     *,
     steps: Sequence[float | None] | None = None,
+    tolerances: Sequence[float | None] | None = None,
     cpu: Sequence[float | None] | None = None,
     require: Sequence[str] = (),
     names: Sequence[str] | None = None,
@@ -90,37 +96,40 @@ def score_files(
     """A `Report` if the files hold different maneuvers of one run, a `Series` otherwise.
 
     Parameters and errors are those of `score_series` and `side_by_side.score_programs`. The series
-    is of runs of one program if that is said, by default if there are steps, and of programs side
-    by side otherwise.
+    is of runs of one program if that is said, by default if there are steps or tolerances, and of
+    programs side by side otherwise.
     """
     known = load_reference() if reference is None else reference
     check_names(names, len(results))
-    files = _files(results, known, steps, cpu)
+    files = _files(results, known, steps, tolerances, cpu)
     held = [p.number for a in files for p in a.parts]
     if len(set(held)) == len(held) and len(set(names or ())) < 2:
         return scored(merge(files), known, require)
-    if not (steps is not None if is_one_program is None else is_one_program):
+    if is_one_program is None:
+        is_one_program = steps is not None or tolerances is not None
+    if not is_one_program:
         return side_by_side(files, known, names=names, cpu=cpu, require=require)
     if names is not None:
         raise InputError("name: found with runs of one program, expected it with several programs")
-    return _series(files, known, steps, cpu, require)
+    return _series(files, known, steps, tolerances, cpu, require)
 
 
 def _files(
     results: Sequence[Results],
     reference: Reference,
     steps: Sequence[float | None] | None,
+    tolerances: Sequence[float | None] | None,
     cpu: Sequence[float | None] | None,
 ) -> list[Alignment]:
     """The files laid beside the reference, once what is told of them fits them."""
-    for name, given in (("step", steps), ("cpu", cpu)):
+    for name, given in (("step", steps), ("tolerance", tolerances), ("cpu", cpu)):
         if given is None:
             continue
         if len(given) != len(results):
             raise InputError(
                 f"{name}: found {len(given)} for {len(results)} files, expected as many"
             )
-        if not all(x is None or _SHORTEST <= x <= _LONGEST for x in given):
+        if name != "tolerance" and not all(x is None or _SHORTEST <= x <= _LONGEST for x in given):
             raise InputError(
                 f"{name}: found {list(given)}, expected positive numbers of seconds, "
                 f"{_SHORTEST:g} to {_LONGEST:g}"
@@ -132,43 +141,60 @@ def _series(
     files: Sequence[Alignment],
     known: Reference,
     steps: Sequence[float | None] | None,
+    tolerances: Sequence[float | None] | None,
     cpu: Sequence[float | None] | None,
     require: Sequence[str],
 ) -> Series:
-    sizes = [_rows_apart(a) for a in files] if steps is None else list(steps)
-    runs = _runs(files, sizes, [None] * len(files) if cpu is None else list(cpu))
+    unknown: list[float | None] = [None] * len(files)
+    if steps is None:
+        sizes = [_rows_apart(a) for a in files] if tolerances is None else unknown
+    else:
+        sizes = list(steps)
+    runs = _runs(files, sizes, tolerances or unknown, cpu or unknown)
     findings: list[Finding] = []
-    if _are_unknown([step for _, step, _ in runs]):
-        runs = [(a, None, time) for a, _, time in runs]
-        if steps is None or any(step is not None for step in steps):
-            why = "the rows of several files are" if steps is None else "several files are given as"
+    if not _are_unknown([run.step for run in runs]):
+        runs.sort(key=lambda run: -(run.step or 0.0))
+    else:
+        runs = [run._replace(step=None) for run in runs]
+        if not _are_unknown([run.tolerance for run in runs]):
+            runs.sort(key=lambda run: -(run.tolerance or 0.0))
+        elif steps is None or any(step is not None for step in steps) or tolerances is not None:
+            why = (
+                "the rows of several files are equally far apart"
+                if steps is tolerances is None
+                else "several files are given as alike"
+            )
             findings.append(
                 Finding(
                     "steps_unknown",
-                    f"{why} equally far apart, so the step sizes do not tell the runs apart; give "
-                    "those of the integrator (--step) to see the order of convergence",
+                    f"{why}, so the step sizes do not tell the runs apart; give those of the "
+                    "integrator (--step) to see the order of convergence, or the tolerances of "
+                    "its solver (--tolerance)",
                     Severity.WARNING,
                 )
             )
-    else:
-        runs.sort(key=lambda run: -(run[1] or 0.0))
-    understood = [understand(a.parts) for a, _, _ in runs]
+    understood = [understand(run.alignment.parts) for run in runs]
     found = _score(runs, understood, known, require)
-    convergence = _convergence(found)
+    convergence = converge(found)
     extrapolated = _extrapolate(runs, convergence)
     # What a definition changes may only show below the errors of the runs themselves.
     understood_better = [*understood, understand(extrapolated)]
     if _definitions(understood_better) != _definitions(understood):
         found = _score(runs, understood_better, known, require)
-        convergence = _convergence(found)
+        convergence = converge(found)
     findings += _nothing_shared(convergence)
     findings += _disagreement(found)
-    findings += _orders(convergence)
+    findings += falling(found, convergence)
     return Series(found, convergence, tuple(findings))
 
 
-_Sized = tuple[Alignment, float | None, float | None]
-"""A run with its step size and processor time [s]."""
+class _Sized(NamedTuple):
+    """A run with its step size [s], tolerance and processor time [s]."""
+
+    alignment: Alignment
+    step: float | None
+    tolerance: float | None
+    cpu: float | None
 
 
 def _rows_apart(a: Alignment) -> float | None:
@@ -177,7 +203,7 @@ def _rows_apart(a: Alignment) -> float | None:
     for p in a.parts:
         apart = np.diff(p.time) + np.diff(p.time_lo)
         if (apart > 0).any():
-            steps.append(float(np.median(apart[apart > 0])))
+            steps.append(float(median(apart[apart > 0])))
     return min(steps) if steps else None
 
 
@@ -188,14 +214,18 @@ def _are_unknown(steps: Sequence[float | None]) -> bool:
 
 
 def _runs(
-    files: Sequence[Alignment], steps: Sequence[float | None], cpu: Sequence[float | None]
+    files: Sequence[Alignment],
+    steps: Sequence[float | None],
+    tolerances: Sequence[float | None],
+    cpu: Sequence[float | None],
 ) -> list[_Sized]:
-    """Files of different maneuvers and the same step belong to one run."""
+    """Files of different maneuvers and the same step or tolerance belong to one run."""
     groups: list[list[int]] = []
     for i, a in enumerate(files):
         for group in groups:
             held = {p.number for j in group for p in files[j].parts}
-            if not held & {p.number for p in a.parts} and _same(steps[i], steps[group[0]]):
+            alike = any(_same(sizes[i], sizes[group[0]]) for sizes in (steps, tolerances))
+            if alike and not held & {p.number for p in a.parts}:
                 group.append(i)
                 break
         else:
@@ -204,7 +234,9 @@ def _runs(
     for group in groups:
         times = [cpu[i] for i in group]
         total = None if None in times else sum(t for t in times if t is not None)
-        runs.append((merge([files[i] for i in group]), steps[group[0]], total))
+        first = group[0]
+        merged = merge([files[i] for i in group])
+        runs.append(_Sized(merged, steps[first], tolerances[first], total))
     return runs
 
 
@@ -251,8 +283,13 @@ def _score(
     """The runs, with the definitions that the clearest of `understood` has."""
     clearest = _clearest(understood)
     return tuple(
-        Run(scored(a, reference, require, _shared(own, clearest)), step, time)
-        for (a, step, time), own in zip(runs, understood, strict=False)
+        Run(
+            scored(run.alignment, reference, require, _shared(own, clearest)),
+            run.step,
+            run.cpu,
+            tolerance=run.tolerance,
+        )
+        for run, own in zip(runs, understood, strict=False)
     )
 
 
@@ -261,8 +298,9 @@ def _extrapolate(runs: Sequence[_Sized], convergence: Sequence[Convergence]) -> 
     orders = [c.orders[-1] for c in convergence if c.orders[-1] is not None]
     if len(runs) < 2:
         return []
-    (coarse, step, _), (fine, next_step, _) = runs[-2:]
-    order = round(float(np.median(orders))) if orders else 0
+    coarse, fine = (run.alignment for run in runs[-2:])
+    step, next_step = (run.step for run in runs[-2:])
+    order = round(float(median(orders))) if orders else 0
     if order < 1 or step is None or next_step is None:
         return []
     weight = 1.0 / ((step / next_step) ** order - 1.0)
@@ -315,116 +353,3 @@ def _disagreement(runs: Sequence[Run]) -> list[Finding]:
             {"columns": different},
         )
     ]
-
-
-def _convergence(runs: Sequence[Run]) -> tuple[Convergence, ...]:
-    """Every column that more than one run has."""
-    by_column: dict[tuple[int, str], list[ColumnScore | None]] = {}
-    for i, run in enumerate(runs):
-        for m in run.report.maneuvers:
-            for c in m.columns:
-                by_column.setdefault((m.maneuver, c.key), [None] * len(runs))[i] = c
-    return tuple(
-        _converge(maneuver, key, columns, [run.step for run in runs])
-        for (maneuver, key), columns in sorted(
-            by_column.items(), key=lambda entry: (entry[0][0], list(COMPARED).index(entry[0][1]))
-        )
-        if sum(c is not None for c in columns) > 1
-    )
-
-
-def _converge(
-    maneuver: int, key: str, columns: Sequence[ColumnScore | None], steps: Sequence[float | None]
-) -> Convergence:
-    pairs = list(pairwise(columns))
-    orders = tuple(
-        _order(coarse, fine, *steps[i : i + 2]) for i, (coarse, fine) in enumerate(pairs)
-    )
-    last = next(c for c in reversed(columns) if c is not None)
-    coarse, fine = pairs[-1]
-    order, step, next_step = orders[-1], *steps[-2:]
-    extrapolated = None
-    if coarse and fine and order is not None and round(order) >= 1 and step and next_step:
-        extrapolated = _richardson(coarse, fine, (step / next_step) ** round(order))
-    return Convergence(
-        maneuver=maneuver,
-        key=key,
-        unit=last.unit,
-        definition=last.as_understood.definition,
-        errors=tuple(
-            None if c is None else c.as_understood.measures.max_abs_error for c in columns
-        ),
-        orders=orders,
-        richardson_error=extrapolated,
-        floor=last.floor,
-    )
-
-
-def _order(
-    coarse: ColumnScore | None,
-    fine: ColumnScore | None,
-    step: float | None,
-    next_step: float | None,
-) -> float | None:
-    """log(e1 / e2) / log(h1 / h2); None where an error is rounding only."""
-    if coarse is None or fine is None or step is None or next_step is None:
-        return None
-    if coarse.as_understood.definition != fine.as_understood.definition:
-        return None
-    errors = [c.as_understood.measures.max_abs_error or 0.0 for c in (coarse, fine)]
-    floors = [c.floor or 0.0 for c in (coarse, fine)]
-    if any(e <= _AT_FLOOR * f or e == 0.0 for e, f in zip(errors, floors, strict=True)):
-        return None
-    return log(errors[0] / errors[1]) / log(step / next_step)
-
-
-def _richardson(coarse: ColumnScore, fine: ColumnScore, ratio: float) -> float | None:
-    """Largest error of the extrapolated values at the times that both runs have.
-
-    The extrapolation is linear, so it may be done on the errors themselves.
-    """
-    _, i, j = np.intersect1d(coarse.trace.time, fine.trace.time, return_indices=True)
-    # A few common times show nothing of the others.
-    if 2 * len(i) < len(coarse.trace.time):
-        return None
-    e1, e2 = coarse.trace.error[i], fine.trace.error[j]
-    return float(np.max(np.abs(e2 + (e2 - e1) / (ratio - 1.0))))
-
-
-def _plain(order: float) -> str:
-    return f"{round(order, 2) + 0.0:.2f}"  # no -0
-
-
-def _orders(convergence: Sequence[Convergence]) -> list[Finding]:
-    """The order of the program, and whether it has settled."""
-    found = [c.orders[-1] for c in convergence if c.orders[-1] is not None]
-    if not found:
-        return []
-    order = float(np.median(found))
-    findings = [
-        Finding(
-            "order",
-            f"observed order of convergence {_plain(order)} (median of {len(found)} "
-            f"column{'s' if len(found) > 1 else ''}, from {_plain(min(found))} to "
-            f"{_plain(max(found))})",
-            evidence={"order": order, "least": min(found), "most": max(found)},
-        )
-    ]
-    unsteady = [
-        f"{c.maneuver}.{c.key}"
-        for c in convergence
-        if len(c.orders) > 1
-        and c.orders[-1] is not None
-        and c.orders[-2] is not None
-        and abs(c.orders[-1] - c.orders[-2]) > _STEADY
-    ]
-    if unsteady:
-        findings.append(
-            Finding(
-                "order_not_settled",
-                f"the order of {', '.join(unsteady)} still changes from step to step: the steps "
-                "are too large, or rounding has been reached, for one power law",
-                evidence={"columns": unsteady},
-            )
-        )
-    return findings

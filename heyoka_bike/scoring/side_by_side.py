@@ -131,7 +131,7 @@ def _errors(programs: Sequence[Run]) -> tuple[Convergence, ...]:
                 ),
                 orders=(None,) * (len(programs) - 1),
                 richardson_error=None,
-                floor=known[-1].floor,
+                floor=None,
             )
         )
     return tuple(found)

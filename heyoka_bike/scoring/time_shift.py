@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from heyoka_bike.numbers.double import Array
+from heyoka_bike.numbers.double import Array, median
 from heyoka_bike.reference.load import ReferenceManeuver
 from heyoka_bike.scoring.alignment import Part, spread
 from heyoka_bike.scoring.measures import rms
@@ -124,7 +124,7 @@ def _motion(part: Part) -> _Motion | None:
         part.reference,
         part.time[rows][good],
         {key: x[good] for key, x in values.items()},
-        float(np.median(np.diff(part.time))),
+        float(median(np.diff(part.time))),
     )
 
 

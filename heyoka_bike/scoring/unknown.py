@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from heyoka_bike.bicycle.columns import COMPARED
+from heyoka_bike.numbers.double import median
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.report import ColumnScore, ManeuverScore
 
@@ -51,4 +52,4 @@ def _is_far(c: ColumnScore, limit: float) -> bool:
 def _typical(c: ColumnScore) -> float:
     """Median error over the size of the column: a few bad rows are no other meaning."""
     size = rms(c.trace.reference) or 1.0
-    return float(np.median(np.abs(c.trace.error))) / size
+    return float(median(np.abs(c.trace.error))) / size

@@ -1,6 +1,5 @@
 """Where the files that come with the project are: in the wheel, or beside it in a checkout."""
 
-import difflib
 from pathlib import Path
 from typing import Literal
 
@@ -59,6 +58,8 @@ def find_input(kind: Inputs, text: str) -> Path:
     path = Path(text)
     if path.suffix == ".toml" or path.is_absolute() or path.exists():
         return path
+    import difflib
+
     close = difflib.get_close_matches(text[:40], names, n=1)
     guess = f"'{close[0]}' or another of" if close else "a TOML file or one of"
     what = "bicycle" if kind == "bicycles" else kind

@@ -80,3 +80,16 @@ sys.exit(main(["score", {RESULTS!r}, "--format", {name!r}]))
     run = python(code, HEAVY)
     assert run.returncode == 0, run.stderr
     assert run.stderr == ""
+
+
+def test_a_score_imports_what_it_uses():
+    """Each of these takes a tenth of the time of importing NumPy and h5py, or more."""
+    code = f"""
+import sys
+from heyoka_bike.cli import main
+main(["score", {RESULTS!r}, "--require", "scd >= 3"])
+avoided = {{"rich", "numpy.ma", "heyoka_bike.showing.figures", "heyoka_bike.bicycle.parameters"}}
+print(sorted(avoided & set(sys.modules)))
+"""
+    run = python(code)
+    assert run.stdout.splitlines()[-1] == "[]", run.stderr

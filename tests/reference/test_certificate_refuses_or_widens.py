@@ -8,12 +8,18 @@ without being absurdly larger.
 from dataclasses import replace
 from fractions import Fraction
 
+import flint
 import pytest
 
 from heyoka_bike.errors import NotCertifiedError
+from heyoka_bike.motion.evaluator import evaluator
 from heyoka_bike.motion.integrate import integrate
+from heyoka_bike.numbers.analytic import NotAnalyticError
+from heyoka_bike.numbers.arithmetic import exact_ball, upper_fraction
 from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.reference.proof.cauchy import moved, rho
 from heyoka_bike.reference.proof.enclose import enclose
+from heyoka_bike.reference.proof.rows import EVALUATION_BITS, constant_columns, enclose_rows
 
 pytestmark = pytest.mark.proof
 
@@ -116,6 +122,24 @@ def test_the_bound_covers_the_true_error_of_every_precision(bicycle, run, precis
     true = distance(other, integrate(bicycle, run.maneuver, 60))
     # Worst-case bounds on roundoff are pessimistic by some digits, never optimistic.
     assert true <= bound < 1e7 * true
+
+
+def test_an_energy_that_does_not_meet_its_constant_is_refused(run):
+    at = evaluator(run, run.bits + EVALUATION_BITS, enclose(run))
+    constant = constant_columns(run)
+    assert len(enclose_rows(at, {}, constant)) == run.maneuver.rows
+    with at.balls.precision():
+        off = {name: exact_ball(x) + flint.arb("1e-24") for name, x in constant.items()}
+    with pytest.raises(NotCertifiedError, match=r"mechanical_energy, row 0: is .* by its being"):
+        enclose_rows(at, {}, off)
+
+
+def test_derivatives_on_half_the_polydisc_bound_no_state_beyond_it():
+    polydisc = rho(2)
+    half = upper_fraction(polydisc[0]) / 2
+    assert moved([half / 2, half / 2], polydisc) == 1
+    with pytest.raises(NotAnalyticError, match="half the polydisc"):
+        moved([half, half * (1 + Fraction(1, 10**9))], polydisc)
 
 
 def test_both_forms_are_certified(bicycle, run):

@@ -7,8 +7,10 @@ import sys
 from fractions import Fraction
 
 import h5py
+import numpy as np
 import pytest
 
+from heyoka_bike.bicycle.motion_columns import DENSE_COLUMNS
 from heyoka_bike.cli import main
 from heyoka_bike.reference.layout import content_sha256
 from heyoka_bike.reference.manifest import MANIFEST, sha256
@@ -23,7 +25,8 @@ def test_certificate_says_what_was_to_be_reached(folder, reference):
     assert len(document["maneuvers"]) == 3
     for entry, maneuver in zip(document["maneuvers"], reference.values(), strict=True):
         assert entry["ambiguous"] == 0
-        assert entry["entries"] == 1001 * 22
+        assert entry["entries"] == 1001 * 38
+        assert entry["motion"]["entries"] == 1001 * 78
         assert float(entry["bound"]) <= FIGURES["bound"]
         assert float(entry["bound_end"]) <= float(entry["bound"])
         assert set(entry["state_bounds"]) == {
@@ -32,7 +35,11 @@ def test_certificate_says_what_was_to_be_reached(folder, reference):
         worst = max(Fraction(b["interval"]) for b in entry["state_bounds"].values())
         assert worst == Fraction(entry["bound"])
         assert set(entry["dense_relative_bounds"]) == set(maneuver.columns)
-        assert all(float(x) <= FIGURES["dense"] for x in entry["dense_relative_bounds"].values())
+        assert set(entry["motion"]["dense_relative_bounds"]) == set(DENSE_COLUMNS)
+        for bounds in (entry, entry["motion"]):
+            assert all(
+                float(x) <= FIGURES["dense"] for x in bounds["dense_relative_bounds"].values()
+            )
 
 
 def test_row_bounds_are_those_of_hi_plus_lo(reference):
@@ -87,8 +94,12 @@ def certify(folder, capsys):
     return code, error
 
 
-def test_a_whole_set_is_proved(copy, capsys):
-    assert certify(copy, capsys) == (0, "")
+def test_a_whole_set_is_proved_and_what_is_not_is_said(copy, capsys):
+    assert main(["certify", str(copy)]) == 0
+    *_, proved, computed = capsys.readouterr().out.splitlines()
+    assert "proved: uncontrolled-bicycle.h5 (38 columns), motion.h5 (78 columns)" in proved
+    assert "sensitivities.h5" not in proved
+    assert "computed, not proved: sensitivities.h5" in computed
 
 
 def test_heyoka_is_not_needed(copy):
@@ -243,6 +254,11 @@ def test_a_changed_text_is_named(copy, capsys):
         (("maneuvers", 0, "bound_end"), "nonsense"),
         (("maneuvers", 0, "ambiguous"), 1),
         (("statement",), "All is well."),
+        (("maneuvers", 0, "motion", "dense_relative_bounds", "com_z"), "1e-99"),
+        (("maneuvers", 0, "motion", "entries"), 1),
+        (("proved", "sensitivities.h5"), ["roll_angle"]),
+        (("computed",), {}),
+        (("limit_cycle",), {"bound": "1e-999"}),
     ],
 )
 def test_a_certificate_that_claims_something_else_is_named(copy, capsys, path, value):
@@ -257,6 +273,44 @@ def test_a_certificate_that_claims_something_else_is_named(copy, capsys, path, v
     code, error = certify(copy, capsys)
     assert code == 3
     assert "certificate.json" in error
+
+
+def test_a_maneuver_that_no_candidate_has_is_refused(copy, capsys):
+    file = copy / "certificate.json"
+    document = json.loads(file.read_text())
+    more = json.loads(json.dumps(document["maneuvers"][0])) | {"bound": "1e-999"}
+    document["maneuvers"].append(more)
+    file.write_text(json.dumps(document))
+    accept(copy, file.name)
+    code, error = certify(copy, capsys)
+    assert code == 3
+    assert "found 2 maneuvers, expected 1" in error
+
+
+@pytest.mark.parametrize("file", ["uncontrolled-bicycle.h5", "motion.h5"])
+@pytest.mark.parametrize("place", ["maneuver_1", "maneuver_1/dense", ""])
+def test_a_column_that_nobody_proves_is_refused(copy, capsys, file, place):
+    name = f"{place}/rider_courage_bound".strip("/")
+    with h5py.File(copy / file, "r+") as f:
+        f[name] = np.full(5, 1e-300)
+        if file == "uncontrolled-bicycle.h5" and place:
+            state_content(copy, content_sha256(f))
+    accept(copy, file)
+    code, error = certify(copy, capsys)
+    assert code == 3
+    assert f"{file}: found {name}, and nothing proves it" in error
+
+
+def test_a_file_that_nobody_proves_is_refused(copy, capsys):
+    (copy / "more.h5").write_bytes(b"anything")
+    path = copy / MANIFEST
+    document = json.loads(path.read_text())
+    document["files"].append(document["files"][0] | {"file": "more.h5"})
+    path.write_text(json.dumps(document))
+    accept(copy, "more.h5")
+    code, error = certify(copy, capsys)
+    assert code == 3
+    assert "more.h5: found in the manifest, and nothing proves it" in error
 
 
 @pytest.mark.slow

@@ -70,6 +70,8 @@ def test_a_time_beside_the_rest():
     assert_cube(read_results({"tout": TIME, "yout": wide()[:, 1:], "xout": wide()[:, 1:] + 1}))
     each = {f"m{m + 1}": CUBE[m, :, 1:] for m in range(3)}
     assert_cube(read_results({"tout": TIME, **each}))
+    # An array of all columns is meant before one without the time.
+    assert_cube(read_results({"t": TIME, "states": wide()[:, 1:9] + 1, "results": wide()}))
     (rows,) = read_results({"t": TIME, "y": CUBE[1, :, 1:]}, maneuver=2).maneuvers
     assert rows.maneuver == 2
     assert np.array_equal(rows.values["steer_rate"], CUBE[1, :, 8])

@@ -464,3 +464,57 @@ def test_any_damage_gives_results_or_an_input_error(kind, tmp_path):
         path.write_bytes(damaged)
         with suppress(InputError):
             read_results(path)
+
+
+JSON = [
+    ('{"time": [0, 1],\n "roll": [0 1]}', 2, 13, "found damaged JSON (Expecting ',' delimiter)"),
+    ('{"time": [0, 1]', 1, 16, "found damaged JSON"),
+    ("[" * 100_000, None, None, "found arrays in too many others, expected rows"),
+    ("{}", None, None, "found JSON without a table"),
+    ("[]", None, None, "found JSON without a table"),
+    ('{"a": 1, "b": "x"}', None, None, "found JSON without a table"),
+    ("[1, 2, 3]", None, None, "found an array of shape (3,), expected rows of 9 or 25 columns"),
+    ("[[1, 2, 3], [4, 5]]", None, None, "row 2: found 2 values, expected 3 as in the first"),
+    ('{"time": [0, 1], "q4": [1, 2]}', None, None, "found 'time', 'q4', expected arrays named"),
+    ('{"time": [0, 1], "roll": [1]}', None, None,
+     "found 2 values of 'time' and 1 of 'roll', expected the same number"),
+    ('{"time": [0, 1], "roll": [1, "a"]}', None, None, "roll: row 2: found 'a', expected a number"),
+    ('{"time": [0, 1], "roll": [1, true]}', None, None, "roll: found truth values"),
+    ('{"time": [0, null], "roll": [1, 2]}', None, None, "row 2: found a time that is not finite"),
+    ('{"time": [0, 1], "roll": []}', None, None, "found 'time', expected arrays named time"),
+    ('{"a": {"time": [0, 1], "roll": [0, 1]}, "b": {"time": [0, 1], "roll": [0, 1]}}', None, None,
+     "found 'a', 'b', expected arrays named time"),
+    ('[{"maneuver": 4, "time": [0, 1], "roll": [0, 1]}]', None, None, "found maneuver 4, expected"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("content", "line", "column", "fragment"), JSON)
+def test_bad_json(content, line, column, fragment, tmp_path):
+    error = the_one_error(content, tmp_path, "r.json")
+    assert fragment in error.message
+    assert (error.line, error.column) == (line, column)
+
+
+def test_bad_sheets(tmp_path):
+    from openpyxl import Workbook
+
+    def saved(**sheets):
+        book = Workbook()
+        book.remove(book.active)
+        for name, rows in sheets.items():
+            sheet = book.create_sheet(name)
+            for row in rows:
+                sheet.append(row)
+        buffer = io.BytesIO()
+        book.save(buffer)
+        return buffer.getvalue()
+
+    table = [["time", "roll"], [0, 1.5], [1, 2.5]]
+    for sheets, fragment in [
+        ({"a": table, "b": table}, "found results in the sheets 'a', 'b', expected them in one"),
+        ({"a": [["nothing"]], "m1": [["time", "roll"]]}, "sheet 'm1': found no row of numbers"),
+        ({"a": [["t", "q4"], [0, 1], [1, 2]]}, "found column names 'q4' not understood"),
+        ({"a": [*table, [2, "x"], [3, 4]]}, "found 'x' as value 2, expected a number"),
+        ({"a": []}, "found an empty file"),
+    ]:
+        assert fragment in the_one_error(saved(**sheets), tmp_path, "r.xlsx").message

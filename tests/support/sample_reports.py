@@ -159,7 +159,7 @@ def programs() -> Series:
             tuple(
                 r.report.maneuvers[i].columns[j].as_understood.measures.max_abs_error for r in runs
             ),
-            (None, None), None, c.floor,
+            (None, None), None, None,
         )
         for i, m in enumerate(runs[0].report.maneuvers)
         for j, c in enumerate(m.columns)

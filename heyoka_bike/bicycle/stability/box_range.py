@@ -104,9 +104,11 @@ def _examine(f: Function, sides: tuple[Side, ...], balls: Balls) -> _Part:
         sides = tuple(
             (side[ends[i]], side[ends[i]]) if i in ends else side for i, side in enumerate(sides)
         )
-    middle = f([_middle(side) for side in sides])
-    shares = {i: abs(s) * (sides[i][1] - sides[i][0]) / 2 for i, s in rates.items()}
-    bounds = [_upper(value), _upper(middle + sum(shares.values()))]
+    centre = [_middle(side) for side in sides]
+    # From where the function is evaluated to the farther end: a middle may have been rounded.
+    reach = {i: (sides[i][1] - centre[i]).max(centre[i] - sides[i][0]) for i in rates}
+    shares = {i: abs(s) * reach[i] for i, s in rates.items()}
+    bounds = [_upper(value), _upper(f(centre) + sum(shares.values()))]
     point = tuple(side[i in rates and rates[i].mid() > 0] for i, side in enumerate(sides))
     return _Part(
         sides,

@@ -45,7 +45,13 @@ def write_dataset(
         CANDIDATE: candidate.render([t.trajectory for t in tables], inputs),
         **render_texts([t.maneuver for t in tables], [t.rows for t in tables]),
         CERTIFICATE: render_certificate(
-            [summarise(t.trajectory, t.certificate, t.rows, t.dense) for t in tables], inputs
+            [
+                summarise(
+                    t.trajectory, t.certificate, t.rows, t.dense, t.motion_rows, t.motion_dense
+                )
+                for t in tables
+            ],
+            inputs,
         ),
     }
     document = manifest_file.render(

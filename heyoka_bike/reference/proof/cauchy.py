@@ -97,6 +97,23 @@ def geometric(radius: int, length: int) -> flint.arb:
     return ratio**length / (1 - ratio)
 
 
+def moved(bounds: Sequence[Fraction], polydisc: Sequence[flint.arb]) -> flint.arb:
+    """How far an exact state moves a function from its value on the candidate, over M.
+
+    Derivatives by the state are at most M / (rho / 2) where the state is within rho / 2 of the
+    candidate, which is checked: it must be so near.
+
+    Raises
+    ------
+    NotAnalyticError
+        It may be farther.
+    """
+    shares = [exact_ball(b) / x for b, x in zip(bounds, polydisc, strict=True)]
+    if not all(2 * share <= 1 for share in shares):
+        raise NotAnalyticError("the exact motion may leave half the polydisc around the candidate")
+    return 2 * total(shares)
+
+
 def refused(piece: Piece, why: str) -> NotCertifiedError:
     """The error for a piece that is not certified."""
     run = piece.run

@@ -8,17 +8,35 @@ from typing import Any
 
 import flint
 
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
+from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
 from heyoka_bike.motion.trajectory import Certificate, Trajectory
 from heyoka_bike.numbers.rounding import decimal_above
-from heyoka_bike.reference.values import Dense, RoundedRows
+from heyoka_bike.reference.layout import HDF5, MOTION, SENSITIVITIES, TEXT, TEXT_50
+from heyoka_bike.reference.values import Dense, Values
 
 STATEMENT = (
     "For every maneuver, at every time of the interval, each state variable of the exact motion "
     "differs from the polynomial in candidate.h5 by at most the bound given. Every value of the "
     "rows is the binary64 nearest to the exact one, its _lo the binary64 nearest to the rest, and "
     "the 50-digit text is correctly rounded. The dense output differs from the exact columns by at "
-    "most the bounds given, relative to the largest absolute value of the column's rows."
+    "most the bounds given, relative to the largest absolute value of the column's rows. The same "
+    "holds of motion.h5, where a value is zero if an enclosure as narrow as its bound holds zero, "
+    "and where the friction demands have rows only. Nothing is proved of what is only computed."
 )
+
+PROVED: Mapping[str, Sequence[str]] = {
+    HDF5: [c.name for c in COLUMNS],
+    MOTION: [c.name for c in MOTION_COLUMNS],
+    TEXT: BENCHMARK_COLUMNS,
+    TEXT_50: BENCHMARK_COLUMNS,
+}
+"""Columns that are proved, by file; a text may be several, one for each maneuver."""
+
+COMPUTED: Mapping[str, str] = {
+    SENSITIVITIES: "first variations in binary128, compared with differences of runs at 70 digits"
+}
+"""What is published beside them and not proved, and how it is made."""
 
 TRUSTED = (
     "that the equations of motion in heyoka_bike (modules constants, kinematics, model, outputs) "
@@ -29,7 +47,8 @@ TRUSTED = (
     "that with an initial steer angle the pitch is the root followed from zero steer (the root "
     "itself is enclosed)",
     "the ball arithmetic of FLINT/Arb, through python-flint",
-    "the modules of heyoka_bike that 'certify' imports, and the Python interpreter that runs them",
+    "the modules of heyoka_bike that 'certify' imports, and the Python interpreter that runs them; "
+    "NumPy, h5py and HDF5, which read the files",
 )
 """What is not proved but assumed. heyoka, its tolerance and its rounding are not among it."""
 
@@ -41,12 +60,13 @@ class Proof:
     Attributes
     ----------
     name : str
-    steps, entries, ambiguous : int
-        Pieces of the candidate; rounded entries of the rows; those that were not decided.
+    steps, entries, motion_entries, ambiguous : int
+        Pieces of the candidate; rounded entries of the rows of the one HDF5 file and of the other;
+        those that were not decided.
     states : mapping of str to (Fraction, Fraction)
         Bound over the interval and at its end, by state variable [rad, rad/s].
-    dense : mapping of str to Fraction
-        Bound of the dense output over the column's scale.
+    dense, motion_dense : mapping of str to Fraction
+        Bound of the dense output over the column's scale, in either HDF5 file.
     cpu : float
         Processor time [s].
     """
@@ -54,9 +74,11 @@ class Proof:
     name: str
     steps: int
     entries: int
+    motion_entries: int
     ambiguous: int
     states: Mapping[str, tuple[Fraction, Fraction]]
     dense: Mapping[str, Fraction]
+    motion_dense: Mapping[str, Fraction]
     cpu: float = 0.0
 
     @property
@@ -71,23 +93,34 @@ class Proof:
 
 
 def summarise(
-    run: Trajectory, certificate: Certificate, rows: RoundedRows, dense: Dense, cpu: float = 0.0
-) -> Proof:
+    run: Trajectory, certificate: Certificate, rows: Values, dense: Dense, motion_rows: Values,
+    motion_dense: Dense, cpu: float = 0.0,
+) -> Proof:  # fmt: skip
     """Gather what was proved."""
     worst = [max(column) for column in zip(*certificate.pieces, strict=True)]
     pairs = zip(certificate.states, zip(worst, certificate.end, strict=True), strict=True)
     return Proof(
         name=run.maneuver.name,
         steps=run.steps,
-        entries=sum(x.size for x in rows.hi.values()),
+        entries=_count(rows),
+        motion_entries=_count(motion_rows),
         ambiguous=0,
         states=dict(pairs),
-        dense={
-            name: Fraction(float(x.max())) / Fraction(rows.scale(name) or 1.0)
-            for name, x in dense.bound.items()
-        },
+        dense=_relative(dense, rows),
+        motion_dense=_relative(motion_dense, motion_rows),
         cpu=cpu,
     )
+
+
+def _count(rows: Values) -> int:
+    return sum(x.size for x in rows.hi.values())
+
+
+def _relative(dense: Dense, rows: Values) -> Mapping[str, Fraction]:
+    return {
+        name: Fraction(float(x.max())) / Fraction(rows.scale(name) or 1.0)
+        for name, x in dense.bound.items()
+    }
 
 
 def render_certificate(proofs: Sequence[Proof], inputs: Mapping[str, Any]) -> bytes:
@@ -96,14 +129,17 @@ def render_certificate(proofs: Sequence[Proof], inputs: Mapping[str, Any]) -> by
         "schema_version": 1,
         "statement": STATEMENT,
         "inputs": inputs,
-        "maneuvers": [_entry(proof) for proof in proofs],
+        "proved": PROVED,
+        "computed": COMPUTED,
+        "maneuvers": [entry(proof) for proof in proofs],
         "trusted": TRUSTED,
         "software": {"flint": flint.__FLINT_VERSION__, "python-flint": flint.__version__},
     }
     return (json.dumps(document, indent=2, ensure_ascii=False) + "\n").encode()
 
 
-def _entry(proof: Proof) -> dict[str, Any]:
+def entry(proof: Proof) -> dict[str, Any]:
+    """What is said of a maneuver; decimals are bounds."""
     return {
         "maneuver": proof.name,
         "steps": proof.steps,
@@ -115,5 +151,13 @@ def _entry(proof: Proof) -> dict[str, Any]:
             state: {"interval": decimal_above(x), "end": decimal_above(y)}
             for state, (x, y) in proof.states.items()
         },
-        "dense_relative_bounds": {name: decimal_above(x) for name, x in proof.dense.items()},
+        "dense_relative_bounds": _above(proof.dense),
+        "motion": {
+            "entries": proof.motion_entries,
+            "dense_relative_bounds": _above(proof.motion_dense),
+        },
     }
+
+
+def _above(bounds: Mapping[str, Fraction]) -> dict[str, str]:
+    return {name: decimal_above(x) for name, x in bounds.items()}

@@ -32,6 +32,7 @@ from heyoka_bike.reference.proof.cauchy import (
     circle_bound,
     circle_equations,
     geometric,
+    moved,
     refused,
 )
 from heyoka_bike.reference.values import Dense
@@ -162,10 +163,8 @@ class Expansion:
             state = [a.series([c * unit for c in row[:length]]) for row in piece.rows]
             values = along.function(along.in_series.over(a), state)
             self.polynomials = [flint.arb_poly(a.coefficients(x)) for x in values]
-            # Terms past the length, and the exact motion's distance: derivatives by the state are
-            # at most M / (rho / 2) where the state is within rho / 2 of the candidate.
-            moved = total(exact_ball(b) / x for b, x in zip(state_bound, circle.rho, strict=True))
-            rest = geometric(circle.radius, length) + 2 * moved
+            # Terms past the length, and the exact motion's distance.
+            rest = geometric(circle.radius, length) + moved(state_bound, circle.rho)
             self.remainders = [(m * rest).upper() for m in circle.values]
 
     def distances(

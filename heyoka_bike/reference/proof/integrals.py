@@ -30,6 +30,7 @@ from heyoka_bike.reference.proof.cauchy import (
     circle_bound,
     circle_equations,
     geometric,
+    moved,
     refused,
 )
 
@@ -82,6 +83,8 @@ class _Integrator:
         """A piece with its integrals, in parts where no circle works for the whole."""
         try:
             circle = circle_bound(piece, rates_of_integrals, self.circles)
+            with flint.ctx.workprec(self.bits):
+                apart = moved(bounds, circle.rho)
         except NotAnalyticError as e:
             if depth == _DEPTH:
                 raise refused(piece, str(e)) from None
@@ -90,10 +93,9 @@ class _Integrator:
             return
         integrands = self._integrands(piece, circle)
         with flint.ctx.workprec(self.bits):
-            moved = total(exact_ball(b) / x for b, x in zip(bounds, circle.rho, strict=True))
             rows = [self._row(piece, i, c) for i, c in enumerate(integrands)]
             for i, (row, integrand) in enumerate(zip(rows, integrands, strict=True)):
-                beyond = geometric(circle.radius, len(integrand)) + 2 * moved
+                beyond = geometric(circle.radius, len(integrand)) + apart
                 rest = exact_ball(piece.h) * circle.values[i] * beyond
                 self.error[i] += upper_fraction(_defect(piece, row, integrand) + rest)
                 self.at[i] = Fraction(sum(row), 2**piece.grid)

@@ -7,6 +7,7 @@ everything else follows from them and from the inputs written beside them.
 import io
 import json
 import time
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -14,18 +15,23 @@ from typing import Any
 import h5py
 import numpy as np
 
-from heyoka_bike.bicycle.parameters import describe_inputs
+from heyoka_bike.bicycle.columns import COLUMNS
+from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
+from heyoka_bike.bicycle.parameters import Maneuver, describe_inputs
 from heyoka_bike.errors import DatasetError, NotCertifiedError
 from heyoka_bike.motion.trajectory import Certificate, Trajectory
 from heyoka_bike.reference import manifest as manifest_file
-from heyoka_bike.reference.layout import CERTIFICATE, HDF5, MOTION, content_sha256
+from heyoka_bike.reference import structure
+from heyoka_bike.reference.layout import CANDIDATE, CERTIFICATE, HDF5, MOTION, content_sha256
 from heyoka_bike.reference.load import ReferenceManeuver, load_motion, load_reference
 from heyoka_bike.reference.proof.candidate import read_candidate
 from heyoka_bike.reference.proof.certificate_file import (
+    COMPUTED,
+    PROVED,
     STATEMENT,
     TRUSTED,
     Proof,
-    _entry,
+    entry,
     summarise,
 )
 from heyoka_bike.reference.proof.dense_bound import bound_dense
@@ -38,6 +44,8 @@ from heyoka_bike.reference.proof.rows import (
     round_rows,
     rounded_times,
 )
+from heyoka_bike.reference.structure import by_maneuver
+from heyoka_bike.reference.texts import text_files
 from heyoka_bike.reference.values import Dense, RoundedRows, Values
 from heyoka_bike.system.parallel import Progress, Report, side_by_side
 from heyoka_bike.system.resources import reference_folder
@@ -46,7 +54,7 @@ from heyoka_bike.system.resources import reference_folder
 def certify(
     folder: str | Path | None = None, *, progress: Progress | None = None
 ) -> tuple[Proof, ...]:
-    """Prove every published value of a reference set again, from its candidate trajectories.
+    """Prove a reference set again, from its candidate trajectories: all that `PROVED` names.
 
     As ``heyoka-bike certify`` does, in ball arithmetic; heyoka is not needed. A script that calls
     it has to guard itself by ``if __name__ == "__main__"``: each maneuver gets a process of its
@@ -68,7 +76,8 @@ def certify(
     Raises
     ------
     NotCertifiedError
-        A candidate is not certified, or something published is not what was proved.
+        A candidate is not certified, something published is not what was proved, or there is
+        something that nothing proves.
     UndecidedError
         The candidate does not decide how a value is rounded.
     DatasetError
@@ -107,7 +116,9 @@ def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
     runs = read_candidate(folder)
     if not runs:
         raise DatasetError(f"{folder}: candidate.h5 holds no maneuver")
-    inputs = describe_inputs(runs[0].bicycle, [run.maneuver for run in runs])
+    maneuvers = [run.maneuver for run in runs]
+    inputs = describe_inputs(runs[0].bicycle, maneuvers)
+    _nothing_else(raw, maneuvers)
     try:
         with h5py.File(io.BytesIO(raw[HDF5]), "r") as f:
             content = content_sha256(f)
@@ -118,7 +129,7 @@ def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
                 },
                 "maneuvers": [{key: g[key] for key in inputs["maneuvers"][0]} for g in groups],
             }  # fmt: skip
-        certified = json.loads(raw[CERTIFICATE])["inputs"]
+        certified = _whole_certificate(raw[CERTIFICATE], len(runs))["inputs"]
     except (OSError, KeyError, ValueError, TypeError) as e:
         raise DatasetError(f"{folder}: {HDF5} or {CERTIFICATE} cannot be read ({e})") from None
     for name, other in (
@@ -129,6 +140,47 @@ def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
     if content != manifest.content_sha256:
         raise NotCertifiedError(f"{folder}: content_sha256 is not that of the numbers in {HDF5}")
     return runs
+
+
+def _nothing_else(raw: Mapping[str, bytes], maneuvers: Sequence[Maneuver]) -> None:
+    """Refuse files, groups and data sets that nobody proves: a set does not have them."""
+    texts = [text.name for text in text_files(maneuvers)]
+    known = {HDF5, MOTION, *texts, CANDIDATE, CERTIFICATE, *COMPUTED}
+    for name in raw.keys() - known:
+        raise NotCertifiedError(f"{name}: found in the manifest, and nothing proves it")
+    for name, columns in ((HDF5, COLUMNS), (MOTION, MOTION_COLUMNS)):
+        group = structure.table({}, columns, 0, 0)
+        expected = set(by_maneuver(maneuvers))
+        for number in by_maneuver(maneuvers):
+            expected |= {f"{number}/{x}" for x in group.members}
+            expected |= {f"{number}/dense/{x}" for x in group.groups["dense"].members}
+        found: list[str] = []
+        with h5py.File(io.BytesIO(raw[name]), "r") as f:
+            f.visit_links(found.append)
+        for extra in sorted(set(found) - expected):
+            raise NotCertifiedError(f"{name}: found {extra}, and nothing proves it")
+
+
+def _whole_certificate(raw: bytes, count: int) -> Any:
+    """What certificate.json says, if it says no more than what is proved of so many maneuvers."""
+    document = json.loads(raw)
+    claims: dict[str, Any] = {
+        "statement": STATEMENT,
+        "proved": {file: list(columns) for file, columns in PROVED.items()},
+        "computed": dict(COMPUTED),
+        "trusted": list(TRUSTED),
+    }
+    others = {"schema_version", "inputs", "maneuvers", "software"}
+    for key in document.keys() - claims.keys() - others:
+        raise NotCertifiedError(f"{CERTIFICATE}: found {key!r:.60}, and nothing proves it")
+    for key, said in claims.items():
+        if document.get(key) != said:
+            raise NotCertifiedError(f"{CERTIFICATE}: its {key!r} is not what is proved")
+    if len(document["maneuvers"]) != count:
+        raise NotCertifiedError(
+            f"{CERTIFICATE}: found {len(document['maneuvers'])} maneuvers, expected {count}"
+        )
+    return document
 
 
 def prove_again(
@@ -149,20 +201,23 @@ def prove_again(
     dense = bound_dense(run, certificate, published.dense, constant_columns(run))
     report("dense", float(run.maneuver.duration))
     _compare_dense(run, dense, published.dense)
-    if MOTION in manifest_file.read_manifest(folder).files:
-        _prove_motion(run, certificate, load_motion(folder)[number])
+    motion = _prove_motion(run, certificate, load_motion(folder)[number])
     report("motion", float(run.maneuver.duration))
-    proof = summarise(run, certificate, rows, dense, time.process_time() - start)
+    proof = summarise(run, certificate, rows, dense, *motion, time.process_time() - start)
     _compare_certificate(folder, number, proof)
     return proof, rows
 
 
-def _prove_motion(run: Trajectory, certificate: Certificate, published: ReferenceManeuver) -> None:
+def _prove_motion(
+    run: Trajectory, certificate: Certificate, published: ReferenceManeuver
+) -> tuple[Values, Dense]:
     """Prove every number of the whole motion, and compare with what is published."""
     stretches = list(with_integrals(run, certificate))
-    _compare_rows(run, round_motion(run, stretches), published)
-    parts = list(motion_expansions(stretches))
-    _compare_dense(run, bound_motion(run, parts, published.dense), published.dense)
+    rows = round_motion(run, stretches)
+    _compare_rows(run, rows, published)
+    dense = bound_motion(run, list(motion_expansions(stretches)), published.dense)
+    _compare_dense(run, dense, published.dense)
+    return rows, dense
 
 
 def _compare_dense(run: Trajectory, dense: Dense, published: Dense) -> None:
@@ -214,14 +269,8 @@ def _all_hold(kept: Any, stored: Any, x: Any, run: Trajectory, name: str) -> Non
 def _compare_certificate(folder: str | Path, number: int, proof: Proof) -> None:
     """What certificate.json says of a maneuver: no bound smaller than proved, all else equal."""
     raw = manifest_file.read_file(folder, CERTIFICATE, manifest_file.read_manifest(folder))
-    try:
-        document = json.loads(raw)
-        published = document["maneuvers"][number - 1]
-    except (ValueError, KeyError, IndexError, TypeError) as e:
-        raise DatasetError(f"{Path(folder) / CERTIFICATE}: is not a certificate ({e})") from None
-    if document.get("statement") != STATEMENT or document.get("trusted") != list(TRUSTED):
-        raise NotCertifiedError(f"{CERTIFICATE}: its statement is not what is proved")
-    _covers(published, _entry(proof), f"{CERTIFICATE}, {proof.name}")
+    published = json.loads(raw)["maneuvers"][number - 1]
+    _covers(published, entry(proof), f"{CERTIFICATE}, {proof.name}")
 
 
 def _covers(published: Any, proved: Any, where: str) -> None:

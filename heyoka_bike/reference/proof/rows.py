@@ -3,15 +3,17 @@
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 
+import flint
 import numpy as np
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Maneuver
+from heyoka_bike.errors import NotCertifiedError
 from heyoka_bike.motion.evaluator import Evaluator, evaluator
 from heyoka_bike.motion.trajectory import Certificate, Trajectory, row_times
-from heyoka_bike.numbers.arithmetic import Balls
+from heyoka_bike.numbers.arithmetic import Balls, exact_ball
 from heyoka_bike.numbers.double import Array, Double
 from heyoka_bike.numbers.exact import shortest_decimal
 from heyoka_bike.numbers.rounding import Enclosure, Value, decimal_digits, hi_lo, upward
@@ -111,7 +113,14 @@ def enclose_rows(
     rows = []
     with at.balls.precision():
         for i, t in enumerate(row_times(at.trajectory.maneuver)):
-            row: dict[str, Value] = {**at.columns(t), **constant}
+            columns = at.columns(t)
+            for name, x in constant.items():
+                if not columns[name].overlaps(x if isinstance(x, flint.arb) else exact_ball(x)):
+                    raise NotCertifiedError(
+                        f"{at.trajectory.maneuver.name}: {name}, row {i}: is {columns[name]} by "
+                        f"the state, and {x} by its being constant"
+                    )
+            row: dict[str, Value] = {**columns, **constant}
             if i == 0:
                 row |= first
             rows.append(

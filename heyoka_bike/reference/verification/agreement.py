@@ -20,7 +20,7 @@ from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.kinematics import front_contact_height
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
-from heyoka_bike.errors import UndecidedError
+from heyoka_bike.errors import NotCertifiedError, UndecidedError
 from heyoka_bike.motion.evaluator import evaluator
 from heyoka_bike.motion.trajectory import Certificate, Trajectory, row_times
 from heyoka_bike.numbers.arithmetic import Balls, exact_ball
@@ -191,7 +191,12 @@ def rounded_rows(
     digits = None if text is None else Tally("digits", text.file.name)
     rows = x.reference.rows
     at = evaluator(run, run.bits + EVALUATION_BITS, certificate)
-    enclosed = enclose_rows(at, exact_columns(run.bicycle, run.maneuver), constant_columns(run))
+    first = exact_columns(run.bicycle, run.maneuver)
+    try:
+        enclosed = enclose_rows(at, first, constant_columns(run))
+    except NotCertifiedError as e:
+        rounding.fail(str(e))
+        return [rounding]
     for i, row in enumerate(enclosed):
         for name, value in row.items():
             where = x.at(name, i)
@@ -338,7 +343,6 @@ def dense(x: Stored, file: str = HDF5) -> list[Tally]:
 def certified(x: Stored, run: Trajectory | None, entry: Mapping[str, Any]) -> list[Tally]:
     """What the certificate says of a maneuver, as far as it follows from the other files."""
     tally = Tally("certificate", CERTIFICATE)
-    m = x.reference
     states = entry["state_bounds"]
     if run is not None and set(states) != set(run.states):
         tally.fail(f"{x.maneuver.name}: state_bounds: expected {', '.join(run.states)}")
@@ -355,18 +359,34 @@ def certified(x: Stored, run: Trajectory | None, entry: Mapping[str, Any]) -> li
         "bound_end": max((s["end"] for s in states.values()), key=Fraction),
     }
     found = {key: entry[key] for key in expected} | entry["dense_relative_bounds"]
-    expected |= {
-        name: decimal_above(Fraction(float(bound.max())) / Fraction(x.scale(name)))
+    _same(tally, x, found, expected | _relative_bounds(x.reference))
+    tally.largest = float(Fraction(entry["bound"]))
+    return [tally]
+
+
+def certified_motion(x: Stored, motion: ReferenceManeuver, entry: Mapping[str, Any]) -> list[Tally]:
+    """What the certificate says of the whole motion, as far as it follows from motion.h5."""
+    tally = Tally("certificate", CERTIFICATE, largest=float(Fraction(entry["bound"])))
+    found = entry["motion"]["dense_relative_bounds"] | {"entries": entry["motion"]["entries"]}
+    expected: dict[str, Any] = {"entries": x.maneuver.rows * len(motion.columns)}
+    _same(tally, x, found, expected | _relative_bounds(motion))
+    return [tally]
+
+
+def _relative_bounds(m: ReferenceManeuver) -> dict[str, str]:
+    return {
+        name: decimal_above(Fraction(float(bound.max())) / Fraction(m.scale(name) or 1.0))
         for name, bound in m.dense.bound.items()
     }
+
+
+def _same(tally: Tally, x: Stored, found: Mapping[str, Any], expected: Mapping[str, Any]) -> None:
     for key, value in expected.items():
         tally.values += 1
         if found[key] != value:
             tally.fail(
                 f"{x.maneuver.name}: {key}: found {found[key]!r:.60}, expected {value!r:.60}"
             )
-    tally.largest = float(Fraction(entry["bound"]))
-    return [tally]
 
 
 def certificate_of(run: Trajectory, entry: Mapping[str, Any]) -> Certificate:

@@ -19,13 +19,13 @@ import numpy as np
 from heyoka_bike.bicycle.column import Column
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.bicycle.equations.kinematics import state_names
-from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
+from heyoka_bike.bicycle.motion_columns import DENSE_COLUMNS, MOTION_COLUMNS
 from heyoka_bike.bicycle.parameters import Maneuver
 from heyoka_bike.numbers.precision import Precision
 from heyoka_bike.reference import structure
 from heyoka_bike.reference.layout import content_sha256
 from heyoka_bike.reference.manifest import Manifest, values_version
-from heyoka_bike.reference.proof.certificate_file import STATEMENT, TRUSTED
+from heyoka_bike.reference.proof.certificate_file import COMPUTED, PROVED, STATEMENT, TRUSTED
 from heyoka_bike.reference.proof.rows import TEXT_DIGITS
 from heyoka_bike.reference.structure import INDEX, STATED, Dataset, Group, by_maneuver
 from heyoka_bike.reference.texts import TextFile
@@ -44,7 +44,7 @@ _SCALE_ATTRIBUTES = {"CLASS", "NAME", "REFERENCE_LIST", "DIMENSION_LIST"}
 _NUMBER_50 = re.compile(rf"-?[1-9]\.[0-9]{{{TEXT_DIGITS - 1}}}e[+-](0|[1-9][0-9]*)|0")
 _ENTRY = (
     "maneuver", "steps", "entries", "ambiguous", "bound", "bound_end", "state_bounds",
-    "dense_relative_bounds",
+    "dense_relative_bounds", "motion",
 )  # fmt: skip
 _STATES = {
     form: [*state_names(is_regular), "yaw"]
@@ -268,7 +268,10 @@ def _names_of_attributes(item: Any, expected: Sequence[str]) -> Iterator[str]:
 def of_certificate(raw: bytes, manifest: Manifest, maneuvers: Sequence[Maneuver]) -> Iterator[str]:
     """Problems of the certificate, apart from what its numbers say."""
     document = json.loads(raw)
-    parts = ["schema_version", "statement", "inputs", "maneuvers", "trusted", "software"]
+    parts = [
+        "schema_version", "statement", "inputs", "proved", "computed", "maneuvers", "trusted",
+        "software",
+    ]  # fmt: skip
     if list(document) != parts:
         yield f"found the entries {', '.join(document)}; expected {', '.join(parts)}"
         return
@@ -276,6 +279,8 @@ def of_certificate(raw: bytes, manifest: Manifest, maneuvers: Sequence[Maneuver]
         yield f"found schema version {document['schema_version']!r:.20}, expected 1"
     if document["statement"] != STATEMENT or document["trusted"] != list(TRUSTED):
         yield "its statement, or what is trusted, is not what is proved"
+    if document["proved"] != PROVED or document["computed"] != COMPUTED:
+        yield "what it names as proved, or as computed, is not what is"
     if document["inputs"] != manifest.inputs:
         yield "its inputs are not those of the manifest"
     if raw != (json.dumps(document, indent=2, ensure_ascii=False) + "\n").encode():
@@ -290,10 +295,14 @@ def of_certificate(raw: bytes, manifest: Manifest, maneuvers: Sequence[Maneuver]
             raise _UnusableError(f"{maneuver.name}: expected the entries {', '.join(_ENTRY)}")
         if list(entry["state_bounds"]) not in _STATES.values():
             raise _UnusableError(f"{maneuver.name}: has other state variables than a candidate")
-        if list(entry["dense_relative_bounds"]) != [column.name for column in COLUMNS]:
+        dense, motion = entry["dense_relative_bounds"], entry["motion"]
+        if list(motion) != ["entries", "dense_relative_bounds"]:
+            raise _UnusableError(f"{maneuver.name}: motion: expected entries and bounds")
+        forces = motion["dense_relative_bounds"]
+        if list(dense) != [c.name for c in COLUMNS] or list(forces) != list(DENSE_COLUMNS):
             raise _UnusableError(f"{maneuver.name}: has other columns than a set")
         for key, bounds in (
-            *entry["state_bounds"].items(), ("dense", entry["dense_relative_bounds"]),
+            *entry["state_bounds"].items(), ("dense", dense), ("motion", forces),
             ("bound", {key: entry[key] for key in ("bound", "bound_end")}),
         ):  # fmt: skip
             for x in bounds.values():

@@ -285,6 +285,8 @@ def _look(part: ManeuverFiles, _: Report) -> list[Tally]:
             add(text.file.name, same, stored, text)
         if entry is not None:
             add(CERTIFICATE, agreement.certified, stored, run, entry)
+        if entry is not None and part.motion is not None:
+            add(CERTIFICATE, agreement.certified_motion, stored, part.motion, entry)
         if part.motion is not None:
             for look_at_motion in motion_agreement.CHECKS:
                 add(MOTION, look_at_motion, stored, part.motion)

@@ -23,6 +23,7 @@ _AT_FLOOR = 2.0
 _ALL = 300.0
 # Methods that all but conserve energy are wrong by up to 2000 times what they change of it.
 _KEPT = 1e5
+_OF_ANY_INTEGRATOR = ("smooth_error", "steps_of_varying_size")
 _MOST_DECIMALS = 12
 _COUNTS = {1: "One parameter explains", 2: "Two parameters explain", 3: "Three parameters explain"}
 
@@ -57,8 +58,8 @@ def findings(
         found += _towards(diagnosis)
         shape = numerical.findings(report, reference or load_reference())
         wrong_model = _not_the_integrator(diagnosis, columns)
-        # A smooth error says nothing more then.
-        found += [f for f in shape if not (wrong_model and f.code == "smooth_error")]
+        # Then neither a tolerance nor a smooth error says anything more.
+        found += [f for f in shape if not (wrong_model and f.code in _OF_ANY_INTEGRATOR)]
         found += wrong_model
     if diagnosis.untried:
         found.append(_without_heyoka(diagnosis))
@@ -207,9 +208,10 @@ def _changed(fit: Fit, values: Mapping[Unknown, float]) -> str:
         # So many digits as the uncertainty allows, its first one among them.
         decimals = min(max(1, 1 - floor(log10(uncertain))), _MOST_DECIMALS) if uncertain else 1
         after = f"{before + change:.{decimals}f}".rstrip("0").rstrip(".")
+        # What changes next to nothing of what is left is not known at all.
+        within = f" (+- {uncertain:.1g})" if uncertain < abs(before) + abs(change) else ""
         parts.append(
-            f"{_named(unknown)} is {after} {UNKNOWNS[unknown[0]]} (+- "
-            f"{uncertain:.1g}) instead of {before:.10g}"
+            f"{_named(unknown)} is {after} {UNKNOWNS[unknown[0]]}{within} instead of {before:.10g}"
         )
     return ", and ".join(parts)
 

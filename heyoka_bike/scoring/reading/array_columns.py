@@ -129,7 +129,7 @@ def _decimal(x: Any, dtype: np.dtype[Any], path: str, where: str, row: int) -> s
     if isinstance(x, int | float | Decimal) and not isinstance(x, bool):
         x = str(x)
     if not isinstance(x, str):
-        raise refused(dtype, path, where)
+        raise refused(np.dtype(bool) if isinstance(x, bool) else dtype, path, where)
     number = _POINT.number(x.strip())
     if number is None:
         raise InputError(f"{where}row {row}: found {quoted(x)}, expected a number", file=path)

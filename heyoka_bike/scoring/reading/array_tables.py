@@ -191,12 +191,13 @@ class _Arrays:
         if self.is_ordered and len(vectors) in widths and len(vectors) == len(arrays):
             self._check_lengths(vectors, where)
             return self._by_place(vectors.values(), maneuver, where, names=list(vectors))
-        if pair := beside_a_time(arrays, widths):
+        whole = _whole(arrays, widths)
+        pair = beside_a_time(arrays, widths)
+        if pair and whole in ([], [pair[1]]):
             time, others, is_turned = pair
             columns = self._read(arrays[others], f"{where}{others}: ")
             every = (arrays[time], *(columns if is_turned else columns.T))
             return self._by_place(every, maneuver, where)
-        whole = _whole(arrays, widths)
         if len(whole) == 1:
             return self.table(arrays[whole[0]], maneuver, f"{where}{whole[0]}: ")
         found = [*arrays, *inner]
@@ -248,7 +249,7 @@ class _Arrays:
         both = widths_in_words(widths)
         shape = tuple(source.shape)
         if len(shape) != 2:
-            if source.dtype.kind not in "fiu":
+            if source.dtype.kind not in ("fiuO" if len(shape) == 1 else "fiu"):
                 raise refused(source.dtype, self.path, where)
             raise InputError(
                 f"{where}found an array of shape {shape}, expected rows of {both} columns",

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
 from heyoka_bike.errors import quoted
@@ -52,7 +53,7 @@ _MANEUVERS = frozenset(
 )
 
 _MANEUVER = r"(?:m|man|maneuver|manoeuvre)"
-_BRACKETS = re.compile(r"\[([^\]]*)\]|\(([^)]*)\)|\{([^}]*)\}")
+_BRACKETS = re.compile(r"\[([^\[\]]*)\]|\(([^()]*)\)|\{([^{}]*)\}")
 _ONE = re.compile(r"[\[({]\s*1\s*[\])}]")
 _NUMBERED = re.compile(rf"[\s_-]*{_MANEUVER}?[\s_-]*([0-9]{{1,3}})\s*")
 _BREAKS = re.compile(r"[\s_.:/-]+")
@@ -69,6 +70,8 @@ LIKE = 0.63
 _ALMOST = 0.85
 
 
+# The names of a file are asked for many times.
+@lru_cache(1024)
 def recognise(name: str, *, one_is_a_unit: bool = True) -> tuple[str, int | None] | None:
     """Key of the column that a name means, and number of the maneuver if it has one.
 

@@ -45,5 +45,7 @@ def what_may_be_wrong(width: int, rows: int | None, widths: Sequence[int]) -> st
     if width + 1 in widths:
         return "; is the time missing?"
     if rows is not None and rows + 1 in widths:
-        return "; are these the columns side by side, without the time?"
+        return f"; are the {rows} rows columns, and is the time missing?"
+    if rows in widths:
+        return f"; are the {rows} rows columns? the first does not ascend as times do"
     return ""

@@ -24,7 +24,7 @@ _OTHERS: Mapping[str, tuple[str, ...]] = {
     "N m": ("knm", "kn m", "nmm", "n mm"),
 }
 
-_BRACKETS = re.compile(r"\[([^\]]*)\]|\(([^()]*)\)|\{([^}]*)\}")
+_BRACKETS = re.compile(r"\[([^\[\]]*)\]|\(([^()]*)\)|\{([^{}]*)\}")
 _DIVIDED = re.compile(r"\s*(?:/|\bper\b)\s*")
 _INVERSE = re.compile(r"[ _]?(s|sec|h)(?:\*\*|\^)?\s*[({]?\s*[-\u2212\u207b][1\u00b9][)}]?$")
 _SECONDS = re.compile(r"/(?:second|sec)s?$")

@@ -85,7 +85,7 @@ def parse_json(text: bytes, encoding: str, path: str) -> Any:
     except UnicodeError:
         raise InputError(f"found damaged text, expected {encoding.upper()}", file=path) from None
     except RecursionError:
-        raise InputError("found arrays in too many arrays, expected rows", file=path) from None
+        raise InputError("found arrays in too many others, expected rows", file=path) from None
 
 
 def _lines(content: str, decoder: json.JSONDecoder) -> list[Any]:
@@ -120,9 +120,15 @@ def _array(items: list[Any], path: str) -> Any:
     if all(isinstance(x, dict) for x in items):
         if not any(isinstance(y, list | dict) for x in items for y in x.values()):
             return _records(items)
-        if len(items) == 1:
+        numbers = [_number(x) for x in items]
+        if numbers == [None]:
             return _shaped(items[0], path)
-        return {f"maneuver_{_number(x, i)}": _shaped(x, path) for i, x in enumerate(items, 1)}
+        # A number that is not told is the place.
+        told = [n or i for i, n in enumerate(numbers, 1)]
+        if len(set(told)) < len(told):
+            told = list(range(1, len(items) + 1))
+        each = {f"maneuver_{n}": _shaped(x, path) for n, x in zip(told, items, strict=True)}
+        return {name: x for name, x in each.items() if x is not None} or None
     return None
 
 
@@ -185,14 +191,16 @@ def _vector(items: list[Any]) -> Any:
     return found
 
 
-def _number(x: Mapping[str, Any], place: int) -> str:
-    """Number of the maneuver of an object, by what it says or by its place."""
+def _number(x: Mapping[str, Any]) -> int | None:
+    """Number of the maneuver that an object says it is of."""
     for name, y in x.items():
-        if isinstance(y, str) and is_maneuver(name):
-            return str(group_number(y) or y)
-        if isinstance(y, str) and name.lower() in ("name", "id") and group_number(y):
-            return str(group_number(y))
-    return str(place)
+        if isinstance(y, str) and (is_maneuver(name) or name.lower() in ("name", "id")):
+            number = group_number(y)
+            if number is None and is_maneuver(name) and y.isascii() and y.isdecimal():
+                number = int(y[:4])
+            if number is not None:
+                return number
+    return None
 
 
 def _is_heading(row: list[Any]) -> bool:

@@ -85,7 +85,10 @@ def parse_block(
         return None
     values = np.ascontiguousarray(table.T)
     sampled = slice(None, None, max(1, len(rows) // samples))
-    digits, places = _written([row.split(mark) for row in rows[sampled]], values[:, sampled])
+    written = [row.split(mark) for row in rows[sampled]]
+    if mark:
+        written = [[number.strip() for number in row] for row in written]
+    digits, places = _written(written, values[:, sampled])
     lo = {}
     for j in exact:
         tokens = (row.split(mark, j + 1)[j] for row in rows)
@@ -111,11 +114,11 @@ def _decimal() -> tuple[Any, Any]:
 
 def _written(numbers: Sequence[Sequence[str]], values: Array) -> tuple[Ints, Ints]:
     """Digits and places of numbers, by row and column; see `Block`."""
-    text = np.char.strip(np.array(numbers, dtype=np.bytes_))
+    text = np.array(numbers, dtype=np.bytes_)
     marks = np.ascontiguousarray(text)[..., None].view(np.uint8)
     at = np.arange(marks.shape[-1])
     has_e, has_point = ((marks == mark).any(axis=-1) for mark in (_E, _POINT))
-    end = np.where(has_e, (marks == _E).argmax(axis=-1), np.char.str_len(text))
+    end = np.where(has_e, (marks == _E).argmax(axis=-1), (marks != 0).sum(axis=-1))
     point = np.where(has_point, (marks == _POINT).argmax(axis=-1), end - 1)
     is_digit = (marks >= _ZERO) & (at < end[..., None])
     leading = np.where(is_digit & (marks > _ZERO), at, len(at)).min(axis=-1)

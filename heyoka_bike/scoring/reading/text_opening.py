@@ -28,7 +28,7 @@ _FEWEST_COUNTED = 9
 
 _COMMENT_SIGNS = re.compile(r"[#%!/;*\s]+")
 _TWO_BLANKS = re.compile(r"\s{2,}")
-_BRACKETS = re.compile(r"\s*(?:\[[^\]]*\]|\([^)]*\))")
+_BRACKETS = re.compile(r"[ \t]?(?:\[[^\[\]]*\]|\([^()]*\))")
 
 
 @dataclass(frozen=True, slots=True)

@@ -83,13 +83,16 @@ def judgement(report: Report) -> str:
     """What a file is, in a word or a few; empty if nothing was compared."""
     found = file_grade(report)
     word = WORDS.get(found, "")
-    return f"{word} as far as it goes" if is_part(report) and found < Grade.WRONG and word else word
+    return (
+        f"{word}, as far as it goes" if is_part(report) and found < Grade.WRONG and word else word
+    )
 
 
 def style_of(report: Report) -> str:
     """The grade for style sheets: what is right in part only is not shown as right."""
     found = file_grade(report)
-    return (Grade.CLOSE if is_part(report) and found == Grade.RIGHT else found).style
+    is_right = found in (Grade.RIGHT, Grade.ROUNDED)
+    return (Grade.CLOSE if is_right and is_part(report) else found).style
 
 
 def meanings(grades: Iterable[Grade], signs: dict[Grade, str]) -> list[tuple[Grade, str]]:

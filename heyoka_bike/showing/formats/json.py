@@ -41,7 +41,13 @@ def _series(series: Series) -> dict[str, Any]:
         "dataset_version": series.runs[0].report.dataset_version,
         "is_one_program": series.is_one_program,
         "runs": [
-            {"name": r.name, "step": r.step, "cpu": r.cpu, "report": _report(r.report)}
+            {
+                "name": r.name,
+                "step": r.step,
+                "tolerance": r.tolerance,
+                "cpu": r.cpu,
+                "report": _report(r.report),
+            }
             for r in series.runs
         ],
         "convergence": [asdict(c) for c in series.convergence],

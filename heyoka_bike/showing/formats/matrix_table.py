@@ -26,7 +26,8 @@ def of_report(report: Report) -> str:
         "taken as",
         rows,
         "Correct digits of the worst value of a column, <bdi>-log10</bdi> of its error relative to "
-        f"the column's largest value.{more}",
+        f"the column's largest value.{more} Taken as: the definition, sign, unit and zero that the "
+        "values follow; none of it is an error.",
     )
 
 

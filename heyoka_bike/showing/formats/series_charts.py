@@ -1,7 +1,7 @@
 """Figures of a series: error against step size, processor time, and over time."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from html import escape
 
 import numpy as np
@@ -45,43 +45,40 @@ def work_precision(series: Series, maneuver: int) -> str:
 
 def side_by_side(series: Series, maneuver: int) -> str:
     """Error over time of each column, a line for each program."""
-    figures = []
-    for c in series.convergence:
-        if c.maneuver != maneuver:
-            continue
-        lines = []
-        for i, run in enumerate(series.runs):
-            found = _column(run, maneuver, c.key)
-            size = found and scale(found)
-            if found is None or not size or not found.trace.error.any():
-                continue
-            t, error = highest(found.trace.time, np.abs(found.trace.error), _BINS)
-            style = f"s{_APART[i % len(_APART)]}"
-            lines.append(Line(run_name(series, run), style, t, error / size))
-        figures.append(_over_time(c, lines))
+    held = [m for run in series.runs for m in run.report.maneuvers if m.maneuver == maneuver]
+    time = axis.times(min(m.t_start for m in held), max(m.t_end for m in held))
+    figures = (
+        _over_time(c.key, time, list(_error_lines(series, c)))
+        for c in series.convergence
+        if c.maneuver == maneuver
+    )
     return f'<div class="columns">{"".join(figures)}</div>'
 
 
-def _over_time(c: Convergence, lines: Sequence[Line]) -> str:
-    name = escape(label(c.key))
+def _error_lines(series: Series, c: Convergence) -> Iterator[Line]:
+    for i, run in enumerate(series.runs):
+        found = _column(run, c.maneuver, c.key)
+        size = found and scale(found)
+        if found is not None and size and found.trace.error.any():
+            t, error = highest(found.trace.time, np.abs(found.trace.error), _BINS)
+            style = f"s{_APART[i % len(_APART)]}"
+            yield Line(run_name(series, run), style, t, error / size)
+
+
+def _over_time(key: str, time: axis.Axis, lines: Sequence[Line]) -> str:
+    name = escape(label(key))
     if not lines:
-        return (
-            f'<figure><figcaption><b>{name}</b></figcaption><p class="empty">No error in any '
-            "program.</p></figure>"
-        )
+        said = '<p class="empty">No error in any program.</p>'
+        return f"<figure><figcaption><b>{name}</b></figcaption>{said}</figure>"
     every = np.concatenate([line.y[line.y > 0] for line in lines])
     peak = float(every.max())
     low = max(float(np.quantile(every, 0.05)), peak * 10.0**-_MOST_DECADES)
     drawn = chart(
-        axis.times(min(float(x.x[0]) for x in lines), max(float(x.x[-1]) for x in lines)),
-        axis.decades(low, max(peak, 2 * TOLERANCE), 6),
-        lines,
-        about=f"Error of the {label(c.key)} of each program over time, logarithmic",
-        title="error / scale of the column",
-        x_title="time [s]",
-        height=_SMALL,
+        time, axis.decades(low, max(peak, 2 * TOLERANCE), 6), lines,
+        about=f"Error of the {label(key)} of each program over time, logarithmic",
+        title="error / scale of the column", x_title="time [s]", height=_SMALL,
         levels=[Level(TOLERANCE, "tolerance", "1e-3 of the scale")],
-    )
+    )  # fmt: skip
     items = [(line.name, line.style, "") for line in lines]
     return f"<figure><figcaption><b>{name}</b></figcaption>{legend(items)}{drawn}</figure>"
 

@@ -18,6 +18,8 @@ from heyoka_bike.showing.formats.wording import (
     run_name,
     run_words,
     series_verdict,
+    size_heading,
+    size_text,
     unit_text,
     verdict,
 )
@@ -133,8 +135,7 @@ def _print_convergence(page: TextPage, series: Series, maneuver: int) -> None:
 
 def _convergence(series: Series, columns: Sequence[Convergence]) -> TextTable:
     has_cpu = any(run.cpu is not None for run in series.runs)
-    has_steps = any(run.step is not None for run in series.runs)
-    names = ["step [s]" if has_steps else "", *(["CPU [s]"] if has_cpu else [])]
+    names = [size_heading(series), *(["CPU [s]"] if has_cpu else [])]
     heads = [f"{_in_lines(label(c.key))}\n[{unit_text(c.unit)}]" for c in columns]
     has_orders = any(p is not None for c in series.convergence for p in c.orders)
     rows = []
@@ -143,7 +144,7 @@ def _convergence(series: Series, columns: Sequence[Convergence]) -> TextTable:
         if i and has_orders:
             orders = (one_decimal(c.orders[i - 1]) for c in columns)
             rows.append(["  order", *(["" for _ in cpu]), *orders])
-        step = f"run {i + 1}" if run.step is None else plain(run.step)
+        step = size_text(run) or f"run {i + 1}"
         rows.append([step, *cpu, *(number(c.errors[i]) for c in columns)])
     blank = [""] if has_cpu else []
     if has_orders:

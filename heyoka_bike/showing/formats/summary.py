@@ -2,7 +2,6 @@
 
 import math
 import shlex
-import shutil
 from collections.abc import Iterator
 
 from heyoka_bike.errors import printable
@@ -10,7 +9,7 @@ from heyoka_bike.scoring.report import Report, Run, Series
 from heyoka_bike.showing.formats.grades import Grade, file_grade, is_part, text_color
 from heyoka_bike.showing.formats.matrix import conventions
 from heyoka_bike.showing.formats.origin import UNKNOWN, Origin
-from heyoka_bike.showing.formats.text_page import PROSE, TextPage
+from heyoka_bike.showing.formats.text_page import TextPage
 from heyoka_bike.showing.formats.wording import (
     by_severity,
     coverage_words,
@@ -40,8 +39,7 @@ def render(scored: Report | Series, width: int | None, color: bool, made: Origin
 
     Parameters are those of `table.render`.
     """
-    columns = shutil.get_terminal_size((PROSE, 24)).columns if width is None else width
-    page = TextPage(columns, color)
+    page = TextPage(width, color)
     if isinstance(scored, Report):
         page.brief("", _verdict(scored), 2, f"bold {text_color(file_grade(scored))}")
         entries = _report(scored)

@@ -1,6 +1,5 @@
 """The report as text for a terminal or a pipe: readable without colours, letters of ASCII only."""
 
-import shutil
 from collections.abc import Callable
 
 from heyoka_bike.errors import printable
@@ -74,8 +73,7 @@ def render(scored: Report | Series, width: int | None, color: bool, made: Origin
     made
         When and how.
     """
-    columns = shutil.get_terminal_size((PROSE, 24)).columns if width is None else width
-    page = TextPage(columns, color)
+    page = TextPage(width, color)
     if isinstance(scored, Report):
         _print_report(page, scored)
     else:

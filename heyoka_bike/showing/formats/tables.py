@@ -14,6 +14,7 @@ from heyoka_bike.showing.formats.wording import (
     one_decimal,
     plain,
     run_name,
+    size_heading,
     unit_text,
 )
 
@@ -100,9 +101,9 @@ def _score(c: ColumnScore) -> tuple[str, ...]:
 def convergence(series: Series, maneuver: int) -> str:
     """Errors of a maneuver for each run, the observed order between neighbours."""
     columns = [c for c in series.convergence if c.maneuver == maneuver]
-    has_steps = any(run.step is not None for run in series.runs)
+    heading = size_heading(series).removesuffix(" [s]") or "run"
     has_cpu = any(run.cpu is not None for run in series.runs)
-    head = ["step" if has_steps else "run" if series.is_one_program else "program"]
+    head = [heading if series.is_one_program else "program"]
     head += ["CPU [s]"] * has_cpu
     head += [f"{escape(label(c.key))} <i>[{escape(unit_text(c.unit))}]</i>" for c in columns]
     blank = ("",) * has_cpu
@@ -113,20 +114,24 @@ def convergence(series: Series, maneuver: int) -> str:
             orders = (f"<i>{one_decimal(_at(c, i - 1))}</i>" for c in columns)
             rows.append(("<i>observed order</i>", *blank, *orders))
         errors = (number(c.errors[i], 3) for c in columns)
-        name = run_name(series, run) if run.step is None else f"{plain(run.step)} s"
+        name = f"{plain(run.step)} s" if run.step is not None else run_name(series, run)
         rows.append((escape(name), *[plain(run.cpu, 3)][: len(blank)], *errors))
-    note = "Largest errors. Floor: what the digits written allow."
+    said = ["Largest errors."]
     if has_orders:
         rows.append(("extrapolated", *blank, *(number(c.richardson_error) for c in columns)))
-        note = (
+        said = [
             "Largest errors, and the observed order between neighbouring runs. Extrapolated: the "
             "error that is left by Richardson's extrapolation of the two finest runs, which "
-            "cancels the leading term. Floor: what the digits written allow."
-        )
-    rows.append(("floor", *blank, *(number(c.floor) for c in columns)))
+            "cancels the leading term."
+        ]
+    if series.is_one_program:
+        rows.append(("floor", *blank, *(number(c.floor) for c in columns)))
+        said.append("Floor: what the digits written allow.")
+    if has_cpu:
+        said.append("CPU: processor time of the whole run.")
     return (
         table(head, rows, f"Convergence of maneuver {maneuver}", "numbers")
-        + f'<p class="facts">{note}{" CPU: processor time of the whole run." * has_cpu}</p>'
+        + f'<p class="facts">{" ".join(said)}</p>'
     )
 
 

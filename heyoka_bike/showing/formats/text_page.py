@@ -1,6 +1,7 @@
 """Lines of text of a certain width, and tables in them, plain or with the colours of a terminal."""
 
 import re
+import shutil
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -44,12 +45,13 @@ class TextTable:
 
 
 class TextPage:
-    """Lines of text of at most so many letters."""
+    """Lines of text of at most so many letters, by default those of the terminal."""
 
-    def __init__(self, width: int, color: bool) -> None:
+    def __init__(self, width: int | None, color: bool) -> None:
+        columns = shutil.get_terminal_size((PROSE, 24)).columns if width is None else width
         self._lines: list[str] = []
         self._color = color
-        self.width = max(width, 40)
+        self.width = max(columns, 40)
 
     def say(self, text: str, style: str = "", indent: str = "") -> None:
         """Text, wrapped; all lines but the first are indented."""

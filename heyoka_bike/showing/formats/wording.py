@@ -45,7 +45,7 @@ def one_decimal(x: float | None) -> str:
 
 def unit_text(unit: str) -> str:
     """A unit as people write it: ``rad s-1`` is rad/s."""
-    return printable(unit.replace(" s-1", "/s"))
+    return printable(unit.replace(" s-1", "/s").replace(" h-1", "/h"))
 
 
 def in_unit(said: str, unit: str) -> str:
@@ -283,9 +283,12 @@ def worst_error_words(report: Report) -> str:
 
 
 def performance_remark(report: Report) -> str:
-    """What eq. (1) says of the maneuver that the benchmark judges by it, and what it sees."""
+    """What eq. (1) says of the maneuver that the benchmark judges by it, and what it sees.
+
+    Empty without such a maneuver, or without an energy.
+    """
     judged = [m for m in report.maneuvers if is_judged(m)]
-    if not judged:
+    if all(m.performance is None for m in judged):
         return ""
     said = ", ".join(_judged_words(m) for m in judged)
     return (
@@ -296,8 +299,6 @@ def performance_remark(report: Report) -> str:
 
 def _judged_words(m: ManeuverScore) -> str:
     found = passes(m)
-    if found is None:
-        return f"has no energy to judge in maneuver {m.maneuver}"
     so_far = " so far" if found and not is_whole(m) else ""
     return (
         f"is {readable(m.performance)} % in maneuver {m.maneuver}, which "
@@ -316,13 +317,15 @@ def series_verdict(series: Series) -> str:
     parts = [f"{len(series.runs)} runs of one program"]
     if steps:
         parts[0] += f", steps {plain(max(steps))} to {plain(min(steps))} s"
+    elif tolerances := [r.tolerance for r in series.runs if r.tolerance is not None]:
+        parts[0] += f", tolerances {plain(max(tolerances))} to {plain(min(tolerances))}"
     parts += [f"the {name} one: {graded(run.report)}", order_words(series)]
     return "; ".join(p for p in [*parts, requirement_words(series)] if p)
 
 
 def chosen(series: Series) -> tuple[str, Run]:
     """The run that is shown in full, and what makes it so: the finest, or else the best."""
-    if series.is_one_program and all(run.step is not None for run in series.runs):
+    if series.is_one_program and all(size_text(run) for run in series.runs):
         return "finest", series.runs[-1]
 
     def digits(run: Run) -> float:
@@ -345,10 +348,24 @@ def order_words(series: Series) -> str:
     return ""
 
 
+def size_text(run: Run) -> str:
+    """The step [s] of a run, or else its tolerance; empty if neither is known."""
+    return plain(run.tolerance if run.step is None else run.step).strip("-")
+
+
+def size_heading(series: Series) -> str:
+    """What `size_text` is of the runs of a series; empty if it is nothing."""
+    if any(run.step is not None for run in series.runs):
+        return "step [s]"
+    return "tolerance" if any(run.tolerance is not None for run in series.runs) else ""
+
+
 def run_name(series: Series, run: Run) -> str:
-    """A short name of a run: the program's, the step, or the file's."""
+    """A short name of a run: the program's, the step or tolerance, or the file's."""
     if series.is_one_program and run.step is not None:
         return f"step {plain(run.step)} s"
+    if series.is_one_program and run.tolerance is not None:
+        return f"tolerance {plain(run.tolerance)}"
     return printable(run.name or Path(run.report.file.path).name)
 
 
@@ -358,6 +375,8 @@ def run_words(run: Run) -> str:
     parts = [path if run.name in ("", Path(path).name) else f"{printable(run.name)}, {path}"]
     if run.step is not None:
         parts.append(f"step {plain(run.step)} s")
+    if run.tolerance is not None:
+        parts.append(f"tolerance {plain(run.tolerance)}")
     if run.cpu is not None:
         parts.append(f"{plain(run.cpu, 3)} s of processor time")
     return ", ".join(parts)

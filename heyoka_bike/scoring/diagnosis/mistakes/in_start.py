@@ -5,6 +5,7 @@ from dataclasses import replace
 from itertools import permutations
 from math import pi
 
+from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.scoring.diagnosis.programs.program import Mistake, Program, start_mistake
 
 _DEGREE = pi / 180
@@ -39,6 +40,20 @@ def _speed_by(code: str, says: str, radius: str, other: str) -> Mistake:
     return Mistake(
         code, says, "the initial spin: the speed over the wheel's own radius", "start", make
     )
+
+
+def _exchanged(code: str, says: str, *symbols: str) -> Mistake:
+    """Wheels in each other's place, of which the rear one is started with the right spin."""
+
+    def make(program: Program) -> Program:
+        p = dict(program.bicycle.values)
+        for s in symbols:
+            p[f"{s[0]}R{s[1:]}"], p[f"{s[0]}F{s[1:]}"] = p[f"{s[0]}F{s[1:]}"], p[f"{s[0]}R{s[1:]}"]
+        ratio = float(p["rR"]) / float(program.bicycle["rR"])
+        starts = {n: replace(s, speed=s.speed * ratio) for n, s in program.starts.items()}
+        return replace(program, bicycle=Bicycle(program.bicycle.name, p), starts=starts)
+
+    return Mistake(code, says, "which wheel is the rear one", "model", make)
 
 
 _NUMBERS = (1, 2, 3)
@@ -90,6 +105,10 @@ START_MISTAKES: tuple[Mistake, ...] = (
               "radius of the front wheel", "rR", "rF"),
     _speed_by("speed_by_rear_radius", "the initial spin of the front wheel is the speed over the "
               "radius of the rear wheel", "rF", "rR"),
+    _exchanged("wheels_exchanged_spin_kept", "the wheels are exchanged, and the rear one starts "
+               "with the speed over its right radius", "r", "m", "Ixx", "Iyy"),
+    _exchanged("radii_exchanged_spin_kept", "the wheel radii are exchanged, and the rear wheel "
+               "starts with the speed over its right radius", "r"),
     *(_place(sources) for sources in (*_ALONE, *_ORDERS)),
 )  # fmt: skip
 """In no particular order."""

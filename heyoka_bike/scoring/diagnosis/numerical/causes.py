@@ -8,6 +8,7 @@ from heyoka_bike.errors import MissingPackageError
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.alignment import HALF
+from heyoka_bike.scoring.arithmetic import single_precision
 from heyoka_bike.scoring.diagnosis.numerical.height import Heights
 from heyoka_bike.scoring.diagnosis.numerical.roughness import (
     SMOOTH,
@@ -16,6 +17,7 @@ from heyoka_bike.scoring.diagnosis.numerical.roughness import (
     roughness,
 )
 from heyoka_bike.scoring.diagnosis.numerical.step_order import Order, order_of
+from heyoka_bike.scoring.falling import ROUNDING
 from heyoka_bike.scoring.findings import Finding
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Report
@@ -50,8 +52,13 @@ _MOSTLY = 0.3
 # Of white noise, with the scatter of a thousand rows.
 _WHITE = (-0.8, 0.4)
 _SCATTER = 0.1
-# With fewer digits every number is that of a single-precision one.
-_DIGITS_BEYOND_SINGLE = 9
+
+
+# Of the scale: what single-precision arithmetic leaves of a run, whose steps add up.
+_OF_SINGLE = 1e-5
+# How to see what falls.
+_BOTH_STEPS = "heyoka-bike score A B --step 0.01,0.005"
+_BOTH_TOLERANCES = "heyoka-bike score A B --tolerance 1e-8,1e-9"
 
 
 def findings(report: Report, reference: Reference) -> tuple[Finding, ...]:
@@ -59,6 +66,12 @@ def findings(report: Report, reference: Reference) -> tuple[Finding, ...]:
     far = [_error_in_scales(c) > HALF for m in report.maneuvers for c in m.columns if c.values]
     if 2 * sum(far) >= len(far):
         return (_too_far(),)
+    worst = max(_error_in_scales(c) for m in report.maneuvers for c in m.columns)
+    if worst < ROUNDING:
+        return (_rounding(worst),)
+    single = single_precision(report)
+    if single is not None and worst < _OF_SINGLE:
+        return (single,)
     if max(m.rows for m in report.maneuvers) < _FEW_ROWS:
         return (Finding("cannot_tell", "So few rows do not show what the error looks like"),)
     order = _order(report, reference)
@@ -69,10 +82,10 @@ def findings(report: Report, reference: Reference) -> tuple[Finding, ...]:
     found = (
         *(() if order is None else (_of_order(order, report),)),
         # What a method in the state's own coordinates does to the energy says nothing more.
-        *(_energy(report) if order is None or order.constrained else ()),
+        *(_energy(report, order) if order is None or order.constrained else ()),
         *_rough(report, order),
         *floor,
-        *_single_precision(report),
+        *(() if single is None else (single,)),
     )
     return found or (_smooth(),)
 
@@ -130,33 +143,54 @@ def _smooth() -> Finding:
     return Finding(
         "smooth_error",
         "The error is smooth, as the step size or tolerance of an integrator makes it, but its "
-        "shape does not tell the order; to be sure, halve the step, or divide the tolerance by "
-        "ten, and score both files together: an error of the integrator falls, by 2^p with a "
-        "method of order p, that of a wrong model stays",
+        f"shape does not tell the order; to be sure, halve the step ({_BOTH_STEPS}), or divide the "
+        f"tolerance by ten ({_BOTH_TOLERANCES}): the error of an integrator falls, by 2^p with a "
+        "method of order p; that of a wrong model stays the same curve; and noise of rounding or "
+        "of iterations stays as large, but is another curve",
     )
 
 
-def _energy(report: Report) -> Iterator[Finding]:
+def _rounding(worst: float) -> Finding:
+    return Finding(
+        "limited_by_rounding",
+        f"The error is {worst:.1g} of the scale at the most: that is what rounding leaves of a run "
+        "in binary64 arithmetic. If it does not fall with the tolerance or the step "
+        f"({_BOTH_TOLERANCES}), it is the arithmetic, and not the model",
+        evidence={"max_rel_error": worst},
+    )
+
+
+def _energy(report: Report, order: Order | None) -> Iterator[Finding]:
     """Energy that falls or grows steadily in every maneuver."""
     trends = [_trend(m) for m in report.maneuvers]
     numbers = [m.maneuver for m in report.maneuvers]
+    everywhere = " in every maneuver" if len(numbers) > 1 else ""
     changes = {str(n): t for n, t in zip(numbers, trends, strict=True)}
     evidence = {"maneuvers": numbers, "relative_change": changes}
     if trends and all(t < 0 for t in trends):
         yield Finding(
             "numerical_damping",
-            "The mechanical energy falls steadily in every maneuver, as numerical damping makes "
-            "it: an integrator or a setting with less damping (a spectral radius nearer to 1), or "
-            "a smaller step",
+            f"The mechanical energy falls steadily{everywhere}, as numerical damping makes it: "
+            f"{_less_damping(order)}",
             evidence=evidence,
         )
     if trends and all(t > 0 for t in trends):
         yield Finding(
             "energy_grows",
-            "The mechanical energy grows steadily in every maneuver, as with an explicit method "
-            "of low order: a smaller step, or a method of higher order",
+            f"The mechanical energy grows steadily{everywhere}, as with an explicit method of low "
+            "order: a smaller step, or a method of higher order",
             evidence=evidence,
         )
+
+
+def _less_damping(order: Order | None) -> str:
+    """What to do against damping; only implicit methods have a setting for it."""
+    if order is not None and order.constrained:
+        return (
+            "less damping in the integrator's settings (in generalised-alpha methods a spectral "
+            "radius nearer to 1), or a smaller step"
+        )
+    return "a smaller step or tolerance, or a method that damps less"
 
 
 def _trend(m: ManeuverScore) -> float:
@@ -227,7 +261,7 @@ def _rough(report: Report, order: Order | None) -> Iterator[Finding]:
             "steps_of_varying_size",
             "The error is rough between steps of varying size, as an integrator with a tolerance "
             "and rows between its steps makes it; this says no order: divide the tolerance by "
-            "ten, and score both files together",
+            f"ten, and score both ({_BOTH_TOLERANCES})",
             evidence=evidence,
         )
 
@@ -304,25 +338,3 @@ def _grows(fifths: Sequence[Array]) -> bool:
     means = np.array([np.mean(x) for x in fifths])
     one_way = bool(np.all(means[1:] * means[-1] > 0))
     return one_way and max(later) > _GROWN * first and abs(np.sum(means)) > _ONE_WAY * sum(later)
-
-
-def _single_precision(report: Report) -> Iterator[Finding]:
-    """Values that are all single-precision numbers, although more digits are written."""
-    digits = report.file.significant_digits
-    if digits is None or digits < _DIGITS_BEYOND_SINGLE:
-        return
-    columns: list[ColumnScore] = [c for m in report.maneuvers for c in m.columns if c.values]
-    plain = [c for c in columns if c.as_understood.unit == c.as_written.unit]
-    if plain and all(_is_single(c, digits) for c in plain):
-        yield Finding(
-            "single_precision",
-            "All values are single-precision numbers, good to seven digits: compute and store "
-            "them in double precision",
-            evidence={"columns": sorted({c.key for c in plain})},
-        )
-
-
-def _is_single(c: ColumnScore, digits: int) -> bool:
-    value = c.trace.value + c.as_understood.offset
-    rounded = value.astype(np.float32).astype(np.float64)
-    return bool(np.all(np.abs(value - rounded) <= 10.0 ** (1 - digits) * np.abs(value)))

@@ -1,0 +1,78 @@
+"""Files of single-precision numbers: written as such, or computed with them on the way."""
+
+import numpy as np
+
+from heyoka_bike.numbers.double import Array
+from heyoka_bike.scoring.alignment import Part
+from heyoka_bike.scoring.findings import Finding, Severity
+from heyoka_bike.scoring.measures import rms
+from heyoka_bike.scoring.report import ColumnScore, Report
+
+_BITS = 24
+_FEW_ROWS = 50
+# Rows that are looked at.
+_MOST_ROWS = 4000
+# Rounding to 24 bits leaves 1.7e-8 to 3.4e-8 of a value, root mean square; a value that is computed
+# from some rounded ones, a few times that.
+_NOISE = (5e-9, 3e-7)
+# Root mean square of third over second differences: 1.83 for white noise, far less for a smooth
+# error. With a thousand rows it scatters by 0.03.
+_WHITE = (1.6, 2.0)
+# The noise is said of a file if that many of its columns have it.
+_MOSTLY = 2 / 3
+
+
+def single_precision(report: Report) -> Finding | None:
+    """Whether a file was written or computed in single precision, though with more digits."""
+    columns = [(m.part, c) for m in report.maneuvers for c in m.columns if _tells(c)]
+    single = {c.key for part, c in columns if _is_single(part, c)}
+    others = {c.key for _, c in columns} - single
+    if columns and len(single) >= len(others):
+        # A constant is a number of any precision.
+        keys = single if others else {c.key for m in report.maneuvers for c in m.columns}
+        return Finding(
+            "single_precision",
+            f"{'Most' if others else 'All'} values are single-precision numbers, good to seven "
+            "digits, however many are written: an error of 1e-7 of a value, or one that grows from "
+            "that, is the arithmetic and not the model; compute and store in double precision",
+            Severity.WARNING,
+            {"columns": sorted(keys)},
+        )
+    noisy = [c for _, c in columns if _has_its_noise(c)]
+    if columns and len(noisy) >= _MOSTLY * len(columns):
+        return Finding(
+            "single_precision",
+            "The values jump from row to row by some 1e-7 of their size, as numbers of single "
+            "precision on the way leave them: this is the arithmetic and not the model; compute "
+            "in double precision throughout",
+            Severity.WARNING,
+            {"columns": sorted({c.key for c in noisy})},
+        )
+    return None
+
+
+def _tells(c: ColumnScore) -> bool:
+    return c.values >= _FEW_ROWS and bool(np.ptp(c.trace.value))
+
+
+def _is_single(part: Part, c: ColumnScore) -> bool:
+    """Whether a column holds numbers of single precision, and more digits than these have."""
+    quantum, values = part.quantum.get(c.key), part.values[c.key]
+    if quantum is None or quantum.base != 2:
+        return False
+    finite = values[np.isfinite(values)]
+    with np.errstate(over="ignore", under="ignore"):
+        return quantum.digits == _BITS or bool(np.all(finite == finite.astype(np.float32)))
+
+
+def _has_its_noise(c: ColumnScore) -> bool:
+    """Whether the error is noise of the size that rounding to 24 bits leaves."""
+    if c.as_understood.measures.max_abs_error in (None, 0.0):
+        return False
+    error: Array = c.trace.error[:_MOST_ROWS]
+    size = rms(c.trace.value[:_MOST_ROWS])
+    second, third = (rms(np.diff(error, n)) for n in (2, 3))
+    if not second or not size:
+        return False
+    noise = second / 6**0.5 / size
+    return _NOISE[0] < noise < _NOISE[1] and _WHITE[0] < third / second < _WHITE[1]

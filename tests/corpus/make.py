@@ -1,0 +1,87 @@
+"""Compute the runs and store them: ``python -m corpus.make [--full FILE]`` in tests, some minutes.
+
+Needs ``pip install symbrim exudyn scipy h5py``. `runs.h5` has few rows of most runs; with
+``--full`` a file of all rows is written, too, which `files` takes as its second argument.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+import h5py
+import numpy as np
+from corpus import exudyn_runs, linear_runs, newton_runs, symbrim_runs
+from corpus.benchmark import COLUMNS, MANEUVERS, TIMES, Array, Run
+
+HERE = Path(__file__).resolve().parent
+RUNS = (*symbrim_runs.RUNS, *exudyn_runs.RUNS, *newton_runs.RUNS, *linear_runs.RUNS)
+
+FALLEN = 1.2
+"""Roll angle at which a file ends [rad]."""
+
+_WHOLE = {"symbrim-dop853-1e-12": 1, "exudyn-trapezoidal-0.001": 5}
+"""Runs that files of other columns are made of: all columns, one of so many rows."""
+_TIGHT = ("1e-12", "1e-13", "1e-10", "exponential")
+"""Runs with these in their method keep all bits."""
+_ALSO = {"symbrim-rear-not-rotated": ("speed_contact_global_x",)}
+
+
+def computed() -> Iterator[tuple[Run, Mapping[str, Array]]]:
+    """Each run, its columns of shape (maneuvers, rows)."""
+    for run in RUNS:
+        blocks = [run.compute(m) for m in range(len(MANEUVERS))]
+        print(run.name, flush=True)
+        found = {name: np.array([block[name] for block in blocks]) for name in blocks[0]}
+        yield run, until_the_fall(found)
+
+
+def until_the_fall(found: Mapping[str, Array]) -> Mapping[str, Array]:
+    """NaN from the first row on at which the bicycle lies on its side."""
+    stands = np.logical_and.accumulate(abs(found["roll"]) < FALLEN, axis=1)
+    return {name: np.where(stands, x, np.nan) for name, x in found.items()}
+
+
+def rounded(values: Array) -> Array:
+    """To 40 bits, which compress better: far below the error of runs that are not tight."""
+    fraction, power = np.frexp(values)
+    return np.ldexp(np.round(np.ldexp(fraction, 40)), power - 40)
+
+
+def store(file: h5py.File, run: Run, found: Mapping[str, Array], is_full: bool) -> None:
+    """Add a run to a file: of shape (columns, maneuvers, rows)."""
+    if is_full or run.name in _WHOLE:
+        columns: Sequence[str] = tuple(found)
+    else:
+        columns = (*COLUMNS, *_ALSO.get(run.name, ()))
+    every = 1 if is_full else _WHOLE.get(run.name, 10 if run.did else 5)
+    values = np.array([found[name] for name in columns])[..., ::every]
+    if not is_full and not any(tight in run.program for tight in _TIGHT):
+        values = rounded(values)
+    data = file.create_dataset(
+        run.name, data=values, chunks=(1, *values.shape[1:]), compression=9, shuffle=True
+    )
+    about = {
+        "program": run.program, "did": run.did, "expected": run.expected, "columns": columns,
+    }  # fmt: skip
+    data.attrs["run"] = json.dumps(about)
+
+
+def main(arguments: Sequence[str]) -> None:
+    full = Path(arguments[1]) if arguments[:1] == ["--full"] else None
+    with h5py.File(HERE / "runs.h5", "w") as few:
+        if full is None:
+            for run, found in computed():
+                store(few, run, found, is_full=False)
+            return
+        with h5py.File(full, "w") as every:
+            for run, found in computed():
+                store(few, run, found, is_full=False)
+                store(every, run, found, is_full=True)
+
+
+if __name__ == "__main__":
+    assert len(TIMES) == 1001
+    main(sys.argv[1:])

@@ -1,0 +1,13 @@
+"""The median that spares an import is NumPy's, to the last bit."""
+
+import numpy as np
+import pytest
+
+from heyoka_bike.numbers.double import median
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 10, 1001])
+def test_it_is_the_same(count):
+    x = np.random.default_rng(count).normal(size=(7, count)) * 10.0 ** np.arange(-3, 4)[:, None]
+    assert np.array_equal(median(x), np.median(x, axis=-1))
+    assert median(x[0].tolist()) == np.median(x[0])
