@@ -50,9 +50,9 @@ _SIMULATED = 2001
 _ROUNDOFF = 1e-11
 # A program whose motion ends cannot have written many more rows.
 _REACHED = 0.5
-# Where roll and steer are wrong by so many times the change of the energy, as with most methods of
-# integration, nothing more is to be explained.
-_KEPT = 5.0
+# Errors of so many times the change of the energy are those of most methods of integration; a
+# parameter that is typed in four digits moves more than so much.
+_KEPT, _FINE = 5.0, 3e-4
 
 _Expected = Sequence[Mapping[str, Array]]
 """Of each part, columns by name."""
@@ -232,7 +232,7 @@ class Search:
         """Whether no more is left than what the file's own energy is wrong by."""
         _, after = self._typical(expected)
         worst = max((x for (_, key), x in after.items() if key in LATERAL), default=np.inf)
-        return self.energy_level is not None and worst <= _KEPT * self.energy_level
+        return self.energy_level is not None and worst <= min(_KEPT * self.energy_level, _FINE)
 
     def fitting(self, understood: Mapping[str, Understanding] | None = None) -> Fitting:
         """The file as `estimation` takes it, by default understood as a correct one."""
