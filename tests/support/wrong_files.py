@@ -331,12 +331,12 @@ def wrong_last_digits(random):
 
 
 def energy_sum_broken(random):
-    """Another zero of one energy only."""
+    """Another zero of one energy only, by a fiftieth of the largest of them or more."""
     parts = _start(random, keys=list(EIGHT))
     key = str(random.choice(["potential_energy", "mechanical_energy"]))
     for p in parts:
         p.add(key, float(random.choice([-1, 1])) * random.uniform(80, 2000))
-    fails = ["scd >= 6", "scd >= 1", "mechanical_energy.scd >= 3"][: 3 if "mech" in key else 2]
+    fails = ["scd >= 6", "scd >= 2", "mechanical_energy.scd >= 3"][: 3 if "mech" in key else 2]
     return parts, [key], [p.maneuver for p in parts], {"fails": fails, "is_sized": False}
 
 
