@@ -66,7 +66,7 @@ def test_every_dataset_is_described_compressed_and_checked(folder):
                 assert (item.compression, item.shuffle, item.fletcher32) == ("gzip", True, True)
 
         f.visititems(visit)
-        assert len(seen) == 3 * (2 + 66 + 3 + 66)
+        assert len(seen) == 3 * (2 + 3 * 38 + 3 + 3 * 38)
         assert f["maneuver_1"].attrs["name"] == "maneuver 1"
 
 

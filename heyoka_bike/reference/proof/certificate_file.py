@@ -25,11 +25,11 @@ STATEMENT = (
     "and where the friction demands have rows only. Nothing is proved of what is only computed."
 )
 
-PROVED: Mapping[str, Sequence[str]] = {
+PROVED: Mapping[str, list[str]] = {
     HDF5: [c.name for c in COLUMNS],
     MOTION: [c.name for c in MOTION_COLUMNS],
-    TEXT: BENCHMARK_COLUMNS,
-    TEXT_50: BENCHMARK_COLUMNS,
+    TEXT: list(BENCHMARK_COLUMNS),
+    TEXT_50: list(BENCHMARK_COLUMNS),
 }
 """Columns that are proved, by file; a text may be several, one for each maneuver."""
 
