@@ -88,8 +88,7 @@ def test_verify_compares_the_hash_of_the_numbers(copy, capsys):
     assert "content_sha256" in error
 
 
-def test_a_set_without_a_motion_is_whole_too(copy, capsys):
-    """Sets of older versions have none."""
+def test_a_set_without_a_motion_is_not_what_its_certificate_says(copy, capsys):
     import json
 
     (copy / "motion.h5").unlink()
@@ -98,4 +97,6 @@ def test_a_set_without_a_motion_is_whole_too(copy, capsys):
     document["files"] = [x for x in document["files"] if x["file"] != "motion.h5"]
     path.write_text(json.dumps(document, indent=2, ensure_ascii=False) + "\n")
     assert run(capsys, "verify", copy)[0] == 0
-    assert run(capsys, "certify", copy)[0] == 0
+    code, error = run(capsys, "certify", copy)
+    assert code == 3
+    assert "motion.h5: not in the manifest" in error

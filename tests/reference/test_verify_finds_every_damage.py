@@ -61,7 +61,7 @@ def test_the_published_set_passes_every_check(capsys):
     assert report["passed"] is True
     assert {c["passed"] for c in report["checks"]} == {True}
     counted = {(c["check"], c["file"]): c["evidence"]["values"] for c in report["checks"]}
-    every_value = 3 * 1001 * 22
+    every_value = 3 * 1001 * 38
     for check in ("columns", "rounding", "row_bounds", "dense_rows"):
         assert counted[check, "uncontrolled-bicycle.h5"] == every_value
     for name in ("uncontrolled-bicycle.txt", "uncontrolled-bicycle-50digits.txt"):

@@ -46,8 +46,8 @@ def test_digits_by_column_and_maneuver(small, capsys):
     for check, digits in zip(checks, (30, 38), strict=True):
         evidence = check["evidence"]
         assert check["passed"] is True
-        assert evidence["values"] == 2 * 5 * 22
-        assert len(evidence["digits"]) == len(evidence["digits_of_candidate"]) == 22
+        assert evidence["values"] == 2 * 5 * 38
+        assert len(evidence["digits"]) == len(evidence["digits_of_candidate"]) == 38
         # About the digits of the precision; those of what is published are at least 31.
         assert min(evidence["digits_of_candidate"].values()) > digits - 2
         assert max(evidence["digits_of_candidate"].values()) < digits + 6

@@ -148,6 +148,8 @@ def _nothing_else(raw: Mapping[str, bytes], maneuvers: Sequence[Maneuver]) -> No
     known = {HDF5, MOTION, *texts, CANDIDATE, CERTIFICATE, *COMPUTED}
     for name in raw.keys() - known:
         raise NotCertifiedError(f"{name}: found in the manifest, and nothing proves it")
+    if MOTION not in raw:
+        raise NotCertifiedError(f"{MOTION}: not in the manifest, expected what {CERTIFICATE} names")
     for name, columns in ((HDF5, COLUMNS), (MOTION, MOTION_COLUMNS)):
         group = structure.table({}, columns, 0, 0)
         expected = set(by_maneuver(maneuvers))
