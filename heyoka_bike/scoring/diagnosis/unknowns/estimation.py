@@ -34,6 +34,8 @@ _WINDOWS = (0.15, 1.0)
 # Where no fit of whole runs shows, those of so much of them are tried, each from the last: a change
 # that makes another motion of ten seconds is of first order in the first.
 _GROWING = (0.05, 0.1, 0.2, 0.4)
+# Errors of so much of the size of a column are of another motion, not of first order.
+_LARGE = 0.3
 # Rows that a part must have: fewer are little more than the start.
 _FEWEST_ROWS = 4
 _ITERATIONS = 12
@@ -193,7 +195,8 @@ def estimate(
         if size > 1 and promise < _FURTHER * known:
             break
         found = [_Refinement(problem, errors, m).run(x) for m, x in _distinct(starts)]
-        if errors is not None and not any(_is_shown(problem, f) for f in found):
+        is_shown = any(_is_shown(problem, f) for f in found)
+        if errors is not None and not is_shown and _is_another_motion(problem):
             found += _grown(problem, errors, size)
         found.sort(key=lambda f: -f.gain)
         if not _is_shown(problem, found[0]) or found[0].gain < (_FURTHER if best else 1.0) * known:
@@ -293,6 +296,10 @@ def _one_more(problem: FitProblem, errors: Errors, best: Fit) -> tuple[_Starts, 
     order = np.argsort(-gains, kind="stable")[:_REFINED]
     starts = {tuple(subsets[k].tolist()): changes[k] + np.append(start, 0.0) for k in order}
     return starts, best.gain * float(gains[order[0]])
+
+
+def _is_another_motion(problem: FitProblem) -> bool:
+    return max(in_scales(problem, problem.errors).values(), default=0.0) > _LARGE
 
 
 def _grown(problem: FitProblem, errors: Errors, size: int) -> list[Fit]:
