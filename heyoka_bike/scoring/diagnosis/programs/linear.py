@@ -32,14 +32,12 @@ KINETIC = ("nonlinear", "quadratic", "constant", "lateral")
 
 @dataclass(frozen=True, slots=True)
 class Terms:
-    """With which power of the speed, or of gravity, a matrix enters; None if it is left out.
+    """With which power of the speed or of gravity a matrix enters; None if it is left out.
 
     Attributes
     ----------
-    c1, k2
-        Powers of the speed.
-    k0
-        Power of gravity.
+    c1, k0, k2
+        Powers of the speed, of gravity, of the speed.
     """
 
     c1: int | None = 1
