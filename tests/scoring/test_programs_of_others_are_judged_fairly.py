@@ -89,7 +89,7 @@ ANSWERS = {
     "roll rate given along the tilted axis": r"roll rate .*(is 0\.0?47|tilt)",
     "roll rate taken as degrees": "initial roll rate is taken as degrees",
     "no roll rate at the start": "initial roll rate is zero",
-    "steer rate at the start": "steer rate .*is 0.05",
+    "steer rate at the start": "steer rate .*(is 0.05|as large as the roll rate)",
     "velocities at the start without the roll": "centres of mass do not move sideways",
     "front wheel not turning at the start": "front wheel starts without spin",
     "wheels not turning at the start": "both wheels start without spin",
