@@ -136,7 +136,7 @@ def settling_rows(bicycle, maneuver, end=Fraction(100), digits=DIGITS[0]):
     peaks = list(events(run, (GREATEST_LEAN,)))[-2:]
     with at.balls.precision():
         reached = mp.mpf(at.columns(end)["forward_speed"].mid().str(58, radius=False))
-        lean = [abs(at.columns(e.time, e.piece)["roll_angle"]) for e in peaks]
+        lean = [abs(at.columns(e.time)["roll_angle"]) for e in peaks]
         rate = float((lean[1] / lean[0]).log() / (peaks[1].time - peaks[0].time))
     slowest = values[-1]
     return [
@@ -199,9 +199,9 @@ def fall_rows(bicycle, maneuver):
         man, exp = lift.time.lower().man_exp()
         before = int(man) * Fraction(2) ** int(exp)
         is_first = all(stays_positive(run, proof, kind, before) for kind in (REAR_LIFT, FRONT_LIFT))
-        largest = at.columns(lean.time, lean.piece)
-        there = at.columns(lift.time, lift.piece)
-        on_floor = [forces(at.equations, at.state(e.time, e.piece)) for e in (lean, lift)]
+        largest = at.columns(lean.time)
+        there = at.columns(lift.time)
+        on_floor = [forces(at.equations, at.state(e.time)) for e in (lean, lift)]
         rows += [
             ("greatest lean, time [s]", f"`{enclosed(lean.time)}`", "certified"),
             ("roll angle then [rad]", f"`{enclosed(largest['roll_angle'])}`", "certified"),

@@ -60,12 +60,12 @@ def test_maneuver_1_comes_to_the_cycle_at_the_rate_of_its_multiplier(
     with at.balls.precision():
         crossings = []
         for i, e in enumerate(events(run, (UPRIGHT,))):
-            there = at.columns(e.time, e.piece)
+            there = at.columns(e.time)
             # The first one after the start leans to the left.
             signs = MIRRORED if i % 2 == 0 else (1,) * 4
             crossings.append([s * float(there[c]) for s, c in zip(signs, COLUMNS, strict=True)])
         leans = [
-            abs(float(at.columns(e.time, e.piece)["roll_angle"].mid()))
+            abs(float(at.columns(e.time)["roll_angle"].mid()))
             for e in events(run, (GREATEST_LEAN,))
         ]
     away = np.linalg.norm(np.array(crossings) - upright, axis=1)

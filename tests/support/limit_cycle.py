@@ -72,7 +72,7 @@ class Section:
         crossing = next(events(run, (UPRIGHT,)))
         at = evaluator(run, run.bits + 64)
         with at.balls.precision():
-            there = at.columns(crossing.time, crossing.piece)
+            there = at.columns(crossing.time)
             energy = self.number(at.columns(Fraction(0))[ENERGY])
             point = [s * self.number(there[c]) for s, c in zip(MIRRORED, COLUMNS, strict=True)]
             return point, self.number(crossing.time), energy
@@ -96,7 +96,7 @@ def settled(bicycle, maneuver):
     crossing = [e for e in events(run, (UPRIGHT,)) if e.rises][-1]
     at = evaluator(run, 128)
     with at.balls.precision():
-        there = at.columns(crossing.time, crossing.piece)
+        there = at.columns(crossing.time)
         return [float(there[c].mid()) for c in COLUMNS]
 
 
@@ -152,7 +152,7 @@ class Cycle:
         with at.balls.precision():
 
             def of(event, name):
-                return abs(s.number(at.columns(event.time, event.piece)[name]))
+                return abs(s.number(at.columns(event.time)[name]))
 
             lean = next(events(run, (GREATEST_LEAN,)))
             steer = max(of(e, "steer_angle") for e in zeros(run, _steer_rate, "steer"))
