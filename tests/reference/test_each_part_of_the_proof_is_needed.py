@@ -17,6 +17,7 @@ import pytest
 
 from heyoka_bike.bicycle.equations import initial
 from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.bicycle.equations.whole_motion import NonnegativeRoots
 from heyoka_bike.errors import InputError, NotCertifiedError, UndecidedError
 from heyoka_bike.motion.trajectory import Certificate, Trajectory
 from heyoka_bike.numbers.arithmetic import Balls
@@ -303,3 +304,14 @@ def test_integrals_of_a_state_that_is_not_known(run: Trajectory) -> None:
     assert all(bound >= off * run.breaks[-1] for bound in last.bounds[9:])
     *_, exact = with_integrals(run, certificate(run, Fraction(0)))
     assert all(bound < Fraction(1, 10**60) for bound in exact.bounds[7:])
+
+
+def test_a_root_of_what_may_be_zero() -> None:
+    """Of a sum of squares whose ball reaches below zero: from zero to the root of its upper end."""
+    balls = NonnegativeRoots(64)
+    with balls.precision():
+        root = balls.sqrt(flint.arb(1, 3))
+        assert root.contains(0)
+        assert root.contains(2)
+        assert root < 2.1
+        assert not balls.sqrt(flint.arb(2, 1)).contains(0)
