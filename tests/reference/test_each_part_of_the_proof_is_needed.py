@@ -324,11 +324,15 @@ def test_what_the_polynomial_of_an_integral_leaves_out(run: Trajectory) -> None:
 
 
 def test_where_an_integral_begins_may_be_rounded(run: Trajectory) -> None:
-    integrator = integrals._Integrator(run)
-    integrator.at[0] = Fraction(1, 3)
-    (stretch,) = integrator.stretches(run.piece(0), (Fraction(0),) * SIZE)
-    begins = Fraction(stretch.piece.rows[SIZE][0], 2**stretch.piece.grid)
-    assert 0 < abs(begins - Fraction(1, 3)) <= stretch.bounds[SIZE]
+    def of_one_that_begins_at(at: Fraction) -> tuple[Fraction, Fraction]:
+        integrator = integrals._Integrator(run)
+        integrator.at[0] = at
+        (stretch,) = integrator.stretches(run.piece(0), (Fraction(0),) * SIZE)
+        first = Fraction(stretch.piece.rows[SIZE][0], 2**stretch.piece.grid)
+        return abs(at - first), stretch.bounds[SIZE]
+
+    rounding, bound = of_one_that_begins_at(Fraction(1, 3))
+    assert 0 < rounding <= bound - of_one_that_begins_at(Fraction(0))[1]
 
 
 def test_what_a_series_leaves_out_is_the_rest_of_a_geometric_one() -> None:
