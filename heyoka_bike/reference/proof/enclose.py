@@ -21,8 +21,8 @@ ball around a multiple of pi. On a piece of length h, with s = (t - t0) / h:
 
 A piece over which Y is badly conditioned, or on which no circle works, is halved, exactly.
 
-The bound of q assumes a bound eps on e; that it holds follows, by continuity, when the bound
-obtained for e is below eps.
+The bound of q assumes a bound eps on e; that it holds follows by a fixed point theorem when the
+bound obtained for e is not above eps. Statement and proof are in docs/proof.md.
 """
 
 from collections.abc import Callable, Sequence
