@@ -120,7 +120,7 @@ ANSWERS = {
     "speed times 7/6: spin times the front radius":
         "spin of the rear wheel times the radius of the front",
     "speed is the constant of the start": "speed.*(never filled in|that of the start in every row)",
-    "pitch in place of the roll": "roll_angle.*(definition|unknown|pitch)",
+    "pitch in place of the roll": "pitch angle is in the place of the roll angle",
     "yaw in place of the steer": "yaw angle is in the place of the steer angle",
     "interpolated between few rows": "interpolat|step size of|Every 10 rows|Every 2 rows",
     "noise": "noise",
