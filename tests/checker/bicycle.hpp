@@ -44,8 +44,9 @@ struct Bicycle {
     Interval offset;           // front hub from the same point, across the axis
 
     explicit Bicycle(const std::map<std::string, Interval>& p)
-        : tilt(p.at("lam")), g(p.at("g")), rR(p.at("rR")), rF(p.at("rF")), mR(p.at("mR")), mB(p.at("mB")), mH(p.at("mH")), mF(p.at("mF")),
-          R{p.at("IRxx"), p.at("IRyy"), p.at("IRxx"), 0}, F{p.at("IFxx"), p.at("IFyy"), p.at("IFxx"), 0} {
+        : tilt(p.at("lam")), g(p.at("g")), rR(p.at("rR")), rF(p.at("rF")), mR(p.at("mR")), mB(p.at("mB")),
+          mH(p.at("mH")), mF(p.at("mF")), R{p.at("IRxx"), p.at("IRyy"), p.at("IRxx"), 0},
+          F{p.at("IFxx"), p.at("IFyy"), p.at("IFxx"), 0} {
         // In the upright position x is forward and z down, the origin below the rear hub. The steer axis
         // meets the floor at w + c and is tilted backward by lam: e1 and e3 are x and z turned by lam.
         const Interval cl = cos(tilt), sl = sin(tilt);
@@ -53,11 +54,9 @@ struct Bicycle {
             return Vector<Interval>{x * cl - z * sl, 0, x * sl + z * cl};
         };
         auto inertia = [&](const std::string& name) {
-            const Interval xx = p.at(name + "xx"), zz = p.at(name + "zz"), xz = p.at(name + "xz");
-            const Interval two = 2;
-            return Inertia{cl * cl * xx - two * cl * sl * xz + sl * sl * zz, p.at(name + "yy"),
-                           sl * sl * xx + two * cl * sl * xz + cl * cl * zz,
-                           cl * sl * (xx - zz) + (cl * cl - sl * sl) * xz};
+            const Interval xx = p.at(name + "xx"), zz = p.at(name + "zz"), xz = p.at(name + "xz"), d = cl * sl;
+            return Inertia{cl * cl * xx - d * xz * 2 + sl * sl * zz, p.at(name + "yy"),
+                           sl * sl * xx + d * xz * 2 + cl * cl * zz, d * (xx - zz) + (cl * cl - sl * sl) * xz};
         };
         b = turned(p.at("xB"), p.at("zB") + rR);
         B = inertia("IB"), H = inertia("IH");
@@ -68,18 +67,18 @@ struct Bicycle {
     }
 };
 
-// Places and velocities of everything, from roll, pitch, steer, w1, w3 and spin.
+// Places and velocities of everything, from roll, pitch, steer, w1, w3, spin (and yaw, which drives nothing).
 template <class T>
 struct Motion {
     T sin_roll, cos_roll, sin_beta, cos_beta, sin_steer, cos_steer;
-    Vector<T> down, heading;                // the vertical; where the rear wheel's plane meets the floor
-    Vector<T> f1, f2, f3;                   // the front's own axes
-    Vector<T> rim_R, rim_F;                 // from the hubs to the lowest points of the wheels
-    Vector<T> fork, front_hub;              // H's centre and the front hub
+    Vector<T> down, heading;                    // the vertical; where the rear wheel's plane meets the floor
+    Vector<T> f1, f2, f3;                       // the front's own axes
+    Vector<T> rim_R, rim_F;                     // from the hubs to the lowest points of the wheels
+    Vector<T> fork, front_hub;                  // H's centre and the front hub
     T spin, roll_rate, yaw_rate, pitch_rate, steer_rate, spin_F;  // spin_F: the front wheel's about its axle
-    Vector<T> omega, omega_F;               // of rear frame and front frame
-    Vector<T> v_R, v_B, v_H, v_F;           // of the centres of mass
-    Vector<T> L_R, L_B, L_H, L_F;           // moments of momentum about them
+    Vector<T> omega, omega_F;                   // of rear frame and front frame
+    Vector<T> v_R, v_B, v_H, v_F;               // of the centres of mass
+    Vector<T> L_R, L_B, L_H, L_F;               // moments of momentum about them
 
     Motion(const Bicycle& k, const std::vector<T>& x) : spin(x[5]) {
         const T &w1 = x[3], &w3 = x[4];
@@ -123,9 +122,8 @@ struct Motion {
         L_B = k.B * omega;
         L_R = k.R * Vector<T>{w1, -spin, w3};
         const T turn = dot(omega_F, f1);
-        const T tumble = dot(omega_F, f2);
         auto out = [&](const Vector<T>& a) { return a.x * f1 + a.y * f2 + a.z * f3; };
-        L_H = out(k.H * Vector<T>{turn, tumble, omega_F.z});
+        L_H = out(k.H * Vector<T>{turn, dot(omega_F, f2), omega_F.z});
         L_F = out(k.F * Vector<T>{turn, spin_F, omega_F.z});
     }
 };
@@ -159,9 +157,6 @@ std::vector<S> missing(const Bicycle& k, const Motion<Dual<S>>& m) {
     const S wheel_F = S(k.F.yy) * m.spin_F.rate();
     const S part = (wheel_F - dot(aside, level)) * inverse(dot(base, level));
     const auto contact_F = aside + part * base;
-    return {
-        dot(moment_C, base),
-        front.z - cross(at_F - at_S + rim_F, contact_F).z,
-        S(k.rR) * dot(value(m.heading), whole - contact_F) + S(k.R.yy) * m.spin.rate(),
-    };
+    return {dot(moment_C, base), front.z - cross(at_F - at_S + rim_F, contact_F).z,
+            S(k.rR) * dot(value(m.heading), whole - contact_F) + S(k.R.yy) * m.spin.rate()};
 }

@@ -24,7 +24,7 @@ inline std::vector<Interval> start(const Bicycle& k, const Claim& claim, const I
     // The pitch puts the front wheel's lowest point on the floor: Newton's iteration in intervals.
     auto gap = [&](const Interval& pitch) {
         using T = Dual<Interval>;
-        const Motion<T> m(k, {roll, {pitch, {1}}, steer, T(), T(), T()});
+        const Motion<T> m(k, {roll, {pitch, {1}}, steer, T(), T(), T(), T()});
         return dot(m.down, m.front_hub + m.rim_F - m.rim_R);
     };
     const Interval around = near + Interval::around_zero(tube);
@@ -32,7 +32,7 @@ inline std::vector<Interval> start(const Bicycle& k, const Claim& claim, const I
     expect(pitch.is_within(around), "pitch at the start: no root is proved near the candidate's");
     // Roll and steer rate are linear in w1 and w3.
     const Interval spin = given.at("speed") / k.rR;
-    auto rates = [&](long w1, long w3) { return Motion<Interval>(k, {roll, pitch, steer, w1, w3, spin}); };
+    auto rates = [&](long w1, long w3) { return Motion<Interval>(k, {roll, pitch, steer, w1, w3, spin, 0}); };
     const auto none = rates(0, 0), one = rates(1, 0), three = rates(0, 1);
     const Interval a = one.steer_rate - none.steer_rate, b = three.steer_rate - none.steer_rate;
     const Interval &c = one.cos_beta, &s = one.sin_beta, d = given.at("steer_rate") - none.steer_rate;
@@ -44,46 +44,34 @@ inline std::vector<Interval> start(const Bicycle& k, const Claim& claim, const I
 template <class S>
 std::vector<S> equations(const Bicycle& k, const std::vector<S>& x, const std::vector<S>& slope) {
     std::vector<Dual<S>> moving;
-    for (std::size_t i = 0; i + 1 < SIZE; ++i) moving.push_back({x[i], {slope[i]}});
+    for (std::size_t i = 0; i < SIZE; ++i) moving.push_back({x[i], {slope[i]}});
     const Motion<Dual<S>> m(k, moving);
     const auto f = missing(k, m);
     return {slope[0] - m.roll_rate.at, slope[1] - m.pitch_rate.at, slope[2] - m.steer_rate.at,
             f[0], f[1], f[2], slope[6] - m.yaw_rate.at};
 }
 
-// h A and h B of e' = A e + B r, from the partial derivatives of F by x (0 to 5) and by x' (6 to 11).
+// h A and h B of e' = A e + B r, from the partial derivatives of F by x (0 to 6) and by x' (7 to 13).
 inline void solve(const std::vector<Dual<Model>>& F, const Interval& h, Models& A, Models& B) {
-    A.assign(SIZE, std::vector<Model>(SIZE)), B = A;
-    for (std::size_t i : {0, 1, 2, 6}) {
-        for (std::size_t j = 0; j < 6; ++j) A[i][j] = -F[i].slope[j];
-        B[i][i] = Model(-1);
+    // Gauss without pivoting for the rows (E, -h F_x, -h): the equations are in the order of the rates.
+    Models rows(SIZE, std::vector<Model>(3 * SIZE));
+    for (std::size_t i = 0; i < SIZE; ++i) {
+        for (std::size_t j = 0; j < SIZE; ++j)
+            rows[i][j] = F[i].slope[SIZE + j], rows[i][SIZE + j] = Model(-h) * F[i].slope[j];
+        rows[i][2 * SIZE + i] = Model(-h);
     }
-    // M (e3', e4', e5') = right (e, r), with the rates of e0, e1, e2 put in; Gauss without pivoting.
-    Models rows(3);
-    for (std::size_t i = 0; i < 3; ++i) {
-        const std::vector<Model>& slope = F[3 + i].slope;
-        for (std::size_t j = 9; j < 12; ++j) rows[i].push_back(slope[j]);
-        for (std::size_t j = 0; j < 6; ++j) {
-            rows[i].push_back(-slope[j]);
-            for (std::size_t l = 0; l < 3; ++l) rows[i].back() += -(slope[6 + l] * A[l][j]);
-        }
-        for (std::size_t j = 0; j < 3; ++j) rows[i].push_back(slope[6 + j]);
-        for (std::size_t j = 0; j < 3; ++j) rows[i].push_back(i == j ? Model(-1) : Model());
-    }
-    for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t i = 0; i < SIZE; ++i) {
         const Model pivot = inverse(rows[i][i]);
         for (Model& x : rows[i]) x = pivot * x;
-        for (std::size_t l = 0; l < 3; ++l) {
-            if (l == i) continue;
+        for (std::size_t l = 0; l < SIZE; ++l) {
             const Model part = rows[l][i];
-            for (std::size_t j = i; j < rows[l].size(); ++j) rows[l][j] += -(part * rows[i][j]);
+            for (std::size_t j = i; l != i && j < rows[l].size(); ++j) rows[l][j] += -(part * rows[i][j]);
         }
     }
-    for (std::size_t i = 0; i < 3; ++i)
-        for (std::size_t j = 0; j < 6; ++j) A[3 + i][j] = rows[i][3 + j], B[3 + i][j] = rows[i][9 + j];
-    for (Models* m : {&A, &B})
-        for (auto& row : *m)
-            for (Model& x : row) x = Model(h) * x;
+    for (const auto& row : rows) {
+        A.emplace_back(row.begin() + SIZE, row.begin() + 2 * SIZE);
+        B.emplace_back(row.begin() + 2 * SIZE, row.end());
+    }
 }
 
 // The error over one span: p in its own time, 0 to 1, which lasts h seconds.
@@ -98,31 +86,29 @@ inline Radii over_span(const Bicycle& k, const Rows7& p, const Interval& h, cons
     const std::vector<Model> r = equations(k, x, slope);
     const Working low(MATRIX_BITS, MATRIX_ORDER);
     auto unit = [](std::size_t i) {
-        std::vector<Model> r(12);
-        if (i < r.size()) r[i] = Model(1);
+        std::vector<Model> r(2 * SIZE);
+        r[i] = Model(1);
         return r;
     };
     std::vector<Dual<Model>> wide, rate;
     for (std::size_t i = 0; i < SIZE; ++i) {
         Model around = x[i].shortened();
         around.rest += tube[i];
-        wide.push_back({around, unit(i < 6 ? i : 12)}), rate.push_back({slope[i].shortened(), unit(6 + i)});
+        wide.push_back({around, unit(i)}), rate.push_back({slope[i].shortened(), unit(SIZE + i)});
     }
     Models A, B;
     solve(equations(k, wide, rate), h, A, B);
-    {
-        // The defect of a truncated series is nearly its last powers: none of them is dropped.
-        const Working long_series(MATRIX_BITS, ORDER);
-        for (std::size_t i = 0; i < SIZE; ++i)
-            for (std::size_t j = 0; j < SIZE; ++j) b[i] += B[i][j] * r[j].shortened();
-    }
-    return frame.carry(Flow(A, b, FLOW_ORDER, ORDER));
+    // The defect of a truncated series is nearly all in its last powers: they stay.
+    const Working long_series(MATRIX_BITS, ORDER);
+    for (std::size_t i = 0; i < SIZE; ++i)
+        for (std::size_t j = 0; j < SIZE; ++j) b[i] += B[i][j] * r[j].shortened();
+    return frame.carry(Flow(A, b, FLOW_ORDER));
 }
 
-inline void below(const Radii& found, const Radii& claimed, const std::string& where) {
+inline void meet(const Radii& found, const Radii& claimed, const std::string& where) {
     for (std::size_t i = 0; i < SIZE; ++i)
-        expect(found[i] <= claimed[i], STATES[i] + where + ": the error may be " + shown(found[i])
-                                           + ", which is not below the claim " + shown(claimed[i]));
+        expect(found[i] <= claimed[i],
+               STATES[i] + where + ": the error may be " + shown(found[i]) + ", claimed " + shown(claimed[i]));
 }
 
 // Bounds of the error over the pieces that begin before `until`, none above its claim.
@@ -131,18 +117,18 @@ inline Radii prove(const Bicycle& k, const Candidate& run, const Claim& claim, d
     for (double bound : claim.interval) tube.push_back(2 * bound + 0x1p-200);
     Rows7 p = run.piece(0);
     std::vector<Interval> apart = start(k, claim, p[1][0], tube[1]);
-    for (std::size_t i = 0; i < SIZE; ++i) apart[i] -= p[i][0];
+    for (std::size_t i = 0; i < SIZE; ++i) apart[i] = apart[i] - p[i][0];
     Frame frame(apart);
-    below(frame.bound(), claim.interval, " at the start");
+    meet(frame.bound(), claim.interval, " at the start");
     for (std::size_t piece = 0; piece < run.pieces && run.breaks[piece] < until; ++piece) try {
         const Interval h = (Interval::exactly(run.breaks[piece + 1]) - Interval::exactly(run.breaks[piece])) / SPANS;
         for (auto& row : p) {
             Interval scale = 1;
-            for (Interval& c : row) c *= scale, scale /= SPANS;
+            for (Interval& c : row) c = c * scale, scale = scale / SPANS;
         }
         for (int span = 0; span < SPANS; ++span) {
             const Radii most = over_span(k, p, h, tube, frame);
-            below(most, claim.interval, "");
+            meet(most, claim.interval, "");
             for (std::size_t i = 0; i < SIZE; ++i) worst[i] = std::max(worst[i], most[i]);
             // p(s + 1), the next span or the end.
             for (auto& row : p)
@@ -159,6 +145,6 @@ inline Radii prove(const Bicycle& k, const Candidate& run, const Claim& claim, d
     } catch (const Refusal& e) {
         throw Refusal("piece " + std::to_string(piece) + ", t = " + shown(run.breaks[piece]) + " s: " + e.what());
     }
-    if (until > run.breaks.back()) below(frame.bound(), claim.end, " at the end");
+    if (until > run.breaks.back()) meet(frame.bound(), claim.end, " at the end");
     return worst;
 }

@@ -14,13 +14,14 @@ struct Flow {
     Models w;
     std::vector<Radii> off;
 
-    Flow(const Models& A, const std::vector<Model>& b, std::size_t order, std::size_t order_b)
+    // The last column has the working order, the others `order`.
+    Flow(const Models& A, const std::vector<Model>& b, std::size_t order)
         : w(b.size(), std::vector<Model>(b.size() + 1)), off(b.size(), Radii(b.size() + 1)) {
         const std::size_t n = b.size();
         Radii weights(n, 1.0);
         const double growth = most_growth(A, weights);
         for (std::size_t j = 0; j <= n; ++j) {
-            const Working long_series(Working::bits, j < n ? order : order_b);
+            const Working now(Working::bits, j < n ? order : Working::order);
             for (std::size_t i = 0; i < n; ++i) w[i][j].c.push_back(i == j ? 1 : 0);
             for (std::size_t k = 0; k + 1 < Working::order; ++k)
                 for (std::size_t i = 0; i < n; ++i) {

@@ -1,11 +1,10 @@
 // Real intervals in MPFI: every operation encloses all values that its operands may stand for.
 #pragma once
 #include <cfenv>
-#include <cstdio>
-#include <gmp.h>
+#include <cmath>
 #include <mpfi.h>
 #include <mpfi_io.h>
-#include <mpfr.h>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -19,17 +18,16 @@ inline void expect(bool good, const std::string& message) {
     if (!good) throw Refusal(message);
 }
 
-// Three digits.
 inline std::string shown(double x) {
-    char text[32];
-    std::snprintf(text, sizeof text, "%.3g", x);
-    return text;
+    std::ostringstream text;
+    text.precision(3);
+    return text << x, text.str();
 }
 
 // Sizes of what is computed from here to the end of the scope.
 struct Working {
     static inline int bits = 320;          // of an interval's ends
-    static inline std::size_t order = 52;  // coefficients of a Taylor model
+    static inline std::size_t order = 64;  // coefficients of a Taylor model
     Working(int b, std::size_t n) : bits_before(bits), order_before(order) { bits = b, order = n; }
     ~Working() { bits = bits_before, order = order_before; }
     Working(const Working&) = delete;
@@ -43,7 +41,6 @@ class Interval {
 public:
     Interval(long n = 0) { init(); mpfi_set_si(x, n); }
     static Interval of(mpz_srcptr n) { Interval r; mpfi_set_z(r.x, n); return r; }
-    static Interval of(mpq_srcptr q) { Interval r; mpfi_set_q(r.x, q); return r; }
     Interval(const Interval& o) { init(); mpfi_set(x, o.x); }
     Interval(Interval&& o) noexcept { *x = *o.x; o.owner = false; }
     Interval& operator=(const Interval& o) { if (!owner) init(), owner = true; mpfi_set(x, o.x); return *this; }
@@ -53,7 +50,8 @@ public:
     static Interval exactly(double d) { Interval r; mpfi_set_d(r.x, d); return r; }
     static Interval decimal(const std::string& text) {
         Interval r;
-        expect(mpfi_set_str(r.x, text.c_str(), 10) == 0 && mpfi_bounded_p(r.x), "found \"" + text + "\", expected a decimal");
+        const bool plain = text.find_first_not_of("+-.0123456789e") == std::string::npos;
+        expect(plain && mpfi_set_str(r.x, text.c_str(), 10) == 0, "found \"" + text + "\", expected a decimal");
         return r;
     }
     static Interval pi() { Interval r; mpfi_const_pi(r.x); return r; }
@@ -61,17 +59,13 @@ public:
 
     Interval operator-() const { Interval r; mpfi_neg(r.x, x); return r; }
     Interval& operator+=(const Interval& b) { mpfi_add(x, x, b.x); return *this; }
-    Interval& operator-=(const Interval& b) { mpfi_sub(x, x, b.x); return *this; }
-    Interval& operator*=(const Interval& b) { mpfi_mul(x, x, b.x); return *this; }
-    Interval& operator/=(const Interval& b) {
-        expect(!b.holds_zero(), "a divisor may vanish");
-        mpfi_div(x, x, b.x);
-        return *this;
-    }
     friend Interval operator+(Interval a, const Interval& b) { return a += b; }
-    friend Interval operator-(Interval a, const Interval& b) { return a -= b; }
-    friend Interval operator*(Interval a, const Interval& b) { return a *= b; }
-    friend Interval operator/(Interval a, const Interval& b) { return a /= b; }
+    friend Interval operator-(Interval a, const Interval& b) { mpfi_sub(a.x, a.x, b.x); return a; }
+    friend Interval operator*(Interval a, const Interval& b) { mpfi_mul(a.x, a.x, b.x); return a; }
+    friend Interval operator/(Interval a, const Interval& b) {
+        expect(!b.holds_zero(), "a divisor may vanish");
+        return mpfi_div(a.x, a.x, b.x), a;
+    }
     void add_product(const Interval& a, const Interval& b) {
         static Interval product = [] { Working most(512, 0); return Interval(); }();
         mpfi_mul(product.x, a.x, b.x);
@@ -84,11 +78,14 @@ public:
     Interval middle() const {
         Interval r;
         mpfi_mid(&r.x->left, x);
-        mpfr_set(&r.x->right, &r.x->left, MPFR_RNDN);
-        return r;
+        return mpfr_set(&r.x->right, &r.x->left, MPFR_RNDN), r;
     }
     // Upper bounds of the absolute value and of the distance from the middle to either end.
-    double size() const { return std::max(above(), -below()); }
+    double size() const {
+        const double r = std::max(above(), -below());
+        expect(std::isfinite(r), "a bound is not finite");
+        return r;
+    }
     double radius() const { return (*this - middle()).size(); }
     // Lower and upper bound; binary64 nearest to the lower (-1) or upper (1) end.
     double below() const { return mpfr_get_d(&x->left, MPFR_RNDD); }
@@ -99,11 +96,9 @@ public:
     friend Interval cos(const Interval& a) { Interval r; mpfi_cos(r.x, a.x); return r; }
     friend Interval exp(const Interval& a) { Interval r; mpfi_exp(r.x, a.x); return r; }
     friend Interval inverse(const Interval& a) { return Interval(1) / a; }
-    friend Interval inverse_root(const Interval& a) {
+    friend Interval inverse_root(Interval a) {
         expect(a.below() > 0, "a root may be of nothing positive");
-        Interval r;
-        mpfi_sqrt(r.x, a.x);
-        return Interval(1) / r;
+        return mpfi_sqrt(a.x, a.x), inverse(a);
     }
 
 private:

@@ -12,12 +12,16 @@ struct Model {
     Model() = default;
     Model(const Interval& constant) { if (constant.size() > 0) c.push_back(constant); }
     // A polynomial, cut to the working order.
-    explicit Model(std::vector<Interval> coefficients) : c(std::move(coefficients)) { cut(); }
+    explicit Model(std::vector<Interval> coefficients) : c(std::move(coefficients)) {
+        for (std::size_t k = Working::order; k < c.size(); ++k) rest += c[k].size();
+        if (c.size() > Working::order) c.resize(Working::order);
+    }
 
     bool is_zero() const { return c.empty() && rest == 0; }
     double size() const {
         double sum = rest;
         for (const Interval& x : c) sum += x.size();
+        expect(std::isfinite(sum), "a bound is not finite");
         return sum;
     }
     // Upper bound.
@@ -38,12 +42,6 @@ struct Model {
         Interval sum = Interval::around_zero(rest);
         for (const Interval& x : c) sum += x;
         return sum;
-    }
-
-private:
-    void cut() {
-        for (std::size_t k = Working::order; k < c.size(); ++k) rest += c[k].size();
-        if (c.size() > Working::order) c.resize(Working::order);
     }
 };
 
