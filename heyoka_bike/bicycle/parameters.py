@@ -99,6 +99,9 @@ STATE_INPUTS: Mapping[str, Parameter] = {
 }
 """What a maneuver says; speed, roll_rate, duration and spacing are required."""
 
+START = ("roll", "steer", "roll_rate", "steer_rate", "speed")
+"""The start: what a maneuver says of the state at t = 0."""
+
 _REQUIRED = ("speed", "roll_rate", "duration", "spacing")
 MAX_ROWS = 1_000_001
 _TOP = {"name", "source", "sources"}

@@ -73,7 +73,13 @@ class Duals:
         n = len(values)
         return [Dual(x, tuple(1 if i == j else 0 for j in range(n))) for i, x in enumerate(values)]
 
-    def number(self, value: Exact | Fraction | int) -> Number:
+    def number(self, value: Exact | Fraction | int | Dual) -> Number:
+        """A number without derivatives, or a dual number of fractions."""
+        if isinstance(value, Dual):
+            make = self.inner.number
+            return Dual(
+                make(value.value), tuple(0 if _is_zero(p) else make(p) for p in value.slopes)
+            )
         return self.inner.number(value)
 
     def sin(self, x: Number) -> Number:
@@ -93,10 +99,19 @@ class Duals:
         return self.inner.sqrt(x)
 
     def atan2(self, y: Number, x: Number) -> Number:
-        raise NotImplementedError("no derivative of atan2 is needed")
+        if not isinstance(x, Dual) or not isinstance(y, Dual):
+            raise TypeError("atan2: expected two dual numbers")
+        square = x.value * x.value + y.value * y.value
+        by_y = y.chain(self.inner.atan2(y.value, x.value), x.value / square)
+        return by_y + x.chain(0 * x.value, -y.value / square)
 
     def sum(self, terms: Iterable[Number]) -> Number:
         return sum(terms)
+
+
+def value_of(x: Number) -> Number:
+    """The number without its derivatives."""
+    return x.value if isinstance(x, Dual) else x
 
 
 def _is_zero(x: Number) -> bool:

@@ -19,6 +19,7 @@ def all_hold() -> bool:
     field.roots.append(root)
     x, angle = root * root, field.angle()
     sin, cos = angle.sin, angle.cos
+    field.atan2 = lambda *_: c  # any number: its slopes do not depend on it
     duals = Duals(field)
     u, v, turn = duals.variables([x, y, angle])
     cases = [
@@ -35,6 +36,7 @@ def all_hold() -> bool:
         (duals.sqrt(u), root, 1 / (2 * root), 0, 0),
         (duals.sin(turn), sin, 0, 0, cos),
         (duals.cos(turn), cos, 0, 0, -sin),
+        (duals.atan2(u, v), c, y / (x * x + y * y), -x / (x * x + y * y), 0),
     ]
     differences = [
         field.number(0) + a - b

@@ -11,12 +11,13 @@ angles and their rates are the same in all units.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from fractions import Fraction
 
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.arithmetic import Arithmetic, Number
+from heyoka_bike.numbers.dual import value_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,11 +114,17 @@ def constants(bicycle: Bicycle, a: Arithmetic) -> Constants:
     rotation by the tilt uses the number type.
     """
     p = {symbol: value.rational for symbol, value in bicycle.values.items()}
-    tilt = a.number(bicycle["lam"])
+    return constants_of(p, a.number(bicycle["lam"]), a, is_vertical=bicycle["lam"].is_zero)
+
+
+def constants_of(
+    p: Mapping[str, Number], tilt: Number, a: Arithmetic, *, is_vertical: bool
+) -> Constants:
+    """Constants from the parameters as fractions, or dual numbers of fractions, and the tilt."""
     s, c = a.sin(tilt), a.cos(tilt)
     length, mass = p["rR"], p["mB"] + p["mR"]
 
-    def assembly(body: str, wheel: str, hub_x: Fraction) -> Assembly:
+    def assembly(body: str, wheel: str, hub_x: Number) -> Assembly:
         radius = p[f"r{wheel}"]
         parts = (
             (p[f"m{body}"], p[f"x{body}"], p[f"z{body}"]),
@@ -130,11 +137,11 @@ def constants(bicycle: Bicycle, a: Arithmetic) -> Constants:
         yy, xz = p[f"I{body}yy"], p[f"I{body}xz"]
         for part_mass, part_x, part_z in parts:
             dx, dz = part_x - x, part_z - z
-            xx += part_mass * dz**2
-            zz += part_mass * dx**2
-            yy += part_mass * (dx**2 + dz**2)
+            xx += part_mass * (dz * dz)
+            zz += part_mass * (dx * dx)
+            yy += part_mass * (dx * dx + dz * dz)
             xz -= part_mass * dx * dz
-        unit = mass * length**2
+        unit = mass * (length * length)
         ixx, iyy, izz, ixz = (a.number(i / unit) for i in (xx, yy, zz, xz))
         lx, lz = a.number((x - hub_x) / length), a.number((z + radius) / length)
         r, m = a.number(radius / length), a.number(total / mass)
@@ -144,7 +151,7 @@ def constants(bicycle: Bicycle, a: Arithmetic) -> Constants:
         i13 = (ixx - izz) * s * c + ixz * (c * c - s * s)
         i33 = ixx * s * s + 2 * ixz * s * c + izz * c * c
         # With all mass on a line along the axis i33 is zero, and then so is i13.
-        on_axis = zz == xz == 0 and (xx == 0 or bicycle["lam"].is_zero)
+        on_axis = value_of(zz) == value_of(xz) == 0 and (value_of(xx) == 0 or is_vertical)
         skew = 0 * i13 if on_axis else i13 / i33
         return Assembly(
             r=r, m=m, l1=l1, l3=l3, i11=i11, i13=i13, i33=i33, i22=iyy, spin=ja / r,
