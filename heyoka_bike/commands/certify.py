@@ -7,7 +7,7 @@ from heyoka_bike.commands.options import add_folder
 from heyoka_bike.errors import Exit
 from heyoka_bike.system.console import print_table, progress_bars, table
 
-_SHARES = {"certify": 0.5, "rows": 0.05, "dense": 0.05, "motion": 0.4}
+_SHARES = {"certify": 0.2, "rows": 0.02, "dense": 0.03, "motion": 0.15, "vary": 0.6}
 
 
 def add_parser(subparsers: Any) -> None:
@@ -19,9 +19,10 @@ def add_parser(subparsers: Any) -> None:
             "Prove, from candidate.h5 alone and in ball arithmetic, how far the exact motion may "
             "be from the candidate; from that, that every published value is the correctly rounded "
             "exact one and that the dense output keeps its bounds, those of the whole motion and "
-            "its forces too; and compare with the files and certificate.json. Says which files are "
-            "proved, and which are only computed; what a set does not have is refused. Needs "
-            "python-flint, not heyoka. Two minutes of processor time for the published set."
+            "its forces too, and that the derivatives by parameters and start keep theirs; and "
+            "compare with the files and certificate.json. Says which files are proved; what a set "
+            "does not have is refused. Needs python-flint, not heyoka. Six minutes of processor "
+            "time for the published set."
         ),
         epilog="example: heyoka-bike certify my-reference",
     )
@@ -65,14 +66,16 @@ def _set(args: argparse.Namespace) -> int:
         proofs = certify(args.folder or None, progress=progress)
     headings = (
         "maneuver", "steps", "bound over the interval", "bound at the end", "entries",
-        "ambiguous", "dense, relative", "CPU [s]",
+        "ambiguous", "dense, relative", "derivatives, relative", "CPU [s]",
     )  # fmt: skip
     widest = [max(*p.dense.values(), *p.motion_dense.values()) for p in proofs]
     rows = [
         (
             proof.name, str(proof.steps), decimal_above(proof.bound),
-            decimal_above(proof.bound_end), str(proof.entries + proof.motion_entries),
-            str(proof.ambiguous), decimal_above(dense),
+            decimal_above(proof.bound_end),
+            str(proof.entries + proof.motion_entries + proof.derivative_entries),
+            str(proof.ambiguous + proof.derivatives_ambiguous), decimal_above(dense),
+            decimal_above(max(proof.derivatives.values())),
             f"{proof.cpu:.1f}",
         )
         for proof, dense in zip(proofs, widest, strict=True)

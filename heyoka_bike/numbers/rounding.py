@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from decimal import ROUND_CEILING, ROUND_HALF_EVEN, Context, Decimal
 from fractions import Fraction
-from math import inf, nextafter
+from math import ceil, frexp, inf, ldexp, nextafter
 
 import flint
 
@@ -112,6 +112,12 @@ def upward(x: Fraction) -> float:
     """The smallest binary64 that is not below a nonnegative number."""
     nearest = x.numerator / x.denominator
     return nearest if Fraction(nearest) >= x else nextafter(nearest, inf)
+
+
+def few_bits(bound: float) -> float:
+    """A bound rounded up to 8 bits: at most 1/128 more, and such bounds compress well."""
+    mantissa, exponent = frexp(bound)
+    return ldexp(ceil(ldexp(mantissa, 8)), exponent - 8)
 
 
 def decimal_above(x: Fraction) -> str:

@@ -1,21 +1,22 @@
 """Sensitivities of the reference: d column / d unknown over time, and the file that holds them.
 
 The unknowns are the 26 parameters of the bicycle and the five numbers of a start. How they are
-computed is in `derivatives`; reading and evaluating needs NumPy and h5py only.
+computed and proved is in `variation`; reading and evaluating needs NumPy and h5py only.
 """
 
 import io
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
 from numpy.typing import ArrayLike
 
-from heyoka_bike.bicycle.columns import COLUMNS
-from heyoka_bike.bicycle.parameters import PARAMETERS, STATE_INPUTS
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
+from heyoka_bike.bicycle.parameters import PARAMETERS, START, STATE_INPUTS
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.chebyshev import locate
 from heyoka_bike.numbers.double import Array
@@ -23,14 +24,15 @@ from heyoka_bike.reference import manifest as manifest_file
 from heyoka_bike.reference.layout import SENSITIVITIES
 from heyoka_bike.reference.values import Numbered
 
-START = ("roll", "steer", "roll_rate", "steer_rate", "speed")
-"""The start: what a maneuver says of the state at t = 0."""
-
 UNKNOWNS: Mapping[str, str] = {
     **{symbol: p.unit for symbol, p in PARAMETERS.items()},
     **{f"initial_{key}": STATE_INPUTS[key].unit for key in START},
 }
 """Unit of each unknown by name: the parameters, then the start."""
+
+
+ROWS_APART = 10
+"""Rows of the maneuver from one row of derivatives to the next."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,11 +46,30 @@ class Sensitivity:
     coefficients : mapping of str to ndarray, shape (P, N, U)
         Of T_0 .. T_(N-1) in x = 2 (t - a) / (b - a) - 1 on the piece [a, b], c_0 not halved, by
         column; the unknowns in the order of `UNKNOWNS`. Unit of the column over that of the
-        unknown. NaN where a column does not depend smoothly on an unknown.
+        unknown. NaN, here and below, where a column does not depend smoothly on an unknown.
+    bound : mapping of str to ndarray, shape (P, U)
+        Certified bound on the distance of a piece from the exact derivative, by column.
+    time : ndarray, shape (R,)
+        Every tenth row of the maneuver [s].
+    values, values_bound : mapping of str to ndarray, shape (R, U)
+        Derivatives of the benchmark's columns at these, correctly rounded to binary64, and the
+        certified bound on their distance from the exact ones.
+    ambiguous : int
+        Coefficients and values whose rounding the proof does not decide.
     """
 
     breaks: Array
     coefficients: Mapping[str, Array]
+    bound: Mapping[str, Array] = field(default_factory=dict)
+    time: Array = field(default_factory=lambda: np.empty(0))
+    values: Mapping[str, Array] = field(default_factory=dict)
+    values_bound: Mapping[str, Array] = field(default_factory=dict)
+    ambiguous: int = 0
+
+    @property
+    def orders(self) -> int:
+        """Coefficients of a piece."""
+        return int(next(iter(self.coefficients.values())).shape[1])
 
     def evaluate(self, times: ArrayLike, names: Sequence[str] | None = None) -> Mapping[str, Array]:
         """Derivatives at some times.
@@ -77,8 +98,7 @@ class Sensitivity:
         piece = locate(self.breaks, (t, np.zeros_like(t)))
         a, b = self.breaks[piece], self.breaks[piece + 1]
         x = 2.0 * (t - a) / (b - a) - 1.0
-        orders = next(iter(self.coefficients.values())).shape[1]
-        basis = np.polynomial.chebyshev.chebvander(x, orders - 1)
+        basis = np.polynomial.chebyshev.chebvander(x, self.orders - 1)
         found = {}
         for name in self.coefficients if names is None else names:
             coefficients = self.coefficients[name]
@@ -127,9 +147,20 @@ def load_sensitivities(folder: str | Path | None = None) -> Sensitivities:
         if tuple(json.loads(f.attrs["unknowns"])) != tuple(UNKNOWNS):
             raise ValueError("other unknowns than this version has")
         groups = [f[f"maneuver_{i}"] for i in range(1, len(manifest.inputs["maneuvers"]) + 1)]
-        return Sensitivities(
-            tuple(
-                Sensitivity(group["breaks"][:], {c.name: group[c.name][:] for c in COLUMNS})
-                for group in groups
-            )
-        )
+        return Sensitivities(tuple(map(read_group, groups)))
+
+
+def read_group(group: Any) -> Sensitivity:
+    """A maneuver from an open file; sets before 1.4.0 have no bounds and no rows."""
+    names = [c.name for c in COLUMNS]
+    if "rows" not in group:
+        return Sensitivity(group["breaks"][:], {name: group[name][:] for name in names})
+    rows = group["rows"]
+    return Sensitivity(
+        breaks=group["breaks"][:],
+        coefficients={name: group[name][:] for name in names},
+        bound={name: group[f"{name}_bound"][:] for name in names},
+        time=rows["time"][:],
+        values={name: rows[name][:] for name in BENCHMARK_COLUMNS},
+        values_bound={name: rows[f"{name}_bound"][:] for name in BENCHMARK_COLUMNS},
+    )

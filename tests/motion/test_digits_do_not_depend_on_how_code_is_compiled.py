@@ -63,5 +63,5 @@ def test_compilation_changes_no_digit(options, expected, tmp_path, monkeypatch):
     # In this process, where heyoka is the changed one.
     monkeypatch.setattr(generate, "side_by_side", one_after_the_other)
     assert made(tmp_path) == expected
-    # Of two maneuvers: whether they get to their end, in binary64, the motion, its sensitivities.
-    assert len(used) == 6
+    # Of two maneuvers: whether they get to their end, in binary64, and the motion.
+    assert len(used) == 4

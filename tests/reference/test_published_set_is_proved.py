@@ -5,6 +5,7 @@ import shutil
 import subprocess
 import sys
 from fractions import Fraction
+from itertools import product
 
 import h5py
 import numpy as np
@@ -17,7 +18,8 @@ from heyoka_bike.reference.manifest import MANIFEST, sha256
 
 pytestmark = pytest.mark.proof
 
-FIGURES = {"bound": 1e-60, "dense": 1e-25}
+# Coefficients of derivatives are multiples of 2^-50 of the largest value, 24 to a piece.
+FIGURES = {"bound": 1e-60, "dense": 1e-25, "derivatives": 24 * 2.0**-50}
 
 
 def test_certificate_says_what_was_to_be_reached(folder, reference):
@@ -27,6 +29,11 @@ def test_certificate_says_what_was_to_be_reached(folder, reference):
         assert entry["ambiguous"] == 0
         assert entry["entries"] == 1001 * 38
         assert entry["motion"]["entries"] == 1001 * 78
+        assert entry["sensitivities"]["entries"] == 101 * 8 * 31
+        assert entry["sensitivities"]["ambiguous"] == 0
+        derivatives = entry["sensitivities"]["relative_bounds"]
+        assert set(derivatives) == set(maneuver.columns)
+        assert all(float(x) <= FIGURES["derivatives"] for x in derivatives.values())
         assert float(entry["bound"]) <= FIGURES["bound"]
         assert float(entry["bound_end"]) <= float(entry["bound"])
         assert set(entry["state_bounds"]) == {
@@ -58,7 +65,7 @@ def small(tmp_path_factory):
     where = tmp_path_factory.mktemp("small")
     (where / "m.toml").write_text(
         'name = "short"\n[[maneuver]]\nspeed = "4.6"\nroll_rate = "0.5"\n'
-        'duration = "0.2"\nspacing = "0.01"\n'
+        'duration = "0.1"\nspacing = "0.01"\n'
     )
     out = where / "set"
     assert main(["generate", "--maneuvers", str(where / "m.toml"), "--out", str(out)]) == 0
@@ -96,10 +103,9 @@ def certify(folder, capsys):
 
 def test_a_whole_set_is_proved_and_what_is_not_is_said(copy, capsys):
     assert main(["certify", str(copy)]) == 0
-    *_, proved, computed = capsys.readouterr().out.splitlines()
+    *_, proved = capsys.readouterr().out.splitlines()
     assert "proved: uncontrolled-bicycle.h5 (38 columns), motion.h5 (78 columns)" in proved
-    assert "sensitivities.h5" not in proved
-    assert "computed, not proved: sensitivities.h5" in computed
+    assert "sensitivities.h5 (38 columns)" in proved
 
 
 def test_heyoka_is_not_needed(copy):
@@ -262,7 +268,8 @@ def test_a_changed_text_is_named(copy, capsys):
         (("maneuvers", 0, "motion", "dense_relative_bounds", "com_z"), "1e-99"),
         (("maneuvers", 0, "motion", "entries"), 1),
         (("proved", "sensitivities.h5"), ["roll_angle"]),
-        (("computed",), {}),
+        (("computed",), {"motion.h5": "in binary64"}),
+        (("maneuvers", 0, "sensitivities", "relative_bounds", "yaw"), "1e-99"),
         (("limit_cycle",), {"bound": "1e-999"}),
     ],
 )
@@ -292,8 +299,13 @@ def test_a_maneuver_that_no_candidate_has_is_refused(copy, capsys):
     assert "found 2 maneuvers, expected 1" in error
 
 
-@pytest.mark.parametrize("file", ["uncontrolled-bicycle.h5", "motion.h5"])
-@pytest.mark.parametrize("place", ["maneuver_1", "maneuver_1/dense", ""])
+@pytest.mark.parametrize(
+    ("file", "place"),
+    [
+        *product(("uncontrolled-bicycle.h5", "motion.h5"), ("maneuver_1", "maneuver_1/dense", "")),
+        ("sensitivities.h5", "maneuver_1/rows"),
+    ],
+)
 def test_a_column_that_nobody_proves_is_refused(copy, capsys, file, place):
     name = f"{place}/rider_courage_bound".strip("/")
     with h5py.File(copy / file, "r+") as f:
@@ -316,6 +328,38 @@ def test_a_file_that_nobody_proves_is_refused(copy, capsys):
     code, error = certify(copy, capsys)
     assert code == 3
     assert "more.h5: found in the manifest, and nothing proves it" in error
+
+
+def next_up(x):
+    """Away from zero, by one unit in the last place."""
+    return np.nextafter(x, np.copysign(np.inf, x))
+
+
+@pytest.mark.parametrize(
+    ("name", "place", "change", "fragment"),
+    [
+        ("roll_angle", ..., lambda x: 1.5 * x, "derivatives of roll_angle, row 0, 0,"),
+        ("steer_rate", (0, 3, 2), next_up, "derivatives of steer_rate, row 0, 3, 2:"),
+        ("yaw_bound", (0, 5), lambda x: x * 0.99, "bound of the derivatives of yaw, row 0, 5:"),
+        ("pitch_zyx", (0, 0, 1), lambda _: np.nan, "derivatives of pitch_zyx, row 0, 0, 1:"),
+        ("rows/roll_rate", (1, 0), next_up, "rows of derivatives of roll_rate, row 1, 0:"),
+        (
+            "rows/steer_angle_bound", (1, 2), lambda x: x * 0.99,
+            "bound of the rows of derivatives of steer_angle, row 1, 2:",
+        ),
+    ],
+)  # fmt: skip
+def test_derivatives_that_are_not_the_proved_ones_are_refused(
+    copy, capsys, name, place, change, fragment
+):
+    with h5py.File(copy / "sensitivities.h5", "r+") as f:
+        item = f[f"maneuver_1/{name}"]
+        item[place] = change(item[place])
+        f.attrs["content_sha256"] = content_sha256(f)
+    accept(copy, "sensitivities.h5")
+    code, error = certify(copy, capsys)
+    assert code == 3
+    assert fragment in error
 
 
 @pytest.mark.slow

@@ -14,6 +14,7 @@ import pytest
 from support.made_sets import accept, accept_numbers, make, manifest
 
 from heyoka_bike.cli import main
+from heyoka_bike.reference.layout import content_sha256
 from heyoka_bike.reference.verification.verify import verify
 
 pytestmark = pytest.mark.proof
@@ -435,6 +436,16 @@ def test_a_changed_sensitivity(copy):
         f["maneuver_1/kinetic_energy"][0, 0, 0] += 1e-3
     accept(copy)
     assert "do not add up" in message(copy, "schema")
+
+
+def test_rows_of_sensitivities_that_are_not_those_of_the_pieces(copy):
+    with h5py.File(copy / "sensitivities.h5", "r+") as f:
+        item = f["maneuver_1/rows/roll_rate"]
+        item[0, 3] = item[0, 3] + 1e-3
+        f.attrs["content_sha256"] = content_sha256(f)
+    accept(copy)
+    assert failed(copy) == {("schema", "sensitivities.h5")}
+    assert "rows/roll_rate: differs from the pieces" in message(copy, "schema")
 
 
 # The manifest.

@@ -1,6 +1,6 @@
 """From a maneuver to the initial state: the pitch and the rates that rolling demands."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -10,10 +10,10 @@ from heyoka_bike.bicycle.equations.constants import Constants, constants
 from heyoka_bike.bicycle.equations.kinematics import front_contact_height, posture, rear_rates
 from heyoka_bike.bicycle.equations.model import regular
 from heyoka_bike.bicycle.equations.reduced import Equations
-from heyoka_bike.bicycle.parameters import Maneuver
+from heyoka_bike.bicycle.parameters import START, Maneuver
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.arithmetic import Arithmetic, Arrays, Multiprecision, Number
-from heyoka_bike.numbers.dual import Duals
+from heyoka_bike.numbers.dual import Dual, Duals, value_of
 
 _CONTINUATION_STEPS = 24
 # Rounds and difference of Newton's iteration for the pitch.
@@ -37,23 +37,41 @@ def initial_state(equations: Equations, maneuver: Maneuver) -> list[flint.arb]:
     """
     k, balls = equations.k, equations.a
     with equations.precision():
-        roll, steer = balls.number(maneuver.roll), balls.number(maneuver.steer)
-        pitch = _pitch(equations, maneuver)
-        state = [
-            roll,
-            pitch,
-            steer,
-            balls.number(maneuver.roll_rate),
-            balls.number(maneuver.steer_rate),
-            balls.number(maneuver.speed) / k.length,
-            balls.number(0),
-        ]
+        start = {key: balls.number(getattr(maneuver, key)) for key in START}
+        state = _regular_state(k, balls, start, pitch_at_start(equations, maneuver))
         if not all(x.is_finite() for x in regular(k, balls, state[:6])):
             raise InputError(
                 f"{maneuver.name}: the reduced mass matrix is singular at the initial state, "
                 "expected inertia that resists roll, steer and rolling"
             )
         return state if equations.is_regular else few_product_state(k, balls, state)
+
+
+def varied_state(
+    k: Constants, a: Duals, start: Mapping[str, Dual], pitch: Number, *, is_regular: bool
+) -> list[Number]:
+    """State at t = 0 with its derivatives, by those of the constants and of the start.
+
+    The pitch is given as a number; how it follows roll, steer and the constants is known from its
+    being a root (the implicit function).
+    """
+    inner, still = a.inner, (0,) * len(start["roll"].slopes)
+    roll, steer = start["roll"], start["steer"]
+    height = front_contact_height(k, a, roll, Dual(pitch, still), steer)
+    (root,) = Duals(inner).variables([pitch])
+    by_pitch = front_contact_height(
+        k.convert(value_of), Duals(inner), roll.value, root, steer.value
+    ).slopes[0]
+    state = _regular_state(k, inner, start, height.chain(pitch, inner.number(-1) / by_pitch))
+    state[-1] = Dual(state[-1], still)
+    return state if is_regular else few_product_state(k, a, state)
+
+
+def _regular_state(
+    k: Constants, a: Arithmetic, start: Mapping[str, Number], pitch: Number
+) -> list[Number]:
+    roll, steer, roll_rate, steer_rate, speed = (start[key] for key in START)
+    return [roll, pitch, steer, roll_rate, steer_rate, speed / k.length, a.number(0)]
 
 
 def few_product_state(k: Constants, a: Arithmetic, state: Sequence[Number]) -> list[Number]:
@@ -64,7 +82,7 @@ def few_product_state(k: Constants, a: Arithmetic, state: Sequence[Number]) -> l
     return [roll, pitch, steer, w1, w3, spin, yaw]
 
 
-def _pitch(equations: Equations, maneuver: Maneuver) -> Number:
+def pitch_at_start(equations: Equations, maneuver: Maneuver) -> Number:
     """Pitch that puts the front wheel on the floor, enclosed.
 
     With zero steer the frames of front and rear coincide and the pitch is zero at any roll. The

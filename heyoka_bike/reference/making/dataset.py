@@ -47,7 +47,13 @@ def write_dataset(
         CERTIFICATE: render_certificate(
             [
                 summarise(
-                    t.trajectory, t.certificate, t.rows, t.dense, t.motion_rows, t.motion_dense
+                    t.trajectory,
+                    t.certificate,
+                    t.rows,
+                    t.dense,
+                    t.motion_rows,
+                    t.motion_dense,
+                    t.sensitivity,
                 )
                 for t in tables
             ],

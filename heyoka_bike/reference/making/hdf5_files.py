@@ -13,6 +13,7 @@ from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
 from heyoka_bike.reference import structure
 from heyoka_bike.reference.layout import FILTERS, HDF5, MOTION, SENSITIVITIES, content_sha256
 from heyoka_bike.reference.making.tabulate import Table
+from heyoka_bike.reference.sensitivities import Sensitivity
 from heyoka_bike.reference.structure import INDEX, Dataset, Group, by_maneuver
 from heyoka_bike.reference.values import Dense, Values
 
@@ -35,13 +36,13 @@ def render_hdf5(
     """
     core = [_table(t, t.rows, t.dense) for t in tables]
     motion = [_table(t, t.motion_rows, t.motion_dense) for t in tables]
-    varied = [{"breaks": t.sensitivity.breaks, **t.sensitivity.coefficients} for t in tables]
+    varied = [_sensitivity(t.sensitivity) for t in tables]
     content, of_motion, of_varied = (
         content_sha256(by_maneuver(data)) for data in (core, motion, varied)
     )
     derivatives = [
-        structure.sensitivity(m, *data[COLUMNS[0].name].shape[:2])
-        for m, data in zip(inputs["maneuvers"], varied, strict=True)
+        structure.sensitivity(m, len(t.breaks) - 1, t.orders, len(t.time))
+        for m, t in zip(inputs["maneuvers"], (t.sensitivity for t in tables), strict=True)
     ]
     about = structure.about_reference(inputs, dataset_version, content)
     return {
@@ -70,6 +71,14 @@ def _table(table: Table, rows: Values, dense: Dense) -> Data:
         "time_lo": table.time_lo,
         **_with_tags(rows),
         "dense": {"breaks": dense.breaks, **_with_tags(dense)},
+    }
+
+
+def _sensitivity(x: Sensitivity) -> Data:
+    return {
+        "breaks": x.breaks,
+        **_with_tags(Values(x.coefficients, {}, x.bound)),
+        "rows": {"time": x.time, **_with_tags(Values(x.values, {}, x.values_bound))},
     }
 
 

@@ -10,7 +10,6 @@ from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.motion.trajectory import Certificate, Trajectory
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.precision import Precision
-from heyoka_bike.reference.making.derivatives import differentiate
 from heyoka_bike.reference.proof.dense import interpolate
 from heyoka_bike.reference.proof.dense_bound import bound_dense
 from heyoka_bike.reference.proof.enclose import enclose
@@ -21,6 +20,7 @@ from heyoka_bike.reference.proof.rows import (
     round_rows,
     rounded_times,
 )
+from heyoka_bike.reference.proof.sensitivity_rows import differentiate
 from heyoka_bike.reference.sensitivities import Sensitivity
 from heyoka_bike.reference.values import Dense, RoundedRows, Values
 from heyoka_bike.system.parallel import Report
@@ -123,5 +123,5 @@ def _tabulate(bicycle: Bicycle, maneuver: Maneuver, digits: int, report: Report)
         dense=dense,
         motion_rows=motion_rows,
         motion_dense=motion_dense,
-        sensitivity=differentiate(bicycle, maneuver, lambda t: report("vary", t)),
+        sensitivity=differentiate(run, certificate, lambda t: report("vary", t)),
     )

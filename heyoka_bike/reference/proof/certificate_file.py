@@ -7,12 +7,14 @@ from fractions import Fraction
 from typing import Any
 
 import flint
+import numpy as np
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
 from heyoka_bike.motion.trajectory import Certificate, Trajectory
 from heyoka_bike.numbers.rounding import decimal_above
 from heyoka_bike.reference.layout import HDF5, MOTION, SENSITIVITIES, TEXT, TEXT_50
+from heyoka_bike.reference.sensitivities import Sensitivity
 from heyoka_bike.reference.values import Dense, Values
 
 STATEMENT = (
@@ -22,20 +24,23 @@ STATEMENT = (
     "the 50-digit text is correctly rounded. The dense output differs from the exact columns by at "
     "most the bounds given, relative to the largest absolute value of the column's rows. The same "
     "holds of motion.h5, where a value is zero if an enclosure as narrow as its bound holds zero, "
-    "and where the friction demands have rows only. Nothing is proved of what is only computed."
+    "and where the friction demands have rows only. In sensitivities.h5 each piece differs from "
+    "the exact derivatives by at most its bound, by column and unknown; the rows there are the "
+    "exact derivatives, each rounded to the nearest binary64 but for the number of ambiguous "
+    "roundings, and zero where an enclosure as narrow as its bound holds zero; of NaN nothing is "
+    "said. Nothing is proved of what is only computed."
 )
 
 PROVED: Mapping[str, list[str]] = {
     HDF5: [c.name for c in COLUMNS],
     MOTION: [c.name for c in MOTION_COLUMNS],
+    SENSITIVITIES: [c.name for c in COLUMNS],
     TEXT: list(BENCHMARK_COLUMNS),
     TEXT_50: list(BENCHMARK_COLUMNS),
 }
 """Columns that are proved, by file; a text may be several, one for each maneuver."""
 
-COMPUTED: Mapping[str, str] = {
-    SENSITIVITIES: "first variations in binary128, compared with differences of runs at 70 digits"
-}
+COMPUTED: Mapping[str, str] = {}
 """What is published beside them and not proved, and how it is made."""
 
 TRUSTED = (
@@ -67,6 +72,11 @@ class Proof:
         Bound over the interval and at its end, by state variable [rad, rad/s].
     dense, motion_dense : mapping of str to Fraction
         Bound of the dense output over the column's scale, in either HDF5 file.
+    derivatives : mapping of str to Fraction
+        Bound of the derivatives of each column over the largest one, the worst of the unknowns.
+    derivative_entries, derivatives_ambiguous : int
+        Rounded entries of the rows of derivatives; roundings among them and among the coefficients
+        that were not decided.
     cpu : float
         Processor time [s].
     """
@@ -79,6 +89,9 @@ class Proof:
     states: Mapping[str, tuple[Fraction, Fraction]]
     dense: Mapping[str, Fraction]
     motion_dense: Mapping[str, Fraction]
+    derivatives: Mapping[str, Fraction]
+    derivative_entries: int
+    derivatives_ambiguous: int
     cpu: float = 0.0
 
     @property
@@ -94,7 +107,7 @@ class Proof:
 
 def summarise(
     run: Trajectory, certificate: Certificate, rows: Values, dense: Dense, motion_rows: Values,
-    motion_dense: Dense, cpu: float = 0.0,
+    motion_dense: Dense, sensitivity: Sensitivity, cpu: float = 0.0,
 ) -> Proof:  # fmt: skip
     """Gather what was proved."""
     worst = [max(column) for column in zip(*certificate.pieces, strict=True)]
@@ -108,6 +121,9 @@ def summarise(
         states=dict(pairs),
         dense=_relative(dense, rows),
         motion_dense=_relative(motion_dense, motion_rows),
+        derivatives={name: _of_largest(sensitivity, name) for name in sensitivity.bound},
+        derivative_entries=sum(x.size for x in sensitivity.values.values()),
+        derivatives_ambiguous=sensitivity.ambiguous,
         cpu=cpu,
     )
 
@@ -121,6 +137,16 @@ def _relative(dense: Dense, rows: Values) -> Mapping[str, Fraction]:
         name: Fraction(float(x.max())) / Fraction(rows.scale(name) or 1.0)
         for name, x in dense.bound.items()
     }
+
+
+def _of_largest(sensitivity: Sensitivity, name: str) -> Fraction:
+    """The largest bound of a column over the largest coefficient, by unknown, then the worst."""
+    sizes = np.abs(sensitivity.coefficients[name]).max(axis=(0, 1))
+    bounds = sensitivity.bound[name].max(axis=0)
+    pairs = zip(bounds, sizes, strict=True)
+    return max(
+        (Fraction(float(b)) / Fraction(float(x)) for b, x in pairs if x > 0), default=Fraction(0)
+    )
 
 
 def render_certificate(proofs: Sequence[Proof], inputs: Mapping[str, Any]) -> bytes:
@@ -155,6 +181,11 @@ def entry(proof: Proof) -> dict[str, Any]:
         "motion": {
             "entries": proof.motion_entries,
             "dense_relative_bounds": _above(proof.motion_dense),
+        },
+        "sensitivities": {
+            "entries": proof.derivative_entries,
+            "ambiguous": proof.derivatives_ambiguous,
+            "relative_bounds": _above(proof.derivatives),
         },
     }
 

@@ -9,7 +9,7 @@ every tilt and roll, so for the given ones.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 from math import isqrt
 from typing import Any
@@ -17,11 +17,23 @@ from typing import Any
 import flint
 
 from heyoka_bike.bicycle.equations.reduced import Equations
-from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
-from heyoka_bike.numbers.exact import ZERO, Exact
+from heyoka_bike.bicycle.parameters import PARAMETERS, START, Bicycle, Maneuver
+from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.reference.proof.unknowns import COUNT, Varied, slope
 
 _RING = flint.fmpz_mpoly_ctx.get([("t", 2)], flint.Ordering.lex)
 _ONE = _RING.constant(1)
+
+
+_STARTS = {
+    "roll_angle": "roll",
+    "roll_rate": "roll_rate",
+    "forward_speed": "speed",
+    "steer_angle": "steer",
+    "steer_rate": "steer_rate",
+    "forward_speed_hub_global_x": "speed",  # at zero yaw the heading is the x axis
+}
+"""Columns that begin as the maneuver says."""
 
 
 def exact_columns(bicycle: Bicycle, maneuver: Maneuver) -> dict[str, Fraction]:
@@ -30,16 +42,8 @@ def exact_columns(bicycle: Bicycle, maneuver: Maneuver) -> dict[str, Fraction]:
     A value that is missing is irrational, or not recognised as rational; with an initial steer
     angle only the inputs themselves are recognised.
     """
-    known = {
-        "roll_angle": maneuver.roll,
-        "roll_rate": maneuver.roll_rate,
-        "forward_speed": maneuver.speed,
-        "steer_angle": maneuver.steer,
-        "steer_rate": maneuver.steer_rate,
-        "yaw": ZERO,
-        "forward_speed_hub_global_x": maneuver.speed,  # at zero yaw the heading is the x axis
-    }
-    found = {name: x.rational for name, x in known.items() if x.is_rational}
+    known = {name: getattr(maneuver, key) for name, key in _STARTS.items()}
+    found = {name: x.rational for name, x in known.items() if x.is_rational} | {"yaw": Fraction(0)}
     if not maneuver.steer.is_zero:
         return found
     a = RationalFunctions()
@@ -53,6 +57,30 @@ def exact_columns(bicycle: Bicycle, maneuver: Maneuver) -> dict[str, Fraction]:
     values = equations.columns(state)
     found |= {name: x for name, v in values.items() if (x := v.rational()) is not None}
     return found
+
+
+def exact_derivatives(
+    bicycle: Bicycle, maneuver: Maneuver
+) -> Mapping[str, Sequence[Fraction | None]]:
+    """Derivatives of columns of the initial state by the unknowns; None is not seen as rational.
+
+    With an initial steer angle only those of the inputs themselves are known.
+    """
+    place = {key: len(PARAMETERS) + i for i, key in enumerate(START)}
+    found: dict[str, Sequence[Fraction | None]] = {
+        name: [Fraction(int(i == place[key])) for i in range(COUNT)]
+        for name, key in _STARTS.items()
+    }
+    found["yaw"] = [Fraction(0)] * COUNT
+    if not maneuver.steer.is_zero:
+        return found
+    a = RationalFunctions()
+    varied = Varied.of(bicycle, maneuver, a.number(0), a, is_regular=True)
+    columns = varied.columns(Equations.of(bicycle, a))
+    return {
+        name: [_element(slope(x, i)).rational() for i in range(COUNT)]
+        for name, x in columns.items()
+    } | found
 
 
 class Element:
@@ -82,6 +110,8 @@ class Element:
         return self.num is not None and self.num == 0
 
     def __add__(self, other: Element | int) -> Element:
+        if not isinstance(other, Element | int):
+            return NotImplemented
         x = _element(other)
         if self.is_zero or x.is_zero:
             return x if self.is_zero else self
@@ -90,6 +120,8 @@ class Element:
         return Element(self.num * x.den + x.num * self.den, self.den * x.den)
 
     def __mul__(self, other: Element | int) -> Element:
+        if not isinstance(other, Element | int):
+            return NotImplemented
         x = _element(other)
         if self.is_zero or x.is_zero:
             return _ZERO
@@ -101,18 +133,25 @@ class Element:
         return self * -1
 
     def __sub__(self, other: Element | int) -> Element:
+        if not isinstance(other, Element | int):
+            return NotImplemented
         return self + -_element(other)
 
     def __rsub__(self, other: int) -> Element:
         return _element(other) - self
 
     def __truediv__(self, other: Element | int) -> Element:
+        if not isinstance(other, Element | int):
+            return NotImplemented
         x = _element(other)
         if self.is_zero and not x.is_zero:
             return _ZERO
         if self.num is None or x.num is None or x.is_zero:
             return _UNKNOWN
         return Element(self.num * x.den, self.den * x.num)
+
+    def __rtruediv__(self, other: int) -> Element:
+        return _element(other) / self
 
     __radd__ = __add__
     __rmul__ = __mul__

@@ -3,7 +3,6 @@
 from bisect import bisect_right
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
-from math import ceil, frexp, ldexp
 
 import flint
 import numpy as np
@@ -18,7 +17,7 @@ from heyoka_bike.bicycle.motion_columns import DENSE_COLUMNS, MOTION_COLUMNS
 from heyoka_bike.errors import UndecidedError
 from heyoka_bike.motion.trajectory import Certificate, Trajectory, row_times
 from heyoka_bike.numbers.arithmetic import Balls, exact_ball
-from heyoka_bike.numbers.rounding import Enclosure, hi_lo
+from heyoka_bike.numbers.rounding import Enclosure, few_bits, hi_lo
 from heyoka_bike.reference.proof.dense import interpolate
 from heyoka_bike.reference.proof.dense_bound import BITS, Along, Expansion, bound_pieces, expansions
 from heyoka_bike.reference.proof.integrals import Stretch, with_integrals
@@ -29,9 +28,6 @@ Progress = Callable[[float], None]
 
 _NOTHING_BITS = 166
 """An enclosure of zero is published as zero where it is narrower than 2^-166 = 1e-50."""
-
-_BOUND_BITS = 8
-"""Bounds are rounded up to this many bits: at most 1/128 more, and they compress well."""
 
 _SMALLEST_SCALE = 2.0**-40
 """Of the dense columns, so that one that vanishes (the longitudinal force on a rear wheel without
@@ -127,18 +123,12 @@ def _rounded(x: flint.arb, name: str) -> tuple[float, float, float]:
             hi = nearest
         else:
             hi, lo = hi_lo(enclosed, name)
-    return hi, lo, _few_bits(distance(enclosed, hi, lo))
+    return hi, lo, few_bits(distance(enclosed, hi, lo))
 
 
 def _is_nothing(x: Enclosure) -> bool:
     """Whether an enclosure is a narrow one of zero."""
     return x.low <= 0 <= x.high and (x.high - x.low) << _NOTHING_BITS <= 1 << x.grid
-
-
-def _few_bits(bound: float) -> float:
-    """A bound rounded up to few bits."""
-    mantissa, exponent = frexp(bound)
-    return ldexp(ceil(ldexp(mantissa, _BOUND_BITS)), exponent - _BOUND_BITS)
 
 
 class _Source:

@@ -22,7 +22,14 @@ from heyoka_bike.errors import DatasetError, NotCertifiedError
 from heyoka_bike.motion.trajectory import Certificate, Trajectory
 from heyoka_bike.reference import manifest as manifest_file
 from heyoka_bike.reference import structure
-from heyoka_bike.reference.layout import CANDIDATE, CERTIFICATE, HDF5, MOTION, content_sha256
+from heyoka_bike.reference.layout import (
+    CANDIDATE,
+    CERTIFICATE,
+    HDF5,
+    MOTION,
+    SENSITIVITIES,
+    content_sha256,
+)
 from heyoka_bike.reference.load import ReferenceManeuver, load_motion, load_reference
 from heyoka_bike.reference.proof.candidate import read_candidate
 from heyoka_bike.reference.proof.certificate_file import (
@@ -44,6 +51,8 @@ from heyoka_bike.reference.proof.rows import (
     round_rows,
     rounded_times,
 )
+from heyoka_bike.reference.proof.sensitivity_rows import differentiate
+from heyoka_bike.reference.sensitivities import Sensitivity, load_sensitivities
 from heyoka_bike.reference.structure import by_maneuver
 from heyoka_bike.reference.texts import text_files
 from heyoka_bike.reference.values import Dense, RoundedRows, Values
@@ -145,17 +154,23 @@ def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
 def _nothing_else(raw: Mapping[str, bytes], maneuvers: Sequence[Maneuver]) -> None:
     """Refuse files, groups and data sets that nobody proves: a set does not have them."""
     texts = [text.name for text in text_files(maneuvers)]
-    known = {HDF5, MOTION, *texts, CANDIDATE, CERTIFICATE, *COMPUTED}
+    known = {HDF5, MOTION, SENSITIVITIES, *texts, CANDIDATE, CERTIFICATE, *COMPUTED}
     for name in raw.keys() - known:
         raise NotCertifiedError(f"{name}: found in the manifest, and nothing proves it")
-    if MOTION not in raw:
-        raise NotCertifiedError(f"{MOTION}: not in the manifest, expected what {CERTIFICATE} names")
-    for name, columns in ((HDF5, COLUMNS), (MOTION, MOTION_COLUMNS)):
-        group = structure.table({}, columns, 0, 0)
+    for name, group in (
+        (HDF5, structure.table({}, COLUMNS, 0, 0)),
+        (MOTION, structure.table({}, MOTION_COLUMNS, 0, 0)),
+        (SENSITIVITIES, structure.sensitivity({}, 0, 0, 0)),
+    ):
+        if name not in raw:
+            raise NotCertifiedError(
+                f"{name}: not in the manifest, expected what {CERTIFICATE} names"
+            )
         expected = set(by_maneuver(maneuvers))
         for number in by_maneuver(maneuvers):
             expected |= {f"{number}/{x}" for x in group.members}
-            expected |= {f"{number}/dense/{x}" for x in group.groups["dense"].members}
+            for inner, part in group.groups.items():
+                expected |= {f"{number}/{inner}/{x}" for x in part.members}
         found: list[str] = []
         with h5py.File(io.BytesIO(raw[name]), "r") as f:
             f.visit_links(found.append)
@@ -205,7 +220,11 @@ def prove_again(
     _compare_dense(run, dense, published.dense)
     motion = _prove_motion(run, certificate, load_motion(folder)[number])
     report("motion", float(run.maneuver.duration))
-    proof = summarise(run, certificate, rows, dense, *motion, time.process_time() - start)
+    sensitivity = differentiate(run, certificate, lambda t: report("vary", t))
+    _compare_sensitivity(run, sensitivity, load_sensitivities(folder)[number])
+    proof = summarise(
+        run, certificate, rows, dense, *motion, sensitivity, time.process_time() - start
+    )
     _compare_certificate(folder, number, proof)
     return proof, rows
 
@@ -220,6 +239,38 @@ def _prove_motion(
     dense = bound_motion(run, list(motion_expansions(stretches)), published.dense)
     _compare_dense(run, dense, published.dense)
     return rows, dense
+
+
+def _compare_sensitivity(run: Trajectory, proved: Sensitivity, published: Sensitivity) -> None:
+    """Every number of the derivatives to the bit, bounds not smaller than proved."""
+    for name, x, stored in (
+        ("breaks of the derivatives", proved.breaks, published.breaks),
+        ("time of the derivatives", proved.time, published.time),
+        *(
+            (f"derivatives of {c}", x, published.coefficients[c])
+            for c, x in proved.coefficients.items()
+        ),
+        *(
+            (f"rows of derivatives of {c}", x, published.values.get(c))
+            for c, x in proved.values.items()
+        ),
+    ):
+        found = _like(stored, x, run, name)
+        same = (found == x) | (np.isnan(found) & np.isnan(x))
+        _all_hold(same, found, x, run, name)
+    for name, x, stored in (
+        *(
+            (f"bound of the derivatives of {c}", x, published.bound.get(c))
+            for c, x in proved.bound.items()
+        ),
+        *(
+            (f"bound of the rows of derivatives of {c}", x, published.values_bound.get(c))
+            for c, x in proved.values_bound.items()
+        ),
+    ):
+        found = _like(stored, x, run, name)
+        kept = (found >= x) | (np.isnan(found) & np.isnan(x))
+        _all_hold(kept, found, x, run, name)
 
 
 def _compare_dense(run: Trajectory, dense: Dense, published: Dense) -> None:
@@ -251,6 +302,8 @@ def _compare_rows(run: Trajectory, rows: Values, published: ReferenceManeuver) -
 
 
 def _like(stored: Any, x: Any, run: Trajectory, name: str) -> Any:
+    if stored is None:
+        raise NotCertifiedError(f"{run.maneuver.name}: {name}: not in the file")
     if stored.dtype != np.float64 or stored.shape != x.shape:
         raise NotCertifiedError(
             f"{run.maneuver.name}: {name}: found {stored.shape} of {stored.dtype}, "
@@ -261,10 +314,11 @@ def _like(stored: Any, x: Any, run: Trajectory, name: str) -> Any:
 
 def _all_hold(kept: Any, stored: Any, x: Any, run: Trajectory, name: str) -> None:
     if not kept.all():
-        row = int(np.argmin(kept))
-        published, proved = float(stored[row]), float(x[row])
+        place = np.unravel_index(int(np.argmin(kept)), kept.shape)
+        published, proved = float(stored[place]), float(x[place])
+        where = ", ".join(map(str, place))
         raise NotCertifiedError(
-            f"{run.maneuver.name}: {name}, row {row}: published {published!r}, proved {proved!r}"
+            f"{run.maneuver.name}: {name}, row {where}: published {published!r}, proved {proved!r}"
         )
 
 

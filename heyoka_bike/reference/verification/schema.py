@@ -27,6 +27,7 @@ from heyoka_bike.reference.layout import content_sha256
 from heyoka_bike.reference.manifest import Manifest, values_version
 from heyoka_bike.reference.proof.certificate_file import COMPUTED, PROVED, STATEMENT, TRUSTED
 from heyoka_bike.reference.proof.rows import TEXT_DIGITS
+from heyoka_bike.reference.sensitivities import ROWS_APART, read_group
 from heyoka_bike.reference.structure import INDEX, STATED, Dataset, Group, by_maneuver
 from heyoka_bike.reference.texts import TextFile
 
@@ -39,12 +40,15 @@ DAMAGE = (
 # Sensitivities are multiples of 2^-50 of their scale, rounded up to a power of two: three of them.
 _GRID = 3 * 2.0**-50
 
+# Of evaluating 24 coefficients in binary64, relative to the largest.
+_ROUNDOFF = 2.0**-47
+
 # Set by HDF5's dimension scales.
 _SCALE_ATTRIBUTES = {"CLASS", "NAME", "REFERENCE_LIST", "DIMENSION_LIST"}
 _NUMBER_50 = re.compile(rf"-?[1-9]\.[0-9]{{{TEXT_DIGITS - 1}}}e[+-](0|[1-9][0-9]*)|0")
 _ENTRY = (
     "maneuver", "steps", "entries", "ambiguous", "bound", "bound_end", "state_bounds",
-    "dense_relative_bounds", "motion",
+    "dense_relative_bounds", "motion", "sensitivities",
 )  # fmt: skip
 _STATES = {
     form: [*state_names(is_regular), "yaw"]
@@ -145,16 +149,35 @@ def _table(
     yield from _increase(group["dense/breaks"])
 
 
-def _sensitivity(group: Any, _: Maneuver, inputs: Mapping[str, Any]) -> Iterator[str]:
+def _sensitivity(group: Any, maneuver: Maneuver, inputs: Mapping[str, Any]) -> Iterator[str]:
     first = COLUMNS[0].name
     orders = group[first].shape[1] if first in group else 0
-    yield from _group(group, structure.sensitivity(inputs, _pieces(group, "breaks"), orders))
+    rows = len(range(0, maneuver.rows, ROWS_APART))
+    yield from _group(group, structure.sensitivity(inputs, _pieces(group, "breaks"), orders, rows))
     yield from _increase(group["breaks"])
+    yield from _rows_differ(group, maneuver)
     energies = [group[f"{name}_energy"][:] for name in ("potential", "kinetic", "mechanical")]
     size = max(float(np.nanmax(np.abs(e), initial=0.0)) for e in energies)
     difference = np.abs(energies[0] + energies[1] - energies[2])
     if float(np.nanmax(difference, initial=0.0)) > _GRID * size:
         yield f"{group.name}: derivatives of the energies do not add up"
+
+
+def _rows_differ(group: Any, maneuver: Maneuver) -> Iterator[str]:
+    """Rows of derivatives that are not those of the pieces, as far as both have bounds."""
+    x = read_group(group)
+    times = [float(maneuver.time(i * ROWS_APART)) for i in range(len(x.time))]
+    if not np.array_equal(x.time, times):
+        yield f"{group.name}/rows/time: found other times than those of every tenth row"
+    elif not x.breaks[0] <= times[0] <= times[-1] <= x.breaks[-1]:
+        yield f"{group.name}/breaks: the pieces do not cover the rows"
+    else:
+        with np.errstate(all="ignore"):
+            for name, values in x.evaluate(times, list(x.values)).items():
+                size = np.abs(x.coefficients[name]).max(axis=(0, 1))
+                limit = x.bound[name].max(axis=0) + x.values_bound[name] + _ROUNDOFF * size
+                if (np.abs(values - x.values[name]) > limit).any():
+                    yield f"{group.name}/rows/{name}: differs from the pieces beyond the bounds"
 
 
 def _pieces(group: Any, breaks: str) -> int:
@@ -298,11 +321,15 @@ def of_certificate(raw: bytes, manifest: Manifest, maneuvers: Sequence[Maneuver]
         dense, motion = entry["dense_relative_bounds"], entry["motion"]
         if list(motion) != ["entries", "dense_relative_bounds"]:
             raise _UnusableError(f"{maneuver.name}: motion: expected entries and bounds")
-        forces = motion["dense_relative_bounds"]
-        if list(dense) != [c.name for c in COLUMNS] or list(forces) != list(DENSE_COLUMNS):
+        forces, slopes = motion["dense_relative_bounds"], entry["sensitivities"]
+        if list(slopes) != ["entries", "ambiguous", "relative_bounds"]:
+            raise _UnusableError(f"{maneuver.name}: sensitivities: expected entries and bounds")
+        slopes, names = slopes["relative_bounds"], [c.name for c in COLUMNS]
+        if not list(dense) == list(slopes) == names or list(forces) != list(DENSE_COLUMNS):
             raise _UnusableError(f"{maneuver.name}: has other columns than a set")
         for key, bounds in (
             *entry["state_bounds"].items(), ("dense", dense), ("motion", forces),
+            ("sensitivities", slopes),
             ("bound", {key: entry[key] for key in ("bound", "bound_end")}),
         ):  # fmt: skip
             for x in bounds.values():

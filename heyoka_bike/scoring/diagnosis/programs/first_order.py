@@ -9,11 +9,11 @@ from collections.abc import Collection, Mapping, Sequence
 import numpy as np
 
 from heyoka_bike.bicycle.columns import COLUMNS
-from heyoka_bike.bicycle.parameters import PARAMETERS, Bicycle
+from heyoka_bike.bicycle.parameters import PARAMETERS, START, Bicycle
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.load import ReferenceManeuver
-from heyoka_bike.reference.sensitivities import START, Sensitivities
+from heyoka_bike.reference.sensitivities import Sensitivities
 
 # Of the scale; what is left out is some such part of the change.
 _SMALL = 0.03

@@ -13,9 +13,9 @@ from functools import partial
 
 import numpy as np
 
-from heyoka_bike.bicycle.parameters import PARAMETERS
+from heyoka_bike.bicycle.parameters import PARAMETERS, START
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.reference.sensitivities import START, UNKNOWNS, Sensitivities
+from heyoka_bike.reference.sensitivities import UNKNOWNS, Sensitivities
 from heyoka_bike.scoring.diagnosis.unknowns.linear_fits import Blocks, best_subsets, blocks, solve
 from heyoka_bike.scoring.measures import rms
 

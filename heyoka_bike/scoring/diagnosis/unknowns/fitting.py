@@ -8,10 +8,10 @@ import numpy as np
 from heyoka_bike.bicycle.columns import DEFINITIONS
 from heyoka_bike.bicycle.equations.initial import pitch_on_the_floor
 from heyoka_bike.bicycle.equations.reduced import Equations
-from heyoka_bike.bicycle.parameters import Bicycle
+from heyoka_bike.bicycle.parameters import START, Bicycle
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.reference.sensitivities import START, Sensitivities
+from heyoka_bike.reference.sensitivities import Sensitivities
 from heyoka_bike.scoring.diagnosis.programs.program import Program
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.scoring.diagnosis.programs.start import initial_state

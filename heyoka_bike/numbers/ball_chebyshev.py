@@ -1,0 +1,62 @@
+"""Interpolation at Chebyshev nodes in ball arithmetic, and what it leaves out.
+
+References
+----------
+L. N. Trefethen (2013), Approximation Theory and Approximation Practice: theorem 8.2 (a function
+that is analytic in an ellipse), theorem 15.2 (the Lebesgue constant).
+"""
+
+from collections.abc import Sequence
+
+import flint
+
+Polynomials = list[flint.arb_mat]
+
+
+class Nodes:
+    """The Chebyshev nodes of the first kind on -1 <= x <= 1, as balls of the current precision.
+
+    Attributes
+    ----------
+    x : list of arb
+    transform : arb_mat
+        From values there to coefficients of T_0, T_1, ..., c_0 not halved.
+    """
+
+    def __init__(self, count: int) -> None:
+        angles = [flint.fmpq(2 * j + 1, 2 * count) for j in range(count)]
+        self.x = [flint.arb.cos_pi_fmpq(angle) for angle in angles]
+        self.transform = flint.arb_mat(
+            [
+                [flint.arb.cos_pi_fmpq(k * angle) * min(k + 1, 2) / count for angle in angles]
+                for k in range(count)
+            ]
+        )
+
+    @property
+    def lebesgue(self) -> flint.arb:
+        """How much larger than at the nodes a polynomial of lower degree can be in between."""
+        count = len(self.x)
+        return (2 * flint.arb(count).log() / flint.arb.pi() + 1).upper()
+
+    def left_out(self, radius: int) -> flint.arb:
+        """Error of interpolating a function analytic for abs(x) <= radius, over its bound there."""
+        rho = ellipse(radius)
+        return (4 * rho ** (1 - len(self.x)) / (rho - 1)).upper()
+
+
+def ellipse(radius: int) -> flint.arb:
+    """Sum of the half axes of the largest ellipse with foci -1 and 1 inside a circle about 0."""
+    r = flint.arb(radius)
+    return r + (r * r - 1).sqrt()
+
+
+def basis(x: Sequence[flint.arb], orders: int) -> flint.arb_mat:
+    """T_0 .. T_(orders - 1), in columns, at some x."""
+    rows = []
+    for t in x:
+        row = [flint.arb(1), t]
+        while len(row) < orders:
+            row.append(2 * t * row[-1] - row[-2])
+        rows.append(row[:orders])
+    return flint.arb_mat(rows)

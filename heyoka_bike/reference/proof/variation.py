@@ -1,0 +1,332 @@
+"""Derivatives of the state by the unknowns along the exact motion, with rigorous bounds.
+
+The matrix S of derivatives satisfies ``S' = J S + g``, where J is the derivative of the equations
+of motion by the state, and g that by the constants times the derivatives of the constants by the
+unknowns, all along the exact motion x. Each piece of the candidate p is taken about its middle,
+with u = (t - middle) / h, -1 <= u <= 1. There:
+
+1. h J and h g along p are expanded in u, exactly (dual numbers over series). What the series leave
+   out, and what x, within the certificate's distance of p, adds, is bounded by Cauchy's estimate on
+   a circle and a polydisc of states and constants (see `cauchy`).
+2. Y nearly solves ``Y' = h J Y``, Y(0) = 1, with a defect D, and p ``p' = h J p + h g``, p(0) = 0,
+   each bounded by its coefficients. With the constant C that joins it to the piece before,
+   q = Y C + p nearly solves the equation; f is what it leaves over.
+3. S - q = Y z with ``z' = Y^-1 (f - D z)``: all of the linear motion is in Y, and Gronwall's
+   inequality has only D to work on.
+4. From piece to piece S - q is carried by Y(1) Y(-1)^-1 in a moving frame, as in `error_flow`. One
+   box holds it for every unknown, as unknowns are counted in units of their own.
+
+A piece on which no circle works, or over which Y is badly conditioned, is halved, exactly.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from math import ceil, log2
+from typing import Any
+
+import flint
+
+from heyoka_bike.bicycle.columns import COLUMNS
+from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.motion.trajectory import Certificate, Piece, Trajectory
+from heyoka_bike.numbers.analytic import NotAnalyticError, PowerSeries
+from heyoka_bike.numbers.arithmetic import Balls, Number, exact_ball
+from heyoka_bike.numbers.ball_matrices import (
+    Vector,
+    abs_times,
+    fundamental,
+    identity,
+    inverse_fundamental,
+    largest,
+    norm,
+    perron,
+    total,
+    value,
+    variational_defect,
+)
+from heyoka_bike.numbers.dual import Dual, Duals
+from heyoka_bike.reference.proof.cauchy import (
+    circle_bound,
+    circle_equations,
+    geometric,
+    moved,
+    refused,
+)
+from heyoka_bike.reference.proof.error_flow import SIZE, Frame
+from heyoka_bike.reference.proof.unknowns import Unknowns
+
+_RADII = (10, 8, 6, 4)
+"""Circles tried, in half lengths of the piece."""
+
+_REACH = Fraction(1, 2**8)
+"""Radius of the polydisc around the constants, over each of them."""
+
+BITS = 160
+_TAIL_BITS = 150
+"""What the series leave out, as far as constants matter, is below 2^-150."""
+
+_DEPTH = 6
+_CONDITION = 1e6
+_RESOLVED = 0.1
+_YAW_RATE = [c.name for c in COLUMNS].index("yaw_rate")
+
+
+@dataclass(frozen=True)
+class Variation:
+    """The derivatives of the state over a piece, -1 <= u <= 1, in units of the unknowns.
+
+    Attributes
+    ----------
+    t0, h : Fraction
+        The middle of the piece and half its length [s].
+    q : list of arb_mat
+        Enclosures of the coefficients of an exact polynomial, of shape (state, unknowns).
+    bound : list of arb
+        On abs(S - q), by state variable, for every unknown.
+    slopes : list of list of arb
+        Taylor coefficients of the derivatives of the columns along the candidate: by power, then by
+        column and variable (state, then constants).
+    radius : int
+        Of a circle in u inside of which the columns are analytic.
+    sizes : list of arb
+        Bound on the columns there, for states and constants in a polydisc.
+    rho : list of arb
+        Radii of the polydisc of states. At its centre derivatives are bounded by sizes / rho.
+    pull : arb
+        The same for the constants: sizes * pull bounds their part, for every unknown.
+    off : arb
+        The share of these bounds by which the series are off from the exact motion's.
+    """
+
+    t0: Fraction
+    h: Fraction
+    q: list[flint.arb_mat]
+    bound: Vector
+    slopes: list[Vector]
+    radius: int
+    sizes: Vector
+    rho: Vector
+    pull: flint.arb
+    off: flint.arb
+
+
+def variations(
+    run: Trajectory, certificate: Certificate, unknowns: Unknowns
+) -> Iterator[tuple[int, Variation]]:
+    """The derivatives along all pieces of a candidate, each with the piece's index.
+
+    Raises
+    ------
+    NotCertifiedError
+        A piece over which the proof does not work.
+    """
+    prover = _Prover(run, unknowns)
+    for i, bounds in enumerate(certificate.pieces):
+        for variation in prover.piece(run.piece(i), bounds):
+            yield i, variation
+
+
+class _TooLongError(Exception):
+    """A piece over which the proof does not work, and why; its halves may do."""
+
+
+class _Prover:
+    """Carries the derivatives, exact numbers, and the frame of their errors."""
+
+    def __init__(self, run: Trajectory, unknowns: Unknowns) -> None:
+        self.unknowns = unknowns
+        self.circles = circle_equations(run)
+        self.equations = Equations.of(run.bicycle, Balls(BITS), is_regular=run.is_regular)
+        numbers: list[flint.arb] = []
+        self.equations.k.convert(numbers.append)
+        with flint.ctx.workprec(BITS):
+            reach = exact_ball(_REACH)
+            self.reach = [flint.arb(0)] * len(numbers)
+            for j in unknowns.constants:
+                self.reach[j] = reach if numbers[j] == 0 else (abs(numbers[j]) * reach).upper()
+            self.pull = largest(
+                total(
+                    abs(unknowns.by_constant[i, u]) / self.reach[j]
+                    for i, j in enumerate(unknowns.constants)
+                )
+                for u in range(unknowns.by_constant.ncols())
+            )
+            self.q = unknowns.start.mid()
+            self.frame = Frame(identity(SIZE), _apart(unknowns.start, self.q))
+
+    def piece(
+        self, piece: Piece, bounds: Sequence[Fraction], depth: int = 0
+    ) -> Iterator[Variation]:
+        try:
+            found = self._whole(piece, bounds)
+        except (_TooLongError, NotAnalyticError) as e:
+            if depth == _DEPTH:
+                raise refused(piece, str(e)) from None
+            for half in piece.halves():
+                yield from self.piece(half, bounds, depth + 1)
+            return
+        yield found
+
+    def _whole(self, piece: Piece, bounds: Sequence[Fraction]) -> Variation:
+        # The right half, whose variable is 0 in the middle and 1 at the end, taken from -1 on.
+        _, centred = piece.halves()
+        circle = circle_bound(centred, self._widened, self.circles, _RADII)
+        steepest = float((largest(circle.values[: SIZE - 1]) * self.pull).mid())
+        length = ceil((_TAIL_BITS + log2(steepest)) / log2(circle.radius))
+        slopes = self._slopes(centred, length)
+        with flint.ctx.workprec(BITS):
+            step = exact_ball(centred.h)
+            off = (geometric(circle.radius, length) + 4 * moved(bounds, circle.rho)).upper()
+            rates = [*range(SIZE - 1), SIZE - 1 + _YAW_RATE]
+            jacobian, by_constant = (
+                [
+                    flint.arb_mat([[step * c[m] for c in slopes[i][part]] for i in rates])
+                    for m in range(length)
+                ]
+                for part in (slice(SIZE), slice(SIZE, None))
+            )
+            forcing = [m * self.unknowns.by_constant for m in by_constant]
+            sizes = [step * circle.values[i] * off for i in rates]
+            tail = flint.arb_mat([[(m / x).upper() for x in circle.rho] for m in sizes])
+            tail_g = [(m * self.pull).upper() for m in sizes]
+            q, bound = self._carry(jacobian, forcing, tail, tail_g)
+            columns = [c for row in slopes[SIZE - 1 :] for c in row]
+            return Variation(
+                centred.t0, centred.h, q, bound, [[c[m] for c in columns] for m in range(length)],
+                circle.radius, circle.values[SIZE - 1 :], circle.rho, self.pull, off,
+            )  # fmt: skip
+
+    def _carry(
+        self, a: list[flint.arb_mat], g: list[flint.arb_mat], tail: flint.arb_mat, tail_g: Vector
+    ) -> tuple[list[flint.arb_mat], Vector]:
+        """The derivatives over a piece and the bound on their error; goes on to its end."""
+        weights = perron(a)
+        y, v = fundamental(a), inverse_fundamental(a)
+        defect, defect_v = variational_defect(a, tail, y, v, weights)
+        size_y, size_v = (total(norm(m, weights) for m in p) for p in (y, v))
+        if not size_y * size_v < _CONDITION:
+            raise _TooLongError("Y is badly conditioned")
+        eta = (defect_v * size_y + size_v * defect).upper()
+        if not eta * (size_y * size_v) ** 2 < _RESOLVED:
+            raise _TooLongError("Y is not resolved")
+        size_inverse = size_v / (1 - eta)
+        minus, plus = flint.arb(-1), flint.arb(1)
+        back = value(y, minus).inv()
+        # One solution, then the one that begins where the last piece ended.
+        p, force = _solution(a, g, tail, tail_g, weights)
+        c = (back * (self.q - value(p, minus))).mid()
+        q = [m * c + n for m, n in zip(y, p, strict=True)]
+        force += defect * _size(c, weights)
+        frame = self.frame.widened(_apart(value(q, minus), self.q))
+        # z from its size at -1, by Gronwall; it moves by `drift` at most.
+        start = largest(x / w for x, w in zip(abs_times(back, frame.bound()), weights, strict=True))
+        kappa = size_inverse * defect
+        push = size_inverse * force
+        drift = 2 * (kappa * (2 * kappa).exp() * (start + 2 * push) + push)
+        added = [(size_y * drift * w).upper() for w in weights]
+        incoming = back * frame.matrix
+        over = [flint.arb(0)] * SIZE
+        for m in y:
+            over = [x + e for x, e in zip(over, abs_times(m * incoming, frame.radii), strict=True)]
+        bound = [(x + e).upper() for x, e in zip(over, added, strict=True)]
+        end = value(q, plus)
+        self.q = end.mid()
+        rounding = _apart(end, self.q)
+        self.frame = Frame(value(y, plus) * incoming, frame.radii).widened(
+            [x + e for x, e in zip(added, rounding, strict=True)]
+        )
+        return q, bound
+
+    def _widened(self, equations: Equations, state: Sequence[Number]) -> list[Number]:
+        """Rates and columns on a circle, for all constants in their polydisc."""
+        reach = iter(self.reach)
+        rim: Any = equations.a
+
+        def widen(x: flint.arb) -> Number:
+            r = next(reach)
+            wide = flint.arb(0, r)
+            return x if r == 0 else rim.value(flint.acb(x + wide, wide))
+
+        return _rates_and_columns(replace(equations, k=equations.k.convert(widen)), state)
+
+    def _slopes(self, piece: Piece, length: int) -> list[list[list[flint.arb]]]:
+        """Taylor coefficients of the derivatives of rates and columns along a piece."""
+        a = PowerSeries(BITS, length)
+        duals = Duals(a)
+        count = SIZE + len(self.unknowns.constants)
+        place = {j: SIZE + i for i, j in enumerate(self.unknowns.constants)}
+
+        def variable(x: Number, i: int) -> Dual:
+            return Dual(x, tuple(1 if i == j else 0 for j in range(count)))
+
+        with a.precision():
+            unit = flint.arb(2) ** -piece.grid
+            state: list[Number] = [
+                variable(a.series([c * unit for c in row[:length]]), i)
+                for i, row in enumerate(piece.rows)
+            ]
+            index = iter(range(len(self.reach)))
+
+            def constant(x: flint.arb) -> Number:
+                j = next(index)
+                return variable(x, place[j]) if j in place else x
+
+            equations = replace(self.equations.over(duals), k=self.equations.k.convert(constant))
+            zeros = [flint.arb(0)] * length
+            return [
+                [
+                    zeros if isinstance(s, int) and s == 0 else a.coefficients(s)
+                    for s in (x.slopes if isinstance(x, Dual) else [0] * count)
+                ]
+                for x in _rates_and_columns(equations, state)
+            ]
+
+
+def _rates_and_columns(equations: Equations, state: Sequence[Number]) -> list[Number]:
+    """Rates of the state without the yaw, whose rate is a column, and the columns."""
+    columns = equations.columns(state)
+    return [*equations.rates(state), *(columns[c.name] for c in COLUMNS)]
+
+
+def _solution(
+    a: list[flint.arb_mat], g: list[flint.arb_mat], tail: flint.arb_mat, tail_g: Vector,
+    weights: Vector,
+) -> tuple[list[flint.arb_mat], flint.arb]:  # fmt: skip
+    """Coefficients of a polynomial p that nearly solves p' = a p + g, p(0) = 0; exact numbers.
+
+    Returned with a bound on the norm of a p + g - p' for -1 <= u <= 1 and the worst unknown, where
+    a and g may be off by the tails.
+    """
+    p = [0 * g[0]]
+    defect = _size(g[-1], weights)
+    for m in range(len(a) - 1):
+        right = g[m]
+        for j in range(m + 1):
+            right += a[j] * p[m - j]
+        p.append((right * (flint.arb(1) / (m + 1))).mid())
+        defect += _size(right - p[-1] * (m + 1), weights)
+    sizes = [_size(x, weights) for x in p]
+    # Terms of the product of order len(a) - 1 and more, which p' does not have.
+    for j, x in enumerate(a):
+        defect += norm(x, weights) * total(sizes[len(a) - 1 - j :])
+    defect += norm(tail, weights) * total(sizes)
+    defect += largest(x / w for x, w in zip(tail_g, weights, strict=True))
+    return p, defect
+
+
+def _size(m: flint.arb_mat, weights: Vector) -> flint.arb:
+    """Weighted maximum norm of the largest column."""
+    return largest(x / w for x, w in zip(_rows(m), weights, strict=True))
+
+
+def _apart(x: flint.arb_mat, y: flint.arb_mat) -> Vector:
+    """Bound on abs(x - y) by row, for every column."""
+    return _rows(x - y)
+
+
+def _rows(m: flint.arb_mat) -> Vector:
+    """Largest absolute value of each row."""
+    return [largest(abs(m[i, j]) for j in range(m.ncols())) for i in range(m.nrows())]
