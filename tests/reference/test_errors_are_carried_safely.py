@@ -92,6 +92,12 @@ def test_v_is_nearly_the_inverse_of_y(rng: random.Random) -> None:
     assert 0 < worst <= f.eta
 
 
+def test_nothing_is_known_of_an_inverse_that_is_not_near(rng: random.Random) -> None:
+    poor = Flow.of([x * 10 for x in system(rng, 2, low=0.01)], zero())
+    assert poor.eta > 1
+    assert not poor.size_inverse.is_finite()
+
+
 @pytest.mark.parametrize("length", [3, 5])
 def test_no_solution_leaves_the_bounds(rng: random.Random, length: int) -> None:
     """Of e' = A e + force, for initial errors at corners of the frame and the worst of forces."""
