@@ -138,6 +138,17 @@ def conserved(both: Both) -> Iterator[Zero]:
         yield f"{form}: height's rate", height.slopes[0]
 
 
+def mirrored(both: Both) -> Iterator[Zero]:
+    """Rates at the mirror image of a state, less their mirror image, in both forms."""
+    signs = (-1, 1, -1, -1, -1, 1)  # roll, pitch, steer, the two rates of either form, spin
+    for form, state in (("regular", both.regular_state), ("few products", both.few_product_state)):
+        equations = Equations.of(both.bicycle, both.a, is_regular=form == "regular")
+        image = [x if sign > 0 else -x for sign, x in zip(signs, state, strict=True)]
+        pairs = zip(signs, equations.rates(state), equations.rates(image), strict=True)
+        for name, (sign, rate, there) in zip(equations.states, pairs, strict=False):
+            yield f"{form}: {name}", there - sign * rate
+
+
 def straight_running(field: RandomField) -> Iterator[Zero]:
     """Rates of upright straight running at any speed, and the front wheel's height."""
     bicycle: Any = any_bicycle(field)
@@ -169,6 +180,10 @@ def test_energy_is_constant_and_both_wheels_stay_on_the_floor(
     field: RandomField, both: Both
 ) -> None:
     check(field, conserved(both))
+
+
+def test_the_mirror_image_of_a_motion_is_a_motion(field: RandomField, both: Both) -> None:
+    check(field, mirrored(both))
 
 
 def test_straight_running_is_a_solution() -> None:

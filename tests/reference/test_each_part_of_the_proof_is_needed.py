@@ -123,7 +123,7 @@ def test_what_the_series_of_the_defect_leaves_out(
         rows[:] = [row[:2] for row in rows]
 
     def bounds() -> list[float]:
-        prover = enclose._Prover(damaged(run, 0, straight))
+        prover = enclose.Prover(damaged(run, 0, straight))
         prover.lengths = dict.fromkeys(prover.lengths, 2)
         piece = prover.run.piece(0)
         rim = circle_bound(piece, Equations.rates_with_yaw, prover.circles)
@@ -150,7 +150,7 @@ def defects(run: Trajectory) -> list[float]:
 
 def test_what_the_series_of_the_jacobian_leaves_out(run: Trajectory) -> None:
     """Three terms of h J, against h J at the end of the piece."""
-    prover = enclose._Prover(run)
+    prover = enclose.Prover(run)
     piece = run.piece(0)
     rim = circle_bound(piece, Equations.rates_with_yaw, prover.circles)
     terms, tail = prover._jacobian(piece, rim, 3)
@@ -213,14 +213,14 @@ def test_y_that_is_badly_conditioned(run: Trajectory, monkeypatch: pytest.Monkey
 def test_a_halved_piece_has_the_larger_bound(run: Trajectory, monkeypatch: Any) -> None:
     """An error that grows late in a step is in the second half; an early one fades in it."""
     monkeypatch.setattr(enclose, "_DEPTH", 1)
-    whole = enclose._Prover._whole
+    whole = enclose.Prover.whole
 
     def halves_only(self: Any, piece: Any, frame: Any) -> Any:
         if piece.h == run.piece(piece.step).h:
             raise enclose._TooLongError("halves are to be tried")
         return whole(self, piece, frame)
 
-    monkeypatch.setattr(enclose._Prover, "_whole", halves_only)
+    monkeypatch.setattr(enclose.Prover, "whole", halves_only)
     large = 1 << (run.grid - 60)
 
     def late(rows: Rows) -> None:
