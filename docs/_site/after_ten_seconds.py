@@ -1,9 +1,11 @@
-"""The tables of docs/after-ten-seconds.md, computed. Run as a script, this writes them.
+"""The tables of docs/after-ten-seconds.md. Run as a script, this writes them.
 
-What is 'certified' is an enclosure of the exact value; what is 'computed' was found at two
-precisions, and has the digits that both have, at most 30.
+What is 'certified' is read from after-ten-seconds.json, which `heyoka-bike certify
+--after-ten-seconds` proves again; what is 'computed' was found at two precisions, and has the
+digits that both have, at most 30.
 """
 
+import json
 import re
 import sys
 from dataclasses import replace
@@ -13,23 +15,17 @@ from pathlib import Path
 import flint
 import mpmath
 
-sys.path.append(str(Path(__file__).parents[2] / "tests"))
-
-from support.limit_cycle import Cycle
-
-from heyoka_bike.bicycle.equations.forces import forces
-from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.kinematics import lateral_condition, posture
-from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Maneuver, read_bicycle, read_maneuvers
 from heyoka_bike.bicycle.stability.linear import linearise
 from heyoka_bike.motion.evaluator import evaluator
-from heyoka_bike.motion.events import FRONT_LIFT, GREATEST_LEAN, KINDS, REAR_LIFT, events, zeros
+from heyoka_bike.motion.events import GREATEST_LEAN, events, zeros
 from heyoka_bike.motion.integrate import integrate
-from heyoka_bike.numbers.arithmetic import Balls, exact_ball
-from heyoka_bike.numbers.exact import ZERO, Exact
-from heyoka_bike.reference.proof.enclose import enclose
-from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
+from heyoka_bike.numbers.arithmetic import exact_ball
+from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.reference.layout import AFTER
+from heyoka_bike.reference.proof.after_ten_seconds import settling_fact
+from heyoka_bike.system.resources import after_folder, benchmark_bicycle, benchmark_maneuvers
 
 PAGE = Path(__file__).parent.parent / "after-ten-seconds.md"
 MARKS = "<!-- {}: begin -->", "<!-- {}: end -->"
@@ -40,10 +36,6 @@ SHOWN = 30
 FALLEN = Fraction("44.44")
 # Long after both, where the few-product form still holds [s].
 BEYOND = Fraction("0.03")
-# Candidates are proved with so many digits.
-PROVED = 70
-# Of a piece, in the proof that a force does not vanish: down to the width of the time of the lift.
-HALVINGS = 300
 
 
 def agreed(a, b):
@@ -56,9 +48,14 @@ def agreed(a, b):
     return mp.nstr(b, digits, min_fixed=-3, strip_zeros=False), digits
 
 
-def enclosed(x, digits=SHOWN):
-    """A ball by its common digits."""
-    return x.str(min(digits, max(int(x.rel_accuracy_bits() * 0.30103) - 1, 1)), radius=False)
+def certified(maneuver):
+    """What is proved of a maneuver, by name and unit."""
+    facts = json.loads((after_folder() / AFTER).read_text(encoding="utf-8"))["proved"]
+    return next(fact["numbers"] for fact in facts if fact["about"] == maneuver.name)
+
+
+def certified_rows(maneuver):
+    return [(name, f"`{x}`", "certified") for name, x in certified(maneuver).items()]
 
 
 def table(rows, *heading):
@@ -66,81 +63,28 @@ def table(rows, *heading):
     return "\n".join([*lines, *("| " + " | ".join(map(str, row)) + " |" for row in rows)])
 
 
-# Maneuver 1
-
-
-def cycle_rows(bicycle, maneuver, digits=DIGITS):
-    """What there is to say of the cycle, each with the digits of both precisions."""
-    first, second = (Cycle.of(bicycle, maneuver, d) for d in digits)
-
-    def row(what, of):
-        value, count = agreed(of(first), of(second))
-        return what, f"`{value}`", f"computed, {count} digits"
-
-    names = ("roll angle", "steer angle")
-    multipliers = [
-        row(f"half-period multiplier {i}", lambda c, i=i: mpmath.re(c.half_multipliers[i]))
-        for i in range(1, 4)
-    ]
-    squares = [
-        row(f"Floquet multiplier {i}", lambda c, i=i: mpmath.re(c.half_multipliers[i]) ** 2)
-        for i in range(1, 4)
-    ]
-    return [
-        row("period [s]", lambda c: c.period),
-        *(row(f"largest {n} [rad]", lambda c, n=n: c.extremes[n.split()[0]]) for n in names),
-        row("mean of the forward speed [m/s]", lambda c: c.extremes["mean speed"]),
-        *(
-            row(f"{name} upright, leaning to the right", lambda c, i=i: c.point[i])
-            for i, name in enumerate(
-                ("steer angle [rad]", "roll rate [rad/s]", "steer rate [rad/s]", "speed [m/s]")
-            )
-        ),
-        (
-            "half-period multiplier of the energy, minus 1",
-            f"{float(abs(second.half_multipliers[0] - 1)):.0e}",
-            f"computed with {digits[1]} digits",
-        ),
-        *multipliers,
-        *squares,
-    ]
-
-
-# Maneuver 2
-
-
-def final_speed(bicycle, maneuver, bits=400):
-    """Speed of the upright bicycle that has the energy of a start upright and straight."""
-    balls = Balls(bits)
-    with balls.precision():
-        equations = Equations.of(bicycle, balls)
-
-        def kinetic(m):
-            return equations.energies(initial_state(equations, m)).kinetic
-
-        one = replace(maneuver, speed=Exact(Fraction(1)), roll_rate=ZERO)
-        return (kinetic(maneuver) / kinetic(one)).sqrt()
+def cycle_rows(bicycle, maneuver):
+    """All that is said of the cycle is proved."""
+    return certified_rows(maneuver)
 
 
 def settling_rows(bicycle, maneuver, end=Fraction(100), digits=DIGITS[0]):
     """The final speed, its eigenvalues, and both from the motion."""
-    speed = final_speed(bicycle, maneuver)
+    (speed,) = settling_fact(bicycle, maneuver).numbers.values()
     mp = mpmath.mp.clone()
     mp.dps = 60
-    with flint.ctx.workprec(400):
-        v = mp.mpf(speed.mid().str(58, radius=False))
-        shown = enclosed(speed)
+    v = mp.mpf(speed.decimal(58))
     values = linearise(bicycle, digits).eigenvalues(v)
     run = integrate(bicycle, replace(maneuver, duration=end), digits)
     at = evaluator(run, run.bits + 64)
     peaks = list(events(run, (GREATEST_LEAN,)))[-2:]
     with at.balls.precision():
         reached = mp.mpf(at.columns(end)["forward_speed"].mid().str(58, radius=False))
-        lean = [abs(at.columns(e.time, e.piece)["roll_angle"]) for e in peaks]
+        lean = [abs(at.columns(e.time)["roll_angle"]) for e in peaks]
         rate = float((lean[1] / lean[0]).log() / (peaks[1].time - peaks[0].time))
     slowest = values[-1]
     return [
-        ("final speed, from the energy [m/s]", f"`{shown}`", "certified"),
+        *certified_rows(maneuver),
         (f"speed of the motion at {end} s, minus that [m/s]", f"{float(reached - v):.1e}",
          f"computed with {digits} digits"),
         *(
@@ -154,9 +98,6 @@ def settling_rows(bicycle, maneuver, end=Fraction(100), digits=DIGITS[0]):
     ]  # fmt: skip
 
 
-# Maneuver 3
-
-
 def turn_divisor(equations, state):
     """What gives the turn rate from roll and steer rate is divided by this, see `rear_rates`."""
     o = posture(equations.k, equations.a, *state[:3])
@@ -164,63 +105,11 @@ def turn_divisor(equations, state):
     return c3 * o.cb - c1 * o.sb
 
 
-def stays_positive(run, certificate, kind, end):
-    """Prove that a quantity of the exact motion is positive from the start to a time [s]."""
-    at = evaluator(run, run.bits + 64, certificate)
-    with at.balls.precision():
-
-        def check(i, low, high, depth):
-            middle, half = exact_ball((low + high) / 2), exact_ball((high - low) / 2)
-            state = at.state(flint.arb(middle, half), i)
-            value = KINDS[kind](at.equations, state)
-            if value > 0:
-                return True
-            if depth == HALVINGS:
-                return False
-            between = (low + high) / 2
-            return check(i, low, between, depth + 1) and check(i, between, high, depth + 1)
-
-        return all(
-            check(i, run.breaks[i], min(run.breaks[i + 1], end), 0)
-            for i in range(run.steps)
-            if run.breaks[i] < end
-        )
-
-
 def fall_rows(bicycle, maneuver):
-    """The lift of the rear wheel, proved, and what the equations do after it."""
-    run = integrate(bicycle, replace(maneuver, duration=FALLEN), PROVED)
-    proof = enclose(run)
-    lift = next(events(run, (REAR_LIFT,), proof))
-    lean = list(events(run, (GREATEST_LEAN,), proof))[-1]
-    at = evaluator(run, run.bits + 64, proof)
-    rows = []
-    with at.balls.precision():
-        man, exp = lift.time.lower().man_exp()
-        before = int(man) * Fraction(2) ** int(exp)
-        is_first = all(stays_positive(run, proof, kind, before) for kind in (REAR_LIFT, FRONT_LIFT))
-        largest = at.columns(lean.time, lean.piece)
-        there = at.columns(lift.time, lift.piece)
-        on_floor = [forces(at.equations, at.state(e.time, e.piece)) for e in (lean, lift)]
-        rows += [
-            ("greatest lean, time [s]", f"`{enclosed(lean.time)}`", "certified"),
-            ("roll angle then [rad]", f"`{enclosed(largest['roll_angle'])}`", "certified"),
-            ("friction coefficient that the rear wheel needs then",
-             f"`{enclosed(on_floor[0].rear.friction(at.balls))}`", "certified"),
-            ("the rear wheel leaves the floor [s]", f"`{enclosed(lift.time)}`",
-             "certified" + (", and that both wheels press on the floor until then" if is_first
-                            else "")),
-            ("roll angle then [rad]", f"`{enclosed(there['roll_angle'])}`", "certified"),
-            ("steer angle then [rad]", f"`{enclosed(there['steer_angle'])}`", "certified"),
-            ("speed then [m/s]", f"`{enclosed(there['forward_speed'])}`", "certified"),
-            ("normal force on the front wheel then [N]", f"`{enclosed(on_floor[1].front.normal)}`",
-             "certified"),
-        ]  # fmt: skip
+    """The lift of the rear wheel, proved, and where the equations end after it."""
     value, count = agreed(*(singular_time(bicycle, maneuver, d) for d in DIGITS))
-    rows.append(
-        ("the regular form's variables fail [s]", f"`{value}`", f"computed, {count} digits")
-    )
-    return rows
+    last = "the regular form's variables fail [s]", f"`{value}`", f"computed, {count} digits"
+    return [*certified_rows(maneuver), last]
 
 
 def singular_time(bicycle, maneuver, digits):
@@ -232,7 +121,7 @@ def singular_time(bicycle, maneuver, digits):
         values = [
             Exact(Fraction(int((x * flint.arb(2) ** run.grid).mid().floor().unique_fmpz()),
                            2**run.grid))
-            for x in (state[5] * at.constants.length, state[3], state[0], state[2], state[4])
+            for x in (state[5] * at.equations.k.length, state[3], state[0], state[2], state[4])
         ]  # fmt: skip
     speed, roll_rate, roll, steer, steer_rate = values
     again = Maneuver("again", speed, roll_rate, BEYOND, BEYOND, roll, steer, steer_rate)

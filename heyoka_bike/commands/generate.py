@@ -8,12 +8,13 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.commands.options import add_bicycle
-from heyoka_bike.errors import Exit
+from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.system.console import print_table, progress_bars, table
 
 if TYPE_CHECKING:
     from heyoka_bike.reference.making.tabulate import Table
 
+_DIGITS = 70
 _SHARES = {
     "integrate": 0.15, "certify": 0.25, "rows": 0.05, "dense": 0.1, "motion": 0.2, "vary": 0.25,
 }  # fmt: skip
@@ -37,7 +38,7 @@ def add_parser(subparsers: Any) -> None:
     p.add_argument(
         "--digits",
         type=int,
-        default=70,
+        default=_DIGITS,
         metavar="N",
         help="decimal digits of the integration, 65 to 1000 (default 70)",
     )
@@ -54,7 +55,18 @@ def add_parser(subparsers: Any) -> None:
         help="a time [s] in place of the maneuvers' durations, or 'fall': to the last row before a "
         "wheel leaves the floor or the model ends",
     )
-    p.add_argument("--out", metavar="DIR", default="reference", help="folder (default ./reference)")
+    p.add_argument(
+        "--after-ten-seconds",
+        action="store_true",
+        help="make after-ten-seconds.json instead, what is proved of the benchmark's motions after "
+        "their ten seconds, with the candidates that 'certify --after-ten-seconds' starts from; "
+        "five minutes",
+    )
+    p.add_argument(
+        "--out",
+        metavar="DIR",
+        help="folder (default ./reference, or ./reference/after-ten-seconds)",
+    )
     p.add_argument(
         "--force", action="store_true", help="replace a set of another version or of other inputs"
     )
@@ -63,11 +75,14 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
+    if args.after_ten_seconds:
+        return _after(args)
     from heyoka_bike.reference.making.generate import generate
 
+    out = "reference" if args.out is None else args.out
     with progress_bars(_SHARES) as progress:
         made = generate(
-            args.out,
+            out,
             bicycle=args.bicycle,
             maneuvers=args.maneuvers or None,
             digits=args.digits,
@@ -79,8 +94,28 @@ def run(args: argparse.Namespace) -> int:
     _summary(made.tables)
     written = f"written: {', '.join(made.changed)}"
     what = written if made.changed else "already up to date, nothing written"
-    print(f"{args.out}: dataset version {made.dataset_version}, {what}")
+    print(f"{out}: dataset version {made.dataset_version}, {what}")
     return Exit.STOPPED_EARLY if any(end.is_early for end in made.endings) else Exit.OK
+
+
+def _after(args: argparse.Namespace) -> int:
+    """What follows the ten seconds of the benchmark, and of nothing else."""
+    from heyoka_bike.reference.making.after_ten_seconds import generate_after
+
+    given = {"--bicycle": args.bicycle != "benchmark", "--maneuvers": args.maneuvers,
+             "--digits": args.digits != _DIGITS, "--until": args.until}  # fmt: skip
+    for option, is_given in given.items():
+        if is_given:
+            raise InputError(
+                f"{option}: found it beside --after-ten-seconds, expected it alone: that is about "
+                "the benchmark"
+            )
+    out = "reference/after-ten-seconds" if args.out is None else args.out
+    with progress_bars({"certify": 1.0}) as progress:
+        changed = generate_after(out, progress=progress)
+    what = f"written: {', '.join(changed)}" if changed else "already up to date, nothing written"
+    print(f"{out}: {what}")
+    return Exit.OK
 
 
 def _summary(tables: Sequence[Table]) -> None:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import reduce
 
 import flint
 
 from heyoka_bike.bicycle.equations.kinematics import front_contact_height
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.motion.trajectory import Certificate, Trajectory, row_times
-from heyoka_bike.numbers.arithmetic import Balls, exact_ball
+from heyoka_bike.numbers.arithmetic import Balls, exact_ball, span_ball, upper_fraction
 
 
 @dataclass(frozen=True)
@@ -65,18 +66,29 @@ class Evaluator:
     certificate: Certificate | None = None
 
     def columns(self, t: Fraction | flint.arb, piece: int | None = None) -> dict[str, flint.arb]:
-        """Every column by name at time `t`; a time that is a ball needs its piece."""
+        """Every column by name at time `t`, see `state`."""
         return dict(self.equations.columns(self.state(t, piece)))
 
     def state(self, t: Fraction | flint.arb, piece: int | None = None) -> list[flint.arb]:
-        """State at time `t`; a time that is a ball needs its piece."""
-        if piece is None and isinstance(t, Fraction):
+        """State at time `t`; that of a ball without a piece holds those of all pieces it meets."""
+        if piece is None:
+            if not isinstance(t, Fraction):
+                return self._across(t)
             piece = self.trajectory.piece_at(t)
         state = self.trajectory.state(t, piece)
-        if self.certificate is not None and piece is not None:
+        if self.certificate is not None:
             bounds = self.certificate.pieces[piece]
             state = [flint.arb(x, _arb(b)) for x, b in zip(state, bounds, strict=True)]
         return state
+
+    def _across(self, t: flint.arb) -> list[flint.arb]:
+        run, low, high = self.trajectory, -upper_fraction(-t), upper_fraction(t)
+        # Each piece for its own part of the time: its bounds hold there only.
+        parts = [
+            self.state(span_ball(max(low, run.breaks[i]), min(high, run.breaks[i + 1])), i)
+            for i in range(run.piece_at(low), run.piece_at(high) + 1)
+        ]
+        return [reduce(flint.arb.union, values) for values in zip(*parts, strict=True)]
 
     @property
     def end(self) -> Fraction:

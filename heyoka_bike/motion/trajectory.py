@@ -95,13 +95,26 @@ class Trajectory:
             if not isinstance(t, Fraction):
                 raise TypeError("a time that is a ball needs its piece")
             piece = self.piece_at(t)
+        s, unit = self._place(t, piece), flint.arb(2) ** -self.grid
+        return [p(s) * unit for p in self._piece(piece)]
+
+    def around(
+        self, piece: int, t: Fraction, scale: flint.arb, terms: int
+    ) -> list[list[flint.arb]]:
+        """The first Taylor coefficients of the state at `t` [s], by powers of time over `scale`."""
+        unit, h = (
+            flint.arb(2) ** -self.grid,
+            exact_ball(self.breaks[piece + 1] - self.breaks[piece]),
+        )
+        line = flint.arb_poly([self._place(t, piece), scale / h])
+        return [[c * unit for c in p(line).coeffs()[:terms]] for p in self._piece(piece)]
+
+    def _place(self, t: Fraction | flint.arb, piece: int) -> flint.arb:
+        """Where a time is in a piece: 0 at its begin, 1 at its end."""
         a, b = self.breaks[piece], self.breaks[piece + 1]
         if isinstance(t, Fraction):
-            s = exact_ball((t - a) / (b - a))
-        else:
-            s = (t - exact_ball(a)) / exact_ball(b - a)
-        unit = flint.arb(2) ** -self.grid
-        return [p(s) * unit for p in self._piece(piece)]
+            return exact_ball((t - a) / (b - a))
+        return (t - exact_ball(a)) / exact_ball(b - a)
 
     def _piece(self, piece: int) -> list[flint.arb_poly]:
         # Integers as balls: exact as long as they fit in flint's precision, else rounded outward.

@@ -139,19 +139,16 @@ class Rim:
     def sqrt(self, x: Number) -> Number:
         if not isinstance(x, Value):
             return x.sqrt()
-        self.watch(x.x)
         if not x.x.real > 0:
             raise NotAnalyticError("a radicand may be negative")
         return Value(x.x.sqrt(), self)
 
     def atan2(self, y: Number, x: Number) -> Number:
         """Arc tangent of y / x; analytic where x and 1 + (y / x)^2 have positive real parts."""
-        if isinstance(x, Value) and not x.x.real > 0:
+        if not (x.x.real if isinstance(x, Value) else x) > 0:
             raise NotAnalyticError("an angle may pass a quarter turn")
         ratio = (y / x).x
-        square = 1 + ratio * ratio
-        self.watch(square)
-        if not square.real > 0:
+        if not (1 + ratio * ratio).real > 0:
             raise NotAnalyticError("an arc tangent may meet its branch point")
         return Value(ratio.atan(), self)
 

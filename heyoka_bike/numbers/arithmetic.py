@@ -141,6 +141,11 @@ def exact_ball(value: Fraction) -> flint.arb:
     return flint.arb(flint.fmpq(value.numerator, value.denominator))
 
 
+def span_ball(low: Fraction, high: Fraction) -> flint.arb:
+    """A ball that holds all numbers between two."""
+    return flint.arb(exact_ball((low + high) / 2), exact_ball((high - low) / 2).upper())
+
+
 def midpoint(x: flint.arb) -> tuple[int, int]:
     """The middle of a ball, exactly: n and grid with the value n 2^-grid."""
     man, exp = x.mid().man_exp()

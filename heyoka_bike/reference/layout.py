@@ -13,6 +13,7 @@ CANDIDATE = "candidate.h5"
 CERTIFICATE = "certificate.json"
 SENSITIVITIES = "sensitivities.h5"
 MOTION = "motion.h5"
+AFTER = "after-ten-seconds.json"
 
 FILTERS = {"compression": "gzip", "compression_opts": 9, "shuffle": True, "fletcher32": True}
 

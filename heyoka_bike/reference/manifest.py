@@ -204,11 +204,22 @@ def write_set(folder: str | Path, files: Mapping[str, bytes], manifest: bytes) -
     DatasetError
         The folder cannot be written.
     """
+    return write_files(folder, {**dict(sorted(files.items())), MANIFEST: manifest})
+
+
+def write_files(folder: str | Path, files: Mapping[str, bytes]) -> list[str]:
+    """Put files in place in their order; returns the names that changed.
+
+    Raises
+    ------
+    DatasetError
+        The folder cannot be written.
+    """
     folder = Path(folder)
     changed = []
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        for name, data in [*sorted(files.items()), (MANIFEST, manifest)]:
+        for name, data in files.items():
             if _is_same(folder / name, data):
                 continue
             replace_file(folder / name, data)

@@ -24,6 +24,9 @@ _FEW_ROWS = 10
 _HELD = ("potential_energy", "kinetic_energy", "mechanical_energy")
 # Zeros are the rate of such an angle.
 _RATES = {"roll_rate": "roll_angle", "steer_rate": "steer_angle"}
+_LATERAL = ("roll_angle", "roll_rate", "steer_angle", "steer_rate")
+# Of a bicycle that runs upright and straight nothing varies but by an integrator's roundoff.
+_ROUNDOFF = 1e-9
 # The quantity varies by more of what can be written than this: rounding does not explain one value.
 _STEPS = 4.0
 
@@ -47,19 +50,38 @@ def without_unfilled(alignment: Alignment) -> Alignment:
 
 def _unfilled(part: Part) -> dict[str, float]:
     """The columns that were never filled in, with the number that they hold."""
-    if len(part.time) < _FEW_ROWS:
+    if len(part.time) < _FEW_ROWS or _runs_straight(part):
         return {}
     constant = {
         key: float(values[0])
         for key, values in part.values.items()
         if key in BENCHMARK_COLUMNS and np.all(values == values[0])
     }
-    return {
+    found = {
         key: number
         for key, number in constant.items()
         if (key in _HELD if number else not constant.get(_RATES.get(key, "")))
         and _should_vary(part, key, number)
     }
+    # Their sum is constant, as the mechanical energy should be, and as empty.
+    parts = [found.get(key) for key in ("potential_energy", "kinetic_energy")]
+    total = constant.get("mechanical_energy")
+    if None not in parts and total is not None and total == sum(x or 0.0 for x in parts):
+        found["mechanical_energy"] = total
+    return found
+
+
+def _runs_straight(part: Part) -> bool:
+    """Whether all columns together are those of a bicycle that stays upright and straight."""
+    lateral = [part.values[key] for key in _LATERAL if key in part.values]
+    others = [
+        x for key, x in part.values.items() if key in BENCHMARK_COLUMNS and key not in _LATERAL
+    ]
+    return (
+        bool(lateral and others)
+        and not any(x.any() for x in lateral)
+        and all(x.any() and np.ptp(x) <= _ROUNDOFF * np.max(np.abs(x)) for x in others)
+    )
 
 
 def _should_vary(part: Part, key: str, number: float) -> bool:

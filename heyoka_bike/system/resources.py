@@ -25,6 +25,11 @@ def reference_folder() -> Path:
     return _folder("reference")
 
 
+def after_folder() -> Path:
+    """Folder of what is proved of the motions after their ten seconds."""
+    return reference_folder() / "after-ten-seconds"
+
+
 def benchmark_bicycle() -> Path:
     """TOML file of the benchmark bicycle."""
     return data_folder() / "bicycles" / "benchmark.toml"

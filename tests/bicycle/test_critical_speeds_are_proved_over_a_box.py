@@ -10,6 +10,7 @@ import pytest
 from bicycle_table import NAMES, committed, speeds
 
 from heyoka_bike.bicycle.parameters import read_bicycle
+from heyoka_bike.bicycle.stability import box
 from heyoka_bike.bicycle.stability.affine import Affine, Affines
 from heyoka_bike.bicycle.stability.box import stability_box
 from heyoka_bike.bicycle.stability.box_range import corner, is_negative, sign_over
@@ -232,6 +233,18 @@ def test_affine_numbers_remember_what_balls_forget():
         assert (x * x - 2 * x).ball.rad() <= 0.26
 
 
+def test_a_function_that_is_positive_only_inside_is_not_called_negative():
+    balls = Balls(64)
+    with balls.precision():
+        side = flint.arb(-1), flint.arb(1)
+        for top, expected in ((Fraction(1, 100), False), (Fraction(-1, 100), True)):
+            highest = balls.number(top)
+            found = is_negative(
+                lambda x, highest=highest: highest - (x[0] - 0.3) * (x[0] - 0.3), [side], balls
+            )
+            assert found is expected
+
+
 def test_signs_over_a_box_are_proved_and_never_guessed():
     balls = Balls(100)
     with balls.precision():
@@ -255,3 +268,53 @@ def test_signs_over_a_box_are_proved_and_never_guessed():
 @pytest.mark.parametrize("name", NAMES)
 def test_the_page_shows_these_speeds(name):
     assert committed("speeds")[name] == speeds(name)
+
+
+SPEED = box.CriticalSpeed(*map(Fraction, range(5)))
+POLYNOMIALS = {"a": 1, "b": 2, "c": (1, 1), "d": (-1, 1), "e": (4, -1)}
+"""By their signs there is one weave speed, and one capsize speed at v^2 = 4."""
+
+
+def with_signs(**changes):
+    """A box of one bicycle whose characteristic polynomial has these coefficients."""
+    balls = Balls(64)
+    with balls.precision():
+        numbers = {
+            k: tuple(map(flint.arb, x)) if isinstance(x, tuple) else flint.arb(x)
+            for k, x in (POLYNOMIALS | changes).items()
+        }
+
+    class Constant(box._Box):
+        def polynomials(self, x):
+            return box._Polynomials(**numbers)
+
+        def _speed(self, *arguments):
+            return SPEED
+
+    with balls.precision():
+        side = flint.arb(1), flint.arb(1)
+        of = Constant([side], [flint.arb(1)], [flint.arb(0)], balls)
+        return of.weave().speeds, of.capsize().speeds
+
+
+def test_a_speed_is_claimed_only_where_signs_show_that_there_is_one():
+    assert with_signs() == ((SPEED,), (SPEED,))
+    for changes in (
+        {"d": (1, 1)},  # d does not vanish
+        {"d": (-1, 0)},
+        {"e": (-4, 1)},  # e is negative where d vanishes
+        {"c": (1, 0)},  # Hurwitz' determinant falls at last
+    ):
+        assert with_signs(**changes)[0] is None, changes
+    assert with_signs(d=(-1, -1))[0] == ()  # never stable
+    assert with_signs(e=(4, 1))[1] == with_signs(e=(-4, -1))[1] == ()
+
+
+def test_a_bound_of_speeds_is_one_that_is_proved():
+    balls = Balls(64)
+    with balls.precision():
+        of = box._Box([], [], [], balls)
+        one = flint.arb(1)
+        assert 1.01 < of._outward(one, 1, lambda x: x > 1.01) < 1.1
+        assert 0.9 < of._outward(one, -1, lambda x: x < 0.99) < 0.99
+        assert of._outward(one, 1, lambda x: False) is None

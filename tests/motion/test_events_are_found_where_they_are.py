@@ -1,8 +1,9 @@
 """Events: against polynomials whose zeros are known, and heyoka's own event detection."""
 
+import random
 from dataclasses import replace
 from fractions import Fraction
-from itertools import pairwise
+from itertools import pairwise, product
 
 import flint
 import numpy as np
@@ -14,6 +15,7 @@ from heyoka_bike.motion.events import (
     FRONT_LIFT,
     GREATEST_LEAN,
     KINDS,
+    LEAST_LEAN,
     REAR_LIFT,
     UPRIGHT,
     events,
@@ -30,21 +32,41 @@ from heyoka_bike.numbers.precision import Precision
 GRID = 120
 
 
-def made(bicycle, maneuver, roots, breaks=(0, 1, 2)):
-    """A trajectory whose roll is the product of t - root; all else is zero."""
+def made(bicycle, maneuver, roots, breaks=(0, 1, 2), shift=0):
+    """A trajectory whose roll is the product of t - root, plus a shift; its rate is that of roll.
+
+    All else is zero: of the equations of motion it obeys the first, which is all that the roll
+    angle asks for.
+    """
     pieces = []
     for a, b in pairwise(breaks):
-        roll = flint.fmpq_poly([1])
+        roll = polynomial(1)
         for root in roots:
-            numerator = [a - root, Fraction(b - a)]
-            roll *= flint.fmpq_poly([flint.fmpq(x.numerator, x.denominator) for x in numerator])
-        integers = [round(Fraction(int(c.p), int(c.q)) * 2**GRID) for c in roll.coeffs()]
-        pieces.append((tuple(integers), *((0,) for _ in range(6))))
+            roll *= polynomial(a - root, b - a)
+        roll += polynomial(shift)
+        rate = roll.derivative() * (1 / polynomial(b - a)[0])
+        pieces.append((on_grid(roll), (0,), (0,), on_grid(rate), (0,), (0,), (0,)))
     return Trajectory(
         bicycle=bicycle, maneuver=replace(maneuver, duration=Fraction(breaks[-1])),
         precision="100 bits", bits=100, is_regular=True, order=20, grid=GRID,
         breaks=tuple(map(Fraction, breaks)), pieces=tuple(pieces),
     )  # fmt: skip
+
+
+def polynomial(*coefficients):
+    return flint.fmpq_poly(
+        [flint.fmpq(x.numerator, x.denominator) for x in map(Fraction, coefficients)]
+    )
+
+
+def on_grid(p):
+    return tuple(round(Fraction(int(c.p), int(c.q)) * 2**GRID) for c in p.coeffs()) or (0,)
+
+
+def proof_of(run, *bounds):
+    """A certificate of what is made: with a bound, or one for each piece."""
+    by_piece = bounds if len(bounds) > 1 else bounds * run.steps
+    return Certificate(run.states, tuple((b,) * 7 for b in by_piece), (by_piece[-1],) * 7)
 
 
 def holds(time, exact):
@@ -70,19 +92,177 @@ def test_an_event_at_a_break_is_found_once(bicycle, maneuvers):
     assert holds(event.time, Fraction(1))
 
 
-def test_neither_the_start_nor_a_zero_without_a_change_of_sign_is_an_event(bicycle, maneuvers):
+@pytest.mark.parametrize("is_certified", [False, True])
+def test_the_start_is_no_event_and_a_zero_without_a_change_of_sign_is_undecided(
+    bicycle, maneuvers, is_certified
+):
     run = made(bicycle, maneuvers[0], [Fraction(0), Fraction(1, 2), Fraction(1, 2)])
-    assert zeros(run, KINDS[UPRIGHT], UPRIGHT) == []
+    bound = Fraction(1, 2**80)
+    proof = proof_of(run, bound) if is_certified else None
+    (event,) = zeros(run, KINDS[UPRIGHT], UPRIGHT, proof)
+    assert event.rises is None
+    assert not event.is_single
+    assert holds(event.time, Fraction(1, 2))
+    # Where the function, t (t - 1/2)^2, is below the bound, and what bisection adds; or below the
+    # last bits of the balls.
+    assert float(event.time.rad()) < (8 * 2.0**-40 if is_certified else 2.0**-75)
+
+
+def test_what_only_the_bound_keeps_from_zero_is_undecided(bicycle, maneuvers):
+    half, gap = Fraction(1, 2), Fraction(1, 2**30)
+    run = made(bicycle, maneuvers[0], [half, half], shift=gap)
+    assert zeros(run, KINDS[UPRIGHT], UPRIGHT, proof_of(run, gap * Fraction(9, 10))) == []
+    (event,) = zeros(run, KINDS[UPRIGHT], UPRIGHT, proof_of(run, gap * Fraction(11, 10)))
+    assert event.rises is None
+    run = made(bicycle, maneuvers[0], [half, half], shift=-gap)
+    two = zeros(run, KINDS[UPRIGHT], UPRIGHT, proof_of(run, gap * Fraction(9, 10)))
+    assert [(e.rises, e.is_single) for e in two] == [(False, True), (True, True)]
+
+
+def test_a_change_of_sign_with_a_slope_of_zero_may_be_more_than_one_zero(bicycle, maneuvers):
+    run = made(bicycle, maneuvers[0], [Fraction(1, 2)] * 3)
+    (event,) = zeros(run, KINDS[UPRIGHT], UPRIGHT, proof_of(run, Fraction(1, 2**40)))
+    assert event.rises
+    assert not event.is_single
 
 
 def test_a_certificate_widens_the_enclosure_by_its_bound_over_the_slope(bicycle, maneuvers):
     run = made(bicycle, maneuvers[0], [Fraction(1, 4)])
     bound = Fraction(1, 2**40)
-    proof = Certificate(run.states, ((bound,) * 7,) * 2, (bound,) * 7)
-    (event,) = zeros(run, KINDS[UPRIGHT], UPRIGHT, proof)
+    (event,) = zeros(run, KINDS[UPRIGHT], UPRIGHT, proof_of(run, bound))
+    assert event.is_single
     assert 2.0**-40 < float(event.time.rad()) < 2.0**-38
     assert holds(event.time, Fraction(1, 4) + bound)
     assert holds(event.time, Fraction(1, 4) - bound)
+
+
+def test_a_piece_is_looked_at_inside_its_own_interval_only(bicycle, maneuvers):
+    """The first piece would cross zero just after its end, where its bound says nothing.
+
+    Its polynomial at the break is positive by 2^-60; the second begins there, rising. The exact
+    motion that both bounds allow never is zero.
+    """
+    tiny = Fraction(1, 2**60)
+    falling = made(bicycle, maneuvers[0], [1 + tiny], breaks=(0, 1))
+    (first,) = falling.pieces
+    down = tuple(tuple(-c for c in row) for row in first)
+    up = made(bicycle, maneuvers[0], [1 - tiny], breaks=(1, 2)).pieces[0]
+    run = replace(falling, breaks=tuple(map(Fraction, (0, 1, 2))), pieces=(down, up))
+    proof = proof_of(run, tiny / 2)
+    assert zeros(run, KINDS[UPRIGHT], UPRIGHT, proof) == []
+    # With bounds that reach zero there is no telling.
+    (event,) = zeros(run, KINDS[UPRIGHT], UPRIGHT, proof_of(run, 2 * tiny))
+    assert event.rises is None
+    assert holds(event.time, Fraction(1))
+
+
+@pytest.mark.parametrize("wide", [0, 1])
+def test_a_crossing_at_a_break_is_one_event_however_wide_the_bound_of_either_piece(
+    bicycle, maneuvers, wide
+):
+    run = made(bicycle, maneuvers[0], [Fraction(1)])
+    bounds = [Fraction(1, 2**90), Fraction(1, 2**90)]
+    bounds[wide] = Fraction(1, 2**30)
+    (event,) = zeros(run, KINDS[UPRIGHT], UPRIGHT, proof_of(run, *bounds))
+    assert event.rises
+    assert event.is_single
+    assert holds(event.time, Fraction(1))
+
+
+@pytest.mark.parametrize("is_certified", [False, True])
+@pytest.mark.parametrize("apart", [Fraction(1, 10**7), Fraction(1, 10**12), Fraction(1, 10**15)])
+def test_crossings_close_together_are_all_found(bicycle, maneuvers, apart, is_certified):
+    roots = [Fraction(1, 3), Fraction(1, 3) + apart, Fraction(3, 2)]
+    run = made(bicycle, maneuvers[0], roots)
+    proof = proof_of(run, apart**2 / 100) if is_certified else None
+    found = zeros(run, KINDS[UPRIGHT], UPRIGHT, proof)
+    assert [(e.rises, e.is_single) for e in found] == [(True, True), (False, True), (True, True)]
+    assert float(found[1].time - found[0].time) == pytest.approx(float(apart), rel=0.1)
+
+
+def grazing(run, certificate, apart):
+    """Roll minus a threshold so near its first maximum that it is crossed twice within `apart`."""
+    lean = next(events(run, (GREATEST_LEAN,), certificate))
+    at = evaluator(run, run.bits + 64, certificate)
+    with at.balls.precision():
+        top = at.state(lean.time)
+        bend = at.equations.rates(top)[3]
+        c = (top[0] + bend * apart**2 / 8).mid()
+    return lambda equations, state: state[0] - c
+
+
+def test_a_roll_angle_that_just_passes_a_threshold_crosses_it_twice(bicycle, maneuvers):
+    run = integrate(bicycle, replace(maneuvers[0], duration=Fraction(1)), 60, is_regular=True)
+    # The true bound is smaller; `enclose` has it in a proof of minutes.
+    proof = proof_of(run, Fraction(1, 10**50))
+    for certificate, apart in product((None, proof), (1e-6, 1e-7, 1e-20)):
+        first, second = zeros(run, grazing(run, certificate, apart), "threshold", certificate)
+        assert (first.rises, second.rises) == (True, False)
+        assert first.is_single
+        assert second.is_single
+        assert float(second.time - first.time) == pytest.approx(apart, rel=1e-3)
+    # So near to the maximum that the bound hides whether it is reached.
+    (event,) = zeros(run, grazing(run, proof, 1e-26), "threshold", proof)
+    assert event.rises is None
+
+
+def counted(p, low, high):
+    """Roots between two rationals of a polynomial without double ones, by Sturm's theorem."""
+    chain = [p, p.derivative()]
+    while chain[-1].degree() > 0:
+        chain.append(-(chain[-2] % chain[-1]))
+
+    def changes(t):
+        signs = [q(t) for q in chain if q(t) != 0]
+        return sum(a * b < 0 for a, b in pairwise(signs))
+
+    return changes(low) - changes(high)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_as_many_crossings_are_found_as_sturm_counts(bicycle, maneuvers, seed):
+    """Random polynomials over three pieces, some with roots that nearly meet, or at a break."""
+    rng = random.Random(seed)
+    roots = [Fraction(rng.randrange(1, 3000), 1000) for _ in range(rng.randrange(2, 8))]
+    roots.append(roots[0] + Fraction(1, 10 ** rng.randrange(5, 12)))
+    if seed % 3 == 0:
+        roots.append(Fraction(rng.randrange(1, 3)))
+    # Lifts what nearly meets apart or together, more or less as far as the gap between them.
+    shift = Fraction(rng.randrange(-100, 100), 10 ** rng.randrange(8, 24))
+    run = made(bicycle, maneuvers[0], roots, breaks=(0, 1, 2, 3), shift=shift)
+    p = polynomial(1)
+    for root in roots:
+        p *= polynomial(-root, 1)
+    p += polynomial(shift)
+    if p.gcd(p.derivative()).degree() > 0 or p(flint.fmpq(0)) == 0:
+        pytest.skip("a double root, or one at the start")
+    count = counted(p, flint.fmpq(0), flint.fmpq(3))
+    for proof in (None, proof_of(run, Fraction(1, 2**110))):
+        found = zeros(run, KINDS[UPRIGHT], UPRIGHT, proof)
+        assert all(e.is_single for e in found)
+        assert len(found) == count
+        signs = [e.rises for e in found]
+        assert all(a != b for a, b in pairwise(signs))
+        assert (len(found) % 2 == 0) == (p(flint.fmpq(0)) * p(flint.fmpq(3)) > 0)
+
+
+def test_a_lean_is_greatest_or_least_by_what_the_roll_angle_does(bicycle, maneuvers):
+    """A roll angle that swings above zero: t^3 / 3 - t^2 + 3 t / 4 + 1 / 10."""
+    coefficients = [Fraction(x) for x in ("1/10", "3/4", "-1", "1/3")]
+    roll = polynomial(*coefficients)
+    run = made(bicycle, maneuvers[0], [], breaks=(0, 2))
+    in_s = roll(polynomial(0, 2))
+    pieces = ((on_grid(in_s), (0,), (0,), on_grid(in_s.derivative() * polynomial("1/2")), (0,),
+               (0,), (0,)),)  # fmt: skip
+    run = replace(run, pieces=pieces)
+    (greatest,) = events(run, (GREATEST_LEAN,))
+    (least,) = events(run, (LEAST_LEAN,))
+    assert holds(greatest.time, Fraction(1, 2))
+    assert holds(least.time, Fraction(3, 2))
+    both = list(events(run, (LEAST_LEAN, GREATEST_LEAN)))
+    assert [e.what for e in both] == [GREATEST_LEAN, LEAST_LEAN]
+    mirrored = tuple(tuple(-c for c in row) for row in pieces[0])
+    assert [e.what for e in events(replace(run, pieces=(mirrored,)))][:1] == [GREATEST_LEAN]
 
 
 def test_upright_and_greatest_lean_are_where_heyoka_detects_them(bicycle, maneuvers):
@@ -123,7 +303,7 @@ def test_the_rear_wheel_of_maneuver_3_leaves_the_floor_first(bicycle, maneuvers)
     assert 0 < float(followed.run.breaks[-1]) - float(followed.event.time) < 1e-4
     at = evaluator(followed.run, 128)
     with at.balls.precision():
-        roll = float(at.columns(followed.event.time, followed.event.piece)["roll_angle"].mid())
+        roll = float(at.columns(followed.event.time)["roll_angle"].mid())
     assert 1.2 < roll < 1.25
 
 

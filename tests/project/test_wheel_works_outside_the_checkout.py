@@ -38,5 +38,6 @@ def test_wheel(tmp_path, reference):
     assert run.returncode == 0, run.stderr
     assert float(run.stdout) == reference[1].rows.hi["roll_angle"][-1]
     bundled = site / "heyoka_bike" / "bundled" / "reference"
-    for path in (ROOT / "reference").iterdir():
-        assert (bundled / path.name).read_bytes() == path.read_bytes()
+    published = ROOT / "reference"
+    for path in (p for p in published.rglob("*") if p.is_file()):
+        assert (bundled / path.relative_to(published)).read_bytes() == path.read_bytes()

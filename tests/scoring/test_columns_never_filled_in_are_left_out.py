@@ -121,3 +121,19 @@ def test_eq_1_of_the_parts_is_taken_in_their_digits(reference):
     rows = Rows(1, t, np.zeros(20), values, rest, {})
     (m,) = score(Results("x", "text", (rows,), 25), reference).maneuvers
     assert m.performance == pytest.approx(100 * 3e-20 / 1575.0, rel=1e-3)
+
+
+def test_the_sum_of_empty_energies_is_empty_too(reference):
+    held = {"potential_energy": 794.1195, "kinetic_energy": 0.0, "mechanical_energy": 794.1195}
+    results = made(reference, lambda key, values, _: np.full_like(values, held.get(key, 0.0))
+                   if key in held else values)  # fmt: skip
+    (found,) = (f for f in score(results, reference).findings if f.code == "never_filled")
+    assert set(found.evidence["columns"]) == {f"{n}.{key}" for n in (1, 2, 3) for key in held}
+
+
+def test_a_bicycle_that_stays_upright_is_no_empty_file(reference):
+    """Zeros of roll and steer beside a constant speed and constant energies are a motion."""
+    lateral = ("roll_angle", "roll_rate", "steer_angle", "steer_rate")
+    results = made(reference, lambda key, values, _: np.full_like(
+        values, 0.0 if key in lateral else values[0]))  # fmt: skip
+    assert "never_filled" not in codes(score(results, reference))

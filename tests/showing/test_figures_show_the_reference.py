@@ -477,15 +477,13 @@ def panels(reference, quick_motions):
 
 @pytest.fixture(scope="module")
 def page():
-    """Numbers of docs/after-ten-seconds.md by table, in their order."""
-    return {name: [(r[0], first_number(r[1])) for r in rows] for name, rows in committed().items()}
+    """Numbers of docs/after-ten-seconds.md by table and what they are."""
+    return {name: {r[0]: first_number(r[1]) for r in rows} for name, rows in committed().items()}
 
 
-def said(table, quantity, since=""):
-    """A number of a table: the first of that name below the row that is called `since`."""
-    names = [name for name, _ in table]
-    first = names.index(since) if since else 0
-    return float(table[names.index(quantity, first)][1])
+def said(table, quantity):
+    """A number of a table."""
+    return float(table[quantity])
 
 
 def numbers_in(ax):
@@ -552,32 +550,31 @@ def test_leans_of_maneuver_2_die_out_like_the_weave_of_the_page(panels, page, re
     assert np.abs(on_line / lean[late] - 1).max() < 1e-4
     # What is drawn ends with roundoff.
     assert end == ax.get_xlim()[1] == pytest.approx(time[lean > after.ROUNDOFF][-1], abs=1.0)
-    speed = said(page["settling"], "final speed, from the energy [m/s]")
+    speed = said(page["settling"], "final speed [m/s]")
     assert numbers_in(ax) == pytest.approx([speed, weave], abs=5e-5)
 
 
 def test_the_fall_drawn_ends_where_the_page_says(panels, page):
     fall = page["fall"]
-    lifted = "the rear wheel leaves the floor [s]"
-    lift = said(fall, lifted)
+    lift = said(fall, "lift-off, time [s]")
     roll, at_roll = panels["roll"].lines
     floor, rear, front, at_force = panels["forces"].lines
     # Errors of binary64 have grown to some 1e-8 by then, in rad and s.
     for line in (roll, rear, front, at_roll, at_force):
         assert line.get_xdata()[-1] == pytest.approx(lift, abs=1e-7)
     for line in (roll, at_roll):
-        angle = said(fall, "roll angle then [rad]", lifted)
+        angle = said(fall, "roll angle at the lift-off [rad]")
         assert line.get_ydata()[-1] == pytest.approx(angle, abs=1e-7)
     # In a second forces change by 5e5 N there.
     for line in (rear, at_force):
         assert line.get_ydata()[-1] == pytest.approx(0.0, abs=1e-2)
-    force = said(fall, "normal force on the front wheel then [N]")
+    force = said(fall, "normal force on the front wheel at the lift-off [N]")
     assert front.get_ydata()[-1] == pytest.approx(force, abs=1e-2)
     greatest = roll.get_ydata().argmax()
     # Points are a millisecond apart, and the curve is flat there.
-    when = said(fall, "greatest lean, time [s]")
+    when = said(fall, "largest roll angle, time [s]")
     assert roll.get_xdata()[greatest] == pytest.approx(when, abs=3e-3)
-    largest = said(fall, "roll angle then [rad]")
+    largest = said(fall, "largest roll angle [rad]")
     assert roll.get_ydata()[greatest] == pytest.approx(largest, abs=1e-6)
     # Both wheels press on the floor until then.
     assert (rear.get_ydata()[:-1] > 0).all()

@@ -142,14 +142,18 @@ def motion(bicycle, start, time):
         return written(bicycle, states[:, back])
 
 
-def linear_motion(bicycle, start, time):
+def linear_motion(bicycle, start, time, terms):
     """Columns of the linearised equations, whose matrices are taken from the nonlinear model."""
     matrices, p = linearise(bicycle, 20), {s: float(x) for s, x in bicycle.values.items()}
     m, c1, k0, k2 = (np.array(getattr(matrices, x), float) for x in ("M", "C1", "K0", "K2"))
     v, first = start[5], np.array([start[0], start[2], start[3], start[4]])
-    stiffness = p["g"] * k0 + v**2 * k2
+    damping, weight, speed = (
+        0.0 if power is None else base**power
+        for base, power in ((v, terms.c1), (p["g"], terms.k0), (v, terms.k2))
+    )
+    stiffness = weight * k0 + speed * k2
     a = np.block([[np.zeros((2, 2)), np.eye(2)],
-                  [-np.linalg.solve(m, stiffness), -np.linalg.solve(m, v * c1)]])  # fmt: skip
+                  [-np.linalg.solve(m, stiffness), -np.linalg.solve(m, damping * c1)]])  # fmt: skip
     y = np.array([expm(t * a) @ first for t in time]).T
     weight = p["mR"] * p["rR"] + p["mF"] * p["rF"] - p["mB"] * p["zB"] - p["mH"] * p["zH"]
     mass = sum(p[f"m{b}"] for b in "RBHF") + sum(p[f"I{b}yy"] / p[f"r{b}"] ** 2 for b in "RF")
@@ -176,8 +180,11 @@ def columns_of(reference, mistakes):
     for number in reference:
         m = reference[number]
         start = initial_state(p, program.starts[number])
-        compute = linear_motion if program.is_linear else motion
-        found = compute(program.bicycle, start, program.clock(m.time, 0.01))
+        time = program.clock(m.time, 0.01)
+        if program.linear:
+            found = linear_motion(program.bicycle, start, time, program.linear)
+        else:
+            found = motion(program.bicycle, start, time)
         for change in program.rows:
             found = dict(change(found, m.time))
         made[number] = {key: found[key] for key in BENCHMARK_COLUMNS}

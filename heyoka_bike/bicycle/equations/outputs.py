@@ -23,6 +23,11 @@ class Energies:
     potential: Number
     kinetic: Number
 
+    @property
+    def total(self) -> Number:
+        """What the motion keeps."""
+        return self.potential + self.kinetic
+
 
 def unfold(
     k: Constants, a: Arithmetic, state: Sequence[Number], *, is_regular: bool

@@ -47,8 +47,19 @@ def read_candidate(folder: str | Path) -> tuple[Trajectory, ...]:
         The file is missing, does not match the manifest, or is not a candidate file.
     """
     raw = manifest_file.read_file(folder, CANDIDATE, manifest_file.read_manifest(folder))
+    return parse_candidate(raw, Path(folder) / CANDIDATE)
+
+
+def parse_candidate(raw: bytes, path: Path) -> tuple[Trajectory, ...]:
+    """Trajectories of the bytes of a candidate file; `path` is for errors.
+
+    Raises
+    ------
+    DatasetError
+        It is not one.
+    """
     with (
-        manifest_file.reading(Path(folder) / CANDIDATE, "a candidate file"),
+        manifest_file.reading(path, "a candidate file"),
         h5py.File(io.BytesIO(raw), "r") as f,
     ):
         bicycle = Bicycle.parse(str(f.attrs["bicycle"]), json.loads(f.attrs["parameters"]))

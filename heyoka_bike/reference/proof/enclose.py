@@ -21,8 +21,8 @@ ball around a multiple of pi. On a piece of length h, with s = (t - t0) / h:
 
 A piece over which Y is badly conditioned, or on which no circle works, is halved, exactly.
 
-The bound of q assumes a bound eps on e; that it holds follows, by continuity, when the bound
-obtained for e is below eps.
+The bound of q assumes a bound eps on e; that it holds follows by a fixed point theorem when the
+bound obtained for e is not above eps. Statement and proof are in docs/proof.md.
 """
 
 from collections.abc import Callable, Sequence
@@ -80,7 +80,7 @@ def enclose(trajectory: Trajectory, progress: Progress | None = None) -> Certifi
         The step, the time and the inequality that failed.
     """
     _check_shape(trajectory)
-    prover = _Prover(trajectory)
+    prover = Prover(trajectory)
     frame = prover.initial_frame()
     bounds = []
     for i in range(trajectory.steps):
@@ -117,7 +117,9 @@ class _TooLongError(Exception):
     """A piece over which the proof does not work, and why; its halves may do."""
 
 
-class _Prover:
+class Prover:
+    """Carries the bound on the error over the pieces of a candidate."""
+
     def __init__(self, run: Trajectory) -> None:
         self.run = run
         self.too_long = run.breaks[-1] * 2
@@ -150,7 +152,7 @@ class _Prover:
         # What was too long a moment ago is not tried again.
         if depth == _DEPTH or piece.h < self.too_long:
             try:
-                return self._whole(piece, frame)
+                return self.whole(piece, frame)
             except (_TooLongError, NotAnalyticError) as e:
                 if depth == _DEPTH:
                     raise refused(piece, str(e)) from None
@@ -160,11 +162,12 @@ class _Prover:
         sup_right, frame = self.piece(right, frame, depth + 1)
         return [x.max(y) for x, y in zip(sup_left, sup_right, strict=True)], frame
 
-    def _whole(self, piece: Piece, frame: Frame) -> tuple[Vector, Frame]:
+    def whole(self, piece: Piece, frame: Frame) -> tuple[Vector, Frame]:
+        """The same without halving."""
         rim = circle_bound(piece, Equations.rates_with_yaw, self.circles)
         near = circle_bound(piece, Equations.rates_with_yaw, self.circles, (1,))
         with flint.ctx.workprec(MATRIX_BITS):
-            carried = Carried(self._flow(piece, rim), frame)
+            carried = Carried(self.flow(piece, rim), frame)
         delta = self._defect(piece, rim)
         with flint.ctx.workprec(MATRIX_BITS):
             step = exact_ball(piece.h)
@@ -184,9 +187,10 @@ class _Prover:
                 piece, f"the error bound is {_show(reach)} of the polydisc's radius, not below 1/2"
             )
 
-    def _flow(self, piece: Piece, rim: Circle) -> Flow:
+    def flow(self, piece: Piece, rim: Circle, lengths: Sequence[int] = ()) -> Flow:
         """Y and the bounds that go with it, at the first order that resolves it."""
-        for length in _MATRIX_LENGTHS:
+        tried = lengths or _MATRIX_LENGTHS
+        for length in tried:
             jacobian, tail = self._jacobian(piece, rim, length)
             weights = perron(jacobian)
             y, v = fundamental(jacobian), inverse_fundamental(jacobian)
@@ -199,7 +203,7 @@ class _Prover:
             eta = (defect_v * size_y + size_v * defect).upper()
             if eta * condition**2 < _RESOLVED:
                 return Flow(y, v, weights, defect, size_v / (1 - eta), eta)
-        raise _TooLongError(f"Y is not resolved at order {_MATRIX_LENGTHS[-1]}")
+        raise _TooLongError(f"Y is not resolved at order {tried[-1]}")
 
     def jump(self, i: int) -> Vector:
         """Distance from the end of piece i to the start of the next."""

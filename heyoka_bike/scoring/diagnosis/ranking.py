@@ -13,7 +13,8 @@ changes two of eight. Hypotheses are ranked by their gain; those that the column
 differ tell apart by less than a factor of 2 form a class.
 
 Every mistake is tried alone; then the best one with all others, of the other pairs those that
-`pairs` finds promising, and the best pair with one of the two replaced.
+`pairs` finds promising, and the best pair with one of the two replaced. If nothing explains a
+motion that is clearly wrong, equations are tried that lack a term: these take seconds to compile.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -25,6 +26,7 @@ from heyoka_bike.reference.load import Reference
 from heyoka_bike.reference.sensitivities import Sensitivities
 from heyoka_bike.scoring.alignment import HALF, Part
 from heyoka_bike.scoring.diagnosis.mistakes.hypothesis import Hypothesis
+from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, Mistake
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import has_constant_speed
@@ -66,6 +68,8 @@ _FURTHER = 3.0
 _EXPLAINED = 100.0
 # Fits after which the definitions of the columns are looked at again.
 _UNDERSTOOD = 2
+# Typical error of roll or steer, in scales, for which other equations are tried.
+_SHOWN = 0.01
 
 Progress = Callable[[float], None]
 """Called with the part of the work that is done, 0 to 1."""
@@ -149,6 +153,10 @@ def rank(
     near = _with_one_replaced(best, ranked[:_RIVALS], mistakes)
     pairs += [search.judge(pair) for pair in near if search.is_new(pair)]
     classes, towards = _classes(search, singles, pairs)
+    # A term that is left out of the equations shows; what is as right as this has them all.
+    if simulator and not classes and search.largest > _SHOWN:
+        singles += [search.judge((mistake,)) for mistake in EQUATION_MISTAKES]
+        classes, towards = _classes(search, singles, pairs)
     untried = 0 if simulator else sum(h.gain == 0.0 for h in (*singles, *pairs))
     found = Diagnosis(
         classes=classes,

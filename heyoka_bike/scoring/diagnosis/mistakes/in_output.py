@@ -59,6 +59,12 @@ def _lagrangian(columns: Columns, _: Array) -> Columns:
     return {**columns, "mechanical_energy": difference}
 
 
+def _first_speed(columns: Columns, _: Array) -> Columns:
+    names = [c.name for c in DEFINITIONS["forward_speed"] if c.name in columns]
+    first = {name: np.where(np.isfinite(columns[name]), columns[name][0], np.nan) for name in names}
+    return {**columns, **first}
+
+
 def _speed_times(code: str, says: str, radius: str, other: str) -> Mistake:
     """The forward speed with the radius of the other wheel."""
 
@@ -104,6 +110,8 @@ OUTPUT_MISTAKES: tuple[Mistake, ...] = (
                    _energies(potential=-1.0)),
     output_mistake("energy_difference", "the mechanical energy is the kinetic minus the potential "
                    "one", _SUM, _lagrangian),
+    output_mistake("speed_of_start", "the forward speed written is that of the start in every row",
+                   "where the forward speed comes from: it varies", _first_speed),
     _speed_times("speed_written_by_front_radius", "the forward speed written is the spin of the "
                  "rear wheel times the radius of the front wheel", "rF", "rR"),
     _speed_times("speed_written_by_rear_radius", "the forward speed written is the spin of the "

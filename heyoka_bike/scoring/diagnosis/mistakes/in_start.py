@@ -87,6 +87,12 @@ START_MISTAKES: tuple[Mistake, ...] = (
     start_mistake("roll_rate_sign", "the initial roll rate is to the left",
                   "the sign of the initial roll rate",
                   lambda s: replace(s, roll_rate=-s.roll_rate)),
+    start_mistake("steer_rate_as_roll_rate", "the steer rate starts as large as the roll rate",
+                  "the initial steer rate: zero",
+                  lambda s: replace(s, steer_rate=s.roll_rate)),
+    start_mistake("roll_rate_on_steer", "the steer rate starts with the value of the roll rate, "
+                  "which starts from zero", "the order of the initial rates",
+                  lambda s: replace(s, steer_rate=s.roll_rate, roll_rate=0.0)),
     start_mistake("front_wheel_at_rest", "the front wheel starts without spin",
                   "the initial angular velocity of the front wheel",
                   lambda s: replace(s, spinning=s.spinning - frozenset("F"))),

@@ -9,12 +9,13 @@ from heyoka_bike.scoring.diagnosis.mistakes.in_axes import AXES_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.in_model import MODEL_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.in_output import OUTPUT_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.in_start import START_MISTAKES
-from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEARISED
+from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEARISED, WRONGLY_LINEARISED
 from heyoka_bike.scoring.diagnosis.programs.program import Mistake, Program, apply
 
 __all__ = ["MISTAKES", "Mistake", "Program", "apply"]
 
 MISTAKES: tuple[Mistake, ...] = (
     *MODEL_MISTAKES, *AXES_MISTAKES, *START_MISTAKES, *OUTPUT_MISTAKES, LINEARISED,
+    *WRONGLY_LINEARISED,
 )  # fmt: skip
 """The library, in no particular order."""

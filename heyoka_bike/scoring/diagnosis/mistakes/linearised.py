@@ -12,7 +12,7 @@ import numpy as np
 
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import Part
-from heyoka_bike.scoring.diagnosis.programs.linear import KINETIC, POTENTIAL
+from heyoka_bike.scoring.diagnosis.programs.linear import KINETIC, POTENTIAL, Terms
 from heyoka_bike.scoring.diagnosis.programs.program import Mistake
 from heyoka_bike.scoring.measures import rms
 
@@ -23,8 +23,30 @@ LINEARISED = Mistake(
     "the equations are linearised about the upright straight motion, at constant speed",
     "nothing if that is what you want: the benchmark asks for the nonlinear equations",
     "model",
-    lambda p: replace(p, is_linear=True),
+    lambda p: replace(p, linear=Terms()),
 )
+
+
+def _with(code: str, says: str, terms: Terms) -> Mistake:
+    return Mistake(
+        f"{CODE}_{code}",
+        f"the equations are linearised, at constant speed, and {says}",
+        "the equations M q'' + v C1 q' + (g K0 + v^2 K2) q = 0",
+        "model",
+        lambda p: replace(p, linear=terms),
+    )
+
+
+WRONGLY_LINEARISED = (
+    _with("c1_without_v", "C1 is not multiplied by the speed", Terms(c1=0)),
+    _with("no_c1", "the term with C1 is missing", Terms(c1=None)),
+    _with("k2_times_v", "K2 is multiplied by the speed, not by its square", Terms(k2=1)),
+    _with("k2_without_v", "K2 is not multiplied by the square of the speed", Terms(k2=0)),
+    _with("no_k2", "the term with K2 is missing", Terms(k2=None)),
+    _with("k0_without_g", "K0 is not multiplied by gravity", Terms(k0=0)),
+    _with("no_k0", "the term with K0 is missing", Terms(k0=None)),
+)
+"""Usual slips in these equations, in no particular order."""
 
 _CLEARLY = 2.0
 # Of a speed that a program only repeats, or computes again.

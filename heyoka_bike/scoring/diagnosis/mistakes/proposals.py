@@ -12,7 +12,7 @@ from math import inf, log
 import numpy as np
 
 from heyoka_bike.bicycle.column import Column
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, DEFINITIONS
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED, DEFINITIONS
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import HALF, Part
 from heyoka_bike.scoring.definitions import Understanding
@@ -29,6 +29,9 @@ from heyoka_bike.scoring.units import UNITS, factor
 # has to be, or a speed or energy that hardly varies.
 _OSCILLATING = ("rad", "rad s-1")
 _NEAR = {"rad": HALF, "rad s-1": HALF, "m s-1": 0.02, "J": 0.02}
+
+# What may stand in the place of a column: the others, and what programs have beside them.
+_QUANTITIES = (*BENCHMARK_COLUMNS, "pitch", "yaw", "yaw_rate")
 
 # Scales from which the fit begins: each reaches what makes less than half a period over the run.
 _FIRST_SCALES = (1.0, 0.98, 1.02, 0.95, 1.05)
@@ -61,13 +64,11 @@ def columns_in_another_order(
         Of each maneuver: columns by key, and every definition of them by name, at the same rows.
     """
     keys = [key for key in BENCHMARK_COLUMNS if any(key in w for w in written)]
-    fits = [[_best_fit(key, quantity, written, expected) for quantity in DEFINITIONS]
+    fits = [[_best_fit(key, quantity, written, expected) for quantity in _QUANTITIES]
             for key in keys]  # fmt: skip
     order = _assign([[fit.cost for fit in row] for row in fits])
     moved = {
-        key: row[j]
-        for key, row, j in zip(keys, fits, order, strict=True)
-        if BENCHMARK_COLUMNS[j] != key
+        key: row[j] for key, row, j in zip(keys, fits, order, strict=True) if _QUANTITIES[j] != key
     }
     if not moved:
         return None
@@ -95,7 +96,8 @@ def _best_fit(
     expected: Sequence[Mapping[str, Array]],
 ) -> _Fit:  # fmt: skip
     """A quantity in the place of a column, in the definition, sign and unit that fit best."""
-    si = DEFINITIONS[quantity][0].unit
+    definitions = COMPARED[quantity]
+    si = definitions[0].unit
     fits = [
         _Fit(
             sum(
@@ -107,7 +109,7 @@ def _best_fit(
         )
         for unit in UNITS[si]
         for sign in ((1, -1) if si in _OSCILLATING else (1,))
-        for c in DEFINITIONS[quantity]
+        for c in definitions
     ]  # fmt: skip
     return min(fits, key=lambda fit: fit.cost)
 

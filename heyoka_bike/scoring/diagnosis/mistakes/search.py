@@ -97,6 +97,12 @@ class Search:
         self._floors = self._floors_in_scales()
         self.energy_level = energy_level(parts, self._understood[()])
 
+    @property
+    def largest(self) -> float:
+        """Largest typical error of roll, steer and their rates beside the correct motion."""
+        return max((x for (_, key), x in self._correct_typical.items() if key in LATERAL),
+                   default=0.0)  # fmt: skip
+
     def is_new(self, mistakes: tuple[Mistake, ...]) -> bool:
         """Whether no hypothesis before was the same program as far as the file shows it."""
         key = self._key(apply(self._correct, mistakes))
@@ -300,12 +306,12 @@ class Search:
         """Equal for programs that do the same as far as the file shows it."""
         starts = tuple(program.starts[part.number] for part in self._parts)
         bicycle = tuple(program.bicycle.values.values())
-        return bicycle, starts, program.clock, program.rows, program.is_linear
+        return bicycle, starts, program.clock, program.rows, program.missing, program.linear
 
     def _expect(self, program: Program) -> _Expected:
         """Columns of each part at the compared rows."""
         motions = self._motions(program)
-        if program.is_linear:
+        if program.linear:
             written = self._as_understood(self._understood[()], self._rows)
             motions = with_energies(motions, written, self._exact)
         found = []
@@ -353,14 +359,14 @@ class Search:
         found = []
         for i, part in enumerate(self._parts):
             start = program.starts[part.number]
-            key = values, start, program.clock, program.is_linear, i
+            key = values, start, program.clock, program.missing, program.linear, i
             if key not in self._found:
                 meant = program.clock(self._times[i], self._steps[i])
                 state = initial_state(p, start)
                 self._found[key] = (
-                    linear_columns(program.bicycle, state, meant)
-                    if program.is_linear
-                    else self._simulators[i].run(program.bicycle, state, meant)
+                    linear_columns(program.bicycle, state, meant, program.linear)
+                    if program.linear
+                    else self._simulators[i].run(program.bicycle, state, meant, program.missing)
                 )
             found.append(self._found[key])
         return found

@@ -6,6 +6,7 @@ definition to first order. Energies are of second order, and programs compute th
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from math import ceil, cos, log2
 
 import numpy as np
@@ -29,7 +30,24 @@ KINETIC = ("nonlinear", "quadratic", "constant", "lateral")
 """Ways to compute the kinetic energy: the same, or q' M q' / 2 alone."""
 
 
-def linear_columns(bicycle: Bicycle, start: Sequence[float], time: Array) -> dict[str, Array]:
+@dataclass(frozen=True, slots=True)
+class Terms:
+    """With which power of the speed or of gravity a matrix enters; None if it is left out.
+
+    Attributes
+    ----------
+    c1, k0, k2
+        Powers of the speed, of gravity, of the speed.
+    """
+
+    c1: int | None = 1
+    k0: int | None = 1
+    k2: int | None = 2
+
+
+def linear_columns(
+    bicycle: Bicycle, start: Sequence[float], time: Array, terms: Terms | None = None
+) -> dict[str, Array]:
     """Columns of the linear motion.
 
     Parameters
@@ -40,6 +58,8 @@ def linear_columns(bicycle: Bicycle, start: Sequence[float], time: Array) -> dic
         At t = 0 [rad, rad/s, m/s].
     time : ndarray, shape (n,)
         Ascending, from 0 on [s].
+    terms : Terms
+        Of the equations; by default the right ones.
 
     Returns
     -------
@@ -55,7 +75,7 @@ def linear_columns(bicycle: Bicycle, start: Sequence[float], time: Array) -> dic
     found |= {f"kinetic_energy_{way}": np.full(len(time), np.nan) for way in KINETIC}
     try:
         m = closed_form(p, Arrays())
-        a = _first_order(m, p, speed)
+        a = _first_order(m, p, speed, terms or Terms())
     except (ZeroDivisionError, np.linalg.LinAlgError):
         return found
     q = _propagate(a, np.array([roll, steer, roll_rate, steer_rate, 0.0]), time)
@@ -75,13 +95,19 @@ def _yaw(p: Mapping[str, float], speed: float) -> Array:
     return np.array([0.0, speed * per_steer, 0.0, p["c"] * per_steer])
 
 
-def _first_order(m: Matrices, p: Mapping[str, float], speed: float) -> Array:
+def _first_order(m: Matrices, p: Mapping[str, float], speed: float, terms: Terms) -> Array:
     """The system's matrix, over roll, steer, their rates and yaw."""
     mass, c1, k0, k2 = (np.array(x, dtype=float) for x in m)
+    c1, k0, k2 = (
+        np.zeros((2, 2)) if power is None else base**power * x
+        for x, base, power in (
+            (c1, speed, terms.c1), (k0, p["g"], terms.k0), (k2, speed, terms.k2)
+        )
+    )  # fmt: skip
     a = np.zeros((5, 5))
     a[:2, 2:4] = np.eye(2)
-    a[2:4, :2] = -np.linalg.solve(mass, p["g"] * k0 + speed**2 * k2)
-    a[2:4, 2:4] = -np.linalg.solve(mass, speed * c1)
+    a[2:4, :2] = -np.linalg.solve(mass, k0 + k2)
+    a[2:4, 2:4] = -np.linalg.solve(mass, c1)
     a[4, :4] = _yaw(p, speed)
     return a
 

@@ -9,6 +9,7 @@ import numpy as np
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.scoring.diagnosis.programs.linear import Terms
 from heyoka_bike.scoring.diagnosis.programs.start import Start
 
 Columns = Mapping[str, Array]
@@ -50,15 +51,18 @@ class Program:
     clock : Clock
     rows
         Changes of the columns, in order.
-    is_linear
-        Whether the equations are linearised about the upright straight motion.
+    missing
+        Terms that the equations are without, see `incomplete`.
+    linear : Terms or None
+        Of the equations linearised about the upright straight motion; None if they are not.
     """
 
     bicycle: Bicycle
     starts: Mapping[int, Start]
     clock: Clock = Clock()
     rows: tuple[Change, ...] = ()
-    is_linear: bool = False
+    missing: frozenset[str] = frozenset()
+    linear: Terms | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,6 +113,15 @@ def model_mistake(
         values.update({s: Exact(x) for s, x in p.items()})
         # Not checked: what mistaken programs compute with need not make sense.
         return replace(program, bicycle=Bicycle(program.bicycle.name, values))
+
+    return Mistake(code, says, check, "model", make)
+
+
+def missing_term(code: str, says: str, check: str, *terms: str) -> Mistake:
+    """Equations without some terms, of `incomplete.TERMS`."""
+
+    def make(program: Program) -> Program:
+        return replace(program, missing=program.missing | frozenset(terms))
 
     return Mistake(code, says, check, "model", make)
 

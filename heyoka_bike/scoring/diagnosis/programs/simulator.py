@@ -2,25 +2,25 @@
 
 The constants of the equations are parameters of the compiled code, so that a changed bicycle needs
 no new compilation. The form that is regular at zero trail is used, whose state is roll, pitch,
-steer, roll rate, steer rate, the rear wheel's rolling rate and yaw.
+steer, roll rate, steer rate, the rear wheel's rolling rate and yaw. Equations without some of their
+terms (see `incomplete`) are compiled when first asked for.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
-from functools import lru_cache
+from collections.abc import Collection, Mapping, Sequence
+from functools import cached_property, lru_cache
 from math import cos, sin
 from typing import Any
 
 import numpy as np
 
 from heyoka_bike.bicycle.columns import COLUMNS
-from heyoka_bike.bicycle.equations.constants import constants
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle, read_bicycle
 from heyoka_bike.motion.expressions import Expressions, require_heyoka
 from heyoka_bike.numbers.arithmetic import Multiprecision, Number
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.scoring.diagnosis.programs.incomplete import TERMS, rates_without
 from heyoka_bike.system.resources import benchmark_bicycle
 
 # Rotations and products of the constants keep binary64 with some digits to spare.
@@ -47,7 +47,7 @@ class Simulator:
     """
 
     def __init__(self) -> None:
-        hy = require_heyoka()
+        self._hy = hy = require_heyoka()
         self._arithmetic = Multiprecision(_DIGITS)
         count = 0
 
@@ -58,24 +58,34 @@ class Simulator:
 
         # Of any bicycle: only which constants there are is taken from it.
         exact = Equations.of(read_bicycle(benchmark_bicycle()), self._arithmetic)
-        k = exact.k.convert(parameter)
-        equations = replace(exact, k=k, a=Expressions())
-        state = list(hy.make_vars(*equations.states))
-        rates_of_state = equations.rates_with_yaw(state)
-        # Compact code is slower by half but compiles several times faster.
-        self._integrator: Any = hy.taylor_adaptive(
-            list(zip(state, rates_of_state, strict=True)), np.zeros(len(state)),
-            compact_mode=True, tol=_TOLERANCE,
-        )  # fmt: skip
+        self._equations = equations = exact.convert(parameter, Expressions())
+        self._count = count
+        self._state = state = list(hy.make_vars(*equations.states))
+        self._integrator = self._compiled(equations.rates_with_yaw(state))
         found = equations.columns(state)
         _, u = equations.unfold(state)
+        k = equations.k
         rates = [u.w1, u.q, u.w3, u.w1_f, u.q_f, u.w3_f, u.v / k.rear.r, u.v_f / k.front.r]
         self._outputs: Any = hy.cfunc(
             [*(found[c.name] for c in COLUMNS), *rates], state, compact_mode=True
         )
         self._constants = lru_cache(_KEPT)(self._compute_constants)
 
-    def run(self, bicycle: Bicycle, start: Sequence[float], time: Array) -> dict[str, Array]:
+    def _compiled(self, rates: Sequence[Any]) -> Any:
+        # Compact code is slower by half but compiles several times faster.
+        return self._hy.taylor_adaptive(
+            list(zip(self._state, rates, strict=True)), np.zeros(len(self._state)),
+            compact_mode=True, tol=_TOLERANCE,
+        )  # fmt: skip
+
+    @cached_property
+    def _incomplete(self) -> Any:
+        switches = {name: self._hy.par[self._count + i] for i, name in enumerate(TERMS)}
+        return self._compiled(rates_without(self._hy, self._equations, self._state, switches))
+
+    def run(
+        self, bicycle: Bicycle, start: Sequence[float], time: Array, missing: Collection[str] = ()
+    ) -> dict[str, Array]:
         """Columns of a motion as far as it goes.
 
         Parameters
@@ -86,6 +96,8 @@ class Simulator:
             At t = 0 [rad, rad/s, m/s]; the speed is that of the rear hub along the heading.
         time : ndarray, shape (n,)
             Ascending, from 0 on [s].
+        missing
+            Of `incomplete.TERMS`: what the equations are without.
 
         Returns
         -------
@@ -101,8 +113,9 @@ class Simulator:
             # Without any mass or inertia of one half.
             return {name: np.full(len(time), np.nan) for name in _NAMES}
         *angles_and_rates, speed = start
-        ta = self._integrator
-        ta.pars[:] = values[: len(ta.pars)]
+        ta = self._incomplete if missing else self._integrator
+        given = [*values, *(float(name in missing) for name in TERMS)]
+        ta.pars[:] = given[: len(ta.pars)]
         ta.time = 0.0
         ta.state[:] = [*angles_and_rates, speed / length, 0.0]
         # Repeated times are not allowed; nor is a grid that does not begin at the present.
@@ -110,7 +123,8 @@ class Simulator:
         reached = ta.propagate_grid(grid, max_steps=_MOST_STEPS)[-1]
         states = np.full((len(grid), len(ta.state)), np.nan)
         states[: len(reached)] = reached
-        parameters = np.broadcast_to(values[:, None], (len(values), len(grid)))
+        used = values[: self._outputs.nparams, None]
+        parameters = np.broadcast_to(used, (len(used), len(grid)))
         found = self._outputs(np.ascontiguousarray(states.T), pars=np.ascontiguousarray(parameters))
         wanted = found[:, back[1:]]
         rates = dict(zip(_RATES, wanted[len(COLUMNS) :], strict=True))
@@ -122,9 +136,9 @@ class Simulator:
     def _compute_constants(self, values: tuple[tuple[str, Exact], ...]) -> tuple[Array, float]:
         """Parameters of the compiled code, and the unit of length [m]."""
         found: list[float] = []
-        k = constants(Bicycle("", dict(values)), self._arithmetic)
-        k.convert(lambda x: found.append(float(x)))
-        return np.array(found), float(k.length)
+        exact = Equations.of(Bicycle("", dict(values)), self._arithmetic)
+        exact.convert(lambda x: found.append(float(x)), exact.a)
+        return np.array(found), float(exact.k.length)
 
 
 def _energies(p: Mapping[str, float], rates: Mapping[str, Array]) -> dict[str, Array]:

@@ -38,6 +38,8 @@ class Start:
         Whether the speed is the magnitude of the centre of mass's velocity, not the hub's.
     falling
         Whether the centres of mass move sideways, as the roll makes them.
+    steer_rate
+        Of fork and front wheel against the rear frame, as rolling allows it [rad/s].
     """
 
     speed: float
@@ -47,6 +49,7 @@ class Start:
     about_centre: bool = False
     speed_of_centre: bool = False
     falling: bool = True
+    steer_rate: float = 0.0
 
 
 def initial_state(p: Mapping[str, float], start: Start) -> tuple[float, ...]:
@@ -76,7 +79,7 @@ def initial_state(p: Mapping[str, float], start: Start) -> tuple[float, ...]:
     mass = np.array([[_product(masses, inertias, a, b) for b in admissible] for a in admissible])
     momentum = np.array([_product(masses, inertias, a, given) for a in admissible])
     roll_rate, steer_rate, forward = np.linalg.lstsq(mass, momentum, rcond=None)[0]
-    return 0.0, 0.0, 0.0, float(roll_rate), float(steer_rate), float(forward)
+    return 0.0, 0.0, 0.0, float(roll_rate), float(steer_rate) + start.steer_rate, float(forward)
 
 
 _Velocities = Mapping[str, tuple[Array, Array]]

@@ -31,6 +31,13 @@ _MOST = 3
 _REFINED = 3
 # Parts of the run: large changes are of first order in the beginning only.
 _WINDOWS = (0.15, 1.0)
+# Where no fit of whole runs shows, those of so much of them are tried, each from the last: a change
+# that makes another motion of ten seconds is of first order in the first.
+_GROWING = (0.05, 0.1, 0.2, 0.4)
+# Errors of so much of the size of a column are of another motion, not of first order.
+_LARGE = 0.3
+# Rows that a part must have: fewer are little more than the start.
+_FEWEST_ROWS = 4
 _ITERATIONS = 12
 # Levenberg's damping of a step that fails, and how often it grows tenfold before giving up.
 _DAMPING = 1e-3
@@ -41,6 +48,10 @@ _CONVERGED = 1e-3
 _DOUBLED = 2.0 * np.log(2.0)
 # Differences over this part of an unknown are derivatives to some 8 digits.
 _STEP = 1e-5
+# What the roundoff of two simulations differs by, in scales.
+_ROUNDOFF = 1e-12
+# Of the rows, so many must be reached: a motion that falls may end a moment sooner than the file's.
+_REACHED = 0.8
 
 Unknown = tuple[str, int | None]
 """Name as in `sensitivities.UNKNOWNS`, and the maneuver whose start it is, or None."""
@@ -184,6 +195,9 @@ def estimate(
         if size > 1 and promise < _FURTHER * known:
             break
         found = [_Refinement(problem, errors, m).run(x) for m, x in _distinct(starts)]
+        is_shown = any(_is_shown(problem, f) for f in found)
+        if errors is not None and not is_shown and _is_another_motion(problem):
+            found += _grown(problem, errors, size)
         found.sort(key=lambda f: -f.gain)
         if not _is_shown(problem, found[0]) or found[0].gain < (_FURTHER if best else 1.0) * known:
             continue
@@ -284,6 +298,38 @@ def _one_more(problem: FitProblem, errors: Errors, best: Fit) -> tuple[_Starts, 
     return starts, best.gain * float(gains[order[0]])
 
 
+def _is_another_motion(problem: FitProblem) -> bool:
+    return max(in_scales(problem, problem.errors).values(), default=0.0) > _LARGE
+
+
+def _grown(problem: FitProblem, errors: Errors, size: int) -> list[Fit]:
+    """Fits of whole runs that begin as fits of the first moments."""
+    rows = min(len(t) for t in problem.times.values())
+    windows = [x for x in _GROWING if x * rows >= _FEWEST_ROWS]
+    if not windows:
+        return []
+    first = best_subsets(_blocks(problem, windows[0]), size, _REFINED)
+    found = []
+    for members, changes in zip(first.members, first.changes, strict=True):
+        chosen, x = tuple(members.tolist()), changes
+        for window in windows:
+            fit = _Refinement(*_within(problem, errors, window), chosen).run(x)
+            x = np.array([fit.changes[problem.unknowns[i]] for i in chosen])
+        found.append(_Refinement(problem, errors, chosen).run(x))
+    return found
+
+
+def _within(problem: FitProblem, errors: Errors, window: float) -> tuple[FitProblem, Errors]:
+    """The first part of each run alone."""
+    ends = {n: t[0] + window * (t[-1] - t[0]) for n, t in problem.times.items()}
+
+    def cut(columns: Columns) -> dict[Place, Array]:
+        return {k: np.where(problem.times[k[0]] <= ends[k[0]], e, np.nan)
+                for k, e in columns.items()}  # fmt: skip
+
+    return replace(problem, errors=cut(problem.errors)), lambda changes: cut(errors(changes))
+
+
 class _Refinement:
     """Gauss-Newton over some of the unknowns."""
 
@@ -342,19 +388,25 @@ class _Refinement:
         )
 
     def _squares(self, left: Columns) -> Array:
-        """Mean square of what is left of each block, in scales, not below what can be seen."""
+        """Mean square of what is left of each block, in scales, not below what can be seen.
+
+        Infinite if a motion does not go about as far as the rows do.
+        """
         found = []
         for place, error in self._problem.errors.items():
             good = np.isfinite(error)
             scale = self._problem.scales[place]
-            square = np.mean((left[place][good] / scale) ** 2) if good.any() else 0.0
+            rest = left[place][good]
+            reached = np.isfinite(rest)
+            if good.any() and np.mean(reached) < _REACHED:
+                return np.full(len(self._places), np.inf)
+            square = np.mean((rest[reached] / scale) ** 2) if good.any() else 0.0
             found.append(square + (self._problem.floors[place] / scale) ** 2)
         return np.array(found)
 
     def _cost(self, left: Columns) -> float:
-        """Mean logarithm of what is left; infinite if a motion does not reach the end."""
-        cost = float(np.mean(np.log(self._squares(left)))) / 2
-        return cost if np.isfinite(cost) else np.inf
+        """Mean logarithm of what is left."""
+        return float(np.mean(np.log(self._squares(left)))) / 2
 
     def _normal(self, x: Array, here: Columns) -> tuple[Array, Array]:
         """Moments and products of each block at x, by differences."""
@@ -366,7 +418,7 @@ class _Refinement:
             e = np.nan_to_num(here[place][good]) / scale
             j = np.array(
                 [
-                    np.nan_to_num(here[place][good] - m[place][good]) / step / scale
+                    _seen(here[place][good] - m[place][good], scale) / step / scale
                     for m, step in zip(moved, self._steps, strict=True)
                 ]
             ).reshape(len(x), -1)
@@ -374,6 +426,13 @@ class _Refinement:
             moments.append(j @ e / count)
             products.append(j @ j.T / count)
         return np.array(moments), np.array(products)
+
+
+def _seen(difference: Array, scale: float) -> Array:
+    """A difference of two motions, zero where it is no more than their roundoff."""
+    size = np.fmax.reduce(np.abs(difference), initial=0.0)
+    found: Array = np.nan_to_num(difference)
+    return found if size > _ROUNDOFF * scale else np.zeros_like(found)
 
 
 def _doubling(shares: Array) -> float:

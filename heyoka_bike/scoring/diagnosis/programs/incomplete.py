@@ -1,0 +1,177 @@
+"""Equations of motion from which a term of Newton's and Euler's was left out.
+
+No parameter of the bicycle makes such a mistake. A torque or a weight that is missing is one that
+is added and cancels it; a tensor that does not turn with its body is another tensor. With the
+Jacobians J of the angular velocities w over the independent speeds u (roll rate, steer rate,
+rolling rate), w' = J u' + b, the mass matrix M, what is added t and the surplus S of the tensors,
+
+    (M - sum J^T S J) u' = M u'_right + sum J^T (t + S b + w x S w).
+"""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import reduce
+from typing import Any
+
+from heyoka_bike.bicycle.equations.axes import Axes
+from heyoka_bike.bicycle.equations.bodies import Half
+from heyoka_bike.bicycle.equations.kinematics import Speeds
+from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.numbers.arithmetic import Number
+from heyoka_bike.numbers.vectors import (
+    Vector,
+    cross,
+    from_turned_y,
+    from_turned_z,
+    minus,
+    plus,
+    scaled,
+)
+
+FRAMES_GYROSCOPIC = "frames_gyroscopic"
+WHEELS_GYROSCOPIC = "wheels_gyroscopic"
+WHEELS_WEIGHT = "wheels_weight"
+TENSORS_TURNING = "tensors_turning"
+TERMS = (FRAMES_GYROSCOPIC, WHEELS_GYROSCOPIC, WHEELS_WEIGHT, TENSORS_TURNING)
+"""What can be left out: w x I w of the frames or of the wheels, the weight of the wheels, and that
+the tensors of the frames turn with them."""
+
+_INDEPENDENT = range(3)
+
+
+def rates_without(
+    hy: Any, equations: Equations, state: Sequence[Any], missing: Mapping[str, Number]
+) -> list[Number]:
+    """Time derivatives of the regular form's state, the yaw included.
+
+    Parameters
+    ----------
+    hy
+        The module heyoka.
+    equations
+        Of the regular form, over expressions.
+    state
+        Its variables, with the yaw.
+    missing
+        Of each of `TERMS`, 1 where it is left out and 0 where it is not.
+    """
+    units = [[*state[:3], *(float(i == j) for j in _INDEPENDENT), state[6]] for i in _INDEPENDENT]
+    rates = equations.rates_with_yaw(state)
+    o, u = equations.unfold(state)
+    axes = Axes.of(equations.b, o)
+    now = _turning(equations, u)
+    by_speed = [_turning(equations, equations.unfold(unit)[1]) for unit in units]
+    force = _lifting(hy, equations, state, units, missing[WHEELS_WEIGHT])
+    lost: list[list[Number]] = [[0.0] * 3 for _ in _INDEPENDENT]
+    for body, w in now.items():
+        is_wheel, half = body in "RF", equations.b.rear if body in "BR" else equations.b.front
+        own = _wheel(half) if is_wheel else _frame(half)
+        is_missing = missing[WHEELS_GYROSCOPIC if is_wheel else FRAMES_GYROSCOPIC]
+        torque = scaled(is_missing, cross(w, own(w)))
+        columns = [found[body] for found in by_speed]
+        if not is_wheel:
+            surplus = _surplus(equations, axes, state[6], body, own, missing[TENSORS_TURNING])
+            angles = zip(state[:3], rates[:3], strict=True)
+            bias = _sum(scaled(rate, _slope(hy, w, q)) for q, rate in angles)
+            torque = _sum((torque, surplus(bias), cross(w, surplus(w))))
+            for k in _INDEPENDENT:
+                along = surplus(columns[k])
+                for i in _INDEPENDENT:
+                    lost[i][k] = lost[i][k] + _dot(columns[i], along)
+        force = [f + _dot(column, torque) for f, column in zip(force, columns, strict=True)]
+    right = rates[3:6]
+    mass = _mass(equations, units)
+    kept = [[mass[i][k] - lost[i][k] for k in _INDEPENDENT] for i in _INDEPENDENT]
+    change = _solved(kept, [f + _dot(row, right) for f, row in zip(force, lost, strict=True)])
+    return [*rates[:3], *(x + y for x, y in zip(right, change, strict=True)), rates[6]]
+
+
+def _turning(equations: Equations, u: Speeds) -> dict[str, Vector]:
+    """Angular velocities of the bodies, each in the axes of the frame that it is in."""
+    k, b = equations.k, equations.b
+    found: dict[str, Vector] = {}
+    for frame, wheel, (w1, q, w3), spin in (
+        ("B", "R", (u.w1, u.q, u.w3), u.v / k.rear.r),
+        ("H", "F", (u.w1_f, u.q_f, u.w3_f), u.v_f / k.front.r),
+    ):
+        x, _, z = from_turned_y(b.sin_tilt, b.cos_tilt, (w1, 0.0, w3))
+        found |= {frame: (x, q, z), wheel: (x, -spin, z)}
+    return found
+
+
+def _slope(hy: Any, w: Vector, angle: Any) -> Vector:
+    return hy.diff(w[0], angle), hy.diff(w[1], angle), hy.diff(w[2], angle)
+
+
+def _frame(half: Half) -> Callable[[Vector], Vector]:
+    return lambda w: (
+        half.ixx * w[0] + half.ixz * w[2], half.iyy * w[1], half.ixz * w[0] + half.izz * w[2]
+    )  # fmt: skip
+
+
+def _wheel(half: Half) -> Callable[[Vector], Vector]:
+    return lambda w: (half.diametral * w[0], half.axial * w[1], half.diametral * w[2])
+
+
+def _surplus(
+    equations: Equations, axes: Axes, yaw: Any, body: str, own: Callable[[Vector], Vector],
+    missing: Number,
+) -> Callable[[Vector], Vector]:  # fmt: skip
+    """The tensor that turns with the body, less that which stays as it is at the start."""
+    s, c = equations.a.sin(yaw), equations.a.cos(yaw)
+    out, back = (axes.from_rear, axes.to_rear) if body == "B" else (axes.from_front, axes.to_front)
+
+    def apply(w: Vector) -> Vector:
+        stays = own(from_turned_z(s, c, out(w)))
+        return scaled(missing, minus(own(w), back(from_turned_z(-s, c, stays))))
+
+    return apply
+
+
+def _lifting(
+    hy: Any, equations: Equations, state: Sequence[Any], units: Sequence[Sequence[Any]],
+    missing: Number,
+) -> list[Number]:  # fmt: skip
+    """By how much the potential energy of the wheels grows at unit speeds [W]."""
+    b, o = equations.b, equations.unfold(state)[0]
+    rear, front = (half.wheel_m * half.wheel_r for half in (b.rear, b.front))
+    energy = missing * b.g * o.cos_roll * (rear + front * o.kappa)
+    slopes = [hy.diff(energy, q) for q in state[:3]]
+    return [
+        sum(slope * rate for slope, rate in zip(slopes, equations.rates(unit)[:3], strict=True))
+        for unit in units
+    ]
+
+
+def _mass(equations: Equations, units: Sequence[Sequence[Any]]) -> list[list[Number]]:
+    """The mass matrix, from the kinetic energies of unit speeds and of their sums [kg m^2]."""
+
+    def kinetic(speeds: Sequence[Any]) -> Number:
+        return equations.energies(speeds).kinetic
+
+    alone = [kinetic(unit) for unit in units]
+    angles, yaw = units[0][:3], units[0][6]
+    mass: list[list[Number]] = [[2.0 * alone[i]] * 3 for i in _INDEPENDENT]
+    for i in _INDEPENDENT:
+        for k in range(i):
+            both = [float(m in (i, k)) for m in _INDEPENDENT]
+            mass[i][k] = mass[k][i] = kinetic([*angles, *both, yaw]) - alone[i] - alone[k]
+    return mass
+
+
+def _solved(m: Sequence[Sequence[Number]], right: Sequence[Number]) -> list[Number]:
+    """Of three linear equations, by Cramer's rule."""
+    rows: list[Vector] = [(row[0], row[1], row[2]) for row in m]
+    across = [cross(rows[1], rows[2]), cross(rows[2], rows[0]), cross(rows[0], rows[1])]
+    determinant = _dot(rows[0], across[0])
+    return [
+        sum(x * a[i] for x, a in zip(right, across, strict=True)) / determinant
+        for i in _INDEPENDENT
+    ]
+
+
+def _dot(u: Sequence[Number], v: Sequence[Number]) -> Number:
+    return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
+
+
+def _sum(vectors: Iterable[Vector]) -> Vector:
+    return reduce(plus, vectors)

@@ -1,0 +1,229 @@
+"""Submissions checked, scored and ranked: by the worst value of the worst column, nothing else.
+
+Processor times are those that the submissions state, of their own machines: they are shown, and
+rank nothing.
+"""
+
+import hashlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.bicycle.parameters import describe_inputs, read_bicycle, read_maneuvers
+from heyoka_bike.errors import BicycleError, InputError
+from heyoka_bike.reference.load import Reference
+from heyoka_bike.scoring.reading import read_results
+from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.score import score
+from heyoka_bike.scoring.submission import PROBLEMS, Submission, read_submission
+from heyoka_bike.system.resources import find_input
+
+GRADES = (12, 9, 6, 3)
+"""Correct digits for which a problem is solved, docs/harder-tier.md."""
+
+References = Mapping[tuple[str, str], Reference]
+"""Sets by the names of their bicycle and maneuvers."""
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A submission and what it reaches.
+
+    Attributes
+    ----------
+    submission : Submission
+    digits
+        Correct digits of the worst value of the worst column of all maneuvers, its scd.
+    worst : tuple of (int, str)
+        The maneuver and column of it.
+    grade
+        The highest of `GRADES` that it reaches; None if there is none.
+    performance
+        Eq. (1), the largest of the maneuvers [%].
+    definitions : mapping of str to str
+        By which definition a column is taken, where that is not the default.
+    report : Report
+    """
+
+    submission: Submission
+    digits: float
+    worst: tuple[int, str]
+    grade: int | None
+    performance: float | None
+    definitions: Mapping[str, str]
+    report: Report
+
+
+@dataclass(frozen=True, slots=True)
+class Leaderboard:
+    """All submissions of a folder.
+
+    Attributes
+    ----------
+    entries : mapping of str to tuple of Entry
+        By problem, the best first; of equal digits by name.
+    refused : tuple of str
+        A line for each submission that breaks a rule.
+    dataset_version
+        Of the published reference.
+    """
+
+    entries: Mapping[str, tuple[Entry, ...]]
+    refused: tuple[str, ...]
+    dataset_version: str
+
+
+def leaderboard(
+    folder: str | Path,
+    references: Sequence[Reference],
+    progress: Callable[[float], None] = lambda _: None,
+) -> Leaderboard:
+    """Score every submission ``*.toml`` of a folder.
+
+    Parameters
+    ----------
+    folder
+    references
+        Sets of the problems; the published one, of H1, is the first.
+    progress
+        Called with the part of the work that is done, 0 to 1.
+
+    Raises
+    ------
+    InputError
+        No folder, no submission in it, or a reference that is of no problem.
+    """
+    files = sorted(Path(folder).glob("*.toml"))
+    if not files:
+        what = "no folder" if not Path(folder).is_dir() else "no submission (*.toml)"
+        raise InputError(f"found {what}, expected a folder of submissions", file=folder)
+    known = _by_inputs(references)
+    entries, refused = [], []
+    for i, file in enumerate(files, start=1):
+        try:
+            entries.append(_entry(read_submission(file), known))
+        except BicycleError as e:
+            refused.append(str(e))
+        progress(i / len(files))
+    entries.sort(key=lambda e: (-e.digits, e.submission.name))
+    return Leaderboard(
+        entries={p: found for p in PROBLEMS
+                 if (found := tuple(e for e in entries if e.submission.problem == p))},
+        refused=tuple(refused),
+        dataset_version=references[0].dataset_version,
+    )  # fmt: skip
+
+
+def _by_inputs(references: Sequence[Reference]) -> References:
+    """The sets by the inputs that they were made of, which are compared as they are."""
+    inputs = {}
+    for names in dict.fromkeys(p.inputs for p in PROBLEMS.values()):
+        bicycle, maneuvers = (
+            find_input("bicycles", names[0]), find_input("maneuvers", names[1])
+        )  # fmt: skip
+        inputs[names] = describe_inputs(read_bicycle(bicycle), read_maneuvers(maneuvers))
+    found = {}
+    for reference in references:
+        for names, made_of in inputs.items():
+            asked = [dict(m) for m in made_of["maneuvers"]]
+            if reference.parameters == made_of["bicycle"]["parameters"] and [
+                {key: str(reference[n].inputs.get(key)) for key in asked[0] if key != "name"}
+                for n in reference
+            ] == [{key: m[key] for key in m if key != "name"} for m in asked]:
+                found[names] = reference
+                break
+        else:
+            raise InputError(
+                "found a reference of other inputs, expected that of a problem: see "
+                "docs/harder-tier.md",
+                file=reference.folder,
+            )
+    return found
+
+
+def _entry(submission: Submission, known: References) -> Entry:
+    problem = PROBLEMS[submission.problem]
+    reference = known.get(problem.inputs)
+    if reference is None:
+        raise InputError(
+            f"found problem {submission.problem}, whose reference is not here, expected "
+            "--reference with its folder: docs/harder-tier.md has the line that makes it",
+            file=submission.source,
+        )
+    results = []
+    for file in submission.files:
+        try:
+            sha256 = hashlib.sha256(file.path.read_bytes()).hexdigest()
+        except OSError as e:
+            raise InputError(f"cannot be read: {e.strerror}", file=file.path) from None
+        if sha256 != file.sha256:
+            raise InputError(
+                f"found sha256 {sha256[:16]}..., expected {file.sha256[:16]}... of "
+                f"{submission.source.name}",
+                file=file.path,
+            )
+        read = read_results(file.path, maneuver=file.maneuver, count=len(reference))
+        held = [rows.maneuver for rows in read.maneuvers]
+        if file.maneuver not in (None, *held) or (file.maneuver and len(held) > 1):
+            raise InputError(
+                f"found maneuver {', '.join(map(str, held))}, expected {file.maneuver} alone",
+                file=file.path,
+            )
+        results.append(read)
+    report = score(results, reference)
+    _check_rules(submission, report, reference)
+    scores = {
+        (m.maneuver, c.key): c.as_understood.measures.scd or 0.0
+        for m in report.maneuvers
+        for c in m.columns
+        if c.key in BENCHMARK_COLUMNS
+    }
+    worst = min(scores, key=scores.__getitem__)
+    drifts = [m.performance for m in report.maneuvers if m.performance is not None]
+    return Entry(
+        submission=submission,
+        digits=scores[worst],
+        worst=worst,
+        grade=next((g for g in GRADES if scores[worst] >= g), None),
+        performance=max(drifts, default=None),
+        definitions={
+            c.key: c.as_understood.definition
+            for m in report.maneuvers
+            for c in m.columns
+            if c.as_understood.definition != c.as_written.definition
+        },
+        report=report,
+    )
+
+
+def _check_rules(submission: Submission, report: Report, reference: Reference) -> None:
+    """All maneuvers of the problem, all their rows at their times, all columns."""
+    numbers = PROBLEMS[submission.problem].numbers
+
+    def refuse(found: str, expected: str) -> InputError:
+        return InputError(f"found {found}, expected {expected}", file=submission.source)
+
+    held = sorted(m.maneuver for m in report.maneuvers)
+    if held != list(numbers):
+        raise refuse(
+            f"maneuver {', '.join(map(str, held))} in its files",
+            f"{', '.join(map(str, numbers))} for problem {submission.problem}",
+        )
+    for m in report.maneuvers:
+        asked, part = reference[m.maneuver], m.part
+        if len(part.time) != len(asked.time):
+            raise refuse(f"{len(part.time)} rows of maneuver {m.maneuver}", f"{len(asked.time)}")
+        if not np.array_equal(part.time, asked.time):
+            row = int(np.argmin(part.time == asked.time))
+            raise refuse(
+                f"row {row} of maneuver {m.maneuver} at {part.time[row]:.17g} s",
+                f"{asked.time[row]:.17g} s",
+            )
+        here = {c.key: c for c in m.columns}
+        for key in BENCHMARK_COLUMNS:
+            if key not in here or here[key].missing:
+                what = "no" if key not in here else f"{here[key].missing} rows without"
+                raise refuse(f"{what} {key} in maneuver {m.maneuver}", "a number in every row")

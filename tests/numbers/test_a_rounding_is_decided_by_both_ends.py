@@ -1,0 +1,70 @@
+"""A number that is only enclosed is rounded where both ends of the enclosure round alike."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import flint
+import pytest
+
+from heyoka_bike.errors import UndecidedError
+from heyoka_bike.numbers.rounding import Enclosure, decimal_digits, hi_lo, upward
+
+TIE = 1 + Fraction(1, 2**53)
+"""Halfway between 1 and the next binary64."""
+
+
+def ball(middle: Fraction, radius: Fraction) -> Enclosure:
+    with flint.ctx.workprec(300):
+        x, r = (flint.arb(flint.fmpq(y.numerator, y.denominator)) for y in (middle, radius))
+        return Enclosure.of(flint.arb(x, r))
+
+
+TINY = Fraction(1, 2**200)
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+def test_beside_a_tie(side: int) -> None:
+    hi, lo = hi_lo(ball(TIE + side * 2 * TINY, TINY), "x")
+    assert hi == (1 if side < 0 else 1 + 2.0**-52)
+    assert lo == -side * 2.0**-53
+
+
+def test_across_a_tie() -> None:
+    with pytest.raises(UndecidedError, match="its nearest binary64"):
+        hi_lo(ball(TIE, TINY), "x")
+
+
+def test_across_a_tie_of_the_rest() -> None:
+    rest = Fraction(1, 2**60) * TIE
+    assert hi_lo(ball(1 + rest + 2 * TINY, TINY), "x") == (1, 2.0**-60 * (1 + 2.0**-52))
+    with pytest.raises(UndecidedError, match="the rest of its binary64"):
+        hi_lo(ball(1 + rest, TINY), "x")
+
+
+def test_decimals_across_a_tie() -> None:
+    tie = Fraction(12345, 10000)
+    with pytest.raises(UndecidedError, match="4 decimal digits"):
+        decimal_digits(ball(tie, TINY), 4, "x")
+    assert decimal_digits(ball(tie + 2 * TINY, TINY), 4, "x") == "1.235e+0"
+    assert decimal_digits(ball(tie - 2 * TINY, TINY), 4, "x") == "1.234e+0"
+
+
+def test_a_ball_around_an_exact_value_decides_only_what_it_does_not_reach() -> None:
+    with pytest.raises(UndecidedError, match="the rest"):
+        hi_lo(ball(Fraction(4), TINY), "x")
+    assert hi_lo(Fraction(4), "x") == (4, 0)
+    assert hi_lo(TIE, "x") == (1, 2.0**-53)  # exactly halfway: to even
+
+
+def test_an_enclosure_has_all_of_its_ball() -> None:
+    x = ball(Fraction(1, 3), Fraction(1, 1000))
+    low, high = (Fraction(n, 2**x.grid) for n in (x.low, x.high))
+    assert low <= Fraction(1, 3) - Fraction(1, 1000)
+    assert high >= Fraction(1, 3) + Fraction(1, 1000)
+
+
+def test_bounds_are_rounded_up() -> None:
+    assert upward(TIE) == 1 + 2.0**-52
+    assert upward(Fraction(1)) == 1
+    assert upward(1 - Fraction(1, 2**60)) == 1

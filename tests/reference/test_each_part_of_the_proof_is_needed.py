@@ -1,0 +1,362 @@
+"""What the proof adds or refuses is needed: without it a bound would be smaller than the truth.
+
+The first steps of the published maneuver 2, whole or damaged. Each test was seen to fail with the
+part of the proof that it names taken away.
+"""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+import flint
+import pytest
+
+from heyoka_bike.bicycle.equations import initial
+from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.bicycle.equations.whole_motion import NonnegativeRoots
+from heyoka_bike.errors import InputError, NotCertifiedError, UndecidedError
+from heyoka_bike.motion.trajectory import Certificate, Trajectory
+from heyoka_bike.numbers.arithmetic import Balls
+from heyoka_bike.numbers.dual import Dual, Duals
+from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.reference.proof import dense_bound, enclose, integrals
+from heyoka_bike.reference.proof.cauchy import Circle, circle_bound, geometric, rho
+from heyoka_bike.reference.proof.dense_bound import Along, Expansion
+from heyoka_bike.reference.proof.error_flow import MATRIX_BITS, SIZE, Carried
+from heyoka_bike.reference.proof.first_row import exact_columns
+from heyoka_bike.reference.proof.integrals import with_integrals
+from heyoka_bike.reference.proof.rows import round_rows
+
+pytestmark = pytest.mark.proof
+
+STEPS = 3
+BITS = 400
+Rows = list[list[int]]
+
+
+@pytest.fixture(scope="module")
+def run(candidate: tuple[Trajectory, ...]) -> Trajectory:
+    whole = candidate[1]
+    breaks = whole.breaks[: STEPS + 1]
+    short = replace(whole.maneuver, duration=breaks[-1], spacing=breaks[-1])
+    return replace(whole, maneuver=short, breaks=breaks, pieces=whole.pieces[:STEPS])
+
+
+@pytest.fixture(scope="module")
+def sound(run: Trajectory) -> Certificate:
+    return enclose.enclose(run)
+
+
+def damaged(run: Trajectory, step: int, change: Callable[[Rows], None]) -> Trajectory:
+    """The candidate with its coefficients of one step changed in place."""
+    pieces = [[list(row) for row in piece] for piece in run.pieces]
+    change(pieces[step])
+    return replace(run, pieces=tuple(tuple(map(tuple, p)) for p in pieces))
+
+
+def test_the_sound_candidate_is_certified(sound: Certificate) -> None:
+    assert sound.worst < Fraction(1, 10**60)
+
+
+# The candidate is whole, and starts where the motion does.
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda r: replace(r, breaks=(r.breaks[0], r.breaks[0], *r.breaks[2:])), "increase"),
+        (lambda r: replace(r, breaks=(Fraction(1, 64), *r.breaks[1:])), "expected 0 to"),
+        (lambda r: replace(r, breaks=r.breaks[:-1]), "expected 0 to"),
+        (lambda r: replace(r, pieces=r.pieces[1:]), "2 pieces for 3 intervals"),
+        (lambda r: replace(r, pieces=(r.pieces[0][:6], *r.pieces[1:])), "7 state variables"),
+    ],
+)
+def test_a_candidate_that_is_not_whole(run: Trajectory, change: Any, said: str) -> None:
+    with pytest.raises(NotCertifiedError, match=f"not whole: .*{said}"):
+        enclose.enclose(change(run))
+
+
+@pytest.mark.parametrize("shift", ["1e-12", "-1e-12"])
+def test_an_initial_pitch_beside_the_root(
+    bicycle: Any, maneuvers: Any, monkeypatch: pytest.MonkeyPatch, shift: str
+) -> None:
+    turned = replace(maneuvers[1], steer=Exact(Fraction(1, 10)), roll=Exact(Fraction(1, 10)))
+    equations = Equations.of(bicycle, Balls(237))
+    assert len(initial.initial_state(equations, turned)) == SIZE
+    found = initial.Multiprecision
+
+    class Beside(found):  # type: ignore[misc, valid-type]
+        def __init__(self, digits: int) -> None:
+            super().__init__(digits)
+            root = self.context.findroot
+            self.context.findroot = lambda *a, **k: root(*a, **k) + self.context.mpf(shift)
+
+    monkeypatch.setattr(initial, "Multiprecision", Beside)
+    with pytest.raises(InputError, match="no pitch"):
+        initial.initial_state(equations, turned)
+
+
+def test_an_initial_pitch_that_may_be_a_double_root(
+    bicycle: Any, maneuvers: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    turned = replace(maneuvers[1], steer=Exact(Fraction(1, 10)))
+    monkeypatch.setattr(
+        initial.Duals, "variables", lambda self, values: [Dual(values[0], (flint.arb(0, 1),))]
+    )
+    with pytest.raises(InputError, match="no pitch"):
+        initial.initial_state(Equations.of(bicycle, Balls(237)), turned)
+
+
+# The defect, and what its series leaves out.
+
+
+def test_what_the_series_of_the_defect_leaves_out(
+    run: Trajectory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a candidate of degree 1 and a series of two terms, the defect is what is left out."""
+
+    def straight(rows: Rows) -> None:
+        rows[:] = [row[:2] for row in rows]
+
+    def bounds() -> list[float]:
+        prover = enclose.Prover(damaged(run, 0, straight))
+        prover.lengths = dict.fromkeys(prover.lengths, 2)
+        piece = prover.run.piece(0)
+        rim = circle_bound(piece, Equations.rates_with_yaw, prover.circles)
+        return [float(x) for x in prover._defect(piece, rim)]
+
+    truth = defects(damaged(run, 0, straight))
+    assert all(x <= y for x, y in zip(truth, bounds(), strict=True))
+    monkeypatch.setattr(enclose, "geometric", lambda radius, length: flint.arb(0))
+    assert any(x > y for x, y in zip(truth, bounds(), strict=True))
+
+
+def defects(run: Trajectory) -> list[float]:
+    """Of the first piece at its end."""
+    balls = Balls(BITS)
+    equations = Equations.of(run.bicycle, balls, is_regular=run.is_regular)
+    piece = run.piece(0)
+    with balls.precision():
+        unit, h = flint.arb(2) ** -piece.grid, balls.number(piece.h)
+        state = run.state(piece.t1, 0)
+        slopes = [sum(m * c for m, c in enumerate(row)) * unit for row in piece.rows]
+        rates = equations.rates_with_yaw(state)
+        return [abs(float(x - h * r)) for x, r in zip(slopes, rates, strict=True)]
+
+
+def test_what_the_series_of_the_jacobian_leaves_out(run: Trajectory) -> None:
+    """Three terms of h J, against h J at the end of the piece."""
+    prover = enclose.Prover(run)
+    piece = run.piece(0)
+    rim = circle_bound(piece, Equations.rates_with_yaw, prover.circles)
+    terms, tail = prover._jacobian(piece, rim, 3)
+    duals = Duals(Balls(MATRIX_BITS))
+    with flint.ctx.workprec(MATRIX_BITS):
+        state = duals.variables(run.state(piece.t1, 0)[:6])
+        rates = prover.matrix.over(duals).rates_with_yaw(state)
+        h, seen = prover.matrix.a.number(piece.h), False
+        for i, rate in enumerate(rates):
+            for j in range(6):
+                left_out = abs(h * rate.slopes[j] - sum(m[i, j] for m in terms))
+                assert left_out <= tail[i, j]
+                seen |= bool(left_out > 1e-6)
+        assert seen
+
+
+# The error.
+
+
+def test_an_error_that_leaves_the_polydisc(run: Trajectory, monkeypatch: Any) -> None:
+    """Bounds that agree with themselves, from an error of up to 0.6 of the polydisc's radius."""
+    monkeypatch.setattr(Carried, "bounds", lambda self, forces: ([x * 0.3 for x in rho()],) * 2)
+    with pytest.raises(NotCertifiedError, match="not below 1/2"):
+        enclose.enclose(run)
+
+
+def test_an_error_bound_that_does_not_agree_with_itself(run: Trajectory, monkeypatch: Any) -> None:
+    sizes = iter(flint.arb(2) ** (8 * n - 200) for n in range(1000))
+    monkeypatch.setattr(Carried, "bounds", lambda self, forces: ([next(sizes)] * SIZE,) * 2)
+    with pytest.raises(NotCertifiedError, match="not below 1/2"):
+        enclose.enclose(run)
+
+
+def test_what_is_not_linear_in_the_error(run: Trajectory, sound: Certificate, monkeypatch: Any):
+    """Equations with huge second derivatives cannot be certified so well."""
+
+    def curved(piece: Any, function: Any, equations: Any, radii: Any = (4,)) -> Circle:
+        found = circle_bound(piece, function, equations, radii)
+        if radii == (1,):
+            return replace(found, values=[x * flint.arb(10) ** 65 for x in found.values])
+        return found
+
+    monkeypatch.setattr(enclose, "circle_bound", curved)
+    with contextlib.suppress(NotCertifiedError):
+        assert enclose.enclose(run).worst > 10 * sound.worst
+
+
+def test_y_that_is_not_resolved(run: Trajectory, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(enclose, "_MATRIX_LENGTHS", (2,))
+    with pytest.raises(NotCertifiedError, match="Y is not resolved at order 2"):
+        enclose.enclose(run)
+
+
+def test_y_that_is_badly_conditioned(run: Trajectory, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(enclose, "_CONDITION", 1.0)
+    with pytest.raises(NotCertifiedError, match="Y has condition"):
+        enclose.enclose(run)
+
+
+def test_a_halved_piece_has_the_larger_bound(run: Trajectory, monkeypatch: Any) -> None:
+    """An error that grows late in a step is in the second half; an early one fades in it."""
+    monkeypatch.setattr(enclose, "_DEPTH", 1)
+    whole = enclose.Prover.whole
+
+    def halves_only(self: Any, piece: Any, frame: Any) -> Any:
+        if piece.h == run.piece(piece.step).h:
+            raise enclose._TooLongError("halves are to be tried")
+        return whole(self, piece, frame)
+
+    monkeypatch.setattr(enclose.Prover, "whole", halves_only)
+    large = 1 << (run.grid - 60)
+
+    def late(rows: Rows) -> None:
+        rows[0][-1] += large
+
+    bound = enclose.enclose(damaged(run, STEPS - 1, late)).pieces[-1][0]
+    assert bound >= Fraction(1, 2**60)
+
+
+def test_jumps_between_pieces(run: Trajectory) -> None:
+    def jump(rows: Rows) -> None:
+        rows[0][0] += 1 << (run.grid - 60)
+
+    bounds = enclose.enclose(damaged(run, 1, jump)).pieces
+    assert bounds[0][0] < Fraction(1, 10**60)
+    assert Fraction(1, 2**60) <= bounds[1][0] < Fraction(1, 2**50)
+
+
+# What follows from the state's bound.
+
+
+def certificate(run: Trajectory, bound: Fraction) -> Certificate:
+    return Certificate(run.states, ((bound,) * SIZE,) * run.steps, (bound,) * SIZE)
+
+
+def test_rows_of_a_state_that_is_not_known_well_enough(run: Trajectory) -> None:
+    with pytest.raises(UndecidedError, match="do not decide"):
+        round_rows(run, certificate(run, Fraction(1, 10**20)))
+
+
+@pytest.mark.parametrize("number", [1, 2, 3])
+@pytest.mark.parametrize("roll", ["0", "1/10", "pi/7"])
+def test_what_is_exact_in_row_0_is_in_its_ball(
+    bicycle: Any, maneuvers: Any, number: int, roll: str
+) -> None:
+    start = replace(maneuvers[number - 1], roll=Exact.parse(roll))
+    exact = exact_columns(bicycle, start)
+    assert len(exact) >= 10
+    equations = Equations.of(bicycle, Balls(BITS))
+    with equations.precision():
+        values = equations.columns(initial.initial_state(equations, start))
+        for name, x in exact.items():
+            assert abs(values[name] - equations.a.number(x)) < 1e-100, name
+
+
+def function(equations: Equations, state: Any) -> list[Any]:
+    return [equations.a.sin(state[0]), state[5] * equations.a.cos(state[1])]
+
+
+def expansion(run: Trajectory, bound: Fraction) -> Expansion:
+    return Expansion(run.piece(0), (bound,) * SIZE, Along.of(run, function))
+
+
+def test_what_the_series_of_a_column_leaves_out(run: Trajectory, monkeypatch: Any) -> None:
+    def errors() -> list[tuple[Any, Any]]:
+        found = expansion(run, Fraction(0))
+        balls = Balls(dense_bound.BITS)
+        equations = Equations.of(run.bicycle, balls, is_regular=run.is_regular)
+        with balls.precision():
+            truth = function(equations, run.state(run.breaks[1], 0))
+            pairs = zip(found.polynomials, found.remainders, truth, strict=True)
+            return [(abs(x - p(flint.arb(1))), rest) for p, rest, x in pairs]
+
+    monkeypatch.setattr(dense_bound, "_REMAINDER_BITS", 8)
+    assert all(error <= rest for error, rest in errors())
+    monkeypatch.setattr(dense_bound, "geometric", lambda radius, length: flint.arb(0))
+    assert all(error > rest for error, rest in errors())
+
+
+def test_columns_of_a_state_that_is_not_known(run: Trajectory) -> None:
+    """Of sin(roll), at a state off by 1e-9, the cosine of the roll is not far from 1."""
+    off = Fraction(1, 10**9)
+    assert expansion(run, Fraction(0)).remainders[0] < 1e-30
+    assert expansion(run, off).remainders[0] > 0.9e-9
+
+
+def test_what_the_series_of_an_integrand_leaves_out(run: Trajectory, monkeypatch: Any) -> None:
+    """If that were 1e-9 of its bound on the circle, no place would be known better."""
+    monkeypatch.setattr(integrals, "geometric", lambda radius, length: flint.arb("1e-9"))
+    *_, last = with_integrals(run, certificate(run, Fraction(0)))
+    time = float(run.breaks[-1])
+    wheel_rate = 4.6 / 0.3
+    assert float(last.bounds[9]) >= 0.99e-9 * wheel_rate * time
+
+
+def test_what_the_polynomial_of_an_integral_leaves_out(run: Trajectory) -> None:
+    """Of a candidate with four terms to a variable, integrals have four too; padded, 40."""
+
+    def ends(terms: int) -> tuple[list[Fraction], Sequence[Fraction]]:
+        def cut(rows: Rows) -> None:
+            rows[:] = [row[:4] + [0] * (terms - 4) for row in rows]
+
+        coarse = damaged(run, 0, cut)
+        stretch = next(with_integrals(coarse, certificate(coarse, Fraction(0))))
+        unit = Fraction(1, 2**stretch.piece.grid)
+        return [sum(row) * unit for row in stretch.piece.rows[7:]], stretch.bounds[7:]
+
+    (found, bounds), (truth, _) = ends(4), ends(40)
+    assert any(x != y for x, y in zip(found, truth, strict=True))
+    assert all(abs(x - y) <= b for x, y, b in zip(found, truth, bounds, strict=True))
+
+
+def test_where_an_integral_begins_may_be_rounded(run: Trajectory) -> None:
+    def of_one_that_begins_at(at: Fraction) -> tuple[Fraction, Fraction]:
+        integrator = integrals._Integrator(run)
+        integrator.at[0] = at
+        (stretch,) = integrator.stretches(run.piece(0), (Fraction(0),) * SIZE)
+        first = Fraction(stretch.piece.rows[SIZE][0], 2**stretch.piece.grid)
+        return abs(at - first), stretch.bounds[SIZE]
+
+    rounding, bound = of_one_that_begins_at(Fraction(1, 3))
+    assert 0 < rounding <= bound - of_one_that_begins_at(Fraction(0))[1]
+
+
+def test_what_a_series_leaves_out_is_the_rest_of_a_geometric_one() -> None:
+    with flint.ctx.workprec(64):
+        for radius in (2, 3, 4):
+            terms = sum((flint.arb(1) / radius**m for m in range(5, 200)), flint.arb(0))
+            assert abs(geometric(radius, 5) - terms) < 1e-15
+
+
+def test_integrals_of_a_state_that_is_not_known(run: Trajectory) -> None:
+    """The rate of the rear wheel is spin + q: off by 1e-12, its angle by that times the time."""
+    off = Fraction(1, 10**12)
+    *_, last = with_integrals(run, certificate(run, off))
+    assert all(bound >= off * run.breaks[-1] for bound in last.bounds[9:])
+    *_, exact = with_integrals(run, certificate(run, Fraction(0)))
+    assert all(bound < Fraction(1, 10**60) for bound in exact.bounds[7:])
+
+
+def test_a_root_of_what_may_be_zero() -> None:
+    """Of a sum of squares whose ball reaches below zero: from zero to the root of its upper end."""
+    balls = NonnegativeRoots(64)
+    with balls.precision():
+        root = balls.sqrt(flint.arb(1, 3))
+        assert root.contains(0)
+        assert root.contains(2)
+        assert root < 2.1
+        assert not balls.sqrt(flint.arb(2, 1)).contains(0)

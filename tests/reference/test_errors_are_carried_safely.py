@@ -1,0 +1,195 @@
+"""Bounds on how errors travel hold, for linear equations whose solution is known to any digit.
+
+The matrix of the equations is A + B s, the candidate's Y and V are cut at low order, so that all
+that is charged for their defects is large and would be missed.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator
+
+import flint
+import pytest
+
+from heyoka_bike.numbers.ball_matrices import (
+    Polynomial,
+    abs_times,
+    fundamental,
+    identity,
+    inverse_fundamental,
+    norm,
+    supremum,
+    turned,
+    value,
+    variational_defect,
+)
+from heyoka_bike.reference.proof.error_flow import MATRIX_BITS, SIZE, Carried, Flow, Frame
+
+EXACT = 40
+"""Terms of the true solution: the rest is below 1e-30."""
+TIMES = [flint.arb(i) / 16 for i in range(17)]
+
+
+def matrix(rng: random.Random, low: float, high: float) -> flint.arb_mat:
+    return flint.arb_mat([[rng.uniform(low, high) for _ in range(SIZE)] for _ in range(SIZE)])
+
+
+def zero() -> flint.arb_mat:
+    return flint.arb_mat(SIZE, SIZE)
+
+
+@pytest.fixture(params=range(2))
+def rng(request: pytest.FixtureRequest) -> Iterator[random.Random]:
+    with flint.ctx.workprec(MATRIX_BITS):
+        yield random.Random(request.param)
+
+
+def system(rng: random.Random, length: int, low: float = -0.02) -> list[flint.arb_mat]:
+    found = [matrix(rng, low, 0.02), matrix(rng, low, 0.02)]
+    return found + [zero()] * (length - 2)
+
+
+def weights(rng: random.Random) -> list[flint.arb]:
+    return [flint.arb(rng.uniform(0.5, 1)) for _ in range(SIZE)]
+
+
+def flow(a: Polynomial, w: list[flint.arb], length: int) -> Flow:
+    """As the prover makes it, of polynomials of few terms."""
+    cut = a[:length]
+    y, v = fundamental(cut), inverse_fundamental(cut)
+    defect, defect_v = variational_defect(cut, zero(), y, v, w)
+    size_y, size_v = (norm(supremum(p), w) for p in (y, v))
+    eta = (defect_v * size_y + size_v * defect).upper()
+    assert eta < 1
+    return Flow(y, v, w, defect, size_v / (1 - eta), eta)
+
+
+def largest_defects(a: Polynomial, tail: flint.arb_mat, f: Flow) -> tuple[float, float]:
+    """Of Y and V at some times, with a matrix that has a tail."""
+    worst_y, worst_v = 0.0, 0.0
+    for s in TIMES:
+        now = value(a, s) + tail
+        slope_y, slope_v = (value([m * k for k, m in enumerate(p)][1:], s) for p in (f.y, f.v))
+        y, v = value(f.y, s), value(f.v, s)
+        worst_y = max(worst_y, float(norm(slope_y - now * y, f.weights)))
+        worst_v = max(worst_v, float(norm(slope_v + v * now, f.weights)))
+    return worst_y, worst_v
+
+
+@pytest.mark.parametrize("length", [2, 4, 8])
+def test_the_defects_of_y_and_v_are_bounded(rng: random.Random, length: int) -> None:
+    a, w = system(rng, EXACT, low=0.0), weights(rng)
+    f = flow(a, w, length)
+    for p in (f.y, f.v):
+        p[1] += matrix(rng, 0, 0.01)
+    tail = matrix(rng, 0, 0.01)
+    for rest in (zero(), tail):
+        bound_y, bound_v = variational_defect(a[:length], rest, f.y, f.v, w)
+        found_y, found_v = largest_defects(a, rest, f)
+        assert found_y <= bound_y < 10 * found_y + 1e-9
+        assert found_v <= bound_v < 10 * found_v + 1e-9
+
+
+def test_v_is_nearly_the_inverse_of_y(rng: random.Random) -> None:
+    f = flow(system(rng, EXACT), weights(rng), 5)
+    worst = 0.0
+    for s in TIMES:
+        product = value(f.v, s) * value(f.y, s)
+        worst = max(worst, float(norm(product - identity(SIZE), f.weights)))
+        inverse = value(f.y, s).inv()
+        assert norm(inverse, f.weights) <= f.size_inverse
+    assert 0 < worst <= f.eta
+
+
+@pytest.mark.parametrize("length", [3, 5])
+def test_no_solution_leaves_the_bounds(rng: random.Random, length: int) -> None:
+    """Of e' = A e + force, for initial errors at corners of the frame and the worst of forces."""
+    a = system(rng, EXACT)
+    f = flow(a, weights(rng), length)
+    y = fundamental(a)
+    frame = Frame(matrix(rng, -1, 1), [flint.arb(rng.uniform(0, 1)) for _ in range(SIZE)])
+    forces = [flint.arb(rng.uniform(0, 1)) for _ in range(SIZE)]
+    carried = Carried(f, frame)
+    sup, added = carried.bounds(forces)
+    end = carried.end(added)
+    inverse = end.matrix.inv()
+    corners = [[rng.choice((-1, 1)) * r for r in frame.radii] for _ in range(20)]
+    for s in TIMES:
+        from_start = value(y, s) * frame.matrix
+        # The worst of forces at one time for one variable: the rectangle rule is off by less than
+        # a twentieth.
+        worst = [flint.arb(0)] * SIZE
+        steps = 64
+        for j in range(steps):
+            tau = s * (2 * j + 1) / (2 * steps)
+            reach = abs_times(value(y, s) * value(y, tau).inv(), forces)
+            worst = [x + s * r / steps for x, r in zip(worst, reach, strict=True)]
+        for corner in corners:
+            e = from_start * flint.arb_mat([[x] for x in corner])
+            for i in range(SIZE):
+                assert abs(e[i, 0]) + 0.95 * worst[i] <= sup[i]
+    for corner in corners:
+        e = value(y, flint.arb(1)) * frame.matrix * flint.arb_mat([[x] for x in corner])
+        inside = inverse * e
+        assert all(abs(inside[i, 0]) <= end.radii[i] for i in range(SIZE))
+
+
+NOTHING = [flint.arb(0)] * SIZE
+FORCES = [flint.arb(1)] * SIZE
+
+
+def test_what_the_defect_of_y_leaves_out_is_charged(rng: random.Random) -> None:
+    """Nonnegative equations: a series of Y cut early is too small, and so without the charge."""
+    a = system(rng, EXACT, low=0.01)
+    carried = Carried(flow(a, weights(rng), 2), Frame(identity(SIZE), FORCES))
+    sup, added = carried.bounds(NOTHING)
+    end = carried.end(added)
+    truth = abs_times(value(fundamental(a), flint.arb(1)), FORCES)
+    inside = abs_times(end.matrix.inv() * value(fundamental(a), flint.arb(1)), FORCES)
+    assert all(x <= y for x, y in zip(truth, sup, strict=True))
+    assert any(x > y for x, y in zip(truth, carried.incoming, strict=True))
+    assert all(x <= y for x, y in zip(inside, end.radii, strict=True))
+
+
+def test_the_whole_motion_may_be_a_defect() -> None:
+    """With Y = 1, e' = k e + force is all defect: e = exp(k) from 1, (exp(k) - 1) / k by 1."""
+    with flint.ctx.workprec(MATRIX_BITS):
+        k, one = flint.arb("0.4"), flint.arb(1)
+        f = Flow([identity(SIZE)], [identity(SIZE)], FORCES, k, one, flint.arb(0))
+        sup, _ = Carried(f, Frame(identity(SIZE), FORCES)).bounds(NOTHING)
+        assert all(k.exp() <= x < 1.1 * k.exp() for x in sup)
+        sup, _ = Carried(f, Frame(identity(SIZE), NOTHING)).bounds(FORCES)
+        assert all((k.exp() - 1) / k <= x < 1.4 * (k.exp() - 1) / k for x in sup)
+
+
+def test_a_poor_inverse_is_charged() -> None:
+    """V is less than the inverse of Y = 1 by a third: forces seem to push a third less."""
+    with flint.ctx.workprec(MATRIX_BITS):
+        third = flint.arb(1) / 3
+        v = [identity(SIZE) * (1 - third)]
+        f = Flow([identity(SIZE)], v, FORCES, flint.arb(0), flint.arb(1), third)
+        sup, added = Carried(f, Frame(identity(SIZE), NOTHING)).bounds(FORCES)
+        assert all(x >= 1 for x in (*sup, *added))
+
+
+def test_forces_may_do_most_on_the_way() -> None:
+    """For e' = (1 - 2 s) e / 5 a force at 0 has grown by exp(1/20) at 1/2, and not at all at 1."""
+    with flint.ctx.workprec(MATRIX_BITS):
+        fifth, most = flint.arb(1) / 5, flint.arb("0.05").exp()
+        a = [identity(SIZE) * fifth, identity(SIZE) * (-2 * fifth)] + [zero()] * 18
+        carried = Carried(flow(a, FORCES, 20), Frame(identity(SIZE), NOTHING))
+        assert all(carried.push_end[i, i] < most <= carried.push[i, i] for i in range(SIZE))
+
+
+def test_a_turned_frame_holds_what_it_held_and_what_is_added(rng: random.Random) -> None:
+    end = matrix(rng, -1, 1)
+    radii, added = ([flint.arb(rng.uniform(0, 1)) for _ in range(SIZE)] for _ in range(2))
+    frame, found = turned(end, radii, added)
+    inverse = frame.inv()
+    for _ in range(200):
+        x, y = ([rng.choice((-1, 1)) * r for r in by] for by in (radii, added))
+        point = end * flint.arb_mat([[c] for c in x]) + flint.arb_mat([[c] for c in y])
+        inside = inverse * point
+        assert all(abs(inside[i, 0]) <= found[i] for i in range(SIZE))
+    assert all(x <= 10 * y for x, y in zip(found, Frame(end, radii).bound(), strict=True))

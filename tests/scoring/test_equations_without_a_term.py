@@ -1,0 +1,76 @@
+"""Equations that lack a term make the motions of a Newton-Euler program that lacks it."""
+
+import numpy as np
+import pytest
+from corpus.writing import Runs
+
+from heyoka_bike.bicycle.parameters import read_bicycle
+from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
+from heyoka_bike.scoring.diagnosis.programs.incomplete import TERMS
+from heyoka_bike.scoring.diagnosis.programs.program import Program, apply
+from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
+from heyoka_bike.scoring.diagnosis.programs.start import Start, initial_state
+from heyoka_bike.system.resources import benchmark_bicycle
+
+pytest.importorskip("heyoka")
+
+MADE = {
+    "no_gyroscopic": "newton-no-gyroscopic",
+    "no_gyroscopic_wheels": "newton-no-gyroscopic-wheels",
+    "tensors_do_not_turn": "newton-tensor-in-global-axes",
+    "wheels_weightless": "newton-wheels-weightless",
+}
+"""Runs of a program of another hand, by mistake."""
+STARTS = {1: Start(4.0, 0.05), 2: Start(4.6, 0.5), 3: Start(8.0, 0.05)}
+KEYS = {"roll": "roll_angle", "roll_rate": "roll_rate", "speed": "forward_speed",
+        "steer": "steer_angle", "steer_rate": "steer_rate"}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def bicycle():
+    return read_bicycle(benchmark_bicycle())
+
+
+@pytest.fixture(scope="module")
+def simulator():
+    return Simulator()
+
+
+def farthest(simulator, bicycle, run, missing):
+    """Largest distance from a run of another program, in sizes of its columns."""
+    p = {s: float(x) for s, x in bicycle.values.items()}
+    runs, found = Runs(), []
+    for n, start in STARTS.items():
+        block = runs.block(run, n)
+        # Until it falls: then nothing agrees any more.
+        upright = np.cumprod(np.abs(np.nan_to_num(block["roll"], nan=9.0)) < 0.5) == 1
+        time = block["time"][upright]
+        made = simulator.run(bicycle, initial_state(p, start), time, missing)
+        for name, key in KEYS.items():
+            there = block[name][upright]
+            found.append(np.max(np.abs(made[key] - there)) / np.max(np.abs(there)))
+    return max(found)
+
+
+@pytest.mark.parametrize(("code", "run"), MADE.items())
+def test_they_move_as_in_a_program_of_another_hand(simulator, bicycle, code, run):
+    (mistake,) = (m for m in EQUATION_MISTAKES if m.code == code)
+    missing = apply(Program(bicycle, STARTS), (mistake,)).missing
+    # Both integrate to 1e-12 or so; motions that fall multiply that by a thousand and more.
+    assert farthest(simulator, bicycle, run, missing) < 1e-7
+    assert farthest(simulator, bicycle, run, frozenset()) > 1e-3
+
+
+def test_with_all_terms_they_are_the_right_ones(simulator, bicycle):
+    p = {s: float(x) for s, x in bicycle.values.items()}
+    start, time = initial_state(p, STARTS[2]), np.linspace(0.0, 2.0, 21)
+    right = simulator.run(bicycle, start, time)
+    # A name that no term has switches nothing off.
+    same = simulator.run(bicycle, start, time, {"nothing"})
+    for name, x in right.items():
+        assert np.max(np.abs(same[name] - x)) <= 1e-11 * np.max(np.abs(x)), name
+
+
+def test_every_term_is_in_a_mistake(bicycle):
+    program = Program(bicycle, STARTS)
+    assert set().union(*(apply(program, (m,)).missing for m in EQUATION_MISTAKES)) == set(TERMS)

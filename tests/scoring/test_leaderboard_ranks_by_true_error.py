@@ -1,0 +1,132 @@
+"""The leaderboard: by true error alone; what breaks a rule is refused and stops nothing."""
+
+import gzip
+import hashlib
+import json
+import shutil
+
+import pytest
+
+from heyoka_bike.__main__ import main
+from heyoka_bike.reference.load import load_reference
+from heyoka_bike.scoring.leaderboard import leaderboard
+from heyoka_bike.scoring.reading import read_results
+from heyoka_bike.scoring.score import score
+from heyoka_bike.scoring.submission import PROBLEMS, read_submission
+from heyoka_bike.system.resources import data_folder
+
+RESULTS = data_folder() / "results"
+SCIPY = "scipy-dop853.toml"
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A folder with the published submissions."""
+    return shutil.copytree(RESULTS, tmp_path / "results")
+
+
+def entry(folder, change=lambda text: text, file=None):
+    """One more submission: SciPy's, with its text changed, perhaps of another file."""
+    text = (RESULTS / SCIPY).read_text()
+    if file is not None:
+        before = read_submission(RESULTS / SCIPY).files[0]
+        text = text.replace(before.path.name, file.name)
+        text = text.replace(before.sha256, hashlib.sha256(file.read_bytes()).hexdigest())
+    path = folder / "another.toml"
+    path.write_text(change(text))
+    return path
+
+
+def test_published_submissions_are_ranked_as_score_sees_them(capsys):
+    assert main(["leaderboard", str(RESULTS), "--format", "json"]) == 0
+    board = json.loads(capsys.readouterr().out)
+    assert board["refused"] == []
+    (h1,) = (p for p in board["problems"] if p["problem"] == "H1")
+    digits = [e["scd"] for e in h1["entries"]]
+    assert digits == sorted(digits, reverse=True)
+    for e in h1["entries"]:
+        file = read_submission(RESULTS / e["source"]).files[0]
+        report = score(read_results(file.path))
+        worst = min(
+            c.as_understood.measures.scd for m in report.maneuvers for c in m.columns
+        )  # fmt: skip
+        assert e["scd"] == worst
+        assert e["grade"] == max((g for g in (3, 6, 9, 12) if g <= worst), default=None)
+
+
+def test_a_time_that_is_claimed_ranks_nothing(folder):
+    entry(folder, lambda text: text.replace('"0.058"', '"1e-9"').replace("SciPy DOP853", "A lie"))
+    first, second, *_ = leaderboard(folder, [load_reference()]).entries["H1"]
+    assert (first.submission.name[:5], second.submission.name[:5]) == ("A lie", "SciPy")
+    assert first.digits == second.digits  # by name, not by time
+
+
+REFUSED = {
+    "another file than was hashed": (
+        lambda text: text.replace('sha256 = "', 'sha256 = "0').replace('5"\n', '"\n'), "sha256"),
+    "a path out of the folder": (
+        lambda text: text.replace('path = "', 'path = "../'), "below the folder"),
+    "an absolute path": (lambda text: text.replace('path = "', 'path = "/'), "below the folder"),
+    "no licence": (
+        lambda text: "\n".join(x for x in text.splitlines() if "licence" not in x), "licence"),
+    "a slip": (lambda text: text.replace("tolerance", "tolernace"), "tolerance"),
+    "no step": (
+        lambda text: "\n".join(x for x in text.splitlines() if "tolerance" not in x), "neither"),
+    "a time below zero": (lambda text: text.replace('"0.058"', '"-1"'), "more than zero"),
+    "another problem": (lambda text: text.replace('"H1"', '"H9"'), "H3a"),
+    "a problem without its set": (lambda text: text.replace('"H1"', '"H2"'), "--reference"),
+    "one maneuver": (lambda text: text + "maneuver = 2\n", "maneuver"),
+    "no TOML": (lambda _: "name", "TOML"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", REFUSED)
+def test_what_breaks_a_rule_is_one_line_and_stops_nothing(folder, capsys, what):
+    change, word = REFUSED[what]
+    entry(folder, change)
+    assert main(["leaderboard", str(folder), "--format", "json"]) == 3
+    out, err = capsys.readouterr()
+    assert err.count("\n") == 1
+    assert any(name in err for name in ("another.toml", "scipy-rtol1e-10.txt.gz"))
+    assert word in err
+    assert len(json.loads(out)["problems"][0]["entries"]) == 2
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [
+        (lambda rows: rows[:900], "900 rows"),
+        (lambda rows: [*rows[:5], rows[5].replace(rows[5].split()[3], "nan", 1), *rows[6:]],
+         "a number in every row"),
+        (lambda rows: [*rows[:5], "0.051 " + rows[5].split(" ", 1)[1], *rows[6:]], "row 5"),
+    ],
+)  # fmt: skip
+def test_every_row_and_value_is_asked_for(folder, capsys, change, word):
+    whole = gzip.decompress((RESULTS / "scipy-rtol1e-10.txt.gz").read_bytes()).decode()
+    file = folder / "short.txt"
+    file.write_text("\n".join(change(whole.splitlines())) + "\n")
+    entry(folder, file=file)
+    assert main(["leaderboard", str(folder), "--format", "json"]) == 3
+    assert word in capsys.readouterr().err
+
+
+def test_the_page_escapes_what_a_submission_says(folder, tmp_path):
+    entry(folder, lambda text: text.replace("SciPy DOP853 on", "<script>alert(1)</script>"))
+    page = tmp_path / "board.html"
+    assert main(["leaderboard", str(folder), "-o", str(page)]) == 0
+    text = page.read_text()
+    assert "<script>alert" not in text
+    assert "&lt;script&gt;alert(1)" in text
+
+
+def test_bad_folders_and_outputs_are_one_line(tmp_path, capsys):
+    for words in ([str(tmp_path)], [str(tmp_path / "none")], [str(RESULTS), "-o", "x.txt"],
+                  [str(RESULTS), "--format", "csv"]):  # fmt: skip
+        assert main(["leaderboard", *words]) == 1
+        assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_every_problem_has_its_inputs():
+    for problem in PROBLEMS.values():
+        for kind, name in zip(("bicycles", "maneuvers"), problem.inputs, strict=True):
+            assert (data_folder() / kind / f"{name}.toml").is_file()

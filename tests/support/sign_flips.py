@@ -1,0 +1,108 @@
+"""Functions with one sign turned: every plus and minus of a module's code, one at a time."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import textwrap
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from types import CodeType, FunctionType, ModuleType
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Flip:
+    """A function, and its code with one sign turned.
+
+    Attributes
+    ----------
+    function
+    code
+    text
+        Where, and what it says there before the turn.
+    """
+
+    function: FunctionType
+    code: CodeType
+    text: str
+
+    @contextmanager
+    def applied(self) -> Iterator[None]:
+        """For all who hold the function, however they imported it."""
+        own = self.function.__code__
+        self.function.__code__ = self.code
+        try:
+            yield
+        finally:
+            self.function.__code__ = own
+
+
+def changed(function: Any, old: str, new: str) -> Flip:
+    """A function in whose source one piece of text, found once, is another."""
+    source = textwrap.dedent(inspect.getsource(function))
+    if source.count(old) != 1:
+        raise ValueError(f"{old!r} is not found once in {function.__qualname__}")
+    code = _compiled(ast.parse(source.replace(old, new)), function)
+    return Flip(function, code, f"{function.__qualname__}: {old}")
+
+
+def flips(module: ModuleType) -> Iterator[Flip]:
+    """All of a module."""
+    for function in dict.fromkeys(_functions(module)):
+        source = textwrap.dedent(inspect.getsource(function))
+        for i in range(len(_signs(ast.parse(source)))):
+            tree = ast.parse(source)
+            node = _signs(tree)[i]
+            text = f"{module.__name__}.{function.__qualname__}: {ast.unparse(node)}"
+            turned = ast.fix_missing_locations(_Turn(node).visit(tree))
+            yield Flip(function, _compiled(turned, function), text)
+
+
+def _signs(tree: ast.AST) -> list[ast.BinOp | ast.UnaryOp]:
+    return [
+        x
+        for x in ast.walk(tree)
+        if (isinstance(x, ast.BinOp) and isinstance(x.op, ast.Add | ast.Sub))
+        or (isinstance(x, ast.UnaryOp) and isinstance(x.op, ast.USub))
+    ]
+
+
+class _Turn(ast.NodeTransformer):
+    """Turns the sign at one node."""
+
+    def __init__(self, node: ast.AST) -> None:
+        self.node = node
+
+    def visit(self, x: ast.AST) -> Any:
+        if x is not self.node:
+            return self.generic_visit(x)
+        if isinstance(x, ast.UnaryOp):
+            return x.operand
+        assert isinstance(x, ast.BinOp)
+        op = ast.Sub() if isinstance(x.op, ast.Add) else ast.Add()
+        return ast.BinOp(x.left, op, x.right)
+
+
+def _functions(module: ModuleType) -> Iterator[FunctionType]:
+    for x in vars(module).values():
+        if getattr(x, "__module__", None) != module.__name__:
+            continue
+        if isinstance(x, FunctionType):
+            yield x
+        elif isinstance(x, type):
+            for y in vars(x).values():
+                f = getattr(y, "fget", None) or getattr(y, "__func__", y)
+                # What a dataclass makes for itself has no source.
+                if isinstance(f, FunctionType) and f.__code__.co_filename == module.__file__:
+                    yield f
+
+
+def _compiled(tree: ast.Module, function: FunctionType) -> CodeType:
+    code = compile(tree, function.__code__.co_filename, "exec", dont_inherit=True)
+    return next(
+        x
+        for x in code.co_consts
+        if isinstance(x, CodeType) and x.co_name == function.__code__.co_name
+    )
