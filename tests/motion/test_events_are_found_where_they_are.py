@@ -108,6 +108,23 @@ def test_the_start_is_no_event_and_a_zero_without_a_change_of_sign_is_undecided(
     assert float(event.time.rad()) < (8 * 2.0**-40 if is_certified else 2.0**-75)
 
 
+def test_a_zero_at_the_end_may_be_beyond_it(bicycle, maneuvers):
+    run = made(bicycle, maneuvers[0], [Fraction(2)])
+    for proof in (None, proof_of(run, Fraction(1, 2**90))):
+        (event,) = zeros(run, KINDS[UPRIGHT], UPRIGHT, proof)
+        assert event.rises is None
+        assert holds(event.time, Fraction(2))
+
+
+def test_a_bound_that_reaches_zero_counts_however_far_the_polynomial_is(bicycle, maneuvers):
+    """Binary64 alone would say that there is nothing."""
+    half = Fraction(1, 2)
+    run = made(bicycle, maneuvers[0], [half, half], breaks=(0, 1), shift=Fraction(1, 4))
+    assert zeros(run, KINDS[UPRIGHT], UPRIGHT) == []
+    (event,) = zeros(run, KINDS[UPRIGHT], UPRIGHT, proof_of(run, Fraction(3, 8)))
+    assert event.rises is None
+
+
 def test_what_only_the_bound_keeps_from_zero_is_undecided(bicycle, maneuvers):
     half, gap = Fraction(1, 2), Fraction(1, 2**30)
     run = made(bicycle, maneuvers[0], [half, half], shift=gap)
