@@ -233,6 +233,18 @@ def test_affine_numbers_remember_what_balls_forget():
         assert (x * x - 2 * x).ball.rad() <= 0.26
 
 
+def test_a_function_that_is_positive_only_inside_is_not_called_negative():
+    balls = Balls(64)
+    with balls.precision():
+        side = flint.arb(-1), flint.arb(1)
+        for top, expected in ((Fraction(1, 100), False), (Fraction(-1, 100), True)):
+            highest = balls.number(top)
+            found = is_negative(
+                lambda x, highest=highest: highest - (x[0] - 0.3) * (x[0] - 0.3), [side], balls
+            )
+            assert found is expected
+
+
 def test_signs_over_a_box_are_proved_and_never_guessed():
     balls = Balls(100)
     with balls.precision():
@@ -296,3 +308,13 @@ def test_a_speed_is_claimed_only_where_signs_show_that_there_is_one():
         assert with_signs(**changes)[0] is None, changes
     assert with_signs(d=(-1, -1))[0] == ()  # never stable
     assert with_signs(e=(4, 1))[1] == with_signs(e=(-4, -1))[1] == ()
+
+
+def test_a_bound_of_speeds_is_one_that_is_proved():
+    balls = Balls(64)
+    with balls.precision():
+        of = box._Box([], [], [], balls)
+        one = flint.arb(1)
+        assert 1.01 < of._outward(one, 1, lambda x: x > 1.01) < 1.1
+        assert 0.9 < of._outward(one, -1, lambda x: x < 0.99) < 0.99
+        assert of._outward(one, 1, lambda x: False) is None

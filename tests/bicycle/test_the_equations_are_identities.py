@@ -156,7 +156,7 @@ def straight_running(field: RandomField) -> Iterator[Zero]:
     state = [zero, zero, zero, nought, nought, field.unknown()]
     for is_regular in (True, False):
         equations = Equations.of(bicycle, field, is_regular=is_regular)
-        yield from zip(equations.states, equations.rates(state), strict=False)
+        yield from zip(equations.states, equations.rates_with_yaw(state), strict=True)
         yield "height", front_contact_height(equations.k, field, zero, zero, zero)
 
 

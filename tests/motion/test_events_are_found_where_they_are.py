@@ -136,6 +136,13 @@ def test_what_only_the_bound_keeps_from_zero_is_undecided(bicycle, maneuvers):
     assert [(e.rises, e.is_single) for e in two] == [(False, True), (True, True)]
 
 
+def test_a_change_of_sign_with_a_slope_of_zero_may_be_more_than_one_zero(bicycle, maneuvers):
+    run = made(bicycle, maneuvers[0], [Fraction(1, 2)] * 3)
+    (event,) = zeros(run, KINDS[UPRIGHT], UPRIGHT, proof_of(run, Fraction(1, 2**40)))
+    assert event.rises
+    assert not event.is_single
+
+
 def test_a_certificate_widens_the_enclosure_by_its_bound_over_the_slope(bicycle, maneuvers):
     run = made(bicycle, maneuvers[0], [Fraction(1, 4)])
     bound = Fraction(1, 2**40)

@@ -39,10 +39,10 @@ def test_its_functions_and_tests_exist(row: tuple[str, str, str, str]) -> None:
     assert functions
     assert tests
     for name, path in functions:
-        module = path.removesuffix(".py").replace("/", ".")
-        rest = f"heyoka_bike.{name}".removeprefix(f"{module}.")
-        found = importlib.import_module(module)
-        for part in rest.split("."):
+        stem, *parts = name.split(".")
+        assert stem == Path(path).stem
+        found = importlib.import_module(path.removesuffix(".py").replace("/", "."))
+        for part in parts:
             found = getattr(found, part)
         assert callable(found)
     for name, path in tests:

@@ -7,7 +7,7 @@ part of the proof that it names taken away.
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from typing import Any
@@ -27,6 +27,7 @@ from heyoka_bike.reference.proof import dense_bound, enclose, integrals
 from heyoka_bike.reference.proof.cauchy import Circle, circle_bound, geometric, rho
 from heyoka_bike.reference.proof.dense_bound import Along, Expansion
 from heyoka_bike.reference.proof.error_flow import MATRIX_BITS, SIZE, Carried
+from heyoka_bike.reference.proof.first_row import exact_columns
 from heyoka_bike.reference.proof.integrals import with_integrals
 from heyoka_bike.reference.proof.rows import round_rows
 
@@ -250,6 +251,21 @@ def test_rows_of_a_state_that_is_not_known_well_enough(run: Trajectory) -> None:
         round_rows(run, certificate(run, Fraction(1, 10**20)))
 
 
+@pytest.mark.parametrize("number", [1, 2, 3])
+@pytest.mark.parametrize("roll", ["0", "1/10", "pi/7"])
+def test_what_is_exact_in_row_0_is_in_its_ball(
+    bicycle: Any, maneuvers: Any, number: int, roll: str
+) -> None:
+    start = replace(maneuvers[number - 1], roll=Exact.parse(roll))
+    exact = exact_columns(bicycle, start)
+    assert len(exact) >= 10
+    equations = Equations.of(bicycle, Balls(BITS))
+    with equations.precision():
+        values = equations.columns(initial.initial_state(equations, start))
+        for name, x in exact.items():
+            assert abs(values[name] - equations.a.number(x)) < 1e-100, name
+
+
 def function(equations: Equations, state: Any) -> list[Any]:
     return [equations.a.sin(state[0]), state[5] * equations.a.cos(state[1])]
 
@@ -288,6 +304,35 @@ def test_what_the_series_of_an_integrand_leaves_out(run: Trajectory, monkeypatch
     time = float(run.breaks[-1])
     wheel_rate = 4.6 / 0.3
     assert float(last.bounds[9]) >= 0.99e-9 * wheel_rate * time
+
+
+def test_what_the_polynomial_of_an_integral_leaves_out(run: Trajectory) -> None:
+    """Of a candidate with four terms to a variable, integrals have four too; padded, 40."""
+
+    def ends(terms: int) -> tuple[list[Fraction], Sequence[Fraction]]:
+        def cut(rows: Rows) -> None:
+            rows[:] = [row[:4] + [0] * (terms - 4) for row in rows]
+
+        coarse = damaged(run, 0, cut)
+        stretch = next(with_integrals(coarse, certificate(coarse, Fraction(0))))
+        unit = Fraction(1, 2**stretch.piece.grid)
+        return [sum(row) * unit for row in stretch.piece.rows[7:]], stretch.bounds[7:]
+
+    (found, bounds), (truth, _) = ends(4), ends(40)
+    assert any(x != y for x, y in zip(found, truth, strict=True))
+    assert all(abs(x - y) <= b for x, y, b in zip(found, truth, bounds, strict=True))
+
+
+def test_where_an_integral_begins_may_be_rounded(run: Trajectory) -> None:
+    def of_one_that_begins_at(at: Fraction) -> tuple[Fraction, Fraction]:
+        integrator = integrals._Integrator(run)
+        integrator.at[0] = at
+        (stretch,) = integrator.stretches(run.piece(0), (Fraction(0),) * SIZE)
+        first = Fraction(stretch.piece.rows[SIZE][0], 2**stretch.piece.grid)
+        return abs(at - first), stretch.bounds[SIZE]
+
+    rounding, bound = of_one_that_begins_at(Fraction(1, 3))
+    assert 0 < rounding <= bound - of_one_that_begins_at(Fraction(0))[1]
 
 
 def test_what_a_series_leaves_out_is_the_rest_of_a_geometric_one() -> None:

@@ -187,9 +187,14 @@ def test_dense_shape_is_checked_apart_from_the_hash(small, bicycle):
     (run,) = read_candidate(small)
     certificate = enclose(run)
     dense = load_reference(small)[1].dense
-    for breaks in (dense.breaks + 50.0, dense.breaks[::-1].copy(), dense.breaks * 0.5):
+    late = dense.breaks.copy()
+    late[0] = 0.01
+    thrice = [{name: x[[0, 0, 0]] for name, x in part.items()} for part in (dense.hi, dense.lo)]
+    backward = replace(dense, hi=thrice[0], lo=thrice[1], breaks=np.array([0.0, 0.15, 0.1, 0.2]))
+    off = (dense.breaks + 50.0, dense.breaks[::-1].copy(), dense.breaks * 0.5, late)
+    for wrong in (*(replace(dense, breaks=breaks) for breaks in off), backward):
         with pytest.raises(NotCertifiedError, match="not whole"):
-            bound_dense(run, certificate, replace(dense, breaks=breaks), {})
+            bound_dense(run, certificate, wrong, {})
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,141 @@
+// What is read: certificate.json, candidate.h5 and texts of rows.
+#pragma once
+#include <cstring>
+#include <fstream>
+#include <hdf5.h>
+#include <map>
+#include <sstream>
+#include "interval.hpp"
+
+// A file is not there or not of its kind; the message is one line.
+inline void readable(bool good, const std::string& message) {
+    if (!good) throw std::runtime_error(message);
+}
+
+inline std::string text_of(const std::string& path) {
+    std::ostringstream all;
+    readable(bool(all << std::ifstream(path).rdbuf()), path + " cannot be read");
+    return all.str();
+}
+
+// A rational plus a rational multiple of pi: "51/50", "1/10*pi", "1/2+1/10*pi".
+inline Interval exact_number(const std::string& text) {
+    const std::size_t plus = text.find('+'), star = text.find("*pi"), slash = text.find('/'), none = text.npos;
+    if (plus != none) return exact_number(text.substr(0, plus)) + exact_number(text.substr(plus + 1));
+    if (star != none && star + 3 == text.size()) return exact_number(text.substr(0, star)) * Interval::pi();
+    if (slash == none) return Interval::decimal(text);
+    return Interval::decimal(text.substr(0, slash)) / Interval::decimal(text.substr(slash + 1));
+}
+
+// The words and numbers of a JSON text by their place: "/maneuvers/0/bound". Commas and colons are as blanks.
+using Json = std::map<std::string, std::string>;
+inline void read_json(const char*& p, const std::string& place, Json& into) {
+    readable(place.size() < 500, "not JSON of this kind");
+    auto next = [&p](char c) { return p += std::strspn(p, " \t\r\n,:"), *p == c && ++p; };
+    auto word = [&p](const char* until) {
+        std::string r;
+        while (*p && !std::strchr(until, *p)) p += *p == '\\' && p[1], r += *p++;
+        readable(*p && (*until == '"' || !r.empty()), "not JSON of this kind");
+        return r;
+    };
+    if (next('{')) {
+        while (!next('}')) {
+            readable(next('"'), "not JSON");
+            const std::string key = word("\"");
+            read_json(++p, place + "/" + key, into);
+        }
+    } else if (next('[')) {
+        for (int i = 0; !next(']'); ++i) read_json(p, place + "/" + std::to_string(i), into);
+    } else {
+        const bool quoted = next('"');
+        expect(into.emplace(place, word(quoted ? "\"" : " \t\r\n,]}")).second, place + " is there twice");
+        p += quoted;
+    }
+}
+inline Json json(const std::string& text) {
+    Json r;
+    const char* p = text.c_str();
+    read_json(p, "", r);
+    return r;
+}
+// What is below a place.
+inline Json below(const Json& all, const std::string& place) {
+    Json r;
+    for (const auto& [key, text] : all)
+        if (key.rfind(place + "/", 0) == 0) r[key.substr(place.size() + 1)] = text;
+    return r;
+}
+inline const std::string& at(const Json& j, const std::string& place) {
+    expect(j.count(place), "expected \"" + place + "\"");
+    return j.at(place);
+}
+
+// HDF5 files and groups; they are closed when the program ends.
+template <class H>
+H good(H h, const std::string& what) {
+    readable(h >= 0, "cannot read " + what);
+    return h;
+}
+inline std::string attribute(hid_t of, const std::string& name) {
+    const hid_t a = good(H5Aopen(of, name.c_str(), H5P_DEFAULT), name), type = H5Aget_type(a);
+    readable(H5Tis_variable_str(type) > 0, name + ": expected text");
+    char* text = nullptr;
+    good(H5Aread(a, type, &text), name);
+    return text ? text : "";
+}
+template <class V>
+std::vector<V> array(hid_t of, const std::string& name, hid_t type, std::vector<hsize_t>& shape) {
+    const hid_t d = good(H5Dopen2(of, name.c_str(), H5P_DEFAULT), name), space = H5Dget_space(d);
+    readable(H5Sget_simple_extent_ndims(space) == int(shape.size()), name + " has another shape");
+    H5Sget_simple_extent_dims(space, shape.data(), nullptr);
+    std::vector<V> r(H5Sget_simple_extent_npoints(space));
+    readable(!r.empty(), name + " is empty");
+    good(H5Dread(d, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, r.data()), name);
+    return r;
+}
+
+// A run of candidate.h5: on the piece from breaks[i] to breaks[i + 1] a state is sum_k c[k] s^k, 0 <= s <= 1.
+struct Candidate {
+    std::vector<double> breaks;
+    std::size_t pieces = 0, states = 0;
+
+    explicit Candidate(hid_t group) {
+        std::vector<hsize_t> one(1), shape(4);
+        good(H5Aread(good(H5Aopen(group, "grid", H5P_DEFAULT), "grid"), H5T_NATIVE_LONG, &grid), "grid");
+        breaks = array<double>(group, "breaks", H5T_NATIVE_DOUBLE, one);
+        data = array<unsigned char>(group, "coefficients", H5T_NATIVE_UCHAR, shape);
+        pieces = shape[0], states = shape[1], powers = shape[2], width = shape[3];
+    }
+    std::vector<std::vector<Interval>> piece(std::size_t number) const {
+        std::vector<std::vector<Interval>> r(states);
+        mpz_t n, wrap;
+        mpz_inits(n, wrap, nullptr);
+        mpz_setbit(wrap, 8 * width);
+        for (std::size_t k = 0; k < states * powers; ++k) {
+            const unsigned char* bytes = &data[(number * states * powers + k) * width];
+            mpz_import(n, width, -1, 1, -1, 0, bytes);
+            if (bytes[width - 1] & 0x80) mpz_sub(n, n, wrap);
+            r[k / powers].push_back(Interval::of(n).scaled_by_power_of_two(-grid));
+        }
+        mpz_clears(n, wrap, nullptr);
+        return r;
+    }
+    // The exact motion at t, when it is not farther than `radii`.
+    std::vector<Interval> around(const Interval& t, const std::vector<double>& radii) const {
+        std::size_t i = 0;
+        while (i + 1 < pieces && breaks[i + 1] <= t.below()) ++i;
+        const Interval a = Interval::exactly(breaks[i]), s = (t - a) / (Interval::exactly(breaks[i + 1]) - a);
+        std::vector<Interval> r;
+        for (const auto& row : piece(i)) {
+            Interval sum;
+            for (std::size_t k = row.size(); k-- > 0;) sum = sum * s + row[k];
+            r.push_back(sum + Interval::around_zero(radii[r.size()]));
+        }
+        return r;
+    }
+
+private:
+    std::size_t powers = 0, width = 0;
+    long grid = 0;
+    std::vector<unsigned char> data;
+};

@@ -1,0 +1,315 @@
+"""A program that shares nothing with the package accepts the published set and refuses damages.
+
+It is `tests/checker`, in C++ with MPFI. A damage is made in the candidate, in the certificate or in
+both alike, so that no comparison of the two finds it where the proof is meant to.
+"""
+
+import json
+import re
+import shutil
+import subprocess
+from dataclasses import replace
+from fractions import Fraction
+from pathlib import Path
+
+import flint
+import h5py
+import numpy as np
+import pytest
+
+from heyoka_bike.motion.integrate import integrate
+from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.reference.layout import CANDIDATE, CERTIFICATE, TEXT, TEXT_50
+from heyoka_bike.system.resources import reference_folder
+
+SOURCES = Path(__file__).parents[1] / "checker"
+UNTIL = ["--until", "0.075"]  # Two pieces of each maneuver: seconds in place of minutes.
+
+
+@pytest.fixture(scope="session")
+def check(tmp_path_factory):
+    """The checker, built by the line in its README."""
+    line = re.search(r"^g\+\+ .*$", (SOURCES / "README.md").read_text(), re.MULTILINE).group()
+    program = tmp_path_factory.mktemp("checker") / "check"
+    line = line.replace("tests/checker/prove.cpp", str(SOURCES / "prove.cpp"))
+    line = line.replace("tests/checker/check", str(program))
+    headers = "#include <hdf5.h>\n#include <mpfi.h>\n#include <mpfi_io.h>\n"
+    probe = "g++ -E -x c++ - $(pkg-config --cflags hdf5) > /dev/null"
+    if subprocess.run(probe, shell=True, input=headers, text=True, capture_output=True).returncode:
+        pytest.skip("needs g++, pkg-config and the headers of MPFI and HDF5")
+    built = subprocess.run(line, shell=True, capture_output=True, text=True)
+    assert built.returncode == 0, built.stderr
+
+    def run(folder, *options):
+        found = subprocess.run([program, folder, *options], capture_output=True, text=True)
+        return found.returncode, found.stdout, found.stderr
+
+    return run
+
+
+@pytest.fixture
+def published(tmp_path):
+    """A copy of what the checker reads."""
+    for name in (CANDIDATE, CERTIFICATE, TEXT, TEXT_50):
+        shutil.copy(reference_folder() / name, tmp_path / name)
+    return tmp_path
+
+
+def candidate(change):
+    """A damage of candidate.h5; `change` gets the open file."""
+
+    def damage(folder):
+        with h5py.File(folder / CANDIDATE, "r+") as f:
+            change(f)
+
+    return damage
+
+
+def certificate(change):
+    """A damage of certificate.json; `change` gets the document."""
+
+    def damage(folder):
+        document = json.loads((folder / CERTIFICATE).read_text())
+        change(document)
+        (folder / CERTIFICATE).write_text(json.dumps(document))
+
+    return damage
+
+
+def parameter(name, value):
+    """Another value of a parameter, in both files."""
+
+    def damage(folder):
+        def in_candidate(f):
+            f.attrs["parameters"] = json.dumps(json.loads(f.attrs["parameters"]) | {name: value})
+
+        candidate(in_candidate)(folder)
+        certificate(lambda d: d["inputs"]["bicycle"]["parameters"].update({name: value}))(folder)
+
+    return damage
+
+
+def start(name, value):
+    """Another start of maneuver 1, in both files."""
+
+    def damage(folder):
+        candidate(lambda f: f["maneuver_1"].attrs.update({name: value}))(folder)
+        certificate(lambda d: d["inputs"]["maneuvers"][0].update({name: value}))(folder)
+
+    return damage
+
+
+def coefficient(piece, state, power, by):
+    """A coefficient of maneuver 1 off by a number."""
+
+    def change(f):
+        group = f["maneuver_1"]
+        place = group["coefficients"][piece, state, power]
+        n = int.from_bytes(place.tobytes(), "little", signed=True)
+        n += round(Fraction(by) * 2 ** int(group.attrs["grid"]))
+        raw = n.to_bytes(len(place), "little", signed=True)
+        group["coefficients"][piece, state, power] = np.frombuffer(raw, np.uint8)
+
+    return candidate(change)
+
+
+def shortened(keep):
+    """Maneuver 1 with the pieces that `keep` says, each from its break to the next one's."""
+
+    def damage(folder):
+        def change(f):
+            group = f["maneuver_1"]
+            breaks, coefficients = group["breaks"][:], group["coefficients"][:]
+            pieces = [i for i in range(len(coefficients)) if keep(i)]
+            ends = [*breaks[pieces], breaks[pieces[-1] + 1]]
+            del group["breaks"], group["coefficients"]
+            group["breaks"], group["coefficients"] = ends, coefficients[pieces]
+
+        candidate(change)(folder)
+        with h5py.File(folder / CANDIDATE) as f:
+            steps = len(f["maneuver_1/coefficients"])
+        certificate(lambda d: d["maneuvers"][0].update(steps=steps))(folder)
+
+    return damage
+
+
+def cut(f):
+    coefficients = f["maneuver_1/coefficients"]
+    coefficients[0, :, 20:] = 0
+
+
+def bounds(document, factor):
+    for key in ("interval", "end"):
+        for bound in document["maneuvers"][0]["state_bounds"].values():
+            bound[key] = f"{float(bound[key]) * factor:.2e}"
+
+
+def a_fourth_maneuver(document):
+    document["inputs"]["maneuvers"].append(document["inputs"]["maneuvers"][2] | {"name": "fourth"})
+    document["maneuvers"].append(document["maneuvers"][2] | {"maneuver": "fourth"})
+
+
+def a_digit(file, line, column, decimal):
+    """A word of a text, d.ddd...e-x, with another digit."""
+
+    def damage(folder):
+        lines = (folder / file).read_text().splitlines()
+        words = lines[line - 1].split(" ")
+        word, i = words[column - 1], decimal + 1
+        words[column - 1] = f"{word[:i]}{(int(word[i]) + 3) % 10}{word[i + 1 :]}"
+        lines[line - 1] = " ".join(words)
+        (folder / file).write_text("\n".join(lines) + "\n")
+
+    return damage
+
+
+DAMAGES = {
+    "the first piece dropped": (shortened(lambda i: i > 0), "the pieces do not cover its time"),
+    "a piece dropped inside": (
+        shortened(lambda i: i != 1),
+        r"piece 0, t = 0 s: \w+: the error may be",
+    ),
+    "the end missing": (shortened(lambda i: i < 100), "the pieces do not cover its time"),
+    "a piece cut to degree 19": (candidate(cut), r"piece 0, t = 0 s: \w+: the error may be"),
+    "a state jump of 1e-15": (
+        coefficient(1, 0, 0, "1e-15"), r"piece 1, .* roll: the error may be 1\.0",
+    ),
+    "a start off by 1e-40": (coefficient(0, 2, 0, "1e-40"), "steer at the start: the error may be"),
+    "a coefficient off by 1e-22": (coefficient(0, 2, 3, "1e-22"), r"piece 0, .*: the error may be"),
+    "the yaw off by 1e-60": (coefficient(0, 6, 5, "1e-60"), r"piece 0, .* yaw: the error may be"),
+    "gravity off by 1e-24": (
+        parameter("g", str(Fraction(981, 100) + Fraction(1, 10**24))),
+        r"piece 0, .*: the error may be",
+    ),
+    "a mass off by 1e-20": (
+        parameter("mB", str(85 + Fraction(1, 10**20))), r"piece 0, .*: the error may be",
+    ),
+    "an inertia sign flipped": (parameter("IBxz", "-12/5"), r"piece 0, .*: the error may be"),
+    "a tilt that is no multiple of pi": (
+        parameter("lam", "31415926535897932384626433832795/100000000000000000000000000000000"),
+        "the error may be",
+    ),
+    "a roll rate wrong in the 25th digit": (
+        start("roll_rate", str(Fraction(1, 20) + Fraction(1, 10**25))), "w1 at the start: the err",
+    ),
+    "a mass in one file only": (
+        certificate(lambda d: d["inputs"]["bicycle"]["parameters"].update(mF="2")),
+        "candidate.h5 has another mF",
+    ),
+    "a speed in one file only": (
+        certificate(lambda d: d["inputs"]["maneuvers"][0].update(speed="5")),
+        "candidate.h5 has speed 4, expected 5",
+    ),
+    "bounds that are too small": (
+        certificate(lambda d: bounds(d, 1e-10)), r"piece \d+, .*: the error may",
+    ),
+    "a bound of nothing": (
+        certificate(lambda d: d["maneuvers"][0].update(bound="0")), "at the start: the error may",
+    ),
+    "a bound that is no number": (
+        certificate(lambda d: d["maneuvers"][0].update(bound="nan")), 'found "nan", expected a',
+    ),
+    "a state variable without a bound": (
+        certificate(lambda d: d["maneuvers"][0]["state_bounds"].pop("w3")), "expected bounds of 7",
+    ),
+    "a fourth maneuver": (certificate(a_fourth_maneuver), "candidate.h5 has fewer maneuvers"),
+    "a parameter more": (
+        certificate(lambda d: d["inputs"]["bicycle"]["parameters"].update(wind="1")),
+        '"wind" is not known',
+    ),
+    "the 50th digit of a value": (a_digit(TEXT_50, 2, 6, 49), "line 2, column 6: .* rounds to"),
+    "the 15th digit of a value": (a_digit(TEXT, 2, 3, 15), "line 2, column 3: .* rounds to"),
+}  # fmt: skip
+
+
+def test_it_is_small_enough_to_be_read():
+    sources = [path.read_text() for path in SOURCES.iterdir() if path.suffix in (".hpp", ".cpp")]
+    lines = [line.strip() for text in sources for line in text.splitlines()]
+    assert 900 < sum(1 for line in lines if line and not line.startswith("//")) <= 1000
+
+
+@pytest.mark.proof
+def test_the_published_set_is_accepted_as_far_as_it_is_looked_at(check, published):
+    code, out, err = check(published, *UNTIL)
+    assert (code, err) == (0, "")
+    assert (
+        "384 values of the two texts are correctly rounded" in out
+    )  # 5 rows, 3 maneuvers, 2 texts
+    assert re.search(
+        r"^accepted: .*, pieces and rows that begin before that time only$", out, re.MULTILINE
+    )
+
+
+@pytest.mark.slow
+def test_the_published_set_is_accepted(check, published):
+    code, out, err = check(published)
+    assert (code, err) == (0, "")
+    assert "48048 values of the two texts are correctly rounded\naccepted: " in out
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("state", ["roll", "w3"])
+def test_a_bound_at_the_end_that_is_too_small_is_refused(check, published, state):
+    def smaller(document):
+        document["maneuvers"] = document["maneuvers"][2:]
+        document["inputs"]["maneuvers"] = document["inputs"]["maneuvers"][2:]
+        document["maneuvers"][0]["state_bounds"][state]["end"] = "1e-76"
+
+    certificate(smaller)(published)
+
+    def only_the_third(f):
+        f.move("maneuver_3", "third")
+        del f["maneuver_1"], f["maneuver_2"]
+        f.move("third", "maneuver_1")
+
+    candidate(only_the_third)(published)
+    code, _, err = check(published)
+    assert code == 3
+    assert f"refused: maneuver 3: {state} at the end: the error may be" in err
+
+
+@pytest.mark.proof
+@pytest.mark.parametrize("name", DAMAGES)
+def test_a_damage_is_refused_in_one_line(check, published, name):
+    damage, expected = DAMAGES[name]
+    damage(published)
+    code, _, err = check(published, *UNTIL)
+    assert code == 3
+    assert re.fullmatch(rf"refused: .*{expected}.*\n", err), err
+
+
+@pytest.mark.proof
+def test_a_damage_within_the_claims_is_bounded_by_its_effect(check, published, bicycle, maneuvers):
+    """The candidate solves the problem with another gravity; claims are widened to allow for it."""
+    heavier = Fraction(981, 100) + Fraction(1, 10**24)
+    parameter("g", str(heavier))(published)
+    certificate(lambda d: d["maneuvers"][0].update(bound="1e-18", bound_end="1e-18"))(published)
+    certificate(lambda d: bounds(d, 1e48))(published)
+    _, out, _ = check(published, *UNTIL)
+    proved = dict(re.findall(r"(\w+) (\S+) \(", out.partition("\n")[0]))
+    with h5py.File(published / CANDIDATE) as f:
+        end = Fraction(float(f["maneuver_1/breaks"][2]))
+    short = replace(maneuvers[0], duration=end)
+    runs = [integrate(b, short, 60) for b in (bicycle, bicycle.replace(g=Exact(heavier)))]
+    with flint.ctx.workprec(300):
+        for j, state in enumerate(runs[0].states):
+            true = max(
+                abs(float((x.state(end * i / 64)[j] - y.state(end * i / 64)[j]).mid()))
+                for i in range(65)
+                for x, y in [runs]
+            )
+            assert true <= float(proved[state]) < 2 * true
+
+
+@pytest.mark.proof
+def test_what_cannot_be_read_is_named_in_one_line(check, published):
+    for damage, expected in (
+        (lambda: (published / CANDIDATE).write_bytes(b"not HDF5"), "cannot read .*candidate.h5"),
+        (lambda: (published / CERTIFICATE).write_text('{"inputs": '), "not JSON"),
+        (lambda: (published / CERTIFICATE).unlink(), "certificate.json cannot be read"),
+    ):
+        damage()
+        code, _, err = check(published)
+        assert code == 1
+        assert re.fullmatch(rf".*{expected}.*\n", err), err
+    assert check(published, "--until", "soon")[0] == 1
