@@ -1,9 +1,16 @@
 // check FOLDER [--until SECONDS]: whether what a set claims is so. Exit 0 accepted, 3 refused, 1 unreadable.
 #include "rows.hpp"
 
+static hid_t opened(const std::string& folder, const std::string& name) {
+    return good(H5Fopen((folder + "/" + name).c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), name);
+}
+static hid_t group(hid_t file, std::size_t number) {
+    return good(H5Gopen2(file, ("maneuver_" + std::to_string(number)).c_str(), H5P_DEFAULT), "a group for each maneuver");
+}
+
 static void check(const std::string& folder, double until) {
     const Json certificate = json(text_of(folder + "/certificate.json"));
-    const hid_t file = good(H5Fopen((folder + "/candidate.h5").c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), "candidate.h5");
+    const hid_t file = opened(folder, "candidate.h5"), published = opened(folder, "uncontrolled-bicycle.h5");
     const Json parameters = below(certificate, "/inputs/bicycle/parameters");
     const Bicycle k(numbers(parameters, PARAMETERS));
     for (const auto& [key, text] : json(attribute(file, "parameters")))
@@ -14,9 +21,9 @@ static void check(const std::string& folder, double until) {
     for (good(H5Gget_info(file, &info), "groups"); claims.size() < info.nlinks;) {
         const std::string number = "maneuvers/" + std::to_string(claims.size());
         claims.emplace_back(below(certificate, "/inputs/" + number), below(certificate, "/" + number));
-        const hid_t group = H5Gopen2(file, ("maneuver_" + std::to_string(claims.size())).c_str(), H5P_DEFAULT);
-        runs.emplace_back(good(group, "a group for each maneuver"));
-        check_whole(runs.back(), group, claims.back());
+        const hid_t at = group(file, claims.size());
+        runs.emplace_back(at);
+        check_whole(runs.back(), at, claims.back());
     }
     for (const char* place : {"/inputs/maneuvers/", "/maneuvers/"})
         expect(below(certificate, place + std::to_string(claims.size())).empty(), "candidate.h5 has fewer maneuvers");
@@ -30,11 +37,11 @@ static void check(const std::string& folder, double until) {
         for (std::size_t j = 0; j < SIZE; ++j)
             std::cout << " " << STATES[j] << " " << shown(worst[j]) << " (" << shown(claims[i].interval[j]) << ")";
         std::cout << std::endl;
-        values += check_rows(texts, k, runs[i], claims[i], i, claims.size(), until);
+        values += check_rows(texts, group(published, i + 1), k, runs[i], claims[i], i, claims.size(), until);
     } catch (const Refusal& e) {
         throw Refusal(claims[i].name + ": " + e.what());
     }
-    std::cout << values << " values of the two texts are correctly rounded\naccepted: " << folder
+    std::cout << values << " values of the rows are correctly rounded\naccepted: " << folder
               << (until < 1e300 ? ", pieces and rows that begin before that time only" : "") << std::endl;
 }
 

@@ -1,9 +1,11 @@
-// The rows of the two texts: the benchmark's eight columns of the exact motion, correctly rounded.
+// The rows of two texts and an HDF5 file: the benchmark's eight columns of the exact motion, correctly rounded.
 #pragma once
 #include <iterator>
 #include "error.hpp"
 
-// roll angle, roll rate, forward speed, potential, kinetic and mechanical energy, steer angle, steer rate.
+const std::array<std::string, 8> COLUMNS = {"roll_angle",     "roll_rate",         "forward_speed", "potential_energy",
+                                            "kinetic_energy", "mechanical_energy", "steer_angle",   "steer_rate"};
+
 inline std::vector<Interval> columns(const Bicycle& k, const std::vector<Interval>& x) {
     const Motion<Interval> m(k, x);
     Interval potential, kinetic2;
@@ -19,6 +21,9 @@ inline std::vector<Interval> columns(const Bicycle& k, const std::vector<Interva
     const Interval kinetic = kinetic2 / 2;
     return {x[0], m.roll_rate, x[5] * k.rR, potential, kinetic, potential + kinetic, x[2], m.steer_rate};
 }
+
+// Whether d is the binary64 nearest to all of x.
+inline bool rounds_to(const Interval& x, double d) { return x.nearest(-1) == d && x.nearest(1) == d; }
 
 struct Text {
     std::string name;
@@ -39,8 +44,7 @@ struct Text {
         const std::size_t e = word.find('e'), point = word.find('.');
         bool good = (found - x).size() < 0x1p-280;
         if (column > 0 && is_binary64) {
-            const double nearest = found.nearest(-1);
-            good = nearest == found.nearest(1) && nearest == x.nearest(-1) && nearest == x.nearest(1);
+            good = rounds_to(found, found.nearest(1)) && rounds_to(x, found.nearest(1));
         } else if (column > 0 && word != "0") {
             // d.ddd...e+xx with 49 decimals: within half a unit of the last.
             good = e != std::string::npos && point < e && e - point == 50;
@@ -52,18 +56,38 @@ struct Text {
     }
 };
 
+// A group of uncontrolled-bicycle.h5: of each column the nearest binary64, and that to what is left.
+struct Table {
+    std::vector<std::vector<double>> hi, lo;
+
+    Table(hid_t group, std::size_t rows) {
+        std::vector<hsize_t> shape(1);
+        for (const std::string& column : COLUMNS) {
+            hi.push_back(array<double>(group, column, H5T_NATIVE_DOUBLE, shape));
+            lo.push_back(array<double>(group, column + "_lo", H5T_NATIVE_DOUBLE, shape));
+            expect(hi.back().size() == rows && lo.back().size() == rows, column + " has another number of rows");
+        }
+    }
+    void check(std::size_t row, std::size_t column, const Interval& x) const {
+        const double near = hi[column][row];
+        expect(rounds_to(x, near) && rounds_to(x - Interval::exactly(near), lo[column][row]),
+               "uncontrolled-bicycle.h5, " + COLUMNS[column] + ", row " + std::to_string(row) + ": not what the exact value rounds to");
+    }
+};
+
 // The rows of maneuver `number` of `count` that are before `until`; returns how many values they have.
-inline std::size_t check_rows(const std::vector<Text>& texts, const Bicycle& k, const Candidate& run,
+inline std::size_t check_rows(const std::vector<Text>& texts, hid_t group, const Bicycle& k, const Candidate& run,
                               const Claim& claim, std::size_t number, std::size_t count, double until) {
     const auto& given = claim.at_start;
     const Interval &spacing = given.at("spacing"), steps = given.at("duration") / spacing;
     const std::size_t rows = std::lround(steps.middle().below()) + 1;
+    const Table table(group, rows);
     std::size_t values = 0;
     for (const Text& text : texts)
         expect(text.words.size() == rows, text.name + ": expected " + std::to_string(rows) + " rows");
+    const auto at_start = start(k, claim, run.piece(0)[1][0], claim.interval[1]);
     for (std::size_t row = 0; row < rows && (spacing * long(row)).below() < until; ++row) {
         const Interval t = spacing * long(row);
-        const auto at_start = start(k, claim, run.piece(0)[1][0], claim.interval[1]);
         std::vector<Interval> found = columns(k, row ? run.around(t, claim.interval) : at_start);
         if (row == 0) {  // Without rounding: some are zero.
             found[0] = given.at("roll"), found[1] = given.at("roll_rate"), found[2] = given.at("speed");
@@ -72,8 +96,10 @@ inline std::size_t check_rows(const std::vector<Text>& texts, const Bicycle& k, 
         for (const Text& text : texts) {
             expect(text.words[row].size() == 1 + 8 * count, text.name + ": a row of another length");
             text.check(row, 0, t);
-            for (std::size_t j = 0; j < 8; ++j) text.check(row, 1 + 8 * number + j, found[j]), ++values;
+            for (std::size_t j = 0; j < 8; ++j) text.check(row, 1 + 8 * number + j, found[j]);
         }
+        for (std::size_t j = 0; j < 8; ++j) table.check(row, j, found[j]);
+        values += 8 * (texts.size() + 2);
     }
     return values;
 }
