@@ -30,7 +30,7 @@ def add_parser(subparsers: Any) -> None:
         "--after-ten-seconds",
         action="store_true",
         help="prove what is said of the motions after their ten seconds instead: the folder is one "
-        "with after-ten-seconds.json (default: the published one); three minutes of processor time",
+        "with after-ten-seconds.json (default: the published one); two minutes of processor time",
     )
     p.set_defaults(run=run)
 

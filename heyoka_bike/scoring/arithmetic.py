@@ -18,6 +18,8 @@ _NOISE = (1.2e-8, 3e-7)
 # Root mean square of third over second differences: 1.83 for white noise, far less for a smooth
 # error. With a thousand rows it scatters by 0.03.
 _WHITE = (1.6, 2.0)
+# Times the floor: what few digits leave of a right value.
+_OF_DIGITS = 4.0
 # The noise is said of a file if that many of its columns have it.
 _MOSTLY = 2 / 3
 
@@ -66,8 +68,11 @@ def _is_single(part: Part, c: ColumnScore) -> bool:
 
 
 def _has_its_noise(c: ColumnScore) -> bool:
-    """Whether the error is noise of the size that rounding to 24 bits leaves."""
-    if c.as_understood.measures.max_abs_error in (None, 0.0):
+    """Whether the error is noise of the size that rounding to 24 bits leaves.
+
+    Where so few digits are written that their rounding is as large, it says nothing.
+    """
+    if c.as_understood.measures.max_abs_error in (None, 0.0) or c.is_at_floor(_OF_DIGITS):
         return False
     error: Array = c.trace.error[:_MOST_ROWS]
     size = rms(c.trace.value[:_MOST_ROWS])

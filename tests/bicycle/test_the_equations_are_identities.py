@@ -193,38 +193,39 @@ def test_straight_running_is_a_solution() -> None:
 
 
 WRONG = [
-    (model._loads, "w1 * h2 - q * h1", "w1 * h2 + q * h1"),
-    (model._loads, "h1 = b.i11 * w1 + b.i13 * w3", "h1 = b.i11 * w1"),
-    (model._loads, "push = b.m * side_speed", "push = b.m * side_speed + v / 10**60"),
-    (outputs._kinetic2, "+ b.i22 * q * q", "+ b.i22 * q * q + w1 * q / 10**60"),
-    (constants.constants, "xz -= part_mass * dx * dz", "xz += part_mass * dx * dz"),
+    (model, "w1 * h2 - q * h1", "w1 * h2 + q * h1"),
+    (model, "h1 = b.i11 * w1 + b.i13 * w3", "h1 = b.i11 * w1"),
+    (model, "push = b.m * side_speed", "push = b.m * side_speed + v / 10**60"),
+    (outputs, "+ b.i22 * q * q", "+ b.i22 * q * q + w1 * q / 10**60"),
+    (constants, "xz -= part_mass * dx * dz", "xz += part_mass * dx * dz"),
 ]
 """A sign, an inertia product left out, two tiny terms, an inertia of another body."""
 
 
-@pytest.mark.parametrize(("function", "old", "new"), WRONG, ids=[old for _, old, _ in WRONG])
-def test_a_wrong_term_is_no_identity(both: Both, function: Any, old: str, new: str) -> None:
-    with changed(function, old, new).applied():
+@pytest.mark.parametrize(("module", "old", "new"), WRONG, ids=[old for _, old, _ in WRONG])
+def test_a_wrong_term_is_no_identity(both: Both, module: ModuleType, old: str, new: str) -> None:
+    with changed(module, old, new).applied():
         assert false(newton_and_euler(renewed(both)))
 
 
-@pytest.mark.parametrize(("function", "old", "new"), [WRONG[i] for i in (0, 2, 3)])
-def test_a_wrong_term_costs_energy(both: Both, function: Any, old: str, new: str) -> None:
+@pytest.mark.parametrize(("module", "old", "new"), [WRONG[i] for i in (0, 2, 3)])
+def test_a_wrong_term_costs_energy(both: Both, module: ModuleType, old: str, new: str) -> None:
     """The others are bicycles with forces that do no work, or with other bodies."""
-    with changed(function, old, new).applied():
+    with changed(module, old, new).applied():
         assert any("energy" in name for name in false(conserved(both)))
 
 
 @pytest.mark.parametrize(
-    ("name", "function"), [("regular", model.regular), ("few products", model.few_products)]
+    ("name", "old"),
+    [("regular", "beta_rate = u.q - u.nu"), ("few products", "return [u.p, u.q - u.nu")],
 )
-def test_a_pitch_that_drifts_lifts_the_front_wheel(both: Both, name: str, function: Any) -> None:
-    with changed(function, "u.q - u.nu", "u.q - u.nu + u.p / 10**60").applied():
+def test_a_pitch_that_drifts_lifts_the_front_wheel(both: Both, name: str, old: str) -> None:
+    with changed(model, old, f"{old} + u.p / 10**60").applied():
         assert f"{name}: height's rate" in false(conserved(both))
 
 
-EQUIVALENT = {"heyoka_bike.bicycle.equations.constants.constants: p['mB'] + p['mR']"}
-"""Masses in other units are the same masses."""
+EQUIVALENT = "p['mB'] + p['mR']"
+"""The unit of mass: masses in other units are the same masses."""
 
 
 @pytest.mark.proof
@@ -234,8 +235,8 @@ EQUIVALENT = {"heyoka_bike.bicycle.equations.constants.constants: p['mB'] + p['m
     ids=lambda module: module.__name__.rpartition(".")[2],
 )
 def test_every_plus_and_minus_matters(both: Both, module: ModuleType) -> None:
-    unnoticed = {flip.text for flip in flips(module) if not noticed(both, flip)}
-    assert unnoticed <= EQUIVALENT
+    unnoticed = [flip.text for flip in flips(module) if not noticed(both, flip)]
+    assert [text for text in unnoticed if not text.endswith(EQUIVALENT)] == []
 
 
 def renewed(both: Both) -> Both:

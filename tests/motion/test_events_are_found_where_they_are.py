@@ -108,6 +108,23 @@ def test_the_start_is_no_event_and_a_zero_without_a_change_of_sign_is_undecided(
     assert float(event.time.rad()) < (8 * 2.0**-40 if is_certified else 2.0**-75)
 
 
+def test_a_zero_at_the_end_may_be_beyond_it(bicycle, maneuvers):
+    run = made(bicycle, maneuvers[0], [Fraction(2)])
+    for proof in (None, proof_of(run, Fraction(1, 2**90))):
+        (event,) = zeros(run, KINDS[UPRIGHT], UPRIGHT, proof)
+        assert event.rises is None
+        assert holds(event.time, Fraction(2))
+
+
+def test_a_bound_that_reaches_zero_counts_however_far_the_polynomial_is(bicycle, maneuvers):
+    """Binary64 alone would say that there is nothing."""
+    half = Fraction(1, 2)
+    run = made(bicycle, maneuvers[0], [half, half], breaks=(0, 1), shift=Fraction(1, 4))
+    assert zeros(run, KINDS[UPRIGHT], UPRIGHT) == []
+    (event,) = zeros(run, KINDS[UPRIGHT], UPRIGHT, proof_of(run, Fraction(3, 8)))
+    assert event.rises is None
+
+
 def test_what_only_the_bound_keeps_from_zero_is_undecided(bicycle, maneuvers):
     half, gap = Fraction(1, 2), Fraction(1, 2**30)
     run = made(bicycle, maneuvers[0], [half, half], shift=gap)
@@ -185,24 +202,24 @@ def grazing(run, certificate, apart):
     lean = next(events(run, (GREATEST_LEAN,), certificate))
     at = evaluator(run, run.bits + 64, certificate)
     with at.balls.precision():
-        top = at.state(lean.time)
-        bend = at.equations.rates(top)[3]
-        c = (top[0] + bend * apart**2 / 8).mid()
+        top, near = (at.state(lean.time + shift)[0] for shift in (0, 1e-6))
+        c = (top + (near - top) * (apart / 2e-6) ** 2).mid()
     return lambda equations, state: state[0] - c
 
 
-def test_a_roll_angle_that_just_passes_a_threshold_crosses_it_twice(bicycle, maneuvers):
-    run = integrate(bicycle, replace(maneuvers[0], duration=Fraction(1)), 60, is_regular=True)
-    # The true bound is smaller; `enclose` has it in a proof of minutes.
+def test_a_roll_angle_that_just_passes_a_threshold_crosses_it_twice(candidate):
+    run = candidate[0]
+    # The published bound is 8e-66; `enclose` has it in a proof of minutes.
     proof = proof_of(run, Fraction(1, 10**50))
     for certificate, apart in product((None, proof), (1e-6, 1e-7, 1e-20)):
-        first, second = zeros(run, grazing(run, certificate, apart), "threshold", certificate)
+        found = zeros(run, grazing(run, certificate, apart), "threshold", certificate)
+        first, second = found[:2]
         assert (first.rises, second.rises) == (True, False)
         assert first.is_single
         assert second.is_single
         assert float(second.time - first.time) == pytest.approx(apart, rel=1e-3)
     # So near to the maximum that the bound hides whether it is reached.
-    (event,) = zeros(run, grazing(run, proof, 1e-26), "threshold", proof)
+    event = zeros(run, grazing(run, proof, 1e-26), "threshold", proof)[0]
     assert event.rises is None
 
 
@@ -244,6 +261,26 @@ def test_as_many_crossings_are_found_as_sturm_counts(bicycle, maneuvers, seed):
         signs = [e.rises for e in found]
         assert all(a != b for a, b in pairwise(signs))
         assert (len(found) % 2 == 0) == (p(flint.fmpq(0)) * p(flint.fmpq(3)) > 0)
+
+
+def test_a_motion_crosses_any_threshold_as_often_as_its_samples_do(bicycle, maneuvers):
+    """Random thresholds for the roll angle of maneuver 1, half of them just within an extreme."""
+    run = integrate(bicycle, maneuvers[0], is_regular=True)
+    proof = proof_of(run, Fraction(1, 10**11))
+    at = evaluator(run, run.bits + 64)
+    with at.balls.precision():
+        leans = [float(at.state(e.time)[0].mid()) for e in events(run, (GREATEST_LEAN,), proof)]
+        times = [Fraction(i, 1000) for i in range(10001)]
+        rolls = np.array([float(run.state(t)[0].mid()) for t in times])
+    rng = random.Random(17)
+    thresholds = [rng.uniform(min(leans), max(leans)) for _ in range(6)]
+    # Two crossings around the extreme are then 5 ms apart, or more.
+    thresholds += [lean * (1 - 10 ** rng.uniform(-4, -2)) for lean in rng.sample(leans, 6)]
+    for c in thresholds:
+        above = rolls > c
+        found = zeros(run, lambda equations, state, c=c: state[0] - c, "threshold", proof)
+        assert all(e.is_single for e in found)
+        assert [e.rises for e in found] == [bool(b) for a, b in pairwise(above) if a != b]
 
 
 def test_a_lean_is_greatest_or_least_by_what_the_roll_angle_does(bicycle, maneuvers):

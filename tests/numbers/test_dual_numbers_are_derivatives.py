@@ -14,7 +14,7 @@ from heyoka_bike.numbers.dual import Duals
 
 def all_hold() -> bool:
     """Whether one formula for each operation has its value and its slopes by x, y and an angle."""
-    field = RandomField()
+    field = RandomField(128)
     root, y, c = (field.unknown() for _ in range(3))
     field.roots.append(root)
     x, angle = root * root, field.angle()

@@ -12,12 +12,15 @@ from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.cli import main
 from heyoka_bike.errors import NotCertifiedError
-from heyoka_bike.motion.events import UPRIGHT
+from heyoka_bike.motion.evaluator import evaluator
+from heyoka_bike.motion.events import FRONT_LIFT, REAR_LIFT, UPRIGHT, Event
+from heyoka_bike.motion.integrate import integrate
+from heyoka_bike.motion.trajectory import Certificate
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.numbers.rounding import Enclosure
 from heyoka_bike.reference.layout import AFTER, CANDIDATE
-from heyoka_bike.reference.proof import after_file, limit_cycle
+from heyoka_bike.reference.proof import after_file, after_ten_seconds, limit_cycle
 from heyoka_bike.reference.proof.after_ten_seconds import Fact, settling_fact
 from heyoka_bike.reference.proof.candidate import parse_candidate
 from heyoka_bike.system.resources import after_folder
@@ -212,6 +215,82 @@ def test_energy_and_floor_determine_spin_and_pitch(motions):
         at_rest = [*state[:3], *(flint.arb(0, 1e-9) for _ in range(3)), state[6]]
         with pytest.raises(NotCertifiedError, match="do not determine spin and pitch"):
             limit_cycle._energy_slopes(run, equations, at_rest, flint.arb(0))
+
+
+def test_a_derivative_that_is_not_known_well_enough_is_refused(motions):
+    with flint.ctx.workprec(128):
+        radius = flint.arb(2) ** -10
+        rest = [radius / 4] * 5
+        known, unknown = (
+            flint.arb_mat(
+                [[flint.arb(int(i == j), 0.1 * wide) for j in range(5)] for i in range(5)]
+            )
+            for wide in (1, 2)
+        )
+        # A quarter of the box from G itself, and a tenth or a fifth from each of five columns.
+        limit_cycle._check_krawczyk(motions[0], rest, known, radius)
+        with pytest.raises(NotCertifiedError, match="leaves the box"):
+            limit_cycle._check_krawczyk(motions[0], rest, unknown, radius)
+
+
+@pytest.mark.parametrize(
+    ("matrix", "refusal"),
+    [
+        ([[0, 1, 0], [-1, 0, 0], [0, 0, 2]], "not shown to be real"),
+        ([[1, 0, 0], [0, 1, 0], [0, 0, 2]], "not told apart"),
+    ],
+)
+def test_multipliers_that_are_not_real_and_single_are_refused(motions, matrix, refusal):
+    flow = flint.arb_mat(7, 4)
+    for i, row in zip((2, 3, 4), matrix, strict=True):
+        for j, x in enumerate(row):
+            flow[i, j] = -x
+    rates, energy = [flint.arb(1)] * 7, [flint.arb(0)] * 3 + [flint.arb(1)]
+    with pytest.raises(NotCertifiedError, match=refusal):
+        limit_cycle._multipliers(motions[0], flow, rates, energy)
+
+
+def test_the_mean_speed_is_that_of_the_motion(motions, published):
+    """It has half the period of the cycle: equal steps in time converge exponentially."""
+    run = motions[0]
+    numbers = published["proved"][0]["numbers"]
+    half = Fraction(numbers["period [s]"]) / 2
+    at = evaluator(run, run.bits)
+    with at.balls.precision():
+        speeds = [at.columns(half * i / 64)["forward_speed"] for i in range(64)]
+        mean = float((sum(speeds) / 64).mid())
+    assert mean == pytest.approx(float(numbers["mean of the forward speed [m/s]"]), rel=1e-14)
+
+
+@pytest.fixture(scope="module")
+def short(bicycle, maneuvers):
+    """One second of maneuver 3, with bounds that are true of a run in binary64."""
+    run = integrate(bicycle, replace(maneuvers[2], duration=Fraction(1)))
+    bound = (Fraction(1, 10**12),) * 7
+    return run, Certificate(run.states, (bound,) * run.steps, bound)
+
+
+@pytest.mark.parametrize(
+    ("rear", "front", "refusal"),
+    [
+        ([], [], "not shown when the rear wheel lifts"),
+        ([(0.5, False, False)], [], "not shown when the rear wheel lifts"),
+        ([(0.5, True, True)], [], "a wheel may be pulled down sooner"),
+        ([(0.5, False, True)], [(0.4, None, False)], "a wheel may be pulled down sooner"),
+        ([(0.5, False, True)], [(0.5, False, True)], "a wheel may be pulled down sooner"),
+    ],
+)
+def test_a_fall_that_is_not_shown_is_refused(monkeypatch, short, rear, front, refusal):
+    run, certificate = short
+    found = {REAR_LIFT: rear, FRONT_LIFT: front}
+
+    def zeros(run, quantity, what, certificate):
+        return [Event(what, flint.arb(t, 1e-9), *rest) for t, *rest in found[what]]
+
+    monkeypatch.setattr(after_ten_seconds, "enclose", lambda *_: certificate)
+    monkeypatch.setattr(after_ten_seconds, "zeros", zeros)
+    with pytest.raises(NotCertifiedError, match=refusal):
+        after_ten_seconds.fall_fact(run)
 
 
 @pytest.mark.slow

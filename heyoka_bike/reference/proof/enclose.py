@@ -39,18 +39,7 @@ from heyoka_bike.errors import NotCertifiedError
 from heyoka_bike.motion.trajectory import Certificate, Piece, Trajectory
 from heyoka_bike.numbers.analytic import NotAnalyticError, PowerSeries
 from heyoka_bike.numbers.arithmetic import Balls, Number, exact_ball, upper_fraction
-from heyoka_bike.numbers.ball_matrices import (
-    Vector,
-    fundamental,
-    identity,
-    inverse_fundamental,
-    largest,
-    norm,
-    perron,
-    supremum,
-    total,
-    variational_defect,
-)
+from heyoka_bike.numbers.ball_matrices import Vector, identity, largest, total
 from heyoka_bike.numbers.dual import Dual, Duals
 from heyoka_bike.reference.proof.cauchy import (
     RADII,
@@ -192,17 +181,13 @@ class Prover:
         tried = lengths or _MATRIX_LENGTHS
         for length in tried:
             jacobian, tail = self._jacobian(piece, rim, length)
-            weights = perron(jacobian)
-            y, v = fundamental(jacobian), inverse_fundamental(jacobian)
-            defect, defect_v = variational_defect(jacobian, tail, y, v, weights)
-            size_y, size_v = (norm(supremum(p), weights) for p in (y, v))
-            condition = size_y * size_v
-            if not condition < _CONDITION:
-                raise _TooLongError(f"Y has condition {_show(condition)}, not below {_CONDITION}")
-            # V Y = 1 up to eta, so abs(Y^-1) is at most size_v / (1 - eta).
-            eta = (defect_v * size_y + size_v * defect).upper()
-            if eta * condition**2 < _RESOLVED:
-                return Flow(y, v, weights, defect, size_v / (1 - eta), eta)
+            flow = Flow.of(jacobian, tail)
+            if not flow.condition < _CONDITION:
+                raise _TooLongError(
+                    f"Y has condition {_show(flow.condition)}, not below {_CONDITION}"
+                )
+            if flow.eta * flow.condition**2 < _RESOLVED:
+                return flow
         raise _TooLongError(f"Y is not resolved at order {tried[-1]}")
 
     def jump(self, i: int) -> Vector:

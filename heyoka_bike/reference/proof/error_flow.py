@@ -9,10 +9,14 @@ import flint
 from heyoka_bike.numbers.ball_matrices import (
     Vector,
     abs_times,
+    fundamental,
+    inverse_fundamental,
     norm,
+    perron,
     supremum,
     turned,
     value,
+    variational_defect,
     weighted,
 )
 
@@ -58,6 +62,8 @@ class Flow:
         Bound on the inverse of Y.
     eta
         Bound on V Y - 1.
+    condition
+        Bound on the product of the sizes of Y and V.
     """
 
     y: list[flint.arb_mat]
@@ -66,6 +72,19 @@ class Flow:
     defect: flint.arb
     size_inverse: flint.arb
     eta: flint.arb
+    condition: flint.arb
+
+    @classmethod
+    def of(cls, jacobian: list[flint.arb_mat], tail: flint.arb_mat) -> Flow:
+        """From the Taylor coefficients of h J and a bound on what they leave out."""
+        weights = perron(jacobian)
+        y, v = fundamental(jacobian), inverse_fundamental(jacobian)
+        defect, defect_v = variational_defect(jacobian, tail, y, v, weights)
+        size_y, size_v = (norm(supremum(p), weights) for p in (y, v))
+        eta = (defect_v * size_y + size_v * defect).upper()
+        # Y^-1 is (V Y)^-1 V, if V Y is so near to 1 that it has an inverse.
+        size_inverse = size_v / (1 - eta) if eta < 1 else flint.arb.pos_inf()
+        return cls(y, v, weights, defect, size_inverse, eta, size_y * size_v)
 
 
 class Carried:

@@ -7,6 +7,7 @@ from typing import Any
 from heyoka_bike.bicycle.parameters import PARAMETERS
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.reference.sensitivities import UNKNOWNS
+from heyoka_bike.scoring.diagnosis import plain
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
 from heyoka_bike.scoring.diagnosis.numerical import causes as numerical
 from heyoka_bike.scoring.diagnosis.ranking import Diagnosis, Hypothesis
@@ -17,12 +18,14 @@ from heyoka_bike.scoring.report import ColumnScore, Explanation, ManeuverScore, 
 
 # Classes of hypotheses worth a sentence.
 _MOST = 3
-# A correct file's error is its floor; sums and conversions may double it.
-_AT_FLOOR = 2.0
+# A correct file's error is its floor; sums and conversions make it a few times that.
+_AT_FLOOR = 4.0
 # All parameters and starts together explain up to a factor of 80 of an integrator's error.
 _ALL = 300.0
 # Methods that all but conserve energy are wrong by up to 2000 times what they change of it.
 _KEPT = 1e5
+# What is seen at once and is the whole cause.
+_EXPLAIN = ("rows_repeated", "column_of_another_maneuver")
 _OF_ANY_INTEGRATOR = ("smooth_error", "steps_of_varying_size")
 _MOST_DECIMALS = 12
 _COUNTS = {1: "One parameter explains", 2: "Two parameters explain", 3: "Three parameters explain"}
@@ -53,17 +56,38 @@ def findings(
         _explained(rank, hypotheses)
         for rank, hypotheses in enumerate(diagnosis.classes[: _MOST - len(found)], len(found) + 1)
     ]
-    if not found:
-        found += [_no_mistake(diagnosis, columns)]
-        found += _towards(diagnosis)
-        shape = numerical.findings(report, reference or load_reference())
-        wrong_model = _not_the_integrator(diagnosis, columns)
-        # Then neither a tolerance nor a smooth error says anything more.
-        found += [f for f in shape if not (wrong_model and f.code in _OF_ANY_INTEGRATOR)]
-        found += wrong_model
+    known = reference or load_reference()
+    first = list(plain.shown(report, known))
+    if found:
+        # A start that is named as a mistake is not named again.
+        first = [f for f in first if f.code != "another_start"]
+    else:
+        found += _without_cause(diagnosis, report, known, columns, first)
     if diagnosis.untried:
         found.append(_without_heyoka(diagnosis))
-    return tuple(found)
+    return (*first, *found)
+
+
+def _without_cause(
+    diagnosis: Diagnosis, report: Report, reference: Reference,
+    columns: Sequence[tuple[ManeuverScore, ColumnScore]], shown: Sequence[Finding],
+) -> list[Finding]:  # fmt: skip
+    """What is left to say where neither a mistake nor a parameter explains the file."""
+    if any(f.code in _EXPLAIN for f in shown):
+        return []
+    found = [_no_mistake(diagnosis, columns)]
+    apart = plain.columns_apart(report)
+    if apart is not None:
+        # Nothing about the motion, which is right.
+        return [apart, *found]
+    found += _towards(diagnosis)
+    shape = numerical.findings(report, reference)
+    wrong_model = _not_the_integrator(diagnosis, columns)
+    if any(f.code == "interpolated_output" for f in shape):
+        wrong_model = []
+    # Then neither a tolerance nor a smooth error says anything more.
+    found += [f for f in shape if not (wrong_model and f.code in _OF_ANY_INTEGRATOR)]
+    return found + wrong_model
 
 
 def explanation(diagnosis: Diagnosis, found: Sequence[Finding]) -> Explanation | None:
@@ -94,6 +118,7 @@ def _linearised(found: Hypothesis) -> Finding:
 def _towards(diagnosis: Diagnosis) -> list[Finding]:
     """What makes the error smaller, but leaves more of it than an integrator does."""
     fits = diagnosis.estimate.fits if diagnosis.estimate else ()
+    fits = tuple(f for f in fits if _is_possible(f, diagnosis.values))
     if fits and diagnosis.unexplained:
         best = fits[0]
         says, relief, place = _changed(best, diagnosis.values), best.relief, diagnosis.unexplained
@@ -114,6 +139,15 @@ def _towards(diagnosis: Diagnosis) -> list[Finding]:
     )
     evidence |= {"relief": relief, "maneuver": number, "column": key}
     return [Finding("direction", text, evidence=evidence)]
+
+
+def _is_possible(fit: Fit, values: Mapping[Unknown, float]) -> bool:
+    """Whether masses, lengths and moments of inertia keep their signs."""
+    return all(
+        values[u] * (values[u] + change) > 0.0
+        for u, change in fit.changes.items()
+        if u[1] is None and u[0][0] in "mIrwg" and not u[0].endswith("xz")
+    )
 
 
 def _not_the_integrator(

@@ -67,7 +67,8 @@ def diagnosed(
     shift = next((f for f in report.findings if f.code == "time_shifted"), None)
     if shift is not None:
         inner = diagnosed(_shifted(report, reference, shift.evidence["shift"]), reference, progress)
-        return replace(report, diagnosis=(shift, *inner.diagnosis), explanation=inner.explanation)
+        rest = tuple(f for f in inner.diagnosis if f.code != "no_mistake_found")
+        return replace(report, diagnosis=(shift, *rest), explanation=inner.explanation)
     unknown = {c.key for m in report.maneuvers for c in m.columns if not c.is_known}
     if unknown:
         whole = _of_columns(report, reference, BENCHMARK_COLUMNS, progress)

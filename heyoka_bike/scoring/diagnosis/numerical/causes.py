@@ -30,6 +30,8 @@ _FEW_ROWS = 10
 _WANTED = 1e-6
 # Tenths of the run may go the other way by this part of the whole change of the energy.
 _BACK = 0.02
+# What a bicycle may float by unseen [m].
+_NOTICED = 1e-9
 # Heights that are neither rounding nor a small part of what the potential energy is wrong by.
 _ABOVE_FLOOR = 10.0
 _COUNTS = 0.05
@@ -56,6 +58,8 @@ _SCATTER = 0.1
 
 # Of the scale: what single-precision arithmetic leaves of a run, whose steps add up.
 _OF_SINGLE = 1e-5
+# An order whose errors leave less than so many times what those of the best one leave may be it.
+_CLEARLY = 2.0
 # How to see what falls.
 _BOTH_STEPS = "heyoka-bike score A B --step 0.01,0.005"
 _BOTH_TOLERANCES = "heyoka-bike score A B --tolerance 1e-8,1e-9"
@@ -101,15 +105,18 @@ def _of_order(order: Order, report: Report) -> Finding:
     worst = max(_error_in_scales(c) for m in report.maneuvers for c in m.columns)
     # Of multibody methods those of other orders come nearer.
     is_sure = not order.constrained
+    rivals = [p for p, left in order.others.items() if left < _CLEARLY * order.left]
     most, others = (100 * (1 - x) for x in (order.left, min(order.others.values())))
+    about = " or ".join(map(str, (order.order, *rivals)))
     text = (
-        f"This {'is' if is_sure else 'looks like'} integration error of order about {order.order}: "
+        f"This {'is' if is_sure else 'looks like'} integration error of order about {about}: "
         f"the errors of a {order.method} method of order {order.order} explain {most:.0f} % of it, "
         f"those of other orders at most {others:.0f} %; halve the step and it "
-        f"{'falls' if is_sure else 'should fall'} to about 1/{2**order.order}"
+        f"{'falls' if is_sure else 'should fall'} to about "
+        + " or ".join(f"1/{2**p}" for p in (order.order, *rivals))
     )
     smaller = (worst / _WANTED) ** (1 / order.order)
-    if smaller > 1:
+    if smaller > 1 and not rivals:
         times = float(f"{smaller:.2g}")
         text += f"; an error of 1e-6 of the scale needs a step about {times:g} times smaller"
     return Finding(
@@ -142,11 +149,11 @@ def _too_far() -> Finding:
 def _smooth() -> Finding:
     return Finding(
         "smooth_error",
-        "The error is smooth, as the step size or tolerance of an integrator makes it, but its "
-        f"shape does not tell the order; to be sure, halve the step ({_BOTH_STEPS}), or divide the "
-        f"tolerance by ten ({_BOTH_TOLERANCES}): the error of an integrator falls, by 2^p with a "
-        "method of order p; that of a wrong model stays the same curve; and noise of rounding or "
-        "of iterations stays as large, but is another curve",
+        "The error is smooth, as the step size or tolerance of an integrator makes it, or another "
+        f"model: its shape does not tell. Halve the step ({_BOTH_STEPS}), or divide the tolerance "
+        f"by ten ({_BOTH_TOLERANCES}): the error of an integrator falls, by 2^p with a method of "
+        "order p; that of another model stays the same curve; and noise of rounding or of "
+        "iterations stays as large, but is another curve",
     )
 
 
@@ -170,15 +177,16 @@ def _energy(report: Report, order: Order | None) -> Iterator[Finding]:
     if trends and all(t < 0 for t in trends):
         yield Finding(
             "numerical_damping",
-            f"The mechanical energy falls steadily{everywhere}, as numerical damping makes it: "
-            f"{_less_damping(order)}",
+            f"The mechanical energy falls steadily{everywhere}. Either the model loses it, by a "
+            "damper, friction or drag that the benchmark does not have, or numerical damping does: "
+            f"with a smaller step or tolerance only the latter becomes less.{_less_damping(order)}",
             evidence=evidence,
         )
     if trends and all(t > 0 for t in trends):
         yield Finding(
             "energy_grows",
             f"The mechanical energy grows steadily{everywhere}, as with an explicit method of low "
-            "order: a smaller step, or a method of higher order",
+            "order, or with a drive in the model: a smaller step helps against the former only",
             evidence=evidence,
         )
 
@@ -186,11 +194,8 @@ def _energy(report: Report, order: Order | None) -> Iterator[Finding]:
 def _less_damping(order: Order | None) -> str:
     """What to do against damping; only implicit methods have a setting for it."""
     if order is not None and order.constrained:
-        return (
-            "less damping in the integrator's settings (in generalised-alpha methods a spectral "
-            "radius nearer to 1), or a smaller step"
-        )
-    return "a smaller step or tolerance, or a method that damps less"
+        return " In generalised-alpha methods a spectral radius nearer to 1 damps less"
+    return ""
 
 
 def _trend(m: ManeuverScore) -> float:
@@ -300,7 +305,7 @@ def _height(report: Report, reference: Reference) -> Iterator[Finding]:
         # A wrong weight or zero is there from the start; so is what is said of no start.
         starts = time[0] == 0.0 and abs(height[0]) <= _ABOVE_FLOOR * floor
         size = rms(height)
-        counts = size > max(_ABOVE_FLOOR * floor, _COUNTS * rms(wrong) / heights.weight)
+        counts = size > max(_NOTICED, _ABOVE_FLOOR * floor, _COUNTS * rms(wrong) / heights.weight)
         fifths = np.array_split(height, 5)
         clear = starts and counts
         sunken.append(_settled(fifths) if clear else 0.0)

@@ -1,0 +1,187 @@
+"""What a file shows without any simulation.
+
+Rows that stand still, columns of another maneuver, a start that is another one, and columns that
+are wrong beside a motion that is right.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+
+from heyoka_bike.numbers.double import Array, median
+from heyoka_bike.reference.load import Reference
+from heyoka_bike.scoring.findings import Finding, Severity
+from heyoka_bike.scoring.measures import rms
+from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Report
+
+_FEW_ROWS = 10
+# Of the rows of two maneuvers, so many hold the same numbers.
+_SAME = 0.9
+# What a start may be off by, in parts of itself, and in what the digits tell.
+_START, _AT_FLOOR = 1e-6, 4.0
+# Columns of one motion are wrong by parts of their scales that differ by up to 100, see `unknown`.
+_FAR_WORSE = 1000.0
+# ... and worse at all in the other maneuvers.
+_WORSE = 10.0
+# What a sum of energies is off by at least.
+_ROUNDOFF = 1e-12
+_RIGHT = 1e-3
+_MOTION = 3
+_GIVEN = ("roll_rate", "forward_speed")
+
+
+def shown(report: Report, reference: Reference) -> tuple[Finding, ...]:
+    """What is seen at once, whatever else is found."""
+    return (
+        *_standing_still(report.maneuvers),
+        *_of_other_maneuvers(report.maneuvers),
+        *_other_starts(report.maneuvers, reference),
+    )
+
+
+def _standing_still(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
+    """Last rows that repeat one another, of a motion that does not."""
+    for m in maneuvers:
+        columns = [c.trace for c in m.columns if c.values == m.rows and np.ptp(c.trace.reference)]
+        if m.rows < _FEW_ROWS or not columns:
+            continue
+        moves = np.any([np.diff(c.value) != 0.0 for c in columns], axis=0)
+        last = int(np.flatnonzero(moves)[-1]) + 1 if moves.any() else 0
+        still = m.rows - last
+        if still >= _FEW_ROWS and moves.any():
+            time = float(columns[0].time[last])
+            yield Finding(
+                "rows_repeated",
+                f"From {time:.6g} s on all {still} rows of maneuver {m.maneuver} hold the same "
+                "numbers: the motion ended there, and its last row was written again",
+                Severity.WARNING,
+                {"maneuver": m.maneuver, "time": time, "rows": still},
+            )
+
+
+def _of_other_maneuvers(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
+    """Columns that are the same numbers in two maneuvers, though these differ."""
+    for i, m in enumerate(maneuvers):
+        for other in maneuvers[:i]:
+            theirs = {c.key: c for c in other.columns}
+            same = [c.key for c in m.columns if c.key in theirs and _are_same(c, theirs[c.key])]
+            if not same:
+                continue
+            worse = m if _worst(m, same) > _worst(other, same) else other
+            right = other if worse is m else m
+            yield Finding(
+                "column_of_another_maneuver",
+                f"{', '.join(same)} of maneuver {worse.maneuver}: the same numbers as in maneuver "
+                f"{right.maneuver}, where they belong",
+                Severity.WARNING,
+                {"maneuver": worse.maneuver, "of": right.maneuver, "columns": same},
+            )
+
+
+def _are_same(one: ColumnScore, other: ColumnScore) -> bool:
+    a, b = one.trace, other.trace
+    n = min(len(a.value), len(b.value))
+    if n < _FEW_ROWS or not np.ptp(a.value) or not np.ptp(a.reference[:n] - b.reference[:n]):
+        return False
+    return float(np.mean(a.value[:n] == b.value[:n])) > _SAME
+
+
+def _worst(m: ManeuverScore, keys: Sequence[str]) -> float:
+    return max(c.as_understood.measures.max_rel_error or 0.0 for c in m.columns if c.key in keys)
+
+
+def _other_starts(maneuvers: Sequence[ManeuverScore], reference: Reference) -> Iterator[Finding]:
+    """First rows with another roll rate or speed than the maneuver is given."""
+    for m in maneuvers:
+        for c in m.columns:
+            if c.key not in _GIVEN or not c.values or not c.is_known or c.trace.time[0] != 0.0:
+                continue
+            given = float(c.trace.reference[0])
+            here, off = float(c.trace.value[0]), abs(float(c.trace.error[0]))
+            if off > max(_START * abs(given), _AT_FLOOR * (c.floor or 0.0)):
+                yield Finding(
+                    "another_start",
+                    f"Maneuver {m.maneuver} begins with a {c.key.replace('_', ' ')} of "
+                    f"{here:.9g} {_unit(c)} in its first row, where {given:.9g} is given",
+                    Severity.WARNING,
+                    {"maneuver": m.maneuver, "column": c.key, "found": here, "given": given},
+                )
+
+
+def _unit(c: ColumnScore) -> str:
+    return {"rad s-1": "rad/s", "m s-1": "m/s"}.get(c.unit, c.unit)
+
+
+def columns_apart(report: Report) -> Finding | None:
+    """Some columns are wrong, and all others show that the motion is right: look at those alone."""
+    each = {m.maneuver: _apart(m) for m in report.maneuvers}
+    if any(not apart and limit > _RIGHT for apart, limit in each.values()):
+        return None
+    keys = dict.fromkeys(key for apart, _ in each.values() for key in apart)
+    if {"potential_energy", "kinetic_energy"} & keys.keys():
+        keys.pop("mechanical_energy", None)  # their sum
+    if not keys:
+        return None
+    found = {
+        key: [
+            m.maneuver
+            for m in report.maneuvers
+            for c in m.columns
+            if c.key == key and c.values and _is_far(c, each[m.maneuver][1], _WORSE)
+        ]
+        for key in keys
+    }
+    numbers = [m.maneuver for m in report.maneuvers]
+    said = ", ".join(
+        key + ("" if where == numbers else f" of maneuver {', '.join(map(str, where))}")
+        for key, where in found.items()
+    )
+    at_start = "; ".join(_offsets(report, found))
+    rest = max(limit for _, limit in each.values())
+    return Finding(
+        "columns_apart",
+        f"Only {said} {'is' if len(found) == 1 else 'are'} wrong: all other columns are right to "
+        f"{rest:.1g} of their scales, so the motion is right, and neither the integrator nor the "
+        "equations are to blame. Look at how "
+        f"{'this column is' if len(found) == 1 else 'these columns are'} computed and written"
+        + (f"; in the first row {at_start}" if at_start else ""),
+        Severity.WARNING,
+        {"columns": found, "max_rel_error_of_others": rest},
+    )
+
+
+def _offsets(report: Report, apart: Mapping[str, Sequence[int]]) -> Iterator[str]:
+    """How far the first rows are off, where they are."""
+    for key in apart:
+        off = []
+        for m in report.maneuvers:
+            c = next((c for c in m.columns if c.key == key and c.values), None)
+            if c is not None and c.trace.time[0] == 0.0:
+                error = float(c.trace.error[0])
+                size = float(np.max(np.abs(c.trace.error)))
+                least = max(_START * size, _ROUNDOFF * abs(float(c.trace.value[0])))
+                off.append(f"{error:+.6g}" if abs(error) > least else "right")
+        if any(x != "right" for x in off):
+            column = next(c for m in report.maneuvers for c in m.columns if c.key == key)
+            yield f"{key} is off by {' / '.join(off)} {_unit(column)}"
+
+
+def _apart(m: ManeuverScore) -> tuple[tuple[str, ...], float]:
+    """Columns far worse than all others of a maneuver, and the largest error of those others."""
+    columns = sorted((c for c in m.columns if c.values), key=_typical, reverse=True)
+    for count in range(len(columns) - _MOTION, 0, -1):
+        worse, others = columns[:count], columns[count:]
+        limit = max(c.as_understood.measures.max_rel_error or 0.0 for c in others)
+        if limit < _RIGHT and all(_is_far(c, limit) for c in worse):
+            return tuple(c.key for c in worse), limit
+    return (), max((c.as_understood.measures.max_rel_error or 0.0 for c in columns), default=0.0)
+
+
+def _is_far(c: ColumnScore, limit: float, times: float = _FAR_WORSE) -> bool:
+    return _typical(c) > times * limit and not c.is_at_floor(_AT_FLOOR)
+
+
+def _typical(c: ColumnScore) -> float:
+    """Median error over the size of the column: a few bad rows are no other quantity."""
+    error: Array = c.trace.error
+    return float(median(np.abs(error))) / (rms(c.trace.reference) or 1.0)

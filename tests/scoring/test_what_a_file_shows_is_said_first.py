@@ -1,0 +1,78 @@
+"""What a file shows without a simulation, on files that are right but for that."""
+
+import numpy as np
+import pytest
+from support.made_results import made
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.scoring.diagnosis.plain import columns_apart, shown
+from heyoka_bike.scoring.score import score
+
+
+def report_of(reference, change, **more):
+    return score(made(reference, change, **more), reference)
+
+
+def test_a_right_file_shows_nothing(reference):
+    report = report_of(reference, lambda key, values, m: values)
+    assert shown(report, reference) == ()
+    assert columns_apart(report) is None
+
+
+def test_rows_that_repeat_are_named_with_their_time(reference):
+    def freeze(key, values, m):
+        return np.where(np.arange(len(values)) > 500, values[500], values) if m == 3 else values
+
+    (found,) = shown(report_of(reference, freeze), reference)
+    assert found.code == "rows_repeated"
+    assert (found.evidence["maneuver"], found.evidence["time"]) == (3, 5.0)
+    assert found.evidence["rows"] == 501
+
+
+def test_columns_of_another_maneuver_are_named(reference):
+    keys = ("steer_angle", "steer_rate")
+
+    def copy(key, values, m):
+        return reference[1][key] if key in keys and m == 3 else values
+
+    (found,) = shown(report_of(reference, copy), reference)
+    assert found.code == "column_of_another_maneuver"
+    assert found.evidence == {"maneuver": 3, "of": 1, "columns": list(keys)}
+
+
+def test_another_start_is_named(reference):
+    def faster(key, values, m):
+        return values + 0.1 if key == "forward_speed" and m == 2 else values
+
+    (found,) = shown(report_of(reference, faster), reference)
+    assert found.code == "another_start"
+    assert found.evidence["maneuver"] == 2
+    assert found.evidence["found"] == pytest.approx(4.7)
+
+
+@pytest.mark.parametrize("key", [k for k in BENCHMARK_COLUMNS if k != "mechanical_energy"])
+def test_a_column_that_is_wrong_alone_is_named_alone(reference, key):
+    def bend(found, values, m):
+        size = np.max(np.abs(reference[m][key]))
+        wave = size * np.sin(np.linspace(0.0, 7.0, len(values)))
+        # Of an energy the sum follows.
+        is_sum = found == "mechanical_energy" and key in ("potential_energy", "kinetic_energy")
+        return values + 0.01 * wave if found == key or is_sum else values
+
+    found = columns_apart(report_of(reference, bend))
+    assert found is not None
+    assert found.evidence["columns"] == {key: [1, 2, 3]}
+    assert found.evidence["max_rel_error_of_others"] < 1e-12
+
+
+def test_where_the_motion_is_wrong_no_column_is_blamed(reference):
+    """All columns are off, some of them much less: that is what integrators leave."""
+    sizes = dict(
+        zip(BENCHMARK_COLUMNS, (1e-3, 1e-3, 1e-5, 1e-5, 1e-5, 1e-6, 1e-3, 1e-2), strict=True)
+    )
+
+    def bend(key, values, m):
+        size = np.max(np.abs(reference[m][key]))
+        return values + sizes[key] * size * np.sin(np.linspace(0.0, 7.0, len(values)))
+
+    assert columns_apart(report_of(reference, bend)) is None
