@@ -103,7 +103,7 @@ def submit(entry, name, kind, setting, text, cpu):
     """Write a result file and its submission."""
     path = RESULTS / f"{name}-{kind}.txt.gz"
     path.write_bytes(gzip.compress(text.encode(), 9, mtime=0))
-    said = {key: entry[key] for key in SAID}
+    said = {key: entry.get(f"{kind}_{key}", entry[key]) for key in SAID}
     said["name"] = f"{entry['program']}, {kind}: {entry[kind + '_words']}"
     said["problem"] = "H1"
     measure = "step" if entry["measure"] == "step" else "tolerance"
