@@ -16,7 +16,7 @@ from heyoka_bike.bicycle.parameters import describe_inputs, read_bicycle, read_m
 from heyoka_bike.errors import BicycleError, InputError
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.reading import read_results
-from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.report import ManeuverScore, Report
 from heyoka_bike.scoring.score import score
 from heyoka_bike.scoring.submission import PROBLEMS, Submission, read_submission
 from heyoka_bike.system.resources import find_input
@@ -42,7 +42,8 @@ class Entry:
     grade
         The highest of `GRADES` that it reaches; None if there is none.
     performance
-        Eq. (1), the largest of the maneuvers [%].
+        Eq. (1) [%], of the maneuver that the benchmark judges by it; where there is none, the
+        largest.
     definitions : mapping of str to str
         By which definition a column is taken, where that is not the default.
     report : Report
@@ -182,7 +183,7 @@ def _entry(submission: Submission, known: References) -> Entry:
         if c.key in BENCHMARK_COLUMNS
     }
     worst = min(scores, key=scores.__getitem__)
-    drifts = [m.performance for m in report.maneuvers if m.performance is not None]
+    drifts = [m.performance for m in _judged(report) if m.performance is not None]
     return Entry(
         submission=submission,
         digits=scores[worst],
@@ -197,6 +198,10 @@ def _entry(submission: Submission, known: References) -> Entry:
         },
         report=report,
     )
+
+
+def _judged(report: Report) -> Sequence[ManeuverScore]:
+    return [m for m in report.maneuvers if m.performance_limit is not None] or report.maneuvers
 
 
 def _check_rules(submission: Submission, report: Report, reference: Reference) -> None:
