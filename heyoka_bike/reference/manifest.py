@@ -21,12 +21,12 @@ from heyoka_bike.system.resources import reference_folder
 MANIFEST = "manifest.json"
 SCHEMA_VERSION = 1
 
-DATASET_VERSION = "1.3.0"
+DATASET_VERSION = "1.4.0"
 """Version of the published set that this package makes."""
 
 _VALUES_VERSION = "1.3.0"
 
-PUBLISHED_MANIFEST_SHA256 = "4439ff3838aa21363afee0039a7bc4eba6ad1f0e96177092047903476f42a220"
+PUBLISHED_MANIFEST_SHA256 = "8ec0d7570157b423d758a1b56d39b4e42f7797d0654aacb1a265a48bd1f31dbb"
 """Hash of the manifest of the published set."""
 
 CUSTOM = "custom"

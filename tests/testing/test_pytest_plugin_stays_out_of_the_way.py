@@ -132,7 +132,7 @@ def other_set(folder, tmp_path):
     """The published set under another version, as a set of one's own would be."""
     other = tmp_path / "other"
     other.mkdir()
-    for path in folder.iterdir():
+    for path in filter(Path.is_file, folder.iterdir()):
         text = path.read_bytes()
         if path.name == "manifest.json":
             version = read_manifest(folder).dataset_version

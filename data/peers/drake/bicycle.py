@@ -1,0 +1,149 @@
+"""The uncontrolled bicycle in Drake: its contact, or rolling added by hand as constraints.
+
+``simulate`` is what `../field.py` calls. With ``contact`` the wheels are thin ellipsoids on a half
+space, in a plant of discrete steps. Without it each wheel gives three rows (its lowest material
+point stands still) to the equations of a continuous plant, for Drake's Runge-Kutta 3 integrator.
+Axes: x forward, y left, z up.
+"""
+
+import time
+
+import numpy as np
+from pydrake import all as drake
+
+UP, AXLE = np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0])
+
+
+def inertia(p, body, centre):
+    """Mass, centre and tensor of a body; z up changes the sign of the products."""
+    mass, xx, xz = p[f"m{body}"], p[f"I{body}xx"], -p.get(f"I{body}xz", 0.0)
+    tensor = drake.RotationalInertia(xx, p[f"I{body}yy"], p.get(f"I{body}zz", xx), 0, xz, 0)
+    return drake.SpatialInertia.MakeFromCentralInertia(mass, centre, tensor)
+
+
+def build(plant, p, thin=None):
+    """Add bodies, hinges and, if they are to touch, shapes; frames are parallel at the start."""
+    foot = np.array([p["w"] + p["c"], 0.0, -p["rR"]])  # steer axis on the floor, from the rear hub
+    front = np.array([p["w"], 0.0, p["rF"] - p["rR"]]) - foot
+    centres = {
+        "B": [p["xB"], 0, -p["zB"] - p["rR"]], "R": [0, 0, 0],
+        "H": np.array([p["xH"], 0, -p["zH"] - p["rR"]]) - foot, "F": [0, 0, 0],
+    }  # fmt: skip
+    bodies = {x: plant.AddRigidBody(x, inertia(p, x, centre)) for x, centre in centres.items()}
+    axis = np.array([np.sin(p["lam"]), 0.0, -np.cos(p["lam"])])
+    for name, parent, child, place, along in (
+        ("rear", "B", "R", [0, 0, 0], AXLE), ("steer", "B", "H", foot, axis),
+        ("front", "H", "F", front, AXLE),
+    ):  # fmt: skip
+        plant.AddJoint(
+            drake.RevoluteJoint(
+                name,
+                plant.AddFrame(
+                    drake.FixedOffsetFrame(name, bodies[parent], drake.RigidTransform(place))
+                ),
+                bodies[child].body_frame(),
+                along,
+            )
+        )
+    if thin:
+        rough, here = drake.CoulombFriction(1.0, 1.0), drake.RigidTransform()
+        floor = drake.HalfSpace()
+        plant.RegisterCollisionGeometry(plant.world_body(), here, floor, "floor", rough)
+        for x in ("R", "F"):
+            shape = drake.Ellipsoid(p[f"r{x}"], thin, p[f"r{x}"])
+            plant.RegisterCollisionGeometry(bodies[x], here, shape, x, rough)
+    plant.mutable_gravity_field().set_gravity_vector(-p["g"] * UP)
+    plant.Finalize()
+
+
+class Rolling(drake.LeafSystem):
+    """The motion of a plant whose wheels R and F roll: state q, v."""
+
+    def __init__(self, plant, p):
+        super().__init__()
+        self.plant, self.context = plant, plant.CreateDefaultContext()
+        self.wheels = [(plant.GetBodyByName(x).body_frame(), p[f"r{x}"]) for x in ("R", "F")]
+        self.DeclareContinuousState(plant.num_positions(), plant.num_velocities(), 0)
+
+    def DoCalcTimeDerivatives(self, context, derivatives):  # noqa: N802
+        plant, own, n = self.plant, self.context, self.plant.num_velocities()
+        plant.SetPositionsAndVelocities(own, context.get_continuous_state_vector().CopyToVector())
+        v = plant.GetVelocities(own)
+        rows, drift = (np.concatenate(x) for x in zip(*map(self.rows, self.wheels), strict=True))
+        zero = np.zeros((len(rows), len(rows)))
+        system = np.block([[plant.CalcMassMatrix(own), rows.T], [rows, zero]])
+        force = plant.CalcGravityGeneralizedForces(own) - plant.CalcBiasTerm(own)
+        a = np.linalg.solve(system, np.concatenate([force, -drift]))[:n]
+        derivatives.SetFromVector(np.concatenate([plant.MapVelocityToQDot(own, v), a]))
+
+    def rows(self, wheel):
+        """Rows of a wheel's constraints, and what they are without accelerations of the joints."""
+        (frame, radius), plant, own = wheel, self.plant, self.context
+        world, hub, by = plant.world_frame(), np.zeros(3), drake.JacobianWrtVariable.kV
+        axle = frame.CalcRotationMatrixInWorld(own) @ AXLE
+        spin = frame.CalcSpatialVelocityInWorld(own).rotational()
+        drift = plant.CalcBiasSpatialAcceleration(own, by, frame, hub, world, world)
+        # From the hub to the lowest point, and how this arm changes.
+        turning = np.cross(spin, axle)
+        down, change = axle * axle[2] - UP, turning * axle[2] + axle * turning[2]
+        length = np.linalg.norm(down)
+        arm = radius * down / length
+        moving = radius * (change / length - down * (down @ change) / length**3)
+        jacobian = plant.CalcJacobianSpatialVelocity(own, by, frame, hub, world, world)
+        return (
+            jacobian[3:] + np.cross(jacobian[:3].T, arm).T,
+            drift.translational() + np.cross(drift.rotational(), arm) + np.cross(spin, moving),
+        )
+
+
+def simulate(p, speed, roll_rate, step, contact=None, thin=0.001):
+    """Rows of the eight columns every 0.01 s, and the processor time of the simulation [s].
+
+    ``contact`` is Drake's name of a discrete contact approximation.
+    """
+    if contact:
+        builder = drake.DiagramBuilder()
+        config = drake.MultibodyPlantConfig(time_step=step, discrete_contact_approximation=contact)
+        plant, _ = drake.AddMultibodyPlant(config, builder)
+        build(plant, p, thin)
+        simulator = drake.Simulator(builder.Build())
+        own = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
+    else:
+        plant = drake.MultibodyPlant(time_step=0)
+        build(plant, p)
+        simulator = drake.Simulator(Rolling(plant, p))
+        drake.ApplySimulatorConfig(
+            drake.SimulatorConfig(
+                integration_scheme="runge_kutta3", max_step_size=step, use_error_control=False
+            ),
+            simulator,
+        )
+        own = plant.CreateDefaultContext()
+    frame, hinge = plant.GetBodyByName("B"), plant.GetJointByName
+    plant.SetFreeBodyPose(own, frame, drake.RigidTransform([0, 0, p["rR"]]))
+    velocity = drake.SpatialVelocity([roll_rate, 0, 0], [speed, -roll_rate * p["rR"], 0])
+    plant.SetFreeBodySpatialVelocity(context=own, body=frame, V_JpJc=velocity)
+    hinge("rear").set_angular_rate(own, speed / p["rR"])
+    hinge("front").set_angular_rate(own, speed / p["rF"])
+    if not contact:
+        state = plant.GetPositionsAndVelocities(own)
+        simulator.get_mutable_context().SetContinuousState(state)
+    simulator.Initialize()
+    found, cpu = [], 0.0
+    for row in range(1001):
+        begin = time.process_time()
+        simulator.AdvanceTo(row * 0.01)
+        cpu += time.process_time() - begin
+        if not contact:
+            state = simulator.get_context().get_continuous_state_vector().CopyToVector()
+            plant.SetPositionsAndVelocities(own, state)
+        rotation = frame.EvalPoseInWorld(own).rotation()
+        moving = frame.EvalSpatialVelocityInWorld(own)
+        along = rotation.matrix()[:, 0]
+        potential, kinetic = plant.CalcPotentialEnergy(own), plant.CalcKineticEnergy(own)
+        found.append([
+            drake.RollPitchYaw(rotation).roll_angle(), along @ moving.rotational(),
+            along @ moving.translational(), potential, kinetic, potential + kinetic,
+            hinge("steer").get_angle(own), hinge("steer").get_angular_rate(own),
+        ])  # fmt: skip
+    return np.array(found), cpu
