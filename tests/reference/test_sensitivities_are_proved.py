@@ -13,11 +13,12 @@ from heyoka_bike.bicycle.parameters import PARAMETERS, read_bicycle
 from heyoka_bike.errors import NotCertifiedError
 from heyoka_bike.motion.evaluator import evaluator
 from heyoka_bike.motion.integrate import integrate
+from heyoka_bike.numbers.analytic import NotAnalyticError
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.ball_chebyshev import basis
 from heyoka_bike.numbers.ball_matrices import identity, largest, value
 from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.reference.proof import derivatives, variation
+from heyoka_bike.reference.proof import derivatives, sensitivity_rows, variation
 from heyoka_bike.reference.proof.enclose import enclose
 from heyoka_bike.reference.proof.error_flow import SIZE, Frame
 from heyoka_bike.reference.proof.sensitivity_rows import differentiate
@@ -187,6 +188,29 @@ def test_a_missing_term_of_the_motion_is_seen(short, monkeypatch):
 
     monkeypatch.setattr(variation._Prover, "_carry", carry)
     _is_refused_or_outside(short)
+
+
+def test_from_where_they_are_not_bounded_there_are_no_numbers(short, monkeypatch):
+    run, certificate = short
+    plain = variation._Prover._whole
+
+    def whole(self, piece, *arguments):
+        if piece.step > 0:
+            raise NotAnalyticError("about to fall")
+        return plain(self, piece, *arguments)
+
+    monkeypatch.setattr(variation._Prover, "_whole", whole)
+    monkeypatch.setattr(sensitivity_rows, "_TOGETHER", 1)
+    assert run.steps > 1
+    found = differentiate(run, certificate)
+    assert found.breaks[-1] == float(run.breaks[-1])
+    for name, bound in found.bound.items():
+        assert np.isfinite(bound[0]).all()
+        assert np.isnan(bound[-1]).all()
+        assert np.isnan(found.coefficients[name][-1]).all()
+    for values in found.values.values():
+        assert np.isfinite(values[0]).all()
+        assert np.isnan(values[-1]).all()
 
 
 def test_what_a_solution_leaves_over_is_bounded():

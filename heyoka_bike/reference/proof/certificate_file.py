@@ -143,8 +143,8 @@ def _relative(dense: Dense, rows: Values) -> Mapping[str, Fraction]:
 
 def _of_largest(sensitivity: Sensitivity, name: str) -> Fraction:
     """The largest bound of a column over the largest coefficient, by unknown, then the worst."""
-    sizes = np.abs(sensitivity.coefficients[name]).max(axis=(0, 1))
-    bounds = sensitivity.bound[name].max(axis=0)
+    sizes = np.fmax.reduce(np.abs(sensitivity.coefficients[name]), axis=(0, 1))
+    bounds = np.fmax.reduce(sensitivity.bound[name], axis=0)
     pairs = zip(bounds, sizes, strict=True)
     return max(
         (Fraction(float(b)) / Fraction(float(x)) for b, x in pairs if x > 0), default=Fraction(0)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from fractions import Fraction
 from itertools import groupby
 from math import frexp
@@ -22,7 +23,7 @@ from heyoka_bike.reference.proof.derivatives import ORDERS, Along, Fitted
 from heyoka_bike.reference.proof.first_row import exact_derivatives
 from heyoka_bike.reference.proof.rows import distance
 from heyoka_bike.reference.proof.unknowns import COUNT, Unknowns, slope
-from heyoka_bike.reference.proof.variation import BITS, variations
+from heyoka_bike.reference.proof.variation import BITS, Variation, variations
 from heyoka_bike.reference.sensitivities import ROWS_APART, Sensitivity
 
 _TOGETHER = 5
@@ -44,10 +45,12 @@ def differentiate(
 ) -> Sensitivity:
     """Derivatives of all columns along a certified candidate, rounded, with their bounds.
 
+    From a piece on over which they are not bounded (about to fall, say) there is NaN.
+
     Raises
     ------
     NotCertifiedError
-        A piece over which the derivatives are not bounded.
+        The derivatives of the energy are not those of its initial value.
     """
     equations = Equations.of(run.bicycle, Balls(BITS), is_regular=run.is_regular)
     unknowns = Unknowns.of(run, equations)
@@ -55,7 +58,7 @@ def differentiate(
     times = [run.maneuver.time(i) for i in range(0, run.maneuver.rows, ROWS_APART)]
     pieces: list[Fitted] = []
     rows: list[list[flint.arb]] = []
-    parts = variations(run, certificate, unknowns)
+    parts = _bounded(variations(run, certificate, unknowns))
     with flint.ctx.workprec(BITS):
         for _, group in groupby(parts, lambda part: part[0] // _TOGETHER):
             along = [Along(variation, unknowns) for _, variation in group]
@@ -68,6 +71,12 @@ def differentiate(
                     rows += part.at([exact_ball(t) for t in inside]).tolist()
             progress(float(pieces[-1].t1))
         return _Rounding(run, unknowns, start).sensitivity(pieces, times, rows)
+
+
+def _bounded(parts: Iterator[tuple[int, Variation]]) -> Iterator[tuple[int, Variation]]:
+    """As far as there are bounds."""
+    with suppress(NotCertifiedError):
+        yield from parts
 
 
 def _at_start(
@@ -104,14 +113,17 @@ class _Rounding:
         times: Sequence[Fraction],
         rows: Sequence[Sequence[flint.arb]],
     ) -> Sensitivity:
+        breaks = [Fraction(0), *(p.t1 for p in pieces)]
+        if breaks[-1] < self.run.breaks[-1]:
+            breaks.append(self.run.breaks[-1])
         coefficients, bounds = {}, {}
         for i, name in enumerate(_NAMES):
-            coefficients[name], bounds[name] = self._column(i, name, pieces)
+            coefficients[name], bounds[name] = self._column(i, name, pieces, len(breaks) - 1)
         values, value_bounds = {}, {}
         for name in BENCHMARK_COLUMNS:
-            values[name], value_bounds[name] = self._rows(name, rows)
+            values[name], value_bounds[name] = self._rows(name, rows, len(times))
         return Sensitivity(
-            breaks=np.array([float(pieces[0].t0), *(float(p.t1) for p in pieces)]),
+            breaks=np.array([float(t) for t in breaks]),
             coefficients=coefficients,
             bound=bounds,
             time=np.array([t.numerator / t.denominator for t in times]),
@@ -120,10 +132,12 @@ class _Rounding:
             ambiguous=self.ambiguous,
         )
 
-    def _column(self, i: int, name: str, pieces: Sequence[Fitted]) -> tuple[Array, Array]:
+    def _column(
+        self, i: int, name: str, pieces: Sequence[Fitted], count: int
+    ) -> tuple[Array, Array]:
         """Coefficients and bounds of a column, of shapes (P, N, U) and (P, U)."""
-        table = np.full((len(pieces), ORDERS, COUNT), np.nan)
-        bound = np.full((len(pieces), COUNT), np.nan)
+        table = np.full((count, ORDERS, COUNT), np.nan)
+        bound = np.full((count, COUNT), np.nan)
         for u, unknown in enumerate(self.unknowns.smooth):
             j, unit = i * len(self.unknowns.smooth) + u, self.units[u]
             found = [[p.coefficients[k, j] * unit for k in range(ORDERS)] for p in pieces]
@@ -162,9 +176,11 @@ class _Rounding:
             apart.append(abs(x - n * unit))
         return numbers, total(apart)
 
-    def _rows(self, name: str, rows: Sequence[Sequence[flint.arb]]) -> tuple[Array, Array]:
+    def _rows(
+        self, name: str, rows: Sequence[Sequence[flint.arb]], count: int
+    ) -> tuple[Array, Array]:
         """Values of a column, rounded to binary64, and their bounds, of shape (rows, U)."""
-        values, bound = (np.full((len(rows), COUNT), np.nan) for _ in range(2))
+        values, bound = (np.full((count, COUNT), np.nan) for _ in range(2))
         for u, unknown in enumerate(self.unknowns.smooth):
             j = _NAMES.index(name) * len(self.unknowns.smooth) + u
             for r, row in enumerate(rows):

@@ -24,6 +24,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import partial
 from math import ceil, log2
 from typing import Any
 
@@ -67,6 +68,9 @@ _REACH = Fraction(1, 2**8)
 BITS = 160
 _TAIL_BITS = 150
 """What the series leave out, as far as constants matter, is below 2^-150."""
+
+_SMALL, _SMALLER = 2, 64
+"""After so many halvings it is taken over this: where a bicycle is about to fall, see `cauchy`."""
 
 _DEPTH = 6
 _CONDITION = 1e6
@@ -161,7 +165,7 @@ class _Prover:
         self, piece: Piece, bounds: Sequence[Fraction], depth: int = 0
     ) -> Iterator[Variation]:
         try:
-            found = self._whole(piece, bounds)
+            found = self._whole(piece, bounds, _SMALLER if depth >= _SMALL else 1)
         except (_TooLongError, NotAnalyticError) as e:
             if depth == _DEPTH:
                 raise refused(piece, str(e)) from None
@@ -170,11 +174,13 @@ class _Prover:
             return
         yield found
 
-    def _whole(self, piece: Piece, bounds: Sequence[Fraction]) -> Variation:
+    def _whole(self, piece: Piece, bounds: Sequence[Fraction], smaller: int) -> Variation:
+        """Over a piece, with the radii around the constants over `smaller`."""
         # The right half, whose variable is 0 in the middle and 1 at the end, taken from -1 on.
         _, centred = piece.halves()
-        circle = circle_bound(centred, self._widened, self.circles, _RADII)
-        steepest = float((largest(circle.values[: SIZE - 1]) * self.pull).mid())
+        circle = circle_bound(centred, partial(self._widened, smaller), self.circles, _RADII)
+        pull = self.pull * smaller
+        steepest = float((largest(circle.values[: SIZE - 1]) * pull).mid())
         length = ceil((_TAIL_BITS + log2(steepest)) / log2(circle.radius))
         slopes = self._slopes(centred, length)
         with flint.ctx.workprec(BITS):
@@ -191,12 +197,12 @@ class _Prover:
             forcing = [m * self.unknowns.by_constant for m in by_constant]
             sizes = [step * circle.values[i] * off for i in rates]
             tail = flint.arb_mat([[(m / x).upper() for x in circle.rho] for m in sizes])
-            tail_g = [(m * self.pull).upper() for m in sizes]
+            tail_g = [(m * pull).upper() for m in sizes]
             q, bound = self._carry(jacobian, forcing, tail, tail_g)
             columns = [c for row in slopes[SIZE - 1 :] for c in row]
             return Variation(
                 centred.t0, centred.h, q, bound, [[c[m] for c in columns] for m in range(length)],
-                circle.radius, circle.values[SIZE - 1 :], circle.rho, self.pull, off,
+                circle.radius, circle.values[SIZE - 1 :], circle.rho, pull, off,
             )  # fmt: skip
 
     def _carry(
@@ -240,14 +246,14 @@ class _Prover:
         )
         return q, bound
 
-    def _widened(self, equations: Equations, state: Sequence[Number]) -> list[Number]:
+    def _widened(self, smaller: int, equations: Equations, state: Sequence[Number]) -> list[Number]:
         """Rates and columns on a circle, for all constants in their polydisc."""
         reach = iter(self.reach)
         rim: Any = equations.a
 
         def widen(x: flint.arb) -> Number:
             r = next(reach)
-            wide = flint.arb(0, r)
+            wide = flint.arb(0, r / smaller)
             return x if r == 0 else rim.value(flint.acb(x + wide, wide))
 
         return _rates_and_columns(replace(equations, k=equations.k.convert(widen)), state)
