@@ -135,7 +135,8 @@ def test_a_set_is_proved_again(made):
     (proof,) = heyoka_bike.certify(found.folder, progress=progress)
     assert proof.name == "short"
     assert 0 < proof.bound < 1e-60
-    assert list(progress.stages["short"]) == ["waiting", "certify", "rows", "dense", "motion"]
+    stages = ["waiting", "certify", "rows", "dense", "motion", "vary"]
+    assert list(progress.stages["short"]) == stages
 
 
 def test_texts_are_compared_with_what_is_proved(made, tmp_path, monkeypatch):
