@@ -133,7 +133,7 @@ def conserved(both: Both) -> Iterator[Zero]:
         moving = [Dual(x, (rate,)) for x, rate in zip(state, rates, strict=True)]
         e = equations.over(duals).energies(moving)
         height = front_contact_height(equations.k, duals, *moving[:3])
-        yield f"{form}: energy's rate", (e.potential + e.kinetic).slopes[0]
+        yield f"{form}: energy's rate", e.total.slopes[0]
         yield f"{form}: height", height.value
         yield f"{form}: height's rate", height.slopes[0]
 

@@ -428,11 +428,22 @@ def test_how_the_sensitivities_are_built(copy, do, fragment):
 
 
 def test_a_changed_sensitivity(copy):
+    # A column without rows, of which nothing but the hash speaks.
+    with h5py.File(copy / "sensitivities.h5", "r+") as f:
+        f["maneuver_1/yaw"][0, 0, 0] += 1e-3
+    accept(copy)
+    assert "not that of the numbers" in message(copy, "schema")
+    # A column that has rows, which differ then.
     with h5py.File(copy / "sensitivities.h5", "r+") as f:
         f["maneuver_1/roll_angle"][0, 0, 0] += 1e-3
     accept(copy)
-    assert "not that of the numbers" in message(copy, "schema")
+    assert "roll_angle: differs from the pieces" in message(copy, "schema")
+
+
+def test_sensitivities_of_the_energies_must_add_up(copy):
     with h5py.File(copy / "sensitivities.h5", "r+") as f:
+        for name in ("maneuver_1/kinetic_energy_bound", "maneuver_1/rows/kinetic_energy_bound"):
+            f[name][...] = 1.0  # so wide that the rows do not see it
         f["maneuver_1/kinetic_energy"][0, 0, 0] += 1e-3
     accept(copy)
     assert "do not add up" in message(copy, "schema")
