@@ -4,29 +4,12 @@ import io
 
 import numpy as np
 import pytest
+from support.numbered_columns import COUNT, found, written
 
 from heyoka_bike.cli import main
 from heyoka_bike.errors import InputError
 from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.reading.column_names import nearest
-
-COUNT = 6
-
-
-def written(tmp_path, *heading, width=3):
-    """Column j, from 0, of row i is 100 i + j."""
-    path = tmp_path / "r.csv"
-    rows = [",".join(str(100 * i + j) for j in range(width)) for i in range(COUNT)]
-    path.write_text("\n".join([*heading, *rows]) + "\n")
-    return path
-
-
-def found(results):
-    """Which column, from 0, is what."""
-    columns = {"time": int(results.maneuvers[0].time[0])}
-    for rows in results.maneuvers:
-        columns |= {(rows.maneuver, key): int(x[0]) for key, x in rows.values.items()}
-    return columns
 
 
 @pytest.mark.parametrize(

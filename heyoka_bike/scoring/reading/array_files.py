@@ -9,12 +9,12 @@ from warnings import catch_warnings, simplefilter
 import numpy as np
 from numpy.typing import NDArray
 
-from heyoka_bike.errors import InputError, MissingPackageError
+from heyoka_bike.errors import InputError
 from heyoka_bike.scoring.reading.array_columns import MOST_BYTES
 from heyoka_bike.scoring.reading.array_shapes import is_time
 from heyoka_bike.scoring.reading.array_tables import DEEPEST, tables
 from heyoka_bike.scoring.reading.column_names import is_maneuver
-from heyoka_bike.scoring.reading.damage import damage, damaged
+from heyoka_bike.scoring.reading.damage import any_damage, damage, missing
 from heyoka_bike.scoring.reading.expected import Expected
 from heyoka_bike.scoring.reading.written import WrittenTable
 
@@ -81,17 +81,9 @@ def read_netcdf(stream: BinaryIO, path: str, expected: Expected) -> list[Written
     try:
         from scipy.io import netcdf_file
     except ImportError:
-        raise MissingPackageError(
-            f"{path}: scipy, which reads netCDF 3 files, is not installed: pip install scipy"
-        ) from None
-    # As for MATLAB's files, anything may be raised.
-    try:
-        with catch_warnings():
-            simplefilter("ignore")
-            with netcdf_file(stream, mmap=False) as f:
-                arrays = {name: np.array(x[()]) for name, x in f.variables.items()}
-    except Exception as e:
-        raise damaged("a netCDF file", path, e) from None
+        raise missing(path, "scipy", "netCDF 3 files") from None
+    with any_damage("a netCDF file", path), netcdf_file(stream, mmap=False) as f:
+        arrays = {name: np.array(x[()]) for name, x in f.variables.items()}
     return tables(arrays, path, expected)
 
 

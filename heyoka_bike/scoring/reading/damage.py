@@ -3,8 +3,9 @@
 import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
+from warnings import catch_warnings, simplefilter
 
-from heyoka_bike.errors import InputError, printable
+from heyoka_bike.errors import InputError, MissingPackageError, printable
 
 
 @contextmanager
@@ -22,10 +23,30 @@ def damage(expected: str, path: str) -> Iterator[None]:
         OSError, ValueError, KeyError, EOFError, TypeError, SyntaxError, OverflowError, MemoryError,
         RuntimeError, zlib.error, StructError, TokenError, BadZipFile,
     ) as e:  # fmt: skip
-        raise damaged(expected, path, e) from None
+        raise _damaged(expected, path, e) from None
 
 
-def damaged(expected: str, path: str, error: BaseException) -> InputError:
+@contextmanager
+def any_damage(expected: str, path: str) -> Iterator[None]:
+    """The same around a library's reader alone, which may raise anything for damaged bytes."""
+    try:
+        with catch_warnings():
+            simplefilter("ignore")
+            yield
+    except InputError:
+        raise
+    except Exception as e:
+        raise _damaged(expected, path, e) from None
+
+
+def missing(path: str, package: str, reads: str) -> MissingPackageError:
+    """What to say where the library that reads a file is not installed."""
+    return MissingPackageError(
+        f"{path}: {package}, which reads {reads}, is not installed: pip install {package}"
+    )
+
+
+def _damaged(expected: str, path: str, error: BaseException) -> InputError:
     """What to say of a file for which a library raised an error."""
     reason = printable(" ".join(str(error).split()))[:100] or type(error).__name__
     return InputError(f"found a damaged file ({reason}), expected {expected}", file=path)

@@ -3,15 +3,13 @@
 from collections.abc import Callable, Mapping
 from math import prod
 from typing import Any, BinaryIO
-from warnings import catch_warnings, simplefilter
 
 import numpy as np
 
-from heyoka_bike.errors import MissingPackageError
 from heyoka_bike.scoring.reading.array_columns import read_array
 from heyoka_bike.scoring.reading.array_tables import DEEPEST, tables
 from heyoka_bike.scoring.reading.column_names import recognise
-from heyoka_bike.scoring.reading.damage import damaged
+from heyoka_bike.scoring.reading.damage import any_damage, missing
 from heyoka_bike.scoring.reading.expected import Expected
 from heyoka_bike.scoring.reading.written import WrittenTable
 
@@ -27,16 +25,9 @@ def read_mat(stream: BinaryIO, path: str, expected: Expected) -> list[WrittenTab
     try:
         from scipy.io import loadmat
     except ImportError:
-        raise MissingPackageError(
-            f"{path}: scipy, which reads MATLAB files, is not installed: pip install scipy"
-        ) from None
-    try:
-        with catch_warnings():
-            simplefilter("ignore")
-            found = loadmat(stream)
-    # There is no end to what SciPy raises for damaged bytes; nothing but its reader runs here.
-    except Exception as e:
-        raise damaged("a MATLAB file", path, e) from None
+        raise missing(path, "scipy", "MATLAB files") from None
+    with any_damage("a MATLAB file", path):
+        found = loadmat(stream)
     return tables(without_signals(_structure(found), path), path, expected, is_ordered=False)
 
 

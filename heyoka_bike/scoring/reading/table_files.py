@@ -2,13 +2,12 @@
 
 from dataclasses import replace
 from typing import Any, BinaryIO
-from warnings import catch_warnings, simplefilter
 
-from heyoka_bike.errors import InputError, MissingPackageError, quoted
+from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.scoring.reading.array_columns import MOST_BYTES
 from heyoka_bike.scoring.reading.array_tables import tables
 from heyoka_bike.scoring.reading.column_names import group_number, listed
-from heyoka_bike.scoring.reading.damage import damaged
+from heyoka_bike.scoring.reading.damage import any_damage, missing
 from heyoka_bike.scoring.reading.expected import Expected
 from heyoka_bike.scoring.reading.text_table import read_text
 from heyoka_bike.scoring.reading.written import WrittenTable
@@ -39,28 +38,19 @@ def read_columns(stream: BinaryIO, path: str, expected: Expected) -> list[Writte
         import pyarrow
         from pyarrow import parquet
     except ImportError:
-        raise _missing(path, "pyarrow", "Parquet and Arrow files") from None
+        raise missing(path, "pyarrow", "Parquet and Arrow files") from None
     is_parquet = stream.read(4) == b"PAR1"
     stream.seek(0)
-    # There is no end to what libraries raise for damaged bytes; nothing but the reader runs here.
-    try:
-        with catch_warnings():
-            simplefilter("ignore")
-            if is_parquet:
-                file = parquet.ParquetFile(stream)
-                size = 8 * file.metadata.num_rows * file.metadata.num_columns
-                if size > MOST_BYTES:
-                    raise InputError(
-                        f"found {size} bytes, expected at most {MOST_BYTES}", file=path
-                    )
-                table = file.read()
-            else:
-                table = pyarrow.ipc.open_file(stream).read_all()
-            columns = {name: table[name].to_numpy() for name in table.column_names}
-    except InputError:
-        raise
-    except Exception as e:
-        raise damaged("a Parquet file" if is_parquet else "an Arrow file", path, e) from None
+    with any_damage("a Parquet file" if is_parquet else "an Arrow file", path):
+        if is_parquet:
+            file = parquet.ParquetFile(stream)
+            size = 8 * file.metadata.num_rows * file.metadata.num_columns
+            if size > MOST_BYTES:
+                raise InputError(f"found {size} bytes, expected at most {MOST_BYTES}", file=path)
+            table = file.read()
+        else:
+            table = pyarrow.ipc.open_file(stream).read_all()
+        columns = {name: table[name].to_numpy() for name in table.column_names}
     return tables(columns, path, expected)
 
 
@@ -77,14 +67,10 @@ def read_spreadsheet(stream: BinaryIO, path: str, expected: Expected) -> list[Wr
     try:
         from openpyxl import load_workbook
     except ImportError:
-        raise _missing(path, "openpyxl", "spreadsheets (or save it as CSV)") from None
-    try:
-        with catch_warnings():
-            simplefilter("ignore")
-            book = load_workbook(stream, read_only=True, data_only=True)
-            texts = {sheet.title: _as_text(sheet) for sheet in book.worksheets}
-    except Exception as e:
-        raise damaged("a spreadsheet", path, e) from None
+        raise missing(path, "openpyxl", "spreadsheets (or save it as CSV)") from None
+    with any_damage("a spreadsheet", path):
+        book = load_workbook(stream, read_only=True, data_only=True)
+        texts = {sheet.title: _as_text(sheet) for sheet in book.worksheets}
     found: dict[str, WrittenTable] = {}
     errors: dict[str, InputError] = {}
     for title, text in texts.items():
@@ -120,9 +106,3 @@ def _as_text(sheet: Any) -> bytes:
 def _cell(x: Any) -> str:
     """A value as it is written in a text."""
     return "" if x is None else str(x).translate(_BREAKS).strip()
-
-
-def _missing(path: str, package: str, what: str) -> MissingPackageError:
-    return MissingPackageError(
-        f"{path}: {package}, which reads {what}, is not installed: pip install {package}"
-    )
