@@ -212,12 +212,12 @@ def test_y_that_is_badly_conditioned(run: Trajectory, monkeypatch: pytest.Monkey
 
 def test_a_halved_piece_has_the_larger_bound(run: Trajectory, monkeypatch: Any) -> None:
     """An error that grows late in a step is in the second half; an early one fades in it."""
-    monkeypatch.setattr(enclose, "_DEPTH", 1)
+    monkeypatch.setattr(enclose, "DEPTH", 1)
     whole = enclose.Prover.whole
 
     def halves_only(self: Any, piece: Any, frame: Any) -> Any:
         if piece.h == run.piece(piece.step).h:
-            raise enclose._TooLongError("halves are to be tried")
+            raise enclose.TooLongError("halves are to be tried")
         return whole(self, piece, frame)
 
     monkeypatch.setattr(enclose.Prover, "whole", halves_only)

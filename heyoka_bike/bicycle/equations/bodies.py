@@ -14,6 +14,7 @@ from fractions import Fraction
 
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.arithmetic import Arithmetic, Number
+from heyoka_bike.numbers.vectors import Vector
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,6 +49,15 @@ class Half:
     wheel_r: Number
     axial: Number
     diametral: Number
+
+    def inertia_times(self, v: Vector) -> Vector:
+        """The frame's inertia times a vector."""
+        x, y, z = v
+        return self.ixx * x + self.ixz * z, self.iyy * y, self.ixz * x + self.izz * z
+
+    def wheel_inertia_times(self, v: Vector) -> Vector:
+        """The wheel's inertia times a vector."""
+        return self.diametral * v[0], self.axial * v[1], self.diametral * v[2]
 
 
 @dataclass(frozen=True, slots=True)

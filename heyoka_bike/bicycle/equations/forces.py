@@ -190,20 +190,14 @@ def _loads(part: Half, axes: Axes, turning: Vector, hub: Vector, v: Dual, lift: 
     arm = (part.x, 0, part.z)
     swing = plus(cross(alpha, arm), cross(omega, cross(omega, arm)))
     force = scaled(part.m, plus(acceleration, swing))
-    moment = plus(_times(part, alpha), cross(omega, _times(part, omega)))
+    moment = plus(part.inertia_times(alpha), cross(omega, part.inertia_times(omega)))
     spin, spin_rate = (-(x / part.wheel_r) for x in (v.value, v.slopes[0]))
-    rim = (part.diametral * omega[0], part.axial * spin, part.diametral * omega[2])
-    rim_rate = (part.diametral * alpha[0], part.axial * spin_rate, part.diametral * alpha[2])
+    rim = part.wheel_inertia_times((omega[0], spin, omega[2]))
+    rim_rate = part.wheel_inertia_times((alpha[0], spin_rate, alpha[2]))
     return _Loads(
         frame=_Wrench(force, plus(moment, cross(arm, force))),
         wheel=_Wrench(scaled(part.wheel_m, acceleration), plus(rim_rate, cross(omega, rim))),
     )
-
-
-def _times(part: Half, v: Vector) -> Vector:
-    """A frame's inertia times a vector."""
-    x, y, z = v
-    return part.ixx * x + part.ixz * z, part.iyy * y, part.ixz * x + part.izz * z
 
 
 def _values(v: Vector) -> Vector:

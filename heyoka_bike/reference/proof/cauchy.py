@@ -7,10 +7,11 @@ coefficients in s, and, by Cauchy's estimate in the state, its derivatives: on t
 the radii the derivative by variable j is at most M / (rho_j / 2), at its centre M / rho_j.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product
+from typing import TypeVar
 
 import flint
 
@@ -33,11 +34,21 @@ SMALLER = (1, 64)
 """The radii over these are tried in turn: where a bicycle is about to fall the formulas' own
 overestimation takes the first for a divisor that vanishes."""
 
+DEPTH = 6
+"""How often a piece is halved where something cannot be shown on the whole of it."""
+
 _BITS = 64
 _FIRST_ARCS, _MOST_ARCS = 8, 1024
 
 Function = Callable[[Equations, Sequence[Number]], list[Number]]
 """Of a bicycle and a state of its form."""
+
+
+_Found = TypeVar("_Found")
+
+
+class TooLongError(Exception):
+    """A piece over which the proof does not work, and why; its halves may do."""
 
 
 @dataclass(frozen=True)
@@ -121,6 +132,33 @@ def refused(piece: Piece, why: str) -> NotCertifiedError:
         f"{run.maneuver.name}: step {piece.step + 1} of {run.steps}, t = {float(piece.t0):g} to "
         f"{float(piece.t1):g} s, is not certified: {why}"
     )
+
+
+def in_parts(
+    piece: Piece, attempt: Callable[[Piece, int], _Found], depth: int = 0
+) -> Iterator[_Found]:
+    """What is found on a piece, or on its halves where that fails, in the order of time.
+
+    Parameters
+    ----------
+    piece : Piece
+    attempt
+        Told a part, and how often it was halved.
+
+    Raises
+    ------
+    NotCertifiedError
+        It fails on the smallest parts.
+    """
+    try:
+        found = attempt(piece, depth)
+    except (TooLongError, NotAnalyticError) as e:
+        if depth == DEPTH:
+            raise refused(piece, str(e)) from None
+        for half in piece.halves():
+            yield from in_parts(half, attempt, depth + 1)
+        return
+    yield found
 
 
 def _values(

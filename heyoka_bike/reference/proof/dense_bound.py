@@ -23,7 +23,7 @@ from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.errors import NotCertifiedError
 from heyoka_bike.motion.trajectory import Certificate, Piece, Trajectory
-from heyoka_bike.numbers.analytic import NotAnalyticError, PowerSeries
+from heyoka_bike.numbers.analytic import PowerSeries
 from heyoka_bike.numbers.arithmetic import Balls, Number, exact_ball, upper_fraction
 from heyoka_bike.numbers.ball_matrices import total
 from heyoka_bike.numbers.rounding import Value, upward
@@ -32,14 +32,13 @@ from heyoka_bike.reference.proof.cauchy import (
     circle_bound,
     circle_equations,
     geometric,
+    in_parts,
     moved,
-    refused,
 )
 from heyoka_bike.reference.values import Dense
 
 BITS = 192
 _REMAINDER_BITS = 128
-_DEPTH = 6
 
 
 def bound_dense(
@@ -107,16 +106,10 @@ def _check_shape(run: Trajectory, dense: Dense, names: Sequence[str]) -> None:
 
 
 def expansions(
-    piece: Piece, state_bound: tuple[Fraction, ...], along: Along, depth: int = 0
+    piece: Piece, state_bound: tuple[Fraction, ...], along: Along
 ) -> Iterator[Expansion]:
     """Expansions along a piece, or along parts of it where no circle works for the whole."""
-    try:
-        yield Expansion(piece, state_bound, along)
-    except NotAnalyticError as e:
-        if depth == _DEPTH:
-            raise refused(piece, str(e)) from None
-        for half in piece.halves():
-            yield from expansions(half, state_bound, along, depth + 1)
+    return in_parts(piece, lambda part, _: Expansion(part, state_bound, along))
 
 
 def _spans(low: Fraction, high: Fraction, width: Fraction) -> list[tuple[Fraction, Fraction]]:

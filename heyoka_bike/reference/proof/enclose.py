@@ -42,8 +42,10 @@ from heyoka_bike.numbers.arithmetic import Balls, Number, exact_ball, upper_frac
 from heyoka_bike.numbers.ball_matrices import Vector, identity, largest, total
 from heyoka_bike.numbers.dual import Dual, Duals
 from heyoka_bike.reference.proof.cauchy import (
+    DEPTH,
     RADII,
     Circle,
+    TooLongError,
     circle_bound,
     circle_equations,
     geometric,
@@ -53,7 +55,7 @@ from heyoka_bike.reference.proof.error_flow import MATRIX_BITS, SIZE, Carried, F
 
 _RESOLVED = 0.1
 _CONDITION = 1e6
-_TRIALS, _DEPTH = 20, 6
+_TRIALS = 20
 _MATRIX_LENGTHS = (40, 64)
 """Orders tried for Y."""
 
@@ -102,10 +104,6 @@ def _check_shape(run: Trajectory) -> None:
         raise NotCertifiedError(f"{run.maneuver.name}: the candidate is not whole: {problem}")
 
 
-class _TooLongError(Exception):
-    """A piece over which the proof does not work, and why; its halves may do."""
-
-
 class Prover:
     """Carries the bound on the error over the pieces of a candidate."""
 
@@ -139,11 +137,13 @@ class Prover:
     def piece(self, piece: Piece, frame: Frame, depth: int = 0) -> tuple[Vector, Frame]:
         """Bound over a piece, and the frame at its end; the piece is halved where that helps."""
         # What was too long a moment ago is not tried again.
-        if depth == _DEPTH or piece.h < self.too_long:
+        if depth == DEPTH or piece.h < self.too_long:
             try:
-                return self.whole(piece, frame)
-            except (_TooLongError, NotAnalyticError) as e:
-                if depth == _DEPTH:
+                rim = circle_bound(piece, Equations.rates_with_yaw, self.circles)
+                near = circle_bound(piece, Equations.rates_with_yaw, self.circles, (1,))
+                return self.whole(piece, frame, rim, near)
+            except (TooLongError, NotAnalyticError) as e:
+                if depth == DEPTH:
                     raise refused(piece, str(e)) from None
                 self.too_long = piece.h
         left, right = piece.halves()
@@ -151,10 +151,8 @@ class Prover:
         sup_right, frame = self.piece(right, frame, depth + 1)
         return [x.max(y) for x, y in zip(sup_left, sup_right, strict=True)], frame
 
-    def whole(self, piece: Piece, frame: Frame) -> tuple[Vector, Frame]:
-        """The same without halving."""
-        rim = circle_bound(piece, Equations.rates_with_yaw, self.circles)
-        near = circle_bound(piece, Equations.rates_with_yaw, self.circles, (1,))
+    def whole(self, piece: Piece, frame: Frame, rim: Circle, near: Circle) -> tuple[Vector, Frame]:
+        """The same without halving, by the bounds on two circles around the piece."""
         with flint.ctx.workprec(MATRIX_BITS):
             carried = Carried(self.flow(piece, rim), frame)
         delta = self._defect(piece, rim)
@@ -183,12 +181,12 @@ class Prover:
             jacobian, tail = self._jacobian(piece, rim, length)
             flow = Flow.of(jacobian, tail)
             if not flow.condition < _CONDITION:
-                raise _TooLongError(
+                raise TooLongError(
                     f"Y has condition {_show(flow.condition)}, not below {_CONDITION}"
                 )
             if flow.eta * flow.condition**2 < _RESOLVED:
                 return flow
-        raise _TooLongError(f"Y is not resolved at order {tried[-1]}")
+        raise TooLongError(f"Y is not resolved at order {tried[-1]}")
 
     def jump(self, i: int) -> Vector:
         """Distance from the end of piece i to the start of the next."""

@@ -22,7 +22,7 @@ import flint
 from heyoka_bike.bicycle.equations.configuration import INTEGRALS, rates_of_integrals
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.motion.trajectory import Certificate, Piece, Trajectory
-from heyoka_bike.numbers.analytic import NotAnalyticError, PowerSeries
+from heyoka_bike.numbers.analytic import PowerSeries
 from heyoka_bike.numbers.arithmetic import Balls, exact_ball, to_grid, upper_fraction
 from heyoka_bike.numbers.ball_matrices import total
 from heyoka_bike.reference.proof.cauchy import (
@@ -30,12 +30,11 @@ from heyoka_bike.reference.proof.cauchy import (
     circle_bound,
     circle_equations,
     geometric,
+    in_parts,
     moved,
-    refused,
 )
 
 _GUARD_BITS = 64
-_DEPTH = 6
 
 
 @dataclass(frozen=True)
@@ -77,20 +76,20 @@ class _Integrator:
         self.at = [Fraction(0)] * len(INTEGRALS)
         self.error = [Fraction(0)] * len(INTEGRALS)
 
-    def stretches(
-        self, piece: Piece, bounds: tuple[Fraction, ...], depth: int = 0
-    ) -> Iterator[Stretch]:
+    def stretches(self, piece: Piece, bounds: tuple[Fraction, ...]) -> Iterator[Stretch]:
         """A piece with its integrals, in parts where no circle works for the whole."""
-        try:
-            circle = circle_bound(piece, rates_of_integrals, self.circles)
+
+        def around(part: Piece, _: int) -> tuple[Piece, Circle, flint.arb]:
+            circle = circle_bound(part, rates_of_integrals, self.circles)
             with flint.ctx.workprec(self.bits):
-                apart = moved(bounds, circle.rho)
-        except NotAnalyticError as e:
-            if depth == _DEPTH:
-                raise refused(piece, str(e)) from None
-            for half in piece.halves():
-                yield from self.stretches(half, bounds, depth + 1)
-            return
+                return part, circle, moved(bounds, circle.rho)
+
+        for part, circle, apart in in_parts(piece, around):
+            yield self._stretch(part, bounds, circle, apart)
+
+    def _stretch(
+        self, piece: Piece, bounds: tuple[Fraction, ...], circle: Circle, apart: flint.arb
+    ) -> Stretch:
         integrands = self._integrands(piece, circle)
         with flint.ctx.workprec(self.bits):
             rows = [self._row(piece, i, c) for i, c in enumerate(integrands)]
@@ -99,7 +98,7 @@ class _Integrator:
                 rest = exact_ball(piece.h) * circle.values[i] * beyond
                 self.error[i] += upper_fraction(_defect(piece, row, integrand) + rest)
                 self.at[i] = Fraction(sum(row), 2**piece.grid)
-        yield Stretch(
+        return Stretch(
             replace(piece, rows=piece.rows + tuple(map(tuple, rows))), bounds + tuple(self.error)
         )
 

@@ -14,12 +14,11 @@ from dataclasses import dataclass
 
 import flint
 
-from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.errors import NotCertifiedError
 from heyoka_bike.motion.trajectory import Certificate, Piece, Trajectory
 from heyoka_bike.numbers.arithmetic import exact_ball, upper_fraction
 from heyoka_bike.numbers.ball_matrices import Vector, identity, largest, norm, supremum, value
-from heyoka_bike.reference.proof.cauchy import circle_bound, refused
+from heyoka_bike.reference.proof.cauchy import Circle, refused
 from heyoka_bike.reference.proof.enclose import Prover
 from heyoka_bike.reference.proof.error_flow import MATRIX_BITS, SIZE, Flow, Frame
 
@@ -102,10 +101,8 @@ class _Prover(Prover):
         super().__init__(run)
         self.parts: list[_Part] = []
 
-    def whole(self, piece: Piece, frame: Frame) -> tuple[Vector, Frame]:
-        sup, end = super().whole(piece, frame)
-        rim = circle_bound(piece, Equations.rates_with_yaw, self.circles)
-        near = circle_bound(piece, Equations.rates_with_yaw, self.circles, (1,))
+    def whole(self, piece: Piece, frame: Frame, rim: Circle, near: Circle) -> tuple[Vector, Frame]:
+        sup, end = super().whole(piece, frame, rim, near)
         with flint.ctx.workprec(MATRIX_BITS):
             flow = self.flow(piece, rim, (_LENGTH,))
             reach = largest(x / y for x, y in zip(sup, near.rho, strict=True))

@@ -33,7 +33,7 @@ import flint
 from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.motion.trajectory import Certificate, Piece, Trajectory
-from heyoka_bike.numbers.analytic import NotAnalyticError, PowerSeries
+from heyoka_bike.numbers.analytic import PowerSeries
 from heyoka_bike.numbers.arithmetic import Balls, Number, exact_ball
 from heyoka_bike.numbers.ball_matrices import (
     Vector,
@@ -50,11 +50,12 @@ from heyoka_bike.numbers.ball_matrices import (
 )
 from heyoka_bike.numbers.dual import Dual, Duals
 from heyoka_bike.reference.proof.cauchy import (
+    TooLongError,
     circle_bound,
     circle_equations,
     geometric,
+    in_parts,
     moved,
-    refused,
 )
 from heyoka_bike.reference.proof.error_flow import SIZE, Frame
 from heyoka_bike.reference.proof.unknowns import Unknowns
@@ -72,7 +73,6 @@ _TAIL_BITS = 150
 _SMALL, _SMALLER = 2, 64
 """After so many halvings it is taken over this: where a bicycle is about to fall, see `cauchy`."""
 
-_DEPTH = 6
 _CONDITION = 1e6
 _RESOLVED = 0.1
 _YAW_RATE = [c.name for c in COLUMNS].index("yaw_rate")
@@ -133,10 +133,6 @@ def variations(
             yield i, variation
 
 
-class _TooLongError(Exception):
-    """A piece over which the proof does not work, and why; its halves may do."""
-
-
 class _Prover:
     """Carries the derivatives, exact numbers, and the frame of their errors."""
 
@@ -161,18 +157,12 @@ class _Prover:
             self.q = unknowns.start.mid()
             self.frame = Frame(identity(SIZE), _apart(unknowns.start, self.q))
 
-    def piece(
-        self, piece: Piece, bounds: Sequence[Fraction], depth: int = 0
-    ) -> Iterator[Variation]:
-        try:
-            found = self._whole(piece, bounds, _SMALLER if depth >= _SMALL else 1)
-        except (_TooLongError, NotAnalyticError) as e:
-            if depth == _DEPTH:
-                raise refused(piece, str(e)) from None
-            for half in piece.halves():
-                yield from self.piece(half, bounds, depth + 1)
-            return
-        yield found
+    def piece(self, piece: Piece, bounds: Sequence[Fraction]) -> Iterator[Variation]:
+        """The derivatives over a piece, in parts where that is too long."""
+        return in_parts(
+            piece,
+            lambda part, depth: self._whole(part, bounds, _SMALLER if depth >= _SMALL else 1),
+        )
 
     def _whole(self, piece: Piece, bounds: Sequence[Fraction], smaller: int) -> Variation:
         """Over a piece, with the radii around the constants over `smaller`."""
@@ -214,10 +204,10 @@ class _Prover:
         defect, defect_v = variational_defect(a, tail, y, v, weights)
         size_y, size_v = (total(norm(m, weights) for m in p) for p in (y, v))
         if not size_y * size_v < _CONDITION:
-            raise _TooLongError("Y is badly conditioned")
+            raise TooLongError("Y is badly conditioned")
         eta = (defect_v * size_y + size_v * defect).upper()
         if not eta * (size_y * size_v) ** 2 < _RESOLVED:
-            raise _TooLongError("Y is not resolved")
+            raise TooLongError("Y is not resolved")
         size_inverse = size_v / (1 - eta)
         minus, plus = flint.arb(-1), flint.arb(1)
         back = value(y, minus).inv()

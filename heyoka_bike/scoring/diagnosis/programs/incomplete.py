@@ -13,7 +13,6 @@ from functools import reduce
 from typing import Any
 
 from heyoka_bike.bicycle.equations.axes import Axes
-from heyoka_bike.bicycle.equations.bodies import Half
 from heyoka_bike.bicycle.equations.kinematics import Speeds
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.numbers.arithmetic import Number
@@ -64,7 +63,7 @@ def rates_without(
     lost: list[list[Number]] = [[0.0] * 3 for _ in _INDEPENDENT]
     for body, w in now.items():
         is_wheel, half = body in "RF", equations.b.rear if body in "BR" else equations.b.front
-        own = _wheel(half) if is_wheel else _frame(half)
+        own = half.wheel_inertia_times if is_wheel else half.inertia_times
         is_missing = missing[WHEELS_GYROSCOPIC if is_wheel else FRAMES_GYROSCOPIC]
         torque = scaled(is_missing, cross(w, own(w)))
         columns = [found[body] for found in by_speed]
@@ -100,16 +99,6 @@ def _turning(equations: Equations, u: Speeds) -> dict[str, Vector]:
 
 def _slope(hy: Any, w: Vector, angle: Any) -> Vector:
     return hy.diff(w[0], angle), hy.diff(w[1], angle), hy.diff(w[2], angle)
-
-
-def _frame(half: Half) -> Callable[[Vector], Vector]:
-    return lambda w: (
-        half.ixx * w[0] + half.ixz * w[2], half.iyy * w[1], half.ixz * w[0] + half.izz * w[2]
-    )  # fmt: skip
-
-
-def _wheel(half: Half) -> Callable[[Vector], Vector]:
-    return lambda w: (half.diametral * w[0], half.axial * w[1], half.diametral * w[2])
 
 
 def _surplus(
