@@ -105,6 +105,9 @@ alternates."""
 BENCHMARK_COLUMNS: tuple[str, ...] = tuple(c.name for c in COLUMNS[:8])
 """The eight columns of the benchmark's result file, in its order (after the time)."""
 
+LATERAL = ("roll_angle", "roll_rate", "steer_angle", "steer_rate")
+"""Columns of the benchmark that are zero upright and straight."""
+
 COMPARED: Mapping[str, tuple[Column, ...]] = {
     column.key: tuple(c for c in (*COLUMNS, *MOTION_COLUMNS) if c.key == column.key)
     for column in (*COLUMNS, *MOTION_COLUMNS)

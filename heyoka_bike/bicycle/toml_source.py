@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from heyoka_bike.errors import InputError, printable, quoted
+from heyoka_bike.numbers.exact import Exact
 
 Where = tuple[str | int, ...]
 """Path of an entry: keys, and indices in arrays."""
@@ -113,6 +114,24 @@ class TomlSource:
             f"{key}: found {found}, expected one line of text, at most {limit} characters",
             (*where, key),
         )
+
+    def positive(self, tree: dict[str, Any], key: str, where: Where) -> float:
+        """The positive decimal under `key`: text, or a whole number."""
+        entry = tree[key]
+        if isinstance(entry, int) and not isinstance(entry, bool):
+            entry = str(entry)
+        if not isinstance(entry, str):
+            message = f"{key}: found {kind(entry)}, expected a decimal number"
+            raise self.error(message, (*where, key))
+        try:
+            value = float(Exact.parse(entry))
+        except ValueError as e:
+            raise self.error(f"{key}: {e}", (*where, key)) from None
+        if value <= 0:
+            raise self.error(
+                f"{key}: found {quoted(entry)}, expected more than zero", (*where, key)
+            )
+        return value
 
     def refuse_unknown(self, tree: dict[str, Any], known: Collection[str], where: Where) -> None:
         """Raise an error that names the first entry not among those known."""

@@ -100,4 +100,5 @@ def _print(board: Any) -> None:
 
     for problem, entries in board.entries.items():
         print_table(table(HEADINGS, rows(entries), title=problem, left=2))
-    print(textwrap.fill(ABOUT, _WIDTH))
+    if board.entries:
+        print(textwrap.fill(ABOUT, _WIDTH))

@@ -120,29 +120,29 @@ def leaderboard(
 
 def _by_inputs(references: Sequence[Reference]) -> References:
     """The sets by the inputs that they were made of, which are compared as they are."""
-    inputs = {}
-    for names in dict.fromkeys(p.inputs for p in PROBLEMS.values()):
-        bicycle, maneuvers = (
-            find_input("bicycles", names[0]), find_input("maneuvers", names[1])
-        )  # fmt: skip
-        inputs[names] = describe_inputs(read_bicycle(bicycle), read_maneuvers(maneuvers))
+    asked = {names: _inputs(*names) for names in {p.inputs for p in PROBLEMS.values()}}
     found = {}
     for reference in references:
-        for names, made_of in inputs.items():
-            asked = [dict(m) for m in made_of["maneuvers"]]
-            if reference.parameters == made_of["bicycle"]["parameters"] and [
-                {key: str(reference[n].inputs.get(key)) for key in asked[0] if key != "name"}
-                for n in reference
-            ] == [{key: m[key] for key in m if key != "name"} for m in asked]:
-                found[names] = reference
-                break
-        else:
+        made_of = reference.parameters, [dict(reference[n].inputs) for n in reference]
+        names = next((names for names, inputs in asked.items() if inputs == made_of), None)
+        if names is None:
             raise InputError(
                 "found a reference of other inputs, expected that of a problem: see "
                 "docs/harder-tier.md",
                 file=reference.folder,
             )
+        found[names] = reference
     return found
+
+
+def _inputs(bicycle: str, maneuvers: str) -> tuple[dict[str, str], list[dict[str, str]]]:
+    """Parameters, and what each maneuver is given."""
+    said = describe_inputs(
+        read_bicycle(find_input("bicycles", bicycle)),
+        read_maneuvers(find_input("maneuvers", maneuvers)),
+    )
+    given = [{key: x for key, x in m.items() if key != "name"} for m in said["maneuvers"]]
+    return said["bicycle"]["parameters"], given
 
 
 def _entry(submission: Submission, known: References) -> Entry:
@@ -168,7 +168,7 @@ def _entry(submission: Submission, known: References) -> Entry:
             )
         read = read_results(file.path, maneuver=file.maneuver, count=len(reference))
         held = [rows.maneuver for rows in read.maneuvers]
-        if file.maneuver not in (None, *held) or (file.maneuver and len(held) > 1):
+        if file.maneuver is not None and held != [file.maneuver]:
             raise InputError(
                 f"found maneuver {', '.join(map(str, held))}, expected {file.maneuver} alone",
                 file=file.path,

@@ -13,9 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from heyoka_bike.bicycle.toml_source import TomlSource, kind
-from heyoka_bike.errors import quoted
-from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.bicycle.toml_source import TomlSource
 
 _ENTRIES = {"file", "step", "tolerance", "cpu"}
 
@@ -64,25 +62,8 @@ def _read_run(source: TomlSource, table: dict[str, Any], index: int, folder: Pat
     file = source.line_of_text(table, "file", where, limit=4000)
     return ListedRun(
         file=folder / file,
-        step=_positive(source, table, "step", index),
-        cpu=_positive(source, table, "cpu", index),
-        tolerance=_positive(source, table, "tolerance", index),
+        **{
+            key: source.positive(table, key, where) if key in table else None
+            for key in ("step", "cpu", "tolerance")
+        },
     )
-
-
-def _positive(source: TomlSource, table: dict[str, Any], key: str, index: int) -> float | None:
-    if key not in table:
-        return None
-    where = ("run", index, key)
-    entry = table[key]
-    if isinstance(entry, int) and not isinstance(entry, bool):
-        entry = str(entry)
-    if not isinstance(entry, str):
-        raise source.error(f"{key}: found {kind(entry)}, expected a decimal number", where)
-    try:
-        value = float(Exact.parse(entry))
-    except ValueError as e:
-        raise source.error(f"{key}: {e}", where) from None
-    if value <= 0:
-        raise source.error(f"{key}: found {quoted(entry)}, expected more than zero", where)
-    return value

@@ -29,7 +29,6 @@ from typing import Any
 
 from heyoka_bike.bicycle.toml_source import TomlSource, kind
 from heyoka_bike.errors import quoted
-from heyoka_bike.numbers.exact import Exact
 
 _REQUIRED = (
     "name", "problem", "program", "version", "method", "coordinates", "precision",
@@ -146,7 +145,7 @@ def read_submission(path: str | Path) -> Submission:
         found = "both" if "step" in said else "neither"
         raise source.error(f"found {found} of step and tolerance, expected one of them", ())
     times = {
-        key: _positive(source, said[key], key)
+        key: source.positive(said, key, ())
         for key in ("processor_time", "wall_time", "step", "tolerance")
         if key in said
     }
@@ -185,13 +184,3 @@ def _read_file(
             f"maneuver: found {found}, expected a number from 1", (*where, "maneuver")
         )
     return SubmittedFile(folder / path, sha256, number)
-
-
-def _positive(source: TomlSource, text: str, key: str) -> float:
-    try:
-        value = float(Exact.parse(text))
-    except ValueError as e:
-        raise source.error(f"{key}: {e}", (key,)) from None
-    if value <= 0:
-        raise source.error(f"{key}: found {quoted(text)}, expected more than zero", (key,))
-    return value

@@ -9,14 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.numbers.double import Array, median
 from heyoka_bike.reference.load import ReferenceManeuver
 from heyoka_bike.scoring.alignment import Part, spread
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.units import factor
-
-KEYS = ("roll_angle", "roll_rate", "steer_angle", "steer_rate")
-"""Columns that show a shift; speed and energies hardly vary."""
 
 # Rows that are compared, and times that are tried first [s]: the fastest mode decays in 0.05 s.
 _ROWS = 200
@@ -114,7 +112,8 @@ def _motion(part: Part) -> _Motion | None:
     if len(part.time) < 2:
         return None
     rows = spread(len(part.time), _ROWS)
-    values = {key: part.values[key][rows] for key in KEYS if key in part.values}
+    # Speed and energies hardly vary: they show no shift.
+    values = {key: part.values[key][rows] for key in LATERAL if key in part.values}
     if not values:
         return None
     good = np.all([np.isfinite(x) for x in values.values()], axis=0)

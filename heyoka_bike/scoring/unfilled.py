@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED, LATERAL
 from heyoka_bike.scoring.alignment import Alignment, Part
 from heyoka_bike.scoring.findings import Finding, Severity
 
@@ -24,7 +24,6 @@ _FEW_ROWS = 10
 _HELD = ("potential_energy", "kinetic_energy", "mechanical_energy")
 # Zeros are the rate of such an angle.
 _RATES = {"roll_rate": "roll_angle", "steer_rate": "steer_angle"}
-_LATERAL = ("roll_angle", "roll_rate", "steer_angle", "steer_rate")
 # Of a bicycle that runs upright and straight nothing varies but by an integrator's roundoff.
 _ROUNDOFF = 1e-9
 # The quantity varies by more of what can be written than this: rounding does not explain one value.
@@ -73,9 +72,9 @@ def _unfilled(part: Part) -> dict[str, float]:
 
 def _runs_straight(part: Part) -> bool:
     """Whether all columns together are those of a bicycle that stays upright and straight."""
-    lateral = [part.values[key] for key in _LATERAL if key in part.values]
+    lateral = [part.values[key] for key in LATERAL if key in part.values]
     others = [
-        x for key, x in part.values.items() if key in BENCHMARK_COLUMNS and key not in _LATERAL
+        x for key, x in part.values.items() if key in BENCHMARK_COLUMNS and key not in LATERAL
     ]
     return (
         bool(lateral and others)

@@ -5,7 +5,7 @@ many digits, and one with several meanings has few, the motion is right and the 
 those known. That is said instead of looking for a cause.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from heyoka_bike.scoring.report import ColumnScore, ManeuverScore
 # follows the fastest mode, the energies hardly move.
 _FAR_WORSE = 1000.0
 # ... and the others must be good enough to say that the motion is right.
-_RIGHT = 1e-3
+RIGHT = 1e-3
 _OTHERS = 3
 _AT_FLOOR = 4.0
 
@@ -26,27 +26,42 @@ _AT_FLOOR = 4.0
 def unknown_columns(maneuvers: Sequence[ManeuverScore]) -> frozenset[str]:
     """Keys of the columns whose definition is not known, the same in every maneuver."""
     having = [m for m in maneuvers if any(c.values for c in m.columns)]
-    found = [_far_worse(m) for m in having]
+    found = [_of_several_meanings(m) for m in having]
     return frozenset.intersection(*found) if found else frozenset()
 
 
-def _far_worse(m: ManeuverScore) -> frozenset[str]:
-    """Columns of several meanings that are far worse than all others of a maneuver."""
+def _of_several_meanings(m: ManeuverScore) -> frozenset[str]:
+    return far_worse(m, [c.key for c in m.columns if len(COMPARED[c.key]) > 1])[0]
+
+
+def far_worse(m: ManeuverScore, keys: Collection[str]) -> tuple[frozenset[str], float]:
+    """Columns among `keys` that are far worse than all others of a maneuver, whose motion is right.
+
+    Returns
+    -------
+    keys : frozenset of str
+        The most of them that are; empty if none is.
+    limit : float
+        Largest error of the other columns, in scales.
+    """
     columns = [c for c in m.columns if c.values]
-    open_ones = {c.key for c in columns if len(COMPARED[c.key]) > 1}
-    ranked = sorted((c for c in columns if c.key in open_ones), key=_typical, reverse=True)
-    # The most of them that are far worse than the rest.
+    ranked = sorted((c for c in columns if c.key in keys), key=_typical, reverse=True)
     for count in range(len(ranked), 0, -1):
         worse = ranked[:count]
         others = [c for c in columns if c not in worse]
-        limit = max((c.as_understood.measures.max_rel_error or 0.0 for c in others), default=1.0)
-        if len(others) >= _OTHERS and limit < _RIGHT and all(_is_far(c, limit) for c in worse):
-            return frozenset(c.key for c in worse)
-    return frozenset()
+        limit = _largest(others)
+        if len(others) >= _OTHERS and limit < RIGHT and all(is_far(c, limit) for c in worse):
+            return frozenset(c.key for c in worse), limit
+    return frozenset(), _largest(columns)
 
 
-def _is_far(c: ColumnScore, limit: float) -> bool:
-    return _typical(c) > _FAR_WORSE * limit and not c.is_at_floor(_AT_FLOOR)
+def is_far(c: ColumnScore, limit: float, times: float = _FAR_WORSE) -> bool:
+    """Whether a column is so many times worse than a limit, and than its digits allow."""
+    return _typical(c) > times * limit and not c.is_at_floor(_AT_FLOOR)
+
+
+def _largest(columns: Sequence[ColumnScore]) -> float:
+    return max((c.as_understood.measures.max_rel_error or 0.0 for c in columns), default=0.0)
 
 
 def _typical(c: ColumnScore) -> float:

@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 from support.made_results import made
 
-from heyoka_bike.bicycle.columns import DEFINITIONS
+from heyoka_bike.bicycle.columns import DEFINITIONS, LATERAL
 from heyoka_bike.scoring.alignment import align
 from heyoka_bike.scoring.definitions import understand
 from heyoka_bike.scoring.diagnosis.mistakes.first_row import contradicted
 from heyoka_bike.scoring.diagnosis.remainder import (
-    LATERAL,
     energy_level,
     is_nothing,
     too_large,

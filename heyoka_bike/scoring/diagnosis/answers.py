@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from math import floor, log10
 from typing import Any
 
+from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.bicycle.parameters import PARAMETERS
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.reference.sensitivities import UNKNOWNS
@@ -11,7 +12,6 @@ from heyoka_bike.scoring.diagnosis import plain
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
 from heyoka_bike.scoring.diagnosis.numerical import causes as numerical
 from heyoka_bike.scoring.diagnosis.ranking import Diagnosis, Hypothesis
-from heyoka_bike.scoring.diagnosis.remainder import LATERAL
 from heyoka_bike.scoring.diagnosis.unknowns.estimation import Fit, Unknown
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.report import ColumnScore, Explanation, ManeuverScore, Report

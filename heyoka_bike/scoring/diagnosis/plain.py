@@ -8,25 +8,20 @@ from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
-from heyoka_bike.numbers.double import Array, median
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.findings import Finding, Severity
-from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Report
+from heyoka_bike.scoring.unknown import RIGHT, far_worse, is_far
 
 _FEW_ROWS = 10
 # Of the rows of two maneuvers, so many hold the same numbers.
 _SAME = 0.9
 # What a start may be off by, in parts of itself, and in what the digits tell.
 _START, _AT_FLOOR = 1e-6, 4.0
-# Columns of one motion are wrong by parts of their scales that differ by up to 100, see `unknown`.
-_FAR_WORSE = 1000.0
-# ... and worse at all in the other maneuvers.
+# Worse at all, in the maneuvers where a column is not far worse.
 _WORSE = 10.0
 # What a sum of energies is off by at least.
 _ROUNDOFF = 1e-12
-_RIGHT = 1e-3
-_MOTION = 3
 _GIVEN = ("roll_rate", "forward_speed")
 
 
@@ -114,10 +109,12 @@ def _unit(c: ColumnScore) -> str:
 
 def columns_apart(report: Report) -> Finding | None:
     """Some columns are wrong, and all others show that the motion is right: look at those alone."""
-    each = {m.maneuver: _apart(m) for m in report.maneuvers}
-    if any(not apart and limit > _RIGHT for apart, limit in each.values()):
+    each = {m.maneuver: far_worse(m, [c.key for c in m.columns]) for m in report.maneuvers}
+    if any(not apart and limit > RIGHT for apart, limit in each.values()):
         return None
-    keys = dict.fromkeys(key for apart, _ in each.values() for key in apart)
+    keys = dict.fromkeys(
+        c.key for m in report.maneuvers for c in m.columns if c.key in each[m.maneuver][0]
+    )
     if {"potential_energy", "kinetic_energy"} & keys.keys():
         keys.pop("mechanical_energy", None)  # their sum
     if not keys:
@@ -127,7 +124,7 @@ def columns_apart(report: Report) -> Finding | None:
             m.maneuver
             for m in report.maneuvers
             for c in m.columns
-            if c.key == key and c.values and _is_far(c, each[m.maneuver][1], _WORSE)
+            if c.key == key and c.values and is_far(c, each[m.maneuver][1], _WORSE)
         ]
         for key in keys
     }
@@ -164,24 +161,3 @@ def _offsets(report: Report, apart: Mapping[str, Sequence[int]]) -> Iterator[str
         if any(x != "right" for x in off):
             column = next(c for m in report.maneuvers for c in m.columns if c.key == key)
             yield f"{key} is off by {' / '.join(off)} {_unit(column)}"
-
-
-def _apart(m: ManeuverScore) -> tuple[tuple[str, ...], float]:
-    """Columns far worse than all others of a maneuver, and the largest error of those others."""
-    columns = sorted((c for c in m.columns if c.values), key=_typical, reverse=True)
-    for count in range(len(columns) - _MOTION, 0, -1):
-        worse, others = columns[:count], columns[count:]
-        limit = max(c.as_understood.measures.max_rel_error or 0.0 for c in others)
-        if limit < _RIGHT and all(_is_far(c, limit) for c in worse):
-            return tuple(c.key for c in worse), limit
-    return (), max((c.as_understood.measures.max_rel_error or 0.0 for c in columns), default=0.0)
-
-
-def _is_far(c: ColumnScore, limit: float, times: float = _FAR_WORSE) -> bool:
-    return _typical(c) > times * limit and not c.is_at_floor(_AT_FLOOR)
-
-
-def _typical(c: ColumnScore) -> float:
-    """Median error over the size of the column: a few bad rows are no other quantity."""
-    error: Array = c.trace.error
-    return float(median(np.abs(error))) / (rms(c.trace.reference) or 1.0)

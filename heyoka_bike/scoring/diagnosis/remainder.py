@@ -11,12 +11,11 @@ from math import log
 
 import numpy as np
 
+from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.scoring.alignment import Part
 from heyoka_bike.scoring.definitions import Understanding
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.units import factor
-
-LATERAL = ("roll_angle", "roll_rate", "steer_angle", "steer_rate")
 
 # Of forty-six correct runs (tests/support/correct_programs.py) the worst of these columns is wrong
 # by at most 38 times the change of the energy over its exchange, the largest of three maneuvers; of

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from heyoka_bike.bicycle.columns import COLUMNS
+from heyoka_bike.bicycle.columns import COLUMNS, LATERAL
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import Array
@@ -32,7 +32,6 @@ from heyoka_bike.scoring.diagnosis.programs.linear import linear_columns
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.scoring.diagnosis.programs.start import Start, initial_state
 from heyoka_bike.scoring.diagnosis.remainder import (
-    LATERAL,
     Place,
     energy_level,
     is_nothing,

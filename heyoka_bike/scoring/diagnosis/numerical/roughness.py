@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.report import ColumnScore, ManeuverScore
 
@@ -81,8 +82,7 @@ def roughness(c: ColumnScore) -> Roughness | None:
 
 def interpolation(m: ManeuverScore) -> Interpolation | None:
     """How the rows between steps are interpolated, by the angles and rates; None if not."""
-    keys = ("roll_angle", "roll_rate", "steer_angle", "steer_rate")
-    columns = [c for c in m.columns if c.key in keys and roughness(c) is not None]
+    columns = [c for c in m.columns if c.key in LATERAL and roughness(c) is not None]
     if not columns or any(not _is_even(c.trace.time) for c in columns):
         return None
     differences = [np.diff(c.trace.error, 4) for c in columns]

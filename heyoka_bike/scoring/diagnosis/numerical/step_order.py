@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from heyoka_bike.bicycle.columns import DEFINITIONS
+from heyoka_bike.bicycle.columns import DEFINITIONS, LATERAL
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.alignment import spread
@@ -30,7 +30,6 @@ _SHOWN = 10.0
 _ROUNDS = 8
 # The slowest grid that still follows the fastest mode, which decays in 0.05 s [s].
 _WIDEST = 0.02
-_MOTION = ("roll_angle", "roll_rate", "steer_angle", "steer_rate")
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +62,7 @@ _PLAIN = _Family("one-step or multistep", {1: 0.2, 2: 0.2, 3: 0.2, 4: 0.2}, 2.5)
 _PARTITIONED = _Family("partitioned, such as symplectic Euler,", {1: 0.1, 2: 0.04}, 2.0)
 # Ten terms. Speed and energies are left out: constraints that drift spoil them.
 _BODIES = _Family(
-    "multibody", {1: 0.15, 2: 0.15, 3: 0.15}, 1.5, _MOTION
+    "multibody", {1: 0.15, 2: 0.15, 3: 0.15}, 1.5, LATERAL
 )  # fmt: skip
 
 

@@ -235,12 +235,17 @@ def _is_shown(problem: FitProblem, fit: Fit) -> bool:
     return fit.relief > least * _FURTHER ** (len(fit.changes) - 1)
 
 
+def _begun(problem: FitProblem, columns: Columns, window: float) -> dict[Place, Array]:
+    """Columns over the first part of each run alone, NaN beyond it."""
+    ends = {n: t[0] + window * (t[-1] - t[0]) for n, t in problem.times.items()}
+    return {k: np.where(problem.times[k[0]] <= ends[k[0]], x, np.nan) for k, x in columns.items()}
+
+
 def _blocks(problem: FitProblem, window: float) -> Blocks:
     """Normal equations over the first part of each run, the largest hundredth left out."""
     errors, jacobians, floors = [], [], []
-    for place, error in problem.errors.items():
-        time = problem.times[place[0]]
-        good = np.isfinite(error) & (time <= time[0] + window * (time[-1] - time[0]))
+    for place, error in _begun(problem, problem.errors, window).items():
+        good = np.isfinite(error)
         if not good.any():
             continue
         e, j, scale = error[good], problem.jacobians[place][good], problem.scales[place]
@@ -313,21 +318,11 @@ def _grown(problem: FitProblem, errors: Errors, size: int) -> list[Fit]:
     for members, changes in zip(first.members, first.changes, strict=True):
         chosen, x = tuple(members.tolist()), changes
         for window in windows:
-            fit = _Refinement(*_within(problem, errors, window), chosen).run(x)
+            part = replace(problem, errors=_begun(problem, problem.errors, window))
+            fit = _Refinement(part, errors, chosen).run(x)
             x = np.array([fit.changes[problem.unknowns[i]] for i in chosen])
         found.append(_Refinement(problem, errors, chosen).run(x))
     return found
-
-
-def _within(problem: FitProblem, errors: Errors, window: float) -> tuple[FitProblem, Errors]:
-    """The first part of each run alone."""
-    ends = {n: t[0] + window * (t[-1] - t[0]) for n, t in problem.times.items()}
-
-    def cut(columns: Columns) -> dict[Place, Array]:
-        return {k: np.where(problem.times[k[0]] <= ends[k[0]], e, np.nan)
-                for k, e in columns.items()}  # fmt: skip
-
-    return replace(problem, errors=cut(problem.errors)), lambda changes: cut(errors(changes))
 
 
 class _Refinement:
