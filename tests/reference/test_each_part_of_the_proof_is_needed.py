@@ -215,10 +215,10 @@ def test_a_halved_piece_has_the_larger_bound(run: Trajectory, monkeypatch: Any) 
     monkeypatch.setattr(enclose, "DEPTH", 1)
     whole = enclose.Prover.whole
 
-    def halves_only(self: Any, piece: Any, frame: Any) -> Any:
+    def halves_only(self: Any, piece: Any, *rest: Any) -> Any:
         if piece.h == run.piece(piece.step).h:
             raise enclose.TooLongError("halves are to be tried")
-        return whole(self, piece, frame)
+        return whole(self, piece, *rest)
 
     monkeypatch.setattr(enclose.Prover, "whole", halves_only)
     large = 1 << (run.grid - 60)
