@@ -72,7 +72,19 @@ class Guide:
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """A point with a word beside it, and more words for who points at it."""
+    """A point with a word beside it.
+
+    Attributes
+    ----------
+    x, y
+        Values, as the axes have them.
+    style
+        Class of the point and the word.
+    text
+        The word.
+    about
+        For who points at it.
+    """
 
     x: float
     y: float
