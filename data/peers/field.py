@@ -23,7 +23,7 @@ from pathlib import Path
 import numpy as np
 from apart import AbsentError, Apart, FailedError
 from measured import Document, described, fingerprint, orders, settings
-from peer import peer
+from peer import Peer
 
 from heyoka_bike import load_reference, read_results, score
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
@@ -165,7 +165,7 @@ def measure(program, entry, setting, against):
         found = judge(text)
     except (FailedError, BicycleError) as e:
         return {"failure": str(e)}, ""
-    beside = against()
+    beside = against.time()
     times = {"cpu": round(cpu, 5), "peer": round(beside, 5), "ratio": float(f"{cpu / beside:.3g}")}
     return found | times | {"sha256": hashlib.sha256(text.encode()).hexdigest()}, text
 
@@ -234,7 +234,8 @@ def main():
         parser.error(f"found '{unknown[0]}', expected some of {', '.join(field)}")
     if not names:
         parser.error("found no program, expected --all or some of " + ", ".join(field))
-    document, against = Document.of(asked.output, machine(), list(field)), peer()
+    against = Peer()
+    document = Document.of(asked.output, machine(), against.said(), list(field))
     total, done, absent = sum(len(settings(field[x])) for x in names), 0, []
     with stage_bar() as bar:
 
