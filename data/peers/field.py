@@ -10,6 +10,7 @@ import argparse
 import gzip
 import hashlib
 import importlib.util
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -52,14 +53,19 @@ def simulator(folder, build):
         script = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(script)
         return script.simulate
-    program = Path(tempfile.mkdtemp()) / "bicycle"
-    subprocess.run([*build.split(), "-o", program], cwd=HERE / folder, check=True)
+    place, script = Path(tempfile.mkdtemp()), HERE / folder / "bicycle.mjs"
+    if script.exists():  # "build" installs what it imports, where node looks for it
+        subprocess.run(build.split(), cwd=place, check=True)
+        command = ["node", shutil.copy(script, place)]
+    else:
+        command = [place / "bicycle"]
+        subprocess.run([*build.split(), "-o", *command], cwd=HERE / folder, check=True)
 
     def simulate(p, speed, roll_rate, **setting):
         said = {**p, "speed": speed, "roll_rate": roll_rate, **setting}
         lines = "".join(f"{name} {value}\n" for name, value in said.items())
         done = subprocess.run(
-            [program], input=lines, capture_output=True, text=True, check=True, timeout=300
+            command, input=lines, capture_output=True, text=True, check=True, timeout=300
         )
         rows = np.array([line.split() for line in done.stdout.splitlines()], float)
         return rows, float(done.stderr)
