@@ -13,6 +13,7 @@ import argparse
 import gzip
 import hashlib
 import importlib.util
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -63,20 +64,26 @@ def simulator(folder, build):
         script = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(script)
         return script.simulate
-    program = Path(tempfile.mkdtemp()) / "bicycle"
-    subprocess.run(
-        [*build.split(), "-o", program], cwd=HERE / folder, check=True, capture_output=True,
-        text=True,
-    )  # fmt: skip
+    place, script = Path(tempfile.mkdtemp()), HERE / folder / "bicycle.mjs"
+    if script.exists():  # "build" installs what it imports, where node looks for it
+        _built(build.split(), place)
+        command = ["node", shutil.copy(script, place)]
+    else:
+        command = [place / "bicycle"]
+        _built([*build.split(), "-o", *command], HERE / folder)
 
     def simulate(p, speed, roll_rate, **setting):
         said = {**p, "speed": speed, "roll_rate": roll_rate, **setting}
         lines = "".join(f"{name} {value}\n" for name, value in said.items())
-        done = subprocess.run([program], input=lines, capture_output=True, text=True, check=True)
+        done = subprocess.run(command, input=lines, capture_output=True, text=True, check=True)
         rows = np.array([line.split() for line in done.stdout.splitlines()], float)
         return rows, float(done.stderr)
 
     return simulate
+
+
+def _built(line, place):
+    subprocess.run(line, cwd=place, check=True, capture_output=True, text=True)
 
 
 def run(simulate, setting, digits):
