@@ -45,6 +45,7 @@ def inputs():
 
 def simulator(folder, build):
     """The function of a program's script, or one that starts the program built here."""
+    sys.path.append(str(HERE))  # scripts share the folder `equations`
     if not build:
         spec = importlib.util.spec_from_file_location(
             f"{folder}_bicycle", HERE / folder / "bicycle.py"
@@ -53,7 +54,8 @@ def simulator(folder, build):
         spec.loader.exec_module(script)
         return script.simulate
     program = Path(tempfile.mkdtemp()) / "bicycle"
-    subprocess.run([*build.split(), "-o", program], cwd=HERE / folder, check=True)
+    line = [sys.executable if word == "python" else word for word in build.split()]
+    subprocess.run([*line, "-o", program], cwd=HERE / folder, check=True)
 
     def simulate(p, speed, roll_rate, **setting):
         said = {**p, "speed": speed, "roll_rate": roll_rate, **setting}
