@@ -57,6 +57,7 @@ def inputs():
 
 def simulator(folder, build):
     """The function of a program's script, or one that starts the program built here."""
+    sys.path.append(str(HERE))  # scripts share the folder `equations`
     if not build:
         spec = importlib.util.spec_from_file_location(
             f"{folder}_bicycle", HERE / folder / "bicycle.py"
@@ -69,8 +70,9 @@ def simulator(folder, build):
         _built(build.split(), place)
         command = ["node", shutil.copy(script, place)]
     else:
+        line = [sys.executable if word == "python" else word for word in build.split()]
         command = [place / "bicycle"]
-        _built([*build.split(), "-o", *command], HERE / folder)
+        _built([*line, "-o", *command], HERE / folder)
 
     def simulate(p, speed, roll_rate, **setting):
         said = {**p, "speed": speed, "roll_rate": roll_rate, **setting}

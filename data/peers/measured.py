@@ -3,6 +3,7 @@
 import hashlib
 import json
 import math
+import re
 import subprocess
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -94,14 +95,22 @@ def settings(entry):
 
 def described(entry, folder):
     """What a program is: its entry, its versions here, its script."""
-    files = sorted(p for p in folder.iterdir() if p.is_file())
-    script = next(p for p in files if p.stem == "bicycle")
+    script = next(p for p in sorted(folder.iterdir()) if p.stem == "bicycle")
     return {
         **{key: entry[key] for key in _SAID if key in entry},
         "installed": installed(entry["install"]),
         "script": f"{folder.name}/{script.name}",
-        "sha256": hashlib.sha256(b"".join(p.read_bytes() for p in files)).hexdigest(),
+        "sha256": _hash(folder, script.read_text(encoding="utf-8") + entry.get("build", "")),
     }
+
+
+def _hash(folder, text):
+    """Of the files of a program, with the models beside it that its script or build names."""
+    words, beside = set(re.findall(r"[\w-]+", text)), sorted(folder.parent.iterdir())
+    folders = [folder, *(p for p in beside if p.is_dir() and p.name in words - {folder.name})]
+    files = [p for x in folders for p in sorted(x.iterdir()) if p.is_file()]
+    files += [p for p in beside if p.suffix == ".py" and p.stem in words - {"field"}]
+    return hashlib.sha256(b"".join(p.read_bytes() for p in files)).hexdigest()
 
 
 def fingerprint(said, *others):
@@ -113,9 +122,9 @@ def fingerprint(said, *others):
 def installed(line):
     """Versions that are here of the packages that a line installs with pip or apt-get."""
     found = {}
-    for words in (part.split() for part in line.split("&&")):
+    for words in (part.split() for part in re.split("&&|;", line)):
         manager, names = words[0], [w for w in words[2:] if not w.startswith("-")]
-        for name in (w.partition("==")[0] for w in names):
+        for name in (re.split("[=<>]", w.strip("'\""))[0] for w in names):
             here = _of_pip(name) if manager == "pip" else _of_apt(name)
             if here:
                 found[name] = here
