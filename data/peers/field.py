@@ -23,7 +23,7 @@ from pathlib import Path
 
 import numpy as np
 from apart import AbsentError, Apart, FailedError
-from measured import Document, described, fingerprint, orders, settings
+from measured import Document, described, fingerprint, lacking, named, orders, settings
 from peer import Peer
 
 from heyoka_bike import load_reference, read_results, score
@@ -159,6 +159,9 @@ def result_file(name, kind):
 def running(name):
     """The function that runs a setting of a program and gives text and processor time."""
     entry = read_field()[name]
+    # Asked for by name: a folder here that is called like a package can be imported as well.
+    if names := lacking(entry["install"]):
+        raise ImportError(f"no package {', '.join(names)}")
     return partial(run, simulator(entry.get("folder", name), entry.get("build")))
 
 
@@ -171,7 +174,7 @@ def measure(program, entry, setting, against):
     """What a run gives, or why it fails; and the text of its result file."""
     try:
         text, cpu = program(setting, entry["digits"])
-        found = judge(text)
+        found = {"failure": None} | judge(text)
     except (FailedError, BicycleError) as e:
         return {"failure": str(e)}, ""
     beside = against.time()
@@ -193,21 +196,22 @@ def all_runs(name, entry, asked, document, tell, against):
     found = said | {"missing": None, "runs": [], "orders": []}
     with Apart(asked.limit, running, name) as program:
         for kind, setting in settings(entry):
-            is_kept = asked.submit and kind != "sweep"
+            is_sent = asked.submit and kind != "sweep"
             made_of = fingerprint(said, setting, entry["digits"])
             line = None if asked.again else document.line(name, kind, made_of)
-            if line is None or (is_kept and not is_submitted(name, line)):
+            if line is None or (is_sent and not is_submitted(name, line)):
                 tell(f"{entry['program']}, {kind}", None)
                 try:
                     program.start()
                 except AbsentError as e:
                     return document.absent(name, found, str(e))
                 more, text = measure(program, entry, setting, against)
-                line = document.stamp(kind, entry, setting, made_of) | more
-                if is_kept and line["failure"] is None:
+                line = {"kind": kind, "started": document.started, "made_of": made_of, **more}
+                if is_sent and line["failure"] is None:
                     submit(entry, name, kind, setting, text, line["cpu"])
-            tell(f"{entry['program']}, {kind}", line)
-            found["runs"].append(line)
+            about = named(entry, kind, setting)
+            found["runs"].append({**about, **line, **about})
+            tell(f"{entry['program']}, {kind}", found["runs"][-1])
     found["orders"] = orders(found["runs"], entry["measure"])
     return found
 

@@ -57,18 +57,6 @@ class Document:
         same = (r for r in runs if (r["kind"], r["made_of"]) == (kind, made_of))
         return next((r for r in same if r["failure"] is None), None)
 
-    def stamp(self, kind, entry, setting, made_of):
-        """What is said of a run before it is run."""
-        return {
-            "kind": kind,
-            "setting": setting,
-            "words": entry.get(f"{kind}_words"),
-            "family": family(setting, entry["measure"], entry.get("follows")),
-            "started": self.started,
-            "made_of": made_of,
-            "failure": None,
-        }
-
     def absent(self, name, found, why):
         """A program that is not here, with what is known of it."""
         known = self.content["programs"].get(name, found)
@@ -93,6 +81,12 @@ def settings(entry):
     return kept + [("sweep", x) for x in others]
 
 
+def named(entry, kind, setting):
+    """What a run is."""
+    words = entry.get(f"{kind}_words")
+    return {"kind": kind, "setting": setting, "words": words, "family": family(entry, setting)}
+
+
 def described(entry, folder):
     """What a program is: its entry, its versions here, its script."""
     script = next(p for p in sorted(folder.iterdir()) if p.stem == "bicycle")
@@ -105,8 +99,11 @@ def described(entry, folder):
 
 
 def _hash(folder, text):
-    """Of the files of a program, with the models beside it that its script or build names."""
-    words, beside = set(re.findall(r"[\w-]+", text)), sorted(folder.parent.iterdir())
+    """Of the files of a program, with the models beside it that its script or build uses."""
+    words, beside = (
+        set(re.findall(r"(?:from |import |\.\./)([\w-]+)", text)),
+        sorted(folder.parent.iterdir()),
+    )
     folders = [folder, *(p for p in beside if p.is_dir() and p.name in words - {folder.name})]
     files = [p for x in folders for p in sorted(x.iterdir()) if p.is_file()]
     files += [p for p in beside if p.suffix == ".py" and p.stem in words - {"field"}]
@@ -121,14 +118,28 @@ def fingerprint(said, *others):
 
 def installed(line):
     """Versions that are here of the packages that a line installs with pip or apt-get."""
-    found = {}
+    found = {
+        name: _of_pip(name) if manager == "pip" else _of_apt(name)
+        for manager, word in _packages(line)
+        for name in [re.split("[=<>]", word)[0]]
+    }
+    return {name: here for name, here in found.items() if here}
+
+
+def pinned(line):
+    """Versions that a line asks for."""
+    return dict(word.split("==") for _, word in _packages(line) if "==" in word)
+
+
+def lacking(line):
+    """Packages of Python that a line installs and that are not here."""
+    return [name for name in pinned(line) if _of_pip(name) is None]
+
+
+def _packages(line):
+    """Package manager and word of each package that a line installs."""
     for words in (part.split() for part in re.split("&&|;", line)):
-        manager, names = words[0], [w for w in words[2:] if not w.startswith("-")]
-        for name in (re.split("[=<>]", w.strip("'\""))[0] for w in names):
-            here = _of_pip(name) if manager == "pip" else _of_apt(name)
-            if here:
-                found[name] = here
-    return found
+        yield from ((words[0], w.strip("'\"")) for w in words[2:] if not w.startswith("-"))
 
 
 def _of_pip(name):
@@ -146,15 +157,18 @@ def _of_apt(name):
         return None
 
 
-def family(setting, measure, follows=None):
+def family(entry, setting):
     """What neighbouring settings have in common: all but the step or tolerance.
 
-    An entry that ``follows`` the step is taken in steps, by the number it begins with.
+    An entry that ``follows`` the step is taken in steps, by the number it begins with; one that is
+    set ``beside`` it makes no other family.
     """
-    rest = {key: x for key, x in setting.items() if key != measure}
+    measure, follows = entry["measure"], entry.get("follows")
+    others = {measure, *entry.get("beside", ())}
+    rest = {key: x for key, x in setting.items() if key not in others}
     if follows in rest:
-        first, _, others = str(rest[follows]).partition(" ")
-        rest[follows] = f"{float(first) / setting[measure]:.6g} {others}"
+        first, _, more = str(rest[follows]).partition(" ")
+        rest[follows] = f"{float(first) / setting[measure]:.6g} {more}"
     return rest
 
 

@@ -8,7 +8,7 @@ import time
 
 import pytest
 from apart import AbsentError, Apart, FailedError
-from measured import Document, family, installed, orders, settings
+from measured import Document, family, installed, lacking, named, orders, pinned, settings
 
 from heyoka_bike.system.resources import data_folder
 
@@ -56,12 +56,12 @@ def test_what_is_not_here_says_so():
 
 def test_orders_are_those_between_neighbours_of_a_family():
     def run(digits, **setting):
-        same = family(setting, "step", "stiffness")
+        same = family({"measure": "step", "follows": "stiffness", "beside": ["newton"]}, setting)
         return {"setting": setting, "digits": digits, "failure": None, "family": same}
 
     runs = [
         run(2.0, step=0.1, stiffness="0.2 1"),
-        run(6.0, step=0.001, stiffness="0.002 1"),
+        run(6.0, step=0.001, stiffness="0.002 1", newton=1e-12),
         run(4.0, step=0.01, stiffness="0.02 1"),
         run(5.0, step=0.01, stiffness="0.2 1"),
         run(1.0, step=0.01, method="other"),
@@ -76,8 +76,11 @@ def test_what_is_written_down_is_kept_while_it_holds(tmp_path):
     entry = {"measure": "step", "default": {"step": 1}, "sweep": [{"step": 1}, {"step": 2}]}
     assert settings(entry) == [("default", {"step": 1}), ("sweep", {"step": 2})]
     document = Document.of(path, "here", "peer", ["b", "a"])
-    line = document.stamp("default", entry, {"step": 1}, "made of this")
-    failed = document.stamp("sweep", entry, {"step": 2}, "made of this") | {"failure": "crashed"}
+    line, failed = (
+        named(entry, kind, setting)
+        | {"started": document.started, "made_of": "made of this", "failure": failure}
+        for (kind, setting), failure in zip(settings(entry), (None, "crashed"), strict=True)
+    )
     document.keep("a", {"runs": [line, failed]})
     document.keep("b", {"runs": []})
     assert list(json.loads(path.read_text())["programs"]) == ["b", "a"]
@@ -89,9 +92,12 @@ def test_what_is_written_down_is_kept_while_it_holds(tmp_path):
 
 
 def test_versions_are_those_that_are_installed():
-    found = installed("pip install numpy==0.1 not-there==1 && apt-get install not-there")
-    assert list(found) == ["numpy"]
+    line = "apt-get install not-there; pip install numpy==0.1 'pytest<90' && pip install -U no==1"
+    found = installed(line)
+    assert list(found) == ["numpy", "pytest"]
     assert found["numpy"] != "0.1"
+    assert pinned(line) == {"numpy": "0.1", "no": "1"}
+    assert lacking(line) == ["no"]
 
 
 def field(*arguments):
