@@ -5,8 +5,8 @@
 what was measured, from which ``python docs/_site/field_page.py`` makes the page and the figures;
 what stands there already of this machine and these versions is kept. ``--submit`` also writes the
 best and the default run into ``data/results``. A program is a folder here with a script
-``bicycle.py``, whose ``simulate`` gives the rows of a maneuver, or with ``bicycle.cpp``, which
-reads lines "name value" from standard input and writes the rows.
+``bicycle.py``, whose ``simulate`` gives the rows of a maneuver, or with ``bicycle.cpp`` or
+``bicycle.mjs``, which reads lines "name value" from standard input and writes the rows.
 """
 
 import argparse
@@ -14,6 +14,7 @@ import gzip
 import hashlib
 import importlib.util
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -113,8 +114,9 @@ def judge(text):
         if c.key in BENCHMARK_COLUMNS
     }
     worst = min(scores, key=scores.__getitem__)
-    if not np.isfinite(scores[worst]):
-        raise FailedError(f"{worst[1]} of maneuver {worst[0]} is infinite")
+    drifts = [m.performance for m in report.maneuvers]
+    if not np.isfinite([scores[worst], *drifts]).all():
+        raise FailedError(f"{worst[1]} of maneuver {worst[0]}, or its energy, is infinite")
     return {
         "digits": round(scores[worst], 3),
         "worst": {"maneuver": worst[0], "column": worst[1]},
@@ -122,7 +124,7 @@ def judge(text):
             key: round(min(x for (_, k), x in scores.items() if k == key), 3)
             for key in BENCHMARK_COLUMNS
         },
-        "performance": [m.performance for m in report.maneuvers],
+        "performance": drifts,
         "definitions": {
             c.key: c.as_understood.definition
             for m in report.maneuvers
@@ -191,7 +193,7 @@ def is_submitted(name, line):
 
 
 def all_runs(name, entry, asked, document, tell, against):
-    """Run the settings of a program, those that are not written down already."""
+    """Run the settings of a program that are not written down already, and write them down."""
     said = described(entry, HERE / entry.get("folder", name))
     found = said | {"missing": None, "runs": [], "orders": []}
     with Apart(asked.limit, running, name) as program:
@@ -204,15 +206,18 @@ def all_runs(name, entry, asked, document, tell, against):
                 try:
                     program.start()
                 except AbsentError as e:
-                    return document.absent(name, found, str(e))
+                    found = document.absent(name, found, str(e))
+                    document.keep(name, found)
+                    return found
                 more, text = measure(program, entry, setting, against)
                 line = {"kind": kind, "started": document.started, "made_of": made_of, **more}
                 if is_sent and line["failure"] is None:
                     submit(entry, name, kind, setting, text, line["cpu"])
             about = named(entry, kind, setting)
             found["runs"].append({**about, **line, **about})
+            found["orders"] = orders(found["runs"], entry["measure"])
+            document.keep(name, found)
             tell(f"{entry['program']}, {kind}", found["runs"][-1])
-    found["orders"] = orders(found["runs"], entry["measure"])
     return found
 
 
@@ -229,7 +234,7 @@ def words(line):
 
 
 def main():
-    """Run, print a line for each run, write the JSON after each program."""
+    """Run, print a line for each run, write the JSON after each."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -247,6 +252,8 @@ def main():
         parser.error(f"found '{unknown[0]}', expected some of {', '.join(field)}")
     if not names:
         parser.error("found no program, expected --all or some of " + ", ".join(field))
+    # Ended from outside, it ends what it runs.
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
     against = Peer()
     document = Document.of(asked.output, machine(), against.said(), list(field))
     total, done, absent = sum(len(settings(field[x])) for x in names), 0, []
@@ -264,7 +271,6 @@ def main():
             if found["missing"]:
                 absent.append(f"{field[name]['program']} is not here ({found['install']})")
                 print(absent[-1], found["missing"], sep=": ", flush=True)
-            document.keep(name, found)
     for line in absent:
         print(line, file=sys.stderr)
 

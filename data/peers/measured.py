@@ -15,14 +15,15 @@ from typing import Any
 from heyoka_bike.system.files import write_output
 
 # Of a program: what is said of it, as field.toml has it.
-_SAID = ("program", "kind", "version", "install", "model", "default_model", "measure", "follows")
+_SAID = ("program", "kind", "version", "install", "model", "default_model", "measure", "follows",
+         "digits")  # fmt: skip
 # Neighbours whose steps differ by less show rounding, not an order.
 _LEAST_RATIO = 1.2
 
 
 @dataclass(frozen=True)
 class Document:
-    """The JSON file, written after each program.
+    """The JSON file, written after each run.
 
     Attributes
     ----------

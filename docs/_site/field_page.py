@@ -62,6 +62,11 @@ class Shown:
         return self.best or self.default
 
     @property
+    def least(self):
+        """Eq. (1) [%] that the digits of its result files make if the energy is constant."""
+        return 100 * 10.0 ** (1 - self.said["digits"])
+
+    @property
     def order(self):
         """What halving the step or tolerance gives, where the error still falls; None if unknown.
 
@@ -99,6 +104,7 @@ def parts(document):
         "machine": machine(document),
         "best": best_table(programs),
         "falling": falling(programs),
+        "left out": left_out(document),
         "default": default_table(programs),
         "passing": passing(programs),
         "columns": columns(programs),
@@ -122,9 +128,10 @@ def machine(document):
 def best_table(programs):
     return table(
         ("program", "what it is", "best run", "digits", "worst column", "eq. (1) [%]", "time",
-         "order"),
+         "order", "definitions"),
         [
-            (_link(p), p.kind.words, p.best["words"] or "", *_result(p.best), _order(p))
+            (_link(p), p.kind.words, p.best["words"] or "", *_result(p, p.best), _order(p),
+             _definitions(p.best))
             for p in programs if p.best
         ],
         left=3,
@@ -138,20 +145,34 @@ def falling(programs):
         ends = [r["digits"] for r in p.family[-2:]]
         if len(ends) == 2 and ends[1] - ends[0] > FALLS:
             names.append(p.name)
-    return f"At the finest setting that was run, the error still fell of {', '.join(names)}."
+    return f"Their error still fell at the finest setting that was run: {'; '.join(names)}."
+
+
+def left_out(document):
+    """Programs and runs that are not in the tables, and why."""
+    programs = document["programs"].values()
+    absent = [f"{p['program']} (`{p['install']}`)" for p in programs if p["missing"]]
+    failed = [
+        f"{p['program']} ({', '.join(settings)})" for p in programs
+        if (settings := [_setting(p, r) for r in p["runs"] if r["failure"]])
+    ]  # fmt: skip
+    said = [f"Not here in this run: {'; '.join(absent)}."] if absent else []
+    said += [f"Runs that came to no end: {'; '.join(failed)}."] if failed else []
+    return " ".join(said) or "Every program was here, and every run came to its end."
+
+
+def _setting(said, run):
+    measure = said["measure"]
+    return f"{'h' if measure == 'step' else measure} = {run['setting'][measure]:g}"
 
 
 def default_table(programs):
     ordered = sorted((p for p in programs if p.default), key=lambda p: -p.default["digits"])
     return table(
-        ("program", "as it comes", "digits", "worst column", "eq. (1) [%]", "time",
-         "definitions recognised"),
-        [
-            (p.name, p.default["words"] or "", *_result(p.default), _definitions(p))
-            for p in ordered
-        ],
+        ("program", "as it comes", "digits", "worst column", "eq. (1) [%]", "time"),
+        [(p.name, p.default["words"] or "", *_result(p, p.default)) for p in ordered],
         left=2,
-    )  # fmt: skip
+    )
 
 
 def _link(p):
@@ -159,12 +180,12 @@ def _link(p):
     return f"[{p.name}](../data/peers/{said['script']}) {said['version'].partition(',')[0]}"
 
 
-def _result(run):
-    worst = run["worst"]
+def _result(p, run):
+    worst, drift = run["worst"], run["performance"][JUDGED]
     return (
         one_decimal(run["digits"]),
         f"{label(worst['column'])}, {worst['maneuver']}",
-        number(run["performance"][JUDGED]),
+        number(drift) if drift >= p.least else f"< {p.least:.0e}",
         _times(run["ratio"]),
     )
 
@@ -179,10 +200,8 @@ def _order(p):
     return f"{'h' if p.said['measure'] == 'step' else 'tol'}^{p.order:.1f}"
 
 
-def _definitions(p):
-    """Of all its runs: a motion that is far off may hide them in some."""
-    found = {f"`{x}`" for r in p.runs for x in r["definitions"].values()}
-    return ", ".join(sorted(found)) or "the default ones"
+def _definitions(run):
+    return ", ".join(f"`{x}`" for x in run["definitions"].values()) or "the default ones"
 
 
 def _is_blind(run):
@@ -197,7 +216,7 @@ def passing(programs):
     errors = {}
     for p, r in sorted(blind, key=lambda x: x[1]["digits"]):
         errors.setdefault(p.name, []).append(100 * 10 ** -r["digits"])
-    named = ", ".join(f"{name} {_among(found)}" for name, found in errors.items())
+    named = "; ".join(f"{name} {_among(found)}" for name, found in errors.items())
     return (
         f"Of {len(runs)} runs of {len(programs)} programs, {len(passed)} pass eq. (1), and "
         f"{len(blind)} of these are not right to a thousandth. They are wrong by: {named or '-'}."

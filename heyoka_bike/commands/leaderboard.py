@@ -13,7 +13,7 @@ from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.system.console import print_table, progress_bar, table
 
 _FORMATS = ("table", "json", "html")
-_WIDTH = 100
+_WIDTH = 92  # as the pages of the documentation have room for
 _SUFFIXES = {".json": "json", ".html": "html", ".htm": "html"}
 
 

@@ -17,7 +17,7 @@ from heyoka_bike.version import __version__
 
 SCHEMA_VERSION = 1
 
-HEADINGS = ("", "submission", "digits", "grade", "worst column", "eq. (1)\n[%]", "CPU time\n[s]")
+HEADINGS = ("", "submission", "digits", "grade", "worst column", "eq. (1)\n[%]", "CPU\n[s]")
 WORDS = (1, 4)
 """The columns of words, which may be folded."""
 
