@@ -25,7 +25,7 @@ _ALL = 300.0
 # Methods that all but conserve energy are wrong by up to 2000 times what they change of it.
 _KEPT = 1e5
 # What is seen at once and is the whole cause.
-_EXPLAIN = ("rows_repeated", "column_of_another_maneuver")
+_EXPLAIN = ("falls_over", "rows_repeated", "column_of_another_maneuver")
 _OF_ANY_INTEGRATOR = ("smooth_error", "steps_of_varying_size")
 _MOST_DECIMALS = 12
 _COUNTS = {1: "One parameter explains", 2: "Two parameters explain", 3: "Three parameters explain"}
@@ -80,8 +80,10 @@ def _without_cause(
     if apart is not None:
         # Nothing about the motion, which is right.
         return [apart, *found]
-    found += _towards(diagnosis)
     shape = numerical.findings(report, reference)
+    if not any(f.code == numerical.TOO_FAR for f in shape):
+        # What has hardly anything of the motion left has no direction either.
+        found += _towards(diagnosis)
     wrong_model = _not_the_integrator(diagnosis, columns)
     if any(f.code == "interpolated_output" for f in shape):
         wrong_model = []
