@@ -13,7 +13,7 @@ from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.system.console import print_table, progress_bar, table
 
 _FORMATS = ("table", "json", "html")
-_WIDTH = 100
+_WIDTH = 92  # as the pages of the documentation have room for
 _SUFFIXES = {".json": "json", ".html": "html", ".htm": "html"}
 
 
@@ -33,7 +33,7 @@ def add_parser(subparsers: Any) -> None:
         epilog=(
             "examples:\n"
             "  heyoka-bike leaderboard data/results\n"
-            "  heyoka-bike leaderboard data/results -o board.html\n"
+            "  heyoka-bike leaderboard data/results -o board.html --diagnose\n"
             "  heyoka-bike leaderboard mine --reference sets/harder/longer --format json\n"
             "\n"
             "exit code 3 if a submission is refused. How to submit: docs/how-to/leaderboard.md\n"
@@ -52,6 +52,11 @@ def add_parser(subparsers: Any) -> None:
         default=[],
         help="folder of a set of H2, H3 or H4; may be repeated (that of H1 is here)",
     )
+    p.add_argument(
+        "--diagnose",
+        action="store_true",
+        help="say of each what goes wrong, as 'diagnose' does (about ten seconds each)",
+    )
     p.set_defaults(run=run)
 
 
@@ -65,8 +70,13 @@ def run(args: argparse.Namespace) -> int:
     from heyoka_bike.system.files import write_output
 
     references = [load_reference(), *map(load_reference, args.reference)]
+    finish = {}
+    if args.diagnose:
+        from heyoka_bike.scoring.diagnosis.diagnose import diagnosed
+
+        finish = {"finish": diagnosed}
     with progress_bar("scoring") as progress:
-        board = leaderboard(args.folder, references, progress)
+        board = leaderboard(args.folder, references, progress, **finish)
     if name == "table":
         _print(board)
     else:
@@ -96,9 +106,13 @@ def _format(args: argparse.Namespace) -> str:
 
 
 def _print(board: Any) -> None:
-    from heyoka_bike.showing.formats.leaderboard import ABOUT, HEADINGS, rows
+    from heyoka_bike.showing.formats.leaderboard import ABOUT, HEADINGS, WORDS, diagnosis, rows
 
     for problem, entries in board.entries.items():
-        print_table(table(HEADINGS, rows(entries), title=problem, left=2))
+        lines = rows(entries)
+        print_table(table(HEADINGS, lines, title=problem, left=2, prose=WORDS), _WIDTH)
+        for (place, *_), entry in zip(lines, entries, strict=True):
+            if said := diagnosis(entry):
+                print(textwrap.fill(f"{place}. {entry.submission.name}. {said}", _WIDTH))
     if board.entries:
         print(textwrap.fill(ABOUT, _WIDTH))

@@ -81,6 +81,7 @@ def leaderboard(
     folder: str | Path,
     references: Sequence[Reference],
     progress: Callable[[float], None] = lambda _: None,
+    finish: Callable[[Report, Reference], Report] = lambda report, _: report,
 ) -> Leaderboard:
     """Score every submission ``*.toml`` of a folder.
 
@@ -91,6 +92,8 @@ def leaderboard(
         Sets of the problems; the published one, of H1, is the first.
     progress
         Called with the part of the work that is done, 0 to 1.
+    finish
+        Gives the report that is kept, such as `diagnosis.diagnose.diagnosed`.
 
     Raises
     ------
@@ -105,7 +108,7 @@ def leaderboard(
     entries, refused = [], []
     for i, file in enumerate(files, start=1):
         try:
-            entries.append(_entry(read_submission(file), known))
+            entries.append(_entry(read_submission(file), known, finish))
         except BicycleError as e:
             refused.append(str(e))
         progress(i / len(files))
@@ -145,7 +148,9 @@ def _inputs(bicycle: str, maneuvers: str) -> tuple[dict[str, str], list[dict[str
     return said["bicycle"]["parameters"], given
 
 
-def _entry(submission: Submission, known: References) -> Entry:
+def _entry(
+    submission: Submission, known: References, finish: Callable[[Report, Reference], Report]
+) -> Entry:
     problem = PROBLEMS[submission.problem]
     reference = known.get(problem.inputs)
     if reference is None:
@@ -196,7 +201,7 @@ def _entry(submission: Submission, known: References) -> Entry:
             for c in m.columns
             if c.as_understood.definition != c.as_written.definition
         },
-        report=report,
+        report=finish(report, reference),
     )
 
 

@@ -6,7 +6,7 @@ rich draws them, and is imported when there is something to draw.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from itertools import accumulate
 from typing import TYPE_CHECKING, Any
@@ -23,7 +23,7 @@ _ANY_WIDTH = 1_000_000
 
 def table(
     headings: Sequence[str], rows: Iterable[Sequence[str | Text]], *,
-    title: str | Text = "", left: int = 1, prose: bool = False, group: int = 0,
+    title: str | Text = "", left: int = 1, prose: Collection[int] = (), group: int = 0,
 ) -> Table:  # fmt: skip
     """A table for `rich`, in which nothing but prose is ever folded.
 
@@ -34,7 +34,7 @@ def table(
     left
         How many columns are flush left; numbers stand in the others.
     prose
-        Whether the last column is prose.
+        Which columns are prose.
     group
         A line is drawn below each so many rows; 0 for none.
     """
@@ -46,10 +46,13 @@ def table(
 
     view = Table(title=text(title, "table.title") if title else None)
     for i, heading in enumerate(headings):
-        if prose and i == len(headings) - 1:
-            view.add_column(Text(heading), overflow="fold")
-        else:
-            view.add_column(Text(heading), justify="left" if i < left else "right", no_wrap=True)
+        is_prose = i in prose
+        view.add_column(
+            Text(heading),
+            overflow="fold",
+            justify="left" if i < left or is_prose else "right",
+            no_wrap=not is_prose,
+        )
     for i, row in enumerate(rows, start=1):
         view.add_row(*map(text, row), end_section=group > 0 and i % group == 0)
     return view

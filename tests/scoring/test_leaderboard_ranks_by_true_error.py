@@ -4,15 +4,18 @@ import gzip
 import hashlib
 import json
 import shutil
+from dataclasses import replace
 
 import pytest
 
 from heyoka_bike.__main__ import main
 from heyoka_bike.reference.load import load_reference
+from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.leaderboard import leaderboard
 from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.score import score
-from heyoka_bike.scoring.submission import PROBLEMS, read_submission
+from heyoka_bike.scoring.submission import PROBLEMS, Problem, read_submission
+from heyoka_bike.showing.formats.leaderboard import diagnosis
 from heyoka_bike.system.resources import data_folder
 
 RESULTS = data_folder() / "results"
@@ -24,8 +27,10 @@ def folder(tmp_path):
     """A folder with two of the published submissions, SciPy's the better one."""
     folder = tmp_path / "results"
     folder.mkdir()
-    for file in (*RESULTS.glob("scipy-*"), *RESULTS.glob("exudyn-*")):
-        shutil.copy(file, folder)
+    for name in (SCIPY, "exudyn-trapezoidal.toml"):
+        shutil.copy(RESULTS / name, folder)
+        for file in read_submission(RESULTS / name).files:
+            shutil.copy(file.path, folder)
     return folder
 
 
@@ -134,3 +139,68 @@ def test_every_problem_has_its_inputs():
     for problem in PROBLEMS.values():
         for kind, name in zip(("bicycles", "maneuvers"), problem.inputs, strict=True):
             assert (data_folder() / kind / f"{name}.toml").is_file()
+
+
+def test_the_table_is_narrow_and_the_page_draws_every_place(folder, capsys, tmp_path):
+    name = "a program whose name and settings are told at length, " * 5
+    entry(folder, lambda text: text.replace("SciPy DOP853 on", name))
+    assert main(["leaderboard", str(folder)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert max(map(len, lines)) <= 100
+    assert "eq. (1)" in "".join(lines)
+    assert " ".join(name.split()[:4]) in "".join(lines)
+    page = tmp_path / "board.html"
+    assert main(["leaderboard", str(folder), "-o", str(page)]) == 0
+    text = page.read_text()
+    assert [f"<title>{place}. " in text for place in (1, 2, 3)] == [True, False, True]
+    assert text.count("<circle") == 3
+
+
+def test_what_goes_wrong_is_said_where_it_is_asked_for(folder, capsys):
+    first = json.loads(board(folder, capsys))["problems"][0]["entries"][0]
+    assert first["diagnosis"] is None
+    found = leaderboard(folder, [load_reference()], finish=told).entries["H1"]
+    assert [diagnosis(e) for e in found] == ["it is wrong in maneuver 1"] * 2
+
+
+def board(folder, capsys):
+    assert main(["leaderboard", str(folder), "--format", "json"]) == 0
+    return capsys.readouterr().out
+
+
+def told(report, reference):
+    """A report with a diagnosis, that none of the usual mistakes is it first."""
+    nothing = Finding("no_mistake_found", "none of them", Severity.INFO)
+    number = min(reference)
+    return replace(
+        report,
+        diagnosis=(nothing, Finding("other", f"it is wrong in maneuver {number}", Severity.INFO)),
+    )
+
+
+@pytest.mark.proof
+def test_each_problem_has_a_table_of_its_own(folder, tmp_path, monkeypatch, capsys):
+    """A small set takes the place of H4: another bicycle, one short maneuver."""
+    pytest.importorskip("heyoka")
+    maneuvers = tmp_path / "m.toml"
+    maneuvers.write_text(
+        'name = "small"\n[[maneuver]]\nname = "p"\nspeed = "6"\nroll_rate = "0.5"\n'
+        'duration = "0.1"\nspacing = "0.01"\n'
+    )
+    sets = tmp_path / "set"
+    inputs = ["--bicycle", "browser-jason", "--maneuvers", str(maneuvers)]
+    assert main(["generate", *inputs, "--out", str(sets)]) == 0
+    monkeypatch.setitem(PROBLEMS, "H4", Problem("browser-jason", str(maneuvers), (1,)))
+    shutil.copy(sets / "uncontrolled-bicycle.txt", folder / "small.txt")
+    entry(folder, lambda text: text.replace('"H1"', '"H4"'), file=folder / "small.txt")
+    capsys.readouterr()
+    assert main(["leaderboard", str(folder), "--reference", str(sets)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    titles = [line.strip() for line in lines if line.strip() in PROBLEMS]
+    assert titles == ["H1", "H4"]
+    page = tmp_path / "board.html"
+    assert main(["leaderboard", str(folder), "--reference", str(sets), "-o", str(page)]) == 0
+    assert [f'id="{p}"' in page.read_text() for p in ("H1", "H2", "H4")] == [True, False, True]
+    # Without its set the submission is refused, and H1 stands.
+    assert main(["leaderboard", str(folder)]) == 3
+    assert "problem H4, whose reference is not here" in capsys.readouterr().err

@@ -20,7 +20,7 @@ def print_checks(title: str, checks: Sequence[Check]) -> None:
         (c.check, c.file, Text(*_RESULT[c.passed]), str(c.evidence["values"]), c.message)
         for c in checks
     ]
-    print_table(table(headings, rows, title=Text(title), left=3, prose=True), _WIDTH)
+    print_table(table(headings, rows, title=Text(title), left=3, prose=(4,)), _WIDTH)
 
 
 def complain(place: str, checks: Sequence[Check]) -> None:

@@ -70,6 +70,29 @@ class Guide:
     text: str
 
 
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """A point with a word beside it.
+
+    Attributes
+    ----------
+    x, y
+        Values, as the axes have them.
+    style
+        Class of the point and the word.
+    text
+        The word.
+    about
+        For who points at it.
+    """
+
+    x: float
+    y: float
+    style: str
+    text: str
+    about: str
+
+
 def chart(
     x: Axis,
     y: Axis,
@@ -82,6 +105,7 @@ def chart(
     levels: Sequence[Level] = (),
     notches: Sequence[Notch] = (),
     guides: Sequence[Guide] = (),
+    marks: Sequence[Mark] = (),
 ) -> str:
     """A chart as HTML.
 
@@ -110,6 +134,7 @@ def chart(
         *(_level_text(y, v, height) for v in levels),
         *(_guide_text(x, y, g, height) for g in guides),
         *(_notch(y, v, height) for v in notches),
+        *(_mark(x, y, m, height) for m in marks),
     ]
     return (
         f'<div class="plot"><svg role="img" aria-label="{escape(about)}" width="100%" '
@@ -203,6 +228,15 @@ def _guide_text(x: Axis, y: Axis, guide: Guide, height: int) -> str:
     return (
         f'<text class="note" x="{100 * a:.5g}%" dx="5" y="{(1 - c) * height - 5:.5g}">'
         f"{escape(guide.text)}</text>"
+    )
+
+
+def _mark(x: Axis, y: Axis, mark: Mark, height: int) -> str:
+    across, down = f"{100 * x.at(mark.x):.5g}%", (1 - y.at(mark.y)) * height
+    return (
+        f'<g class="points {mark.style}"><title>{escape(mark.about)}</title><circle '
+        f'cx="{across}" cy="{down:.5g}" r="3.4"/><text x="{across}" dx="6" y="{down - 4:.5g}">'
+        f"{escape(mark.text)}</text></g>"
     )
 
 

@@ -3,10 +3,13 @@
 import json
 from collections.abc import Sequence
 from html import escape
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 from heyoka_bike.scoring.leaderboard import Entry, Leaderboard
+from heyoka_bike.showing.formats import axis
+from heyoka_bike.showing.formats.chart import Guide, Mark, chart
 from heyoka_bike.showing.formats.markup import PAGE_STYLE, page, prose
 from heyoka_bike.showing.formats.origin import Origin, reference_words
 from heyoka_bike.showing.formats.wording import label, number, readable
@@ -14,23 +17,25 @@ from heyoka_bike.version import __version__
 
 SCHEMA_VERSION = 1
 
-HEADINGS = (
-    "", "submission", "correct digits", "grade", "worst column", "eq. (1) [%]", "CPU time [s]",
-    "step or tolerance",
-)  # fmt: skip
+HEADINGS = ("", "submission", "digits", "grade", "worst column", "eq. (1)\n[%]", "CPU\n[s]")
+WORDS = (1, 4)
+"""The columns of words, which may be folded."""
 
 ABOUT = (
-    "Correct digits: of the worst value of the worst column, -log10 of its error over the column's "
-    "largest value. Grade: the highest of 3, 6, 9, 12 that they reach. Eq. (1), the benchmark's "
-    "own measure, sees only whether a program's own energy stays constant. Times are those that "
-    "the submissions state, of their own machines; they rank nothing."
+    "Digits: the correct ones of the worst value of the worst column, which is named with its "
+    "maneuver: -log10 of its error over the column's largest value. Grade: the highest of 3, 6, 9, "
+    "12 that they reach. Eq. (1), the benchmark's own measure, sees only whether a program's own "
+    "energy stays constant. Times are those that the submissions state, of their own machines; "
+    "they rank nothing."
 )
 
-_MODEL = "model"
 _SCRIPT = Path(__file__).with_name("page.js")
 # What a submission says of itself, in the order in which it is shown.
-_SAID = ("program", "version", "method", "coordinates", "precision", "steps", "calls", "machine",
-         "wall_time", _MODEL, "licence", "contact")  # fmt: skip
+_SAID = ("program", "version", "method", "step", "tolerance", "coordinates", "precision",
+         "steps", "calls", "machine", "wall_time", "model", "licence", "contact")  # fmt: skip
+_HEIGHT = 420
+# What a problem's picture can tell apart: an error of ten times the largest value is no motion.
+_LOWEST = -1.0
 
 
 def rows(entries: Sequence[Entry]) -> list[list[str]]:
@@ -44,7 +49,6 @@ def rows(entries: Sequence[Entry]) -> list[list[str]]:
             _place(entry),
             number(entry.performance),
             readable(entry.submission.processor_time),
-            _size(entry),
         ]
         for place, entry in _places(entries)
     ]
@@ -74,7 +78,8 @@ def render_html(board: Leaderboard, made: Origin) -> str:
         f"<p>{prose(ABOUT)}</p></header>",
     ]
     for problem, entries in board.entries.items():
-        body += [f'<section id="{problem}"><h2>{problem}</h2>{_table(entries)}', "</section>"]
+        body += [f'<section id="{problem}"><h2>{problem}</h2>{_table(entries)}']
+        body += [_picture(problem, entries), "</section>"]
     if board.refused:
         lines = "".join(f"<li>{escape(line)}</li>" for line in board.refused)
         body.append(
@@ -110,11 +115,46 @@ def _table(entries: Sequence[Entry]) -> str:
     )
 
 
+def _picture(problem: str, entries: Sequence[Entry]) -> str:
+    """Correct digits over the processor times that are stated."""
+    times = [e.submission.processor_time for e in entries]
+    digits = [max(e.digits, _LOWEST) for e in entries]
+    found = list(zip(_places(entries), times, digits, strict=True))
+    marks = [Mark(x, y, "mark", str(place), f"{place}. {e.submission.name}: {e.digits:.1f} digits")
+             for (place, e), x, y in found]  # fmt: skip
+    programs = dict.fromkeys(e.submission.said["program"] for e in entries)
+    guides = []
+    for program in programs:
+        same = sorted((x, y) for (_, e), x, y in found if e.submission.said["program"] == program)
+        guides += [Guide((a[0], b[0]), (a[1], b[1]), "") for a, b in pairwise(same)]
+    drawn = chart(
+        axis.spread(min(times), max(times)), axis.values(min(digits) - 0.5, max(digits)), (),
+        about=f"Correct digits of the submissions to {problem} over their processor times",
+        title="correct digits", x_title="processor time [s]", height=_HEIGHT, guides=guides,
+        marks=marks,
+    )  # fmt: skip
+    return (
+        f'<figure class="wide">{drawn}<figcaption>What digits cost: further up is more right, '
+        "further left is cheaper. Numbers are the places in the table, lines join runs of one "
+        "program; what is below −1 is drawn there. Each time is of the machine that its submission "
+        "names.</figcaption></figure>"
+    )
+
+
 def _facts(entry: Entry) -> list[tuple[str, str]]:
     said = entry.submission.said
     facts = [(key, said[key]) for key in _SAID if key in said]
     taken = ", ".join(f"{label(key)}: {name}" for key, name in entry.definitions.items())
-    return [*facts, ("definitions", taken or "the default ones")]
+    facts.append(("definitions", taken or "the default ones"))
+    said_of_it = diagnosis(entry)
+    return [*facts, ("diagnosis", said_of_it)] if said_of_it else facts
+
+
+def diagnosis(entry: Entry) -> str:
+    """What goes wrong, in the first words that say it; empty without a diagnosis."""
+    found = entry.report.diagnosis
+    telling = (f.message for f in found if f.code != "no_mistake_found")
+    return next(telling, found[0].message if found else "")
 
 
 def _places(entries: Sequence[Entry]) -> list[tuple[int, Entry]]:
@@ -124,12 +164,7 @@ def _places(entries: Sequence[Entry]) -> list[tuple[int, Entry]]:
 
 def _place(entry: Entry) -> str:
     maneuver, key = entry.worst
-    return f"{label(key)} of maneuver {maneuver}"
-
-
-def _size(entry: Entry) -> str:
-    said = entry.submission.said
-    return f"h = {said['step']} s" if "step" in said else f"tol = {said['tolerance']}"
+    return f"{label(key)}, {maneuver}"
 
 
 def _as_json(place: int, entry: Entry) -> dict[str, Any]:
@@ -143,4 +178,5 @@ def _as_json(place: int, entry: Entry) -> dict[str, Any]:
         "worst": {"maneuver": maneuver, "column": key},
         "performance": entry.performance,
         "definitions": dict(entry.definitions),
+        "diagnosis": diagnosis(entry) or None,
     }

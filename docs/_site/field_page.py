@@ -1,0 +1,288 @@
+"""The tables and figures of docs/field.md, from the runs in docs/field.json.
+
+Run as a script, this writes them: first ``python data/peers/field.py --all -o docs/field.json``,
+on a machine that has nothing else to do.
+"""
+
+import json
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+from field_figures import KINDS, OTHER, PASSES, RIGHT, Kind, costs, drifts
+from speed_page import filled, table
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.showing.figures.style import render
+from heyoka_bike.showing.formats.wording import label, number, one_decimal
+
+DOCS = Path(__file__).parent.parent
+PAGE, RUN = DOCS / "field.md", DOCS / "field.json"
+FIGURES = {"field.svg": costs, "field-drift.svg": drifts}
+# Maneuver 2, which the benchmark judges by eq. (1).
+JUDGED = 1
+# Digits between the last two runs of a program whose error still falls.
+FALLS = 0.15
+
+Run = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A program as the page shows it.
+
+    Attributes
+    ----------
+    name
+    kind
+    said
+        Its entry in the JSON.
+    runs
+        Those that came to their end.
+    best, default
+        None if there is none, or it failed.
+    family
+        Runs that differ from the best one in step or tolerance only, the coarse first.
+    """
+
+    name: str
+    kind: Kind
+    said: Mapping[str, Any]
+    runs: Sequence[Run]
+    best: Run | None
+    default: Run | None
+    family: Sequence[Run]
+
+    @property
+    def top(self):
+        """The run that its name stands beside."""
+        return self.best or self.default
+
+    @property
+    def least(self):
+        """Eq. (1) [%] that the digits of its result files make if the energy is constant."""
+        return 100 * 10.0 ** (1 - self.said["digits"])
+
+    @property
+    def order(self):
+        """What halving the step or tolerance gives, where the error still falls; None if unknown.
+
+        The middle one of the orders between neighbours in the family of the best run.
+        """
+        steps = {r["setting"][self.said["measure"]] for r in self.family}
+        found = [
+            x["order"] for x in self.said["orders"]
+            if x["family"] == (self.best or {}).get("family") and x["order"] > 0
+            and {x["from"], x["to"]} <= steps
+        ]  # fmt: skip
+        return median(found) if found else None
+
+
+def shown(document):
+    """Every program that was run, the most right first."""
+    found = []
+    for said in document["programs"].values():
+        runs = [r for r in said["runs"] if r["failure"] is None]
+        best, default = (
+            next((r for r in runs if r["kind"] == kind), None) for kind in ("best", "default")
+        )
+        family = [r for r in runs if best and r["family"] == best["family"]]
+        family.sort(key=lambda r: -r["setting"][said["measure"]])
+        kind = KINDS.get(said.get("kind"), OTHER)
+        if runs:
+            found.append(Shown(said["program"], kind, said, runs, best, default, family))
+    return sorted(found, key=lambda p: -p.top["digits"])
+
+
+def parts(document):
+    """The parts of the page, by their markers."""
+    programs = shown(document)
+    return {
+        "machine": machine(document),
+        "best": best_table(programs),
+        "falling": falling(programs),
+        "left out": left_out(document),
+        "default": default_table(programs),
+        "passing": passing(programs),
+        "columns": columns(programs),
+        "contact": contact(programs),
+        "apart": apart(programs),
+    }
+
+
+def machine(document):
+    m, started = document["machine"], document["started"]
+    when = "in one run" if len(started) == 1 else f"in {len(started)} runs"
+    days = sorted({x.partition("T")[0] for x in started})
+    return (
+        f"Measured on {m['cpu']}, {m['cores']} cores, {m['system']}, {when}, "
+        f"{' to '.join(sorted({days[0], days[-1]}))}. Times are processor times of all three "
+        f"maneuvers, over those of {document['peer']['name']}, measured right after each; that "
+        f"code gives {document['peer']['digits']:.1f} digits."
+    )
+
+
+def best_table(programs):
+    return table(
+        ("program", "what it is", "best run", "digits", "worst column", "eq. (1) [%]", "time",
+         "order", "definitions"),
+        [
+            (_link(p), p.kind.words, p.best["words"] or "", *_result(p, p.best), _order(p),
+             _definitions(p.best))
+            for p in programs if p.best
+        ],
+        left=3,
+    )  # fmt: skip
+
+
+def falling(programs):
+    """Programs whose best family still gets better at its end."""
+    names = []
+    for p in programs:
+        ends = [r["digits"] for r in p.family[-2:]]
+        if len(ends) == 2 and ends[1] - ends[0] > FALLS:
+            names.append(p.name)
+    return f"Their error still fell at the finest setting that was run: {'; '.join(names)}."
+
+
+def left_out(document):
+    """Programs and runs that are not in the tables, and why."""
+    programs = document["programs"].values()
+    absent = [f"{p['program']} (`{p['install']}`)" for p in programs if p["missing"]]
+    failed = [
+        f"{p['program']} ({', '.join(settings)})" for p in programs
+        if (settings := [_setting(p, r) for r in p["runs"] if r["failure"]])
+    ]  # fmt: skip
+    said = [f"Not here in this run: {'; '.join(absent)}."] if absent else []
+    said += [f"Runs that came to no end: {'; '.join(failed)}."] if failed else []
+    return " ".join(said) or "Every program was here, and every run came to its end."
+
+
+def _setting(said, run):
+    measure = said["measure"]
+    return f"{'h' if measure == 'step' else measure} = {run['setting'][measure]:g}"
+
+
+def default_table(programs):
+    ordered = sorted((p for p in programs if p.default), key=lambda p: -p.default["digits"])
+    return table(
+        ("program", "as it comes", "digits", "worst column", "eq. (1) [%]", "time"),
+        [(p.name, p.default["words"] or "", *_result(p, p.default)) for p in ordered],
+        left=2,
+    )
+
+
+def _link(p):
+    said = p.said
+    return f"[{p.name}](../data/peers/{said['script']}) {said['version'].partition(',')[0]}"
+
+
+def _result(p, run):
+    worst, drift = run["worst"], run["performance"][JUDGED]
+    return (
+        one_decimal(run["digits"]),
+        f"{label(worst['column'])}, {worst['maneuver']}",
+        number(drift) if drift >= p.least else f"< {p.least:.0e}",
+        _times(run["ratio"]),
+    )
+
+
+def _times(ratio):
+    return f"{ratio:.2g}" if ratio < 100 else f"{round(ratio, 2 - len(str(int(ratio)))):,.0f}"
+
+
+def _order(p):
+    if p.order is None:
+        return ""
+    return f"{'h' if p.said['measure'] == 'step' else 'tol'}^{p.order:.1f}"
+
+
+def _definitions(run):
+    return ", ".join(f"`{x}`" for x in run["definitions"].values()) or "the default ones"
+
+
+def _is_blind(run):
+    """Whether a run passes eq. (1) and is not right to a thousandth."""
+    return run["performance"][JUDGED] < PASSES and run["digits"] < RIGHT
+
+
+def passing(programs):
+    runs = [(p, r) for p in programs for r in p.runs]
+    passed = [(p, r) for p, r in runs if r["performance"][JUDGED] < PASSES]
+    blind = [(p, r) for p, r in passed if _is_blind(r)]
+    errors = {}
+    for p, r in sorted(blind, key=lambda x: x[1]["digits"]):
+        errors.setdefault(p.name, []).append(100 * 10 ** -r["digits"])
+    named = "; ".join(f"{name} {_among(found)}" for name, found in errors.items())
+    return (
+        f"Of {len(runs)} runs of {len(programs)} programs, {len(passed)} pass eq. (1), and "
+        f"{len(blind)} of these are not right to a thousandth. They are wrong by: {named or '-'}."
+    )
+
+
+def _among(errors):
+    """Errors [%] of some runs, the largest first."""
+    if len(errors) == 1:
+        return f"{errors[0]:.2g} %"
+    return f"{errors[-1]:.2g} to {errors[0]:.2g} % ({len(errors)} runs)"
+
+
+def columns(programs):
+    submitted = [r for p in programs for r in (p.best, p.default) if r]
+    worst = Counter(r["worst"]["column"] for r in submitted).most_common()
+    blind = [r for p in programs for r in p.runs if _is_blind(r)]
+    wrong = {key: sum(r["scd"][key] < RIGHT for r in blind) for key in BENCHMARK_COLUMNS}
+    said = ", ".join(f"{label(key)} {n}" for key, n in worst)
+    listed = ", ".join(f"{label(key)} {n}" for key, n in sorted(wrong.items(), key=lambda x: -x[1]))
+    return (
+        f"The worst column of the {len(submitted)} best and default runs: {said}. Of the "
+        f"{len(blind)} runs that pass eq. (1) and are not right to a thousandth, so many are "
+        f"wrong by more than that in each column: {listed}."
+    )
+
+
+def contact(programs):
+    """What a contact that yields costs: runs of one step and several stiffnesses."""
+    said = []
+    for p in programs:
+        key, measure = p.said.get("follows"), p.said["measure"]
+        groups = {}
+        for r in p.runs:
+            if key in r["setting"]:
+                rest = {k: x for k, x in r["setting"].items() if k != key}
+                groups.setdefault(json.dumps(rest, sort_keys=True), []).append(r)
+        for group in groups.values():
+            if len(group) > 1:
+                group.sort(key=lambda r: float(str(r["setting"][key]).split()[0]))
+                times = ", ".join(str(r["setting"][key]).split()[0] for r in group)
+                digits = ", ".join(one_decimal(r["digits"]) for r in group)
+                step = group[0]["setting"][measure]
+                said.append(
+                    f"{p.name}, steps of {step:g} s: time constants of the contact of {times} s "
+                    f"give {digits} digits."
+                )
+    return " ".join(said)
+
+
+def apart(programs):
+    found = [(p.best["digits"] - p.default["digits"], p) for p in programs if p.best and p.default]
+    least, most = min(found, key=lambda x: x[0]), max(found, key=lambda x: x[0])
+    return (
+        f"Between a program as it comes and at its best lie {least[0]:.1f} ({least[1].name}) to "
+        f"{most[0]:.1f} digits ({most[1].name})."
+    )
+
+
+def figures(document):
+    programs = shown(document)
+    return {name: render(draw(programs, document["peer"]), "svg") for name, draw in FIGURES.items()}
+
+
+if __name__ == "__main__":
+    measured = json.loads(RUN.read_text(encoding="utf-8"))
+    PAGE.write_text(filled(PAGE.read_text(encoding="utf-8"), parts(measured)), encoding="utf-8")
+    for file, data in figures(measured).items():
+        (DOCS / file).write_bytes(data)

@@ -1,0 +1,60 @@
+"""docs/field.md shows the runs in docs/field.json, which are those of data/peers/field.toml."""
+
+import json
+import tomllib
+from textwrap import fill
+
+import pytest
+from field_page import FIGURES, PAGE, RUN, figures, parts, shown
+from measured import settings
+from speed_page import filled
+
+from heyoka_bike.system.resources import data_folder
+
+
+@pytest.fixture(scope="module")
+def run():
+    return json.loads(RUN.read_text())
+
+
+@pytest.fixture(scope="module")
+def field():
+    return tomllib.loads((data_folder() / "peers" / "field.toml").read_text())
+
+
+def test_tables_and_counts_are_those_of_the_run(run):
+    page = PAGE.read_text()
+    assert filled(page, parts(run)) == page
+    for change in ({"digits": 2.0}, {"performance": [1e-9] * 3}, {"ratio": 7.77}):
+        other = json.loads(RUN.read_text())
+        next(iter(other["programs"].values()))["runs"][0] |= change
+        assert filled(page, parts(other)) != page, change
+
+
+def test_runs_are_those_that_the_programs_are_said_to_have(run, field):
+    assert set(run["programs"]) <= set(field)
+    for name, said in run["programs"].items():
+        entry = field[name]
+        assert said["version"] == entry["version"]
+        made = [(r["kind"], r["setting"]) for r in said["runs"]]
+        assert made == [x for x in settings(entry) if x in made]
+        assert all(r["digits"] <= min(r["scd"].values()) for r in said["runs"] if not r["failure"])
+
+
+def test_programs_stand_in_the_order_of_their_digits(run):
+    digits = [p.best["digits"] for p in shown(run) if p.best]
+    assert digits == sorted(digits, reverse=True)
+    assert len(digits) >= 9
+
+
+def test_figures_name_every_program(run):
+    drawn = figures(run)
+    assert set(drawn) == set(FIGURES)
+    for name, data in drawn.items():
+        assert (PAGE.parent / name).read_bytes().startswith(b"<?xml")
+        assert f"]({name})" in PAGE.read_text()
+        assert data.startswith(b"<?xml")
+    for p in shown(run):
+        # matplotlib writes a line of text as paths, with the text as a comment.
+        words = fill(p.name, 24).split("\n")[0]
+        assert f"<!-- {words} -->".encode() in drawn["field.svg"]
