@@ -117,3 +117,12 @@ benchmark, then what a file may have besides by name, of `COLUMNS` and of `MOTIO
 
 DEFINITIONS: Mapping[str, tuple[Column, ...]] = {key: COMPARED[key] for key in BENCHMARK_COLUMNS}
 """The definitions of each column of the benchmark, the default first."""
+
+RATE_OF: Mapping[tuple[str, str], tuple[str, str]] = {
+    ("roll_rate", "lean_rate"): ("roll_angle", "lean"),
+    ("roll_rate", "tait_bryan_xyz_rate"): ("roll_angle", "tait_bryan_xyz"),
+    ("roll_rate", "zyx_rate"): ("roll_angle", "zyx"),
+    ("steer_rate", "steer_rate"): ("steer_angle", "steer"),
+}
+"""Which definitions of a rate and of an angle are derivative and integral of each other. A body's
+angular velocity along its own x axis is the derivative of no roll angle."""

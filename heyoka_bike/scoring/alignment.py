@@ -29,7 +29,8 @@ MOST_SAMPLED = 4001
 HALF = 0.5
 # Beyond this a product of two values overflows on the way; no program means it.
 _LARGEST = 1e150
-# A column this far from its own maneuver, in scales, may be of another one.
+# Columns this far from their own maneuver, in scales, may be of another one, if they are nearer to
+# that.
 _FAR = 0.1
 
 
@@ -255,7 +256,7 @@ def _of_another(part: Part, rows: Rows, reference: Reference) -> tuple[Finding, 
         return ()
     distance = {n: _distance(_within(rows, n, reference[n])[0]) for n in reference}
     nearest = min(distance, key=distance.__getitem__)
-    if nearest == part.number or distance[nearest] > own / 2 or distance[nearest] > HALF:
+    if nearest == part.number or distance[nearest] > min(own / 2, _FAR):
         return ()
     return (
         Finding(

@@ -4,22 +4,13 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from heyoka_bike.bicycle.columns import DEFINITIONS
+from heyoka_bike.bicycle.columns import DEFINITIONS, RATE_OF
 from heyoka_bike.numbers.double import median, two_sum
 from heyoka_bike.reference.load import ReferenceManeuver
 from heyoka_bike.scoring.alignment import Part
 from heyoka_bike.scoring.comparison import FEW
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.report import ColumnScore, Consistency
-
-RATE_OF: Mapping[tuple[str, str], tuple[str, str]] = {
-    ("roll_rate", "lean_rate"): ("roll_angle", "lean"),
-    ("roll_rate", "tait_bryan_xyz_rate"): ("roll_angle", "tait_bryan_xyz"),
-    ("roll_rate", "zyx_rate"): ("roll_angle", "zyx"),
-    ("steer_rate", "steer_rate"): ("steer_angle", "steer"),
-}
-"""Which definitions of a rate and of an angle are derivative and integral of each other. A body's
-angular velocity along its own x axis is the derivative of no roll angle."""
 
 # The angle's own error must explain less than this part of what its rate is wrong by: an error of
 # the integrator moves both alike, differences of a good angle do not.

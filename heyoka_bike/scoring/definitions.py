@@ -13,8 +13,9 @@ much as it can tell: where the error is larger than the difference of two defini
 below the digits written, its factor is near 1. The first row, at the known start, is evidence of
 its own: there no integrator has made an error yet.
 
-Before, the default is as likely as all others together. It is kept unless the odds against it are
-20 to 1: nothing is claimed without evidence, however many definitions there are to choose from.
+Before, the default is as likely as all others together, and so is, of a rate, the derivative of the
+angle beside it: the likeliest is not the one of many that fits by chance. What the odds against it
+are below 20 to 1 is left open: nothing is claimed without evidence.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heyoka_bike.bicycle.column import Column
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED, RATE_OF
 from heyoka_bike.numbers.double import Array, median
 from heyoka_bike.scoring.alignment import HALF, Part
 from heyoka_bike.scoring.measures import rms
@@ -36,7 +37,8 @@ from heyoka_bike.scoring.units import UNITS, factor
 # participation ratio of their spectra); with three, odds claimed against the truth are rarer than
 # they say, from a quarter of a second to ten, see docs/measures.md.
 _VALUES = 3
-# Odds, to 1, from which the default is given up: one claim in twenty may be wrong at the most.
+# Odds, to 1, from which a definition is not left open, and another unit or sign is taken: one claim
+# in twenty may be wrong at the most.
 _CLAIMED = float(np.log(20.0))
 # The first row may have been written otherwise than the rest, once in so many files.
 _FIRST_ROW = float(np.log(1000.0))
@@ -72,8 +74,8 @@ class Understanding:
     indistinguishable : tuple of str
         Definitions that the file cannot tell from it.
     odds : mapping of str to float
-        How much likelier it is than each other definition, decimal logarithms; below zero for one
-        that is likelier than the default, but not enough.
+        How much likelier it is than each other definition, decimal logarithms; below zero if this
+        one was taken for the sake of other runs.
     """
 
     column: Column
@@ -114,11 +116,11 @@ def understand(parts: Sequence[Part]) -> Mapping[str, Understanding]:
 
 def understand_samples(samples: Sequence[Sample]) -> Mapping[str, Understanding]:
     """How each column of a file is taken, by key, against the motion that the samples expect."""
-    found = {}
+    found: dict[str, Understanding] = {}
     for key in COMPARED:
         having = [s for s in samples if key in s.values]
         if having:
-            found[key] = _choose(key, having)
+            found[key] = _choose(key, having, _expected(key, found))
     _share_the_unit_of_energies(found)
     _find_offset(found, samples)
     return found
@@ -223,7 +225,15 @@ def _joint(sizes: Sequence[float]) -> float:
     return float(np.sum(np.log(sizes)))
 
 
-def _choose(key: str, samples: Sequence[Sample]) -> Understanding:
+def _expected(key: str, found: Mapping[str, Understanding]) -> tuple[Column, ...]:
+    """What a column is thought to be before: its default, and the rate of the angle beside it."""
+    default, *others = COMPARED[key]
+    own = [c for c in others if (of := RATE_OF.get((key, c.definition)))
+           and of[0] in found and found[of[0]].column.definition == of[1]]  # fmt: skip
+    return default, *own
+
+
+def _choose(key: str, samples: Sequence[Sample], expected: Sequence[Column]) -> Understanding:
     """Unit and sign, then the definition under them."""
     columns = COMPARED[key]
     if all(float(np.ptp(s.values[key])) == 0.0 for s in samples):
@@ -238,7 +248,7 @@ def _choose(key: str, samples: Sequence[Sample]) -> Understanding:
         for c in columns
     ]
     of_default = float(np.log(max(len(columns) - 1, 1)))
-    prior = np.array([of_default if u.column is columns[0] else 0.0 for u in candidates])
+    prior = np.array([of_default if u.column in expected else 0.0 for u in candidates])
     likely: list[float] = np.sum(
         [prior, *(s.log_likelihoods(key, candidates) for s in samples if key in s.values)], axis=0
     ).tolist()
@@ -266,17 +276,12 @@ def _choose(key: str, samples: Sequence[Sample]) -> Understanding:
     if constant - likely[chosen] > _CLAIMED:
         # A speed that is taken as constant is that of no definition.
         return replace(taken, column=columns[0])
-    alike = [c for c in columns if likely[chosen] - under[c.definition] < _CLAIMED]
-    column = columns[0] if columns[0] in alike else taken.column
+    less = {c.definition: likely[chosen] - under[c.definition] for c in columns}
+    del less[taken.column.definition]
     return replace(
         taken,
-        column=column,
-        indistinguishable=tuple(c.definition for c in alike if c is not column),
-        odds={
-            c.definition: (under[column.definition] - under[c.definition]) / _LN_10
-            for c in columns
-            if c is not column
-        },
+        indistinguishable=tuple(d for d, x in less.items() if x < _CLAIMED),
+        odds={d: x / _LN_10 for d, x in less.items()},
     )
 
 

@@ -80,6 +80,17 @@ def test_a_definition_is_found_although_one_maneuver_says_the_contrary(reference
         assert roll.as_understood.measures.max_abs_error < limit
 
 
+@pytest.mark.parametrize(
+    ("name", "definition"),
+    # By their scripts: the velocity of the body along its own axis, and the heading's.
+    [("ode-best", "body_x"), ("mujoco-best", "body_x"), ("simbody-default", "lean_rate")],
+)
+def test_the_roll_rate_of_coarse_runs_is_the_likeliest(reference, name, definition):
+    found = score(read_results(data_folder() / "results" / f"{name}.txt.gz"), reference)
+    rates = [column(found, n, "roll_rate").as_understood for n in reference]
+    assert {x.definition for x in rates} == {definition}
+
+
 def test_the_trapezoidal_rule_is_of_second_order(exudyn):
     for c in exudyn.convergence:
         assert c.orders == pytest.approx((2.0,), abs=0.05)

@@ -5,8 +5,11 @@ import pytest
 from support.made_results import made
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.scoring.diagnosis.diagnose import diagnosed
 from heyoka_bike.scoring.diagnosis.plain import columns_apart, shown
+from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.score import score
+from heyoka_bike.system.resources import data_folder
 
 
 def report_of(reference, change, **more):
@@ -17,6 +20,28 @@ def test_a_right_file_shows_nothing(reference):
     report = report_of(reference, lambda key, values, m: values)
     assert shown(report, reference) == ()
     assert columns_apart(report) is None
+
+
+def test_a_bicycle_that_falls_over_is_told_so(reference):
+    """A run of a physics engine as it comes: wheels of 32 corners."""
+    file = data_folder() / "results" / "pybullet-default.txt.gz"
+    results = read_results(file)
+    report = score(results, reference)
+    assert not [f for f in report.findings if f.code == "another_maneuver"]
+    found, *_ = shown(report, reference)
+    table = np.loadtxt(file)
+    for n in (1, 2, 3):
+        fallen = table[np.abs(table[:, 8 * n - 7]) > np.pi / 2, 0]
+        assert found.evidence["times"][str(n)] == pytest.approx(fallen[0], abs=0.2)
+    said = diagnosed(report, reference).diagnosis
+    assert [f.code for f in said] == ["falls_over"]
+
+
+def test_degrees_do_not_fall_over(reference):
+    def in_degrees(key, values, m):
+        return 500.0 * values if key == "roll_angle" else values
+
+    assert not shown(report_of(reference, in_degrees), reference)
 
 
 def test_rows_that_repeat_are_named_with_their_time(reference):

@@ -11,6 +11,7 @@ from heyoka_bike.reference.sensitivities import UNKNOWNS
 from heyoka_bike.scoring.diagnosis import plain
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
 from heyoka_bike.scoring.diagnosis.numerical import causes as numerical
+from heyoka_bike.scoring.diagnosis.programs.applied import FORCES
 from heyoka_bike.scoring.diagnosis.ranking import Diagnosis, Hypothesis
 from heyoka_bike.scoring.diagnosis.unknowns.estimation import Fit, Unknown
 from heyoka_bike.scoring.findings import Finding, Severity
@@ -25,7 +26,7 @@ _ALL = 300.0
 # Methods that all but conserve energy are wrong by up to 2000 times what they change of it.
 _KEPT = 1e5
 # What is seen at once and is the whole cause.
-_EXPLAIN = ("rows_repeated", "column_of_another_maneuver")
+_EXPLAIN = ("falls_over", "rows_repeated", "column_of_another_maneuver")
 _OF_ANY_INTEGRATOR = ("smooth_error", "steps_of_varying_size")
 _MOST_DECIMALS = 12
 _COUNTS = {1: "One parameter explains", 2: "Two parameters explain", 3: "Three parameters explain"}
@@ -80,8 +81,10 @@ def _without_cause(
     if apart is not None:
         # Nothing about the motion, which is right.
         return [apart, *found]
-    found += _towards(diagnosis)
     shape = numerical.findings(report, reference)
+    if not any(f.code == numerical.TOO_FAR for f in shape):
+        # What has hardly anything of the motion left has no direction either.
+        found += _towards(diagnosis)
     wrong_model = _not_the_integrator(diagnosis, columns)
     if any(f.code == "interpolated_output" for f in shape):
         wrong_model = []
@@ -215,7 +218,13 @@ def _fitted(diagnosis: Diagnosis) -> Finding:
     )
     if estimate.is_first_order:
         text += ", to first order"
-    text += "; check " + ("it" if len(best.changes) == 1 else "them") + " in your input"
+    if any(name in FORCES for name, _ in best.changes):
+        text += (
+            "; the benchmark has no dampers, springs, drag or friction: check what your program "
+            "applies beside gravity, by default or in its joints"
+        )
+    else:
+        text += "; check " + ("it" if len(best.changes) == 1 else "them") + " in your input"
     if others:
         text += "; the file cannot tell this from " + "; or ".join(
             _changed(fit, diagnosis.values) for fit in others[:_MOST]
@@ -245,16 +254,23 @@ def _changed(fit: Fit, values: Mapping[Unknown, float]) -> str:
         # What changes next to nothing of what is left is not known at all.
         within = f" (+- {uncertain:.1g})" if uncertain < abs(before) + abs(change) else ""
         parts.append(
-            f"{_named(unknown)} is {after} {UNKNOWNS[unknown[0]]}{within} instead of {before:.10g}"
+            f"{_named(unknown)} is {after} {_unit(unknown)}{within} instead of {before:.10g}"
         )
     return ", and ".join(parts)
 
 
 def _named(unknown: Unknown) -> str:
     name, number = unknown
+    if name in FORCES:
+        return f"the {FORCES[name].says}"
     if number is None:
         return f"the {PARAMETERS[name].description} ({name})"
     return f"the {name.replace('_', ' ')} of maneuver {number}"
+
+
+def _unit(unknown: Unknown) -> str:
+    name = unknown[0]
+    return FORCES[name].unit if name in FORCES else UNKNOWNS[name]
 
 
 def _as_evidence(fit: Fit, values: Mapping[Unknown, float]) -> list[dict[str, Any]]:
@@ -265,7 +281,7 @@ def _as_evidence(fit: Fit, values: Mapping[Unknown, float]) -> list[dict[str, An
             "value": values[name, number] + change,
             "uncertain": fit.uncertain[name, number],
             "instead_of": values[name, number],
-            "unit": UNKNOWNS[name],
+            "unit": _unit((name, number)),
         }
         for (name, number), change in fit.changes.items()
     ]

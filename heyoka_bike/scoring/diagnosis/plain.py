@@ -1,7 +1,7 @@
 """What a file shows without any simulation.
 
-Rows that stand still, columns of another maneuver, a start that is another one, and columns that
-are wrong beside a motion that is right.
+A bicycle that falls over, rows that stand still, columns of another maneuver, a start that is
+another one, and columns that are wrong beside a motion that is right.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -20,6 +20,9 @@ _SAME = 0.9
 _START, _AT_FLOOR = 1e-6, 4.0
 # Worse at all, in the maneuvers where a column is not far worse.
 _WORSE = 10.0
+# Lying on the floor, the lowest that a bicycle gets: a lean of a quarter turn, and of its potential
+# energy less than so much, as other units of the angle do not make it.
+_LYING, _LEFT_OF_HEIGHT = np.pi / 2, 0.5
 # What a sum of energies is off by at least.
 _ROUNDOFF = 1e-12
 _GIVEN = ("roll_rate", "forward_speed")
@@ -28,10 +31,34 @@ _GIVEN = ("roll_rate", "forward_speed")
 def shown(report: Report, reference: Reference) -> tuple[Finding, ...]:
     """What is seen at once, whatever else is found."""
     return (
+        *_falls_over(report.maneuvers),
         *_standing_still(report.maneuvers),
         *_of_other_maneuvers(report.maneuvers),
         *_other_starts(report.maneuvers, reference),
     )
+
+
+def _falls_over(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
+    """A lean of a quarter turn or more, of a motion that the reference does not have fall."""
+    times = {}
+    for m in maneuvers:
+        traces = {c.key: c.trace for c in m.columns if c.values == m.rows}
+        if not {"roll_angle", "potential_energy"} <= traces.keys():
+            continue
+        roll, height = traces["roll_angle"], traces["potential_energy"]
+        low = height.value < _LEFT_OF_HEIGHT * height.reference
+        lies = low & (np.abs(roll.value) > _LYING) & (np.abs(roll.reference) < _LYING)
+        if lies.any():
+            times[m.maneuver] = float(roll.time[int(np.argmax(lies))])
+    if times:
+        said = " and ".join(f"at {t:.3g} s in maneuver {n}" for n, t in times.items())
+        yield Finding(
+            "falls_over",
+            f"The bicycle falls over: its lean passes 90 degrees {said}. Compare the first tenths "
+            "of a second: contact, friction or step there, for what follows is another motion",
+            Severity.WARNING,
+            {"times": {str(n): t for n, t in times.items()}},
+        )
 
 
 def _standing_still(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:

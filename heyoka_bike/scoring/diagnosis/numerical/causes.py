@@ -62,6 +62,8 @@ _SCATTER = 0.1
 _OF_SINGLE = 1e-5
 # An order whose errors leave less than so many times what those of the best one leave may be it.
 _CLEARLY = 2.0
+TOO_FAR = "too_far"
+"""Code of the finding that hardly anything of the motion is left."""
 # How to see what falls.
 _BOTH_STEPS = "heyoka-bike score A B --step 0.01,0.005"
 _BOTH_TOLERANCES = "heyoka-bike score A B --tolerance 1e-8,1e-9"
@@ -105,7 +107,8 @@ def _order(report: Report, reference: Reference) -> Order | None:
 
 def _of_order(order: Order, report: Report) -> Finding:
     worst = max(_error_in_scales(c) for m in report.maneuvers for c in m.columns)
-    # Of multibody methods those of other orders come nearer.
+    # Contact and friction that yield make errors of other orders that look like those of multibody
+    # methods.
     is_sure = not order.constrained
     rivals = [p for p, left in order.others.items() if left < _CLEARLY * order.left]
     most, others = (100 * (1 - x) for x in (order.left, min(order.others.values())))
@@ -118,7 +121,12 @@ def _of_order(order: Order, report: Report) -> Finding:
         + " or ".join(f"1/{2**p}" for p in (order.order, *rivals))
     )
     smaller = (worst / _WANTED) ** (1 / order.order)
-    if smaller > 1 and not rivals:
+    if not is_sure:
+        text += (
+            f". Two runs tell ({_BOTH_STEPS}): an engine whose contact or constraints yield may be "
+            "of order 1 and look like this"
+        )
+    elif smaller > 1 and not rivals:
         times = float(f"{smaller:.2g}")
         text += f"; an error of 1e-6 of the scale needs a step about {times:g} times smaller"
     return Finding(
@@ -141,7 +149,7 @@ def _error_in_scales(c: ColumnScore) -> float:
 
 def _too_far() -> Finding:
     return Finding(
-        "cannot_tell",
+        TOO_FAR,
         "Half of the columns or more are off by half their own size, so that their error says "
         "nothing: look at the first rows, whether the columns are those of the benchmark, in its "
         "order and units, and at a run that is short",
@@ -259,8 +267,9 @@ def _rough(report: Report, order: Order | None) -> Iterator[Finding]:
         yield Finding(
             "iteration_noise",
             "The velocities jump from row to row, much more than the angles, as a loose tolerance "
-            "of the Newton iterations in each step makes them: tighten it until the energy's "
-            "error is smooth; a smaller step does not help",
+            "of the Newton iterations in each step makes them, or impulses of a contact: tighten "
+            "it until the energy's error is smooth (a smaller step does not help); if it stays "
+            "rough, it is the contact or the friction",
             evidence={"maneuvers": in_rates},
         )
     elif order is None and len(jumping) > len(found) / 2:
