@@ -7,7 +7,7 @@ rolling wheels solve one linear system. Switches make the usual mistakes.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -59,6 +59,9 @@ class Program:
         Where a wheel touches: ``rim``, its lowest point; ``below``, straight below the hub.
     weightless
         Bodies without weight.
+    applied
+        Forces and torques on the bodies beside weight, from their attitudes, velocities and
+        angular velocities, as an array of shape (4, 6).
     method
     """
 
@@ -67,6 +70,7 @@ class Program:
     tensor_turns: bool = True
     contact: str = "rim"
     weightless: tuple[int, ...] = ()
+    applied: Callable[[list[Array], Array, Array], Array] | None = None
     p: Mapping[str, float] = field(default_factory=lambda: TABLE_1)
 
     def compute(self, maneuver: int) -> Columns:
@@ -118,6 +122,8 @@ class Program:
                 force[6 * i : 6 * i + 3] = mass * self.p["g"] * _DOWN
             if i in self.gyroscopic:
                 force[6 * i + 3 : 6 * i + 6] = -_cross(spins[i], tensor @ spins[i])
+        if self.applied is not None:
+            force[:24] += self.applied(attitudes, velocities, spins).ravel()
         for one, other, point, axis in self._hinges():
             self._hinge(rows, right, places, attitudes, spins, one, other, point, axis)
         for wheel, radius in ((R, self.p["rR"]), (F, self.p["rF"])):

@@ -45,7 +45,8 @@ def farthest(simulator, bicycle, run, missing):
         # Until it falls: then nothing agrees any more.
         upright = np.cumprod(np.abs(np.nan_to_num(block["roll"], nan=9.0)) < 0.5) == 1
         time = block["time"][upright]
-        made = simulator.run(bicycle, initial_state(p, start), time, missing)
+        amounts = dict.fromkeys(missing, 1.0)
+        made = simulator.run(bicycle, initial_state(p, start), time, amounts)
         for name, key in KEYS.items():
             there = block[name][upright]
             found.append(np.max(np.abs(made[key] - there)) / np.max(np.abs(there)))
@@ -66,7 +67,7 @@ def test_with_all_terms_they_are_the_right_ones(simulator, bicycle):
     start, time = initial_state(p, STARTS[2]), np.linspace(0.0, 2.0, 21)
     right = simulator.run(bicycle, start, time)
     # A name that no term has switches nothing off.
-    same = simulator.run(bicycle, start, time, {"nothing"})
+    same = simulator.run(bicycle, start, time, {"nothing": 1.0})
     for name, x in right.items():
         assert np.max(np.abs(same[name] - x)) <= 1e-11 * np.max(np.abs(x)), name
 

@@ -11,6 +11,7 @@ from heyoka_bike.reference.sensitivities import UNKNOWNS
 from heyoka_bike.scoring.diagnosis import plain
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
 from heyoka_bike.scoring.diagnosis.numerical import causes as numerical
+from heyoka_bike.scoring.diagnosis.programs.applied import FORCES
 from heyoka_bike.scoring.diagnosis.ranking import Diagnosis, Hypothesis
 from heyoka_bike.scoring.diagnosis.unknowns.estimation import Fit, Unknown
 from heyoka_bike.scoring.findings import Finding, Severity
@@ -217,7 +218,13 @@ def _fitted(diagnosis: Diagnosis) -> Finding:
     )
     if estimate.is_first_order:
         text += ", to first order"
-    text += "; check " + ("it" if len(best.changes) == 1 else "them") + " in your input"
+    if any(name in FORCES for name, _ in best.changes):
+        text += (
+            "; the benchmark has no dampers, springs, drag or friction: check what your program "
+            "applies beside gravity, by default or in its joints"
+        )
+    else:
+        text += "; check " + ("it" if len(best.changes) == 1 else "them") + " in your input"
     if others:
         text += "; the file cannot tell this from " + "; or ".join(
             _changed(fit, diagnosis.values) for fit in others[:_MOST]
@@ -247,16 +254,23 @@ def _changed(fit: Fit, values: Mapping[Unknown, float]) -> str:
         # What changes next to nothing of what is left is not known at all.
         within = f" (+- {uncertain:.1g})" if uncertain < abs(before) + abs(change) else ""
         parts.append(
-            f"{_named(unknown)} is {after} {UNKNOWNS[unknown[0]]}{within} instead of {before:.10g}"
+            f"{_named(unknown)} is {after} {_unit(unknown)}{within} instead of {before:.10g}"
         )
     return ", and ".join(parts)
 
 
 def _named(unknown: Unknown) -> str:
     name, number = unknown
+    if name in FORCES:
+        return f"the {FORCES[name].says}"
     if number is None:
         return f"the {PARAMETERS[name].description} ({name})"
     return f"the {name.replace('_', ' ')} of maneuver {number}"
+
+
+def _unit(unknown: Unknown) -> str:
+    name = unknown[0]
+    return FORCES[name].unit if name in FORCES else UNKNOWNS[name]
 
 
 def _as_evidence(fit: Fit, values: Mapping[Unknown, float]) -> list[dict[str, Any]]:
@@ -267,7 +281,7 @@ def _as_evidence(fit: Fit, values: Mapping[Unknown, float]) -> list[dict[str, An
             "value": values[name, number] + change,
             "uncertain": fit.uncertain[name, number],
             "instead_of": values[name, number],
-            "unit": UNKNOWNS[name],
+            "unit": _unit((name, number)),
         }
         for (name, number), change in fit.changes.items()
     ]

@@ -14,7 +14,8 @@ differ tell apart by less than a factor of 2 form a class.
 
 Every mistake is tried alone; then the best one with all others, of the other pairs those that
 `pairs` finds promising, and the best pair with one of the two replaced. If nothing explains a
-motion that is clearly wrong, equations are tried that lack a term: these take seconds to compile.
+motion that is clearly wrong, equations are tried that lack a term or have a force more: these take
+seconds to compile.
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -31,6 +32,7 @@ from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, Mistake
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import has_constant_speed
 from heyoka_bike.scoring.diagnosis.mistakes.search import Search
+from heyoka_bike.scoring.diagnosis.programs.applied import FORCES
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.scoring.diagnosis.unknowns import estimation
 from heyoka_bike.scoring.diagnosis.unknowns.estimation import Estimate, Fit, Place, Unknown
@@ -168,17 +170,37 @@ def rank(
     )
     if sensitivities is None or (classes and classes[0][0].gain > _EXPLAINED):
         return found
-    return _with_estimate(found, search, sensitivities, simulator)
+    estimated = _with_estimate(found, search, sensitivities, simulator)
+    if (
+        simulator
+        and search.largest > _SHOWN
+        and not estimated.classes
+        and not _is_fitted(estimated)
+    ):
+        forced = _with_estimate(found, search, sensitivities, simulator, has_forces=True)
+        return forced if _is_fitted(forced) else estimated
+    return estimated
+
+
+def _is_fitted(found: Diagnosis) -> bool:
+    """Whether unknowns explain the file, with forces that do not drive what should be braked."""
+    fits = found.estimate.fits if found.estimate else ()
+    return (
+        bool(fits)
+        and found.unexplained is None
+        and all(change > 0.0 for (name, _), change in fits[0].changes.items() if name in FORCES)
+    )
 
 
 def _with_estimate(
-    found: Diagnosis, search: Search, sensitivities: Sensitivities, simulator: Simulator | None
-) -> Diagnosis:
-    """The same with the parameters that explain far more."""
+    found: Diagnosis, search: Search, sensitivities: Sensitivities, simulator: Simulator | None,
+    *, has_forces: bool = False,
+) -> Diagnosis:  # fmt: skip
+    """The same with the parameters that explain far more, and forces that are applied."""
     rival = next((c[0].gain for c in (*found.classes, found.towards) if c), None)
     fitting, unexplained = search.fitting(), None
     for _ in range(_UNDERSTOOD):
-        problem = fitting.problem(sensitivities)
+        problem = fitting.problem(sensitivities, simulator if has_forces else None)
         errors = fitting.errors(simulator) if simulator else None
 
         def is_enough(fit: Fit, fitting: Fitting = fitting) -> bool:

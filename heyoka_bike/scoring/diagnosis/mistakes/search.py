@@ -365,7 +365,9 @@ class Search:
                 self._found[key] = (
                     linear_columns(program.bicycle, state, meant, program.linear)
                     if program.linear
-                    else self._simulators[i].run(program.bicycle, state, meant, program.missing)
+                    else self._simulators[i].run(
+                        program.bicycle, state, meant, dict.fromkeys(program.missing, 1.0)
+                    )
                 )
             found.append(self._found[key])
         return found

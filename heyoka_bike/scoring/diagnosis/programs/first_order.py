@@ -4,7 +4,7 @@ The reference plus its sensitivities times the changes. It is used only where th
 by more than a small part of its scale, so that what is left out is a small part of that change.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -35,11 +35,12 @@ class FirstOrder:
         self._start = {key: float(Exact.parse(maneuver.inputs[key])) for key in START}
 
     def run(
-        self, bicycle: Bicycle, start: Sequence[float], time: Array, missing: Collection[str] = ()
-    ) -> dict[str, Array]:
+        self, bicycle: Bicycle, start: Sequence[float], time: Array,
+        amounts: Mapping[str, float] | None = None,
+    ) -> dict[str, Array]:  # fmt: skip
         """Columns as `Simulator.run` has them; NaN where first order does not reach."""
         made = dict.fromkeys([*_NAMES, *_UNKNOWN], np.full(len(time), np.nan))
-        if missing:
+        if amounts:
             return made
         given = dict(zip(_STATE, start, strict=True))
         changes = np.array(

@@ -1,4 +1,4 @@
-"""Equations of motion from which a term of Newton's and Euler's was left out.
+"""Equations of motion without a term of Newton's and Euler's, or with a force more.
 
 No parameter of the bicycle makes such a mistake. A torque or a weight that is missing is one that
 is added and cancels it; a tensor that does not turn with its body is another tensor. With the
@@ -6,6 +6,8 @@ Jacobians J of the angular velocities w over the independent speeds u (roll rate
 rolling rate), w' = J u' + b, the mass matrix M, what is added t and the surplus S of the tensors,
 
     (M - sum J^T S J) u' = M u'_right + sum J^T (t + S b + w x S w).
+
+Forces are added likewise, see `applied`.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -25,6 +27,7 @@ from heyoka_bike.numbers.vectors import (
     plus,
     scaled,
 )
+from heyoka_bike.scoring.diagnosis.programs.applied import powers
 
 FRAMES_GYROSCOPIC = "frames_gyroscopic"
 WHEELS_GYROSCOPIC = "wheels_gyroscopic"
@@ -37,8 +40,8 @@ the tensors of the frames turn with them."""
 _INDEPENDENT = range(3)
 
 
-def rates_without(
-    hy: Any, equations: Equations, state: Sequence[Any], missing: Mapping[str, Number]
+def rates_altered(
+    hy: Any, equations: Equations, state: Sequence[Any], amounts: Mapping[str, Number]
 ) -> list[Number]:
     """Time derivatives of the regular form's state, the yaw included.
 
@@ -50,8 +53,9 @@ def rates_without(
         Of the regular form, over expressions.
     state
         Its variables, with the yaw.
-    missing
-        Of each of `TERMS`, 1 where it is left out and 0 where it is not.
+    amounts
+        Of each of `TERMS`, 1 where it is left out and 0 where it is not; of each of
+        `applied.FORCES`, its coefficient [SI].
     """
     units = [[*state[:3], *(float(i == j) for j in _INDEPENDENT), state[6]] for i in _INDEPENDENT]
     rates = equations.rates_with_yaw(state)
@@ -59,16 +63,24 @@ def rates_without(
     axes = Axes.of(equations.b, o)
     now = _turning(equations, u)
     by_speed = [_turning(equations, equations.unfold(unit)[1]) for unit in units]
-    force = _lifting(hy, equations, state, units, missing[WHEELS_WEIGHT])
+    mass = _mass(equations, units)
+    force = [
+        x + y
+        for x, y in zip(
+            _lifting(hy, equations, state, units, amounts[WHEELS_WEIGHT]),
+            powers(equations, state, units, mass, amounts),
+            strict=True,
+        )
+    ]
     lost: list[list[Number]] = [[0.0] * 3 for _ in _INDEPENDENT]
     for body, w in now.items():
         is_wheel, half = body in "RF", equations.b.rear if body in "BR" else equations.b.front
         own = half.wheel_inertia_times if is_wheel else half.inertia_times
-        is_missing = missing[WHEELS_GYROSCOPIC if is_wheel else FRAMES_GYROSCOPIC]
+        is_missing = amounts[WHEELS_GYROSCOPIC if is_wheel else FRAMES_GYROSCOPIC]
         torque = scaled(is_missing, cross(w, own(w)))
         columns = [found[body] for found in by_speed]
         if not is_wheel:
-            surplus = _surplus(equations, axes, state[6], body, own, missing[TENSORS_TURNING])
+            surplus = _surplus(equations, axes, state[6], body, own, amounts[TENSORS_TURNING])
             angles = zip(state[:3], rates[:3], strict=True)
             bias = _sum(scaled(rate, _slope(hy, w, q)) for q, rate in angles)
             torque = _sum((torque, surplus(bias), cross(w, surplus(w))))
@@ -78,7 +90,6 @@ def rates_without(
                     lost[i][k] = lost[i][k] + _dot(columns[i], along)
         force = [f + _dot(column, torque) for f, column in zip(force, columns, strict=True)]
     right = rates[3:6]
-    mass = _mass(equations, units)
     kept = [[mass[i][k] - lost[i][k] for k in _INDEPENDENT] for i in _INDEPENDENT]
     change = _solved(kept, [f + _dot(row, right) for f, row in zip(force, lost, strict=True)])
     return [*rates[:3], *(x + y for x, y in zip(right, change, strict=True)), rates[6]]

@@ -3,10 +3,10 @@
 The constants of the equations are parameters of the compiled code, so that a changed bicycle needs
 no new compilation. The form that is regular at zero trail is used, whose state is roll, pitch,
 steer, roll rate, steer rate, the rear wheel's rolling rate and yaw. Equations without some of their
-terms (see `incomplete`) are compiled when first asked for.
+terms (see `incomplete`), or with other forces (see `applied`), are compiled when first asked for.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property, lru_cache
 from math import cos, sin
 from typing import Any
@@ -20,7 +20,8 @@ from heyoka_bike.motion.expressions import Expressions, require_heyoka
 from heyoka_bike.numbers.arithmetic import Multiprecision, Number
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.scoring.diagnosis.programs.incomplete import TERMS, rates_without
+from heyoka_bike.scoring.diagnosis.programs.applied import FORCES
+from heyoka_bike.scoring.diagnosis.programs.incomplete import TERMS, rates_altered
 from heyoka_bike.system.resources import benchmark_bicycle
 
 # Rotations and products of the constants keep binary64 with some digits to spare.
@@ -33,6 +34,7 @@ _KEPT = 4
 # Angular velocities of frame and fork along e1, e2, e3 (see `kinematics`), absolute ones of the
 # wheels about their axles, all in rad/s.
 _RATES = ("w1", "q", "w3", "w1_f", "q_f", "w3_f", "spin_R", "spin_F")
+_ALTERED = (*TERMS, *FORCES)
 # What is computed of a motion.
 _NAMES = (*(c.name for c in COLUMNS), "spin_energy", "rotation_energy")
 
@@ -79,13 +81,14 @@ class Simulator:
         )  # fmt: skip
 
     @cached_property
-    def _incomplete(self) -> Any:
-        switches = {name: self._hy.par[self._count + i] for i, name in enumerate(TERMS)}
-        return self._compiled(rates_without(self._hy, self._equations, self._state, switches))
+    def _altered(self) -> Any:
+        amounts = {name: self._hy.par[self._count + i] for i, name in enumerate(_ALTERED)}
+        return self._compiled(rates_altered(self._hy, self._equations, self._state, amounts))
 
     def run(
-        self, bicycle: Bicycle, start: Sequence[float], time: Array, missing: Collection[str] = ()
-    ) -> dict[str, Array]:
+        self, bicycle: Bicycle, start: Sequence[float], time: Array,
+        amounts: Mapping[str, float] | None = None,
+    ) -> dict[str, Array]:  # fmt: skip
         """Columns of a motion as far as it goes.
 
         Parameters
@@ -96,8 +99,9 @@ class Simulator:
             At t = 0 [rad, rad/s, m/s]; the speed is that of the rear hub along the heading.
         time : ndarray, shape (n,)
             Ascending, from 0 on [s].
-        missing
-            Of `incomplete.TERMS`: what the equations are without.
+        amounts
+            Of `incomplete.TERMS`, 1 for those that the equations are without; of
+            `applied.FORCES`, their coefficients [SI].
 
         Returns
         -------
@@ -113,8 +117,8 @@ class Simulator:
             # Without any mass or inertia of one half.
             return {name: np.full(len(time), np.nan) for name in _NAMES}
         *angles_and_rates, speed = start
-        ta = self._incomplete if missing else self._integrator
-        given = [*values, *(float(name in missing) for name in TERMS)]
+        ta = self._altered if amounts else self._integrator
+        given = [*values, *((amounts or {}).get(name, 0.0) for name in _ALTERED)]
         ta.pars[:] = given[: len(ta.pars)]
         ta.time = 0.0
         ta.state[:] = [*angles_and_rates, speed / length, 0.0]

@@ -54,7 +54,8 @@ _ROUNDOFF = 1e-12
 _REACHED = 0.8
 
 Unknown = tuple[str, int | None]
-"""Name as in `sensitivities.UNKNOWNS`, and the maneuver whose start it is, or None."""
+"""Name as in `sensitivities.UNKNOWNS` or `applied.FORCES`, and the maneuver whose start it is, or
+None."""
 Place = tuple[int, str]
 """A maneuver's number and a column's key."""
 Columns = Mapping[Place, Array]

@@ -12,6 +12,7 @@ from heyoka_bike.bicycle.parameters import START, Bicycle
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.sensitivities import Sensitivities
+from heyoka_bike.scoring.diagnosis.programs.applied import FORCES
 from heyoka_bike.scoring.diagnosis.programs.program import Program
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.scoring.diagnosis.programs.start import initial_state
@@ -28,6 +29,8 @@ from heyoka_bike.scoring.diagnosis.unknowns.estimation import (
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.report import Curve
 
+# Of a force's size, for derivatives by differences.
+_STEP = 1e-4
 _STATE = ("roll", "pitch", "steer", "roll_rate", "steer_rate", "speed")
 
 
@@ -71,8 +74,10 @@ class Fitting:
         }
         self._floors = floors
 
-    def problem(self, sensitivities: Sensitivities) -> FitProblem:
-        """The errors with their derivatives."""
+    def problem(
+        self, sensitivities: Sensitivities, with_forces: Simulator | None = None
+    ) -> FitProblem:
+        """The errors with their derivatives, by `applied.FORCES` too where these are simulated."""
         unknowns = unknowns_of(self._numbers)
         jacobians = {}
         for n, t in zip(self._numbers, self._times, strict=True):
@@ -80,15 +85,36 @@ class Fitting:
             for number, key in self._errors:
                 if number == n:
                     jacobians[number, key] = found[self.names[key]]
+        if with_forces is not None:
+            unknowns += tuple((name, None) for name in FORCES)
+            slopes = [self._by_force(with_forces, name) for name in FORCES]
+            jacobians = {
+                k: np.column_stack([j, *(slope[k] for slope in slopes)])
+                for k, j in jacobians.items()
+            }
         return FitProblem(
             errors=self._errors, jacobians=jacobians, scales=self._scales, floors=self._floors,
             times=dict(zip(self._numbers, self._times, strict=True)),
-            unknowns=unknowns, sizes=np.array([abs(self.value(u)) or 1.0 for u in unknowns]),
+            unknowns=unknowns, sizes=np.array([self._size(u) for u in unknowns]),
         )  # fmt: skip
+
+    def _by_force(self, simulator: Simulator, name: str) -> dict[Place, Array]:
+        """Derivatives of the columns with respect to a force's coefficient, by differences."""
+        step = _STEP * FORCES[name].size
+        left = self.errors(simulator)
+        without, having = left({(name, None): 0.0}), left({(name, None): step})
+        return {k: np.nan_to_num((without[k] - having[k]) / step) for k in without}
+
+    def _size(self, unknown: Unknown) -> float:
+        if unknown[0] in FORCES:
+            return FORCES[unknown[0]].size
+        return abs(self.value(unknown)) or 1.0
 
     def value(self, unknown: Unknown) -> float:
         """Value of an unknown in the program [SI]."""
         name, number = unknown
+        if name in FORCES:
+            return 0.0
         if number is None:
             return float(self._program.bicycle[name])
         return self._state(number, {})[_STATE.index(name.removeprefix("initial_"))]
@@ -135,8 +161,9 @@ class Fitting:
         self, simulator: Simulator, changes: Mapping[Unknown, float]
     ) -> dict[int, Mapping[str, Array]]:
         values = dict(self._program.bicycle.values)
+        amounts = {name: change for (name, _), change in changes.items() if name in FORCES}
         for (name, number), change in changes.items():
-            if number is None:
+            if number is None and name not in FORCES:
                 x = values[name]
                 values[name] = Exact(x.rational + Fraction(change), x.pi_multiple)
         bicycle = Bicycle(self._program.bicycle.name, values)
@@ -146,7 +173,7 @@ class Fitting:
             if state[2] != 0.0:
                 k = Equations.binary64(bicycle).k
                 state[1] = float(pitch_on_the_floor(k, state[0], 0.0, state[2]))
-            found[n] = simulator.run(bicycle, state, t)
+            found[n] = simulator.run(bicycle, state, t, amounts)
         return found
 
     def _state(self, number: int, changes: Mapping[Unknown, float]) -> list[float]:
