@@ -172,10 +172,15 @@ def read_field():
     return tomllib.loads((HERE / "field.toml").read_text(encoding="utf-8"))
 
 
-def measure(program, entry, setting, against):
+def digits(entry, kind):
+    """How many are written of each number: some more than are right."""
+    return entry.get(f"{kind}_digits", entry["digits"])
+
+
+def measure(program, setting, written, against):
     """What a run gives, or why it fails; and the text of its result file."""
     try:
-        text, cpu = program(setting, entry["digits"])
+        text, cpu = program(setting, written)
         found = {"failure": None} | judge(text)
     except (FailedError, BicycleError) as e:
         return {"failure": str(e)}, ""
@@ -199,7 +204,7 @@ def all_runs(name, entry, asked, document, tell, against):
     with Apart(asked.limit, running, name) as program:
         for kind, setting in settings(entry):
             is_sent = asked.submit and kind != "sweep"
-            made_of = fingerprint(said, setting, entry["digits"])
+            made_of = fingerprint(said, setting, digits(entry, kind))
             line = None if asked.again else document.line(name, kind, made_of)
             if line is None or (is_sent and not is_submitted(name, line)):
                 tell(f"{entry['program']}, {kind}", None)
@@ -209,7 +214,7 @@ def all_runs(name, entry, asked, document, tell, against):
                     found = document.absent(name, found, str(e))
                     document.keep(name, found)
                     return found
-                more, text = measure(program, entry, setting, against)
+                more, text = measure(program, setting, digits(entry, kind), against)
                 line = {"kind": kind, "started": document.started, "made_of": made_of, **more}
                 if is_sent and line["failure"] is None:
                     submit(entry, name, kind, setting, text, line["cpu"])
