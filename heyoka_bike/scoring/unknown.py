@@ -2,14 +2,16 @@
 
 A wrong model or a rough integrator moves all columns. Where the columns with one meaning only have
 many digits, and one with several meanings has few, the motion is right and the meaning is not among
-those known. That is said instead of looking for a cause.
+those known. That is said instead of looking for a cause. Roll and steer move together, and the
+speed and the energies with their squares only: these may be right beside a motion that is not, so
+that one of the former must be right.
 """
 
 from collections.abc import Collection, Sequence
 
 import numpy as np
 
-from heyoka_bike.bicycle.columns import COMPARED
+from heyoka_bike.bicycle.columns import COMPARED, LATERAL
 from heyoka_bike.numbers.double import median
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.report import ColumnScore, ManeuverScore
@@ -50,7 +52,8 @@ def far_worse(m: ManeuverScore, keys: Collection[str]) -> tuple[frozenset[str], 
         worse = ranked[:count]
         others = [c for c in columns if c not in worse]
         limit = _largest(others)
-        if len(others) >= _OTHERS and limit < RIGHT and all(is_far(c, limit) for c in worse):
+        is_shown = len(others) >= _OTHERS and any(c.key in LATERAL for c in others)
+        if is_shown and limit < RIGHT and all(is_far(c, limit) for c in worse):
             return frozenset(c.key for c in worse), limit
     return frozenset(), _largest(columns)
 

@@ -1,6 +1,6 @@
 """A diagnosis in words: ranked findings, each with its evidence, and "cannot tell" where so."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from math import floor, log10
 from typing import Any
 
@@ -27,6 +27,12 @@ _ALL = 300.0
 _KEPT = 1e5
 # What is seen at once and is the whole cause.
 _EXPLAIN = ("falls_over", "rows_repeated", "column_of_another_maneuver")
+# In which columns a start is written, and the part of a change by which a first row may miss what
+# is given and still have it.
+_STARTS = {"initial_roll": "roll_angle", "initial_steer": "steer_angle",
+           "initial_roll_rate": "roll_rate", "initial_steer_rate": "steer_rate",
+           "initial_speed": "forward_speed"}  # fmt: skip
+_AS_GIVEN = 0.1
 _OF_ANY_INTEGRATOR = ("smooth_error", "steps_of_varying_size")
 _MOST_DECIMALS = 12
 _COUNTS = {1: "One parameter explains", 2: "Two parameters explain", 3: "Three parameters explain"}
@@ -52,7 +58,7 @@ def findings(
     if diagnosis.classes and diagnosis.classes[0][0].codes == (LINEARISED,):
         return (_linearised(diagnosis.classes[0][0]),)
     fits = diagnosis.estimate.fits if diagnosis.estimate else ()
-    found = [_fitted(diagnosis)] if fits and not diagnosis.unexplained else []
+    found = [_fitted(diagnosis, report)] if fits and not diagnosis.unexplained else []
     found += [
         _explained(rank, hypotheses)
         for rank, hypotheses in enumerate(diagnosis.classes[: _MOST - len(found)], len(found) + 1)
@@ -207,7 +213,19 @@ def _explained(rank: int, hypotheses: Sequence[Hypothesis]) -> Finding:
     )
 
 
-def _fitted(diagnosis: Diagnosis) -> Finding:
+def _written_as_given(best: Fit, report: Report) -> Iterator[str]:
+    """Columns whose first rows have the start that is given, not the one that is fitted."""
+    columns = {(m.maneuver, c.key): c for m in report.maneuvers for c in m.columns if c.values}
+    for (name, number), change in best.changes.items():
+        key = _STARTS.get(name)
+        if number is None or key is None or (number, key) not in columns:
+            continue
+        trace = columns[number, key].trace
+        if trace.time[0] == 0.0 and abs(float(trace.error[0])) < _AS_GIVEN * abs(change):
+            yield f"{key} of maneuver {number}"
+
+
+def _fitted(diagnosis: Diagnosis, report: Report) -> Finding:
     """The fewest parameters that explain the file."""
     estimate = diagnosis.estimate
     assert estimate is not None
@@ -222,6 +240,11 @@ def _fitted(diagnosis: Diagnosis) -> Finding:
         text += (
             "; the benchmark has no dampers, springs, drag or friction: check what your program "
             "applies beside gravity, by default or in its joints"
+        )
+    elif as_given := list(_written_as_given(best, report)):
+        text += (
+            f"; but the first row has {' and '.join(as_given)} as given: the motion is another "
+            "from the second row on, so look at the first step, not at the input"
         )
     else:
         text += "; check " + ("it" if len(best.changes) == 1 else "them") + " in your input"

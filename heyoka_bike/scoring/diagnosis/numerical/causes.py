@@ -1,6 +1,7 @@
 """Numerical causes, where no mistake of the model explains a file: what its error looks like."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -18,7 +19,7 @@ from heyoka_bike.scoring.diagnosis.numerical.roughness import (
 )
 from heyoka_bike.scoring.diagnosis.numerical.step_order import Order, order_of
 from heyoka_bike.scoring.falling import ROUNDING
-from heyoka_bike.scoring.findings import Finding
+from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Report
 
@@ -93,9 +94,18 @@ def findings(report: Report, reference: Reference) -> tuple[Finding, ...]:
         *(_energy(report, order) if order is None or order.constrained else ()),
         *_rough(report, order),
         *floor,
-        *(() if single is None else (single,)),
+    ) or (_smooth(),)
+    return found if single is None else (*found, _not_alone(single, worst))
+
+
+def _not_alone(single: Finding, worst: float) -> Finding:
+    """That single precision is no cause of an error that is far larger than it makes."""
+    return replace(
+        single,
+        message=f"{single.message}. It leaves errors of some {_OF_SINGLE:g} of the scale at most; "
+        f"{worst:.1g} is another's",
+        severity=Severity.INFO,
     )
-    return found or (_smooth(),)
 
 
 def _order(report: Report, reference: Reference) -> Order | None:
@@ -269,7 +279,8 @@ def _rough(report: Report, order: Order | None) -> Iterator[Finding]:
             "The velocities jump from row to row, much more than the angles, as a loose tolerance "
             "of the Newton iterations in each step makes them, or impulses of a contact: tighten "
             "it until the energy's error is smooth (a smaller step does not help); if it stays "
-            "rough, it is the contact or the friction",
+            "rough, it is the contact or the friction, or, where the jumps are below 1e-8 of the "
+            "scale, rounding divided by the step",
             evidence={"maneuvers": in_rates},
         )
     elif order is None and len(jumping) > len(found) / 2:
@@ -329,17 +340,17 @@ def _height(report: Report, reference: Reference) -> Iterator[Finding]:
         yield Finding(
             "wheels_sink_in",
             f"The bicycle stands {-float(np.mean(sunken)):.2g} m too low for its roll and steer, "
-            "after it has settled, as contact by penalty springs makes it: a stiffer contact, or "
-            "a constraint instead",
+            "after it has settled, as contact by penalty springs makes it, or one that tolerates "
+            "some depth: a stiffer contact, or a constraint instead",
             evidence={"maneuvers": numbers, "height": sunken},
         )
     elif drifts and 2 * sum(d > 0 for d in drifts) > len(drifts):
         yield Finding(
             "height_drifts",
-            f"The bicycle leaves the floor by up to {max(drifts):.2g} m, by its potential energy, "
-            "roll and steer: the positions drift from their constraints, as where only velocities "
-            "are constrained or the pitch is integrated; project the positions, stabilise them, "
-            "or take a smaller step",
+            f"The centre of mass is up to {max(drifts):.2g} m from where wheels on the floor have "
+            "it, by potential energy, roll and steer: the positions drift from their constraints, "
+            "as where only velocities are constrained or the pitch is integrated; project the "
+            "positions, stabilise them, or take a smaller step",
             evidence={"maneuvers": numbers, "height": drifts},
         )
 

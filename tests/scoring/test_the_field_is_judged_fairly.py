@@ -1,0 +1,45 @@
+"""What is said of files of the field's programs, where something else was said once."""
+
+import pytest
+
+from heyoka_bike.scoring.diagnosis.diagnose import diagnose
+from heyoka_bike.scoring.diagnosis.numerical import causes
+from heyoka_bike.scoring.diagnosis.plain import columns_apart
+from heyoka_bike.scoring.findings import Severity
+from heyoka_bike.scoring.reading import read_results
+from heyoka_bike.scoring.score import score
+from heyoka_bike.system.resources import data_folder
+
+
+def results(name):
+    return read_results(data_folder() / "results" / f"{name}.txt.gz")
+
+
+def test_errors_of_roll_and_steer_alone_are_of_the_motion(reference):
+    """Of a straight ride the speed and the energies have a thousand times less of the error."""
+    assert columns_apart(score(results("exudyn-trapezoidal-best"), reference)) is None
+
+
+def test_single_precision_is_no_cause_of_what_a_tolerance_does(reference):
+    """Dopri5 with rtol = atol = 1e-5, in binary32: 1.4e-3; in binary64: 2.3e-3."""
+    *others, single = causes.findings(score(results("diffrax-default"), reference), reference)
+    assert (single.code, single.severity) == ("single_precision", Severity.INFO)
+    assert "is another's" in single.message
+    assert others
+
+
+@pytest.mark.proof
+def test_a_start_that_the_first_row_contradicts_is_no_input(reference):
+    """Equations by LU from 1e-12 in place of zero: the energy jumps between the first two rows."""
+    pytest.importorskip("heyoka")
+    first = diagnose(results("pydy-default"), reference).diagnosis[0]
+    assert first.code == "parameters"
+    assert "but the first row has forward_speed of maneuver 1 as given" in first.message
+    assert "check it in your input" not in first.message
+
+
+@pytest.mark.proof
+def test_what_has_nothing_of_the_motion_left_has_no_direction(reference):
+    pytest.importorskip("heyoka")
+    said = diagnose(results("ode-default"), reference).diagnosis
+    assert [f.code for f in said] == ["no_mistake_found", "too_far"]
