@@ -5,17 +5,25 @@ import tomllib
 
 import numpy as np
 import pytest
-from apart import AbsentError, Apart
-from field import RESULTS, digits, judge, read_field, result_file, running
-from measured import described, pinned
+from support.peers import apart, field, measured, on_path
 
-FIELD = read_field()
+AbsentError, Apart = apart.AbsentError, apart.Apart
+digits, judge, result_file, running = field.digits, field.judge, field.result_file, field.running
+described, pinned, RESULTS = measured.described, measured.pinned, field.RESULTS
+
+FIELD = field.read_field()
 # The same version on the same kind of processor gives the same bytes, of MuJoCo, PyBullet,
 # Pinocchio, Drake, Simbody, ODE and IDA as measured. Other processors, compilers and libraries
 # round otherwise, which moves steps and iterations that are chosen by comparing errors with a
 # tolerance, and so the error by a part of itself. Twice the error is another method or setting.
 FACTOR = 2.0
 SECONDS = 600  # of deriving or compiling, and of the run; the cheaper ones take below 20
+
+
+@pytest.fixture(autouse=True)
+def _modules_are_found():
+    with on_path():
+        yield
 
 
 def cheaper(name):

@@ -6,8 +6,8 @@ from textwrap import fill
 
 import pytest
 from field_page import FIGURES, PAGE, RUN, figures, parts, shown
-from measured import settings
 from speed_page import filled
+from support.peers import measured
 
 from heyoka_bike.system.resources import data_folder
 
@@ -37,7 +37,7 @@ def test_runs_are_those_that_the_programs_are_said_to_have(run, field):
         entry = field[name]
         assert said["version"] == entry["version"]
         made = [(r["kind"], r["setting"]) for r in said["runs"]]
-        assert made == [x for x in settings(entry) if x in made]
+        assert made == [x for x in measured.settings(entry) if x in made]
         assert all(r["digits"] <= min(r["scd"].values()) for r in said["runs"] if not r["failure"])
 
 

@@ -7,12 +7,23 @@ import sys
 import time
 
 import pytest
-from apart import AbsentError, Apart, FailedError
-from measured import Document, family, installed, lacking, named, orders, pinned, settings
+from support.peers import PEERS, apart, measured, on_path
 
-from heyoka_bike.system.resources import data_folder
+AbsentError, Apart, FailedError = apart.AbsentError, apart.Apart, apart.FailedError
+Document, family, installed, lacking = (
+    measured.Document, measured.family, measured.installed, measured.lacking,
+)  # fmt: skip
+named, orders, pinned, settings = (
+    measured.named, measured.orders, measured.pinned, measured.settings,
+)  # fmt: skip
 
-FIELD = data_folder() / "peers" / "field.py"
+FIELD = PEERS / "field.py"
+
+
+@pytest.fixture(autouse=True)
+def _modules_are_found():
+    with on_path():
+        yield
 
 
 def maker(what):

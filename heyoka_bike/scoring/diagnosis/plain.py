@@ -23,6 +23,8 @@ _WORSE = 10.0
 # Lying on the floor, the lowest that a bicycle gets: a lean of a quarter turn, and of its potential
 # energy less than so much, as other units of the angle do not make it.
 _LYING, _LEFT_OF_HEIGHT = np.pi / 2, 0.5
+# ... and falls there from upright, by less than so much from row to row, as noise does not [rad].
+_UPRIGHT, _STRIDE = 0.1, 1.0
 # What a sum of energies is off by at least.
 _ROUNDOFF = 1e-12
 _GIVEN = ("roll_rate", "forward_speed")
@@ -39,7 +41,7 @@ def shown(report: Report, reference: Reference) -> tuple[Finding, ...]:
 
 
 def _falls_over(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
-    """A lean of a quarter turn or more, of a motion that the reference does not have fall."""
+    """A lean that grows to a quarter turn or more, where that of the reference does not."""
     times = {}
     for m in maneuvers:
         traces = {c.key: c.trace for c in m.columns if c.values == m.rows}
@@ -48,8 +50,10 @@ def _falls_over(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
         roll, height = traces["roll_angle"], traces["potential_energy"]
         low = height.value < _LEFT_OF_HEIGHT * height.reference
         lies = low & (np.abs(roll.value) > _LYING) & (np.abs(roll.reference) < _LYING)
-        if lies.any():
-            times[m.maneuver] = float(roll.time[int(np.argmax(lies))])
+        row = int(np.argmax(lies))
+        way = np.abs(roll.value[: row + 1])
+        if lies.any() and way[0] < _UPRIGHT and np.max(np.abs(np.diff(way))) < _STRIDE:
+            times[m.maneuver] = float(roll.time[row])
     if times:
         said = " and ".join(f"at {t:.3g} s in maneuver {n}" for n, t in times.items())
         yield Finding(
