@@ -19,6 +19,7 @@ from heyoka_bike.motion.trajectory import Trajectory
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.reference.proof.candidate import read_candidate
 from heyoka_bike.reference.values import Dense
+from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers, reference_folder
 
 # A project of its own, which a test runs.
@@ -51,6 +52,12 @@ def pytest_configure(config: pytest.Config) -> None:
 @pytest.fixture(scope="session")
 def bicycle() -> Bicycle:
     return read_bicycle(benchmark_bicycle())
+
+
+@pytest.fixture(scope="session")
+def simulator() -> Simulator:
+    """Of any bicycle; it takes seconds to build, and keeps nothing of what it ran."""
+    return Simulator()
 
 
 @pytest.fixture(scope="session")

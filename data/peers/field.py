@@ -30,6 +30,7 @@ from peer import Peer
 from heyoka_bike import load_reference, read_results, score
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.errors import BicycleError
+from heyoka_bike.scoring.leaderboard import correct_digits, other_definitions
 from heyoka_bike.system.console import stage_bar
 from heyoka_bike.system.machine import machine
 
@@ -107,12 +108,7 @@ def judge(text):
         path = Path(folder) / "run.txt"
         path.write_text(text, encoding="utf-8")
         report = score([read_results(path)], load_reference())
-    scores = {
-        (m.maneuver, c.key): c.as_understood.measures.scd or 0.0
-        for m in report.maneuvers
-        for c in m.columns
-        if c.key in BENCHMARK_COLUMNS
-    }
+    scores = correct_digits(report)
     worst = min(scores, key=scores.__getitem__)
     drifts = [m.performance for m in report.maneuvers]
     if not np.isfinite([scores[worst], *drifts]).all():
@@ -125,12 +121,7 @@ def judge(text):
             for key in BENCHMARK_COLUMNS
         },
         "performance": drifts,
-        "definitions": {
-            c.key: c.as_understood.definition
-            for m in report.maneuvers
-            for c in m.columns
-            if c.as_understood.definition != c.as_written.definition
-        },
+        "definitions": other_definitions(report),
     }
 
 

@@ -16,7 +16,7 @@ from heyoka_bike.system.files import write_output
 
 # Of a program: what is said of it, as field.toml has it.
 _SAID = ("program", "kind", "version", "install", "model", "default_model", "measure", "follows",
-         "digits")  # fmt: skip
+         "digits", "default_digits")  # fmt: skip
 # Neighbours whose steps differ by less show rounding, not an order.
 _LEAST_RATIO = 1.2
 
@@ -32,6 +32,8 @@ class Document:
     order : list of str
         Of the programs.
     content : dict
+    before : dict
+        Its programs as they were at the start.
     started
         When this run of the field was.
     """
@@ -39,6 +41,7 @@ class Document:
     path: Path | None
     order: list[str]
     content: dict[str, Any]
+    before: dict[str, Any]
     started: str
 
     @classmethod
@@ -50,11 +53,11 @@ class Document:
             before = json.loads(path.read_text(encoding="utf-8"))
             if (before["machine"], before["peer"]) == (machine, peer):
                 content = before
-        return cls(path, order, content, started)
+        return cls(path, order, content, content["programs"], started)
 
     def line(self, name, kind, made_of):
-        """A run that is written down and holds still; None if there is none."""
-        runs = self.content["programs"].get(name, {"runs": []})["runs"]
+        """A run that was written down and holds still; None if there is none."""
+        runs = self.before.get(name, {"runs": []})["runs"]
         same = (r for r in runs if (r["kind"], r["made_of"]) == (kind, made_of))
         return next((r for r in same if r["failure"] is None), None)
 

@@ -104,7 +104,7 @@ def drifts(programs, _):
         labels, dots = [], []
         for p in programs:
             for r in p.runs:
-                x, y = max(r["performance"][1], p.least), _clipped(r)
+                x, y = max(r["performance"][1], p.least(r)), _clipped(r)
                 dots.append([(x, y)])
                 ax.plot(
                     x, y, color=p.kind.colour, marker=p.kind.marker, linestyle="",

@@ -61,10 +61,10 @@ class Shown:
         """The run that its name stands beside."""
         return self.best or self.default
 
-    @property
-    def least(self):
-        """Eq. (1) [%] that the digits of its result files make if the energy is constant."""
-        return 100 * 10.0 ** (1 - self.said["digits"])
+    def least(self, run):
+        """Eq. (1) [%] that the digits of a run's file make if the energy is constant."""
+        digits = self.said.get(f"{run['kind']}_digits", self.said["digits"])
+        return 100 * 10.0 ** (1 - digits)
 
     @property
     def order(self):
@@ -185,7 +185,7 @@ def _result(p, run):
     return (
         one_decimal(run["digits"]),
         f"{label(worst['column'])}, {worst['maneuver']}",
-        number(drift) if drift >= p.least else f"< {p.least:.0e}",
+        number(drift) if drift >= p.least(run) else f"< {p.least(run):.0e}",
         _times(run["ratio"]),
     )
 

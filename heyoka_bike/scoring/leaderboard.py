@@ -181,12 +181,7 @@ def _entry(
         results.append(read)
     report = score(results, reference)
     _check_rules(submission, report, reference)
-    scores = {
-        (m.maneuver, c.key): c.as_understood.measures.scd or 0.0
-        for m in report.maneuvers
-        for c in m.columns
-        if c.key in BENCHMARK_COLUMNS
-    }
+    scores = correct_digits(report)
     worst = min(scores, key=scores.__getitem__)
     drifts = [m.performance for m in _judged(report) if m.performance is not None]
     return Entry(
@@ -195,14 +190,29 @@ def _entry(
         worst=worst,
         grade=next((g for g in GRADES if scores[worst] >= g), None),
         performance=max(drifts, default=None),
-        definitions={
-            c.key: c.as_understood.definition
-            for m in report.maneuvers
-            for c in m.columns
-            if c.as_understood.definition != c.as_written.definition
-        },
+        definitions=other_definitions(report),
         report=finish(report, reference),
     )
+
+
+def correct_digits(report: Report) -> dict[tuple[int, str], float]:
+    """The scd of each maneuver and column of the benchmark."""
+    return {
+        (m.maneuver, c.key): c.as_understood.measures.scd or 0.0
+        for m in report.maneuvers
+        for c in m.columns
+        if c.key in BENCHMARK_COLUMNS
+    }
+
+
+def other_definitions(report: Report) -> dict[str, str]:
+    """By which definition each column is taken, where that is not the default."""
+    return {
+        c.key: c.as_understood.definition
+        for m in report.maneuvers
+        for c in m.columns
+        if c.as_understood.definition != c.as_written.definition
+    }
 
 
 def _judged(report: Report) -> Sequence[ManeuverScore]:

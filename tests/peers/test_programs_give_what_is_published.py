@@ -7,10 +7,6 @@ import numpy as np
 import pytest
 from support.peers import apart, field, measured, on_path
 
-AbsentError, Apart = apart.AbsentError, apart.Apart
-digits, judge, result_file, running = field.digits, field.judge, field.result_file, field.running
-described, pinned, RESULTS = measured.described, measured.pinned, field.RESULTS
-
 FIELD = field.read_field()
 # The same version on the same kind of processor gives the same bytes, of MuJoCo, PyBullet,
 # Pinocchio, Drake, Simbody, ODE and IDA as measured. Other processors, compilers and libraries
@@ -31,7 +27,9 @@ def cheaper(name):
     times = {}
     for kind in ("default", "best"):
         if kind in FIELD[name]:
-            said = tomllib.loads((RESULTS / f"{name}-{kind}.toml").read_text(encoding="utf-8"))
+            said = tomllib.loads(
+                (field.RESULTS / f"{name}-{kind}.toml").read_text(encoding="utf-8")
+            )
             times[kind] = float(said["processor_time"])
     return min(times, key=times.__getitem__)
 
@@ -50,25 +48,27 @@ def further_apart(found, published):
 def test_a_program_gives_what_is_published(name):
     entry = FIELD[name]
     kind = cheaper(name)
-    with Apart(SECONDS, running, name) as program:
+    with apart.Apart(SECONDS, field.running, name) as program:
         try:
             program.start()
-        except AbsentError as e:
+        except apart.AbsentError as e:
             pytest.skip(f"{entry['program']} is not here: {entry['install']} ({e})")
-        here = described(entry, RESULTS.parent / "peers" / entry.get("folder", name))["installed"]
-        wanted = pinned(entry["install"])
+        here = measured.described(
+            entry, field.RESULTS.parent / "peers" / entry.get("folder", name)
+        )["installed"]
+        wanted = measured.pinned(entry["install"])
         others = {x: v for x, v in here.items() if wanted.get(x, v) != v}
         if others:
             pytest.skip(f"{entry['program']} is here with {others}: {entry['install']}")
-        text, _ = program(entry[kind], digits(entry, kind))
-    found = judge(text)
-    published = judge(gzip.decompress(result_file(name, kind).read_bytes()).decode())
+        text, _ = program(entry[kind], field.digits(entry, kind))
+    found = field.judge(text)
+    published = field.judge(gzip.decompress(field.result_file(name, kind).read_bytes()).decode())
     assert not further_apart(found, published), (found, published)
 
 
 def test_another_setting_is_told_apart():
     best, default = (
-        judge(gzip.decompress(result_file("ode", kind).read_bytes()).decode())
+        field.judge(gzip.decompress(field.result_file("ode", kind).read_bytes()).decode())
         for kind in ("best", "default")
     )
     assert not further_apart(best, best)

@@ -9,14 +9,6 @@ import time
 import pytest
 from support.peers import PEERS, apart, measured, on_path
 
-AbsentError, Apart, FailedError = apart.AbsentError, apart.Apart, apart.FailedError
-Document, family, installed, lacking = (
-    measured.Document, measured.family, measured.installed, measured.lacking,
-)  # fmt: skip
-named, orders, pinned, settings = (
-    measured.named, measured.orders, measured.pinned, measured.settings,
-)  # fmt: skip
-
 FIELD = PEERS / "field.py"
 
 
@@ -44,30 +36,35 @@ def behave(what):
 
 
 def test_a_call_that_fails_leaves_the_next_one_whole():
-    with Apart(20, maker, "there") as called:
+    with apart.Apart(20, maker, "there") as called:
         first = called("first")
         assert first[0] == "first"
         assert first[1] != os.getpid()
         assert called("second")[1] == first[1]
         for what, word in (("raises", "ZeroDivisionError: by nothing"), ("crashes", "code 7")):
-            with pytest.raises(FailedError, match=word):
+            with pytest.raises(apart.FailedError, match=word):
                 called(what)
         called.start()
         called.limit = 1
-        with pytest.raises(FailedError, match="no end after 1 s"):
+        with pytest.raises(apart.FailedError, match="no end after 1 s"):
             called("hangs")
         called.limit = 20
         assert called("last")[0] == "last"
 
 
 def test_what_is_not_here_says_so():
-    with Apart(20, maker, "absent") as called, pytest.raises(AbsentError, match="called so"):
+    with (
+        apart.Apart(20, maker, "absent") as called,
+        pytest.raises(apart.AbsentError, match="called so"),
+    ):
         called("first")
 
 
 def test_orders_are_those_between_neighbours_of_a_family():
     def run(digits, **setting):
-        same = family({"measure": "step", "follows": "stiffness", "beside": ["newton"]}, setting)
+        same = measured.family(
+            {"measure": "step", "follows": "stiffness", "beside": ["newton"]}, setting
+        )
         return {"setting": setting, "digits": digits, "failure": None, "family": same}
 
     runs = [
@@ -78,37 +75,44 @@ def test_orders_are_those_between_neighbours_of_a_family():
         run(1.0, step=0.01, method="other"),
         run(0.0, step=0.01, stiffness="0.02 1") | {"failure": "crashed"},
     ]
-    found = orders(runs, "step")
+    found = measured.orders(runs, "step")
     assert [(x["from"], x["to"], x["order"]) for x in found] == [(0.1, 0.01, 2), (0.01, 0.001, 2)]
 
 
 def test_what_is_written_down_is_kept_while_it_holds(tmp_path):
     path = tmp_path / "field.json"
     entry = {"measure": "step", "default": {"step": 1}, "sweep": [{"step": 1}, {"step": 2}]}
-    assert settings(entry) == [("default", {"step": 1}), ("sweep", {"step": 2})]
-    document = Document.of(path, "here", "peer", ["b", "a"])
+    assert measured.settings(entry) == [("default", {"step": 1}), ("sweep", {"step": 2})]
+    document = measured.Document.of(path, "here", "peer", ["b", "a"])
     line, failed = (
-        named(entry, kind, setting)
+        measured.named(entry, kind, setting)
         | {"started": document.started, "made_of": "made of this", "failure": failure}
-        for (kind, setting), failure in zip(settings(entry), (None, "crashed"), strict=True)
+        for (kind, setting), failure in zip(
+            measured.settings(entry), (None, "crashed"), strict=True
+        )
     )
     document.keep("a", {"runs": [line, failed]})
     document.keep("b", {"runs": []})
     assert list(json.loads(path.read_text())["programs"]) == ["b", "a"]
-    again = Document.of(path, "here", "peer", ["b", "a"])
+    again = measured.Document.of(path, "here", "peer", ["b", "a"])
     assert again.line("a", "default", "made of this") == line
+    again.keep("a", {"runs": []})
+    assert again.line("a", "default", "made of this") == line, "runs that follow are kept too"
     assert again.line("a", "default", "made of that") is None
     assert again.line("a", "sweep", "made of this") is None
-    assert Document.of(path, "elsewhere", "peer", []).line("a", "default", "made of this") is None
+    assert (
+        measured.Document.of(path, "elsewhere", "peer", []).line("a", "default", "made of this")
+        is None
+    )
 
 
 def test_versions_are_those_that_are_installed():
     line = "apt-get install not-there; pip install numpy==0.1 'pytest<90' && pip install -U no==1"
-    found = installed(line)
+    found = measured.installed(line)
     assert list(found) == ["numpy", "pytest"]
     assert found["numpy"] != "0.1"
-    assert pinned(line) == {"numpy": "0.1", "no": "1"}
-    assert lacking(line) == ["no"]
+    assert measured.pinned(line) == {"numpy": "0.1", "no": "1"}
+    assert measured.lacking(line) == ["no"]
 
 
 def field(*arguments):

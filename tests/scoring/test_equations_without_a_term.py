@@ -4,13 +4,10 @@ import numpy as np
 import pytest
 from corpus.writing import Runs
 
-from heyoka_bike.bicycle.parameters import read_bicycle
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
 from heyoka_bike.scoring.diagnosis.programs.incomplete import TERMS
 from heyoka_bike.scoring.diagnosis.programs.program import Program, apply
-from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.scoring.diagnosis.programs.start import Start, initial_state
-from heyoka_bike.system.resources import benchmark_bicycle
 
 pytest.importorskip("heyoka")
 
@@ -24,16 +21,6 @@ MADE = {
 STARTS = {1: Start(4.0, 0.05), 2: Start(4.6, 0.5), 3: Start(8.0, 0.05)}
 KEYS = {"roll": "roll_angle", "roll_rate": "roll_rate", "speed": "forward_speed",
         "steer": "steer_angle", "steer_rate": "steer_rate"}  # fmt: skip
-
-
-@pytest.fixture(scope="module")
-def bicycle():
-    return read_bicycle(benchmark_bicycle())
-
-
-@pytest.fixture(scope="module")
-def simulator():
-    return Simulator()
 
 
 def farthest(simulator, bicycle, run, missing):

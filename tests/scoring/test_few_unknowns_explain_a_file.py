@@ -20,7 +20,6 @@ from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.scoring.alignment import align
 from heyoka_bike.scoring.diagnosis.answers import findings
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
-from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.scoring.diagnosis.ranking import rank
 from heyoka_bike.scoring.diagnosis.unknowns.linear_fits import best_subsets, blocks, solve
 from heyoka_bike.scoring.reading import read_results
@@ -84,11 +83,6 @@ def test_two_unknowns_that_do_the_same_are_no_trouble():
     found = best_subsets(b, 2, 3)
     assert np.isfinite(found.changes).all()
     assert np.isfinite(found.gains).all()
-
-
-@pytest.fixture(scope="module")
-def simulator():
-    return Simulator()
 
 
 def file_of(reference, parameters=None, starts=None, level=1e-5):

@@ -4,13 +4,10 @@ import numpy as np
 import pytest
 from corpus.newton_model import B, F, H, Program, R
 
-from heyoka_bike.bicycle.parameters import read_bicycle
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
 from heyoka_bike.scoring.diagnosis.programs.applied import FORCES
-from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.scoring.diagnosis.programs.start import Start, initial_state
 from heyoka_bike.scoring.reading.results import Results, Rows
-from heyoka_bike.system.resources import benchmark_bicycle
 
 pytest.importorskip("heyoka")
 
@@ -23,16 +20,6 @@ AMOUNTS = {"steer_damping": 0.4, "steer_stiffness": 3.0, "air_drag": 0.3, "wheel
            "rolling_resistance": 1.5, "velocity_damping": 0.04}  # fmt: skip
 # What a force changes in a second, of what the columns are; what may be wrong, of what it changes.
 SEEN, RIGHT = 1e-5, 1e-3
-
-
-@pytest.fixture(scope="module")
-def bicycle():
-    return read_bicycle(benchmark_bicycle())
-
-
-@pytest.fixture(scope="module")
-def simulator():
-    return Simulator()
 
 
 @pytest.fixture(scope="module")

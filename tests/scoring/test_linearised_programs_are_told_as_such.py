@@ -9,16 +9,10 @@ from support.linear_programs import LATERAL, linear_run, run
 from heyoka_bike.scoring.alignment import align
 from heyoka_bike.scoring.diagnosis.answers import findings
 from heyoka_bike.scoring.diagnosis.programs.linear import POTENTIAL, linear_columns
-from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.scoring.diagnosis.ranking import rank
 from heyoka_bike.scoring.score import score
 
 pytestmark = pytest.mark.proof
-
-
-@pytest.fixture(scope="module")
-def simulator():
-    return Simulator()
 
 
 def said(results, reference, simulator):

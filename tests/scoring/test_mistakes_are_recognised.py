@@ -23,7 +23,6 @@ from heyoka_bike.scoring.diagnosis import ranking
 from heyoka_bike.scoring.diagnosis.answers import findings
 from heyoka_bike.scoring.diagnosis.mistakes import search
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
-from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.scoring.diagnosis.ranking import rank
 from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.score import score
@@ -50,11 +49,6 @@ CLOSEST = (
     ("explicit Euler", 0.01, (2,)),
 )
 PAIRS = 60
-
-
-@pytest.fixture(scope="module")
-def simulator():
-    return Simulator()
 
 
 @pytest.fixture(scope="module")

@@ -33,6 +33,7 @@ _STARTS = {"initial_roll": "roll_angle", "initial_steer": "steer_angle",
            "initial_roll_rate": "roll_rate", "initial_steer_rate": "steer_rate",
            "initial_speed": "forward_speed"}  # fmt: skip
 _AS_GIVEN = 0.1
+_UNITS = {**UNKNOWNS, **{name: force.unit for name, force in FORCES.items()}}
 _OF_ANY_INTEGRATOR = ("smooth_error", "steps_of_varying_size")
 _MOST_DECIMALS = 12
 _COUNTS = {1: "One parameter explains", 2: "Two parameters explain", 3: "Three parameters explain"}
@@ -277,7 +278,7 @@ def _changed(fit: Fit, values: Mapping[Unknown, float]) -> str:
         # What changes next to nothing of what is left is not known at all.
         within = f" (+- {uncertain:.1g})" if uncertain < abs(before) + abs(change) else ""
         parts.append(
-            f"{_named(unknown)} is {after} {_unit(unknown)}{within} instead of {before:.10g}"
+            f"{_named(unknown)} is {after} {_UNITS[unknown[0]]}{within} instead of {before:.10g}"
         )
     return ", and ".join(parts)
 
@@ -291,11 +292,6 @@ def _named(unknown: Unknown) -> str:
     return f"the {name.replace('_', ' ')} of maneuver {number}"
 
 
-def _unit(unknown: Unknown) -> str:
-    name = unknown[0]
-    return FORCES[name].unit if name in FORCES else UNKNOWNS[name]
-
-
 def _as_evidence(fit: Fit, values: Mapping[Unknown, float]) -> list[dict[str, Any]]:
     return [
         {
@@ -304,7 +300,7 @@ def _as_evidence(fit: Fit, values: Mapping[Unknown, float]) -> list[dict[str, An
             "value": values[name, number] + change,
             "uncertain": fit.uncertain[name, number],
             "instead_of": values[name, number],
-            "unit": _unit((name, number)),
+            "unit": _UNITS[name],
         }
         for (name, number), change in fit.changes.items()
     ]

@@ -200,8 +200,8 @@ def _with_estimate(
     rival = next((c[0].gain for c in (*found.classes, found.towards) if c), None)
     fitting, unexplained = search.fitting(), None
     for _ in range(_UNDERSTOOD):
-        problem = fitting.problem(sensitivities, simulator if has_forces else None)
         errors = fitting.errors(simulator) if simulator else None
+        problem = fitting.problem(sensitivities, errors if has_forces else None)
 
         def is_enough(fit: Fit, fitting: Fitting = fitting) -> bool:
             return simulator is not None and search.is_kept(fitting.columns(simulator, fit.changes))

@@ -394,10 +394,6 @@ def _largest(values: Array) -> float:
     return float(np.fmax.reduce(np.abs(values), initial=0.0))
 
 
-def _mean_factor(logs: Mapping[Place, float]) -> float:
-    return float(np.exp(np.mean(list(logs.values())))) if logs else 0.0
-
-
 def _start(inputs: Mapping[str, str]) -> Start:
     if any(not Exact.parse(inputs[k]).is_zero for k in ("roll", "steer", "steer_rate")):
         raise InputError("diagnosis: found a start that is not upright and straight")

@@ -74,10 +74,8 @@ class Fitting:
         }
         self._floors = floors
 
-    def problem(
-        self, sensitivities: Sensitivities, with_forces: Simulator | None = None
-    ) -> FitProblem:
-        """The errors with their derivatives, by `applied.FORCES` too where these are simulated."""
+    def problem(self, sensitivities: Sensitivities, forced: Errors | None = None) -> FitProblem:
+        """The errors with their derivatives; by `applied.FORCES` too, with what forces leave."""
         unknowns = unknowns_of(self._numbers)
         jacobians = {}
         for n, t in zip(self._numbers, self._times, strict=True):
@@ -85,25 +83,15 @@ class Fitting:
             for number, key in self._errors:
                 if number == n:
                     jacobians[number, key] = found[self.names[key]]
-        if with_forces is not None:
+        if forced is not None:
             unknowns += tuple((name, None) for name in FORCES)
-            slopes = [self._by_force(with_forces, name) for name in FORCES]
-            jacobians = {
-                k: np.column_stack([j, *(slope[k] for slope in slopes)])
-                for k, j in jacobians.items()
-            }
+            slopes = _by_forces(forced)
+            jacobians = {k: np.column_stack([j, *slopes[k]]) for k, j in jacobians.items()}
         return FitProblem(
             errors=self._errors, jacobians=jacobians, scales=self._scales, floors=self._floors,
             times=dict(zip(self._numbers, self._times, strict=True)),
             unknowns=unknowns, sizes=np.array([self._size(u) for u in unknowns]),
         )  # fmt: skip
-
-    def _by_force(self, simulator: Simulator, name: str) -> dict[Place, Array]:
-        """Derivatives of the columns with respect to a force's coefficient, by differences."""
-        step = _STEP * FORCES[name].size
-        left = self.errors(simulator)
-        without, having = left({(name, None): 0.0}), left({(name, None): step})
-        return {k: np.nan_to_num((without[k] - having[k]) / step) for k in without}
 
     def _size(self, unknown: Unknown) -> float:
         if unknown[0] in FORCES:
@@ -182,6 +170,19 @@ class Fitting:
         for key in START:
             state[_STATE.index(key)] += changes.get((f"initial_{key}", number), 0.0)
         return state
+
+
+def _by_forces(left: Errors) -> dict[Place, list[Array]]:
+    """Derivatives of the columns with respect to each force's coefficient, by differences."""
+    # By the integrator that has forces, so that its own error cancels.
+    without = left(dict.fromkeys(((name, None) for name in FORCES), 0.0))
+    found: dict[Place, list[Array]] = {k: [] for k in without}
+    for name, force in FORCES.items():
+        step = _STEP * force.size
+        having = left({(name, None): step})
+        for k, slopes in found.items():
+            slopes.append(np.nan_to_num((without[k] - having[k]) / step))
+    return found
 
 
 def best_explained(
