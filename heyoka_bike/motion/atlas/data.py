@@ -1,0 +1,140 @@
+"""An atlas: what becomes of a bicycle at each point of a grid, and where falling begins.
+
+The quantities are those of `VARIABLES`. How each is decided is in `fates`.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from heyoka_bike.bicycle.parameters import PARAMETERS, START, STATE_INPUTS, Bicycle, Parameter
+from heyoka_bike.numbers.double import Array
+
+UNDECIDED, UPRIGHT, CYCLE, LIFTS, FALLS = range(5)
+FATES: Mapping[str, str] = {
+    "undecided": "none of the others when the motion was left",
+    "upright": "comes to run straight and upright, both wheels pressed to the floor all the time",
+    "cycle": "comes to a periodic weave, both wheels pressed to the floor all the time",
+    "lifts": "a wheel would have to be pulled to the floor; the model recovers all the same",
+    "falls": "leans as far as a right angle, or comes to where its equations end",
+}
+"""The fates by name, in the order of their numbers, with what they mean."""
+
+NO_WHEEL, REAR, FRONT = range(3)
+WHEELS = ("none", "rear", "front")
+"""Which wheel leaves the floor first, in the order of their numbers."""
+
+
+@dataclass(frozen=True, slots=True)
+class Variable:
+    """What a quantity is.
+
+    Attributes
+    ----------
+    long_name, unit
+        In words, and as UDUNITS has it.
+    dtype
+        NumPy's name of how it is kept.
+    flags : tuple of str
+        What the values 0, 1, ... mean, for one that is a choice.
+    """
+
+    long_name: str
+    unit: str
+    dtype: str = "float64"
+    flags: tuple[str, ...] = ()
+
+
+VARIABLES: Mapping[str, Variable] = {
+    "fate": Variable("what becomes of the bicycle", "1", "int8", tuple(FATES)),
+    "fate_time": Variable("time after which that is decided", "s"),
+    "lift_time": Variable("first time that a wheel would have to be pulled to the floor", "s"),
+    "lift_wheel": Variable("wheel that leaves the floor first", "1", "int8", WHEELS),
+    "final_speed": Variable("speed that is come to, on a cycle its mean", "m s-1"),
+    "largest_lean": Variable("largest magnitude of the roll angle up to fate_time", "rad"),
+    "largest_steer": Variable("largest magnitude of the steer angle up to fate_time", "rad"),
+    "condition": Variable(
+        "largest factor by which a small error of the start is magnified within 10 s", "1"
+    ),
+}
+"""The quantities by name; NaN where there is none."""
+
+
+@dataclass(frozen=True, slots=True)
+class Axis:
+    """A side of the grid.
+
+    Attributes
+    ----------
+    name
+        Of `START`, or a parameter's symbol.
+    values : ndarray
+        Increasing, in the unit; each point is at exactly this binary64 number.
+    """
+
+    name: str
+    values: Array
+
+    @property
+    def unit(self) -> str:
+        """As in a file of maneuvers or of a bicycle."""
+        return self._parameter.unit
+
+    @property
+    def long_name(self) -> str:
+        """What it is, in words."""
+        return self._parameter.description
+
+    @property
+    def _parameter(self) -> Parameter:
+        return (STATE_INPUTS if self.name in START else PARAMETERS)[self.name]
+
+
+@dataclass(frozen=True, slots=True)
+class Edge:
+    """Where falling begins or ends along the second axis, to neighbouring binary64 numbers.
+
+    Attributes
+    ----------
+    at : ndarray, shape (changes,)
+        Places on the first axis, not only those of the grid.
+    stays, falls : ndarray, shape (changes,)
+        Neighbours on the second axis, of which the one does not fall and the other falls.
+    """
+
+    at: Array = field(default_factory=lambda: np.empty(0))
+    stays: Array = field(default_factory=lambda: np.empty(0))
+    falls: Array = field(default_factory=lambda: np.empty(0))
+
+
+@dataclass(frozen=True, slots=True)
+class Atlas:
+    """What becomes of a bicycle at each point of a grid.
+
+    Attributes
+    ----------
+    bicycle : Bicycle
+        A parameter that is an axis has the value of the axis instead.
+    axes : tuple of Axis
+        Two of them.
+    start : mapping
+        What the start is where no axis says it [SI], by the names of `START`.
+    variables : mapping
+        By the names of `VARIABLES`, arrays of shape (points of the first axis, of the second).
+    edge : Edge
+    provenance : mapping
+        How it was made: versions, code, limits, as text.
+    """
+
+    bicycle: Bicycle
+    axes: tuple[Axis, Axis]
+    start: Mapping[str, float]
+    variables: Mapping[str, Array]
+    edge: Edge
+    provenance: Mapping[str, str]
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Points along the two axes."""
+        return len(self.axes[0].values), len(self.axes[1].values)
