@@ -157,7 +157,8 @@ def _array(
 ) -> Any:  # fmt: skip
     return group.create_array(
         name, shape=shape, chunks=chunks or shape, dtype=dtype,
-        fill_value=0 if dtype == "int8" else float("nan"),
+        # A filling of integers would be read as missing, and as floating-point numbers.
+        fill_value=None if dtype == "int8" else float("nan"),
         attributes={"_ARRAY_DIMENSIONS": list(dimensions), **attributes},
     )  # fmt: skip
 
