@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from heyoka_bike.commands.options import add_bicycle
+from heyoka_bike.commands.options import add_bicycle, add_workers
 from heyoka_bike.errors import Exit, InputError, quoted
 from heyoka_bike.system.console import print_table, progress_bar, table
 
@@ -77,6 +77,7 @@ def add_parser(subparsers: Any) -> None:
     )
     p.add_argument("-o", "--output", metavar="FOLDER", required=True, help="the Zarr store")
     p.add_argument("--force", action="store_true", help="replace another atlas that is there")
+    add_workers(p)
     p.set_defaults(run=run)
 
 

@@ -7,7 +7,7 @@ import json
 import textwrap
 from typing import TYPE_CHECKING, Any
 
-from heyoka_bike.commands.options import add_format, add_reference, check_format
+from heyoka_bike.commands.options import add_format, add_reference, add_workers, check_format
 from heyoka_bike.commands.result_files import add_columns
 from heyoka_bike.errors import Exit, NothingScoredError
 from heyoka_bike.system.console import progress_bar
@@ -43,6 +43,7 @@ def add_parser(subparsers: Any) -> None:
     p.add_argument("--maneuver", metavar="N", help="maneuver that a file of one maneuver holds")
     add_columns(p)
     add_reference(p)
+    add_workers(p)
     p.set_defaults(run=run)
 
 

@@ -8,7 +8,7 @@ import textwrap
 from pathlib import Path
 from typing import Any
 
-from heyoka_bike.commands.options import check_format
+from heyoka_bike.commands.options import add_workers, check_format
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.system.console import print_table, progress_bar, table
 
@@ -57,6 +57,7 @@ def add_parser(subparsers: Any) -> None:
         action="store_true",
         help="say of each what goes wrong, as 'diagnose' does (about ten seconds each)",
     )
+    add_workers(p)
     p.set_defaults(run=run)
 
 

@@ -1,15 +1,16 @@
 """Making an atlas: what is missing is computed, chunk by chunk, then the edge."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from heyoka_bike.motion.atlas.compute import Quantities, changes, chunk, edge
 from heyoka_bike.motion.atlas.data import Atlas, Edge
-from heyoka_bike.motion.atlas.design import Design
+from heyoka_bike.motion.atlas.design import Chunk, Design
 from heyoka_bike.motion.atlas.store import Store, load_atlas
-from heyoka_bike.system.parallel import side_by_side
+from heyoka_bike.system.jobs import Job, Outcome
+from heyoka_bike.system.parallel import carry_out, side_by_side
 
 _EDGE_SHARE = 0.3  # of the work, about
 _TOGETHER = 64  # changes that are bisected by a job
@@ -54,11 +55,24 @@ def make_atlas(
         progress((1 - _EDGE_SHARE) * there / total)
 
     if missing:
-        side_by_side(chunk, [(design, which) for which in missing], done=keep)
+        _carry_out_chunks(design, missing, keep)
     if not store.has_edge:
         store.put_edge(_edge(design, store, progress))
     progress(1.0)
     return load_atlas(folder)
+
+
+def _carry_out_chunks(
+    design: Design, missing: Sequence[Chunk], keep: Callable[[int, Quantities], None]
+) -> None:
+    """Each as a job, whose result is kept nowhere but by `keep`."""
+    jobs = {Job(chunk, (design, which)): i for i, which in enumerate(missing)}
+
+    def ended(job: Job, outcome: Outcome) -> tuple[Job, ...]:
+        keep(jobs[job], outcome.get())
+        return ()
+
+    carry_out(jobs, ended)
 
 
 def _edge(design: Design, store: Store, progress: Callable[[float], None]) -> Edge:

@@ -56,7 +56,8 @@ from heyoka_bike.reference.sensitivities import Sensitivity, load_sensitivities
 from heyoka_bike.reference.structure import by_maneuver
 from heyoka_bike.reference.texts import text_files
 from heyoka_bike.reference.values import Dense, RoundedRows, Values
-from heyoka_bike.system.parallel import Progress, Report, side_by_side
+from heyoka_bike.system.jobs import Report
+from heyoka_bike.system.parallel import Progress, side_by_side
 from heyoka_bike.system.resources import reference_folder
 
 
