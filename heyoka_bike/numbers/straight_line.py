@@ -31,28 +31,45 @@ class Recorded:
         """Whether it is a negative literal or the negative of a name."""
         return self.text.startswith("-")
 
-    def __add__(self, other: Recorded | int) -> Recorded:
-        return self.code.operation("+", self, other)
+    def __add__(self, other: Operand) -> Recorded:
+        return self._with("+", other)
 
-    def __radd__(self, other: int) -> Recorded:
-        return self.code.operation("+", self.code.literal(other), self)
+    def __radd__(self, other: Fraction | int) -> Recorded:
+        return self._after("+", other)
 
-    def __sub__(self, other: Recorded | int) -> Recorded:
-        return self.code.operation("-", self, other)
+    def __sub__(self, other: Operand) -> Recorded:
+        return self._with("-", other)
 
-    def __rsub__(self, other: int) -> Recorded:
-        return self.code.operation("-", self.code.literal(other), self)
+    def __rsub__(self, other: Fraction | int) -> Recorded:
+        return self._after("-", other)
 
-    def __mul__(self, other: Recorded | int) -> Recorded:
-        return self.code.operation("*", self, other)
+    def __mul__(self, other: Operand) -> Recorded:
+        return self._with("*", other)
 
     __rmul__ = __mul__
 
-    def __truediv__(self, other: Recorded | int) -> Recorded:
-        return self.code.operation("/", self, other)
+    def __truediv__(self, other: Operand) -> Recorded:
+        return self._with("/", other)
+
+    def __rtruediv__(self, other: Fraction | int) -> Recorded:
+        return self._after("/", other)
 
     def __neg__(self) -> Recorded:
         return self.code.negative(self)
+
+    def _with(self, sign: str, other: Operand) -> Recorded:
+        if not isinstance(other, Operand):
+            return NotImplemented
+        return self.code.operation(sign, self, other)
+
+    def _after(self, sign: str, other: Fraction | int) -> Recorded:
+        if not isinstance(other, Fraction | int):
+            return NotImplemented
+        return self.code.operation(sign, self.code.literal(float(other)), self)
+
+
+Operand = Recorded | Fraction | int
+"""What a recorded number is combined with."""
 
 
 class StraightLine:
@@ -99,10 +116,10 @@ class StraightLine:
             found = [*pairs, *found[2 * len(pairs) :]]
         return found[0]
 
-    def operation(self, sign: str, x: Recorded, y: Recorded | int) -> Recorded:
+    def operation(self, sign: str, x: Recorded, y: Operand) -> Recorded:
         """One of ``+ - * /``, recorded unless it can be done here."""
         if not isinstance(y, Recorded):
-            y = self.literal(y)
+            y = self.literal(float(y))
         if x.value is not None and y.value is not None:
             return self.literal(_folded(sign, x.value, y.value))
         if sign in "*/":
