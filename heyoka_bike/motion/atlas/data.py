@@ -11,13 +11,14 @@ import numpy as np
 from heyoka_bike.bicycle.parameters import PARAMETERS, START, STATE_INPUTS, Bicycle, Parameter
 from heyoka_bike.numbers.double import Array
 
-UNDECIDED, UPRIGHT, CYCLE, LIFTS, FALLS = range(5)
+UNDECIDED, UPRIGHT, CYCLE, LIFTS, FALLS, WEAVES = range(6)
 FATES: Mapping[str, str] = {
     "undecided": "none of the others when the motion was left",
     "upright": "comes to run straight and upright, both wheels pressed to the floor all the time",
     "cycle": "comes to a periodic weave, both wheels pressed to the floor all the time",
     "lifts": "a wheel would have to be pulled to the floor; the model recovers all the same",
-    "falls": "leans as far as a right angle, or comes to where its equations end",
+    "falls": "turns its handlebar by a right angle, or comes to where its equations end",
+    "weaves": "weaves without repeating itself as long as it was followed, both wheels pressed",
 }
 """The fates by name, in the order of their numbers, with what they mean."""
 
@@ -48,10 +49,12 @@ class Variable:
 
 VARIABLES: Mapping[str, Variable] = {
     "fate": Variable("what becomes of the bicycle", "1", "int8", tuple(FATES)),
-    "fate_time": Variable("time after which that is decided", "s"),
+    "fate_time": Variable(
+        "time after which it is settled, or of the fall, or that it was followed", "s"
+    ),
     "lift_time": Variable("first time that a wheel would have to be pulled to the floor", "s"),
     "lift_wheel": Variable("wheel that leaves the floor first", "1", "int8", WHEELS),
-    "final_speed": Variable("speed that is come to, on a cycle its mean", "m s-1"),
+    "final_speed": Variable("speed that is come to, the mean of one that weaves", "m s-1"),
     "largest_lean": Variable("largest magnitude of the roll angle up to fate_time", "rad"),
     "largest_steer": Variable("largest magnitude of the steer angle up to fate_time", "rad"),
     "condition": Variable(
