@@ -3,7 +3,7 @@
   const data = JSON.parse(document.getElementById("data").textContent);
   const one = (selector) => document.querySelector(selector);
   const canvas = one(".map canvas"), choose = one("form.choose"), start = one("form.start");
-  const context = canvas.getContext("2d"), key = one(".key"), under = one(".under"), said = one(".said");
+  const context = canvas.getContext("2d"), key = one(".colours"), under = one(".under"), said = one(".said");
   const [across, along] = data.axes, columns = across.values.length, rows = along.values.length;
 
   // ---- what the page holds
@@ -63,14 +63,14 @@
     let low = Infinity, high = -Infinity;
     for (let i = 0; i < fate.length; i++) {
       const x = q.at(i);
-      if (!(isTime() || fate[i] !== data.is.falls) || !(x > 0 || !q.isLog)) continue;
+      if (!(isTime() || fate[i] !== data.falls) || !(x > 0 || !q.isLog)) continue;
       low = Math.min(low, scale(x)); high = Math.max(high, scale(x));
     }
     range = low < high ? [low, high] : [low - 0.5, low + 0.5];
   };
   const colour = (i) => {
     if (shown === "fate") return colours.fates[fate[i]];
-    if (fate[i] === data.is.falls && !isTime()) return colours.fates[fate[i]];
+    if (fate[i] === data.falls && !isTime()) return colours.fates[fate[i]];
     const x = data.quantities[shown].at(i);
     if (Number.isNaN(x)) return colours.none;
     return scaled((scale(x) - range[0]) / (range[1] - range[0]));
@@ -148,7 +148,7 @@
       context.fillText(minus(v.toFixed(y.digits)), ROOM.left - 8, py + 4);
     }
     context.fillStyle = colours.ink;
-    const titles = data.axes.map((a) => a.unit && a.unit !== "1" ? `initial ${a.title} [${a.unit}]` : a.title);
+    const titles = data.axes.map((a) => a.unit && a.unit !== "1" ? `${a.title} [${a.unit}]` : a.title);
     context.fillText(titles[0], ROOM.left + w, height - 6);
     context.textAlign = "left";
     context.fillText(titles[1], 2, 15);
@@ -264,7 +264,7 @@
     context.beginPath(); context.rect(ROOM.left, ROOM.top, w, h); context.clip();
     drawEdge();
     context.restore();
-    drawStable(); drawNames(); drawMarks(); drawChosen(); drawAxes();
+    drawStable(); drawChosen(); drawNames(); drawMarks(); drawAxes();
   };
   let isWaiting = false;
   const ask = () => {
@@ -313,24 +313,27 @@
     const list = made("ul", key, "", "legend");
     made("li", list, q.unit ? `${q.title} [${q.unit}]` : q.title);
     const patch = (c, text) => { const item = made("li", list); made("span", item, "", "patch").style.background = css(c); item.append(` ${text}`); };
-    if (!isTime()) patch(colours.fates[data.is.falls], data.fates[data.is.falls]);
+    if (!isTime()) patch(colours.fates[data.falls], data.fates[data.falls]);
     else patch(colours.none, "none");
   };
 
   // ---- words
   const degrees = (x) => `${short(x)} rad (${short(x * 180 / Math.PI)}°)`;
   const WHEELS = ["", "rear", "front"];
-  const placeWords = (x, y) => [[across, x], [along, y]].map(([a, v]) => `${minus(String(Number(v.toPrecision(5))))} ${a.unit === "1" ? "" : a.unit}`.trim()).join(", ");
+  const placeWords = (x, y, digits = 4) => [[across, x], [along, y]].map(([a, v]) => `${minus(String(Number(v.toPrecision(digits))))} ${a.unit === "1" ? "" : a.unit}`.trim()).join(", ");
   const fateWords = (i) => {
     const at = (name) => data.quantities[name] ? data.quantities[name].at(i) : NaN, parts = [];
     const say = (name, text) => { const x = at(name); if (!Number.isNaN(x)) parts.push(text(x)); };
-    say("fate_time", (x) => fate[i] === data.is.falls ? `falls after ${short(x)} s` : `decided after ${short(x)} s`);
     say("final_speed", (x) => `final speed ${short(x)} m/s`);
     say("largest_lean", (x) => `largest lean ${degrees(x)}`);
     say("largest_steer", (x) => `largest steer ${degrees(x)}`);
     say("lift_time", (x) => `the ${WHEELS[wheel[i]] || "a"} wheel would lift after ${short(x)} s`);
     say("condition", (x) => `a small error of the start grows ${short(x)}-fold within 10 s at most`);
     return parts.join("; ");
+  };
+  const headWords = (i) => {
+    const time = data.quantities.fate_time ? data.quantities.fate_time.at(i) : NaN;
+    return data.fates[fate[i]] + (Number.isNaN(time) ? "" : `${data.when[fate[i]]} ${short(time)} s`);
   };
   const capital = (text) => text[0].toUpperCase() + text.slice(1);
 
@@ -341,9 +344,14 @@
     const i = point(...chosen), near = nearest(...chosen);
     const isOn = chosen.every((v, k) => v === near[k]);
     said.textContent = "";
-    made("b", said, `${placeWords(...chosen)}: ${capital(data.fates[fate[i]])}. `);
-    said.append(isOn ? "" : `The nearest start computed, ${placeWords(...near)}: `, `${fateWords(i)}.`);
-    if (seen) made("span", said, ` ${seen}`);
+    if (isOn) {
+      made("b", said, `${placeWords(...near)}: ${headWords(i)}. `);
+      said.append(`${capital(fateWords(i))}. ${seen}`);
+    } else {
+      made("b", said, `${placeWords(...chosen, 8)}. `);
+      said.append(seen);
+      made("span", said, ` The nearest start computed, ${placeWords(...near)}: ${headWords(i)}; ${fateWords(i)}.`);
+    }
   };
   const LONGEST = 120, SHORTEST_SHOWN = 10;
   const motionOf = ([x, y]) => {
@@ -364,9 +372,11 @@
     const c = motion.columns, largest = (values) => values.reduce((most, x) => Math.max(most, Math.abs(x)), 0);
     const lifts = ["rear", "front"].map((w) => [w, c[`${w}_normal`].findIndex((force) => force < 0)]).filter(([, i]) => i >= 0);
     lifts.sort((a, b) => a[1] - b[1]);
-    seen = `Replay of ${motion.duration.toFixed(1)} s, integrated here: largest lean ${degrees(largest(c.roll))}`;
-    if (lifts.length) seen += `; from ${(lifts[0][1] * FRAME).toFixed(2)} s on the floor would have to pull the ${lifts[0][0]} wheel`;
-    seen += motion.falls ? "; then it lies, or its steer has jammed." : ".";
+    const time = (i) => (i * FRAME).toFixed(2);
+    seen = `Replay of ${motion.duration.toFixed(2)} s, integrated here: largest lean ${degrees(largest(c.roll))}`;
+    if (lifts.length) seen += `; the floor would have to pull the ${lifts[0][0]} wheel from ${time(lifts[0][1])} s on`;
+    if (motion.falls) seen += `; it falls, at last with roll ${degrees(c.roll.at(-1))} and steer ${degrees(c.steer.at(-1))}`;
+    seen += ".";
     drawCharts(motion);
     const scene = { number: 1, duration: motion.duration, columns: {}, result: null };
     for (const name in NAMES) scene.columns[name] = c[NAMES[name]];
@@ -379,6 +389,12 @@
     ["forward speed", "m/s", [["speed", "mine", "forward speed"]]],
     ["normal forces", "N", [["rear_normal", "s1", "rear"], ["front_normal", "s3", "front"]]],
   ];
+  // The last instants of a fall do not flatten what was before.
+  const ends = (values) => {
+    const sorted = [...values].sort((a, b) => a - b), at = (part) => sorted[Math.round(part * (sorted.length - 1))];
+    const span = at(0.98) - at(0.02) || 1;
+    return [Math.max(at(0), at(0.02) - span) - 0.06 * span, Math.min(at(1), at(0.98) + span) + 0.06 * span];
+  };
   const drawCharts = (motion) => {
     const HEIGHT = 84, SVG = "http://www.w3.org/2000/svg", plots = one(".plots");
     plots.textContent = "";
@@ -393,12 +409,10 @@
     for (const [title, unit, lines] of CHARTS) {
       const figure = made("figure", group), plot = made("div", figure, "", "plot");
       const values = lines.flatMap(([name]) => motion.columns[name]);
-      let low = values.reduce((a, b) => Math.min(a, b)), high = values.reduce((a, b) => Math.max(a, b));
-      const room = 0.06 * (high - low) || 0.5;
-      low -= room; high += room;
+      const [low, high] = ends(values);
       const svg = node(plot, "svg", { role: "img", "aria-label": `${capital(title)} over time`, width: "100%", height: HEIGHT });
       const grid = node(svg, "g", { class: "grid" });
-      const time = nice(0, motion.duration, 5), y = nice(low, high, 3);
+      const time = nice(0, motion.duration, 5), y = nice(low, high, 4);
       const across = (t) => `${100 * t / motion.duration}%`, down = (v) => HEIGHT * (high - v) / (high - low);
       for (const t of time.found) node(grid, "line", { x1: across(t), x2: across(t), y1: 0, y2: HEIGHT });
       for (const v of y.found) node(grid, "line", { x1: 0, x2: "100%", y1: down(v), y2: down(v) });
@@ -423,7 +437,7 @@
     }
   };
 
-  const choose_ = ([x, y], isReplayed) => {
+  const select = ([x, y], isReplayed) => {
     chosen = [[x, 0], [y, 1]].map(([v, k]) => {
       const { values } = data.axes[k];
       return Math.min(Math.max(v, values[0]), values[values.length - 1]);
@@ -434,7 +448,7 @@
     if (isReplayed && one(".stage")) {
       const scene = replayed();
       if (scene && show) show(scene);
-      else if (scene) show = replay({ bicycle: data.bicycle, maneuvers: [scene] });
+      else if (scene) show = replay({ bicycle: data.bicycle, maneuvers: [scene], heading: "value" });
       history.replaceState(null, "", `#at=${chosen.map(Number).join(",")}`);
     }
     say();
@@ -444,7 +458,7 @@
     const found = (new URLSearchParams(location.hash.slice(1)).get("at") || "").split(",").map(Number);
     if (found.length !== 2 || !found.every(Number.isFinite)) return false;
     const hash = location.hash;
-    choose_(found, true);
+    select(found, true);
     history.replaceState(null, "", hash);
     return true;
   };
@@ -456,7 +470,7 @@
     const at = place(event);
     if (!isOnMap(at)) { under.textContent = ""; return; }
     const [x, y] = fromScreen(...at), i = point(x, y), [a, b] = nearest(x, y);
-    under.textContent = `${placeWords(a, b)}: ${data.fates[fate[i]]}; ${fateWords(i)}`;
+    under.textContent = `${placeWords(a, b)}: ${headWords(i)}; ${fateWords(i)}`;
   };
   const setView = (next) => {
     view = next.map(([a, b], k) => {
@@ -471,6 +485,12 @@
     const least = 4;  // cells
     if (by < 1 && (view[0][1] - view[0][0]) / (whole[0][1] - whole[0][0]) * columns * by < least) return;
     setView(by === 0 ? whole : [x, y].map((v, k) => view[k].map((end) => v + by * (end - v))));
+  };
+  // The start computed, or the very place where those are so far apart that one can point between.
+  const underPointer = (at) => {
+    const [x, y] = fromScreen(...at), [w, h] = size();
+    const wide = Math.min(w / columns * (whole[0][1] - whole[0][0]) / (view[0][1] - view[0][0]), h / rows * (whole[1][1] - whole[1][0]) / (view[1][1] - view[1][0]));
+    return wide < 10 ? nearest(x, y) : [x, y].map((v) => Number(v.toPrecision(6)));
   };
   let grip = null;
   canvas.addEventListener("pointerdown", (event) => {
@@ -491,7 +511,7 @@
     const at = place(event);
     if (grip && !grip.isMoved && isOnMap(at)) {
       const mark = data.marks.find((m) => Math.hypot(...toScreen(m.x, m.y).map((v, k) => v - at[k])) < 10);
-      choose_(mark ? [mark.x, mark.y] : fromScreen(...at).map((v) => Number(v.toPrecision(5))), true);
+      select(mark ? [mark.x, mark.y] : underPointer(at), true);
     }
     grip = null;
   });
@@ -511,9 +531,9 @@
         const { values } = data.axes[k];
         return step[k] ? values[Math.min(Math.max(cell(k, v) + step[k], 0), values.length - 1)] : v;
       });
-      choose_(to, false);
+      select(to, false);
       if (!isInside(...chosen)) setView(view.map(([a, b], k) => [chosen[k] - (b - a) / 2, chosen[k] + (b - a) / 2]));
-    } else if (event.key === "Enter") choose_(chosen, true);
+    } else if (event.key === "Enter") select(chosen, true);
     else if (event.key === "+" || event.key === "-") zoom(event.key === "+" ? 0.5 : 2, chosen);
     else if (event.key === "0") zoom(0, chosen);
     else return;
@@ -527,10 +547,10 @@
   }
   start.addEventListener("submit", (event) => {
     event.preventDefault();
-    choose_([start.elements.x, start.elements.y].map((box) => Number(box.value)), true);
+    select([start.elements.x, start.elements.y].map((box) => Number(box.value)), true);
   });
   for (const button of start.querySelectorAll("[data-mark]")) {
-    button.addEventListener("click", () => { const m = data.marks[Number(button.dataset.mark)]; choose_([m.x, m.y], true); });
+    button.addEventListener("click", () => { const m = data.marks[Number(button.dataset.mark)]; select([m.x, m.y], true); });
   }
 
   // ---- beginning
@@ -551,6 +571,6 @@
   resize();
   const first = data.marks[1] || data.marks[0];
   const middle = [across, along].map((a) => a.values[a.values.length >> 1]);
-  if (!readAddress()) choose_(first ? [first.x, first.y] : middle, true);
+  if (!readAddress()) select(first ? [first.x, first.y] : middle, true);
   draw();
 })();

@@ -2,8 +2,9 @@
 // doi:10.1016/0771-050X(80)90013-3. `rates`, `observe` and `floorGap` are the model's own.
 const FRAME = 0.02;       // time between two frames [s]
 const TOLERANCE = 1e-10;  // of a step, beside 1 and beside each number of the state
+const MOST_STEPS = 1e6;   // of a motion: what has more ends unfinished
 const SHORTEST = 1e-9;    // a step [s]: shorter ones come only where the equations end
-const FLAT = Math.PI / 2; // a bicycle that leans so far lies on the floor [rad]
+const FLAT = Math.PI / 2; // of roll or steer [rad]: the bicycle lies, or its handlebar is across
 const NODES = [
   [1 / 5],
   [3 / 40, 9 / 40],
@@ -59,16 +60,18 @@ const follow = (start, duration) => {
     }
     return worst;
   };
+  const isUp = () => Math.abs(y[0]) < FLAT && Math.abs(y[2]) < FLAT;
+  // Whether a divisor of the equations has vanished in a step.
   const isAcross = () => k[0].subarray(size).some((x, i) => x * k[6][size + i] <= 0);
-  let h = 1e-3;
+  let h = 1e-3, steps = 0;
   const toFrame = () => {
-    for (let t = 0; t < FRAME;) {
+    for (let t = 0; t < FRAME; steps++) {
       const step = Math.min(h, FRAME - t), error = tried(step);
       if (error <= 1) {
         [y, next] = [next, y];
         [k[0], k[6]] = [k[6], k[0]];  // the last slope is the first of the next step
         t = step < h ? FRAME : t + step;
-        if (Math.abs(y[0]) >= FLAT || isAcross()) return false;
+        if (!isUp() || isAcross()) return false;
       }
       const factor = Math.min(5, Math.max(0.2, 0.9 * (error + 1e-12) ** -0.2));
       if (error > 1 || step === h) h = step * factor;
@@ -77,11 +80,11 @@ const follow = (start, duration) => {
     return true;
   };
   rates(y, k[0]);
-  if (!(Math.abs(y[0]) < FLAT) || !k[0].every(Number.isFinite)) return null;
+  if (!isUp() || !k[0].every(Number.isFinite)) return null;
   keep();
   const frames = Math.round(duration / FRAME);
   let stands = true;
-  for (let i = 0; i < frames && stands; i++) {
+  for (let i = 0; i < frames && stands && steps < MOST_STEPS; i++) {
     stands = toFrame();
     if (stands) keep();
   }

@@ -4,6 +4,7 @@ from base64 import b64encode
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from heyoka_bike.numbers.double import Array
 
@@ -29,7 +30,7 @@ class Packed:
     low: float
     high: float
     is_log: bool
-    codes: Array
+    codes: NDArray[np.uint16]
 
     @classmethod
     def of(cls, values: Array, *, is_log: bool) -> "Packed":

@@ -13,7 +13,7 @@ import numpy as np
 from heyoka_bike.bicycle.parameters import START, read_bicycle, read_maneuvers
 from heyoka_bike.bicycle.stability.linear import linearise
 from heyoka_bike.errors import printable
-from heyoka_bike.motion.atlas.data import CYCLE, FALLS, FATES, LIFTS, UPRIGHT, VARIABLES, Atlas
+from heyoka_bike.motion.atlas.data import FALLS, FATES, VARIABLES, Atlas, Axis
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.showing.atlas.motion_source import MOTION_SCRIPT, motion_source
 from heyoka_bike.showing.atlas.packed import Packed
@@ -29,7 +29,10 @@ _SAID = {
     "upright": "settles upright",
     "cycle": "settles on the limit cycle",
     "lifts": "a wheel lifts",
+    "weaves": "weaves without end",
 }
+# What goes before the time of a fate.
+_WHEN = {"undecided": ", followed for", "weaves": ", followed for", "lifts": "; settled after"}
 # Title in the menu, and whether the scale is logarithmic.
 _SHOWN = {
     "fate_time": ("time until decided", True),
@@ -91,15 +94,17 @@ def _map(atlas: Atlas, packed: dict[str, Packed]) -> str:
         f'<option value="{name}">{escape(_SHOWN[name][0])}</option>' for name in packed
     )
     boxes = "".join(
-        f'<label>{escape(_title(axis.name))} <input type="number" step="any" name="{place}" '
+        f'<label>{escape(_title(axis))} <input type="number" step="any" name="{place}" '
         f'min="{axis.values[0]:.12g}" max="{axis.values[-1]:.12g}" required> '
         f"{escape(axis.unit)}</label> "
         for place, axis in zip("xy", atlas.axes, strict=True)
     )
     quick = "".join(
-        f'<button type="button" class="mark" data-mark="{i}">{escape(mark["name"])}</button> '
+        f'<button type="button" data-mark="{i}" aria-label="maneuver {mark["text"]}">'
+        f"{mark['text']}</button>"
         for i, mark in enumerate(_marks(atlas))
     )
+    quick = f"<span>maneuver {quick}</span>" if quick else ""
     return f"""<section class="sheet" aria-label="Map">
 <form class="choose" autocomplete="off"><label>Colour <select name="shown">\
 <option value="fate">what becomes of it</option>{options}</select></label>
@@ -109,7 +114,7 @@ def _map(atlas: Atlas, packed: dict[str, Packed]) -> str:
 <div class="map"><canvas tabindex="0" role="application" aria-label="Map of the starts. Arrow keys \
 move to the next start, with Shift by ten; Enter replays it; plus, minus and 0 zoom." \
 aria-describedby="said"></canvas></div>
-<div class="key"></div>
+<div class="colours"></div>
 <p class="under" aria-hidden="true"></p>
 <form class="start" autocomplete="off">{boxes}<button>replay</button> {quick}</form>
 <p class="said" id="said" role="status"></p>
@@ -149,8 +154,9 @@ frame, with Shift by a second. An address ending in <code>#at=4.6,0.5</code> ope
 <code>&amp;t=3.2</code> may follow.</p></details>"""
 
 
-def _title(name: str) -> str:
-    return name.replace("_", " ")
+def _title(axis: Axis) -> str:
+    is_start = axis.name in START
+    return f"initial {axis.name.replace('_', ' ')}" if is_start else f"{axis.long_name} {axis.name}"
 
 
 def _marks(atlas: Atlas) -> list[dict[str, Any]]:
@@ -165,7 +171,7 @@ def _marks(atlas: Atlas) -> list[dict[str, Any]]:
         inside = all(a.values[0] <= start.get(a.name, np.nan) <= a.values[-1] for a in atlas.axes)
         if is_on and inside:
             x, y = (start[name] for name in names)
-            found.append({"name": f"maneuver {number}", "text": str(number), "x": x, "y": y})
+            found.append({"text": str(number), "x": x, "y": y})
     return found
 
 
@@ -190,7 +196,7 @@ def _data(atlas: Atlas, packed: dict[str, Packed]) -> str:
         for name, p in packed.items()
     }  # fmt: skip
     axes = [
-        {"name": a.name, "title": _title(a.name), "unit": a.unit, "values": a.values.tolist()}
+        {"name": a.name, "title": _title(a), "unit": a.unit, "values": a.values.tolist()}
         for a in atlas.axes
     ]
     order = np.argsort(atlas.edge.at, kind="stable")
@@ -199,7 +205,7 @@ def _data(atlas: Atlas, packed: dict[str, Packed]) -> str:
         "axes": axes, "start": dict(atlas.start),
         "fates": [_SAID.get(name, name) for name in FATES],
         "fate": _bytes(atlas.variables["fate"]), "wheel": _bytes(atlas.variables["lift_wheel"]),
-        "is": {"upright": UPRIGHT, "cycle": CYCLE, "lifts": LIFTS, "falls": FALLS},
+        "falls": FALLS, "when": [_WHEN.get(name, " after") for name in FATES],
         "quantities": quantities, "edge": [x[order].tolist() for x in edge],
         "marks": _marks(atlas), "stable": _stable(atlas), "bicycle": drawing(atlas.bicycle),
     }  # fmt: skip

@@ -475,7 +475,8 @@ const replay = (data) => {
     table.textContent = "";
     const head = made("tr", "", made("thead", "", table)), body = made("tbody", "", table);
     const hasResult = data.maneuvers.some((m) => m.result), kinds = hasResult ? ["reference", "result", "difference"] : ["reference"];
-    for (const said of ["", ...kinds]) made("th", said, head).scope = "col";
+    const said = hasResult ? kinds : [data.heading || "reference"];
+    for (const text of ["", ...said]) made("th", text, head).scope = "col";
     for (const kind of kinds) cells[kind] = [];
     for (const [, said, of] of COLUMNS) {
       const tr = made("tr", "", body);
