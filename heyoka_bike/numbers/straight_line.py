@@ -93,8 +93,8 @@ class StraightLine:
         # repr gives the shortest decimal that rounds to the value.
         return Recorded(self, repr(float(value)), float(value))
 
-    def number(self, value: Exact | Fraction | int) -> Number:
-        return self.literal(float(value))
+    def number(self, value: Exact | Fraction | int | Recorded) -> Number:
+        return value if isinstance(value, Recorded) else self.literal(float(value))
 
     def sin(self, x: Recorded) -> Recorded:
         return self._call("sin", x)

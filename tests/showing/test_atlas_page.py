@@ -195,3 +195,14 @@ def test_nothing_is_wider_than_the_window(page, tmp_path):
     for content, window in widths(page, tmp_path, "#at=8,3"):
         assert window > 250
         assert content <= window
+
+
+@browser
+def test_an_axis_may_change_the_bicycle(bicycle, tmp_path):
+    page = render(made(bicycle, ("w", 0.9, 1.3, 5), ("speed", 3.0, 7.0, 5)))
+    shapes = data(page)["shapes"]
+    assert [s[0]["points"]["P3"][0] for s in shapes] == pytest.approx(np.linspace(0.9, 1.3, 9))
+    dom, complaints = look(page, tmp_path, "#at=1.02,4.6&t=3.2")
+    assert complaints == []
+    assert "1.02 m, 4.6 m/s. Replay of " in said(dom)
+    assert "wheel base w" in Page(dom).text

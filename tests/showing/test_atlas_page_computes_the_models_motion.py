@@ -12,6 +12,7 @@ from heyoka_bike.bicycle.equations.configuration import Configuration, rates_of_
 from heyoka_bike.bicycle.equations.forces import forces
 from heyoka_bike.bicycle.equations.kinematics import front_contact_height, lateral_condition
 from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.showing.atlas import motion_source as atlas_motion
 from heyoka_bike.showing.atlas.motion_source import (
     DIVISORS,
@@ -82,6 +83,22 @@ def test_rates_and_forces_are_those_of_the_equations(bicycle, states, right):
     e = Equations.binary64(bicycle)
     exact = front_contact_height(e.k, e.a, *states.T[:3])
     assert np.abs(np.array(gap)[:, 0] - exact).max() < 1e-15
+
+
+def test_parameters_may_be_free(bicycle, states):
+    free = ("w", "c", "lam", "zB", "IBxz", "rR", "mH", "g")
+    other = bicycle.replace(
+        **{x: Exact.parse(str(round(1.1 * float(bicycle[x]), 6))) for x in free}
+    )
+    given = {x: float(other[x]) for x in free}
+    script = f"Object.assign(P, {json.dumps(given)}); {EVALUATED}"
+    rates, observed, gap = run(motion_source(bicycle, free), script, states.tolist())
+    e, y = Equations.binary64(other), states.T
+    assert difference(np.array(rates)[:, :6], np.array(e.rates(y)).T).max() < ROUNDOFF
+    front = forces(e, y).front.normal
+    assert difference(np.array(observed)[:, -1], front).max() < ROUNDOFF
+    exact = front_contact_height(e.k, e.a, *y[:3])
+    assert np.abs(np.array(gap)[:, 0] - exact).max() < 1e-14
 
 
 def test_a_wrong_sign_is_seen(bicycle, states, right):

@@ -359,6 +359,20 @@
     const end = Math.min(Math.max((time || 0) + 1, SHORTEST_SHOWN), LONGEST);
     return follow({ ...data.start, [across.name]: x, [along.name]: y }, end);
   };
+  // The bicycle as it looks there: between those given, linearly.
+  const between = (a, b, part) => {
+    if (typeof a === "number") return a + part * (b - a);
+    if (typeof a !== "object") return a;
+    const found = Array.isArray(a) ? [] : {};
+    for (const name in a) found[name] = between(a[name], b[name], part);
+    return found;
+  };
+  const drawn = () => data.axes.reduce((shapes, axis, k) => {
+    if (shapes.length === 1) return shapes[0];
+    const { values } = axis, last = shapes.length - 1;
+    const at = last * (chosen[k] - values[0]) / (values[values.length - 1] - values[0]), i = Math.min(Math.floor(at), last - 1);
+    return between(shapes[i], shapes[i + 1], at - i);
+  }, data.shapes);
   const NAMES = {
     yaw: "yaw", pitch: "pitch", roll: "roll", steer: "steer", speed: "speed", track: "track", x: "rear_contact_x", y: "rear_contact_y",
     front_x: "front_x", front_y: "front_y", rear_wheel: "rear_wheel_angle", front_wheel: "front_wheel_angle",
@@ -390,10 +404,12 @@
     ["normal forces", "N", [["rear_normal", "s1", "rear"], ["front_normal", "s3", "front"]]],
   ];
   // The last instants of a fall do not flatten what was before.
-  const ends = (values) => {
-    const sorted = [...values].sort((a, b) => a - b), at = (part) => sorted[Math.round(part * (sorted.length - 1))];
-    const span = at(0.98) - at(0.02) || 1;
-    return [Math.max(at(0), at(0.02) - span) - 0.06 * span, Math.min(at(1), at(0.98) + span) + 0.06 * span];
+  const ends = (motion, lines) => {
+    const count = motion.columns.roll.length, kept = motion.falls ? Math.max(count - 15, count >> 1) : count;
+    const values = lines.flatMap(([name]) => motion.columns[name].slice(0, kept));
+    const low = values.reduce((a, b) => Math.min(a, b)), high = values.reduce((a, b) => Math.max(a, b));
+    const room = 0.06 * (high - low) || 0.5;
+    return [low - room, high + room];
   };
   const drawCharts = (motion) => {
     const HEIGHT = 84, SVG = "http://www.w3.org/2000/svg", plots = one(".plots");
@@ -408,8 +424,7 @@
     };
     for (const [title, unit, lines] of CHARTS) {
       const figure = made("figure", group), plot = made("div", figure, "", "plot");
-      const values = lines.flatMap(([name]) => motion.columns[name]);
-      const [low, high] = ends(values);
+      const [low, high] = ends(motion, lines);
       const svg = node(plot, "svg", { role: "img", "aria-label": `${capital(title)} over time`, width: "100%", height: HEIGHT });
       const grid = node(svg, "g", { class: "grid" });
       const time = nice(0, motion.duration, 5), y = nice(low, high, 4);
@@ -447,8 +462,8 @@
     seen = "";
     if (isReplayed && one(".stage")) {
       const scene = replayed();
-      if (scene && show) show(scene);
-      else if (scene) show = replay({ bicycle: data.bicycle, maneuvers: [scene], heading: "value" });
+      if (scene && show) show(scene, drawn());
+      else if (scene) show = replay({ bicycle: drawn(), maneuvers: [scene], heading: "value" });
       history.replaceState(null, "", `#at=${chosen.map(Number).join(",")}`);
     }
     say();

@@ -27,14 +27,16 @@ const pitchOnTheFloor = (roll, steer) => {
 };
 
 // A motion in frames, or null where no posture has both wheels on the floor. `start` has roll, steer,
-// roll_rate, steer_rate [rad, rad/s] and speed [m/s].
+// roll_rate, steer_rate [rad, rad/s], speed [m/s], and the parameters of the bicycle that are free.
 const follow = (start, duration) => {
+  for (const name in P) P[name] = start[name];
   const size = STATE.length, made = () => new Float64Array(size);
   let y = made(), next = made();
   const k = Array.from({ length: 7 }, () => new Float64Array(size + DIVISORS)), seen = new Float64Array(OBSERVED.length);
   STATE.forEach((name, i) => { y[i] = start[name] || 0; });
   y[STATE.indexOf("pitch")] = pitchOnTheFloor(start.roll, start.steer);
-  y[STATE.indexOf("spin")] = start.speed / LENGTH;
+  spinOf([start.speed], seen);
+  y[STATE.indexOf("spin")] = seen[0];
   const columns = Object.fromEntries([...STATE, ...OBSERVED].map((name) => [name, []]));
   const keep = () => {
     observe(y, seen);

@@ -10,12 +10,14 @@ import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from heyoka_bike.bicycle.equations.bodies import bodies_of
 from heyoka_bike.bicycle.equations.configuration import (
     INTEGRALS,
     Configuration,
     rates_of_integrals,
     track_speeds,
 )
+from heyoka_bike.bicycle.equations.constants import constants_of
 from heyoka_bike.bicycle.equations.forces import forces
 from heyoka_bike.bicycle.equations.kinematics import front_contact_height, lateral_condition
 from heyoka_bike.bicycle.equations.reduced import Equations
@@ -43,23 +45,40 @@ DIVISORS = 3
 _Formulas = Callable[[Equations, Sequence[Number]], Sequence[Number]]
 
 
-def motion_source(bicycle: Bicycle) -> str:
+def motion_source(bicycle: Bicycle, free: Sequence[str] = ()) -> str:
     """Functions and names for ``motion.js``.
+
+    Parameters
+    ----------
+    bicycle : Bicycle
+    free
+        Symbols of parameters that ``P`` has, in place of the bicycle's.
 
     ``rates(y, f)`` puts the time derivatives of the state y into f, and after them the `DIVISORS`;
     ``observe(y, f)`` what is `OBSERVED`; ``floorGap([roll, pitch, steer], f)`` the height of the
-    front wheel [m]. ``LENGTH`` is the forward speed over the state's ``spin``.
+    front wheel [m]. ``spinOf([speed], f)`` is the state's ``spin``.
     """
-    length = Equations.binary64(bicycle).k.length
     parts = [
         "const { sin, cos, sqrt, atan2 } = Math;",
         f"const STATE = {json.dumps(STATE)}, OBSERVED = {json.dumps(OBSERVED)};",
-        f"const LENGTH = {length!r}, DIVISORS = {DIVISORS};",
-        _function("rates", bicycle, len(STATE), _rates),
-        _function("observe", bicycle, len(STATE), _observed),
-        _function("floorGap", bicycle, 3, _floor_gap),
+        f"const DIVISORS = {DIVISORS}, P = {json.dumps({x: float(bicycle[x]) for x in free})};",
+        _function("rates", bicycle, free, len(STATE), _rates),
+        _function("observe", bicycle, free, len(STATE), _observed),
+        _function("floorGap", bicycle, free, 3, _floor_gap),
+        _function("spinOf", bicycle, free, 1, _spin),
     ]
     return "\n".join(parts) + "\n"
+
+
+def _equations(bicycle: Bicycle, free: Sequence[str], code: StraightLine) -> Equations:
+    """With constants rounded once, or written as formulas of what is free."""
+    if not free:
+        return Equations.binary64(bicycle).convert(code.literal, code)
+    p: dict[str, Number] = {symbol: value.rational for symbol, value in bicycle.values.items()}
+    p |= {symbol: code.variable(f"P.{symbol}") for symbol in free}
+    tilt = p["lam"] if "lam" in free else code.number(bicycle["lam"])
+    k = constants_of(p, tilt, code, is_vertical=False)
+    return Equations(bicycle, k, bodies_of(p, tilt, code), code)
 
 
 def _rates(equations: Equations, y: Sequence[Number]) -> Sequence[Number]:
@@ -84,10 +103,16 @@ def _floor_gap(equations: Equations, y: Sequence[Number]) -> Sequence[Number]:
     return [front_contact_height(equations.k, equations.a, *y)]
 
 
-def _function(name: str, bicycle: Bicycle, size: int, formulas: _Formulas) -> str:
+def _spin(equations: Equations, y: Sequence[Number]) -> Sequence[Number]:
+    return [y[0] / equations.k.length]
+
+
+def _function(
+    name: str, bicycle: Bicycle, free: Sequence[str], size: int, formulas: _Formulas
+) -> str:
     """``name(y, f)``: from y of a size to what the formulas give."""
     code = StraightLine()
-    equations = Equations.binary64(bicycle).convert(code.literal, code)
+    equations = _equations(bicycle, free, code)
     results = [x.text for x in formulas(equations, [code.variable(f"y[{i}]") for i in range(size)])]
     lines = [f"  const {n} = {text};" for n, text in needed(code.statements, results).items()]
     lines += [f"  f[{i}] = {text};" for i, text in enumerate(results)]

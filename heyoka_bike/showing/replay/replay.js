@@ -2,7 +2,7 @@
 // Draws the scene and runs the time. World and body axes: x forward, y to the right, z down [m].
 // What is returned shows another motion in place of the maneuvers given.
 const replay = (data) => {
-  const { points: P, radii, tilt, solids } = data.bicycle;
+  let { points: P, radii, tilt, solids } = data.bicycle;
   const FAR_ANGLE = 1.15;  // what an exaggerated roll or steer may come to [rad]
   const FAR_PLACE = 3;     // what a magnified difference may come to [m, rad]
   const NEAR = 0.12;       // nearest depth that is drawn [m]
@@ -682,7 +682,8 @@ const replay = (data) => {
   addEventListener("hashchange", readAddress);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { readColours(); ask(); });
   draw();
-  return (scene) => {
+  return (scene, bicycle) => {
+    ({ points: P, radii, tilt, solids } = bicycle);
     data.maneuvers = [scene];
     setManeuver(scene.number);
     resize();
