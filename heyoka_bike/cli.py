@@ -17,7 +17,7 @@ from heyoka_bike.version import __version__
 
 _COMMANDS = (
     "generate", "score", "diagnose", "verify", "certify", "linear", "plot", "animate", "export",
-    "bench", "leaderboard", "selfcheck",
+    "bench", "atlas", "leaderboard", "selfcheck",
 )  # fmt: skip
 
 _EPILOG = """\

@@ -26,6 +26,7 @@ def side_by_side(
     jobs: Sequence[tuple[Any, ...]],
     motions: Sequence[tuple[str, float]] = (),
     progress: Progress | None = None,
+    done: Callable[[int, T], None] = lambda i, result: None,
 ) -> list[T]:
     """``[work(*job, report) for job in jobs]`` in as many processes as there are processors.
 
@@ -37,6 +38,8 @@ def side_by_side(
         Gets a `Report` after its own arguments.
     motions
         Name and duration [s] of the motion of each job, if its progress is asked for.
+    done
+        Called here with the number of a job and its result, as it ends.
     """
 
     def told(i: int, stage: str, t: float) -> None:
@@ -47,7 +50,9 @@ def side_by_side(
     for i in range(len(motions)):
         told(i, WAITING, 0.0)
     if len(jobs) == 1:
-        return [work(*jobs[0], partial(told, 0))]
+        only = work(*jobs[0], partial(told, 0))
+        done(0, only)
+        return [only]
     # A fresh interpreter each: forking a process that holds threads and a JIT compiler is unsafe.
     context = get_context("spawn")
     queue = context.Queue()
@@ -55,12 +60,13 @@ def side_by_side(
     pool = ProcessPoolExecutor(workers, mp_context=context, initializer=_start, initargs=(queue,))
     try:
         futures = [pool.submit(_run, work, i, job) for i, job in enumerate(jobs)]
+        numbers = {future: i for i, future in enumerate(futures)}
         waiting = set(futures)
         while waiting:
-            done, waiting = wait(waiting, timeout=0.1, return_when=FIRST_EXCEPTION)
+            ended, waiting = wait(waiting, timeout=0.1, return_when=FIRST_EXCEPTION)
             _drain(queue, told)
-            for future in done:
-                future.result()
+            for future in ended:
+                done(numbers[future], future.result())
         return [future.result() for future in futures]
     except BaseException:
         for process in list((pool._processes or {}).values()):

@@ -191,6 +191,16 @@ def lateral_condition(o: Posture) -> Row:
     )
 
 
+def turn_divisor(o: Posture) -> Number:
+    """What roll and steer rate are divided by for the turn rate.
+
+    The wheel base in rear wheel radii when upright and straight; where it is zero they do not
+    determine the turn rate.
+    """
+    _, c1, c3 = lateral_condition(o)
+    return c3 * o.cb - c1 * o.sb
+
+
 def rear_rates(
     o: Posture, v: Number, roll_rate: Number, steer_rate: Number
 ) -> tuple[Number, Number, Row]:
@@ -200,11 +210,10 @@ def rear_rates(
     -------
     w1, w3 : number
     n_row : Row
-        Turn rate n per (v, roll_rate, steer_rate); its divisor is the wheel base when upright and
-        straight.
+        Turn rate n per (v, roll_rate, steer_rate).
     """
     cv, c1, c3 = lateral_condition(o)
-    divisor = c3 * o.cb - c1 * o.sb
+    divisor = turn_divisor(o)
     n_row = (-cv / divisor, -(c1 * o.cb + c3 * o.sb) / divisor, o.trail / divisor)
     n = n_row[0] * v + n_row[1] * roll_rate + n_row[2] * steer_rate
     return o.cb * roll_rate - o.sb * n, o.sb * roll_rate + o.cb * n, n_row

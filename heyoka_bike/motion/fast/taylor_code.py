@@ -88,10 +88,14 @@ def taylor_code(bicycle: Bicycle, form: Form) -> TaylorCode:
     hy = require_heyoka()
     exact = Equations.binary64(bicycle, is_regular=form.is_regular)
     equations = exact.convert(hy.expression, Expressions())
-    return TaylorCode(form, _step(hy, equations, form), _columns(hy, equations, form), Lock())
+    return TaylorCode(form, taylor_step(hy, equations, form), _columns(hy, equations, form), Lock())
 
 
-def _step(hy: Any, equations: Equations, form: Form) -> Any:
+def taylor_step(hy: Any, equations: Equations, form: Form, ends: Sequence[Number] = ()) -> Any:
+    """The integrator of the state with clock and norm, the equations being expressions.
+
+    Of several lanes it stops where one of the expressions `ends` passes zero.
+    """
     state = list(hy.make_vars(*equations.states))[:STATE]
     clock, norm = hy.make_vars("clock", "norm")
     system = [
@@ -109,7 +113,8 @@ def _step(hy: Any, equations: Equations, form: Form) -> Any:
     if form.lanes == 1:
         return hy.taylor_adaptive(system, [1.0] * len(system), **options)
     start = [[1.0] * form.lanes for _ in system]
-    return hy.taylor_adaptive_batch(system, start, **options)
+    events = [hy.t_event_batch(x) for x in ends]
+    return hy.taylor_adaptive_batch(system, start, t_events=events, **options)
 
 
 def _columns(hy: Any, equations: Equations, form: Form) -> Any:
