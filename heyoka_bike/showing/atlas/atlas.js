@@ -353,10 +353,11 @@
       made("span", said, ` The nearest start computed, ${placeWords(...near)}: ${headWords(i)}; ${fateWords(i)}.`);
     }
   };
-  const LONGEST = 120, SHORTEST_SHOWN = 10;
+  // How long a motion is shown that does not fall [s]; one that falls, to its fall.
+  const SHORTEST = 10, LONG = 60, LONGEST = 1000;
   const motionOf = ([x, y]) => {
     const time = data.quantities.fate_time ? data.quantities.fate_time.at(point(x, y)) : NaN;
-    const end = Math.min(Math.max((time || 0) + 1, SHORTEST_SHOWN), LONGEST);
+    const most = fate[point(x, y)] === data.falls ? LONGEST : LONG, end = Math.min(Math.max((time || 0) + 1, SHORTEST), most);
     return follow({ ...data.start, [across.name]: x, [along.name]: y }, end);
   };
   // The bicycle as it looks there: between those given, linearly.
@@ -438,8 +439,9 @@
       node(svg, "text", { class: "title", x: 0, y: -13 }, `${title} [${unit}]`);
       const inner = node(svg, "svg", { class: "lines", width: "100%", height: HEIGHT, viewBox: "0 0 4000 2000", preserveAspectRatio: "none" });
       for (const [name, look] of lines) {
-        const list = motion.columns[name], last = list.length - 1;
-        const d = list.map((v, i) => `${(4000 * i / last).toFixed(0)} ${(2000 * (high - v) / (high - low)).toFixed(0)}`).join("L");
+        const list = motion.columns[name], last = list.length - 1, every = Math.ceil(last / 4000);
+        const kept = list.map((v, i) => [i, v]).filter(([i]) => i % every === 0 || i === last);
+        const d = kept.map(([i, v]) => `${(4000 * i / last).toFixed(0)} ${(2000 * (high - v) / (high - low)).toFixed(0)}`).join("L");
         node(inner, "path", { class: look, d: `M${d}` });
       }
       if (lines.length < 2) continue;

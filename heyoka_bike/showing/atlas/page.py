@@ -27,6 +27,7 @@ from heyoka_bike.showing.replay.page import drawing, stage
 from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
 
 _HERE = Path(__file__).parent
+_LONGEST = 200  # letters said of where it comes from: the inputs are more
 _SHAPES = 9  # along an axis that changes the bicycle
 _DIGITS = 15  # of the speeds between which it is stable
 _SAID = {
@@ -71,7 +72,11 @@ def render(atlas: Atlas) -> str:
     return page(
         f"{printable(atlas.bicycle.name)} – atlas",
         body,
-        [(key.replace("_", " "), printable(said)) for key, said in atlas.provenance.items()],
+        [
+            (key.replace("_", " "), printable(said))
+            for key, said in atlas.provenance.items()
+            if len(said) <= _LONGEST
+        ],
         styles=(PAGE_STYLE, REPLAY_STYLE, _HERE / "atlas.css"),
         script='"use strict";\n' + "".join(scripts),
         data=_data(atlas, packed),
