@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 
 _DEFAULT_FOLDER = "figures"
 _DEFAULT_FORMATS = ("png", "svg")
+_ATLAS = "atlas"
+_PAGES = (".html", ".htm")
 
 
 def add_parser(subparsers: Any) -> None:
@@ -32,7 +34,10 @@ def add_parser(subparsers: Any) -> None:
         epilog=(
             f"figures:\n{listed}\n\nexamples:\n"
             "  heyoka-bike plot --maneuver 2 -o maneuver-2.pdf\n"
-            "  heyoka-bike plot --figure bicycle -o bicycle.svg"
+            "  heyoka-bike plot --figure bicycle -o bicycle.svg\n"
+            "  heyoka-bike plot --figure atlas benchmark.zarr -o atlas.html\n\n"
+            "The page of an atlas (see 'heyoka-bike atlas') is one file that needs no network: a\n"
+            "map, in which a start that is chosen opens its replay, computed there."
         ),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -75,6 +80,8 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
+    if args.figure == _ATLAS and args.output.lower().endswith(_PAGES):
+        return _atlas_page(args)
     from heyoka_bike.reference.load import load_reference
     from heyoka_bike.showing.figures.style import save
 
@@ -87,6 +94,23 @@ def run(args: argparse.Namespace) -> int:
         for path in files:
             save(figure, path)
             print(path)
+    return Exit.OK
+
+
+def _atlas_page(args: argparse.Namespace) -> int:
+    from heyoka_bike.motion.atlas.store import load_atlas
+    from heyoka_bike.showing.atlas.page import render
+    from heyoka_bike.system.files import write_output
+
+    for option, value in (("--format", args.formats), ("--maneuver", args.maneuver)):
+        if value is not None:
+            raise InputError(f"{option}: expected none for the page of an atlas")
+    if args.reference is None:
+        raise InputError("--figure: found atlas without one, expected its folder (DIR)")
+    page = render(load_atlas(args.reference))
+    path = Path(args.output)
+    write_output(path, page.encode())
+    print(path)
     return Exit.OK
 
 

@@ -6,7 +6,7 @@ import flint
 import numpy as np
 import pytest
 
-from heyoka_bike.bench.c_source import CCode, operations, slope_source
+from heyoka_bike.bench.c_source import operations, slope_source
 from heyoka_bike.bench.compiled import CompiledPeers, NoCompilerError
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.constants import constants
@@ -15,6 +15,7 @@ from heyoka_bike.bicycle.equations.model import few_products
 from heyoka_bike.bicycle.equations.outputs import columns, unfold
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.numbers.arithmetic import Balls
+from heyoka_bike.numbers.straight_line import StraightLine
 
 pytestmark = pytest.mark.proof
 
@@ -72,7 +73,7 @@ def test_every_operation_is_written_once(bicycle):
 
 
 def test_signs_and_literals_are_worked_out():
-    code = CCode()
+    code = StraightLine()
     x, y = code.variable("x"), code.variable("y")
     two = code.literal(2.0)
     assert (two * 3 + 1).value == 7

@@ -176,15 +176,14 @@ def test_errors_of_a_page_would_be_seen(tmp_path, pages):
     assert look(broken, tmp_path)[1] != []
 
 
-@browser
-def test_nothing_is_wider_than_the_window(pages, tmp_path):
+def widths(page, folder, address):
+    """How wide a page is in windows of four widths, and the window."""
     # A window of chromium is at least 500 wide: narrower ones are frames in another page.
-    frame = tmp_path / "frames.html"
-    (tmp_path / "page.html").write_text(pages["compared"], encoding="utf-8")
+    frame = folder / "frames.html"
+    (folder / "page.html").write_text(page, encoding="utf-8")
     frame.write_text(
         "".join(
-            f'<iframe src="page.html#t=3&maneuver=3&exaggerate=20" width="{w}" height="900">'
-            "</iframe>"
+            f'<iframe src="page.html{address}" width="{w}" height="900"></iframe>'
             for w in (320, 400, 800, 1280)
         )
         + "<p></p><script>onload = () => setTimeout(() => { document.querySelector('p').textContent"
@@ -195,7 +194,7 @@ def test_nothing_is_wider_than_the_window(pages, tmp_path):
     run = subprocess.run(
         [
             CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu",
-            f"--user-data-dir={tmp_path / 'profile'}", "--allow-file-access-from-files",
+            f"--user-data-dir={folder / 'profile'}", "--allow-file-access-from-files",
             "--hide-scrollbars", "--window-size=1400,900", "--virtual-time-budget=3000",
             "--dump-dom", frame.as_uri(),
         ],
@@ -203,8 +202,13 @@ def test_nothing_is_wider_than_the_window(pages, tmp_path):
     )  # fmt: skip
     found = re.search(r"<p>(.*?)</p>", run.stdout)[1].split()
     assert len(found) == 4
-    for pair in found:
-        content, window = map(int, pair.split("/"))
+    return [tuple(map(int, pair.split("/"))) for pair in found]
+
+
+@browser
+def test_nothing_is_wider_than_the_window(pages, tmp_path):
+    found = widths(pages["compared"], tmp_path, "#t=3&maneuver=3&exaggerate=20")
+    for content, window in found:
         assert window > 250
         assert content <= window, found
 

@@ -8,7 +8,7 @@ frame's are fixed in it, the front frame's in the fork; they coincide where stee
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from fractions import Fraction
 
@@ -94,9 +94,14 @@ class Bodies:
 def bodies(bicycle: Bicycle, a: Arithmetic) -> Bodies:
     """The bodies of a bicycle in the number type of `a`."""
     p = {symbol: value.rational for symbol, value in bicycle.values.items()}
+    return bodies_of(p, a.number(bicycle["lam"]), a)
+
+
+def bodies_of(p: Mapping[str, Number], tilt: Number, a: Arithmetic) -> Bodies:
+    """The bodies from the parameters as fractions or numbers of `a`, and the tilt."""
     pivot = p["w"] + p["c"]
 
-    def part(frame: str, wheel: str, hub_x: Fraction) -> Half:
+    def part(frame: str, wheel: str, hub_x: Number) -> Half:
         radius = p[f"r{wheel}"]
         values = {
             "x": p[f"x{frame}"] - hub_x,
@@ -112,7 +117,6 @@ def bodies(bicycle: Bicycle, a: Arithmetic) -> Bodies:
         }
         return Half(**{name: a.number(x) for name, x in values.items()})
 
-    tilt = a.number(bicycle["lam"])
     return Bodies(
         rear=part("B", "R", Fraction(0)), front=part("H", "F", p["w"]),
         sin_tilt=a.sin(tilt), cos_tilt=a.cos(tilt), g=a.number(p["g"]),

@@ -57,7 +57,7 @@ def render(scored: Report | Series, made: Origin = UNKNOWN) -> str:
     first = reports(scored)[0]
     return page(
         f"{title} – uncontrolled bicycle", body, origin_words(first, made),
-        styles=(PAGE_STYLE,), script=_SCRIPT,
+        styles=(PAGE_STYLE,), script=_SCRIPT.read_text(encoding="utf-8"),
     )  # fmt: skip
 
 

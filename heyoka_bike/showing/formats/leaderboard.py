@@ -90,7 +90,7 @@ def render_html(board: Leaderboard, made: Origin) -> str:
     origin += reference_words("benchmark bicycle", board.dataset_version)
     return page(
         "Leaderboard – uncontrolled bicycle", "\n".join(body), origin,
-        styles=(PAGE_STYLE,), script=_SCRIPT,
+        styles=(PAGE_STYLE,), script=_SCRIPT.read_text(encoding="utf-8"),
     )  # fmt: skip
 
 

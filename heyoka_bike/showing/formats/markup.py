@@ -35,7 +35,7 @@ def _parts(text: str) -> list[tuple[str, bool]]:
 
 def page(
     title: str, body: str, origin: Sequence[tuple[str, str]], *, styles: Sequence[Path],
-    script: Path, data: str | None = None,
+    script: str, data: str | None = None,
 ) -> str:  # fmt: skip
     """A page that needs nothing else.
 
@@ -47,8 +47,10 @@ def page(
         As HTML.
     origin
         Where it comes from: names and what is said of them, as text.
-    styles, script
+    styles
         Files.
+    script
+        JavaScript.
     data
         JSON for the script, if it needs any.
     """
@@ -74,7 +76,7 @@ def page(
 <footer><p>IFToMM benchmark “Uncontrolled bicycle”; SI units throughout.</p>
 <dl class="facts">{made}</dl></footer>
 {given}<script>
-{script.read_text(encoding="utf-8")}</script>
+{script}</script>
 </body>
 </html>
 """

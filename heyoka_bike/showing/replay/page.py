@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.errors import printable
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.showing.figures.shapes import shape
@@ -20,7 +21,10 @@ from heyoka_bike.showing.formats.wording import sentence, worst_words
 from heyoka_bike.showing.replay.motion_3d import Motion3D
 from heyoka_bike.showing.replay.scenes import Replay, Scene
 
-_HERE = Path(__file__).parent
+STYLE = Path(__file__).with_name("replay.css")
+SCRIPT = Path(__file__).with_name("replay.js")
+"""Of the stage: ``replay(data)`` draws `drawing` and the motions in it."""
+
 _HEIGHT = 84  # of the lines of a chart [px]
 _PANELS = (
     ("roll_angle", "roll", "rad"),
@@ -36,6 +40,7 @@ _SHORT = {
     "roll_angle": "roll", "steer_angle": "steer", "forward_speed": "speed",
     "roll_rate": "roll_rate", "steer_rate": "steer_rate",
 }  # fmt: skip
+_START = 'replay(JSON.parse(document.getElementById("data").textContent));\n'
 _COUNTED = ("rear_wheel", "front_wheel", "track")
 # Digits after the point [m, rad, m/s]: less than a pixel, however near the camera is and however
 # much roll and steer are exaggerated.
@@ -49,7 +54,7 @@ def render(replay: Replay, name: str = "") -> str:
     title = printable(Path(name).name or name) if name else "Uncontrolled bicycle"
     body = f"""{_header(replay, title, bool(name))}
 <div class="replay{" compared" if name else ""}">
-{_stage(replay)}
+{stage([(str(s.number), _name(s)) for s in replay.scenes], bool(name))}
 {_plots(replay.scenes)}
 </div>
 {_about(replay, bool(name))}"""
@@ -57,8 +62,8 @@ def render(replay: Replay, name: str = "") -> str:
         f"{title} – replay",
         body,
         reference_words(replay.bicycle.name, replay.dataset_version),
-        styles=(PAGE_STYLE, _HERE / "replay.css"),
-        script=_HERE / "replay.js",
+        styles=(PAGE_STYLE, STYLE),
+        script=SCRIPT.read_text(encoding="utf-8") + _START,
         data=_data(replay),
     )
 
@@ -72,9 +77,16 @@ def _header(replay: Replay, title: str, has_result: bool) -> str:
     return f'<header><p class="kicker">{kicker}</p><h1>{escape(title)}</h1>{said}</header>'
 
 
-def _stage(replay: Replay) -> str:
-    has_result = replay.report is not None
-    scenes = [(str(s.number), _name(s)) for s in replay.scenes]
+def stage(scenes: Sequence[tuple[str, str]], has_result: bool) -> str:
+    """The scene with its controls, as HTML.
+
+    Parameters
+    ----------
+    scenes
+        Numbers and names to choose from.
+    has_result
+        Whether results are shown beside the reference.
+    """
     shows = [("points", "points", True), ("tracks", "tracks", True), ("rider", "rider", True)]
     if has_result:
         shows.append(("result", "result", True))
@@ -216,21 +228,26 @@ def _about(replay: Replay, has_result: bool) -> str:
     return "\n".join(parts)
 
 
-def _data(replay: Replay) -> str:
-    drawn = shape(replay.bicycle)
-    data = {
-        "bicycle": {
-            "points": {name: _rounded(point) for name, point in drawn.points.items()},
-            "radii": drawn.radii,
-            "tilt": drawn.tilt,
-            "solids": [
-                {"body": s.body, "part": s.part, "colour": s.colour,
-                 "spheres": [_rounded(sphere) for sphere in s.spheres]}
-                for s in drawn.solids
-            ],
-        },
-        "maneuvers": [_scene_data(s) for s in replay.scenes],
+def drawing(bicycle: Bicycle) -> dict[str, Any]:
+    """What the script draws of a bicycle, for JSON."""
+    drawn = shape(bicycle)
+    return {
+        "points": {name: _rounded(point) for name, point in drawn.points.items()},
+        "radii": drawn.radii,
+        "tilt": drawn.tilt,
+        "solids": [
+            {"body": s.body, "part": s.part, "colour": s.colour,
+             "spheres": [_rounded(sphere) for sphere in s.spheres]}
+            for s in drawn.solids
+        ],
     }  # fmt: skip
+
+
+def _data(replay: Replay) -> str:
+    data = {
+        "bicycle": drawing(replay.bicycle),
+        "maneuvers": [_scene_data(s) for s in replay.scenes],
+    }
     # Numbers and names of this package: nothing in it can end the element that it stands in.
     return json.dumps(data, separators=(",", ":"), allow_nan=False)
 

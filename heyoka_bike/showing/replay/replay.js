@@ -1,14 +1,14 @@
 "use strict";
 // Draws the scene and runs the time. World and body axes: x forward, y to the right, z down [m].
-(() => {
-  const data = JSON.parse(document.getElementById("data").textContent);
-  const { points: P, radii, tilt, solids } = data.bicycle;
+// What is returned shows another motion in place of the maneuvers given.
+const replay = (data) => {
+  let { points: P, radii, tilt, solids } = data.bicycle;
   const FAR_ANGLE = 1.15;  // what an exaggerated roll or steer may come to [rad]
   const FAR_PLACE = 3;     // what a magnified difference may come to [m, rad]
   const NEAR = 0.12;       // nearest depth that is drawn [m]
   const one = (selector) => document.querySelector(selector);
   const all = (selector) => [...document.querySelectorAll(selector)];
-  const form = one("form"), canvas = one("canvas"), slider = form.elements.t;
+  const form = one("form.controls"), canvas = one(".view canvas"), slider = form.elements.t;
   const play = one(".play"), clock = one(".clock"), table = one(".values"), warning = one(".scale");
   const still = matchMedia("(prefers-reduced-motion: reduce)");
 
@@ -475,7 +475,8 @@
     table.textContent = "";
     const head = made("tr", "", made("thead", "", table)), body = made("tbody", "", table);
     const hasResult = data.maneuvers.some((m) => m.result), kinds = hasResult ? ["reference", "result", "difference"] : ["reference"];
-    for (const said of ["", ...kinds]) made("th", said, head).scope = "col";
+    const said = hasResult ? kinds : [data.heading || "reference"];
+    for (const text of ["", ...said]) made("th", text, head).scope = "col";
     for (const kind of kinds) cells[kind] = [];
     for (const [, said, of] of COLUMNS) {
       const tr = made("tr", "", body);
@@ -681,4 +682,11 @@
   addEventListener("hashchange", readAddress);
   matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => { readColours(); ask(); });
   draw();
-})();
+  return (scene, bicycle) => {
+    ({ points: P, radii, tilt, solids } = bicycle);
+    data.maneuvers = [scene];
+    setManeuver(scene.number);
+    resize();
+    setPlaying(!still.matches);
+  };
+};

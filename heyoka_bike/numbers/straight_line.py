@@ -1,0 +1,188 @@
+"""Formulas as source: written by evaluating them with numbers that record statements.
+
+What is written is a list of assignments to names, one operation each, as C and JavaScript alike
+read them; ``sin``, ``cos``, ``sqrt`` and ``atan2`` are functions. The same operation on the same
+operands is written once; operations on two literals are carried out here, in binary64; products
+with 0 and 1 and sums with 0 vanish, as they do in heyoka's expressions.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from fractions import Fraction
+
+from heyoka_bike.numbers.arithmetic import Number
+from heyoka_bike.numbers.exact import Exact
+
+_NAME = re.compile(r"\bv\d+\b")
+
+
+class Recorded:
+    """A value in the source: a name or a literal."""
+
+    __slots__ = ("code", "text", "value")
+
+    def __init__(self, code: StraightLine, text: str, value: float | None = None) -> None:
+        self.code, self.text, self.value = code, text, value
+
+    @property
+    def is_negative(self) -> bool:
+        """Whether it is a negative literal or the negative of a name."""
+        return self.text.startswith("-")
+
+    def __add__(self, other: Operand) -> Recorded:
+        return self._with("+", other)
+
+    def __radd__(self, other: Fraction | int) -> Recorded:
+        return self._after("+", other)
+
+    def __sub__(self, other: Operand) -> Recorded:
+        return self._with("-", other)
+
+    def __rsub__(self, other: Fraction | int) -> Recorded:
+        return self._after("-", other)
+
+    def __mul__(self, other: Operand) -> Recorded:
+        return self._with("*", other)
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Operand) -> Recorded:
+        return self._with("/", other)
+
+    def __rtruediv__(self, other: Fraction | int) -> Recorded:
+        return self._after("/", other)
+
+    def __neg__(self) -> Recorded:
+        return self.code.negative(self)
+
+    def _with(self, sign: str, other: Operand) -> Recorded:
+        if not isinstance(other, Operand):
+            return NotImplemented
+        return self.code.operation(sign, self, other)
+
+    def _after(self, sign: str, other: Fraction | int) -> Recorded:
+        if not isinstance(other, Fraction | int):
+            return NotImplemented
+        return self.code.operation(sign, self.code.literal(float(other)), self)
+
+
+Operand = Recorded | Fraction | int
+"""What a recorded number is combined with."""
+
+
+class StraightLine:
+    """An `Arithmetic` that records assignments.
+
+    Attributes
+    ----------
+    statements
+        Right-hand sides by the name they are assigned to, in order.
+    """
+
+    def __init__(self) -> None:
+        self.statements: dict[str, str] = {}
+        self._names: dict[str, Recorded] = {}
+
+    def variable(self, text: str) -> Recorded:
+        """A value that has a name already."""
+        return Recorded(self, text)
+
+    def literal(self, value: float) -> Recorded:
+        # repr gives the shortest decimal that rounds to the value.
+        return Recorded(self, repr(float(value)), float(value))
+
+    def number(self, value: Exact | Fraction | int | Recorded) -> Number:
+        return value if isinstance(value, Recorded) else self.literal(float(value))
+
+    def sin(self, x: Recorded) -> Recorded:
+        return self._call("sin", x)
+
+    def cos(self, x: Recorded) -> Recorded:
+        return self._call("cos", x)
+
+    def sqrt(self, x: Recorded) -> Recorded:
+        return self._call("sqrt", x)
+
+    def atan2(self, y: Recorded, x: Recorded) -> Recorded:
+        return self._assign(f"atan2({y.text}, {x.text})")
+
+    def sum(self, terms: Iterable[Recorded]) -> Recorded:
+        """Added in pairs, which shortens the chain of operations that wait for each other."""
+        found = [x if isinstance(x, Recorded) else self.literal(x) for x in terms]
+        while len(found) > 1:
+            pairs = [found[i] + found[i + 1] for i in range(0, len(found) - 1, 2)]
+            found = [*pairs, *found[2 * len(pairs) :]]
+        return found[0]
+
+    def operation(self, sign: str, x: Recorded, y: Operand) -> Recorded:
+        """One of ``+ - * /``, recorded unless it can be done here."""
+        if not isinstance(y, Recorded):
+            y = self.literal(float(y))
+        if x.value is not None and y.value is not None:
+            return self.literal(_folded(sign, x.value, y.value))
+        if sign in "*/":
+            return self._product(sign, x, y)
+        if y.value == 0:
+            return x
+        if x.value == 0:
+            return y if sign == "+" else self.negative(y)
+        if y.is_negative:
+            return self.operation("-" if sign == "+" else "+", x, self.negative(y))
+        if x.is_negative and sign == "+":
+            return self.operation("-", y, self.negative(x))
+        if sign == "+" and y.text < x.text:
+            x, y = y, x
+        return self._assign(f"{x.text} {sign} {y.text}")
+
+    def _product(self, sign: str, x: Recorded, y: Recorded) -> Recorded:
+        if sign == "*" and y.value is not None:
+            x, y = y, x
+        if x.value == 0 or y.value == 1:
+            return x
+        if sign == "*" and x.value == 1:
+            return y
+        if x.is_negative or y.is_negative:
+            # Signs are moved out, so that a product and its negative are one.
+            plain = self._product(sign, self._magnitude(x), self._magnitude(y))
+            return plain if x.is_negative == y.is_negative else self.negative(plain)
+        if sign == "*" and x.value is None and y.text < x.text:
+            x, y = y, x
+        return self._assign(f"{x.text} {sign} {y.text}")
+
+    def _magnitude(self, x: Recorded) -> Recorded:
+        return self.negative(x) if x.is_negative else x
+
+    def negative(self, x: Recorded) -> Recorded:
+        """A change of sign costs nothing: it is not assigned to a name."""
+        if x.value is not None:
+            return self.literal(-x.value)
+        return Recorded(self, x.text[1:] if x.text.startswith("-") else f"-{x.text}")
+
+    def _call(self, function: str, x: Recorded) -> Recorded:
+        return self._assign(f"{function}({x.text})")
+
+    def _assign(self, text: str) -> Recorded:
+        if text not in self._names:
+            name = f"v{len(self.statements)}"
+            self.statements[name] = text
+            self._names[text] = Recorded(self, name)
+        return self._names[text]
+
+
+def _folded(sign: str, x: float, y: float) -> float:
+    if sign == "+":
+        return x + y
+    if sign == "-":
+        return x - y
+    return x * y if sign == "*" else x / y
+
+
+def needed(statements: Mapping[str, str], results: Sequence[str]) -> dict[str, str]:
+    """The statements that the results depend on, in order."""
+    wanted = set(_NAME.findall(" ".join(results)))
+    for name, text in reversed(list(statements.items())):
+        if name in wanted:
+            wanted.update(_NAME.findall(text))
+    return {name: text for name, text in statements.items() if name in wanted}

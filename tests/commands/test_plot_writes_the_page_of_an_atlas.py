@@ -1,0 +1,50 @@
+"""`heyoka-bike plot --figure atlas` writes the page of an atlas, or says in one line why not."""
+
+import json
+import re
+
+import pytest
+
+from heyoka_bike.cli import main
+from heyoka_bike.errors import Exit
+
+pytest.importorskip("zarr")
+pytest.importorskip("heyoka")
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("atlas") / "tiny.zarr"
+    grid = ["--speed", "4:5:2", "--roll-rate", "0.5:3:2", "--longest", "20"]
+    assert main(["atlas", *grid, "-o", str(folder)]) == Exit.OK
+    return folder
+
+
+def test_the_page_is_of_that_atlas(store, tmp_path, capsys):
+    out = tmp_path / "new" / "atlas.html"
+    assert main(["plot", "--figure", "atlas", str(store), "-o", str(out)]) == Exit.OK
+    assert capsys.readouterr().out == f"{out}\n"
+    text = out.read_text(encoding="utf-8")
+    found = json.loads(re.search(r'id="data">\n(.*?)\n<', text, re.S)[1])
+    assert [axis["values"] for axis in found["axes"]] == [[4.0, 5.0], [0.5, 3.0]]
+    assert main(["plot", "--figure", "atlas", str(store), "-o", str(out)]) == Exit.OK
+    assert out.read_text(encoding="utf-8") == text
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([], "--figure: found atlas without one, expected its folder"),
+        (["nowhere"], "nowhere: no atlas can be read"),
+        (["nowhere", "--maneuver", "2"], "--maneuver: expected none for the page of an atlas"),
+        (["nowhere", "--format", "png"], "--format: expected none for the page of an atlas"),
+    ],
+)
+def test_bad_input_gives_one_line(tmp_path, monkeypatch, capsys, arguments, message):
+    monkeypatch.chdir(tmp_path)
+    code = main(["plot", "--figure", "atlas", "-o", "x.html", *arguments])
+    error = capsys.readouterr().err
+    assert code == Exit.INPUT
+    assert error.startswith(f"heyoka-bike: {message}")
+    assert error.count("\n") == 1
+    assert not list(tmp_path.iterdir())
