@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.commands.options import add_bicycle, add_workers
@@ -11,6 +12,8 @@ from heyoka_bike.system.console import print_table, progress_bar, table
 
 if TYPE_CHECKING:
     from heyoka_bike.motion.atlas.data import Atlas, Axis
+    from heyoka_bike.motion.atlas.design import Design
+    from heyoka_bike.numbers.exact import Exact
 
 _DEFAULTS = {"speed": "2.5:8.5:200", "roll_rate": "0.02:4:200"}
 
@@ -41,8 +44,8 @@ def add_parser(subparsers: Any) -> None:
             "  heyoka-bike atlas --speed 4:5:100 --axis steer=-0.3:0.3:61 -o steered.zarr\n"
             "  heyoka-bike atlas --axis c=0.02:0.12:51 --start roll_rate=0.5 -o trail.zarr\n"
             "\n"
-            "exit code 130 if interrupted; all that was finished is kept. docs/atlas.md says how\n"
-            "each point is decided."
+            "exit code 130 if interrupted, all that was finished is kept; 3 if --prove left something\n"
+            "open. docs/atlas.md says how each point is decided."
         ),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -77,6 +80,14 @@ def add_parser(subparsers: Any) -> None:
     )
     p.add_argument("-o", "--output", metavar="FOLDER", required=True, help="the Zarr store")
     p.add_argument("--force", action="store_true", help="replace another atlas that is there")
+    p.add_argument(
+        "--prove",
+        metavar="X,Y",
+        action="append",
+        default=[],
+        help="prove of this point of the two axes when a wheel leaves the floor, or that none does "
+        "in 10 s (half a minute to minutes each); may be repeated",
+    )
     add_workers(p)
     p.set_defaults(run=run)
 
@@ -92,11 +103,46 @@ def run(args: argparse.Namespace) -> int:
         read_bicycle(find_input("bicycles", args.bicycle)), _axes(args), _start(args),
         _longest(args.longest),
     )  # fmt: skip
+    points = [_point(word, wanted) for word in args.prove]
     with progress_bar("atlas") as progress:
         made = make_atlas(wanted, args.output, force=args.force, progress=progress)
     _summary(made)
     print(f"{args.output}: {made.shape[0]} x {made.shape[1]} points")
-    return Exit.OK
+    return _prove(wanted, points)
+
+
+def _point(word: str, wanted: Design) -> dict[str, Exact]:
+    """The exact values of a point, by the names of the axes."""
+    from heyoka_bike.numbers.exact import Exact
+
+    texts = word.split(",")
+    if len(texts) != len(wanted.axes):
+        names = ",".join(a.name for a in wanted.axes)
+        raise InputError(f"--prove: found {quoted(word)}, expected two numbers: {names}")
+    try:
+        return {a.name: Exact.parse(x) for a, x in zip(wanted.axes, texts, strict=True)}
+    except ValueError as e:
+        raise InputError(f"--prove: {e}") from None
+
+
+def _prove(wanted: Design, points: Sequence[Mapping[str, Exact]]) -> int:
+    """Say of each point what is proved of its wheels; exit code 3 if something was left open."""
+    from heyoka_bike.motion.atlas.compute import lift_of
+    from heyoka_bike.reference.proof.lift import prove_lift
+
+    code = Exit.OK
+    for point in points:
+        bicycle, maneuver, time = lift_of(wanted, point)
+        said = ", ".join(f"{name} {float(x):.12g}" for name, x in point.items())
+        proved = prove_lift(bicycle, maneuver, time)
+        if proved.lift is not None and proved.is_decided:
+            print(f"{said}: {proved.lift.what} at {float(proved.lift.time):.9f} s: proved")
+        elif proved.is_decided:
+            print(f"{said}: both wheels press on the floor for {float(proved.end):g} s: proved")
+        else:
+            print(f"{said}: not decided within {float(proved.end):g} s")
+            code = Exit.CHECK_FAILED
+    return code
 
 
 def _axes(args: argparse.Namespace) -> list[Axis]:

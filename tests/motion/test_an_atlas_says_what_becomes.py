@@ -12,16 +12,17 @@ from heyoka_bike.bicycle.equations.kinematics import turn_divisor
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import START
 from heyoka_bike.errors import DatasetError, InputError
-from heyoka_bike.motion.atlas.compute import changes, edge
+from heyoka_bike.motion.atlas.compute import changes, edge, lift_of
 from heyoka_bike.motion.atlas.data import CYCLE, FALLS, FATES, LIFTS, REAR, UPRIGHT, WEAVES
 from heyoka_bike.motion.atlas.design import ACCURACY, axis, design
 from heyoka_bike.motion.atlas.fates import fates, repeats
 from heyoka_bike.motion.atlas.make import make_atlas
 from heyoka_bike.motion.atlas.runs import LEAST_TURN, SPACING, Runs
 from heyoka_bike.motion.atlas.store import Store, load_atlas
-from heyoka_bike.motion.events import follow
+from heyoka_bike.motion.events import REAR_LIFT, follow
 from heyoka_bike.motion.fast.simulate import ACCURACIES
 from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.reference.proof.lift import prove_lift
 from heyoka_bike.system.parallel import using
 from heyoka_bike.system.resources import after_folder, data_folder
 
@@ -267,3 +268,18 @@ def test_constants_that_are_read_are_those_compiled_in(runs, bicycle):
     assert np.array_equal(other["fate"], alone["fate"])
     assert other["largest_steer"][:2] == pytest.approx(alone["largest_steer"][:2], rel=1e-6)
     assert other["largest_steer"][1] != pytest.approx(read["largest_steer"][1], rel=1e-3)
+
+
+@pytest.mark.proof
+def test_a_lift_is_proved_where_it_was_found(small):
+    point = {"speed": Exact(Fraction("4.6")), "roll_rate": Exact(Fraction("2.6"))}
+    bicycle, maneuver, time = lift_of(small, point)
+    proved = prove_lift(bicycle, maneuver, time)
+    assert proved.is_decided
+    assert proved.lift.what == REAR_LIFT
+    assert float(proved.lift.time) == pytest.approx(time, abs=2e-5)
+    # A candidate that ends before it proves that there is none until there.
+    sooner = prove_lift(bicycle, maneuver, time - 0.01)
+    assert sooner.lift is None
+    assert sooner.is_decided
+    assert sooner.end < time

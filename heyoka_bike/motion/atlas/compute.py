@@ -1,18 +1,23 @@
 """The jobs of an atlas: a chunk of its grid, and changes along its edge."""
 
 from collections.abc import Mapping
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
+from heyoka_bike.bicycle.parameters import START, Bicycle, Maneuver
 from heyoka_bike.motion.atlas.data import FALLS, UNDECIDED
 from heyoka_bike.motion.atlas.design import ACCURACY, EDGE_ACCURACY, Chunk, Design
 from heyoka_bike.motion.atlas.fates import fates
 from heyoka_bike.motion.atlas.runs import Runs
 from heyoka_bike.motion.fast.simulate import ACCURACIES
 from heyoka_bike.numbers.double import Array
+from heyoka_bike.numbers.exact import Exact
 
 Quantities = Mapping[str, Array]
+
+_LOOK = Fraction(10)  # [s]
 
 
 def chunk(design: Design, which: Chunk, report: Any = None) -> Quantities:
@@ -70,6 +75,21 @@ def edge(
         falls[active[is_fall]] = middle[active[is_fall]]
         stays[active[~is_fall]] = middle[active[~is_fall]]
         is_kept[active[fate == UNDECIDED]] = False
+
+
+def lift_of(design: Design, point: Mapping[str, Exact]) -> tuple[Bicycle, Maneuver, float | None]:
+    """Bicycle and start of an exact point, and when a wheel lifts first in binary64, if one does.
+
+    The maneuver lasts for as long as is looked at where none does.
+    """
+    at = {**{name: Exact(Fraction(x)) for name, x in design.start.items()}, **point}
+    start = {name: at.pop(name) for name in START}
+    bicycle = design.bicycle.replace(**at) if at else design.bicycle
+    maneuver = Maneuver("point", **start, duration=_LOOK, spacing=_LOOK)
+    row = np.array([[float(start[name]) for name in START]])
+    runs = Runs([bicycle], ACCURACIES[EDGE_ACCURACY])
+    time = fates(runs, row, np.zeros(1, int), design.longest, is_brief=True)["lift_time"][0]
+    return bicycle, maneuver, float(time) if np.isfinite(time) else None
 
 
 def _fates(design: Design, first: Array, second: Array) -> Array:
