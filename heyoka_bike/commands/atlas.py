@@ -44,8 +44,8 @@ def add_parser(subparsers: Any) -> None:
             "  heyoka-bike atlas --speed 4:5:100 --axis steer=-0.3:0.3:61 -o steered.zarr\n"
             "  heyoka-bike atlas --axis c=0.02:0.12:51 --start roll_rate=0.5 -o trail.zarr\n"
             "\n"
-            "exit code 130 if interrupted, all that was finished is kept; 3 if --prove left something\n"
-            "open. docs/atlas.md says how each point is decided."
+            "exit code 130 if interrupted, all that was finished is kept; 3 if --prove left\n"
+            "something open. docs/atlas.md says how each point is decided."
         ),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
