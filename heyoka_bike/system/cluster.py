@@ -37,7 +37,8 @@ def connected(address: str) -> Iterator[Cluster]:
             "--cluster needs Dask: pip install 'heyoka_bike[cluster]'"
         ) from None
     # It says in many lines what is said here in one.
-    logging.getLogger("distributed").setLevel(logging.CRITICAL + 1)
+    for name in [x for x in logging.root.manager.loggerDict if x.startswith("distributed")]:
+        logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     given = {"scheduler_file": address} if Path(address).is_file() else {"address": address}
 
     class Client(distributed.Client):  # type: ignore[misc]

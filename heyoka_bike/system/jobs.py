@@ -45,6 +45,8 @@ class Job:
         Of that motion [s], for its progress.
     kept : Kept or None
         Where its result is looked for, and put.
+    stages
+        Those that are over when it is.
     """
 
     work: Callable[..., Any]
@@ -52,6 +54,7 @@ class Job:
     name: str = ""
     duration: float = 1.0
     kept: Kept | None = None
+    stages: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -233,6 +233,9 @@ class _Work:
 
     def end(self, job: Job, outcome: Outcome) -> None:
         self.outcomes[job] = outcome
+        if self.progress is not None and outcome.error is None:
+            for stage in job.stages:
+                self.progress(job.name, stage, 1.0)
         self.add(self.tell_ended(job, outcome))
         # What nothing needs any more is let go, but for what is resubmitted if it is lost.
         left = (*self.waiting, *self.running.values())

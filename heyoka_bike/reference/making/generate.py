@@ -170,7 +170,7 @@ def generate_sets(
                 say(line)
             name = f"{bicycle.name}, " if len(sets) > 1 else ""
             try:
-                one = _Making(folder, bicycle, ends, name, progress)
+                one = _Making(folder, bicycle, ends, name)
                 check_overwrite(folder, one.version, one.inputs, force=force)
                 one.kept = locks.enter_context(unfinished(folder))
                 making.append(one)
@@ -266,12 +266,8 @@ class _Making:
     kept: Unfinished
     digits: int
 
-    def __init__(
-        self, folder: Path, bicycle: Bicycle, ends: Sequence[Ending], name: str,
-        progress: Progress | None,
-    ) -> None:  # fmt: skip
-        self.folder, self.bicycle, self.ends = folder, bicycle, ends
-        self.name, self.progress = name, progress
+    def __init__(self, folder: Path, bicycle: Bicycle, ends: Sequence[Ending], name: str) -> None:
+        self.folder, self.bicycle, self.ends, self.name = folder, bicycle, ends, name
         self.maneuvers = [end.maneuver for end in ends]
         self.inputs = describe_inputs(bicycle, self.maneuvers)
         published = describe_inputs(
@@ -310,9 +306,6 @@ class _Making:
             return list(self._jobs(i).values())
         outcome.get()
         self.parts[i][stage] = outcome
-        if self.progress is not None:
-            for told in STAGES[stage]:
-                self.progress(job.name, told, 1.0)
         return []
 
     @property

@@ -27,6 +27,9 @@ from heyoka_bike.reference.values import Dense, RoundedRows, Values
 from heyoka_bike.system.jobs import Job, Outcome, Report
 from heyoka_bike.system.unfinished import Unfinished
 
+STAGES = ("integrate", "certify", "vary", "motion", "rows")
+"""Jobs in the order in which they are best begun: what others wait for, then the longest ones."""
+
 
 @dataclass(frozen=True)
 class Table:
@@ -71,7 +74,7 @@ class Table:
 def tabulating(
     bicycle: Bicycle, maneuver: Maneuver, digits: int, name: str, kept: Unfinished
 ) -> dict[str, Job]:
-    """The jobs that make a table, by the stage that each begins with.
+    """The jobs that make a table, by the stage that each begins with, see `STAGES`.
 
     Parameters
     ----------
@@ -80,25 +83,19 @@ def tabulating(
     """
     inputs = describe_inputs(bicycle, [maneuver])
 
-    def job(work: Callable[..., Any], *arguments: Any) -> Job:
-        place = kept.at(work.__name__, inputs, digits)
-        return Job(work, arguments, name, float(maneuver.duration), place)
+    def job(stages: tuple[str, ...], work: Callable[..., Any], *arguments: Any) -> Job:
+        place = kept.at(stages, inputs, digits)
+        return Job(work, arguments, name, float(maneuver.duration), place, stages)
 
-    run = job(_integrated, bicycle, maneuver, digits)
-    certificate = job(_enclosed, run)
+    run = job(("integrate",), _integrated, bicycle, maneuver, digits)
+    certificate = job(("certify",), _enclosed, run)
     return {
         "integrate": run,
         "certify": certificate,
-        "vary": job(_varied, run, certificate),
-        "motion": job(_moved, run, certificate),
-        "rows": job(_rounded, run, certificate),
+        "vary": job(("vary",), _varied, run, certificate),
+        "motion": job(("motion",), _moved, run, certificate),
+        "rows": job(("rows", "dense"), _rounded, run, certificate),
     }
-
-
-STAGES = {"integrate": ("integrate",), "certify": ("certify",), "vary": ("vary",),
-          "motion": ("motion",), "rows": ("rows", "dense")}  # fmt: skip
-"""Of each job, in the order in which they are best begun: what others wait for, then the longest
-ones."""
 
 
 def tabulated(outcomes: Mapping[str, Outcome]) -> Table:
