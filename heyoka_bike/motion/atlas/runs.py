@@ -79,8 +79,7 @@ class Runs:
             tuple(self._numbers[:, 0]) if self._is_single else (None,) * len(self._numbers)
         )
         self._code = _code(compiled_in, plan.order, _Template(self._one))
-        outcome = require_heyoka().taylor_outcome
-        self._whole, self._interrupted = outcome.time_limit, outcome.success
+        self._interrupted = require_heyoka().taylor_outcome.success
 
     def equations(self, which: Array) -> Equations:
         """Those of the bicycles of some motions, in arrays."""
@@ -141,8 +140,14 @@ class Runs:
                 grid, results, times = self._propagate(states[left], which[left], at)
                 outcomes = [result[0] for result in results[: len(left)]]
                 # One that ends interrupts the others: they go again without it.
-                is_whole = np.array([x == self._whole for x in outcomes])
-                is_ready = is_whole | np.array([x != self._interrupted for x in outcomes])
+                # A lane may reach its end in the very step that ends another.
+                is_there = times[: len(left)] == at[-1, 0]
+                is_whole = is_there & np.isfinite(grid[-1, 0, : len(left)])
+                is_ready = is_whole | (
+                    ~is_there & np.array([x != self._interrupted for x in outcomes])
+                )
+                if not is_ready.any():
+                    is_ready[:] = True
                 ready = left[is_ready]
                 samples[ready] = grid[:, :, : len(left)].transpose(2, 0, 1)[is_ready]
                 steps[ready] = [r[3] for r, x in zip(results, is_ready, strict=False) if x]
