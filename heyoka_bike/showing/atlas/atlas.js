@@ -357,7 +357,9 @@
   const SHORTEST = 10, LONG = 60, LONGEST = 1000;
   const motionOf = ([x, y]) => {
     const time = data.quantities.fate_time ? data.quantities.fate_time.at(point(x, y)) : NaN;
-    const most = fate[point(x, y)] === data.falls ? LONGEST : LONG, end = Math.min(Math.max((time || 0) + 1, SHORTEST), most);
+    const falls = fate[point(x, y)] === data.falls;
+    // A neighbour may fall later.
+    const wanted = falls ? 1.5 * time + 5 : time + 1, end = Math.min(Math.max(wanted || 0, SHORTEST), falls ? LONGEST : LONG);
     return follow({ ...data.start, [across.name]: x, [along.name]: y }, end);
   };
   // The bicycle as it looks there: between those given, linearly.
@@ -546,7 +548,7 @@
     if (step) {
       const to = chosen.map((v, k) => {
         const { values } = data.axes[k];
-        return step[k] ? values[Math.min(Math.max(cell(k, v) + step[k], 0), values.length - 1)] : v;
+        return values[Math.min(Math.max(cell(k, v) + step[k], 0), values.length - 1)];
       });
       select(to, false);
       if (!isInside(...chosen)) setView(view.map(([a, b], k) => [chosen[k] - (b - a) / 2, chosen[k] + (b - a) / 2]));
