@@ -173,23 +173,20 @@
     }
   };
   const drawStable = () => {
-    const [w, h] = size();
-    for (const s of data.stable) {
-      const ends = [s.low, s.high === null ? Infinity : s.high];
-      const seen = ends.map((v) => Math.min(Math.max(v, view[s.axis][0]), view[s.axis][1]));
+    for (const curve of data.stable.curves) {
+      const points = curve.map((p) => toScreen(...p));
+      line(points, colours.page, 3.4); line(points, colours.ink, 1.2, [5, 4]);
+    }
+  };
+  const nameStable = () => {
+    const [w] = size(), [from, to] = view[0], text = "linearly stable";
+    for (const [low, high] of data.stable.ranges) {
+      const seen = [low, high === null ? Infinity : high].map((v) => Math.min(Math.max(v, from), to));
       if (seen[0] >= seen[1]) continue;
-      const place = (v) => s.axis === 0 ? toScreen(v, 0)[0] : toScreen(0, v)[1];
-      for (const v of ends) {
-        if (v < view[s.axis][0] || v > view[s.axis][1]) continue;
-        const p = place(v), q = s.axis === 0 ? [[p, ROOM.top], [p, ROOM.top + h]] : [[ROOM.left, p], [ROOM.left + w, p]];
-        line(q, colours.page, 3.4); line(q, colours.ink, 1.2, [5, 4]);
-      }
-      if (s.axis !== 0) continue;
-      const [a, b] = seen.map(place), text = "linearly stable";
+      const [a, b] = seen.map((v) => toScreen(v, 0)[0]), half = context.measureText(text).width / 2;
       line([[a, ROOM.top - 4], [b, ROOM.top - 4]], colours.ink, 2.2);
-      context.textAlign = "center"; context.fillStyle = colours.ink;
-      const half = context.measureText(text).width / 2, right = ROOM.left + w - half;
-      context.fillText(text, Math.min(Math.max((a + b) / 2, ROOM.left + 130), right), ROOM.top - 9);
+      context.textAlign = "center"; context.fillStyle = colours.ink; context.textBaseline = "alphabetic";
+      context.fillText(text, Math.min(Math.max((a + b) / 2, ROOM.left + 130), ROOM.left + w - half), ROOM.top - 9);
     }
   };
   // A region is named where it is widest: the cell farthest from any other fate.
@@ -262,9 +259,9 @@
     const [w, h] = size();
     context.save();
     context.beginPath(); context.rect(ROOM.left, ROOM.top, w, h); context.clip();
-    drawEdge();
+    drawEdge(); drawStable();
     context.restore();
-    drawStable(); drawChosen(); drawNames(); drawMarks(); drawAxes();
+    nameStable(); drawChosen(); drawNames(); drawMarks(); drawAxes();
   };
   let isWaiting = false;
   const ask = () => {

@@ -29,6 +29,7 @@ from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
 _HERE = Path(__file__).parent
 _LONGEST = 200  # letters said of where it comes from: the inputs are more
 _SHAPES = 9  # along an axis that changes the bicycle
+_CURVE = 25  # points of a curve of speeds
 _DIGITS = 15  # of the speeds between which it is stable
 _SAID = {
     "upright": "settles upright",
@@ -172,16 +173,39 @@ def _marks(atlas: Atlas) -> list[dict[str, Any]]:
     return found
 
 
-def _stable(atlas: Atlas) -> list[dict[str, Any]]:
-    """Where upright running is stable in the linear theory, along an axis that is the speed."""
+def _stable(atlas: Atlas) -> dict[str, Any]:
+    """Where upright running is stable in the linear theory, if an axis is the speed.
+
+    ``curves`` has the ends of the stable ranges, as points of the map. Where the bicycle is the
+    same everywhere, ``ranges`` has them as pairs of speeds, and none for one without end.
+    """
     names = [axis.name for axis in atlas.axes]
-    if "speed" not in names or not all(name in START for name in names):
-        return []
-    ranges = linearise(atlas.bicycle, _DIGITS).stable_ranges
-    return [
-        {"axis": names.index("speed"), "low": float(low), "high": None if x is None else float(x)}
-        for low, x in ranges
-    ]
+    if "speed" not in names:
+        return {"curves": [], "ranges": []}
+    other = atlas.axes[1 - names.index("speed")]
+    ends = (other.values[0], other.values[-1])
+    if other.name in START:
+        found = _ranges(atlas.bicycle)
+        at = [(x, found) for x in ends]
+    else:
+        values = np.linspace(*ends, _CURVE)
+        at = [
+            (x, _ranges(atlas.bicycle.replace(**{other.name: Exact(Fraction(x))}))) for x in values
+        ]
+    curves: dict[tuple[int, int], list[list[float]]] = {}
+    for x, found in at:
+        for i, one in enumerate(found):
+            for j, speed in enumerate(one):
+                if speed is not None:
+                    place = [speed, float(x)] if names[0] == "speed" else [float(x), speed]
+                    curves.setdefault((i, j), []).append(place)
+    is_simple = names[0] == "speed" and other.name in START
+    return {"curves": list(curves.values()), "ranges": at[0][1] if is_simple else []}
+
+
+def _ranges(bicycle: Bicycle) -> list[tuple[float, float | None]]:
+    found = linearise(bicycle, _DIGITS).stable_ranges
+    return [(float(low), None if high is None else float(high)) for low, high in found]
 
 
 def _shapes(atlas: Atlas) -> list[Any]:
