@@ -285,6 +285,13 @@
   };
   const withUnit = (x, unit) => unit ? `${short(x)} ${unit}` : short(x);
   const drawKey = () => {
+    drawColours();
+    if (!data.stable.curves.length || data.stable.ranges.length) return;
+    const item = made("li", key.querySelector("ul"));
+    made("span", item, "", "dashes");
+    item.append(" ends of the linearly stable speeds");
+  };
+  const drawColours = () => {
     key.textContent = "";
     if (shown === "fate") {
       const list = made("ul", key, "", "legend"), counts = data.fates.map(() => 0);

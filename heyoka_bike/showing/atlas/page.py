@@ -192,15 +192,22 @@ def _stable(atlas: Atlas) -> dict[str, Any]:
         at = [
             (x, _ranges(atlas.bicycle.replace(**{other.name: Exact(Fraction(x))}))) for x in values
         ]
-    curves: dict[tuple[int, int], list[list[float]]] = {}
-    for x, found in at:
-        for i, one in enumerate(found):
+    curves: list[list[list[float]]] = []
+    last: dict[tuple[int, int], list[list[float]]] = {}
+    for x, ranges in at:
+        now = {}
+        for i, one in enumerate(ranges):
             for j, speed in enumerate(one):
-                if speed is not None:
-                    place = [speed, float(x)] if names[0] == "speed" else [float(x), speed]
-                    curves.setdefault((i, j), []).append(place)
+                if speed is None:
+                    continue
+                place = [speed, float(x)] if names[0] == "speed" else [float(x), speed]
+                now[i, j] = last.get((i, j), [])
+                now[i, j].append(place)
+                if len(now[i, j]) == 1:
+                    curves.append(now[i, j])
+        last = now
     is_simple = names[0] == "speed" and other.name in START
-    return {"curves": list(curves.values()), "ranges": at[0][1] if is_simple else []}
+    return {"curves": curves, "ranges": at[0][1] if is_simple else []}
 
 
 def _ranges(bicycle: Bicycle) -> list[tuple[float, float | None]]:
