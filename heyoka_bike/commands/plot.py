@@ -5,24 +5,22 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from heyoka_bike.errors import Exit, InputError
-from heyoka_bike.showing.figures import ALL, DEFAULT, FIGURES, plates
-
-if TYPE_CHECKING:
-    from heyoka_bike.showing.figures import Plate
+from heyoka_bike.showing.figures import ALL, ATLAS, DEFAULT, FIGURES, plates
 
 _DEFAULT_FOLDER = "figures"
 _DEFAULT_FORMATS = ("png", "svg")
-_ATLAS = "atlas"
 _PAGES = (".html", ".htm")
 
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
     width = max(map(len, FIGURES))
-    listed = "\n".join(f"  {name:{width}}  {kind.about}" for name, kind in FIGURES.items())
+    about = {name: kind.about for name, kind in FIGURES.items()}
+    about[ATLAS] = "the map of an atlas (DIR), or with a name ending in .html its page"
+    listed = "\n".join(f"  {name:{width}}  {text}" for name, text in about.items())
     p = subparsers.add_parser(
         "plot",
         help="draw the maneuvers, and figures of errors, definitions, stability and more",
@@ -35,6 +33,7 @@ def add_parser(subparsers: Any) -> None:
             f"figures:\n{listed}\n\nexamples:\n"
             "  heyoka-bike plot --maneuver 2 -o maneuver-2.pdf\n"
             "  heyoka-bike plot --figure bicycle -o bicycle.svg\n"
+            "  heyoka-bike plot --figure atlas benchmark.zarr -o atlas.svg\n"
             "  heyoka-bike plot --figure atlas benchmark.zarr -o atlas.html\n\n"
             "The page of an atlas (see 'heyoka-bike atlas') is one file that needs no network: a\n"
             "map, in which a start that is chosen opens its replay, computed there."
@@ -45,7 +44,7 @@ def add_parser(subparsers: Any) -> None:
         "reference",
         metavar="DIR",
         nargs="?",
-        help="folder of the reference set (default: the published one)",
+        help="folder of the reference set (default: the published one), or of an atlas",
     )
     p.add_argument(
         "--figure",
@@ -80,15 +79,15 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
-    if args.figure == _ATLAS and args.output.lower().endswith(_PAGES):
-        return _atlas_page(args)
+    if args.figure == ATLAS:
+        return _atlas(args)
     from heyoka_bike.reference.load import load_reference
     from heyoka_bike.showing.figures.style import save
 
     _check_formats(args)
     reference = load_reference(args.reference)
     chosen = plates(reference, args.figure, args.maneuver)
-    paths = _paths(args, chosen)
+    paths = _paths(args, [plate.name for plate in chosen])
     for plate, files in zip(chosen, paths, strict=True):
         figure = plate.draw(reference)
         for path in files:
@@ -97,20 +96,34 @@ def run(args: argparse.Namespace) -> int:
     return Exit.OK
 
 
-def _atlas_page(args: argparse.Namespace) -> int:
+def _atlas(args: argparse.Namespace) -> int:
+    """The map of an atlas, or its page."""
     from heyoka_bike.motion.atlas.store import load_atlas
-    from heyoka_bike.showing.atlas.page import render
+    from heyoka_bike.showing.figures.style import save
     from heyoka_bike.system.files import write_output
 
-    for option, value in (("--format", args.formats), ("--maneuver", args.maneuver)):
-        if value is not None:
-            raise InputError(f"{option}: expected none for the page of an atlas")
+    is_page = args.output.lower().endswith(_PAGES)
+    if args.maneuver is not None:
+        raise InputError(f"--maneuver: expected none for {'the page of ' * is_page}an atlas")
     if args.reference is None:
         raise InputError("--figure: found atlas without one, expected its folder (DIR)")
-    page = render(load_atlas(args.reference))
-    path = Path(args.output)
-    write_output(path, page.encode())
-    print(path)
+    if is_page and args.formats is not None:
+        raise InputError("--format: expected none for the page of an atlas")
+    _check_formats(args)
+    paths = [Path(args.output)] if is_page else _paths(args, [ATLAS])[0]
+    atlas = load_atlas(args.reference)
+    if is_page:
+        from heyoka_bike.showing.atlas.page import render
+
+        write_output(paths[0], render(atlas).encode())
+    else:
+        from heyoka_bike.showing.figures.atlas import draw
+
+        figure = draw(atlas)
+        for path in paths:
+            save(figure, path)
+    for path in paths:
+        print(path)
     return Exit.OK
 
 
@@ -125,14 +138,14 @@ def _check_formats(args: argparse.Namespace) -> None:
             )
 
 
-def _paths(args: argparse.Namespace, chosen: Sequence[Plate]) -> list[list[Path]]:
+def _paths(args: argparse.Namespace, names: Sequence[str]) -> list[list[Path]]:
     """Files to write of each figure."""
     from heyoka_bike.showing.figures.style import FORMATS
 
     out = Path(args.output)
     if out.is_dir() or not out.suffix or args.output.endswith("/"):
         formats = dict.fromkeys(args.formats or _DEFAULT_FORMATS)
-        return [[out / f"{plate.name}.{f}" for f in formats] for plate in chosen]
+        return [[out / f"{name}.{f}" for f in formats] for name in names]
     if out.suffix.removeprefix(".").lower() not in FORMATS:
         raise InputError(
             f"--output: found '{out.name}', expected a file ending in "
@@ -140,10 +153,10 @@ def _paths(args: argparse.Namespace, chosen: Sequence[Plate]) -> list[list[Path]
         )
     if args.formats is not None:
         raise InputError("--format: expected only with a folder, a file's suffix is its format")
-    if len(chosen) > 1:
+    if len(names) > 1:
         hint = ", or --maneuver N" if args.figure == DEFAULT else ""
         raise InputError(
-            f"--output: found the file '{out.name}' for {len(chosen)} figures, expected a "
+            f"--output: found the file '{out.name}' for {len(names)} figures, expected a "
             f"folder{hint}"
         )
     return [[out]]

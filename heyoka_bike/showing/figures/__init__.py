@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from heyoka_bike.reference.load import Reference
 
 DEFAULT, ALL = "maneuvers", "all"
+ATLAS = "atlas"
+"""The figure that is not of a reference set but of an atlas."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,7 +125,9 @@ def plates(reference: Reference, name: str = DEFAULT, maneuver: int | None = Non
         No such figure or maneuver, or a figure that there is not of this set.
     """
     if name not in FIGURES and name != ALL:
-        raise InputError(f"--figure: found '{name}', expected one of {', '.join(FIGURES)}, {ALL}")
+        raise InputError(
+            f"--figure: found '{name}', expected one of {', '.join(FIGURES)}, {ATLAS}, {ALL}"
+        )
     if maneuver is not None and maneuver not in reference:
         raise InputError(f"--maneuver: found {maneuver}, expected 1 to {len(reference)}")
     is_benchmark = reference.dataset_version != CUSTOM
