@@ -46,11 +46,12 @@
   const SCALE = ["#00224e", "#123570", "#3b496c", "#575d6d", "#707173", "#8a8678", "#a59c74", "#c3b369", "#e1cc55", "#fee838"].map(rgb);
   const scaled = (part) => {
     const at = Math.min(Math.max(part, 0), 1) * (SCALE.length - 1), i = Math.min(Math.floor(at), SCALE.length - 2);
-    return SCALE[i].map((c, j) => c + (at - i) * (SCALE[i + 1][j] - c));
+    return mixed(SCALE[i], SCALE[i + 1], at - i);
   };
   let colours = {};
   const readColours = () => {
     colours = { fates: data.fates.map((_, i) => rgb(style(`--fate-${i}`))), none: rgb(style("--card")) };
+    colours.falls = ["--fall-soon", "--fall-late"].map((name) => rgb(style(name)));
     for (const name of ["ink", "soft", "page", "rule"]) colours[name] = style(`--${name}`);
   };
 
@@ -68,7 +69,15 @@
     }
     range = low < high ? [low, high] : [low - 0.5, low + 0.5];
   };
+  const mixed = (a, b, part) => a.map((c, j) => c + part * (b[j] - c));
+  const SOONEST = 0.1;  // [s]
+  const times = data.quantities.fate_time;
+  const longest = times ? fate.reduce((most, _, i) => Math.max(most, times.at(i) || 0), SOONEST) : SOONEST;
   const colour = (i) => {
+    if (shown === "fate" && fate[i] === data.falls && longest > SOONEST) {
+      const part = Math.log(times.at(i) / SOONEST) / Math.log(longest / SOONEST);
+      return mixed(...colours.falls, Math.min(Math.max(part, 0), 1));
+    }
     if (shown === "fate") return colours.fates[fate[i]];
     if (fate[i] === data.falls && !isTime()) return colours.fates[fate[i]];
     const x = data.quantities[shown].at(i);
@@ -177,6 +186,7 @@
       const points = curve.map((p) => toScreen(...p));
       line(points, colours.page, 3.4); line(points, colours.ink, 1.2, [5, 4]);
     }
+    for (const curve of data.energy) line(curve.map((p) => toScreen(...p)), colours.ink, 1.3, [1.3, 3.2]);
   };
   const nameStable = () => {
     const [w] = size(), [from, to] = view[0], text = "linearly stable";
@@ -286,10 +296,13 @@
   const withUnit = (x, unit) => unit ? `${short(x)} ${unit}` : short(x);
   const drawKey = () => {
     drawColours();
-    if (!data.stable.curves.length || data.stable.ranges.length) return;
-    const item = made("li", key.querySelector("ul"));
-    made("span", item, "", "dashes");
-    item.append(" ends of the linearly stable speeds");
+    const named = (look, text) => {
+      const item = made("li", key.querySelector("ul"));
+      made("span", item, "", look);
+      item.append(` ${text}`);
+    };
+    if (data.stable.curves.length && !data.stable.ranges.length) named("dashes", "ends of the linearly stable speeds");
+    if (data.energy.length) named("dots", "energy of running straight at these ends of the stable speeds");
   };
   const drawColours = () => {
     key.textContent = "";
@@ -299,10 +312,11 @@
       data.fates.forEach((name, i) => {
         if (!counts[i]) return;
         const item = made("li", list);
-        made("span", item, "", "patch").style.background = css(colours.fates[i]);
+        const isFall = i === data.falls && longest > SOONEST, ends = colours.falls.map(css);
+        made("span", item, "", isFall ? "patch wide" : "patch").style.background = isFall ? `linear-gradient(90deg, ${ends})` : css(colours.fates[i]);
         const part = 100 * counts[i] / fate.length;
         item.append(` ${name} `);
-        made("i", item, `${part < 0.95 ? "<1" : part.toFixed(0)} %`);
+        made("i", item, `${part < 0.95 ? "<1" : part.toFixed(0)} %${isFall ? `, after ${SOONEST} to ${short(longest)} s` : ""}`);
       });
       return;
     }

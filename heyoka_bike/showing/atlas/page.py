@@ -20,6 +20,7 @@ from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.showing.atlas.motion_source import MOTION_SCRIPT, motion_source
 from heyoka_bike.showing.atlas.packed import Packed
+from heyoka_bike.showing.figures.atlas import limits
 from heyoka_bike.showing.formats.markup import PAGE_STYLE, page
 from heyoka_bike.showing.replay.page import SCRIPT as REPLAY_SCRIPT
 from heyoka_bike.showing.replay.page import STYLE as REPLAY_STYLE
@@ -32,13 +33,17 @@ _SHAPES = 9  # along an axis that changes the bicycle
 _CURVE = 25  # points of a curve of speeds
 _DIGITS = 15  # of the speeds between which it is stable
 _SAID = {
-    "upright": "settles upright",
-    "cycle": "settles on the limit cycle",
-    "lifts": "a wheel lifts",
-    "weaves": "weaves without end",
+    "undecided": "not decided",
+    "upright": "comes to run straight",
+    "cycle": "weaves for ever",
+    "lifts": "lifts a wheel, recovers",
+    "weaves": "weaves irregularly",
 }
 # What goes before the time of a fate.
-_WHEN = {"undecided": ", followed for", "weaves": ", followed for", "lifts": "; settled after"}
+_WHEN = {
+    "undecided": ", followed for", "weaves": ", followed for", "upright": " after",
+    "falls": " after",
+}  # fmt: skip
 # Title in the menu, and whether the scale is logarithmic.
 _SHOWN = {
     "fate_time": ("time until decided", True),
@@ -210,6 +215,14 @@ def _stable(atlas: Atlas) -> dict[str, Any]:
     return {"curves": curves, "ranges": at[0][1] if is_simple else []}
 
 
+def _energy(atlas: Atlas) -> list[list[list[float]]]:
+    """Starts with the energy of running straight at the ends of the stable range, as curves."""
+    names = tuple(axis.name for axis in atlas.axes)
+    if names != ("speed", "roll_rate") or any(atlas.start[n] for n in START if n not in names):
+        return []
+    return [np.column_stack((c.speed, c.roll_rate)).round(4).tolist() for c in limits(atlas)]
+
+
 def _ranges(bicycle: Bicycle) -> list[tuple[float, float | None]]:
     found = linearise(bicycle, _DIGITS).stable_ranges
     return [(float(low), None if high is None else float(high)) for low, high in found]
@@ -249,9 +262,10 @@ def _data(atlas: Atlas, packed: dict[str, Packed]) -> str:
         "axes": axes, "start": dict(atlas.start),
         "fates": [_SAID.get(name, name) for name in FATES],
         "fate": _bytes(atlas.variables["fate"]), "wheel": _bytes(atlas.variables["lift_wheel"]),
-        "falls": FALLS, "when": [_WHEN.get(name, " after") for name in FATES],
+        "falls": FALLS, "when": [_WHEN.get(name, ", settled after") for name in FATES],
         "quantities": quantities, "edge": [x[order].tolist() for x in edge],
-        "marks": _marks(atlas), "stable": _stable(atlas), "shapes": _shapes(atlas),
+        "marks": _marks(atlas), "stable": _stable(atlas), "energy": _energy(atlas),
+        "shapes": _shapes(atlas),
     }  # fmt: skip
     # Numbers and names of this package: nothing in it can end the element that it stands in.
     return json.dumps(data, separators=(",", ":"), allow_nan=False)
