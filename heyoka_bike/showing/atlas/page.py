@@ -28,6 +28,7 @@ from heyoka_bike.showing.replay.page import drawing, stage
 from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
 
 _HERE = Path(__file__).parent
+_SCRIPTS = (_HERE / "charts.js", _HERE / "atlas.js")
 _LONGEST = 200  # letters said of where it comes from: the inputs are more
 _SHAPES = 9  # along an axis that changes the bicycle
 _CURVE = 25  # points of a curve of speeds
@@ -73,7 +74,7 @@ def render(atlas: Atlas) -> str:
 {_about(packed)}"""
     scripts = [
         motion_source(atlas.bicycle, free), MOTION_SCRIPT,
-        *(file.read_text(encoding="utf-8") for file in (REPLAY_SCRIPT, _HERE / "atlas.js")),
+        *(file.read_text(encoding="utf-8") for file in (REPLAY_SCRIPT, *_SCRIPTS)),
     ]  # fmt: skip
     return page(
         f"{printable(atlas.bicycle.name)} – atlas",
