@@ -276,8 +276,8 @@
   const css = (c) => `rgb(${c.map(Math.round).join(",")})`;
   const short = (x) => {
     if (x === 0) return "0";
-    const text = Math.abs(x) >= 1e4 || Math.abs(x) < 1e-3 ? x.toExponential(1) : x.toPrecision(3);
-    return minus(String(Number(text)));
+    const isPlain = Math.abs(x) < 1e5 && Math.abs(x) >= 1e-4;
+    return (isPlain ? String(Number(x.toPrecision(3))) : x.toExponential(1).replace("e+", "e")).replaceAll("-", "−");
   };
   const withUnit = (x, unit) => unit ? `${short(x)} ${unit}` : short(x);
   const drawKey = () => {
@@ -288,7 +288,7 @@
       item.append(` ${text}`);
     };
     if (data.stable.curves.length && !data.stable.ranges.length) named("dashes", "ends of the linearly stable speeds");
-    if (data.energy.length) named("dots", "energy of running straight at these ends of the stable speeds");
+    if (data.energy.length) named("dots", "energy of running straight where the stable range ends");
   };
   const drawColours = () => {
     key.textContent = "";
