@@ -1,7 +1,8 @@
 """How much a motion magnifies a small error of its start.
 
 The derivative of the motion by its start obeys a linear equation, whose coefficients are known at
-the samples. Classical Runge-Kutta takes steps over two samples each.
+the samples. Magnus' method of fourth order takes steps over two samples each: what multiplies the
+derivative is the exponential of a mean of the coefficients, so that fast decay does no harm.
 """
 
 import numpy as np
@@ -16,7 +17,11 @@ from heyoka_bike.numbers.double import Array
 SECONDS = 10
 """How long magnification is looked at [s]."""
 
-_STEP = 2 * SPACING
+EARLY = 2
+"""Samples in place of one within these seconds: magnification comes in bursts."""
+
+_STEP = 2 * SPACING / EARLY
+_TERMS = 12  # of the exponential series
 _SHIFT = 1e-5  # the pitch is even about straight running: its slope is good to 1e-10
 _AROUND = 2  # samples either side of the largest
 
@@ -25,7 +30,7 @@ def conditions(runs: Runs, samples: Array, which: Array) -> Array:
     """The largest spectral norm of the derivative by the start, up to the end of the samples.
 
     Of roll, steer, their rates [rad, rad/s] and speed [m/s] by their initial values, at every other
-    sample; good to about three digits.
+    sample; good to a few parts in a hundred at the worst, where it comes in bursts.
 
     Parameters
     ----------
@@ -50,11 +55,12 @@ def conditions(runs: Runs, samples: Array, which: Array) -> Array:
 
 
 def _step(flow: Array, begin: Array, middle: Array, end: Array) -> Array:
-    k1 = begin @ flow
-    k2 = middle @ (flow + _STEP / 2 * k1)
-    k3 = middle @ (flow + _STEP / 2 * k2)
-    k4 = end @ (flow + _STEP * k3)
-    found: Array = flow + _STEP / 6 * (k1 + 2 * (k2 + k3) + k4)
+    mean = _STEP / 6 * (begin + 4 * middle + end)
+    tilt = _STEP / 12 * (end - begin)
+    exponent = mean + tilt @ mean - mean @ tilt
+    found = flow
+    for i in range(_TERMS, 0, -1):
+        found = flow + exponent @ found / i
     return found
 
 

@@ -24,7 +24,7 @@ from typing import Any
 
 import numpy as np
 
-from heyoka_bike.motion.atlas.condition import SECONDS, conditions
+from heyoka_bike.motion.atlas.condition import EARLY, SECONDS, conditions
 from heyoka_bike.motion.atlas.data import (
     CYCLE,
     FALLS,
@@ -138,14 +138,19 @@ class _Course:
             left = self.left
             if not len(left):
                 break
+            part = EARLY if begin < SECONDS else 1
             samples, ends, self.steps[left] = self.runs.follow(
-                self.states[left], self.which[left], self.steps[left]
-            )
+                self.states[left], self.which[left], self.steps[left],
+                spacing=SPACING / part, count=WINDOW * part,
+            )  # fmt: skip
             if begin < SECONDS and not is_brief:
-                whole = np.full((len(self.states), WINDOW + 1, STATE), np.nan)
+                whole = np.full((len(self.states), WINDOW * part + 1, STATE), np.nan)
                 whole[left] = samples
                 first.append(whole if not first else whole[:, 1:])
-            self._measure(samples, begin)
+            self._measure(samples, begin, SPACING / part)
+            # The sample before the next window, at the spacing there.
+            then = EARLY if begin + _DURATION < SECONDS else 1
+            self.before[left] = samples[:, [-1 - part // then]]
             self._decide(samples, begin, ends)
         self._give_up(longest)
         if first:
@@ -154,7 +159,7 @@ class _Course:
             )
         return self.found
 
-    def _measure(self, samples: Array, begin: float) -> None:
+    def _measure(self, samples: Array, begin: float, spacing: float) -> None:
         """Take what is largest, the first lift, and the last time of no small angles."""
         left, found = self.left, self.found
         seen = np.concatenate([self.before[left], samples], axis=1)
@@ -163,16 +168,16 @@ class _Course:
             found[name][left] = np.fmax(found[name][left], most)
         angles = np.abs(samples[:, :, (ROLL, STEER)]).max(axis=2)
         is_large = angles > SETTLED
-        last = WINDOW - np.argmax(is_large[:, ::-1], axis=1)
+        last = samples.shape[1] - 1 - np.argmax(is_large[:, ::-1], axis=1)
         some = left[is_large.any(axis=1)]
-        found["fate_time"][some] = begin + last[is_large.any(axis=1)] * SPACING
-        self._lift(seen, begin - SPACING)
-        self.before[left] = samples[:, -2:-1]
+        found["fate_time"][some] = begin + last[is_large.any(axis=1)] * spacing
+        self._lift(seen, begin - spacing, spacing)
         self.recent[left, :-WINDOW] = self.recent[left, WINDOW:]
-        self.recent[left, -WINDOW:] = samples[:, 1:, (ROLL, SPIN)]
+        every = (samples.shape[1] - 1) // WINDOW
+        self.recent[left, -WINDOW:] = samples[:, every::every, (ROLL, SPIN)]
         self.states[left] = samples[:, -1]
 
-    def _lift(self, seen: Array, begin: float) -> None:
+    def _lift(self, seen: Array, begin: float, spacing: float) -> None:
         """The first time that a wheel has no normal force, looked for again between samples."""
         found = self.found
         floor = self.runs.forces(seen, self.which[self.left])
@@ -194,7 +199,7 @@ class _Course:
             )
             after, wheel = _first_lift(self.runs.forces(near, which))
             is_so = np.isfinite(after)
-            times = begin + SPACING * (first + after / _FINER)
+            times = begin + spacing * (first + after / _FINER)
             found["lift_time"][motions[is_so]] = times[is_so]
             found["lift_wheel"][motions[is_so]] = wheel[is_so]
             # Where a parabola was wrong, what comes later is looked at.
