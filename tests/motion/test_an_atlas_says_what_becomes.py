@@ -2,6 +2,7 @@
 
 import json
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -18,6 +19,7 @@ from heyoka_bike.motion.atlas.fates import fates, repeats
 from heyoka_bike.motion.atlas.make import make_atlas
 from heyoka_bike.motion.atlas.runs import LEAST_TURN, SPACING, Runs
 from heyoka_bike.motion.atlas.store import Store, load_atlas
+from heyoka_bike.motion.events import follow
 from heyoka_bike.motion.fast.simulate import ACCURACIES
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.system.parallel import using
@@ -61,6 +63,18 @@ def test_the_three_maneuvers_become_what_is_proved(runs):
     # Parabolas through samples.
     assert found["largest_lean"][2] == pytest.approx(1.2486551661, abs=2e-5)
     assert found["largest_lean"][0] == pytest.approx(0.187013377283, abs=2e-5)
+
+
+def test_lifts_are_the_events_of_single_runs(runs, bicycle, maneuvers):
+    pairs = (4.6, 2.6), (4.6, 2.46), (3.0, 0.1)
+    found = of(runs, *pairs)["lift_time"]
+    for (speed, roll_rate), time in zip(pairs, found, strict=True):
+        start = replace(
+            maneuvers[0], speed=Exact(Fraction(speed)), roll_rate=Exact(Fraction(roll_rate))
+        )
+        event = follow(bicycle, start, longest=Fraction(8)).event
+        # Interpolated over a thousandth of a second.
+        assert time == pytest.approx(float(event.time), abs=2e-5)
 
 
 def test_conditions_are_those_of_the_sensitivities(runs):

@@ -194,7 +194,7 @@ class _Course:
                 seen[some, first],
                 which,
                 first.astype(float),
-                spacing=SPACING / _FINER,
+                spacing=spacing / _FINER,
                 count=2 * _FINER,
             )
             after, wheel = _first_lift(self.runs.forces(near, which))
