@@ -1,1 +1,1 @@
-"""A report in every format, figures, and the motion in 3D."""
+"""A report in every format, figures, the motion in 3D, and the page of an atlas."""

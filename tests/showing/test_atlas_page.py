@@ -3,13 +3,16 @@
 import base64
 import json
 import re
+from fractions import Fraction
 
 import numpy as np
 import pytest
 from test_animate_page import browser, data, look, widths
 from test_renderers_html_stands_alone import Page
 
+from heyoka_bike.bicycle.stability.linear import linearise
 from heyoka_bike.motion.atlas.data import FALLS, FATES, UPRIGHT, Atlas, Axis, Edge
+from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.showing.atlas.packed import Packed
 from heyoka_bike.showing.atlas.page import render
 
@@ -91,10 +94,10 @@ def test_the_data_are_the_atlas(bicycle, page):
             value = np.where(codes == 0, 0.0, 10**value)
         np.testing.assert_allclose(value, exact, rtol=2e-4)
     assert [(m["x"], m["y"]) for m in found["marks"]] == [(4.0, 0.05), (4.6, 0.5), (8.0, 0.05)]
-    (stable,) = found["stable"]
-    assert (stable["axis"], stable["low"], stable["high"]) == pytest.approx(
-        (0, 4.29238253634110396, 6.02426201538835389), abs=1e-12
-    )
+    weave, capsize = 4.29238253634110396, 6.02426201538835389
+    assert found["stable"]["ranges"] == [pytest.approx([weave, capsize], abs=1e-12)]
+    for curve, speed in zip(found["stable"]["curves"], (weave, capsize), strict=True):
+        assert curve == [pytest.approx([speed, x], abs=1e-12) for x in (0.0, 4.0)]
 
 
 def test_maneuvers_are_marked_where_they_are(bicycle):
@@ -103,7 +106,7 @@ def test_maneuvers_are_marked_where_they_are(bicycle):
     slow = made(bicycle, ("roll_rate", 0.0, 1.0, 5), ("speed", 1.0, 5.0, 5))
     found = data(render(slow))
     assert [(m["x"], m["y"]) for m in found["marks"]] == [(0.05, 4.0), (0.5, 4.6)]
-    assert found["stable"][0]["axis"] == 1
+    assert found["stable"]["curves"][0][0] == [0.0, pytest.approx(4.29238253634110396)]
 
 
 def said(dom):
@@ -202,6 +205,14 @@ def test_an_axis_may_change_the_bicycle(bicycle, tmp_path):
     page = render(made(bicycle, ("w", 0.9, 1.3, 5), ("speed", 3.0, 7.0, 5)))
     shapes = data(page)["shapes"]
     assert [s[0]["points"]["P3"][0] for s in shapes] == pytest.approx(np.linspace(0.9, 1.3, 9))
+    weave, capsize = data(page)["stable"]["curves"]
+    # A longer one is nowhere stable.
+    assert len(weave) == len(capsize) < 25
+    ((low, high),) = linearise(bicycle.replace(w=Exact(Fraction(0.9))), 15).stable_ranges
+    assert (weave[0], capsize[0]) == (
+        [0.9, pytest.approx(float(low))],
+        [0.9, pytest.approx(float(high))],
+    )
     dom, complaints = look(page, tmp_path, "#at=1.02,4.6&t=3.2")
     assert complaints == []
     assert "1.02 m, 4.6 m/s. Replay of " in said(dom)

@@ -12,6 +12,10 @@ from heyoka_bike.bicycle.equations.configuration import Configuration, rates_of_
 from heyoka_bike.bicycle.equations.forces import forces
 from heyoka_bike.bicycle.equations.kinematics import front_contact_height, lateral_condition
 from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.cli import main
+from heyoka_bike.errors import Exit
+from heyoka_bike.motion.atlas.data import FALLS
+from heyoka_bike.motion.atlas.store import load_atlas
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.showing.atlas import motion_source as atlas_motion
 from heyoka_bike.showing.atlas.motion_source import (
@@ -165,3 +169,35 @@ def test_a_start_that_cannot_be_is_told(bicycle):
     found = followed(bicycle, [start(5, 0, steer=0.3, roll=-0.2), start(5, 0, roll=1.6)])
     assert found[0] is not None
     assert found[1] is None
+
+
+@pytest.mark.proof
+def test_replays_come_to_what_the_atlas_says(bicycle, tmp_path):
+    pytest.importorskip("heyoka")
+    pytest.importorskip("zarr")
+    folder = str(tmp_path / "small.zarr")
+    grid = ["--speed", "3:8:6", "--roll-rate", "0.3:3.3:6", "--longest", "60"]
+    assert main(["atlas", *grid, "-o", folder]) == Exit.OK
+    atlas = load_atlas(folder)
+    found = atlas.variables
+    (speeds, roll_rates) = (axis.values.tolist() for axis in atlas.axes)
+    given = [
+        (start(v, w), float(found["fate_time"][i, j]) + 1)
+        for i, v in enumerate(speeds)
+        for j, w in enumerate(roll_rates)
+    ]
+    script = "console.log(JSON.stringify(given.map(([start, end]) => follow(start, end))));"
+    motions = run(motion_source(bicycle) + MOTION_SCRIPT, script, given)
+    fates, times, leans = (found[n].ravel() for n in ("fate", "fate_time", "largest_lean"))
+    assert (fates == FALLS).any()
+    assert (fates != FALLS).any()
+    for motion, fate, time, lean in zip(motions, fates, times, leans, strict=True):
+        assert motion["falls"] == (fate == FALLS)
+        if motion["falls"]:
+            # The last of the frames, 0.02 s apart; what the two take for the end of the equations,
+            # where steps become short, is up to 5 ms apart.
+            assert -0.005 < time - motion["duration"] < 0.025
+        else:
+            # Greatest between two frames 0.02 s apart, at accelerations of some 10 rad/s^2.
+            largest = max(map(abs, motion["columns"]["roll"]))
+            assert largest == pytest.approx(lean, abs=1e-3)

@@ -46,11 +46,12 @@
   const SCALE = ["#00224e", "#123570", "#3b496c", "#575d6d", "#707173", "#8a8678", "#a59c74", "#c3b369", "#e1cc55", "#fee838"].map(rgb);
   const scaled = (part) => {
     const at = Math.min(Math.max(part, 0), 1) * (SCALE.length - 1), i = Math.min(Math.floor(at), SCALE.length - 2);
-    return SCALE[i].map((c, j) => c + (at - i) * (SCALE[i + 1][j] - c));
+    return mixed(SCALE[i], SCALE[i + 1], at - i);
   };
   let colours = {};
   const readColours = () => {
     colours = { fates: data.fates.map((_, i) => rgb(style(`--fate-${i}`))), none: rgb(style("--card")) };
+    colours.falls = ["--fall-soon", "--fall-late"].map((name) => rgb(style(name)));
     for (const name of ["ink", "soft", "page", "rule"]) colours[name] = style(`--${name}`);
   };
 
@@ -68,7 +69,15 @@
     }
     range = low < high ? [low, high] : [low - 0.5, low + 0.5];
   };
+  const mixed = (a, b, part) => a.map((c, j) => c + part * (b[j] - c));
+  const SOONEST = 0.1;  // [s]
+  const times = data.quantities.fate_time;
+  const longest = times ? fate.reduce((most, _, i) => Math.max(most, times.at(i) || 0), SOONEST) : SOONEST;
   const colour = (i) => {
+    if (shown === "fate" && fate[i] === data.falls && longest > SOONEST) {
+      const part = Math.log(times.at(i) / SOONEST) / Math.log(longest / SOONEST);
+      return mixed(...colours.falls, Math.min(Math.max(part, 0), 1));
+    }
     if (shown === "fate") return colours.fates[fate[i]];
     if (fate[i] === data.falls && !isTime()) return colours.fates[fate[i]];
     const x = data.quantities[shown].at(i);
@@ -109,14 +118,6 @@
       }
     }
   };
-  const nice = (low, high, most) => {
-    const raw = (high - low) / most, power = 10 ** Math.floor(Math.log10(raw));
-    const step = [1, 2, 5, 10].map((m) => m * power).find((s) => s >= raw);
-    const found = [];
-    for (let i = Math.ceil(low / step - 1e-9); i * step <= high + 1e-9 * step; i++) found.push(i * step);
-    return { found, digits: Math.max(0, -Math.floor(Math.log10(step) + 1e-9)) };
-  };
-  const minus = (text) => text.replace("-", "−");
   const halo = (text, x, y) => {
     context.lineJoin = "round"; context.lineWidth = 4; context.strokeStyle = colours.page;
     context.strokeText(text, x, y);
@@ -173,23 +174,21 @@
     }
   };
   const drawStable = () => {
-    const [w, h] = size();
-    for (const s of data.stable) {
-      const ends = [s.low, s.high === null ? Infinity : s.high];
-      const seen = ends.map((v) => Math.min(Math.max(v, view[s.axis][0]), view[s.axis][1]));
+    for (const curve of data.stable.curves) {
+      const points = curve.map((p) => toScreen(...p));
+      line(points, colours.page, 3.4); line(points, colours.ink, 1.2, [5, 4]);
+    }
+    for (const curve of data.energy) line(curve.map((p) => toScreen(...p)), colours.ink, 1.3, [1.3, 3.2]);
+  };
+  const nameStable = () => {
+    const [w] = size(), [from, to] = view[0], text = "linearly stable";
+    for (const [low, high] of data.stable.ranges) {
+      const seen = [low, high === null ? Infinity : high].map((v) => Math.min(Math.max(v, from), to));
       if (seen[0] >= seen[1]) continue;
-      const place = (v) => s.axis === 0 ? toScreen(v, 0)[0] : toScreen(0, v)[1];
-      for (const v of ends) {
-        if (v < view[s.axis][0] || v > view[s.axis][1]) continue;
-        const p = place(v), q = s.axis === 0 ? [[p, ROOM.top], [p, ROOM.top + h]] : [[ROOM.left, p], [ROOM.left + w, p]];
-        line(q, colours.page, 3.4); line(q, colours.ink, 1.2, [5, 4]);
-      }
-      if (s.axis !== 0) continue;
-      const [a, b] = seen.map(place), text = "linearly stable";
+      const [a, b] = seen.map((v) => toScreen(v, 0)[0]), half = context.measureText(text).width / 2;
       line([[a, ROOM.top - 4], [b, ROOM.top - 4]], colours.ink, 2.2);
-      context.textAlign = "center"; context.fillStyle = colours.ink;
-      const half = context.measureText(text).width / 2, right = ROOM.left + w - half;
-      context.fillText(text, Math.min(Math.max((a + b) / 2, ROOM.left + 130), right), ROOM.top - 9);
+      context.textAlign = "center"; context.fillStyle = colours.ink; context.textBaseline = "alphabetic";
+      context.fillText(text, Math.min(Math.max((a + b) / 2, ROOM.left + 130), ROOM.left + w - half), ROOM.top - 9);
     }
   };
   // A region is named where it is widest: the cell farthest from any other fate.
@@ -262,9 +261,9 @@
     const [w, h] = size();
     context.save();
     context.beginPath(); context.rect(ROOM.left, ROOM.top, w, h); context.clip();
-    drawEdge();
+    drawEdge(); drawStable();
     context.restore();
-    drawStable(); drawChosen(); drawNames(); drawMarks(); drawAxes();
+    nameStable(); drawChosen(); drawNames(); drawMarks(); drawAxes();
   };
   let isWaiting = false;
   const ask = () => {
@@ -274,20 +273,24 @@
   };
 
   // ---- legend
-  const made = (tag, parent, text = "", name = "") => {
-    const x = document.createElement(tag);
-    x.textContent = text;
-    if (name) x.className = name;
-    return parent.appendChild(x);
-  };
   const css = (c) => `rgb(${c.map(Math.round).join(",")})`;
   const short = (x) => {
     if (x === 0) return "0";
-    const text = Math.abs(x) >= 1e4 || Math.abs(x) < 1e-3 ? x.toExponential(1) : x.toPrecision(3);
-    return minus(String(Number(text)));
+    const isPlain = Math.abs(x) < 1e5 && Math.abs(x) >= 1e-4;
+    return (isPlain ? String(Number(x.toPrecision(3))) : x.toExponential(1).replace("e+", "e")).replaceAll("-", "−");
   };
   const withUnit = (x, unit) => unit ? `${short(x)} ${unit}` : short(x);
   const drawKey = () => {
+    drawColours();
+    const named = (look, text) => {
+      const item = made("li", key.querySelector("ul"));
+      made("span", item, "", look);
+      item.append(` ${text}`);
+    };
+    if (data.stable.curves.length && !data.stable.ranges.length) named("dashes", "ends of the linearly stable speeds");
+    if (data.energy.length) named("dots", "energy of running straight where the stable range ends");
+  };
+  const drawColours = () => {
     key.textContent = "";
     if (shown === "fate") {
       const list = made("ul", key, "", "legend"), counts = data.fates.map(() => 0);
@@ -295,10 +298,11 @@
       data.fates.forEach((name, i) => {
         if (!counts[i]) return;
         const item = made("li", list);
-        made("span", item, "", "patch").style.background = css(colours.fates[i]);
+        const isFall = i === data.falls && longest > SOONEST, ends = colours.falls.map(css);
+        made("span", item, "", isFall ? "patch wide" : "patch").style.background = isFall ? `linear-gradient(90deg, ${ends})` : css(colours.fates[i]);
         const part = 100 * counts[i] / fate.length;
         item.append(` ${name} `);
-        made("i", item, `${part < 0.95 ? "<1" : part.toFixed(0)} %`);
+        made("i", item, `${part < 0.95 ? "<1" : part.toFixed(0)} %${isFall ? `, after ${SOONEST} to ${short(longest)} s` : ""}`);
       });
       return;
     }
@@ -335,7 +339,6 @@
     const time = data.quantities.fate_time ? data.quantities.fate_time.at(i) : NaN;
     return data.fates[fate[i]] + (Number.isNaN(time) ? "" : `${data.when[fate[i]]} ${short(time)} s`);
   };
-  const capital = (text) => text[0].toUpperCase() + text.slice(1);
 
   // ---- the chosen start, and its motion
   let chosen = [0, 0], show = null, seen = "";
@@ -357,7 +360,9 @@
   const SHORTEST = 10, LONG = 60, LONGEST = 1000;
   const motionOf = ([x, y]) => {
     const time = data.quantities.fate_time ? data.quantities.fate_time.at(point(x, y)) : NaN;
-    const most = fate[point(x, y)] === data.falls ? LONGEST : LONG, end = Math.min(Math.max((time || 0) + 1, SHORTEST), most);
+    const falls = fate[point(x, y)] === data.falls;
+    // A neighbour may fall later.
+    const wanted = falls ? 1.5 * time + 5 : time + 1, end = Math.min(Math.max(wanted || 0, SHORTEST), falls ? LONGEST : LONG);
     return follow({ ...data.start, [across.name]: x, [along.name]: y }, end);
   };
   // The bicycle as it looks there: between those given, linearly.
@@ -392,66 +397,10 @@
     if (lifts.length) seen += `; the floor would have to pull the ${lifts[0][0]} wheel from ${time(lifts[0][1])} s on`;
     if (motion.falls) seen += `; it falls, at last with roll ${degrees(c.roll.at(-1))} and steer ${degrees(c.steer.at(-1))}`;
     seen += ".";
-    drawCharts(motion);
+    drawCharts(one(".plots"), motion);
     const scene = { number: 1, duration: motion.duration, columns: {}, result: null };
     for (const name in NAMES) scene.columns[name] = c[NAMES[name]];
     return scene;
-  };
-
-  // ---- charts over time, as the pages of motions have them
-  const CHARTS = [
-    ["roll", "rad", [["roll", "mine", "roll"]]], ["steer", "rad", [["steer", "mine", "steer"]]],
-    ["forward speed", "m/s", [["speed", "mine", "forward speed"]]],
-    ["normal forces", "N", [["rear_normal", "s1", "rear"], ["front_normal", "s3", "front"]]],
-  ];
-  // The last instants of a fall do not flatten what was before.
-  const ends = (motion, lines) => {
-    const count = motion.columns.roll.length, kept = motion.falls ? Math.max(count - 15, count >> 1) : count;
-    const values = lines.flatMap(([name]) => motion.columns[name].slice(0, kept));
-    const low = values.reduce((a, b) => Math.min(a, b)), high = values.reduce((a, b) => Math.max(a, b));
-    const room = 0.06 * (high - low) || 0.5;
-    return [low - room, high + room];
-  };
-  const drawCharts = (motion) => {
-    const HEIGHT = 84, SVG = "http://www.w3.org/2000/svg", plots = one(".plots");
-    plots.textContent = "";
-    const group = made("div", plots, "", "group current");
-    group.dataset.maneuver = "1";
-    const node = (parent, tag, attributes, text = "") => {
-      const x = document.createElementNS(SVG, tag);
-      for (const [name, value] of Object.entries(attributes)) x.setAttribute(name, value);
-      x.textContent = text;
-      return parent.appendChild(x);
-    };
-    for (const [title, unit, lines] of CHARTS) {
-      const figure = made("figure", group), plot = made("div", figure, "", "plot");
-      const [low, high] = ends(motion, lines);
-      const svg = node(plot, "svg", { role: "img", "aria-label": `${capital(title)} over time`, width: "100%", height: HEIGHT });
-      const grid = node(svg, "g", { class: "grid" });
-      const time = nice(0, motion.duration, 5), y = nice(low, high, 4);
-      const across = (t) => `${100 * t / motion.duration}%`, down = (v) => HEIGHT * (high - v) / (high - low);
-      for (const t of time.found) node(grid, "line", { x1: across(t), x2: across(t), y1: 0, y2: HEIGHT });
-      for (const v of y.found) node(grid, "line", { x1: 0, x2: "100%", y1: down(v), y2: down(v) });
-      node(svg, "path", { class: "frame", d: `M0 0V${HEIGHT}` });
-      node(svg, "line", { class: "frame", x1: 0, x2: "100%", y1: HEIGHT, y2: HEIGHT });
-      for (const t of time.found) node(svg, "text", { x: across(t), y: HEIGHT + 16, "text-anchor": "middle" }, t.toFixed(time.digits));
-      for (const v of y.found) node(svg, "text", { x: -7, y: down(v) + 4, "text-anchor": "end" }, minus(v.toFixed(y.digits)));
-      node(svg, "text", { class: "title", x: 0, y: -13 }, `${title} [${unit}]`);
-      const inner = node(svg, "svg", { class: "lines", width: "100%", height: HEIGHT, viewBox: "0 0 4000 2000", preserveAspectRatio: "none" });
-      for (const [name, look] of lines) {
-        const list = motion.columns[name], last = list.length - 1, every = Math.ceil(last / 4000);
-        const kept = list.map((v, i) => [i, v]).filter(([i]) => i % every === 0 || i === last);
-        const d = kept.map(([i, v]) => `${(4000 * i / last).toFixed(0)} ${(2000 * (high - v) / (high - low)).toFixed(0)}`).join("L");
-        node(inner, "path", { class: look, d: `M${d}` });
-      }
-      if (lines.length < 2) continue;
-      const list = made("ul", figure, "", "legend");
-      for (const [, look, name] of lines) {
-        const item = made("li", list), swatch = node(item, "svg", { class: "key", width: 26, height: 8 });
-        node(swatch, "path", { class: look, d: "M0 4h26" });
-        item.append(` ${name}`);
-      }
-    }
   };
 
   const select = ([x, y], isReplayed) => {
@@ -546,7 +495,7 @@
     if (step) {
       const to = chosen.map((v, k) => {
         const { values } = data.axes[k];
-        return step[k] ? values[Math.min(Math.max(cell(k, v) + step[k], 0), values.length - 1)] : v;
+        return values[Math.min(Math.max(cell(k, v) + step[k], 0), values.length - 1)];
       });
       select(to, false);
       if (!isInside(...chosen)) setView(view.map(([a, b], k) => [chosen[k] - (b - a) / 2, chosen[k] + (b - a) / 2]));

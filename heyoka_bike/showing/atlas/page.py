@@ -20,6 +20,7 @@ from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.showing.atlas.motion_source import MOTION_SCRIPT, motion_source
 from heyoka_bike.showing.atlas.packed import Packed
+from heyoka_bike.showing.figures.atlas import limits
 from heyoka_bike.showing.formats.markup import PAGE_STYLE, page
 from heyoka_bike.showing.replay.page import SCRIPT as REPLAY_SCRIPT
 from heyoka_bike.showing.replay.page import STYLE as REPLAY_STYLE
@@ -27,17 +28,23 @@ from heyoka_bike.showing.replay.page import drawing, stage
 from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
 
 _HERE = Path(__file__).parent
+_SCRIPTS = (_HERE / "charts.js", _HERE / "atlas.js")
 _LONGEST = 200  # letters said of where it comes from: the inputs are more
 _SHAPES = 9  # along an axis that changes the bicycle
+_CURVE = 25  # points of a curve of speeds
 _DIGITS = 15  # of the speeds between which it is stable
 _SAID = {
-    "upright": "settles upright",
-    "cycle": "settles on the limit cycle",
-    "lifts": "a wheel lifts",
-    "weaves": "weaves without end",
+    "undecided": "not decided",
+    "upright": "comes to run straight",
+    "cycle": "weaves for ever",
+    "lifts": "lifts a wheel, recovers",
+    "weaves": "weaves irregularly",
 }
 # What goes before the time of a fate.
-_WHEN = {"undecided": ", followed for", "weaves": ", followed for", "lifts": "; settled after"}
+_WHEN = {
+    "undecided": ", followed for", "weaves": ", followed for", "upright": " after",
+    "falls": " after",
+}  # fmt: skip
 # Title in the menu, and whether the scale is logarithmic.
 _SHOWN = {
     "fate_time": ("time until decided", True),
@@ -67,7 +74,7 @@ def render(atlas: Atlas) -> str:
 {_about(packed)}"""
     scripts = [
         motion_source(atlas.bicycle, free), MOTION_SCRIPT,
-        *(file.read_text(encoding="utf-8") for file in (REPLAY_SCRIPT, _HERE / "atlas.js")),
+        *(file.read_text(encoding="utf-8") for file in (REPLAY_SCRIPT, *_SCRIPTS)),
     ]  # fmt: skip
     return page(
         f"{printable(atlas.bicycle.name)} – atlas",
@@ -172,16 +179,54 @@ def _marks(atlas: Atlas) -> list[dict[str, Any]]:
     return found
 
 
-def _stable(atlas: Atlas) -> list[dict[str, Any]]:
-    """Where upright running is stable in the linear theory, along an axis that is the speed."""
+def _stable(atlas: Atlas) -> dict[str, Any]:
+    """Where upright running is stable in the linear theory, if an axis is the speed.
+
+    ``curves`` has the ends of the stable ranges, as points of the map. Where the bicycle is the
+    same everywhere, ``ranges`` has them as pairs of speeds, and none for one without end.
+    """
     names = [axis.name for axis in atlas.axes]
-    if "speed" not in names or not all(name in START for name in names):
+    if "speed" not in names:
+        return {"curves": [], "ranges": []}
+    other = atlas.axes[1 - names.index("speed")]
+    ends = (other.values[0], other.values[-1])
+    if other.name in START:
+        found = _ranges(atlas.bicycle)
+        at = [(x, found) for x in ends]
+    else:
+        values = np.linspace(*ends, _CURVE)
+        at = [
+            (x, _ranges(atlas.bicycle.replace(**{other.name: Exact(Fraction(x))}))) for x in values
+        ]
+    curves: list[list[list[float]]] = []
+    last: dict[tuple[int, int], list[list[float]]] = {}
+    for x, ranges in at:
+        now = {}
+        for i, one in enumerate(ranges):
+            for j, speed in enumerate(one):
+                if speed is None:
+                    continue
+                place = [speed, float(x)] if names[0] == "speed" else [float(x), speed]
+                now[i, j] = last.get((i, j), [])
+                now[i, j].append(place)
+                if len(now[i, j]) == 1:
+                    curves.append(now[i, j])
+        last = now
+    is_simple = names[0] == "speed" and other.name in START
+    return {"curves": curves, "ranges": at[0][1] if is_simple else []}
+
+
+def _energy(atlas: Atlas) -> list[list[list[float]]]:
+    """Starts with the energy of running straight at the ends of the stable range, as curves."""
+    names = tuple(axis.name for axis in atlas.axes)
+    if names != ("speed", "roll_rate") or any(atlas.start[n] for n in START if n not in names):
         return []
-    ranges = linearise(atlas.bicycle, _DIGITS).stable_ranges
-    return [
-        {"axis": names.index("speed"), "low": float(low), "high": None if x is None else float(x)}
-        for low, x in ranges
-    ]
+    return [np.column_stack((c.speed, c.roll_rate)).round(4).tolist() for c in limits(atlas)]
+
+
+def _ranges(bicycle: Bicycle) -> list[tuple[float, float | None]]:
+    found = linearise(bicycle, _DIGITS).stable_ranges
+    return [(float(low), None if high is None else float(high)) for low, high in found]
 
 
 def _shapes(atlas: Atlas) -> list[Any]:
@@ -218,9 +263,10 @@ def _data(atlas: Atlas, packed: dict[str, Packed]) -> str:
         "axes": axes, "start": dict(atlas.start),
         "fates": [_SAID.get(name, name) for name in FATES],
         "fate": _bytes(atlas.variables["fate"]), "wheel": _bytes(atlas.variables["lift_wheel"]),
-        "falls": FALLS, "when": [_WHEN.get(name, " after") for name in FATES],
+        "falls": FALLS, "when": [_WHEN.get(name, ", settled after") for name in FATES],
         "quantities": quantities, "edge": [x[order].tolist() for x in edge],
-        "marks": _marks(atlas), "stable": _stable(atlas), "shapes": _shapes(atlas),
+        "marks": _marks(atlas), "stable": _stable(atlas), "energy": _energy(atlas),
+        "shapes": _shapes(atlas),
     }  # fmt: skip
     # Numbers and names of this package: nothing in it can end the element that it stands in.
     return json.dumps(data, separators=(",", ":"), allow_nan=False)
