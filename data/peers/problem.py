@@ -11,6 +11,7 @@ from apart import FailedError
 
 from heyoka_bike import load_reference, read_results, score
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.reference.manifest import MANIFEST
 from heyoka_bike.scoring.leaderboard import correct_digits, other_definitions
 from heyoka_bike.scoring.submission import PROBLEMS
 
@@ -88,9 +89,20 @@ class Problem:
         """The number of its maneuver if it has one; what a file of nine columns does not say."""
         return self.numbers[0] if len(self.numbers) == 1 else None
 
-    def reference(self, sets):
-        """That of this problem, below a folder of sets if it does not come with the project."""
-        return load_reference(*([] if self.name == H1 else [sets / PROBLEMS[self.name].maneuvers]))
+    def reference(self, sets, proves=False):
+        """That of this problem, below a folder of sets if it does not come with the project.
+
+        Where it is not there its rows may be proved instead, and kept there.
+        """
+        if self.name == H1:
+            return load_reference()
+        names = PROBLEMS[self.name].inputs
+        folder = sets / names[1]
+        if proves and not (folder / MANIFEST).exists():
+            from certified import certified
+
+            return certified(*names, self.numbers, folder)
+        return load_reference(folder)
 
     def text(self, rows, digits):
         """A result file: rows of the columns of all maneuvers, each column in digits of its own."""

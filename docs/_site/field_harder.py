@@ -82,7 +82,7 @@ def when(document):
 def left_out(document):
     """Runs that came to no end, and why."""
     failed = [
-        f"{said['program']}{KINDS[r['kind']]} in {problem} ({r['failure']})"
+        f"{said['program']}{KINDS[r['kind']]} in {problem} ({' '.join(r['failure'].split())})"
         for problem in (*ALONE, *EDGE) for said, r in _all(document, problem) if r["failure"]
     ]  # fmt: skip
     return f"Came to no end: {'; '.join(failed)}." if failed else "Every run came to its end."

@@ -5,6 +5,7 @@ import os
 import subprocess
 import sys
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -201,3 +202,40 @@ def test_an_unknown_program_is_one_line():
     code, _, err = field("mujocco")
     assert code == 2
     assert "found 'mujocco', expected some of mujoco" in err.splitlines()[-1]
+
+
+@pytest.mark.proof
+def test_rows_that_are_proved_alone_are_those_of_the_set(reference, tmp_path):
+    pytest.importorskip("heyoka")
+    with on_path():
+        from certified import FILE, certified
+    (tmp_path / "short.toml").write_text(
+        'name = "short"\n'
+        + "".join(
+            f'[[maneuver]]\nname = "{name}"\nspeed = "{speed}"\nroll_rate = "0.05"\n'
+            'duration = "0.1"\nspacing = "0.01"\n'
+            for name, speed in (("p", "8.0"), ("q", "4.0"))
+        )
+    )
+    found = certified("benchmark", tmp_path / "short.toml", [2], tmp_path / "set")
+    assert (found.parameters, len(found)) == (reference.parameters, 2)
+    assert not found[1]["roll_angle"].size
+    short, whole = found[2], reference[1]
+    assert set(short.rows.hi) == set(whole.rows.hi)
+    for name in short.rows.hi:
+        for part in ("hi", "lo"):
+            ours, published = (getattr(m.rows, part)[name] for m in (short, whole))
+            assert np.array_equal(ours, published[:11]), (name, part)
+    middle = short.evaluate("0.055", "roll_angle")["roll_angle"]
+    assert middle == whole.evaluate("0.055", "roll_angle")["roll_angle"]
+    columns = [short.rows[key] for key in ("roll_angle", "roll_rate", "forward_speed_wheel_spin",
+               "potential_energy", "kinetic_energy", "mechanical_energy", "steer_angle",
+               "steer_rate")]  # fmt: skip
+    asked = replace(problem.Problem.of("H1"), numbers=(2,), rows=11)
+    text = asked.text(np.column_stack(columns), [17] * 8)
+    judged = asked.judge(text, found)
+    assert judged["digits"] > 15
+    assert judged["definitions"] == {"forward_speed": "wheel_spin"}
+    known = (tmp_path / "set" / FILE).read_bytes()
+    certified("benchmark", tmp_path / "short.toml", [2], tmp_path / "set")
+    assert (tmp_path / "set" / FILE).read_bytes() == known
