@@ -231,8 +231,9 @@ def main():
         help="where the references of the harder tier are (default: sets)",
     )  # fmt: skip
     parser.add_argument(
-        "--prove", action="store_true",
-        help="where a reference is not there, prove its rows alone: minutes in place of hours",
+        "--rows", choices=["prove", "compute"],
+        help="where a reference is not there, prove its rows alone, or take them of a run in 70 "
+        "digits: minutes or seconds in place of hours",
     )  # fmt: skip
     parser.add_argument(
         "--limit", type=float, default=LIMIT, metavar="SECONDS", help="of a run (default: 900)"
@@ -247,7 +248,7 @@ def main():
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
     todo = [Problem.of(x) for wanted in asked.problem or [H1] for x in problems(wanted)]
     try:
-        references = [problem.reference(asked.sets, asked.prove) for problem in todo]
+        references = [problem.reference(asked.sets, asked.rows) for problem in todo]
     except BicycleError as e:
         parser.error(str(e))
     against = Peer()

@@ -89,19 +89,19 @@ class Problem:
         """The number of its maneuver if it has one; what a file of nine columns does not say."""
         return self.numbers[0] if len(self.numbers) == 1 else None
 
-    def reference(self, sets, proves=False):
+    def reference(self, sets, how=None):
         """That of this problem, below a folder of sets if it does not come with the project.
 
-        Where it is not there its rows may be proved instead, and kept there.
+        Where it is not there its rows may be made instead, and kept there: `rows_alone`.
         """
         if self.name == H1:
             return load_reference()
         names = PROBLEMS[self.name].inputs
         folder = sets / names[1]
-        if proves and not (folder / MANIFEST).exists():
-            from certified import certified
+        if how and not (folder / MANIFEST).exists():
+            from rows_alone import rows_alone
 
-            return certified(*names, self.numbers, folder)
+            return rows_alone(*names, self.numbers, folder, how)
         return load_reference(folder)
 
     def text(self, rows, digits):

@@ -7,7 +7,7 @@ from speed_page import table
 
 from heyoka_bike.showing.formats.wording import label, number, one_decimal
 
-ALONE, EDGE = ("H4",), ()
+ALONE, EDGE = ("H2", "H4"), tuple(f"H3{x}" for x in "abcdef")
 """Problems with a table of their own, and those that share one."""
 KINDS = {"best": "", "default": ", as it comes"}
 # Of eq. (1) [%]: what a last digit of an energy in binary64 makes.
@@ -19,7 +19,9 @@ Run = Mapping[str, Any]
 def harder(document):
     """The parts of the page, by their markers."""
     return {name: alone(document, name) for name in ALONE} | {
+        "H3": edge(document),
         "harder machine": when(document),
+        "harder beside": beside(document),
         "harder left out": left_out(document),
     }
 
@@ -80,12 +82,28 @@ def when(document):
 
 
 def left_out(document):
-    """Runs that came to no end, and why."""
-    failed = [
-        f"{said['program']}{KINDS[r['kind']]} in {problem} ({' '.join(r['failure'].split())})"
-        for problem in (*ALONE, *EDGE) for said, r in _all(document, problem) if r["failure"]
-    ]  # fmt: skip
-    return f"Came to no end: {'; '.join(failed)}." if failed else "Every run came to its end."
+    """Runs that came to no end."""
+    failed = {}
+    for problem in (*ALONE, *EDGE):
+        for said, r in _all(document, problem):
+            if r["failure"]:
+                failed.setdefault(said["program"] + KINDS[r["kind"]], []).append(problem)
+    listed = "; ".join(f"{name} ({', '.join(found)})" for name, found in failed.items())
+    return f"Came to no end: {listed}." if listed else "Every run came to its end."
+
+
+def beside(document):
+    """How far what a program reaches in H4 is from what it reaches in H1, at its best."""
+    found = []
+    for said, r in runs(document, "H4"):
+        h1 = next((x for x in said["runs"] if x["kind"] == r["kind"] == "best"), None)
+        if h1 and not h1["failure"]:
+            found.append((r["digits"] - h1["digits"], said["program"]))
+    least, most = min(found), max(found)
+    return (
+        f"At their best the {len(found)} programs reach in H4 between {-least[0]:.1f} digits less "
+        f"({least[1]}) and {most[0]:.1f} more ({most[1]}) than in H1: none is tuned to one bicycle."
+    )
 
 
 def _all(document, problem):

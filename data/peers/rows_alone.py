@@ -1,8 +1,9 @@
-"""Rows of a problem of the harder tier, certified, without the rest of its reference set.
+"""Rows of a problem of the harder tier, without the rest of its reference set.
 
 The whole set, with all forces and sensitivities, takes hours of H3. The rows that results are
-compared with are proved in minutes, by the same steps: integrated, enclosed, rounded. Between the
-rows is the run itself, which nothing proves; it is looked at where times are off only.
+compared with are proved in minutes, by the same steps: integrated, enclosed, rounded. Computed,
+which takes seconds, they are those of a run in 70 digits, and nothing is proved. Between the rows
+is the run itself; it is looked at where times are off only.
 """
 
 import pickle
@@ -30,7 +31,6 @@ from heyoka_bike.system.resources import find_input
 
 # Of the integration: a rounding that is not decided asks for more.
 DIGITS = (70, 90, 110)
-FILE = "rows.pickle"
 
 
 class RowsAlone(Reference):
@@ -41,30 +41,30 @@ class RowsAlone(Reference):
         return
 
 
-def certified(bicycle, maneuvers, numbers, folder):
+def rows_alone(bicycle, maneuvers, numbers, folder, how):
     """A reference of some maneuvers of a set, by the names of its inputs; kept in a folder.
 
-    Others of the set stand in it without rows.
+    Others of the set have no number in it. How is "prove" or "compute".
     """
     bike, asked = (
         read_bicycle(find_input("bicycles", bicycle)),
         read_maneuvers(find_input("maneuvers", maneuvers)),
     )
     said = describe_inputs(bike, asked)
-    known = Path(folder, FILE)
+    known = Path(folder, f"rows-{how}.pickle")
     rows = pickle.loads(known.read_bytes()) if known.exists() else {}
     for n in numbers:
         if n not in rows:
-            rows[n] = _proved(bike, asked[n - 1])
+            rows[n] = {"prove": _proved, "compute": _computed}[how](bike, asked[n - 1])
             known.parent.mkdir(parents=True, exist_ok=True)
             known.write_bytes(pickle.dumps(rows))
-    empty = {c.name: np.empty(0) for c in COLUMNS}
+    nothing = {c.name: np.full(asked[0].rows, np.nan) for c in COLUMNS}
     found = [
         ReferenceManeuver(
             maneuver.name,
             {key: x for key, x in given.items() if key != "name"},
             *rounded_times(maneuver),
-            *rows.get(n, (Values(empty, empty), None)),
+            *rows.get(n, (Values(nothing, nothing), None)),
             units={c.name: c.unit for c in COLUMNS},
         )
         for n, (maneuver, given) in enumerate(zip(asked, said["maneuvers"], strict=True), start=1)
@@ -73,20 +73,38 @@ def certified(bicycle, maneuvers, numbers, folder):
     return RowsAlone("rows alone", "", bike.name, parameters, tuple(found), Path(folder))
 
 
+def _silent(_):
+    """Progress goes nowhere."""
+
+
 def _proved(bicycle, maneuver):
-    """Rows and dense output of a maneuver."""
-
-    def silent(_):
-        """Progress goes nowhere."""
-
+    """Correctly rounded rows of a maneuver, and what lies between."""
     for digits in DIGITS:
         run = integrate(bicycle, maneuver, Precision.of(digits))
         try:
-            rows = round_rows(run, enclose(run, silent), silent)
+            rows = round_rows(run, enclose(run, _silent), _silent)
         except UndecidedError:
             continue
-        scales = {name: rows.scale(name) for name in rows.hi}
-        between = evaluator(run, run.bits + EVALUATION_BITS)
-        dense = interpolate(between, scales, constant_columns(run), silent)
-        return Values(rows.hi, rows.lo, rows.bound), dense
+        return Values(rows.hi, rows.lo, rows.bound), _between(run, rows)
     raise UndecidedError(f"{maneuver.name}: a rounding is not decided with {DIGITS[-1]} digits")
+
+
+def _computed(bicycle, maneuver):
+    """Rows of a run, rounded, and what lies between."""
+    run = integrate(bicycle, maneuver, Precision.of(DIGITS[0]))
+    at = evaluator(run, run.bits + EVALUATION_BITS)
+    with at.balls.precision():
+        found = [at.columns(maneuver.time(i)) for i in range(maneuver.rows)]
+        hi = {c.name: np.array([float(x[c.name].mid()) for x in found]) for c in COLUMNS}
+        lo = {
+            name: np.array([float((x[name] - y).mid()) for x, y in zip(found, values, strict=True)])
+            for name, values in hi.items()
+        }
+    rows = Values(hi, lo)
+    return rows, _between(run, rows)
+
+
+def _between(run, rows):
+    scales = {name: rows.scale(name) for name in rows.hi}
+    at = evaluator(run, run.bits + EVALUATION_BITS)
+    return interpolate(at, scales, constant_columns(run), _silent)
