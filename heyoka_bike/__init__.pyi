@@ -36,6 +36,7 @@ from heyoka_bike.numbers.exact import Exact as Exact
 from heyoka_bike.reference.making.generate import generate as generate
 from heyoka_bike.reference.proof.prove_again import certify as certify
 from heyoka_bike.reference.verification.verify import verify as verify
+from heyoka_bike.system.parallel import using as using
 
 # Catch.
 from heyoka_bike.errors import BicycleError as BicycleError
@@ -45,3 +46,5 @@ from heyoka_bike.errors import MissingPackageError as MissingPackageError
 from heyoka_bike.errors import NotCertifiedError as NotCertifiedError
 from heyoka_bike.errors import NothingScoredError as NothingScoredError
 from heyoka_bike.errors import SingularMotionError as SingularMotionError
+from heyoka_bike.errors import VersionsDifferError as VersionsDifferError
+from heyoka_bike.errors import WorkerLostError as WorkerLostError

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from importlib import import_module
 from typing import NoReturn
 
+from heyoka_bike.commands.options import using_workers
 from heyoka_bike.errors import BicycleError, Exit, InputError
 from heyoka_bike.version import __version__
 
@@ -67,7 +68,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         if sys.stdout is None:
             raise InputError("standard output is closed")
-        code: int = arguments.run(arguments)
+        with using_workers(arguments):
+            code: int = arguments.run(arguments)
         sys.stdout.flush()
         return code
     except BicycleError as e:
@@ -95,8 +97,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     except Exception as e:
         if os.environ.get("HEYOKA_BIKE_TRACEBACK"):
             raise
+        where = "".join(f", {note}" for note in getattr(e, "__notes__", ()))
         _complain(
-            f"internal error: {type(e).__name__}: {e} (set HEYOKA_BIKE_TRACEBACK=1 for details)"
+            f"internal error: {type(e).__name__}: {e}{where} (set HEYOKA_BIKE_TRACEBACK=1 for "
+            "details)"
         )
         return Exit.INTERNAL
 

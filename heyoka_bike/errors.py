@@ -95,6 +95,16 @@ class MissingPackageError(BicycleError, ImportError):
     """An optional package that the command needs is not installed."""
 
 
+class WorkerLostError(BicycleError, RuntimeError):
+    """A process that did a part of the work ended, again and again, or its cluster did."""
+
+    exit_code = Exit.INTERNAL
+
+
+class VersionsDifferError(BicycleError, RuntimeError):
+    """A worker of a cluster has other versions, so that its results might differ."""
+
+
 class NothingScoredError(BicycleError, ValueError):
     """A result file that can be read, but of which nothing can be compared with the reference."""
 

@@ -3,7 +3,7 @@
 import argparse
 from typing import Any
 
-from heyoka_bike.commands.options import add_folder
+from heyoka_bike.commands.options import add_folder, add_workers
 from heyoka_bike.errors import Exit
 from heyoka_bike.system.console import print_table, progress_bars, table
 
@@ -33,6 +33,7 @@ def add_parser(subparsers: Any) -> None:
         help="prove what is said of the motions after their ten seconds instead: the folder is one "
         "with after-ten-seconds.json (default: the published one); two minutes of processor time",
     )
+    add_workers(p)
     p.set_defaults(run=run)
 
 

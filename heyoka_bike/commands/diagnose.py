@@ -7,7 +7,7 @@ import json
 import textwrap
 from typing import TYPE_CHECKING, Any
 
-from heyoka_bike.commands.options import add_format, add_reference, check_format
+from heyoka_bike.commands.options import add_format, add_reference, add_workers, check_format
 from heyoka_bike.commands.result_files import add_columns
 from heyoka_bike.errors import Exit, NothingScoredError
 from heyoka_bike.system.console import progress_bar
@@ -43,6 +43,7 @@ def add_parser(subparsers: Any) -> None:
     p.add_argument("--maneuver", metavar="N", help="maneuver that a file of one maneuver holds")
     add_columns(p)
     add_reference(p)
+    add_workers(p)
     p.set_defaults(run=run)
 
 
@@ -50,14 +51,19 @@ def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
     from heyoka_bike.commands.result_files import maneuvers_of, read
     from heyoka_bike.reference.load import load_reference
-    from heyoka_bike.scoring.diagnosis.diagnose import NOTHING, diagnose
+    from heyoka_bike.scoring.diagnosis.diagnose import NOTHING, diagnosed_elsewhere
+    from heyoka_bike.scoring.score import score
+    from heyoka_bike.system.parallel import side_by_side
 
     check_format(args.format, _FORMATS)
     reference = load_reference(args.reference)
     numbers = maneuvers_of(args.maneuver, len(args.files), reference)
     files = [read(f, n, reference, args.columns) for f, n in zip(args.files, numbers, strict=True)]
     with progress_bar("simulating mistakes") as progress:
-        found = diagnose(files, reference, progress)
+        (found,) = side_by_side(
+            diagnosed_elsewhere, [(score(files, reference), reference)], [("", 1.0)],
+            lambda name, stage, share: progress(share),
+        )  # fmt: skip
     if NOTHING in found.diagnosis:
         raise NothingScoredError(f"{found.file.path}: {NOTHING.message}")
     print(_as_json(found) if args.format == "json" else _as_text(found))

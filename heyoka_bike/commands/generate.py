@@ -5,9 +5,10 @@ from __future__ import annotations
 import argparse
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from heyoka_bike.commands.options import add_bicycle
+from heyoka_bike.commands.options import add_workers
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.system.console import print_table, progress_bars, table
 
@@ -15,6 +16,10 @@ if TYPE_CHECKING:
     from heyoka_bike.reference.making.tabulate import Table
 
 _DIGITS = 70
+_HEADINGS = (
+    "maneuver", "steps", "order", "digits", "max |E - E0| / E0", "in 2^-p", "eq. (1) [%]",
+    "certified bound", "CPU [s]",
+)  # fmt: skip
 _SHARES = {
     "integrate": 0.15, "certify": 0.25, "rows": 0.05, "dense": 0.1, "motion": 0.2, "vary": 0.25,
 }  # fmt: skip
@@ -31,9 +36,17 @@ def add_parser(subparsers: Any) -> None:
             "rows and dense output (HDF5), the 25-column text, the same with 50 digits, the "
             "candidate polynomials, the certificate, the sensitivities to all parameters, the "
             "whole motion with all forces, and a manifest. Files of equal content are "
-            "left untouched; each is replaced atomically, the manifest last."
+            "left untouched; each is replaced atomically, the manifest last. A run that was "
+            "interrupted goes on where it was: its finished parts are kept in DIR.unfinished until "
+            "the set is written."
         ),
-        epilog="example: heyoka-bike generate --bicycle pista --out my-reference",
+        epilog=(
+            "examples:\n"
+            "  heyoka-bike generate --bicycle pista --out my-reference\n"
+            "  heyoka-bike generate --bicycle pista silver browser --until 2 --out sets\n"
+            "  heyoka-bike generate --all-bicycles --cluster tcp://node7:8786\n"
+        ),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     p.add_argument(
         "--digits",
@@ -42,7 +55,16 @@ def add_parser(subparsers: Any) -> None:
         metavar="N",
         help="decimal digits of the integration, 65 to 1000 (default 70)",
     )
-    add_bicycle(p)
+    p.add_argument(
+        "--bicycle",
+        metavar="NAME|FILE",
+        nargs="+",
+        help="a bicycle of the collection, or a TOML file (default: benchmark); several make a set "
+        "each, in a folder of its name",
+    )
+    p.add_argument(
+        "--all-bicycles", action="store_true", help="a set of each bicycle of the collection"
+    )
     p.add_argument(
         "--maneuvers",
         metavar="NAME|FILE",
@@ -65,11 +87,13 @@ def add_parser(subparsers: Any) -> None:
     p.add_argument(
         "--out",
         metavar="DIR",
-        help="folder (default ./reference, or ./reference/after-ten-seconds)",
+        help="folder (default ./reference, or ./reference/after-ten-seconds; of several bicycles "
+        "./sets)",
     )
     p.add_argument(
         "--force", action="store_true", help="replace a set of another version or of other inputs"
     )
+    add_workers(p)
     p.set_defaults(run=run)
 
 
@@ -77,33 +101,73 @@ def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
     if args.after_ten_seconds:
         return _after(args)
-    from heyoka_bike.reference.making.generate import generate
+    from heyoka_bike.reference.making.generate import Generated, generate_sets
 
-    out = "reference" if args.out is None else args.out
+    sets = _folders(args)
+    rows: list[Sequence[str]] = []
+    said: list[str] = []
+    codes = []
+
+    def made(found: Generated) -> None:
+        place = f"{found.folder.name}, " if len(sets) > 1 else ""
+        rows.extend(_row(place, table) for table in found.tables)
+        written = f"written: {', '.join(found.changed)}"
+        what = written if found.changed else "already up to date, nothing written"
+        said.append(f"{found.folder}: dataset version {found.dataset_version}, {what}")
+        if any(end.is_early for end in found.endings):
+            codes.append(Exit.STOPPED_EARLY)
+
     with progress_bars(_SHARES) as progress:
-        made = generate(
-            out,
-            bicycle=args.bicycle,
+        failed = generate_sets(
+            sets,
             maneuvers=args.maneuvers or None,
             digits=args.digits,
             until=args.until,
             force=args.force,
             say=lambda text: print(f"heyoka-bike: {text}", file=sys.stderr),
             progress=progress,
+            made=made,
         )
-    _summary(made.tables)
-    written = f"written: {', '.join(made.changed)}"
-    what = written if made.changed else "already up to date, nothing written"
-    print(f"{out}: dataset version {made.dataset_version}, {what}")
-    return Exit.STOPPED_EARLY if any(end.is_early for end in made.endings) else Exit.OK
+    if rows:
+        print_table(table(_HEADINGS, rows, title="reference solution"))
+    print("\n".join(sorted(said)))
+    for folder, error in failed.items():
+        print(f"heyoka-bike: {folder}: not written: {error}", file=sys.stderr)
+        codes.insert(0, getattr(error, "exit_code", Exit.INTERNAL))
+    return codes[0] if codes else Exit.OK
+
+
+def _folders(args: argparse.Namespace) -> dict[Path, str]:
+    """The bicycle of each set that is asked for."""
+    from heyoka_bike.system.resources import collection
+
+    if args.all_bicycles and args.bicycle is not None:
+        raise InputError("found --bicycle and --all-bicycles, expected one of them")
+    bicycles = sorted(collection("bicycles")) if args.all_bicycles else args.bicycle
+    if bicycles is None or len(bicycles) == 1:
+        out = "reference" if args.out is None else args.out
+        if not out.strip():
+            raise InputError("--out: found nothing, expected a folder")
+        return {Path(out): (bicycles or ["benchmark"])[0]}
+    names = [Path(x).stem if x.endswith(".toml") else x for x in bicycles]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"--bicycle: found '{name}' twice, expected a set of each")
+    out = "sets" if args.out is None else args.out
+    return {Path(out, name): x for name, x in zip(names, bicycles, strict=True)}
 
 
 def _after(args: argparse.Namespace) -> int:
     """What follows the ten seconds of the benchmark, and of nothing else."""
     from heyoka_bike.reference.making.after_ten_seconds import generate_after
 
-    given = {"--bicycle": args.bicycle != "benchmark", "--maneuvers": args.maneuvers,
-             "--digits": args.digits != _DIGITS, "--until": args.until}  # fmt: skip
+    given = {
+        "--bicycle": args.bicycle,
+        "--all-bicycles": args.all_bicycles,
+        "--maneuvers": args.maneuvers,
+        "--digits": args.digits != _DIGITS,
+        "--until": args.until,
+    }
     for option, is_given in given.items():
         if is_given:
             raise InputError(
@@ -118,19 +182,12 @@ def _after(args: argparse.Namespace) -> int:
     return Exit.OK
 
 
-def _summary(tables: Sequence[Table]) -> None:
+def _row(place: str, made: Table) -> tuple[str, ...]:
     from heyoka_bike.numbers.rounding import decimal_above
 
-    headings = (
-        "maneuver", "steps", "order", "digits", "max |E - E0| / E0", "in 2^-p", "eq. (1) [%]",
-        "certified bound", "CPU [s]",
+    run, drift = made.trajectory, made.drift
+    return (
+        place + run.maneuver.name, str(run.steps), str(run.order), run.precision.split()[0],
+        f"{drift.energy * 2.0**-run.bits:.1e}", f"{drift.energy:.2g}",
+        f"{drift.performance:.1e}", decimal_above(made.certificate.worst), f"{made.cpu:.1f}",
     )  # fmt: skip
-    rows = []
-    for made in tables:
-        run, drift = made.trajectory, made.drift
-        rows.append((
-            run.maneuver.name, str(run.steps), str(run.order), run.precision.split()[0],
-            f"{drift.energy * 2.0**-run.bits:.1e}", f"{drift.energy:.2g}",
-            f"{drift.performance:.1e}", decimal_above(made.certificate.worst), f"{made.cpu:.1f}",
-        ))  # fmt: skip
-    print_table(table(headings, rows, title="reference solution"))

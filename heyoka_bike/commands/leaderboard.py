@@ -8,7 +8,7 @@ import textwrap
 from pathlib import Path
 from typing import Any
 
-from heyoka_bike.commands.options import check_format
+from heyoka_bike.commands.options import add_workers, check_format
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.system.console import print_table, progress_bar, table
 
@@ -55,8 +55,9 @@ def add_parser(subparsers: Any) -> None:
     p.add_argument(
         "--diagnose",
         action="store_true",
-        help="say of each what goes wrong, as 'diagnose' does (about ten seconds each)",
+        help="say of each what goes wrong, as 'diagnose' does (about ten seconds for each)",
     )
+    add_workers(p)
     p.set_defaults(run=run)
 
 
@@ -69,12 +70,12 @@ def run(args: argparse.Namespace) -> int:
     from heyoka_bike.showing.formats.origin import origin
     from heyoka_bike.system.files import write_output
 
-    references = [load_reference(), *map(load_reference, args.reference)]
     finish = {}
     if args.diagnose:
-        from heyoka_bike.scoring.diagnosis.diagnose import diagnosed
+        from heyoka_bike.scoring.diagnosis.diagnose import diagnosed_elsewhere
 
-        finish = {"finish": diagnosed}
+        finish = {"finish": diagnosed_elsewhere}
+    references = [load_reference(), *map(load_reference, args.reference)]
     with progress_bar("scoring") as progress:
         board = leaderboard(args.folder, references, progress, **finish)
     if name == "table":

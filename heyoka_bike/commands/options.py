@@ -1,7 +1,8 @@
 """Options that several commands have."""
 
-from argparse import ArgumentParser
+from argparse import ArgumentParser, Namespace
 from collections.abc import Sequence
+from contextlib import AbstractContextManager, nullcontext
 
 from heyoka_bike.errors import InputError
 
@@ -22,6 +23,33 @@ def add_bicycle(parser: ArgumentParser) -> None:
     """Add ``--bicycle``."""
     said = "a bicycle of the collection, or a TOML file (default: benchmark)"
     parser.add_argument("--bicycle", metavar="NAME|FILE", default="benchmark", help=said)
+
+
+def add_workers(parser: ArgumentParser) -> None:
+    """Add ``--workers`` and ``--cluster``, which `using_workers` takes."""
+    group = parser.add_mutually_exclusive_group()
+    group.add_argument(
+        "--workers",
+        type=int,
+        metavar="N",
+        help="do the work in N processes of this machine (default: one for each processor)",
+    )
+    group.add_argument(
+        "--cluster",
+        metavar="ADDRESS",
+        help="do the work on the workers of a running Dask scheduler, such as tcp://node7:8786, or "
+        "of a scheduler file; needs heyoka_bike[cluster]",
+    )
+
+
+def using_workers(args: Namespace) -> AbstractContextManager[None]:
+    """For the time of a command, what was asked for by the options of `add_workers`."""
+    workers, cluster = getattr(args, "workers", None), getattr(args, "cluster", None)
+    if workers is None and cluster is None:
+        return nullcontext()
+    from heyoka_bike.system.parallel import using
+
+    return using(workers, cluster=cluster)
 
 
 def add_format(parser: ArgumentParser, formats: Sequence[str]) -> None:

@@ -7,7 +7,7 @@ import json
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from heyoka_bike.commands.options import add_folder, add_format, check_format
+from heyoka_bike.commands.options import add_folder, add_format, add_workers, check_format
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.system.console import patience, print_table, progress_bars, table
 
@@ -52,6 +52,7 @@ def add_parser(subparsers: Any) -> None:
         "--quick", action="store_true", help="with --rerun: at binary128 and 40 digits only"
     )
     add_format(p, _FORMATS)
+    add_workers(p)
     p.set_defaults(run=run)
 
 

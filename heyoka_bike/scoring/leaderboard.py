@@ -6,7 +6,7 @@ rank nothing.
 
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -19,13 +19,20 @@ from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.report import ManeuverScore, Report
 from heyoka_bike.scoring.score import score
 from heyoka_bike.scoring.submission import PROBLEMS, Submission, read_submission
+from heyoka_bike.system.jobs import Report as Told
+from heyoka_bike.system.parallel import side_by_side
 from heyoka_bike.system.resources import find_input
 
 GRADES = (12, 9, 6, 3)
 """Correct digits for which a problem is solved, docs/harder-tier.md."""
 
+_SCORING = 0.05  # of the time, where entries are finished
+
 References = Mapping[tuple[str, str], Reference]
 """Sets by the names of their bicycle and maneuvers."""
+
+Finish = Callable[[Report, Reference, Told], Report]
+"""A job that makes more of a report."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +88,7 @@ def leaderboard(
     folder: str | Path,
     references: Sequence[Reference],
     progress: Callable[[float], None] = lambda _: None,
-    finish: Callable[[Report, Reference], Report] = lambda report, _: report,
+    finish: Finish | None = None,
 ) -> Leaderboard:
     """Score every submission ``*.toml`` of a folder.
 
@@ -93,7 +100,8 @@ def leaderboard(
     progress
         Called with the part of the work that is done, 0 to 1.
     finish
-        Gives the report that is kept, such as `diagnosis.diagnose.diagnosed`.
+        Gives the report that is kept of an entry, and takes most of the time: a job, such as
+        `diagnosis.diagnose.diagnosed_elsewhere`.
 
     Raises
     ------
@@ -108,10 +116,12 @@ def leaderboard(
     entries, refused = [], []
     for i, file in enumerate(files, start=1):
         try:
-            entries.append(_entry(read_submission(file), known, finish))
+            entries.append(_entry(read_submission(file), known))
         except BicycleError as e:
             refused.append(str(e))
-        progress(i / len(files))
+        progress(i / len(files) * (_SCORING if finish else 1.0))
+    if finish:
+        entries = _finished(entries, known, finish, progress)
     entries.sort(key=lambda e: (-e.digits, e.submission.name))
     return Leaderboard(
         entries={p: found for p in PROBLEMS
@@ -119,6 +129,20 @@ def leaderboard(
         refused=tuple(refused),
         dataset_version=references[0].dataset_version,
     )  # fmt: skip
+
+
+def _finished(
+    entries: Sequence[Entry], known: References, finish: Finish, progress: Callable[[float], None]
+) -> list[Entry]:
+    ended = []
+
+    def done(i: int, report: Report) -> None:
+        ended.append(i)
+        progress(_SCORING + (1.0 - _SCORING) * len(ended) / len(entries))
+
+    jobs = [(e.report, known[PROBLEMS[e.submission.problem].inputs]) for e in entries]
+    reports = side_by_side(finish, jobs, done=done)
+    return [replace(e, report=report) for e, report in zip(entries, reports, strict=True)]
 
 
 def _by_inputs(references: Sequence[Reference]) -> References:
@@ -148,9 +172,7 @@ def _inputs(bicycle: str, maneuvers: str) -> tuple[dict[str, str], list[dict[str
     return said["bicycle"]["parameters"], given
 
 
-def _entry(
-    submission: Submission, known: References, finish: Callable[[Report, Reference], Report]
-) -> Entry:
+def _entry(submission: Submission, known: References) -> Entry:
     problem = PROBLEMS[submission.problem]
     reference = known.get(problem.inputs)
     if reference is None:
@@ -191,7 +213,7 @@ def _entry(
         grade=next((g for g in GRADES if scores[worst] >= g), None),
         performance=max(drifts, default=None),
         definitions=other_definitions(report),
-        report=finish(report, reference),
+        report=report,
     )
 
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
-from itertools import accumulate
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -104,12 +103,12 @@ def stage_bar() -> Iterator[Callable[[str, float], None]]:
 
 @contextmanager
 def progress_bars(shares: Mapping[str, float]) -> Iterator[parallel.Progress]:
-    """A bar for each job on a terminal, from the first word of it.
+    """A bar for each motion on a terminal, from the first word of it.
 
     Parameters
     ----------
     shares
-        Stages in their order, with their share of the work.
+        Of the work, by stage; stages may go on side by side.
     """
     from rich.progress import BarColumn, TaskID, TextColumn, TimeElapsedColumn
 
@@ -119,17 +118,17 @@ def progress_bars(shares: Mapping[str, float]) -> Iterator[parallel.Progress]:
         TextColumn("{task.description}"), BarColumn(), TextColumn("{task.fields[stage]:>9}"),
         TextColumn("{task.percentage:>3.0f} %"), TimeElapsedColumn(),
     )  # fmt: skip
-    before = dict(zip(shares, accumulate(shares.values(), initial=0.0), strict=False))
-    before[WAITING] = 0.0
     bars = _progress(*view)
     tasks: dict[str, TaskID] = {}
+    done: dict[str, dict[str, float]] = {}
 
     def progress(name: str, stage: str, share: float) -> None:
         if name not in tasks:
             bars.start()
             tasks[name] = bars.add_task(name, total=sum(shares.values()), stage=stage)
-        done = before[stage] + shares.get(stage, 0.0) * share
-        bars.update(tasks[name], completed=done, stage=stage)
+            done[name] = {WAITING: 0.0}
+        done[name][stage] = shares.get(stage, 0.0) * share
+        bars.update(tasks[name], completed=sum(done[name].values()), stage=stage)
 
     try:
         yield progress

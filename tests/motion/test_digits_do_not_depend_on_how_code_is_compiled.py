@@ -5,8 +5,8 @@ import pytest
 
 from heyoka_bike.cli import main
 from heyoka_bike.motion.expressions import require_heyoka
-from heyoka_bike.reference.making import generate
 from heyoka_bike.reference.manifest import read_manifest
+from heyoka_bike.system.parallel import using
 
 pytestmark = pytest.mark.proof
 
@@ -46,10 +46,6 @@ def expected(tmp_path_factory):
     return made(tmp_path_factory.mktemp("plain"))
 
 
-def one_after_the_other(work, jobs, motions, progress):
-    return [work(*job, lambda stage, t: None) for job in jobs]
-
-
 @pytest.mark.parametrize("options", VARIANTS, ids=lambda o: next(iter(o)))
 def test_compilation_changes_no_digit(options, expected, tmp_path, monkeypatch):
     hy = require_heyoka()
@@ -61,7 +57,7 @@ def test_compilation_changes_no_digit(options, expected, tmp_path, monkeypatch):
 
     monkeypatch.setattr(hy, "taylor_adaptive", changed)
     # In this process, where heyoka is the changed one.
-    monkeypatch.setattr(generate, "side_by_side", one_after_the_other)
-    assert made(tmp_path) == expected
+    with using(workers=1):
+        assert made(tmp_path) == expected
     # Of two maneuvers: whether they get to their end, in binary64, and the motion.
     assert len(used) == 4

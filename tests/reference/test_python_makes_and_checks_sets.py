@@ -54,9 +54,8 @@ def test_what_was_made_is_returned(made, short):
     assert table.cpu > 0
     assert list(progress.stages) == ["short"]
     stages = progress.stages["short"]
-    assert list(stages) == [
-        "waiting", "integrate", "certify", "rows", "dense", "motion", "vary",
-    ]  # fmt: skip
+    assert list(stages)[:3] == ["waiting", "integrate", "certify"]
+    assert set(stages) - set(list(stages)[:3]) == {"rows", "dense", "motion", "vary"}
     assert {share for stage, share in stages.items() if stage != "waiting"} == {1.0}
 
 
@@ -100,22 +99,28 @@ def test_what_cannot_be_used_is_refused(tmp_path, short, given, said):
 def test_names_and_files_are_found_as_on_the_command_line(tmp_path, monkeypatch):
     """A bicycle's own maneuvers are taken if the collection has some."""
     asked = []
-    monkeypatch.setattr(module, "side_by_side", lambda work, jobs, *_: asked.extend(jobs) or [])
-    monkeypatch.setattr(module, "ending", lambda b, m, until: module.Ending(m))
-    monkeypatch.setattr(module, "write_dataset", lambda *_: [])
+
+    class EnoughError(Exception):
+        pass
+
+    def look(jobs, *_):
+        asked.extend(job.arguments for job in jobs)
+        raise EnoughError
+
+    monkeypatch.setattr(module, "carry_out", look)
     collection = module.collection("maneuvers")
     for bicycle in ("benchmark", "pista"):
         own = bicycle if bicycle in collection else "benchmark"
         asked.clear()
-        heyoka_bike.generate(tmp_path, bicycle=bicycle)
-        assert tuple(m for _, m, _ in asked) == heyoka_bike.read_maneuvers(collection[own])
-        named = heyoka_bike.read_bicycle(module.find_input("bicycles", bicycle))
-        assert all(used == named for used, _, _ in asked)
+        with pytest.raises(EnoughError):
+            heyoka_bike.generate(tmp_path, bicycle=bicycle)
+        ((used, maneuvers, until),) = asked
+        assert maneuvers == heyoka_bike.read_maneuvers(collection[own])
+        assert used == heyoka_bike.read_bicycle(module.find_input("bicycles", bicycle))
+        assert until is None
 
 
-def test_early_ends_are_said(tmp_path, short, monkeypatch):
-    monkeypatch.setattr(module, "side_by_side", lambda *_: [])
-    monkeypatch.setattr(module, "write_dataset", lambda *_: [])
+def test_early_ends_are_said(tmp_path, short):
     said = []
     falling = replace(
         short, roll=heyoka_bike.Exact.parse("1.4"), roll_rate=heyoka_bike.Exact.parse("5"),

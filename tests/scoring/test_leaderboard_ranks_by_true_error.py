@@ -16,6 +16,7 @@ from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.score import score
 from heyoka_bike.scoring.submission import PROBLEMS, Problem, read_submission
 from heyoka_bike.showing.formats.leaderboard import diagnosis
+from heyoka_bike.system.parallel import using
 from heyoka_bike.system.resources import data_folder
 
 RESULTS = data_folder() / "results"
@@ -159,7 +160,8 @@ def test_the_table_is_narrow_and_the_page_draws_every_place(folder, capsys, tmp_
 def test_what_goes_wrong_is_said_where_it_is_asked_for(folder, capsys):
     first = json.loads(board(folder, capsys))["problems"][0]["entries"][0]
     assert first["diagnosis"] is None
-    found = leaderboard(folder, [load_reference()], finish=told).entries["H1"]
+    with using(workers=1):
+        found = leaderboard(folder, [load_reference()], finish=told).entries["H1"]
     assert [diagnosis(e) for e in found] == ["it is wrong in maneuver 1"] * 2
 
 
@@ -168,7 +170,7 @@ def board(folder, capsys):
     return capsys.readouterr().out
 
 
-def told(report, reference):
+def told(report, reference, _):
     """A report with a diagnosis, that none of the usual mistakes is it first."""
     nothing = Finding("no_mistake_found", "none of them", Severity.INFO)
     number = min(reference)

@@ -1,6 +1,7 @@
-"""Making a reference set: from a bicycle and its maneuvers to the files in a folder."""
+"""Making reference sets: from bicycles and their maneuvers to the files in folders."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,21 +12,30 @@ from heyoka_bike.bicycle.parameters import (
     read_bicycle,
     read_maneuvers,
 )
-from heyoka_bike.errors import InputError
+from heyoka_bike.errors import BicycleError, InputError, UndecidedError
 from heyoka_bike.motion.endings import Ending, ending
 from heyoka_bike.motion.expressions import require_heyoka
 from heyoka_bike.reference.making.dataset import check_overwrite, write_dataset
-from heyoka_bike.reference.making.tabulate import Table, tabulate
+from heyoka_bike.reference.making.tabulate import STAGES, Table, tabulated, tabulating
 from heyoka_bike.reference.manifest import CUSTOM, DATASET_VERSION
-from heyoka_bike.system.parallel import Progress, side_by_side
+from heyoka_bike.system.jobs import Job, Outcome, Report
+from heyoka_bike.system.parallel import Progress, carry_out
 from heyoka_bike.system.resources import (
     benchmark_bicycle,
     benchmark_maneuvers,
     collection,
     find_input,
 )
+from heyoka_bike.system.unfinished import Unfinished, unfinished
 
 MIN_DIGITS, MAX_DIGITS = 65, 1000
+_ATTEMPTS = 4
+_MORE_DIGITS = 20
+
+Given = Bicycle | str | Path
+"""A bicycle, the name of one of the collection, or a TOML file."""
+
+Fail = Callable[[Path, Exception], None]
 
 
 @dataclass(frozen=True)
@@ -55,7 +65,7 @@ class Generated:
 def generate(
     folder: str | Path,
     *,
-    bicycle: Bicycle | str | Path = "benchmark",
+    bicycle: Given = "benchmark",
     maneuvers: Sequence[Maneuver] | str | Path | None = None,
     digits: int = 70,
     until: str | None = None,
@@ -66,7 +76,8 @@ def generate(
     """Integrate maneuvers, prove how exact they are, and write a reference set of them.
 
     As ``heyoka-bike generate`` does. A script that calls it on more than one maneuver has to guard
-    itself by ``if __name__ == "__main__"``: each maneuver gets a process of its own.
+    itself by ``if __name__ == "__main__"``: parts of the work get processes of their own, or what
+    `parallel.using` says. One that was interrupted goes on where it was.
 
     Parameters
     ----------
@@ -112,12 +123,113 @@ def generate(
     MissingPackageError
         heyoka is not installed.
     """
-    tell = say or (lambda text: None)
-    require_heyoka()
     if not str(folder).strip():
         raise InputError("--out: found nothing, expected a folder")
+    found: list[Generated] = []
+    generate_sets(
+        {Path(folder): bicycle}, maneuvers=maneuvers, digits=digits, until=until, force=force,
+        say=say or (lambda text: None), progress=progress, made=found.append,
+    )  # fmt: skip
+    return found[0]
+
+
+def generate_sets(
+    sets: Mapping[Path, Given], *, maneuvers: Sequence[Maneuver] | str | Path | None, digits: int,
+    until: str | None, force: bool, say: Callable[[str], None], progress: Progress | None,
+    made: Callable[[Generated], None],
+) -> dict[Path, Exception]:  # fmt: skip
+    """Make the sets of several bicycles, the parts of all of them together; see `generate`.
+
+    Parameters
+    ----------
+    sets
+        The bicycle of each folder.
+    made
+        Called with each set as soon as it is written.
+
+    Returns
+    -------
+    dict
+        Of each folder that was not written, why. What ends a set does not end the others; what
+        ends the only one is raised.
+    """
+    require_heyoka()
     if not MIN_DIGITS <= digits <= MAX_DIGITS:
         raise InputError(f"--digits: found {digits}, expected {MIN_DIGITS} to {MAX_DIGITS}")
+    failed: dict[Path, Exception] = {}
+
+    def fail(folder: Path, error: Exception) -> None:
+        if len(sets) == 1:
+            raise error
+        failed.setdefault(folder, error)
+
+    with ExitStack() as locks:
+        making = []
+        for folder, (bicycle, asked, ends) in _endings(sets, maneuvers, until, fail).items():
+            for line in _said(bicycle, asked, ends):
+                say(line)
+            name = f"{bicycle.name}, " if len(sets) > 1 else ""
+            try:
+                one = _Making(folder, bicycle, ends, name)
+                check_overwrite(folder, one.version, one.inputs, force=force)
+                one.kept = locks.enter_context(unfinished(folder))
+                making.append(one)
+            except BicycleError as e:
+                fail(folder, e)
+        owners = {job: one for one in making for job in one.begin(digits)}
+
+        def ended(job: Job, outcome: Outcome) -> Iterable[Job]:
+            one = owners.pop(job)
+            try:
+                more = one.ended(job, outcome)
+                if one.is_done:
+                    made(one.write(digits))
+            except Exception as e:
+                fail(one.folder, e)
+                return ()
+            owners.update(dict.fromkeys(more, one))
+            return more
+
+        try:
+            carry_out(list(owners), ended, progress)
+        finally:
+            for one in making:
+                if count := len(one.kept):
+                    say(
+                        f"{one.folder}: {count} finished parts are kept in {one.kept.place.name} "
+                        "beside it: the same command goes on there"
+                    )
+    return failed
+
+
+def _endings(
+    sets: Mapping[Path, Given], maneuvers: Sequence[Maneuver] | str | Path | None,
+    until: str | None, fail: Fail,
+) -> dict[Path, tuple[Bicycle, Sequence[Maneuver], tuple[Ending, ...]]]:  # fmt: skip
+    """What is given of each set, and how its maneuvers end."""
+    jobs, found = {}, {}
+    for folder, given in sets.items():
+        try:
+            bicycle, asked = _read(given, maneuvers)
+            jobs[Job(_end_of_each, (bicycle, asked, until))] = folder, bicycle, asked
+        except BicycleError as e:
+            fail(folder, e)
+
+    def ended(job: Job, outcome: Outcome) -> tuple[()]:
+        folder, bicycle, asked = jobs[job]
+        if outcome.error is not None:
+            fail(folder, outcome.error)
+        else:
+            found[folder] = bicycle, asked, outcome.value
+        return ()
+
+    carry_out(jobs, ended)
+    return {folder: found[folder] for folder in sets if folder in found}
+
+
+def _read(
+    bicycle: Given, maneuvers: Sequence[Maneuver] | str | Path | None
+) -> tuple[Bicycle, Sequence[Maneuver]]:
     own = "benchmark"
     if not isinstance(bicycle, Bicycle):
         own = str(bicycle) if str(bicycle) in collection("maneuvers") else own
@@ -127,27 +239,83 @@ def generate(
         asked = read_maneuvers(find_input("maneuvers", str(asked)))
     if not asked:
         raise InputError("maneuvers: found none, expected one or more")
+    return bicycle, asked
+
+
+def _end_of_each(
+    bicycle: Bicycle, maneuvers: Sequence[Maneuver], until: str | None, report: Report
+) -> tuple[Ending, ...]:
+    return tuple(ending(bicycle, m, until) for m in maneuvers)
+
+
+def _said(bicycle: Bicycle, asked: Sequence[Maneuver], ends: Sequence[Ending]) -> Iterable[str]:
     for warning in bicycle.warnings:
-        tell(f"warning: {bicycle.name}: {warning}")
-    endings = [ending(bicycle, m, until) for m in asked]
-    for m, end in zip(asked, endings, strict=True):
+        yield f"warning: {bicycle.name}: {warning}"
+    for m, end in zip(asked, ends, strict=True):
         if end.said is not None:
-            tell(
-                f"{'stopped early: ' if end.is_early else ''}{m.name}: {end.said}; "
-                f"what is written ends at {float(end.maneuver.duration):g} s"
+            early = "stopped early: " if end.is_early else ""
+            yield (
+                f"{early}{m.name}: {end.said}; what is written ends at "
+                f"{float(end.maneuver.duration):g} s"
             )
-    given = [end.maneuver for end in endings]
-    inputs = describe_inputs(bicycle, given)
-    published = describe_inputs(
-        read_bicycle(benchmark_bicycle()), read_maneuvers(benchmark_maneuvers())
-    )
-    version = DATASET_VERSION if inputs == published else CUSTOM
-    check_overwrite(folder, version, inputs, force=force)
-    tables = side_by_side(
-        tabulate,
-        [(bicycle, m, digits) for m in given],
-        [(m.name, float(m.duration)) for m in given],
-        progress,
-    )
-    changed = write_dataset(folder, bicycle, tables, digits, version)
-    return Generated(Path(folder), version, tuple(changed), tuple(endings), tuple(tables))
+
+
+class _Making:
+    """A set that is being made."""
+
+    kept: Unfinished
+    digits: int
+
+    def __init__(self, folder: Path, bicycle: Bicycle, ends: Sequence[Ending], name: str) -> None:
+        self.folder, self.bicycle, self.ends, self.name = folder, bicycle, ends, name
+        self.maneuvers = [end.maneuver for end in ends]
+        self.inputs = describe_inputs(bicycle, self.maneuvers)
+        published = describe_inputs(
+            read_bicycle(benchmark_bicycle()), read_maneuvers(benchmark_maneuvers())
+        )
+        self.version = DATASET_VERSION if self.inputs == published else CUSTOM
+        self.attempts = [1] * len(ends)
+        self.parts: list[dict[str, Outcome]] = [{} for _ in ends]
+        self.places: dict[Job, tuple[int, str]] = {}
+
+    def begin(self, digits: int) -> list[Job]:
+        """The jobs of all maneuvers, what others wait for first."""
+        self.digits = digits
+        found = [self._jobs(i) for i in range(len(self.maneuvers))]
+        return [jobs[stage] for stage in STAGES for jobs in found]
+
+    def _jobs(self, i: int) -> dict[str, Job]:
+        m, digits = self.maneuvers[i], self.digits + _MORE_DIGITS * (self.attempts[i] - 1)
+        jobs = tabulating(self.bicycle, m, digits, self.name + m.name, self.kept)
+        self.places |= {job: (i, stage) for stage, job in jobs.items()}
+        return jobs
+
+    def ended(self, job: Job, outcome: Outcome) -> list[Job]:
+        """Note what a job gave; the jobs that are to be done besides.
+
+        An entry whose rounding is not decided makes its maneuver start again with 20 digits more,
+        three times.
+        """
+        if job not in self.places:
+            return []
+        i, stage = self.places.pop(job)
+        if isinstance(outcome.error, UndecidedError) and self.attempts[i] < _ATTEMPTS:
+            self.attempts[i] += 1
+            self.places = {x: place for x, place in self.places.items() if place[0] != i}
+            self.parts[i] = {}
+            return list(self._jobs(i).values())
+        outcome.get()
+        self.parts[i][stage] = outcome
+        return []
+
+    @property
+    def is_done(self) -> bool:
+        return not self.places and all(len(parts) == len(STAGES) for parts in self.parts)
+
+    def write(self, digits: int) -> Generated:
+        """The files, in place of the finished parts."""
+        tables = [tabulated(parts) for parts in self.parts]
+        self.parts = []
+        changed = write_dataset(self.folder, self.bicycle, tables, digits, self.version)
+        self.kept.clear()
+        return Generated(self.folder, self.version, tuple(changed), tuple(self.ends), tuple(tables))

@@ -1,10 +1,11 @@
 """Everything published about one maneuver: integrated, certified, rounded, made dense."""
 
-import time
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
 
-from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
-from heyoka_bike.errors import SingularMotionError, UndecidedError
+from heyoka_bike.bicycle.parameters import Bicycle, Maneuver, describe_inputs
+from heyoka_bike.errors import SingularMotionError
 from heyoka_bike.motion.evaluator import Drift, evaluator
 from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.motion.trajectory import Certificate, Trajectory
@@ -23,10 +24,11 @@ from heyoka_bike.reference.proof.rows import (
 from heyoka_bike.reference.proof.sensitivity_rows import differentiate
 from heyoka_bike.reference.sensitivities import Sensitivity
 from heyoka_bike.reference.values import Dense, RoundedRows, Values
-from heyoka_bike.system.parallel import Report
+from heyoka_bike.system.jobs import Job, Outcome, Report
+from heyoka_bike.system.unfinished import Unfinished
 
-_ATTEMPTS = 4
-_MORE_DIGITS = 20
+STAGES = ("integrate", "certify", "vary", "motion", "rows")
+"""Jobs in the order in which they are best begun: what others wait for, then the longest ones."""
 
 
 @dataclass(frozen=True)
@@ -69,59 +71,85 @@ class Table:
         return self.trajectory.maneuver
 
 
-def tabulate(bicycle: Bicycle, maneuver: Maneuver, digits: int, report: Report) -> Table:
-    """Integrate a maneuver at `digits` decimal digits, and prove and round what is published.
+def tabulating(
+    bicycle: Bicycle, maneuver: Maneuver, digits: int, name: str, kept: Unfinished
+) -> dict[str, Job]:
+    """The jobs that make a table, by the stage that each begins with, see `STAGES`.
 
-    An entry whose rounding is not decided makes it start again with 20 digits more, three times.
-
-    Raises
-    ------
-    SingularMotionError
-        The motion meets a singularity before its end.
-    NotCertifiedError
-        The candidate cannot be certified.
-    UndecidedError
-        A rounding that stays undecided, named.
+    Parameters
+    ----------
+    name
+        What the maneuver is called while it is made.
     """
-    start = time.process_time()
-    for attempt in range(_ATTEMPTS):
-        try:
-            table = _tabulate(bicycle, maneuver, digits + attempt * _MORE_DIGITS, report)
-            return replace(table, cpu=time.process_time() - start)
-        except UndecidedError:
-            if attempt == _ATTEMPTS - 1:
-                raise
-        except SingularMotionError as e:
-            raise SingularMotionError(
-                f"{maneuver.name}: {e}; its duration is {float(maneuver.duration):g} s, nothing "
-                "was written, expected a shorter duration",
-                e.time,
-            ) from None
-    raise AssertionError("unreachable")
+    inputs = describe_inputs(bicycle, [maneuver])
+
+    def job(stages: tuple[str, ...], work: Callable[..., Any], *arguments: Any) -> Job:
+        place = kept.at(stages, inputs, digits)
+        return Job(work, arguments, name, float(maneuver.duration), place, stages)
+
+    run = job(("integrate",), _integrated, bicycle, maneuver, digits)
+    certificate = job(("certify",), _enclosed, run)
+    return {
+        "integrate": run,
+        "certify": certificate,
+        "vary": job(("vary",), _varied, run, certificate),
+        "motion": job(("motion",), _moved, run, certificate),
+        "rows": job(("rows", "dense"), _rounded, run, certificate),
+    }
 
 
-def _tabulate(bicycle: Bicycle, maneuver: Maneuver, digits: int, report: Report) -> Table:
-    run = integrate(
-        bicycle, maneuver, Precision.of(digits), progress=lambda t: report("integrate", t)
-    )
-    certificate = enclose(run, lambda t: report("certify", t))
-    rows = round_rows(run, certificate, lambda t: report("rows", t))
-    at = evaluator(run, run.bits + EVALUATION_BITS)
-    constant = constant_columns(run)
-    scales = {name: rows.scale(name) for name in rows.hi}
-    dense = interpolate(at, scales, constant, lambda t: report("dense", t))
-    dense = bound_dense(run, certificate, dense, constant)
-    motion_rows, motion_dense = tabulate_motion(run, certificate, lambda t: report("motion", t))
-    time, time_lo = rounded_times(maneuver)
+def tabulated(outcomes: Mapping[str, Outcome]) -> Table:
+    """The table, from what the jobs of `tabulating` gave."""
+    run = outcomes["integrate"].get()
+    rows, dense, drift = outcomes["rows"].get()
+    motion_rows, motion_dense = outcomes["motion"].get()
+    time, time_lo = rounded_times(run.maneuver)
     return Table(
         trajectory=run,
-        certificate=certificate,
-        drift=at.drift(),
+        certificate=outcomes["certify"].get(),
+        drift=drift,
         time=time,
         time_lo=time_lo,
         rows=rows,
         dense=dense,
         motion_rows=motion_rows,
         motion_dense=motion_dense,
-        sensitivity=differentiate(run, certificate, lambda t: report("vary", t)),
+        sensitivity=outcomes["vary"].get(),
+        cpu=sum(x.seconds for x in outcomes.values()),
     )
+
+
+def _integrated(bicycle: Bicycle, maneuver: Maneuver, digits: int, report: Report) -> Trajectory:
+    try:
+        return integrate(
+            bicycle, maneuver, Precision.of(digits), progress=lambda t: report("integrate", t)
+        )
+    except SingularMotionError as e:
+        raise SingularMotionError(
+            f"{maneuver.name}: {e}; its duration is {float(maneuver.duration):g} s, nothing "
+            "was written, expected a shorter duration",
+            e.time,
+        ) from None
+
+
+def _enclosed(run: Trajectory, report: Report) -> Certificate:
+    return enclose(run, lambda t: report("certify", t))
+
+
+def _rounded(
+    run: Trajectory, certificate: Certificate, report: Report
+) -> tuple[RoundedRows, Dense, Drift]:
+    rows = round_rows(run, certificate, lambda t: report("rows", t))
+    at = evaluator(run, run.bits + EVALUATION_BITS)
+    constant = constant_columns(run)
+    scales = {name: rows.scale(name) for name in rows.hi}
+    dense = interpolate(at, scales, constant, lambda t: report("dense", t))
+    return rows, bound_dense(run, certificate, dense, constant), at.drift()
+
+
+def _moved(run: Trajectory, certificate: Certificate, report: Report) -> tuple[Values, Dense]:
+    return tabulate_motion(run, certificate, lambda t: report("motion", t))
+
+
+def _varied(run: Trajectory, certificate: Certificate, report: Report) -> Sensitivity:
+    return differentiate(run, certificate, lambda t: report("vary", t))

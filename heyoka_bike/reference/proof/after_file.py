@@ -23,7 +23,8 @@ from heyoka_bike.reference.proof.after_ten_seconds import (
     settling_fact,
 )
 from heyoka_bike.reference.proof.candidate import parse_candidate
-from heyoka_bike.system.parallel import Progress, Report, side_by_side
+from heyoka_bike.system.jobs import Report
+from heyoka_bike.system.parallel import Progress, side_by_side
 from heyoka_bike.system.resources import after_folder, benchmark_bicycle, benchmark_maneuvers
 
 _MOST_DIGITS = 30

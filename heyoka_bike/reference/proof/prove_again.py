@@ -6,7 +6,6 @@ everything else follows from them and from the inputs written beside them.
 
 import io
 import json
-import time
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
@@ -56,7 +55,8 @@ from heyoka_bike.reference.sensitivities import Sensitivity, load_sensitivities
 from heyoka_bike.reference.structure import by_maneuver
 from heyoka_bike.reference.texts import text_files
 from heyoka_bike.reference.values import Dense, RoundedRows, Values
-from heyoka_bike.system.parallel import Progress, Report, side_by_side
+from heyoka_bike.system.jobs import Job, Outcome, Report
+from heyoka_bike.system.parallel import Progress, carry_out
 from heyoka_bike.system.resources import reference_folder
 
 
@@ -66,8 +66,8 @@ def certify(
     """Prove a reference set again, from its candidate trajectories: all that `PROVED` names.
 
     As ``heyoka-bike certify`` does, in ball arithmetic; heyoka is not needed. A script that calls
-    it has to guard itself by ``if __name__ == "__main__"``: each maneuver gets a process of its
-    own.
+    it has to guard itself by ``if __name__ == "__main__"``: parts of the proof get processes of
+    their own, or what `using` says.
 
     Parameters
     ----------
@@ -96,18 +96,50 @@ def certify(
     if folder is None:
         manifest_file.check_published(where)
     runs = read_whole(where)
-    maneuvers = [run.maneuver for run in runs]
-    results = side_by_side(
-        prove_again,
-        [(where, run, i) for i, run in enumerate(runs, start=1)],
-        [(m.name, float(m.duration)) for m in maneuvers],
-        progress,
-    )
+    jobs = _jobs(where, runs)
+    found: dict[Job, Outcome] = {}
+
+    def ended(job: Job, outcome: Outcome) -> tuple[()]:
+        outcome.get()
+        found[job] = outcome
+        return ()
+
+    carry_out([job for stage in zip(*jobs, strict=True) for job in stage], ended, progress)
+    proofs, proved = [], []
+    for number, (run, parts) in enumerate(zip(runs, jobs, strict=True), start=1):
+        certificate, sensitivity, motion, columns = (found[job].value for job in parts)
+        (rows, dense), (motion_rows, motion_dense) = columns, motion
+        cpu = sum(found[job].seconds for job in parts)
+        proof = summarise(
+            run, certificate, rows, dense, motion_rows, motion_dense, sensitivity, cpu
+        )
+        _compare_certificate(where, number, proof)
+        proofs.append(proof)
+        proved.append(rows)
     manifest = manifest_file.read_manifest(where)
-    for name, data in render_texts(maneuvers, [rows for _, rows in results]).items():
+    for name, data in render_texts([run.maneuver for run in runs], proved).items():
         if manifest_file.read_file(where, name, manifest) != data:
             raise NotCertifiedError(f"{where}/{name}: differs from the proved values")
-    return tuple(proof for proof, _ in results)
+    return tuple(proofs)
+
+
+def _jobs(folder: str | Path, runs: Sequence[Trajectory]) -> list[tuple[Job, ...]]:
+    """Of each maneuver the proof of its bound, and of all that follows from it."""
+    published = zip(
+        runs, load_reference(folder).values(), load_motion(folder).values(),
+        load_sensitivities(folder).values(), strict=True,
+    )  # fmt: skip
+    found: list[tuple[Job, ...]] = []
+    for run, reference, motion, sensitivity in published:
+        named = run.maneuver.name, float(run.maneuver.duration), None
+        bound = Job(_enclosed, (run,), *named, ("certify",))
+        found.append((
+            bound,
+            Job(_varied, (run, bound, sensitivity), *named, ("vary",)),
+            Job(_moved, (run, bound, motion), *named, ("motion",)),
+            Job(_rounded, (run, bound, reference), *named, ("rows", "dense")),
+        ))  # fmt: skip
+    return found
 
 
 def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
@@ -200,45 +232,40 @@ def _whole_certificate(raw: bytes, count: int) -> Any:
     return document
 
 
-def prove_again(
-    folder: str | Path, run: Trajectory, number: int, report: Report
-) -> tuple[Proof, RoundedRows]:
-    """Prove one maneuver of a folder from its candidate, and compare with what is published.
+def _enclosed(run: Trajectory, report: Report) -> Certificate:
+    return enclose(run, lambda t: report("certify", t))
 
-    Raises
-    ------
-    NotCertifiedError
-        The candidate is not certified, or a published number or bound is not what was proved.
-    """
-    start = time.process_time()
-    certificate = enclose(run, lambda t: report("certify", t))
+
+def _rounded(
+    run: Trajectory, certificate: Certificate, published: ReferenceManeuver, report: Report
+) -> tuple[RoundedRows, Dense]:
+    """Every number of the columns."""
     rows = round_rows(run, certificate, lambda t: report("rows", t))
-    published = load_reference(folder)[number]
     _compare_rows(run, rows, published)
     dense = bound_dense(run, certificate, published.dense, constant_columns(run))
-    report("dense", float(run.maneuver.duration))
     _compare_dense(run, dense, published.dense)
-    motion = _prove_motion(run, certificate, load_motion(folder)[number])
-    report("motion", float(run.maneuver.duration))
-    sensitivity = differentiate(run, certificate, lambda t: report("vary", t))
-    _compare_sensitivity(run, sensitivity, load_sensitivities(folder)[number])
-    proof = summarise(
-        run, certificate, rows, dense, *motion, sensitivity, time.process_time() - start
-    )
-    _compare_certificate(folder, number, proof)
-    return proof, rows
+    return rows, dense
 
 
-def _prove_motion(
-    run: Trajectory, certificate: Certificate, published: ReferenceManeuver
+def _moved(
+    run: Trajectory, certificate: Certificate, published: ReferenceManeuver, report: Report
 ) -> tuple[Values, Dense]:
-    """Prove every number of the whole motion, and compare with what is published."""
+    """Every number of the whole motion."""
     stretches = list(with_integrals(run, certificate))
     rows = round_motion(run, stretches)
     _compare_rows(run, rows, published)
     dense = bound_motion(run, list(motion_expansions(stretches)), published.dense)
     _compare_dense(run, dense, published.dense)
     return rows, dense
+
+
+def _varied(
+    run: Trajectory, certificate: Certificate, published: Sensitivity, report: Report
+) -> Sensitivity:
+    """Every number of the derivatives."""
+    sensitivity = differentiate(run, certificate, lambda t: report("vary", t))
+    _compare_sensitivity(run, sensitivity, published)
+    return sensitivity
 
 
 def _compare_sensitivity(run: Trajectory, proved: Sensitivity, published: Sensitivity) -> None:

@@ -33,7 +33,8 @@ from heyoka_bike.reference.verification.agreement import (
 from heyoka_bike.reference.verification.checks import Check, Tally
 from heyoka_bike.reference.verification.outcome import Agreement, Verification
 from heyoka_bike.reference.verification.schema import Text
-from heyoka_bike.system.parallel import Progress, Report, side_by_side
+from heyoka_bike.system.jobs import Report
+from heyoka_bike.system.parallel import Progress, side_by_side
 
 QUICK: tuple[str | int, ...] = ("binary128", 40)
 """Precisions of a quick rerun."""

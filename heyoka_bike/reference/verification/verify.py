@@ -34,7 +34,8 @@ from heyoka_bike.reference.verification.checks import Check, Tally
 from heyoka_bike.reference.verification.hashes import check_files
 from heyoka_bike.reference.verification.outcome import ManeuverFiles, Verification
 from heyoka_bike.reference.verification.rerun import run_again
-from heyoka_bike.system.parallel import Progress, Report, side_by_side
+from heyoka_bike.system.jobs import Report
+from heyoka_bike.system.parallel import Progress, side_by_side
 from heyoka_bike.system.resources import reference_folder
 
 _BITS = 128  # of a look at the initial state, to see whether there is one

@@ -16,6 +16,7 @@ from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.score import score, scored
+from heyoka_bike.system.jobs import Report as Told
 
 NOTHING = Finding(
     "nothing_to_diagnose",
@@ -78,6 +79,11 @@ def diagnosed(
     # A column of unknown meaning shows its meaning, not what the program does.
     keys = [key for key in BENCHMARK_COLUMNS if key not in unknown]
     return _of_columns(report, reference, keys, progress)
+
+
+def diagnosed_elsewhere(report: Report, reference: Reference, told: Told) -> Report:
+    """`diagnosed` as a job: its stage is ``diagnose``, and takes one second."""
+    return diagnosed(report, reference, lambda share: told("diagnose", share))
 
 
 def _is_of_output(report: Report) -> bool:

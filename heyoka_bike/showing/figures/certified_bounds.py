@@ -26,7 +26,8 @@ from heyoka_bike.reference.proof.candidate import read_candidate
 from heyoka_bike.reference.proof.enclose import enclose
 from heyoka_bike.showing.figures.style import BLACK, BLUE, VERMILLION, WIDTH, style
 from heyoka_bike.system.console import progress_bars
-from heyoka_bike.system.parallel import Report, side_by_side
+from heyoka_bike.system.jobs import Report
+from heyoka_bike.system.parallel import side_by_side
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

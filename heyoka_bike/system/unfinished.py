@@ -1,0 +1,99 @@
+"""What an unfinished run has finished, in a folder beside the one that it writes."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import pickle
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+from filelock import FileLock, Timeout
+
+from heyoka_bike.errors import InputError
+from heyoka_bike.system.files import replace_file
+from heyoka_bike.system.jobs import Outcome
+from heyoka_bike.system.versions import versions
+
+SUFFIX = ".unfinished"
+_LOCK = "lock"
+_HASH = hashlib.sha256
+
+
+@contextmanager
+def unfinished(folder: Path) -> Iterator[Unfinished]:
+    """Keep results beside a folder, while nobody else does.
+
+    Raises
+    ------
+    InputError
+        Another run writes the folder, or there is no place beside it.
+    """
+    place = folder.absolute()
+    place = place.with_name(place.name + SUFFIX)
+    try:
+        place.mkdir(parents=True, exist_ok=True)
+        with FileLock(place / _LOCK, timeout=0):
+            kept = Unfinished(place)
+            try:
+                yield kept
+            finally:
+                if not len(kept):
+                    (place / _LOCK).unlink()
+        with suppress(OSError):
+            place.rmdir()
+    except Timeout:
+        raise InputError(
+            f"{folder}: found another run that writes it, expected one at a time"
+        ) from None
+    except PermissionError as e:
+        raise InputError(f"{place}: cannot be written: {e.strerror}") from None
+
+
+class Unfinished:
+    """Results by key, each a file."""
+
+    def __init__(self, place: Path) -> None:
+        self.place = place
+
+    def at(self, *parts: Any) -> KeptFile:
+        """The place of a result that follows from these parts, which JSON can write."""
+        # And from versions.
+        text = json.dumps([versions(), *parts], sort_keys=True)
+        return KeptFile(self.place / _HASH(text.encode()).hexdigest())
+
+    def clear(self) -> None:
+        """Nothing of it is needed any more, nor what other inputs or versions have left."""
+        for file in self.place.iterdir():
+            if file.name != _LOCK:
+                with suppress(OSError):
+                    file.unlink()
+
+    def __len__(self) -> int:
+        """How many results there are."""
+        return sum(file.name != _LOCK for file in self.place.iterdir())
+
+
+class KeptFile:
+    """A result in a file whose first bytes are the hash of the others."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def get(self) -> Outcome | None:
+        """See `jobs.Kept`; what is not whole is not there."""
+        with suppress(OSError):
+            data = self.path.read_bytes()
+            size = _HASH().digest_size
+            if _HASH(data[size:]).digest() == data[:size]:
+                found: Outcome = pickle.loads(data[size:])
+                return found
+        return None
+
+    def put(self, outcome: Outcome) -> None:
+        """See `jobs.Kept`; where there is no room for it, it is made again another time."""
+        data = pickle.dumps(outcome)
+        with suppress(OSError):
+            replace_file(self.path, _HASH(data).digest() + data)

@@ -1,0 +1,200 @@
+"""Jobs give the same whoever carries them out, survive a lost process, and end with who asked."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+from support import jobs
+
+from heyoka_bike.errors import InputError, WorkerLostError
+from heyoka_bike.system.jobs import Job, Outcome
+from heyoka_bike.system.parallel import WAITING, carry_out, side_by_side, using
+
+MANY = [(i, 1) for i in range(7)]
+
+
+@contextmanager
+def threads():
+    with ThreadPoolExecutor(3) as pool, using(executor=pool):
+        yield
+
+
+@pytest.fixture(params=["here", "processes", "threads"])
+def crew(request):
+    made = {"here": lambda: using(1), "processes": lambda: using(2), "threads": threads}
+    with made[request.param]():
+        yield request.param
+
+
+def outcomes(made):
+    """By name, how jobs ended, in their order."""
+    found = {}
+
+    def ended(job, outcome):
+        found[job.name] = outcome
+        return ()
+
+    carry_out(made, ended)
+    return found
+
+
+def test_results_come_in_the_order_of_the_jobs(crew):
+    assert side_by_side(jobs.add, MANY) == [1, 2, 3, 4, 5, 6, 7]
+
+
+def test_a_job_gets_the_results_of_others(crew):
+    first = Job(jobs.add, (1, 2), "first")
+    second = Job(jobs.add, (first, 10), "second")
+    third = Job(jobs.add, (second, first), "third")
+    found = outcomes([third, second, first])
+    assert list(found) == ["first", "second", "third"]
+    assert [x.value for x in found.values()] == [3, 13, 16]
+
+
+def test_what_fails_ends_what_needs_it_and_nothing_else(crew):
+    bad = Job(jobs.fail, (), "bad")
+    found = outcomes([Job(jobs.add, (bad, 1), "needs it"), bad, Job(jobs.add, (1, 1), "other")])
+    assert found["other"].value == 2
+    for name in ("bad", "needs it"):
+        with pytest.raises(ZeroDivisionError) as caught:
+            found[name].get()
+        assert caught.value.__notes__ == ["in fail of bad"]
+
+
+def test_jobs_may_ask_for_more(crew):
+    found = []
+
+    def ended(job, outcome):
+        found.append(outcome.value)
+        return [Job(jobs.add, (outcome.value, 1))] if outcome.value < 4 else []
+
+    carry_out([Job(jobs.add, (0, 1))], ended)
+    assert found == [1, 2, 3, 4]
+
+
+def test_precision_is_of_one_job_at_a_time(crew):
+    """It is a setting of the whole process, which threads would take from each other."""
+    bits = [(53 + 40 * (i % 3),) for i in range(9)]
+    found = side_by_side(jobs.precise, bits)
+    assert found == found[:3] * 3
+    assert len(set(found)) == 3
+
+
+def test_what_is_kept_is_not_made_again():
+    class Place:
+        def __init__(self):
+            self.kept = []
+
+        def get(self):
+            return self.kept[0] if self.kept else None
+
+        def put(self, outcome):
+            self.kept.append(outcome)
+
+    there, empty = Place(), Place()
+    there.put(Outcome("kept"))
+    with using(1):
+        found = outcomes([
+            Job(jobs.fail, (), "there", kept=there), Job(jobs.add, (1, 2), "empty", kept=empty),
+        ])  # fmt: skip
+    assert found["there"].value == "kept"
+    assert [x.value for x in empty.kept] == [3]
+
+
+def test_progress_is_told_from_elsewhere(tmp_path):
+    told = []
+    with using(2):
+        side_by_side(
+            jobs.begin, [(str(tmp_path), 1.0)] * 2, [("a", 2.0), ("b", 1.0)],
+            lambda *x: told.append(x),
+        )  # fmt: skip
+    assert told[:2] == [("a", WAITING, 0.0), ("b", WAITING, 0.0)]
+    assert {(name, stage) for name, stage, _ in told[2:]} == {
+        ("a", "integrate"), ("b", "integrate"),
+    }  # fmt: skip
+    assert max(share for name, _, share in told if name == "a") <= 0.5
+
+
+def test_a_lost_process_has_its_job_done_again(tmp_path):
+    with using(2):
+        found = outcomes([
+            Job(jobs.die_once, (str(tmp_path / "flag"),), "dies"),
+            *(Job(jobs.add, x, f"other {x[0]}") for x in MANY),
+        ])  # fmt: skip
+    assert found["dies"].value == "done"
+    assert [found[f"other {i}"].value for i in range(7)] == [1, 2, 3, 4, 5, 6, 7]
+
+
+def test_a_job_that_always_ends_its_process_is_given_up_and_named():
+    with using(2):
+        found = outcomes([Job(jobs.die, (), "deadly"), Job(jobs.add, (1, 2), "other")])
+    assert found["other"].value == 3
+    with pytest.raises(WorkerLostError, match="die of deadly: its process ended every time"):
+        found["deadly"].get()
+
+
+def test_the_first_exception_ends_the_others(tmp_path):
+    both = [Job(jobs.begin, (str(tmp_path), 600.0)), Job(jobs.fail, ())]
+    with using(2), pytest.raises(ZeroDivisionError):
+        carry_out(both, lambda job, outcome: outcome.get())
+    assert_all_ended(tmp_path)
+
+
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
+def test_who_asked_ends_what_runs(tmp_path, how):
+    """By Ctrl-C, and where it is killed itself."""
+    script = (
+        "from support import jobs\nfrom heyoka_bike.system.parallel import *\n"
+        "if __name__ == '__main__':\n with using(2):\n"
+        f"  side_by_side(jobs.begin, [({str(tmp_path)!r}, 600.0)] * 2)\n"
+    )
+    (tmp_path / "script.py").write_text(script)
+    run = subprocess.Popen(
+        [sys.executable, str(tmp_path / "script.py")], stderr=subprocess.DEVNULL,
+        env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])},
+    )  # fmt: skip
+    wait_for(lambda: len(numbered(tmp_path)) == 2)
+    run.send_signal(how)
+    assert run.wait(60) != 0
+    assert_all_ended(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"workers": 0}, "--workers: found 0, expected 1 or more"),
+        ({"workers": 2, "cluster": "tcp://x:1"}, "found two of --workers, --cluster"),
+    ],
+)
+def test_what_cannot_be_is_refused(given, said):
+    with pytest.raises(InputError, match=said), using(**given):
+        pass
+
+
+def numbered(folder):
+    """Files that processes have written, by their numbers."""
+    return [p for p in folder.iterdir() if p.name.isdigit()]
+
+
+def wait_for(condition):
+    end = time.monotonic() + 120
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.05)
+
+
+def assert_all_ended(folder):
+    def is_there(file):
+        try:
+            os.kill(int(file.name), 0)
+        except ProcessLookupError:
+            return False
+        return "\nState:\tZ" not in Path(f"/proc/{file.name}/status").read_text()
+
+    wait_for(lambda: not any(map(is_there, numbered(folder))))

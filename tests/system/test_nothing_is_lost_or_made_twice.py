@@ -1,0 +1,168 @@
+"""Sets come out the same to the byte, whatever made them and whatever was lost on the way."""
+
+import re
+import signal
+import subprocess
+import sys
+
+import pytest
+from support.clusters import started, wait_for
+
+import heyoka_bike
+from heyoka_bike.cli import main
+from heyoka_bike.errors import InputError
+from heyoka_bike.reference.making import generate as module
+from heyoka_bike.system.parallel import carry_out, using
+from heyoka_bike.system.unfinished import SUFFIX, Unfinished, unfinished
+
+pytest.importorskip("heyoka")
+pytest.importorskip("distributed")
+pytestmark = pytest.mark.proof
+
+# Two bicycles' maneuver of two rows: some ten seconds of a processor, in ten parts.
+MANEUVER = """
+[[maneuver]]
+name = "short"
+speed = "5"
+roll_rate = "0.1"
+duration = "0.01"
+spacing = "0.01"
+"""
+
+
+@pytest.fixture(scope="module")
+def sets(tmp_path_factory):
+    """The words of the command, but for the folder."""
+    file = tmp_path_factory.mktemp("maneuver") / "short.toml"
+    file.write_text(MANEUVER)
+    return ["generate", "--bicycle", "pista", "silver", "--maneuvers", str(file), "--out"]
+
+
+def content(folder):
+    return {p.relative_to(folder): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+
+
+@pytest.fixture(scope="module")
+def expected(tmp_path_factory, sets):
+    """By one process."""
+    folder = tmp_path_factory.mktemp("one")
+    assert main([*sets, str(folder / "sets"), "--workers", "1"]) == 0
+    return content(folder / "sets")
+
+
+def begun(*words):
+    """The command in a process of its own."""
+    words = [sys.executable, "-m", "heyoka_bike", *map(str, words)]
+    return subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+
+
+def kept(folder):
+    return sorted(p for p in folder.glob(f"*{SUFFIX}/*") if p.name != "lock")
+
+
+def test_processes_make_the_same_bytes(expected, sets, tmp_path):
+    assert main([*sets, str(tmp_path / "sets"), "--workers", "2"]) == 0
+    assert content(tmp_path / "sets") == expected
+
+
+def test_a_killed_worker_and_a_killed_scheduler_cost_only_what_they_did(expected, sets, tmp_path):
+    """In the middle of it; with a new scheduler the same command goes on where it was."""
+    made = tmp_path / "sets"
+    with started(tmp_path) as processes:
+        run = begun(*sets, made, "--cluster", processes.address)
+        wait_for(lambda: len(kept(made)) >= 2, 600)
+        processes.all[1].kill()
+        wait_for(lambda: len(kept(made)) >= 5, 600)
+        processes.all[0].kill()
+        _, said = run.communicate(timeout=120)
+    assert run.returncode == 70
+    *where, last = said.splitlines()
+    assert re.search("the scheduler at .* ended", last)
+    assert [line for line in where if "finished parts are kept in" not in line] == [], said
+    before = {p: p.stat().st_mtime_ns for p in kept(made)}
+    assert len(before) >= 5
+    (tmp_path / "again").mkdir()
+    with started(tmp_path / "again", workers=1) as processes:
+        run = begun(*sets, made, "--cluster", processes.address)
+        wait_for(lambda: len(kept(made)) > len(before), 600)
+        # Nothing that was kept is made again.
+        now = {p: p.stat().st_mtime_ns for p in kept(made)}
+        assert {p: now.get(p) for p in before} == before
+        run.communicate(timeout=600)
+    assert run.returncode == 0
+    assert content(made) == expected
+
+
+def test_an_interrupted_run_goes_on(expected, sets, tmp_path):
+    made = tmp_path / "sets"
+    run = begun(*sets, made, "--workers", "2")
+    wait_for(lambda: len(kept(made)) >= 4, 600)
+    run.send_signal(signal.SIGINT)
+    _, said = run.communicate(timeout=120)
+    assert run.returncode == 130
+    assert "finished parts are kept in pista.unfinished beside it" in said
+    assert not content(made).keys() & expected.keys()
+    assert main([*sets, str(made)]) == 0
+    assert content(made) == expected
+
+
+def test_two_runs_cannot_write_one_folder(tmp_path):
+    with unfinished(tmp_path / "set"), pytest.raises(InputError, match="found another run"):
+        heyoka_bike.generate(tmp_path / "set", until="1/50")
+    assert not (tmp_path / "set").exists()
+
+
+def test_what_is_damaged_or_of_other_code_is_made_again(tmp_path, monkeypatch):
+    first = Unfinished(tmp_path).at("stage", {"mass": "2"}, 70)
+    first.put(module.Outcome([1, 2, 3]))
+    assert Unfinished(tmp_path).at("stage", {"mass": "2"}, 70).get().value == [1, 2, 3]
+    for other in (("stage", {"mass": "3"}, 70), ("stage", {"mass": "2"}, 90)):
+        assert Unfinished(tmp_path).at(*other).get() is None
+    monkeypatch.setattr("heyoka_bike.system.unfinished.versions", lambda: {"heyoka": "other"})
+    assert Unfinished(tmp_path).at("stage", {"mass": "2"}, 70).get() is None
+    whole = first.path.read_bytes()
+    for damaged in (whole[:-1], whole[:40] + b"x" + whole[41:], b""):
+        first.path.write_bytes(damaged)
+        assert first.get() is None
+
+
+def test_a_set_that_fails_does_not_stop_the_others(expected, sets, tmp_path, capsys):
+    bad = tmp_path / "bad.toml"
+    bad.write_text("name = 1\n")
+    asked = [*sets, str(tmp_path / "sets")]
+    asked[2:4] = ["silver", str(bad), "pista"]
+    assert main(asked) == 1
+    assert re.search(
+        r"heyoka-bike: \S*/sets/bad: not written: \S*bad.toml", capsys.readouterr().err
+    )
+    assert content(tmp_path / "sets") == expected
+
+
+def test_a_part_that_fails_is_named_and_the_other_sets_are_made(
+    expected, sets, tmp_path, monkeypatch
+):
+    def fails(*_):
+        raise ArithmeticError("by nothing")
+
+    def breaking(jobs, ended, progress=None):
+        varied = [job for job in jobs if job.stages == ("vary",)]
+        for job in varied[:1]:
+            object.__setattr__(job, "work", fails)
+        carry_out(jobs, ended, progress)
+
+    monkeypatch.setattr(module, "carry_out", breaking)
+    made = []
+    with using(workers=1):
+        failed = module.generate_sets(
+            {tmp_path / "pista": "pista", tmp_path / "silver": "silver"}, maneuvers=sets[5],
+            digits=70, until=None, force=False, say=lambda text: None, progress=None,
+            made=made.append,
+        )  # fmt: skip
+    assert [x.folder.name for x in made] == ["silver"]
+    (error,) = failed.values()
+    assert isinstance(error, ArithmeticError)
+    assert re.match("in fails of .*, short", error.__notes__[0])
+    assert len(kept(tmp_path)) == 4
+    assert {p for p in expected if p.parts[0] == "silver"} == {
+        p for p in content(tmp_path) if p.parts[0] == "silver"
+    }
