@@ -4,9 +4,12 @@
 ``--all`` runs every program that is here, one after the other. ``-o docs/field.json`` writes
 what was measured, from which ``python docs/_site/field_page.py`` makes the page and the figures;
 what stands there already of this machine and these versions is kept. ``--submit`` also writes the
-best and the default run into ``data/results``. A program is a folder here with a script
-``bicycle.py``, whose ``simulate`` gives the rows of a maneuver, or with ``bicycle.cpp`` or
-``bicycle.mjs``, which reads lines "name value" from standard input and writes the rows.
+best and the default run into ``data/results``. ``--problem H4`` runs a problem of the harder tier
+instead, whose reference is below ``--sets`` (docs/harder-tier.md has the line that makes it). A
+program is a folder here with a script ``bicycle.py``, whose ``simulate`` gives the rows of a
+maneuver, the processor time and, where it can tell, the number of its steps or calls; or with
+``bicycle.cpp`` or ``bicycle.mjs``, which reads lines "name value" from standard input and writes
+the rows, and as an error message the others.
 """
 
 import argparse
@@ -19,42 +22,25 @@ import subprocess
 import sys
 import tempfile
 import tomllib
+from collections import Counter
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 from apart import AbsentError, Apart, FailedError
-from measured import Document, described, fingerprint, lacking, named, orders, settings
+from measured import H1, Document, described, fingerprint, lacking, named, settings, submitted
 from peer import Peer
+from problem import ALL_DIGITS, Problem, problems
 
-from heyoka_bike import load_reference, read_results, score
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.errors import BicycleError
-from heyoka_bike.scoring.leaderboard import correct_digits, other_definitions
 from heyoka_bike.system.console import stage_bar
 from heyoka_bike.system.machine import machine
 
 HERE = Path(__file__).resolve().parent
 RESULTS = HERE.parent / "results"
 SUBMITTED = ("program", "version", "method", "coordinates", "precision", "model", "contact")
-LIMIT = 900  # of a run of three maneuvers, and of deriving or compiling a program [s]
-
-
-def number(text):
-    """Value of a decimal, or of a quotient with pi on top, such as ``pi/10``."""
-    top, _, bottom = text.partition("/")
-    return (np.pi if top.strip() == "pi" else float(top)) / float(bottom or 1)
-
-
-def inputs():
-    """Parameters of the bicycle, and speed and roll rate of the maneuvers; z is down."""
-    read = [
-        tomllib.loads((HERE.parent / folder / "benchmark.toml").read_text(encoding="utf-8"))
-        for folder in ("bicycles", "maneuvers")
-    ]
-    bicycle = {name: number(entry["value"]) for name, entry in read[0]["parameters"].items()}
-    starts = [[number(m[x]["value"]) for x in ("speed", "roll_rate")] for m in read[1]["maneuver"]]
-    return bicycle, starts
+COUNTED = ("steps", "calls")
+LIMIT = 900  # of a run of all maneuvers, and of deriving or compiling a program [s]
 
 
 def simulator(folder, build):
@@ -77,11 +63,12 @@ def simulator(folder, build):
         _built([*line, "-o", *command], HERE / folder)
 
     def simulate(p, speed, roll_rate, **setting):
-        said = {**p, "speed": speed, "roll_rate": roll_rate, **setting}
+        said = {**p, "speed": speed, "roll_rate": roll_rate, "rate": 100, **setting}
         lines = "".join(f"{name} {value}\n" for name, value in said.items())
         done = subprocess.run(command, input=lines, capture_output=True, text=True, check=True)
         rows = np.array([line.split() for line in done.stdout.splitlines()], float)
-        return rows, float(done.stderr)
+        cpu, *counted = done.stderr.split()
+        return rows, float(cpu), dict(zip(counted[::2], map(int, counted[1::2]), strict=True))
 
     return simulate
 
@@ -90,63 +77,50 @@ def _built(line, place):
     subprocess.run(line, cwd=place, check=True, capture_output=True, text=True)
 
 
-def run(simulate, setting, digits):
-    """Text of a result file, and the processor time of its three maneuvers."""
-    bicycle, starts = inputs()
-    found = [simulate(bicycle, *start, **setting) for start in starts]
-    values = np.hstack([rows for rows, _ in found]) + 0.0
-    lines = (
-        " ".join([f"{i / 100:g}", *(f"{x:.{digits}g}" for x in row)])
-        for i, row in enumerate(values)
-    )
-    return "\n".join(lines) + "\n", sum(cpu for _, cpu in found)
+def run(simulate, name, setting, digits):
+    """Text of a result file of a problem, the processor time, and what was counted, by its name."""
+    problem = Problem.of(name)
+    # Rows are 0.01 s apart unless a script is told otherwise.
+    more = {} if problem.rate == 100 else {"rate": problem.rate}
+    found = [simulate(problem.bicycle, *start, **setting, **more) for start in problem.starts]
+    for rows, *_ in found:
+        if len(rows) != problem.rows:
+            raise ArithmeticError(f"ends at {(len(rows) - 1) / problem.rate:g} s")
+    values = np.hstack([rows for rows, *_ in found]) + 0.0
+    counts = sum((Counter(x) for _, _, *counted in found for x in counted), Counter())
+    text = problem.text(values, [digits] * values.shape[1])
+    return text, sum(cpu for _, cpu, *_ in found), dict(counts)
 
 
-def judge(text):
-    """Correct digits of each column and of the worst, eq. (1), definitions of a result file."""
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "run.txt"
-        path.write_text(text, encoding="utf-8")
-        report = score([read_results(path)], load_reference())
-    scores = correct_digits(report)
-    worst = min(scores, key=scores.__getitem__)
-    drifts = [m.performance for m in report.maneuvers]
-    if not np.isfinite([scores[worst], *drifts]).all():
-        raise FailedError(f"{worst[1]} of maneuver {worst[0]}, or its energy, is infinite")
-    return {
-        "digits": round(scores[worst], 3),
-        "worst": {"maneuver": worst[0], "column": worst[1]},
-        "scd": {
-            key: round(min(x for (_, k), x in scores.items() if k == key), 3)
-            for key in BENCHMARK_COLUMNS
-        },
-        "performance": drifts,
-        "definitions": other_definitions(report),
-    }
-
-
-def submit(entry, name, kind, setting, text, cpu):
+def submit(entry, name, problem, setting, text, line):
     """Write a result file and its submission."""
-    path = result_file(name, kind)
+    kind, path = line["kind"], result_file(name, line["kind"], problem.name)
+    path.parent.mkdir(exist_ok=True)
     path.write_bytes(gzip.compress(text.encode(), 9, mtime=0))
     said = {key: entry.get(f"{kind}_{key}", entry[key]) for key in SUBMITTED}
     said["name"] = f"{entry['program']}, {kind}: {entry[kind + '_words']}"
-    said["problem"] = "H1"
+    said["problem"] = problem.name
     measure = "step" if entry["measure"] == "step" else "tolerance"
     said[measure] = f"{setting[entry['measure']]:.10g}"
-    said["processor_time"] = f"{cpu:.3g}"
+    said["processor_time"] = f"{line['cpu']:.3g}"
+    said |= {key: str(line[key]) for key in COUNTED if key in line}
     m = machine()
     said["machine"] = f"{m['cpu']}, 1 of {m['cores']} processors, {m['system']}"
     said["licence"] = "CC0-1.0"
     lines = [f'{key} = "{value}"' for key, value in said.items()]
     sha256 = hashlib.sha256(path.read_bytes()).hexdigest()
     lines += ["", "[[file]]", f'path = "{path.name}"', f'sha256 = "{sha256}"']
-    path.with_name(f"{name}-{kind}.toml").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    lines += [f"maneuver = {problem.only}"] if problem.only else []
+    path.with_name(path.name.replace(".txt.gz", ".toml")).write_text(
+        "\n".join(lines) + "\n", encoding="utf-8"
+    )
 
 
-def result_file(name, kind):
+def result_file(name, kind, problem=H1):
     """Where a submission's rows are."""
-    return RESULTS / f"{name}-{kind}.txt.gz"
+    if problem == H1:
+        return RESULTS / f"{name}-{kind}.txt.gz"
+    return RESULTS / "harder" / f"{problem}-{name}-{kind}.txt.gz"
 
 
 def running(name):
@@ -163,58 +137,67 @@ def read_field():
     return tomllib.loads((HERE / "field.toml").read_text(encoding="utf-8"))
 
 
-def digits(entry, kind):
+def digits(entry, kind, problem=H1):
     """How many are written of each number: some more than are right."""
-    return entry.get(f"{kind}_digits", entry["digits"])
+    return entry.get(f"{kind}_digits", entry["digits"]) if problem == H1 else ALL_DIGITS
 
 
-def measure(program, setting, written, against):
+def measure(entry, run, problem, kind, setting, reference):
     """What a run gives, or why it fails; and the text of its result file."""
+    written = digits(entry, kind, problem.name)
     try:
-        text, cpu = program(setting, written)
-        found = {"failure": None} | judge(text)
+        text, cpu, counts = run(problem.name, setting, written)
+        found = problem.judge(text, reference)
+        if kind != "sweep":
+            text = problem.shortened(text, reference, written)
+            found = problem.judge(text, reference)
     except (FailedError, BicycleError) as e:
         return {"failure": str(e)}, ""
-    beside = against.time()
-    times = {"cpu": round(cpu, 5), "peer": round(beside, 5), "ratio": float(f"{cpu / beside:.3g}")}
-    return found | times | {"sha256": hashlib.sha256(text.encode()).hexdigest()}, text
+    if not counts and entry["measure"] == "step":
+        counts = {"steps": round(problem.seconds / setting["step"])}
+    return {"failure": None} | found | {"cpu": round(cpu, 5)} | counts, text
 
 
-def is_submitted(name, line):
+def is_submitted(name, problem, line):
     """Whether the result file of a run is that of this line."""
-    path = result_file(name, line["kind"])
+    path = result_file(name, line["kind"], problem)
     if not path.is_file():
         return False
     return hashlib.sha256(gzip.decompress(path.read_bytes())).hexdigest() == line["sha256"]
 
 
-def all_runs(name, entry, asked, document, tell, against):
-    """Run the settings of a program that are not written down already, and write them down."""
+def all_runs(name, entry, problem, reference, asked, document, tell, against):
+    """Run the settings of a program that are not written down already, and write them down.
+
+    Gives why not, if it is not here.
+    """
     said = described(entry, HERE / entry.get("folder", name))
-    found = said | {"missing": None, "runs": [], "orders": []}
+    lines = []
     with Apart(asked.limit, running, name) as program:
-        for kind, setting in settings(entry):
-            is_sent = asked.submit and kind != "sweep"
-            made_of = fingerprint(said, setting, digits(entry, kind))
-            line = None if asked.again else document.line(name, kind, made_of)
-            if line is None or (is_sent and not is_submitted(name, line)):
-                tell(f"{entry['program']}, {kind}", None)
+        for kind, setting in settings(entry, problem.name):
+            is_sent = asked.submit and kind in submitted(entry, problem.name)
+            of = () if problem.name == H1 else (problem.name,)
+            made_of = fingerprint(said, setting, digits(entry, kind, problem.name), *of)
+            line = None if asked.again else document.line(name, problem.name, kind, made_of)
+            if line is None or (is_sent and not is_submitted(name, problem.name, line)):
+                tell(f"{entry['program']}, {problem.name}, {kind}", None)
                 try:
                     program.start()
                 except AbsentError as e:
-                    found = document.absent(name, found, str(e))
-                    document.keep(name, found)
-                    return found
-                more, text = measure(program, setting, digits(entry, kind), against)
-                line = {"kind": kind, "started": document.started, "made_of": made_of, **more}
-                if is_sent and line["failure"] is None:
-                    submit(entry, name, kind, setting, text, line["cpu"])
+                    document.absent(name, said, str(e))
+                    return str(e)
+                found, text = measure(entry, program, problem, kind, setting, reference)
+                line = {"kind": kind, "started": document.started, "made_of": made_of, **found}
+                if line["failure"] is None:
+                    line |= against.beside(line["cpu"], problem.seconds)
+                    line |= {"sha256": hashlib.sha256(text.encode()).hexdigest()}
+                    if is_sent:
+                        submit(entry, name, problem, setting, text, line)
             about = named(entry, kind, setting)
-            found["runs"].append({**about, **line, **about})
-            found["orders"] = orders(found["runs"], entry["measure"])
-            document.keep(name, found)
-            tell(f"{entry['program']}, {kind}", found["runs"][-1])
-    return found
+            lines.append({**about, **line, **about})
+            document.keep_runs(name, said, problem.name, lines)
+            tell(f"{entry['program']}, {problem.name}, {kind}", lines[-1])
+    return None
 
 
 def words(line):
@@ -240,6 +223,19 @@ def main():
     parser.add_argument("--again", action="store_true", help="keep nothing that the JSON has")
     parser.add_argument("--submit", action="store_true", help="best and default into data/results")
     parser.add_argument(
+        "--problem", action="append", choices=["H1", "H2", "H3", "H4"], default=[],
+        help="of the harder tier, may be repeated (default: H1, the benchmark)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--sets", type=Path, default=Path("sets"), metavar="FOLDER",
+        help="where the references of the harder tier are (default: sets)",
+    )  # fmt: skip
+    parser.add_argument(
+        "--rows", choices=["prove", "compute"],
+        help="where a reference is not there, prove its rows alone, or take them of a run in 70 "
+        "digits: minutes or seconds in place of hours",
+    )  # fmt: skip
+    parser.add_argument(
         "--limit", type=float, default=LIMIT, metavar="SECONDS", help="of a run (default: 900)"
     )
     asked, field = parser.parse_args(), read_field()
@@ -250,24 +246,36 @@ def main():
         parser.error("found no program, expected --all or some of " + ", ".join(field))
     # Ended from outside, it ends what it runs.
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
+    todo = [Problem.of(x) for wanted in asked.problem or [H1] for x in problems(wanted)]
+    try:
+        references = [problem.reference(asked.sets, asked.rows) for problem in todo]
+    except BicycleError as e:
+        parser.error(str(e))
     against = Peer()
     document = Document.of(asked.output, machine(), against.said(), list(field))
-    total, done, absent = sum(len(settings(field[x])) for x in names), 0, []
+    total = sum(len(settings(field[x], problem.name)) for x in names for problem in todo)
+    done, absent = 0, {}
     with stage_bar() as bar:
 
         def tell(doing, line):
             nonlocal done
             if line is not None:
                 done += 1
-                print(doing.partition(",")[0], words(line), flush=True)
+                print(doing.rpartition(",")[0], words(line), flush=True)
             bar(doing, done / total)
 
         for name in names:
-            found = all_runs(name, field[name], asked, document, tell, against)
-            if found["missing"]:
-                absent.append(f"{field[name]['program']} is not here ({found['install']})")
-                print(absent[-1], found["missing"], sep=": ", flush=True)
-    for line in absent:
+            for problem, reference in zip(todo, references, strict=True):
+                why = all_runs(
+                    name, field[name], problem, reference, asked, document, tell, against
+                )
+                if why:
+                    absent[name] = (
+                        f"{field[name]['program']} is not here ({field[name]['install']})"
+                    )
+                    print(absent[name], why, sep=": ", flush=True)
+                    break
+    for line in absent.values():
         print(line, file=sys.stderr)
 
 

@@ -14,6 +14,8 @@ from typing import Any
 
 from heyoka_bike.system.files import write_output
 
+H1 = "H1"
+"""The benchmark; its runs are kept apart from those of the harder tier."""
 # Of a program: what is said of it, as field.toml has it.
 _SAID = ("program", "kind", "version", "install", "model", "default_model", "measure", "follows",
          "digits", "default_digits")  # fmt: skip
@@ -55,20 +57,31 @@ class Document:
                 content = before
         return cls(path, order, content, content["programs"], started)
 
-    def line(self, name, kind, made_of):
+    def line(self, name, problem, kind, made_of):
         """A run that was written down and holds still; None if there is none."""
-        runs = self.before.get(name, {"runs": []})["runs"]
+        said = self.before.get(name, {})
+        runs = said.get("runs", []) if problem == H1 else said.get("harder", {}).get(problem, [])
         same = (r for r in runs if (r["kind"], r["made_of"]) == (kind, made_of))
         return next((r for r in same if r["failure"] is None), None)
 
-    def absent(self, name, found, why):
-        """A program that is not here, with what is known of it."""
-        known = self.content["programs"].get(name, found)
-        return known | {"missing": why}
+    def keep_runs(self, name, said, problem, lines):
+        """Write the runs of a problem down, with what is said of their program."""
+        found = {"runs": lines, "orders": orders(lines, said["measure"])}
+        if problem != H1:
+            others = self.content["programs"].get(name, {}).get("harder", {})
+            found = {"harder": dict(sorted((others | {problem: lines}).items()))}
+        self.keep(name, said | {"missing": None} | found)
+
+    def absent(self, name, said, why):
+        """Write down that a program is not here; what is known of it stays."""
+        known = self.content["programs"].get(name, said)
+        self.keep(name, known | {"missing": why})
 
     def keep(self, name, found):
-        """Write a program down."""
-        programs = self.content["programs"] | {name: found}
+        """Write down what was found of a program; what else is known of it stays."""
+        programs = self.content["programs"]
+        known = programs.get(name, {"missing": None, "runs": [], "orders": []})
+        programs = programs | {name: known | found}
         self.content["programs"] = {x: programs[x] for x in self.order if x in programs}
         runs = [r for p in self.content["programs"].values() for r in p["runs"]]
         # One time: all of it was measured in one run.
@@ -78,11 +91,29 @@ class Document:
             write_output(self.path, text.encode() + b"\n")
 
 
-def settings(entry):
-    """Kind and setting of each run of a program, none twice: the default, the best, the sweep."""
+def settings(entry, problem=H1):
+    """Kind and setting of each run of a program, none twice.
+
+    Of the benchmark the default, the best and the sweep; of the harder tier those that it is said
+    to do.
+    """
     kept = [(kind, entry[kind]) for kind in ("default", "best") if kind in entry]
+    if problem != H1:
+        return [x for x in kept if _named(entry, x[0], problem)]
     others = [x for x in entry["sweep"] if x not in [setting for _, setting in kept]]
     return kept + [("sweep", x) for x in others]
+
+
+def submitted(entry, problem):
+    """Kinds of the runs of a problem whose results are published."""
+    if problem == H1:
+        return ("default", "best")
+    return ("best",) if _named(entry, "submitted", problem) else ()
+
+
+def _named(entry, what, problem):
+    """Whether a program is said to do a problem of the harder tier, of which H3 is six."""
+    return problem.startswith(tuple(entry.get("harder", {}).get(what, ())))
 
 
 def named(entry, kind, setting):

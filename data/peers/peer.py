@@ -22,8 +22,10 @@ class Peer:
 
     def __init__(self):
         reference, bicycle = load_reference(), read_bicycle(benchmark_bicycle())
-        maneuvers = enumerate(read_maneuvers(benchmark_maneuvers()), start=1)
-        self._problems = [Problem(bicycle, m, reference[i]) for i, m in maneuvers]
+        maneuvers = read_maneuvers(benchmark_maneuvers())
+        self._seconds = float(sum(m.duration for m in maneuvers))
+        numbered = enumerate(maneuvers, start=1)
+        self._problems = [Problem(bicycle, m, reference[i]) for i, m in numbered]
         self._starts = [p.start(float) for p in self._problems]
         self._compiled = CompiledPeers(bicycle)
 
@@ -39,6 +41,15 @@ class Peer:
             self._columns()
             times.append(time.process_time() - begin)
         return min(times)
+
+    def beside(self, cpu, seconds):
+        """Its time, and that of a run over its own for as many seconds of motion.
+
+        Its steps are all of one size: its time grows as the motion does.
+        """
+        beside = self.time()
+        ratio = cpu / beside * self._seconds / seconds
+        return {"peer": round(beside, 5), "ratio": float(f"{ratio:.3g}")}
 
     def _columns(self):
         return [

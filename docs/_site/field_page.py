@@ -13,6 +13,7 @@ from statistics import median
 from typing import Any
 
 from field_figures import KINDS, OTHER, PASSES, RIGHT, Kind, costs, drifts
+from field_harder import counted, harder, times
 from speed_page import filled, table
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
@@ -110,6 +111,7 @@ def parts(document):
         "columns": columns(programs),
         "contact": contact(programs),
         "apart": apart(programs),
+        **harder(document),
     }
 
 
@@ -128,10 +130,10 @@ def machine(document):
 def best_table(programs):
     return table(
         ("program", "what it is", "best run", "digits", "worst column", "eq. (1) [%]", "time",
-         "order", "definitions"),
+         "steps or calls", "order", "definitions"),
         [
-            (_link(p), p.kind.words, p.best["words"] or "", *_result(p, p.best), _order(p),
-             _definitions(p.best))
+            (_link(p), p.kind.words, p.best["words"] or "", *_result(p, p.best), counted(p.best),
+             _order(p), _definitions(p.best))
             for p in programs if p.best
         ],
         left=3,
@@ -169,10 +171,14 @@ def _setting(said, run):
 def default_table(programs):
     ordered = sorted((p for p in programs if p.default), key=lambda p: -p.default["digits"])
     return table(
-        ("program", "as it comes", "digits", "worst column", "eq. (1) [%]", "time"),
-        [(p.name, p.default["words"] or "", *_result(p, p.default)) for p in ordered],
+        ("program", "as it comes", "digits", "worst column", "eq. (1) [%]", "time",
+         "steps or calls"),
+        [
+            (p.name, p.default["words"] or "", *_result(p, p.default), counted(p.default))
+            for p in ordered
+        ],
         left=2,
-    )
+    )  # fmt: skip
 
 
 def _link(p):
@@ -186,12 +192,8 @@ def _result(p, run):
         one_decimal(run["digits"]),
         f"{label(worst['column'])}, {worst['maneuver']}",
         number(drift) if drift >= p.least(run) else f"< {p.least(run):.0e}",
-        _times(run["ratio"]),
+        times(run["ratio"]),
     )
-
-
-def _times(ratio):
-    return f"{ratio:.2g}" if ratio < 100 else f"{round(ratio, 2 - len(str(int(ratio)))):,.0f}"
 
 
 def _order(p):

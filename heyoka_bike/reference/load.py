@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 from collections import ChainMap
 from collections.abc import Callable, Mapping, Sequence
@@ -368,7 +367,8 @@ def _read_maneuvers(
     raw: bytes, manifest: manifest_file.Manifest, columns: Sequence[Column]
 ) -> tuple[h5py.File, tuple[ReferenceManeuver, ...]]:
     # In memory, checked against the manifest; it stays open for the columns not yet read.
-    f = h5py.File(io.BytesIO(raw), "r")
+    # As an image: a Python object would be asked for at its closing, when Python has ended.
+    f = h5py.File(h5py.h5f.open_file_image(raw))
     numbers = range(1, len(manifest.inputs["maneuvers"]) + 1)
     return f, tuple(_read_maneuver(f[f"maneuver_{i}"], columns) for i in numbers)
 

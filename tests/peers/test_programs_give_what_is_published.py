@@ -5,9 +5,9 @@ import tomllib
 
 import numpy as np
 import pytest
-from support.peers import apart, field, measured, on_path
+from support.peers import apart, field, measured, on_path, problem
 
-FIELD = field.read_field()
+FIELD, H1 = field.read_field(), problem.Problem.of("H1")
 # The same version on the same kind of processor gives the same bytes, of MuJoCo, PyBullet,
 # Pinocchio, Drake, Simbody, ODE and IDA as measured. Other processors, compilers and libraries
 # round otherwise, which moves steps and iterations that are chosen by comparing errors with a
@@ -34,6 +34,12 @@ def cheaper(name):
     return min(times, key=times.__getitem__)
 
 
+def judged(name, kind, reference):
+    """What is said of a published file."""
+    text = gzip.decompress(field.result_file(name, kind).read_bytes()).decode()
+    return H1.judge(text, reference)
+
+
 def further_apart(found, published):
     """Columns whose errors differ by more than the factor."""
     return [
@@ -45,7 +51,7 @@ def further_apart(found, published):
 @pytest.mark.peers
 @pytest.mark.timeout(2 * SECONDS)
 @pytest.mark.parametrize("name", FIELD)
-def test_a_program_gives_what_is_published(name):
+def test_a_program_gives_what_is_published(name, reference):
     entry = FIELD[name]
     kind = cheaper(name)
     with apart.Apart(SECONDS, field.running, name) as program:
@@ -60,16 +66,12 @@ def test_a_program_gives_what_is_published(name):
         others = {x: v for x, v in here.items() if wanted.get(x, v) != v}
         if others:
             pytest.skip(f"{entry['program']} is here with {others}: {entry['install']}")
-        text, _ = program(entry[kind], field.digits(entry, kind))
-    found = field.judge(text)
-    published = field.judge(gzip.decompress(field.result_file(name, kind).read_bytes()).decode())
+        text, _, _ = program("H1", entry[kind], field.digits(entry, kind))
+    found, published = H1.judge(text, reference), judged(name, kind, reference)
     assert not further_apart(found, published), (found, published)
 
 
-def test_another_setting_is_told_apart():
-    best, default = (
-        field.judge(gzip.decompress(field.result_file("ode", kind).read_bytes()).decode())
-        for kind in ("best", "default")
-    )
+def test_another_setting_is_told_apart(reference):
+    best, default = (judged("ode", kind, reference) for kind in ("best", "default"))
     assert not further_apart(best, best)
     assert "roll_angle" in further_apart(best, default)

@@ -29,6 +29,9 @@ def test_tables_and_counts_are_those_of_the_run(run):
         other = json.loads(RUN.read_text())
         next(iter(other["programs"].values()))["runs"][0] |= change
         assert filled(page, parts(other)) != page, change
+        other = json.loads(RUN.read_text())
+        next(iter(other["programs"].values()))["harder"]["H4"][0] |= change
+        assert filled(page, parts(other)) != page, change
 
 
 def test_runs_are_those_that_the_programs_are_said_to_have(run, field):
@@ -38,6 +41,9 @@ def test_runs_are_those_that_the_programs_are_said_to_have(run, field):
         assert said["version"] == entry["version"]
         made = [(r["kind"], r["setting"]) for r in said["runs"]]
         assert made == [x for x in measured.settings(entry) if x in made]
+        for problem, runs in said.get("harder", {}).items():
+            made = [(r["kind"], r["setting"]) for r in runs]
+            assert made == measured.settings(entry, problem)
         assert all(r["digits"] <= min(r["scd"].values()) for r in said["runs"] if not r["failure"])
 
 
@@ -45,6 +51,14 @@ def test_programs_stand_in_the_order_of_their_digits(run):
     digits = [p.best["digits"] for p in shown(run) if p.best]
     assert digits == sorted(digits, reverse=True)
     assert len(digits) >= 9
+
+
+def test_a_run_that_came_to_no_end_is_named(run):
+    other = json.loads(RUN.read_text())
+    said = next(p for p in other["programs"].values() if "H4" in p.get("harder", {}))
+    said["harder"]["H4"][0] = {"kind": "best", "failure": "no end after 9 s", "started": "2026-11"}
+    assert f"{said['program']} (H4)" in parts(other)["harder left out"]
+    assert len(parts(other)["H4"].splitlines()) == len(parts(run)["H4"].splitlines()) - 1
 
 
 def test_figures_name_every_program(run):

@@ -5,9 +5,13 @@ import os
 import subprocess
 import sys
 import time
+from dataclasses import replace
 
+import numpy as np
 import pytest
-from support.peers import PEERS, apart, measured, on_path
+from support.peers import PEERS, apart, measured, on_path, problem
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 
 FIELD = PEERS / "field.py"
 
@@ -91,19 +95,74 @@ def test_what_is_written_down_is_kept_while_it_holds(tmp_path):
             measured.settings(entry), (None, "crashed"), strict=True
         )
     )
+    said = {"measure": "step"}
     document.keep("a", {"runs": [line, failed]})
-    document.keep("b", {"runs": []})
+    document.keep_runs("b", said, "H4", [line])
+    document.keep_runs("b", said, "H2", [])
+    assert list(document.content["programs"]["b"]["harder"]) == ["H2", "H4"]
     assert list(json.loads(path.read_text())["programs"]) == ["b", "a"]
     again = measured.Document.of(path, "here", "peer", ["b", "a"])
-    assert again.line("a", "default", "made of this") == line
+    assert again.line("a", "H1", "default", "made of this") == line
+    assert again.line("b", "H4", "default", "made of this") == line
     again.keep("a", {"runs": []})
-    assert again.line("a", "default", "made of this") == line, "runs that follow are kept too"
-    assert again.line("a", "default", "made of that") is None
-    assert again.line("a", "sweep", "made of this") is None
-    assert (
-        measured.Document.of(path, "elsewhere", "peer", []).line("a", "default", "made of this")
-        is None
-    )
+    assert again.line("a", "H1", "default", "made of this") == line, "runs that follow are kept too"
+    for name, asked, kind, made_of in (
+        ("a", "H1", "default", "made of that"), ("a", "H1", "sweep", "made of this"),
+        ("a", "H4", "default", "made of this"), ("b", "H1", "default", "made of this"),
+        ("b", "H2", "default", "made of this"),
+    ):  # fmt: skip
+        assert again.line(name, asked, kind, made_of) is None
+    elsewhere = measured.Document.of(path, "elsewhere", "peer", [])
+    assert elsewhere.line("a", "H1", "default", "made of this") is None
+
+
+def test_what_is_done_of_the_harder_tier_is_said():
+    entry = {
+        "default": {"step": 2}, "best": {"step": 1}, "sweep": [{"step": 3}],
+        "harder": {"best": ["H3", "H4"], "default": ["H4"], "submitted": ["H2", "H3d"]},
+    }  # fmt: skip
+    best = ("best", {"step": 1})
+    assert measured.settings(entry, "H4") == [("default", {"step": 2}), best]
+    assert measured.settings(entry, "H3d") == [best]
+    assert measured.settings(entry, "H2") == []
+    assert measured.submitted(entry, "H3d") == ("best",)
+    assert measured.submitted(entry, "H3a") == measured.submitted({}, "H3d") == ()
+    assert measured.submitted(entry, "H1") == ("default", "best")
+    assert problem.problems("H3") == ["H3a", "H3b", "H3c", "H3d", "H3e", "H3f"]
+
+
+def test_a_problem_has_the_inputs_and_rows_of_its_files():
+    longer, another = problem.Problem.of("H2"), problem.Problem.of("H4")
+    assert (longer.rate, longer.rows, longer.seconds, longer.only) == (10, 1001, 100, 1)
+    assert longer.bicycle == problem.Problem.of("H1").bicycle
+    assert longer.starts == problem.Problem.of("H1").starts[:1]
+    assert (another.rate, another.rows, another.only) == (100, 1001, None)
+    assert another.starts == [[4.5, 0.5], [6, 0.5], [8, 0.5]]
+    assert another.bicycle["w"] == 1.121
+    edge = problem.Problem.of("H3d")
+    assert (edge.starts, edge.only) == ([[4.6, 2.4649]], 4)
+    assert longer.text([[0.0, 1 / 3]] * 3, [3, 2]).splitlines()[1:] == ["0.1 0 0.33", "0.2 0 0.33"]
+
+
+def test_a_file_is_shortened_to_the_digits_that_are_right(reference):
+    asked, times = problem.Problem.of("H1"), np.arange(1001) / 100
+    rows = np.hstack([np.column_stack([r[key] for key in BENCHMARK_COLUMNS])
+                      for r in reference.values()])  # fmt: skip
+    rows[:, 0] += 1e-5 * np.sin(times)
+    text = asked.text(rows, [17] * 24)
+    short = asked.shortened(text, reference, 17)
+    first, *others = (word.lstrip("-0.") for word in short.splitlines()[500].split()[1:])
+    # An error of 1e-5 of the largest lean, 0.18 rad: 4.3 digits.
+    assert len(first) <= 7 < min(map(len, others))
+    whole, part = asked.judge(text, reference), asked.judge(short, reference)
+    assert part["scd"]["roll_angle"] == pytest.approx(whole["scd"]["roll_angle"], abs=0.03)
+    assert asked.judge(asked.text(rows, [4] * 24), reference)["digits"] < 4
+
+
+def test_a_set_that_is_not_there_is_one_line(tmp_path):
+    code, _, err = field("linear", "--problem", "H4", "--sets", tmp_path)
+    assert code == 2
+    assert "no manifest.json found" in err.splitlines()[-1]
 
 
 def test_versions_are_those_that_are_installed():
@@ -143,3 +202,48 @@ def test_an_unknown_program_is_one_line():
     code, _, err = field("mujocco")
     assert code == 2
     assert "found 'mujocco', expected some of mujoco" in err.splitlines()[-1]
+
+
+@pytest.mark.proof
+def test_rows_that_are_proved_alone_are_those_of_the_set(reference, tmp_path):
+    pytest.importorskip("heyoka")
+    with on_path():
+        from rows_alone import rows_alone
+    (tmp_path / "short.toml").write_text(
+        'name = "short"\n'
+        + "".join(
+            f'[[maneuver]]\nname = "{name}"\nspeed = "{speed}"\nroll_rate = "0.05"\n'
+            'duration = "0.1"\nspacing = "0.01"\n'
+            for name, speed in (("p", "8.0"), ("q", "4.0"))
+        )
+    )
+
+    def made(how):
+        return rows_alone("benchmark", tmp_path / "short.toml", [2], tmp_path / "set", how)
+
+    found, computed = made("prove"), made("compute")
+    assert (found.parameters, len(found)) == (reference.parameters, 2)
+    assert np.isnan(found[1]["roll_angle"]).all()
+    short, whole = found[2], reference[1]
+    assert set(short.rows.hi) == set(whole.rows.hi)
+    for name in short.rows.hi:
+        for part in ("hi", "lo"):
+            ours, published = (getattr(m.rows, part)[name] for m in (short, whole))
+            assert np.array_equal(ours, published[:11]), (name, part)
+            # A run in 70 digits rounds the same way, but where the exact value is zero.
+            found_too = getattr(computed[2].rows, part)[name]
+            assert np.abs(found_too - ours).max() < 1e-60, (name, part)
+    middle = short.evaluate("0.055", "roll_angle")["roll_angle"]
+    assert middle == whole.evaluate("0.055", "roll_angle")["roll_angle"]
+    columns = [short.rows[key] for key in ("roll_angle", "roll_rate", "forward_speed_wheel_spin",
+               "potential_energy", "kinetic_energy", "mechanical_energy", "steer_angle",
+               "steer_rate")]  # fmt: skip
+    asked = replace(problem.Problem.of("H1"), numbers=(2,), rows=11)
+    text = asked.text(np.column_stack(columns), [17] * 8)
+    judged = asked.judge(text, found)
+    assert judged["digits"] > 15
+    assert judged["definitions"] == {"forward_speed": "wheel_spin"}
+    kept = tmp_path / "set" / "rows-prove.pickle"
+    before = kept.read_bytes()
+    assert made("prove")[2].rows.hi.keys() == short.rows.hi.keys()
+    assert kept.read_bytes() == before

@@ -140,8 +140,9 @@ def test_a_set_is_proved_again(made):
     (proof,) = heyoka_bike.certify(found.folder, progress=progress)
     assert proof.name == "short"
     assert 0 < proof.bound < 1e-60
-    stages = ["waiting", "certify", "rows", "dense", "motion", "vary"]
-    assert list(progress.stages["short"]) == stages
+    stages = list(progress.stages["short"])
+    assert stages[:2] == ["waiting", "certify"]
+    assert set(stages[2:]) == {"rows", "dense", "motion", "vary"}
 
 
 def test_texts_are_compared_with_what_is_proved(made, tmp_path, monkeypatch):

@@ -27,5 +27,6 @@ with on_path():
     import apart
     import field
     import measured
+    import problem
 
-__all__ = ["PEERS", "apart", "field", "measured", "on_path"]
+__all__ = ["PEERS", "apart", "field", "measured", "on_path", "problem"]

@@ -13,7 +13,7 @@ int main() {
         bicycle.slope(y.data(), rates.data());
     };
     std::vector<double> times;
-    for (int i = 0; i <= 1000; ++i) times.push_back(i / 100.0);
+    for (int i = 0; i <= 1000; ++i) times.push_back(i / bicycle.rate);
     std::vector<State> rows;
     const auto keep = [&](const State& y, double) { rows.push_back(y); };
 

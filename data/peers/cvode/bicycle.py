@@ -10,8 +10,8 @@ from equations.whipple import Bicycle
 from sksundae.cvode import CVODE
 
 
-def simulate(p, speed, roll_rate, tolerance, absolute=None, method="Adams"):
-    """Rows of the eight columns every 0.01 s, and the processor time of the simulation [s]."""
+def simulate(p, speed, roll_rate, tolerance, absolute=None, method="Adams", rate=100):
+    """Rows of the eight columns, `rate` a second; processor time [s]; calls of the equations."""
     bicycle = Bicycle(p)
 
     def slope(t, state, rates):
@@ -20,8 +20,8 @@ def simulate(p, speed, roll_rate, tolerance, absolute=None, method="Adams"):
     absolute = tolerance * 1e-3 if absolute is None else absolute
     solver = CVODE(slope, method=method, rtol=tolerance, atol=absolute, max_num_steps=100000)
     begin = time.process_time()
-    found = solver.solve(np.arange(1001) / 100, bicycle.start(speed, roll_rate))
+    found = solver.solve(np.arange(1001) / rate, bicycle.start(speed, roll_rate))
     cpu = time.process_time() - begin
     if len(found.y) != 1001:
         raise RuntimeError(found.message)
-    return bicycle.rows(found.y), cpu
+    return bicycle.rows(found.y), cpu, {"calls": bicycle.calls}

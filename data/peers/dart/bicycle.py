@@ -62,9 +62,9 @@ def bicycle(p, shape, thin, friction):
 
 def simulate(
     p, speed, roll_rate, step, detector="FCL", shape="ellipsoid", thin=0.002, friction=1.0,
-    split=False,
+    split=False, rate=100,
 ):  # fmt: skip
-    """Rows of the eight columns every 0.01 s, and the processor time of the simulation [s].
+    """Rows of the eight columns, `rate` a second, and the processor time of the simulation [s].
 
     ``detector`` is DART's name of a collision detector, ``thin`` the width of the wheels [m].
     """
@@ -88,7 +88,7 @@ def simulate(
     root.setVelocities([roll_rate, 0, 0, speed, -roll_rate * p["rR"], 0])
     hinges["R"].setVelocity(0, speed / p["rR"])
     hinges["F"].setVelocity(0, speed / p["rF"])
-    rows, cpu, each = [], 0.0, round(0.01 / step)
+    rows, cpu, each = [], 0.0, round(1 / rate / step)
     for row in range(1001):
         begin = time.process_time()
         for _ in range(each if row else 0):

@@ -15,10 +15,10 @@ from equations.whipple import Bicycle, functions
 
 
 @cache
-def solver(values, tolerance, method, dense, double):
-    """A compiled function of the start, for the 1001 states."""
+def solver(values, tolerance, method, dense, double, rate):
+    """A compiled function of the start, for the 1001 states and the number of steps."""
     jax.config.update("jax_enable_x64", double)
-    motion, times = functions("jax")[0], jnp.arange(1001) / 100
+    motion, times = functions("jax")[0], jnp.arange(1001) / rate
     steps = diffrax.PIDController(rtol=tolerance, atol=tolerance)
 
     def slope(_, state, __):
@@ -26,22 +26,23 @@ def solver(values, tolerance, method, dense, double):
         return jnp.concatenate([state[8:], jnp.linalg.solve(found[:64].reshape(8, 8), found[64:])])
 
     def solve(start):
-        return diffrax.diffeqsolve(
-            diffrax.ODETerm(slope), getattr(diffrax, method)(), 0.0, 10.0, 1e-3, start,
+        found = diffrax.diffeqsolve(
+            diffrax.ODETerm(slope), getattr(diffrax, method)(), 0.0, times[-1], 1e-3, start,
             saveat=diffrax.SaveAt(ts=times), max_steps=1000000,
             stepsize_controller=steps if dense else diffrax.ClipStepSizeController(steps, times),
-        ).ys  # fmt: skip
+        )  # fmt: skip
+        return found.ys, found.stats["num_steps"]
 
     return jax.jit(solve)
 
 
-def simulate(p, speed, roll_rate, tolerance, method="Dopri8", dense=True, double=True):
-    """Rows of the eight columns every 0.01 s, and the processor time of the simulation [s]."""
+def simulate(p, speed, roll_rate, tolerance, method="Dopri8", dense=True, double=True, rate=100):
+    """Rows of the eight columns, `rate` a second; processor time [s]; steps."""
     bicycle = Bicycle(p)
-    solve = solver(tuple(bicycle.values), tolerance, method, dense, double)
+    solve = solver(tuple(bicycle.values), tolerance, method, dense, double, rate)
     start = jnp.array(bicycle.start(speed, roll_rate))
-    solve(start).block_until_ready()
+    jax.block_until_ready(solve(start))
     begin = time.process_time()
-    found = solve(start).block_until_ready()
+    found, steps = jax.block_until_ready(solve(start))
     cpu = time.process_time() - begin
-    return bicycle.rows(np.asarray(found, float)), cpu
+    return bicycle.rows(np.asarray(found, float)), cpu, {"steps": int(steps)}

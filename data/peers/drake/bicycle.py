@@ -96,8 +96,8 @@ class Rolling(drake.LeafSystem):
         )
 
 
-def simulate(p, speed, roll_rate, step, contact=None, thin=0.001):
-    """Rows of the eight columns every 0.01 s, and the processor time of the simulation [s].
+def simulate(p, speed, roll_rate, step, contact=None, thin=0.001, rate=100):
+    """Rows of the eight columns, `rate` a second, and the processor time of the simulation [s].
 
     ``contact`` is Drake's name of a discrete contact approximation.
     """
@@ -132,7 +132,7 @@ def simulate(p, speed, roll_rate, step, contact=None, thin=0.001):
     found, cpu = [], 0.0
     for row in range(1001):
         begin = time.process_time()
-        simulator.AdvanceTo(row * 0.01)
+        simulator.AdvanceTo(row * (1 / rate))
         cpu += time.process_time() - begin
         if not contact:
             state = simulator.get_context().get_continuous_state_vector().CopyToVector()

@@ -1,7 +1,8 @@
 // The uncontrolled bicycle for integrators in C++: equations that whipple.py writes, start and rows.
 //
 // Reads lines "name value" (parameters, speed, roll_rate and the settings of the program); the eight
-// columns are written every 0.01 s, the processor time [s] as an error message.
+// columns are written `rate` times a second, as an error message the processor time [s] and the
+// calls of the equations.
 
 #pragma once
 
@@ -29,6 +30,7 @@ class Bicycle {
         for (std::string name, value; std::cin >> name >> value; said[name] = value)
             table[name] = std::strtod(value.c_str(), nullptr);
         parameters(table, p);
+        rate = table["rate"];
         start = {0, 0, 0, 0, table["lam"], 0, 0, 0, table["speed"], 0, 0, table["roll_rate"], 0,
                  -table["speed"] / table["rR"], 0, -table["speed"] / table["rF"]};
     }
@@ -36,7 +38,8 @@ class Bicycle {
     double number(const char* name) const { return std::stod(said.at(name)); }
 
     // Rates of the state: the accelerations by elimination with the largest pivots.
-    void slope(const double* y, double* rates) const {
+    void slope(const double* y, double* rates) {
+        ++calls;
         double found[72];
         motion(y, p, found);
         double a[8][9];
@@ -69,11 +72,13 @@ class Bicycle {
             std::printf("%.17g %.17g %.17g %.17g %.17g %.17g %.17g %.17g\n", y[3], y[11], y[8],
                         e[0], e[1], e[0] + e[1], y[6], y[14]);
         }
-        std::fprintf(stderr, "%g\n", cpu);
+        std::fprintf(stderr, "%g calls %ld\n", cpu, calls);
     }
 
     State start;
+    double rate;
 
   private:
     double p[32];
+    long calls = 0;
 };

@@ -96,6 +96,7 @@ class Bicycle:
         self.motion, self.energies = functions("math")
         terms = parameters(p)
         self.values = [float(terms[str(x)]) for x in derive()[0]]
+        self.calls = 0
 
     def start(self, speed, roll_rate):
         """State of the upright bicycle that goes straight on."""
@@ -106,6 +107,7 @@ class Bicycle:
 
     def slope(self, _, state):
         """Rates of the state."""
+        self.calls += 1
         found = np.array(self.motion(state.tolist(), self.values))
         return np.concatenate([state[8:], np.linalg.solve(found[:64].reshape(8, 8), found[64:])])
 

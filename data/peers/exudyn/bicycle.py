@@ -126,15 +126,16 @@ def contact_columns(p, mbs, sensors, tensors):
 def simulate(
     p, speed, roll_rate, step, solver="GeneralizedAlpha", newton=(1e-8, 1e-10), radius=0.9,
     adaptive=False, contact=False, stiffness=1e5, damping=2e3, friction=1.0, zone=1e-2,
+    rate=100,
 ):  # fmt: skip
-    """Rows of the eight columns every 0.01 s, and the processor time of the solver [s].
+    """Rows of the eight columns, `rate` a second, and the processor time of the solver [s].
 
     The solver, its Newton tolerances (relative, absolute) and its spectral radius by default are
     Exudyn's own; stiffness [N/m] and damping [N s/m] those of its example of a rolling disc.
     ``adaptive`` shortens steps that fail.
     ``zone`` [m/s] is the velocity of slip at which friction is full.
     """
-    start = rolling.Maneuver(speed, roll_rate, 10.0, 0.01)
+    start = rolling.Maneuver(speed, roll_rate, 1000 / rate, 1 / rate)
     if contact:
         penalty = stiffness, damping, friction, zone
         tree = contact_model(p, speed, roll_rate, *penalty)

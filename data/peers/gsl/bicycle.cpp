@@ -28,7 +28,7 @@ int main() {
     double t = 0;
     std::vector<State> rows = {y};
     for (int i = 1; i <= 1000; ++i) {
-        const int status = gsl_odeiv2_driver_apply(driver, &t, i / 100.0, y.data());
+        const int status = gsl_odeiv2_driver_apply(driver, &t, i / bicycle.rate, y.data());
         if (status != GSL_SUCCESS) {
             std::fprintf(stderr, "stops at %g s: %s\n", t, gsl_strerror(status));
             return 1;

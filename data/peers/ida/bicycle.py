@@ -33,7 +33,7 @@ class Bicycle:
     """Mass, force and constraints at a state."""
 
     def __init__(self, p):
-        self.p = p
+        self.p, self.calls = p, 0
         self.mass = np.array([p[f"m{b}"] for b in BODIES])
         self.tensors = np.zeros((4, 3, 3))
         for tensor, b in zip(self.tensors, BODIES, strict=True):
@@ -72,6 +72,7 @@ class Bicycle:
 
     def residual(self, _, y, rates, out):
         """Zero of the DAE."""
+        self.calls += 1
         q, w = y[12:28].reshape(4, 4), y[40:52].reshape(4, 3)
         a = attitudes(q)
         rows = self.rows(a)
@@ -129,8 +130,8 @@ class Bicycle:
         ]  # fmt: skip
 
 
-def simulate(p, speed, roll_rate, tolerance):
-    """Rows of the eight columns every 0.01 s, and the processor time of the simulation [s]."""
+def simulate(p, speed, roll_rate, tolerance, rate=100):
+    """Rows of the eight columns, `rate` a second; processor time [s]; calls of the residual."""
     bicycle = Bicycle(p)
     # The reactions are not tested for errors: their tolerance is a large one.
     absolute = np.concatenate([np.full(52, tolerance), np.full(21, 1e6)])
@@ -138,9 +139,10 @@ def simulate(p, speed, roll_rate, tolerance):
         bicycle.residual, rtol=tolerance, atol=absolute, algebraic_idx=list(range(52, 73)),
         max_num_steps=100000,
     )  # fmt: skip
-    begin = time.process_time()
-    found = solver.solve(np.arange(1001) / 100, *bicycle.start(speed, roll_rate))
+    start = bicycle.start(speed, roll_rate)
+    begin, bicycle.calls = time.process_time(), 0
+    found = solver.solve(np.arange(1001) / rate, *start)
     cpu = time.process_time() - begin
     if len(found.y) != 1001:
         raise RuntimeError(found.message)
-    return np.array([bicycle.columns(y) for y in found.y]), cpu
+    return np.array([bicycle.columns(y) for y in found.y]), cpu, {"calls": bicycle.calls}

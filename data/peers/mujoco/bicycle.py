@@ -50,8 +50,9 @@ MODEL = """
 def simulate(
     p, speed, roll_rate, step, integrator="Euler", stiffness="0.02 1", impedance="0.9 0.95 0.001",
     cone="pyramidal", impratio=1, friction=1, tolerance=1e-8, thin=0.001, settle=0.0,
+    rate=100,
 ):  # fmt: skip
-    """Rows of the eight columns every 0.01 s, and the processor time of the simulation [s].
+    """Rows of the eight columns, `rate` a second, and the processor time of the simulation [s].
 
     Values by default are MuJoCo's own. ``settle`` [s] lets the standing bicycle sink into the
     floor before it starts.
@@ -70,7 +71,7 @@ def simulate(
     # Velocity of the rear hub, angular velocity of the frame, rates of the three hinges.
     rear, front = speed / p["rR"], speed / p["rF"]
     data.qvel[:] = [speed, -roll_rate * p["rR"], 0, roll_rate, 0, 0, rear, 0, front]
-    rows, cpu, each = [], 0.0, round(0.01 / step)
+    rows, cpu, each = [], 0.0, round(1 / rate / step)
     for row in range(1001):
         begin = time.process_time()
         if row:

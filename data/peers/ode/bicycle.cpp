@@ -1,8 +1,8 @@
 // The uncontrolled bicycle in the Open Dynamics Engine: four bodies, three hinges, and a contact at
 // the lowest point of each wheel, with friction. Axes: x forward, y left, z up.
 //
-// Reads lines "name value" (parameters, speed, roll_rate, step, erp, cfm, gyroscopic), writes the eight
-// columns every 0.01 s, and the processor time of the simulation [s] as an error message.
+// Reads lines "name value" (parameters, speed, roll_rate, rate, step, erp, cfm, gyroscopic), writes the
+// eight columns `rate` times a second, and the processor time of the simulation [s] as an error message.
 
 #include <ode/ode.h>
 
@@ -82,7 +82,7 @@ int main() {
         contact.geom.depth = -contact.geom.pos[2];
         dJointAttach(dJointCreateContact(world, contacts, &contact), bodies[wheel], nullptr);
     };
-    const int each = int(std::lround(0.01 / p["step"]));
+    const int each = int(std::lround(1 / p["rate"] / p["step"]));
     double cpu = 0;
     for (int row = 0; row <= 1000; ++row) {
         const auto begin = std::clock();

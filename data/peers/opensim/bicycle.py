@@ -67,8 +67,9 @@ def build(p, thin, stiffness, dissipation, friction, transition):
 def simulate(
     p, speed, roll_rate, accuracy=1e-3, thin=0.002, stiffness=1e8, dissipation=1.0, friction=1.0,
     transition=0.01, method="RungeKuttaMerson",
+    rate=100,
 ):  # fmt: skip
-    """Rows of the eight columns every 0.01 s, and the processor time of the simulation [s].
+    """Rows of the eight columns, `rate` a second, and the processor time of the simulation [s].
 
     ``stiffness`` [N/m^2], ``dissipation`` [s/m] and ``transition`` [m/s] are those of OpenSim's
     Hunt-Crossley force.
@@ -78,10 +79,10 @@ def simulate(
     joint = {x: model.getJointSet().get(x) for x in ("free", "rear", "steer", "front")}
     free = [joint["free"].get_coordinates(i) for i in range(6)]
     free[5].setValue(state, p["rR"])
-    for coordinate, rate in zip(
+    for coordinate, initial in zip(
         free, (roll_rate, 0, 0, speed, -roll_rate * p["rR"], 0), strict=True
     ):
-        coordinate.setSpeedValue(state, float(rate))
+        coordinate.setSpeedValue(state, float(initial))
     for wheel in ("rear", "front"):
         radius = p["rR" if wheel == "rear" else "rF"]
         joint[wheel].get_coordinates(0).setSpeedValue(state, speed / radius)
@@ -95,7 +96,7 @@ def simulate(
     for row in range(1001):
         begin = time.process_time()
         if row:
-            state = manager.integrate(row / 100)
+            state = manager.integrate(row / rate)
         cpu += time.process_time() - begin
         model.realizeVelocity(state)
         rotation = frame.getTransformInGround(state).R()

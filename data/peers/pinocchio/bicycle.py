@@ -61,8 +61,8 @@ def rolling(model, data, wheels):
     return np.vstack(rows), np.concatenate(right)
 
 
-def simulate(p, speed, roll_rate, step, method="rk4", chart=True):
-    """Rows of the eight columns every 0.01 s, and the processor time of the simulation [s].
+def simulate(p, speed, roll_rate, step, method="rk4", chart=True, rate=100):
+    """Rows of the eight columns, `rate` a second, and the processor time of the simulation [s].
 
     Speeds are not the rates of a quaternion's displacement: without ``chart``, which many leave
     out, Runge-Kutta 4 is of order 2.
@@ -103,7 +103,7 @@ def simulate(p, speed, roll_rate, step, method="rk4", chart=True):
     found, cpu = [], 0.0
     for row in range(1001):
         begin = time.process_time()
-        for _ in range(round(0.01 / step) if row else 0):
+        for _ in range(round(1 / rate / step) if row else 0):
             q, v = advance(q, v, step)
         cpu += time.process_time() - begin
         kinetic = pin.computeKineticEnergy(model, data, q, v)

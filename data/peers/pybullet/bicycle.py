@@ -61,9 +61,9 @@ def urdf(p, width):
 
 def simulate(
     p, speed, roll_rate, step, friction=0.5, width=0.02, damping=0.04, iterations=50, erp=0.2,
-    breaking=0.02, residual=1e-7, scale=1, slop=1e-5, polygon=True,
+    breaking=0.02, residual=1e-7, scale=1, slop=1e-5, polygon=True, rate=100,
 ):  # fmt: skip
-    """Rows of the eight columns every 0.01 s, and the processor time of the simulation [s].
+    """Rows of the eight columns, `rate` a second, and the processor time of the simulation [s].
 
     Values by default are Bullet's own, but for the width of the wheels [m].
     """
@@ -99,7 +99,7 @@ def simulate(
         )
     for i in range(3):  # no motor, which has friction of its own
         bullet.setJointMotorControl2(bike, i, bullet.VELOCITY_CONTROL, force=0)
-    rows, cpu, each = [], 0.0, round(0.01 / step)
+    rows, cpu, each = [], 0.0, round(1 / rate / step)
     height = -p["zB"]
     bullet.resetBaseVelocity(bike, [speed, -roll_rate * height, 0], [roll_rate, 0, 0])
     bullet.resetJointState(bike, joint["rear"], 0, speed / p["rR"])

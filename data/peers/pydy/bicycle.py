@@ -81,10 +81,12 @@ def derive(solver):
     return kane, q, u, energies
 
 
-def simulate(p, speed, roll_rate, tolerance, start=0.0, solver="CRAMER", generator="cython"):
-    """Rows of the eight columns every 0.01 s, and the processor time of the simulation [s]."""
+def simulate(
+    p, speed, roll_rate, tolerance, start=0.0, solver="CRAMER", generator="cython", rate=100
+):
+    """Rows of the eight columns, `rate` a second; processor time [s]; calls of the equations."""
     kane, q, u, energies = derive(solver)
-    system = System(kane, times=np.arange(1001) / 100)
+    system = System(kane, times=np.arange(1001) / rate)
     system.constants = {x: p[x.name] for x in system.constants_symbols}
     known = {u["roll"]: roll_rate, u["rear"]: -speed / p["rR"], u["front"]: -speed / p["rF"]}
     system.initial_conditions = dict.fromkeys(system.states, start) | {q["pitch"]: 0.0} | known
@@ -92,7 +94,9 @@ def simulate(p, speed, roll_rate, tolerance, start=0.0, solver="CRAMER", generat
     begin = time.process_time()
     with warnings.catch_warnings(action="error", category=ODEintWarning):
         try:
-            y = system.integrate(rtol=tolerance, atol=tolerance, mxstep=100000)
+            y, found = system.integrate(
+                rtol=tolerance, atol=tolerance, mxstep=100000, full_output=True
+            )
         except ODEintWarning as e:
             raise ArithmeticError(e) from None
     cpu = time.process_time() - begin
@@ -105,4 +109,4 @@ def simulate(p, speed, roll_rate, tolerance, start=0.0, solver="CRAMER", generat
     return np.column_stack([
         column[q["roll"]], column[u["roll"]], -p["rR"] * column[u["rear"]],
         v, t, v + t, column[q["steer"]], column[u["steer"]],
-    ]), cpu  # fmt: skip
+    ]), cpu, {"calls": int(found["nfe"][-1])}  # fmt: skip

@@ -11,12 +11,12 @@ from equations.whipple import Bicycle
 from pyradau13 import radau13
 
 
-def simulate(p, speed, roll_rate, tolerance, absolute=None, order=None, dense=True):
-    """Rows of the eight columns every 0.01 s, and the processor time of the simulation [s]."""
+def simulate(p, speed, roll_rate, tolerance, absolute=None, order=None, dense=True, rate=100):
+    """Rows of the eight columns, `rate` a second; processor time [s]; calls of the equations."""
     bicycle = Bicycle(p)
     absolute = tolerance * 1e-3 if absolute is None else absolute
     kept = {f"{x}_order": order for x in ("initial", "min", "max")} if order else {}
-    times, found = np.arange(1001) / 100, [bicycle.start(speed, roll_rate)]
+    times, found = np.arange(1001) / rate, [bicycle.start(speed, roll_rate)]
 
     def keep(_, t, __, inside):
         while len(found) < len(times) and times[len(found)] <= t:
@@ -25,8 +25,8 @@ def simulate(p, speed, roll_rate, tolerance, absolute=None, order=None, dense=Tr
     said = {"reltol": tolerance, "abstol": absolute, "max_steps": 100000, **kept}
     begin = time.process_time()
     if dense:
-        radau13(bicycle.slope, found[0], 10.0, dense_callback=keep, **said)
+        radau13(bicycle.slope, found[0], times[-1], dense_callback=keep, **said)
     else:
         found += [*radau13(bicycle.slope, found[0], times[1:].tolist(), **said)]
     cpu = time.process_time() - begin
-    return bicycle.rows(found), cpu
+    return bicycle.rows(found), cpu, {"calls": bicycle.calls}

@@ -10,12 +10,12 @@ from equations.whipple import Bicycle
 from scipy.integrate import solve_ivp
 
 
-def simulate(p, speed, roll_rate, tolerance, method="DOP853"):
-    """Rows of the eight columns every 0.01 s, and the processor time of the simulation [s]."""
+def simulate(p, speed, roll_rate, tolerance, method="DOP853", rate=100):
+    """Rows of the eight columns, `rate` a second; processor time [s]; calls of the equations."""
     bicycle = Bicycle(p)
-    times, begin = np.arange(1001) / 100, time.process_time()
+    times, begin = np.arange(1001) / rate, time.process_time()
     y = solve_ivp(
-        bicycle.slope, (0, 10), bicycle.start(speed, roll_rate), method=method,
+        bicycle.slope, (0, times[-1]), bicycle.start(speed, roll_rate), method=method,
         t_eval=times, rtol=tolerance, atol=tolerance * 1e-3,
     ).y.T  # fmt: skip
-    return bicycle.rows(y), time.process_time() - begin
+    return bicycle.rows(y), time.process_time() - begin, {"calls": bicycle.calls}

@@ -1,0 +1,110 @@
+"""Rows of a problem of the harder tier, without the rest of its reference set.
+
+The whole set, with all forces and sensitivities, takes hours of H3. The rows that results are
+compared with are proved in minutes, by the same steps: integrated, enclosed, rounded. Computed,
+which takes seconds, they are those of a run in 70 digits, and nothing is proved. Between the rows
+is the run itself; it is looked at where times are off only.
+"""
+
+import pickle
+from pathlib import Path
+
+import numpy as np
+
+from heyoka_bike.bicycle.columns import COLUMNS
+from heyoka_bike.bicycle.parameters import describe_inputs, read_bicycle, read_maneuvers
+from heyoka_bike.errors import UndecidedError
+from heyoka_bike.motion.evaluator import evaluator
+from heyoka_bike.motion.integrate import integrate
+from heyoka_bike.numbers.precision import Precision
+from heyoka_bike.reference.load import Reference, ReferenceManeuver
+from heyoka_bike.reference.proof.dense import interpolate
+from heyoka_bike.reference.proof.enclose import enclose
+from heyoka_bike.reference.proof.rows import (
+    EVALUATION_BITS,
+    constant_columns,
+    round_rows,
+    rounded_times,
+)
+from heyoka_bike.reference.values import Values
+from heyoka_bike.system.resources import find_input
+
+# Of the integration: a rounding that is not decided asks for more.
+DIGITS = (70, 90, 110)
+
+
+class RowsAlone(Reference):
+    """A reference of which there are rows and what lies between, and no files."""
+
+    def with_motion(self):
+        """None: there is no whole motion."""
+        return
+
+
+def rows_alone(bicycle, maneuvers, numbers, folder, how):
+    """A reference of some maneuvers of a set, by the names of its inputs; kept in a folder.
+
+    Others of the set have no number in it. How is "prove" or "compute".
+    """
+    bike, asked = (
+        read_bicycle(find_input("bicycles", bicycle)),
+        read_maneuvers(find_input("maneuvers", maneuvers)),
+    )
+    said = describe_inputs(bike, asked)
+    known = Path(folder, f"rows-{how}.pickle")
+    rows = pickle.loads(known.read_bytes()) if known.exists() else {}
+    for n in numbers:
+        if n not in rows:
+            rows[n] = {"prove": _proved, "compute": _computed}[how](bike, asked[n - 1])
+            known.parent.mkdir(parents=True, exist_ok=True)
+            known.write_bytes(pickle.dumps(rows))
+    nothing = {c.name: np.full(asked[0].rows, np.nan) for c in COLUMNS}
+    found = [
+        ReferenceManeuver(
+            maneuver.name,
+            {key: x for key, x in given.items() if key != "name"},
+            *rounded_times(maneuver),
+            *rows.get(n, (Values(nothing, nothing), None)),
+            units={c.name: c.unit for c in COLUMNS},
+        )
+        for n, (maneuver, given) in enumerate(zip(asked, said["maneuvers"], strict=True), start=1)
+    ]
+    parameters = said["bicycle"]["parameters"]
+    return RowsAlone("rows alone", "", bike.name, parameters, tuple(found), Path(folder))
+
+
+def _silent(_):
+    """Progress goes nowhere."""
+
+
+def _proved(bicycle, maneuver):
+    """Correctly rounded rows of a maneuver, and what lies between."""
+    for digits in DIGITS:
+        run = integrate(bicycle, maneuver, Precision.of(digits))
+        try:
+            rows = round_rows(run, enclose(run, _silent), _silent)
+        except UndecidedError:
+            continue
+        return Values(rows.hi, rows.lo, rows.bound), _between(run, rows)
+    raise UndecidedError(f"{maneuver.name}: a rounding is not decided with {DIGITS[-1]} digits")
+
+
+def _computed(bicycle, maneuver):
+    """Rows of a run, rounded, and what lies between."""
+    run = integrate(bicycle, maneuver, Precision.of(DIGITS[0]))
+    at = evaluator(run, run.bits + EVALUATION_BITS)
+    with at.balls.precision():
+        found = [at.columns(maneuver.time(i)) for i in range(maneuver.rows)]
+        hi = {c.name: np.array([float(x[c.name].mid()) for x in found]) for c in COLUMNS}
+        lo = {
+            name: np.array([float((x[name] - y).mid()) for x, y in zip(found, values, strict=True)])
+            for name, values in hi.items()
+        }
+    rows = Values(hi, lo)
+    return rows, _between(run, rows)
+
+
+def _between(run, rows):
+    scales = {name: rows.scale(name) for name in rows.hi}
+    at = evaluator(run, run.bits + EVALUATION_BITS)
+    return interpolate(at, scales, constant_columns(run), _silent)
