@@ -12,7 +12,7 @@ from heyoka_bike.bicycle.equations.kinematics import turn_divisor
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import START
 from heyoka_bike.errors import DatasetError, InputError
-from heyoka_bike.motion.atlas.compute import changes, edge, lift_of
+from heyoka_bike.motion.atlas.compute import changes, chunk, edge, lift_of
 from heyoka_bike.motion.atlas.data import CYCLE, FALLS, FATES, LIFTS, REAR, UPRIGHT, WEAVES
 from heyoka_bike.motion.atlas.design import ACCURACY, axis, design
 from heyoka_bike.motion.atlas.fates import fates, repeats
@@ -64,6 +64,21 @@ def test_the_three_maneuvers_become_what_is_proved(runs):
     # Parabolas through samples.
     assert found["largest_lean"][2] == pytest.approx(1.2486551661, abs=2e-5)
     assert found["largest_lean"][0] == pytest.approx(0.187013377283, abs=2e-5)
+
+
+@pytest.mark.proof
+def test_a_point_of_a_whole_chunk_is_as_alone(runs, bicycle):
+    """One of it comes to the end of a window in the very step that ends another in its vector."""
+    whole = design(bicycle, [axis("2.5:8.5:200", "speed"), axis("0.02:4:200", "roll_rate")])
+    place = tuple(
+        np.argmin(np.abs(a.values - x)) for a, x in zip(whole.axes, (4.7613, 2.58), strict=True)
+    )
+    found = chunk(whole, tuple(i // whole.side for i in place))
+    inside = tuple(i % whole.side for i in place)
+    pair = [a.values[i] for a, i in zip(whole.axes, place, strict=True)]
+    assert found["fate"][inside] == LIFTS
+    for name, value in of(runs, pair).items():
+        assert found[name][inside] == value[0], name
 
 
 def test_lifts_are_the_events_of_single_runs(runs, bicycle, maneuvers):

@@ -16,7 +16,7 @@ from heyoka_bike.motion.atlas.fates import LONGEST
 from heyoka_bike.motion.fast.simulate import ACCURACIES
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.version import __version__
+from heyoka_bike.system.versions import versions
 
 ACCURACY, EDGE_ACCURACY = 1e-10, "roundoff"
 """Of the motions of the grid, and of those at the edge; see `ACCURACIES`."""
@@ -116,7 +116,7 @@ class Design:
             "inputs": json.dumps(inputs, sort_keys=True),
             "longest": f"{self.longest:g} s",
             "method": f"Taylor steps of order {plan.order}, at the edge {edge.order}, binary64",
-            "heyoka_bike": __version__,
+            "heyoka_bike": versions()["heyoka_bike"],
             "heyoka": require_heyoka().__version__,
             "chunk": f"{self.side} x {self.side} points",
         }

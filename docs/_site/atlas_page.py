@@ -1,0 +1,140 @@
+"""The numbers, the tables and the figure of docs/atlas.md, from a store of the default atlas.
+
+Run as a script, this makes the store if it is not there, writes them into the page, and, if that is
+asked for, measures a smaller atlas with 1, 2 and 4 workers, on an idle machine::
+
+    python docs/_site/atlas_page.py --store FOLDER [--workers]
+"""
+
+import argparse
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+from speed_page import filled
+
+from heyoka_bike.bicycle.parameters import read_bicycle
+from heyoka_bike.bicycle.stability.linear import linearise
+from heyoka_bike.cli import main as command
+from heyoka_bike.motion.atlas.compute import edge
+from heyoka_bike.motion.atlas.data import CYCLE, FALLS, LIFTS, UPRIGHT, WEAVES
+from heyoka_bike.motion.atlas.design import axis, design
+from heyoka_bike.motion.atlas.store import load_atlas
+from heyoka_bike.system.machine import machine
+from heyoka_bike.system.resources import benchmark_bicycle
+
+PAGE = Path(__file__).parent.parent / "atlas.md"
+FIGURE = PAGE.parent / "atlas.svg"
+SPEEDS = (4.4, 4.6, 5.0, 5.3, 5.4, 5.6, 5.8, 5.9, 6.0)
+HEAD = (
+    "| initial speed [m/s] | largest roll rate of the grid that recovers [rad/s] | with both "
+    "wheels pressed to the floor | edge of falling above it |",
+    "| ---: | ---: | ---: | ---: |",
+)
+ANCHOR = 4.6  # [m/s], of which the edge is known in binary128
+SMALL = ["--speed", "4:8.5:60", "--roll-rate", "0.02:4:60"]
+
+
+def found_in(atlas):
+    """By name, the texts of the page that follow from a store."""
+    speeds, rates = (a.values for a in atlas.axes)
+    fate, lean = atlas.variables["fate"], atlas.variables["largest_lean"]
+    stays = np.isin(fate, (UPRIGHT, LIFTS))
+    rows = []
+    for v in SPEEDS:
+        i = int(np.argmin(np.abs(speeds - v)))
+        above = atlas.edge.falls[atlas.edge.at == speeds[i]]
+        most = rates[stays[i]].max()
+        near = above[above > most]
+        rows.append(
+            f"| {speeds[i]:.4f} | {most:.2f} | {rates[fate[i] == UPRIGHT].max():.2f} | "
+            f"{f'{near.min():.4f}' if len(near) and near.min() < most + 0.05 else ''} |"
+        )
+    weave, capsize = critical()
+    inside = (speeds > weave) & (speeds < capsize)
+    part = fate[inside]
+    at_two = int(np.argmin(np.abs(rates - 2.0)))
+    turns = np.isin(fate, (CYCLE, WEAVES))
+    recovers = inside[:, None] & stays
+    both = inside[:, None] & (fate == UPRIGHT)
+    return {
+        "recovers": "\n".join([*HEAD, *rows]),
+        "energy": f"At {rates[at_two]:.2g} rad/s the bicycle comes to run straight from "
+        f"{speeds[stays[:, at_two]].min():.2f} m/s, which the linear equations call unstable.",
+        "inside": f"Of the starts inside the linearly stable range "
+        f"{100 * np.mean(part == FALLS):.0f} % of those in the map fall. None recovers from more "
+        f"than {rates[recovers.any(axis=0)].max():.2f} rad/s, nor after a lean of more than "
+        f"{lean[recovers].max():.3f} rad ({np.degrees(lean[recovers].max()):.0f}°), nor, with both "
+        f"wheels pressed to the floor, of more than {lean[both].max():.3f} rad.",
+        "weaves": f"Weaves begin at {speeds[turns.any(axis=1)].min():.2f} m/s; those that do not "
+        f"repeat themselves are {100 * np.mean(fate == WEAVES):.1f} % of the map.",
+    }
+
+
+def critical():
+    """Weave and capsize speed [m/s]."""
+    linear = linearise(read_bicycle(benchmark_bicycle()), 10)
+    ((weave, _),), (capsize,) = linear.weave_speeds, linear.capsize_speeds
+    return float(weave), float(capsize)
+
+
+def edge_at_anchor():
+    """The edge of falling at 4.6 m/s, in neighbouring binary64 numbers."""
+    wanted = design(
+        read_bicycle(benchmark_bicycle()),
+        [axis(f"{ANCHOR}:{ANCHOR + 1}:2", "speed"), axis("2:3:2", "roll_rate")], {}, 200.0,
+    )  # fmt: skip
+    _, stays, falls = edge(wanted, np.array([ANCHOR]), np.array([2.4]), np.array([2.5]))
+    return f"At {ANCHOR} m/s they are {stays[0]!s} and {falls[0]!s} rad/s."
+
+
+def workers():
+    """Times of a smaller atlas with more and more processes; the stores have the same bytes."""
+    found, contents = [], []
+    with tempfile.TemporaryDirectory() as place:
+        for n in (1, 2, 4):
+            folder = Path(place, f"{n}.zarr")
+            words = [sys.executable, "-m", "heyoka_bike", "atlas", *SMALL, "-o", str(folder)]
+            before, start = _processor_time(), time.monotonic()
+            subprocess.run([*words, "--workers", str(n)], check=True, stdout=subprocess.DEVNULL)
+            found.append((time.monotonic() - start, _processor_time() - before))
+            files = [p for p in sorted(folder.rglob("*")) if p.is_file()]
+            contents.append([(p.relative_to(folder), p.read_bytes()) for p in files])
+    assert contents[0] == contents[1] == contents[2]
+    here = machine()
+    cores = f"{here['cpu']}, {here['cores']} processors"
+    return "\n".join([
+        f"| 60 × 60 points (`{' '.join(SMALL)}`), {cores} | 1 worker | 2 | 4 |",
+        "| --- | ---: | ---: | ---: |",
+        "| elapsed [s] | " + " | ".join(f"{wall:.0f}" for wall, _ in found) + " |",
+        "| processor time [s] | " + " | ".join(f"{cpu:.0f}" for _, cpu in found) + " |",
+    ])  # fmt: skip
+
+
+def _processor_time():
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
+def main():
+    p = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    p.add_argument("--store", required=True, help="folder of the default atlas")
+    p.add_argument("--workers", action="store_true", help="measure too")
+    asked = p.parse_args()
+    start = time.monotonic()
+    assert command(["atlas", "-o", asked.store]) == 0
+    print(f"{time.monotonic() - start:.0f} s")
+    assert command(["plot", "--figure", "atlas", asked.store, "-o", str(FIGURE)]) == 0
+    texts = found_in(load_atlas(asked.store)) | {"anchor": edge_at_anchor()}
+    if asked.workers:
+        texts["workers"] = workers()
+    PAGE.write_text(filled(PAGE.read_text(encoding="utf-8"), texts), encoding="utf-8")
+    print("\n\n".join(texts.values()))
+
+
+if __name__ == "__main__":
+    main()
