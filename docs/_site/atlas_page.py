@@ -36,7 +36,7 @@ HEAD = (
     "| ---: | ---: | ---: | ---: |",
 )
 ANCHOR = 4.6  # [m/s], of which the edge is known in binary128
-SMALL = ["--speed", "4:8.5:60", "--roll-rate", "0.02:4:60"]
+SMALL = ["--speed", "4:8.5:120", "--roll-rate", "0.02:4:120"]
 
 
 def found_in(atlas):
@@ -108,7 +108,7 @@ def workers():
     here = machine()
     cores = f"{here['cpu']}, {here['cores']} processors"
     return "\n".join([
-        f"| 60 × 60 points (`{' '.join(SMALL)}`), {cores} | 1 worker | 2 | 4 |",
+        f"| 120 × 120 points (`{' '.join(SMALL)}`), {cores} | 1 worker | 2 | 4 |",
         "| --- | ---: | ---: | ---: |",
         "| elapsed [s] | " + " | ".join(f"{wall:.0f}" for wall, _ in found) + " |",
         "| processor time [s] | " + " | ".join(f"{cpu:.0f}" for _, cpu in found) + " |",

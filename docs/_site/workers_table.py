@@ -53,7 +53,7 @@ def on_dask(place, folder):
     finally:
         before = _processor_time()
         for process in processes:
-            process.terminate()
+            process.kill()
         for process in processes:
             process.wait()
     return wall, _processor_time() - before
@@ -80,8 +80,8 @@ def main():
         f"{where}; the start of Python, heyoka's compilation and the writing of files included, "
         "all bytes the same.",
     ]
-    PAGE.write_text(filled(PAGE.read_text(), {"workers": "\n".join(lines)}))
     print("\n".join(lines))
+    PAGE.write_text(filled(PAGE.read_text(), {"workers": "\n".join(lines)}))
 
 
 def _content(folder):
