@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from support import jobs
-from support.clusters import TESTS, started, wait_for
+from support.clusters import HEARS, TESTS, started, wait_for
 
 from heyoka_bike.cli import main
 from heyoka_bike.errors import InputError, VersionsDifferError, WorkerLostError
@@ -95,7 +95,7 @@ def test_a_scheduler_that_ends_is_said(tmp_path):
 def test_who_asked_ends_what_runs_on_workers(cluster, tmp_path, how):
     """By Ctrl-C, and where it is killed itself; the workers stay for others."""
     script = (
-        "from support import jobs\nfrom heyoka_bike.system.parallel import *\n"
+        f"{HEARS}from support import jobs\nfrom heyoka_bike.system.parallel import *\n"
         f"with using(cluster={cluster.address!r}):\n"
         f"  side_by_side(jobs.begin, [({str(tmp_path)!r}, 600.0)] * 3)\n"
     )

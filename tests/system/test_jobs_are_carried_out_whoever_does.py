@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 from support import jobs
+from support.clusters import HEARS
 
 from heyoka_bike.errors import InputError, WorkerLostError
 from heyoka_bike.system.jobs import Job, Outcome
@@ -150,7 +151,7 @@ def test_the_first_exception_ends_the_others(tmp_path):
 def test_who_asked_ends_what_runs(tmp_path, how):
     """By Ctrl-C, and where it is killed itself."""
     script = (
-        "from support import jobs\nfrom heyoka_bike.system.parallel import *\n"
+        f"{HEARS}from support import jobs\nfrom heyoka_bike.system.parallel import *\n"
         "if __name__ == '__main__':\n with using(2):\n"
         f"  side_by_side(jobs.begin, [({str(tmp_path)!r}, 600.0)] * 2)\n"
     )

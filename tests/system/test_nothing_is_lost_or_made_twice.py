@@ -6,7 +6,7 @@ import subprocess
 import sys
 
 import pytest
-from support.clusters import started, wait_for
+from support.clusters import HEARS, started, wait_for
 
 import heyoka_bike
 from heyoka_bike.cli import main
@@ -52,7 +52,8 @@ def expected(tmp_path_factory, sets):
 
 def begun(*words):
     """The command in a process of its own."""
-    words = [sys.executable, "-m", "heyoka_bike", *map(str, words)]
+    script = f"{HEARS}import sys\nfrom heyoka_bike.cli import main\nsys.exit(main(sys.argv[1:]))"
+    words = [sys.executable, "-c", script, *map(str, words)]
     return subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
 
 

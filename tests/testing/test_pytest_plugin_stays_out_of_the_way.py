@@ -44,7 +44,7 @@ print(*sorted(set(sys.modules) - before))
     assert not {name.partition(".")[0] for name in loaded} & {"numpy", "h5py", "heyoka", "rich"}
 
 
-# Looked at when all is over; nothing else in the run imports numpy.
+# Looked at when all is over; nothing else in the run imports numpy, but for the plugin of zarr.
 SPY = """
 import sys
 def pytest_unconfigure():
@@ -57,7 +57,7 @@ def test_a_run_that_does_not_use_it_does_not_load_it(pytester, options):
     pytester.makeconftest(SPY)
     pytester.makeini("[pytest]\nfilterwarnings = error\naddopts = --strict-markers --strict-config")
     pytester.makepyfile("def test_x():\n    pass")
-    result = pytester.runpytest_subprocess("-p", "no:cacheprovider", *options)
+    result = pytester.runpytest_subprocess("-p", "no:cacheprovider", "-p", "no:zarr", *options)
     result.assert_outcomes(passed=1)
     (line,) = (x for x in result.outlines if x.startswith("loaded:"))
     assert set(line.split()[1:]) == LIGHT
