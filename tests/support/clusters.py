@@ -10,7 +10,7 @@ from pathlib import Path
 TESTS = Path(__file__).parents[1]
 
 HEARS = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
-"""First line of a script that Ctrl-C ends even where its parent does not hear it, such as one that a
+"""First line of a script that Ctrl-C ends even where its parent does not hear it: as one that a
 shell has put into the background."""
 
 
