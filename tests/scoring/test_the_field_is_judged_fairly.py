@@ -24,7 +24,7 @@ def test_errors_of_roll_and_steer_alone_are_of_the_motion(reference):
 
 def test_single_precision_is_no_cause_of_what_a_tolerance_does(reference):
     """Dopri5 of diffrax with rtol = atol = 1e-5, in binary32: 1.4e-3; in binary64: 2.3e-3."""
-    read = read_results(Path(__file__).parent / "written" / "diffrax-default.txt.gz")
+    read = read_results(Path(__file__).parent / "judged" / "diffrax-default.txt.gz")
     *others, single = causes.findings(score(read, reference), reference)
     assert (single.code, single.severity) == ("single_precision", Severity.INFO)
     assert "is another's" in single.message
