@@ -6,7 +6,6 @@ which takes seconds, they are those of a run in 70 digits, and nothing is proved
 is the run itself; it is looked at where times are off only.
 """
 
-import pickle
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +26,9 @@ from heyoka_bike.reference.proof.rows import (
     rounded_times,
 )
 from heyoka_bike.reference.values import Values
+from heyoka_bike.system.jobs import Outcome
 from heyoka_bike.system.resources import find_input
+from heyoka_bike.system.unfinished import Unfinished
 
 # Of the integration: a rounding that is not decided asks for more.
 DIGITS = (70, 90, 110)
@@ -51,13 +52,16 @@ def rows_alone(bicycle, maneuvers, numbers, folder, how):
         read_maneuvers(find_input("maneuvers", maneuvers)),
     )
     said = describe_inputs(bike, asked)
-    known = Path(folder, f"rows-{how}.pickle")
-    rows = pickle.loads(known.read_bytes()) if known.exists() else {}
+    Path(folder).mkdir(parents=True, exist_ok=True)
+    rows = {}
     for n in numbers:
-        if n not in rows:
-            rows[n] = {"prove": _proved, "compute": _computed}[how](bike, asked[n - 1])
-            known.parent.mkdir(parents=True, exist_ok=True)
-            known.write_bytes(pickle.dumps(rows))
+        # By what it follows from, this project's code included.
+        kept = Unfinished(Path(folder)).at(how, describe_inputs(bike, [asked[n - 1]]))
+        found = kept.get()
+        if found is None:
+            found = Outcome({"prove": _proved, "compute": _computed}[how](bike, asked[n - 1]))
+            kept.put(found)
+        rows[n] = found.value
     nothing = {c.name: np.full(asked[0].rows, np.nan) for c in COLUMNS}
     found = [
         ReferenceManeuver(

@@ -7,15 +7,13 @@ asked for, measures a smaller atlas with 1, 2 and 4 workers, on an idle machine:
 """
 
 import argparse
-import resource
-import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
 
 import numpy as np
 from speed_page import filled
+from timed import content, timed
 
 from heyoka_bike.bicycle.parameters import read_bicycle
 from heyoka_bike.bicycle.stability.linear import linearise
@@ -100,9 +98,8 @@ def workers():
         for n in (1, 2, 4):
             folder = Path(place, f"{n}.zarr")
             words = [sys.executable, "-m", "heyoka_bike", "atlas", *SMALL, "-o", str(folder)]
-            found.append(_timed([*words, "--workers", str(n)]))
-            files = [p for p in sorted(folder.rglob("*")) if p.is_file()]
-            contents.append([(p.relative_to(folder), p.read_bytes()) for p in files])
+            found.append(timed([*words, "--workers", str(n)]))
+            contents.append(content(folder))
     assert contents[0] == contents[1] == contents[2]
     here = machine()
     cores = f"{here['cpu']}, {here['cores']} processors"
@@ -114,25 +111,13 @@ def workers():
     ])  # fmt: skip
 
 
-def _timed(words):
-    """Wall and processor time [s] of a command."""
-    before, start = _processor_time(), time.monotonic()
-    subprocess.run(words, check=True, stdout=subprocess.DEVNULL)
-    return time.monotonic() - start, _processor_time() - before
-
-
-def _processor_time():
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return used.ru_utime + used.ru_stime
-
-
 def main():
     p = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     p.add_argument("--store", required=True, help="folder of the default atlas")
     p.add_argument("--workers", action="store_true", help="measure too")
     asked = p.parse_args()
     is_there = Path(asked.store).exists()
-    wall, cpu = _timed([sys.executable, "-m", "heyoka_bike", "atlas", "-o", asked.store])
+    wall, cpu = timed([sys.executable, "-m", "heyoka_bike", "atlas", "-o", asked.store])
     assert command(["plot", "--figure", "atlas", asked.store, "-o", str(FIGURE)]) == 0
     texts = found_in(load_atlas(asked.store)) | {"anchor": edge_at_anchor()}
     if not is_there:

@@ -6,7 +6,6 @@ on a Dask scheduler with two workers, checks that all bytes are the same, and wr
     python docs/_site/workers_table.py
 """
 
-import resource
 import subprocess
 import sys
 import tempfile
@@ -14,6 +13,7 @@ import time
 from pathlib import Path
 
 from speed_page import filled
+from timed import content, processor_time, timed
 
 from heyoka_bike.system.machine import machine
 
@@ -25,15 +25,7 @@ DASK = "Dask, 2 workers"
 def made(folder, *options):
     """Wall and processor time [s] of the command."""
     words = [sys.executable, "-m", "heyoka_bike", "generate", "--bicycle", *BICYCLES, "--until"]
-    before, start = _processor_time(), time.monotonic()
-    subprocess.run([*words, "0.2", "--out", str(folder), *options], check=True, text=True,
-                   stdout=subprocess.DEVNULL)  # fmt: skip
-    return time.monotonic() - start, _processor_time() - before
-
-
-def _processor_time():
-    used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return used.ru_utime + used.ru_stime
+    return timed([*words, "0.2", "--out", str(folder), *options])
 
 
 def on_dask(place, folder):
@@ -51,12 +43,12 @@ def on_dask(place, folder):
         processes += [subprocess.Popen(found, **said) for _ in range(2)]
         wall, _ = made(folder, "--cluster", str(file))
     finally:
-        before = _processor_time()
+        before = processor_time()
         for process in processes:
             process.kill()
         for process in processes:
             process.wait()
-    return wall, _processor_time() - before
+    return wall, processor_time() - before
 
 
 def main():
@@ -65,9 +57,9 @@ def main():
         for workers in (1, 2, 4):
             folder = place / str(workers)
             rows.append((f"`--workers {workers}`", *made(folder, "--workers", str(workers))))
-            contents.append(_content(folder))
+            contents.append(content(folder))
         rows.append((DASK, *on_dask(place, place / "dask")))
-        contents.append(_content(place / "dask"))
+        contents.append(content(place / "dask"))
     assert all(content == contents[0] for content in contents)
     first = rows[0][1]
     lines = ["| workers | wall time [s] | processor time [s] | times as fast |",
@@ -82,10 +74,6 @@ def main():
     ]
     print("\n".join(lines))
     PAGE.write_text(filled(PAGE.read_text(), {"workers": "\n".join(lines)}))
-
-
-def _content(folder):
-    return {p.relative_to(folder): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
 
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.report import ManeuverScore, Report
 from heyoka_bike.scoring.score import score
 from heyoka_bike.scoring.submission import PROBLEMS, Submission, read_submission
-from heyoka_bike.system.jobs import Report as Told
+from heyoka_bike.system import jobs
 from heyoka_bike.system.parallel import side_by_side
 from heyoka_bike.system.resources import find_input
 
@@ -31,7 +31,7 @@ _SCORING = 0.05  # of the time, where entries are finished
 References = Mapping[tuple[str, str], Reference]
 """Sets by the names of their bicycle and maneuvers."""
 
-Finish = Callable[[Report, Reference, Told], Report]
+Finish = Callable[[Report, Reference, jobs.Report], Report]
 """A job that makes more of a report."""
 
 
@@ -134,14 +134,11 @@ def leaderboard(
 def _finished(
     entries: Sequence[Entry], known: References, finish: Finish, progress: Callable[[float], None]
 ) -> list[Entry]:
-    ended = []
+    def done(count: int) -> None:
+        progress(_SCORING + (1.0 - _SCORING) * count / len(entries))
 
-    def done(i: int, report: Report) -> None:
-        ended.append(i)
-        progress(_SCORING + (1.0 - _SCORING) * len(ended) / len(entries))
-
-    jobs = [(e.report, known[PROBLEMS[e.submission.problem].inputs]) for e in entries]
-    reports = side_by_side(finish, jobs, done=done)
+    asked = [(e.report, known[PROBLEMS[e.submission.problem].inputs]) for e in entries]
+    reports = side_by_side(finish, asked, done=done)
     return [replace(e, report=report) for e, report in zip(entries, reports, strict=True)]
 
 

@@ -43,18 +43,18 @@ class Job:
         Of the motion that it is about.
     duration
         Of that motion [s], for its progress.
-    kept : Kept or None
-        Where its result is looked for, and put.
     stages
         Those that are over when it is.
+    kept : Kept or None
+        Where its result is looked for, and put.
     """
 
     work: Callable[..., Any]
     arguments: tuple[Any, ...]
     name: str = ""
     duration: float = 1.0
-    kept: Kept | None = None
     stages: tuple[str, ...] = ()
+    kept: Kept | None = None
 
 
 @dataclass(frozen=True, slots=True)

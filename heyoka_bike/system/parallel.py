@@ -99,7 +99,7 @@ def side_by_side(
     jobs: Sequence[tuple[Any, ...]],
     motions: Sequence[tuple[str, float]] = (),
     progress: Progress | None = None,
-    done: Callable[[int, T], None] = lambda i, result: None,
+    done: Callable[[int], None] = lambda count: None,
 ) -> list[T]:
     """``[work(*job, report) for job in jobs]``.
 
@@ -112,20 +112,30 @@ def side_by_side(
     motions
         Name and duration [s] of the motion of each job, if its progress is asked for.
     done
-        Called with the number of a job and its result as soon as it has ended.
+        Called with how many have ended, as each one does.
     """
     named = motions or [("", 1.0)] * len(jobs)
     made = [Job(work, job, *motion) for job, motion in zip(jobs, named, strict=True)]
-    numbers = {job: i for i, job in enumerate(made)}
-    results: dict[int, T] = {}
+    found = all_of(made, progress if motions else None, done)
+    return [found[job].value for job in made]
+
+
+def all_of(
+    jobs: Iterable[Job],
+    progress: Progress | None = None,
+    done: Callable[[int], None] = lambda count: None,
+) -> dict[Job, Outcome]:
+    """What jobs gave that all have to succeed: see `carry_out` and `side_by_side`."""
+    found: dict[Job, Outcome] = {}
 
     def ended(job: Job, outcome: Outcome) -> Iterable[Job]:
-        results[numbers[job]] = outcome.get()
-        done(numbers[job], results[numbers[job]])
+        outcome.get()
+        found[job] = outcome
+        done(len(found))
         return ()
 
-    carry_out(made, ended, progress if motions else None)
-    return [results[i] for i in range(len(made))]
+    carry_out(jobs, ended, progress)
+    return found
 
 
 def carry_out(

@@ -7,13 +7,14 @@ from pathlib import Path
 from heyoka_bike.system.machine import installed
 from heyoka_bike.version import __version__
 
-_PACKAGES = ("heyoka", "python-flint", "h5py", "numpy", "mpmath")
+PACKAGES = ("heyoka", "python-flint", "h5py", "numpy", "mpmath")
+"""Those whose version may change a digit."""
 
 
 @cache
 def versions() -> dict[str, str]:
     """Version by package; this one's has a hash of its code beside it."""
-    found = {name: installed(name) or "none" for name in _PACKAGES}
+    found = {name: installed(name) or "none" for name in PACKAGES}
     return {"heyoka_bike": f"{__version__} ({_code()})", **found}
 
 

@@ -62,6 +62,22 @@ class Page(HTMLParser):
         return [attributes for name, attributes in self.tags if name == tag]
 
 
+def assert_runs_alone(text):
+    """A page with a script of its own asks for nothing else, and shows numbers."""
+    page = Page(text)
+    urls = set(re.findall(r"https?://[^\s\"'<>)]+", text))
+    assert urls <= {"https://jfly.uni-koeln.de/color/.", "http://www.w3.org/2000/svg"}
+    assert not re.search(r"url\(|@import|\bfetch\b|XMLHttpRequest|\bimport\b|\beval\b", text)
+    for tag, attributes in page.tags:
+        for key, value in attributes.items():
+            assert not key.startswith("on"), (tag, key)
+            if key in ("src", "href", "xlink:href", "srcset", "action", "style"):
+                assert value.startswith(("#", "data:")), (tag, key, value)
+    policy = [a["content"] for a in page.all("meta") if "http-equiv" in a]
+    assert policy[0].startswith("default-src 'none';")
+    assert not re.search(r"\bNone\b|(?i:\bnan\b|\binf\b|\binfinity\b)", page.text)
+
+
 @pytest.fixture(scope="module")
 def pages():
     return {name: html.render(getattr(sample_reports, name)()) for name in SAMPLES}

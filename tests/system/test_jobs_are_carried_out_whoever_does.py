@@ -4,14 +4,13 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 from support import jobs
-from support.clusters import HEARS
+from support.clusters import HEARS, TESTS, wait_for
 
 from heyoka_bike.errors import InputError, WorkerLostError
 from heyoka_bike.system.jobs import Job, Outcome
@@ -158,7 +157,7 @@ def test_who_asked_ends_what_runs(tmp_path, how):
     (tmp_path / "script.py").write_text(script)
     run = subprocess.Popen(
         [sys.executable, str(tmp_path / "script.py")], stderr=subprocess.DEVNULL,
-        env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[1])},
+        env={**os.environ, "PYTHONPATH": str(TESTS)},
     )  # fmt: skip
     wait_for(lambda: len(numbered(tmp_path)) == 2)
     run.send_signal(how)
@@ -181,13 +180,6 @@ def test_what_cannot_be_is_refused(given, said):
 def numbered(folder):
     """Files that processes have written, by their numbers."""
     return [p for p in folder.iterdir() if p.name.isdigit()]
-
-
-def wait_for(condition):
-    end = time.monotonic() + 120
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.05)
 
 
 def assert_all_ended(folder):

@@ -12,7 +12,6 @@
 
 import os
 from collections.abc import Mapping, Sequence
-from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +24,8 @@ from heyoka_bike.reference.making.tabulate import Table
 from heyoka_bike.reference.proof import candidate
 from heyoka_bike.reference.proof.certificate_file import render_certificate, summarise
 from heyoka_bike.reference.proof.rows import render_texts
+from heyoka_bike.system.machine import installed
+from heyoka_bike.system.versions import PACKAGES
 
 
 def write_dataset(
@@ -102,10 +103,4 @@ def check_overwrite(
 
 
 def _packages() -> dict[str, str]:
-    found = {}
-    for name in ("heyoka_bike", "heyoka", "python-flint", "h5py", "numpy", "mpmath"):
-        try:
-            found[name] = version(name)
-        except PackageNotFoundError:
-            found[name] = "unknown"
-    return found
+    return {name: installed(name) or "unknown" for name in ("heyoka_bike", *PACKAGES)}

@@ -13,7 +13,7 @@ from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.precision import Precision
 from heyoka_bike.reference.proof.dense import interpolate
 from heyoka_bike.reference.proof.dense_bound import bound_dense
-from heyoka_bike.reference.proof.enclose import enclose
+from heyoka_bike.reference.proof.enclose import enclosed
 from heyoka_bike.reference.proof.motion_rows import tabulate_motion
 from heyoka_bike.reference.proof.rows import (
     EVALUATION_BITS,
@@ -85,10 +85,10 @@ def tabulating(
 
     def job(stages: tuple[str, ...], work: Callable[..., Any], *arguments: Any) -> Job:
         place = kept.at(stages, inputs, digits)
-        return Job(work, arguments, name, float(maneuver.duration), place, stages)
+        return Job(work, arguments, name, float(maneuver.duration), stages, place)
 
     run = job(("integrate",), _integrated, bicycle, maneuver, digits)
-    certificate = job(("certify",), _enclosed, run)
+    certificate = job(("certify",), enclosed, run)
     return {
         "integrate": run,
         "certify": certificate,
@@ -130,10 +130,6 @@ def _integrated(bicycle: Bicycle, maneuver: Maneuver, digits: int, report: Repor
             "was written, expected a shorter duration",
             e.time,
         ) from None
-
-
-def _enclosed(run: Trajectory, report: Report) -> Certificate:
-    return enclose(run, lambda t: report("certify", t))
 
 
 def _rounded(

@@ -52,6 +52,7 @@ from heyoka_bike.reference.proof.cauchy import (
     refused,
 )
 from heyoka_bike.reference.proof.error_flow import MATRIX_BITS, SIZE, Carried, Flow, Frame
+from heyoka_bike.system.jobs import Report
 
 _RESOLVED = 0.1
 _CONDITION = 1e6
@@ -84,6 +85,11 @@ def enclose(trajectory: Trajectory, progress: Progress | None = None) -> Certifi
     with flint.ctx.workprec(MATRIX_BITS):
         end = tuple(map(min, _fractions(frame.bound()), bounds[-1]))
     return Certificate(trajectory.states, tuple(bounds), end)
+
+
+def enclosed(trajectory: Trajectory, report: Report) -> Certificate:
+    """`enclose` as a job, whose stage is ``certify``."""
+    return enclose(trajectory, lambda t: report("certify", t))
 
 
 def _check_shape(run: Trajectory) -> None:

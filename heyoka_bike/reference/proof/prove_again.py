@@ -41,7 +41,7 @@ from heyoka_bike.reference.proof.certificate_file import (
     summarise,
 )
 from heyoka_bike.reference.proof.dense_bound import bound_dense
-from heyoka_bike.reference.proof.enclose import enclose
+from heyoka_bike.reference.proof.enclose import enclosed
 from heyoka_bike.reference.proof.integrals import with_integrals
 from heyoka_bike.reference.proof.motion_rows import bound_motion, motion_expansions, round_motion
 from heyoka_bike.reference.proof.rows import (
@@ -55,8 +55,8 @@ from heyoka_bike.reference.sensitivities import Sensitivity, load_sensitivities
 from heyoka_bike.reference.structure import by_maneuver
 from heyoka_bike.reference.texts import text_files
 from heyoka_bike.reference.values import Dense, RoundedRows, Values
-from heyoka_bike.system.jobs import Job, Outcome, Report
-from heyoka_bike.system.parallel import Progress, carry_out
+from heyoka_bike.system.jobs import Job, Report
+from heyoka_bike.system.parallel import Progress, all_of
 from heyoka_bike.system.resources import reference_folder
 
 
@@ -97,14 +97,7 @@ def certify(
         manifest_file.check_published(where)
     runs = read_whole(where)
     jobs = _jobs(where, runs)
-    found: dict[Job, Outcome] = {}
-
-    def ended(job: Job, outcome: Outcome) -> tuple[()]:
-        outcome.get()
-        found[job] = outcome
-        return ()
-
-    carry_out([job for stage in zip(*jobs, strict=True) for job in stage], ended, progress)
+    found = all_of([job for stage in zip(*jobs, strict=True) for job in stage], progress)
     proofs, proved = [], []
     for number, (run, parts) in enumerate(zip(runs, jobs, strict=True), start=1):
         certificate, sensitivity, motion, columns = (found[job].value for job in parts)
@@ -131,8 +124,8 @@ def _jobs(folder: str | Path, runs: Sequence[Trajectory]) -> list[tuple[Job, ...
     )  # fmt: skip
     found: list[tuple[Job, ...]] = []
     for run, reference, motion, sensitivity in published:
-        named = run.maneuver.name, float(run.maneuver.duration), None
-        bound = Job(_enclosed, (run,), *named, ("certify",))
+        named = run.maneuver.name, float(run.maneuver.duration)
+        bound = Job(enclosed, (run,), *named, ("certify",))
         found.append((
             bound,
             Job(_varied, (run, bound, sensitivity), *named, ("vary",)),
@@ -230,10 +223,6 @@ def _whole_certificate(raw: bytes, count: int) -> Any:
             f"{CERTIFICATE}: found {len(document['maneuvers'])} maneuvers, expected {count}"
         )
     return document
-
-
-def _enclosed(run: Trajectory, report: Report) -> Certificate:
-    return enclose(run, lambda t: report("certify", t))
 
 
 def _rounded(

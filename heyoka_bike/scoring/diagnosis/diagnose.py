@@ -16,7 +16,7 @@ from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.score import score, scored
-from heyoka_bike.system.jobs import Report as Told
+from heyoka_bike.system import jobs
 
 NOTHING = Finding(
     "nothing_to_diagnose",
@@ -81,7 +81,7 @@ def diagnosed(
     return _of_columns(report, reference, keys, progress)
 
 
-def diagnosed_elsewhere(report: Report, reference: Reference, told: Told) -> Report:
+def diagnosed_elsewhere(report: Report, reference: Reference, told: jobs.Report) -> Report:
     """`diagnosed` as a job: its stage is ``diagnose``, and takes one second."""
     return diagnosed(report, reference, lambda share: told("diagnose", share))
 

@@ -23,7 +23,7 @@ from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.precision import MAX_DIGITS, Precision
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.reference.proof.candidate import read_candidate
-from heyoka_bike.reference.proof.enclose import enclose
+from heyoka_bike.reference.proof.enclose import enclosed
 from heyoka_bike.showing.figures.style import BLACK, BLUE, VERMILLION, WIDTH, style
 from heyoka_bike.system.console import progress_bars
 from heyoka_bike.system.jobs import Report
@@ -124,7 +124,7 @@ def bounds(runs: Sequence[Trajectory]) -> list[Bounded]:
 
 def bounded(run: Trajectory, report: Report) -> Bounded:
     """The bound of a candidate, proved, and its true error."""
-    certificate = enclose(run, lambda t: report("certify", t))
+    certificate = enclosed(run, report)
     return Bounded(
         name=run.maneuver.name,
         precision=run.precision,
