@@ -21,6 +21,7 @@ from heyoka_bike.motion.trajectory import Piece, Trajectory
 from heyoka_bike.numbers.analytic import NotAnalyticError, Rim
 from heyoka_bike.numbers.arithmetic import Balls, Number, exact_ball
 from heyoka_bike.numbers.ball_matrices import total
+from heyoka_bike.numbers.samples import geometric as geometric
 from heyoka_bike.reference.proof.error_flow import SIZE
 
 RADII = (4, 3, 2)
@@ -100,12 +101,6 @@ def circle_bound(
 def rho(variables: int = SIZE) -> list[flint.arb]:
     """The first of `RHO` as numbers of flint's; exact at any precision."""
     return [exact_ball(x) for x in RHO[:variables]]
-
-
-def geometric(radius: int, length: int) -> flint.arb:
-    """Sum of R^-m for m >= length."""
-    ratio = flint.arb(1) / radius
-    return ratio**length / (1 - ratio)
 
 
 def moved(bounds: Sequence[Fraction], polydisc: Sequence[flint.arb]) -> flint.arb:
