@@ -78,12 +78,12 @@ class Samples:
         count = self._cos.nrows()
         folded = flint.arb_mat([[total(row[k::count]) for k in range(count)] for row in rows])
         parts = (folded * self._cos).table(), (folded * self._sin).table()
-        return [_array(map(flint.acb, re, im)) for re, im in zip(*parts, strict=True)]
+        return [array(map(flint.acb, re, im)) for re, im in zip(*parts, strict=True)]
 
     def coefficients(self, values: Sequence[Number]) -> list[list[flint.arb]]:
         """The first Taylor coefficients of functions, each with what is folded onto it."""
         count = self._cos.ncols()
-        rows = [x if isinstance(x, np.ndarray) else _array([flint.acb(x)] * count) for x in values]
+        rows = [x if isinstance(x, np.ndarray) else array([flint.acb(x)] * count) for x in values]
         table = flint.arb_mat([[*(z.real for z in x), *(z.imag for z in x)] for x in rows])
         found: list[list[flint.arb]] = (table * self._mean).table()
         return found
@@ -92,18 +92,18 @@ class Samples:
         return self.balls.number(value)
 
     def sin(self, x: Number) -> Number:
-        return _each(flint.acb.sin, x)
+        return each(flint.acb.sin, x)
 
     def cos(self, x: Number) -> Number:
-        return _each(flint.acb.cos, x)
+        return each(flint.acb.cos, x)
 
     def sqrt(self, x: Number) -> Number:
         """The root with positive real part, of a radicand with positive real part on the disc."""
-        return _each(flint.acb.sqrt, x)
+        return each(flint.acb.sqrt, x)
 
     def atan2(self, y: Number, x: Number) -> Number:
         """Angle of a point with positive x, as the arc tangent."""
-        return _each(flint.acb.atan, y / x)
+        return each(flint.acb.atan, y / x)
 
     def sum(self, terms: Iterable[Number]) -> Number:
         return sum(terms)
@@ -121,9 +121,11 @@ def folded(radius: int, count: int) -> flint.arb:
     return ratio**count / (1 - ratio**count) / (1 - ratio)
 
 
-def _each(function: Callable[[flint.acb], flint.acb], x: Number) -> Number:
-    return _array(map(function, x)) if isinstance(x, np.ndarray) else function(flint.acb(x))
+def each(function: Callable[[flint.acb], flint.acb], x: Number) -> Number:
+    """A function of every number of an array, or of one number."""
+    return array(map(function, x)) if isinstance(x, np.ndarray) else function(flint.acb(x))
 
 
-def _array(values: Iterable[flint.acb]) -> Any:
+def array(values: Iterable[flint.acb]) -> Any:
+    """An array of such numbers."""
     return np.array(list(values), dtype=object)

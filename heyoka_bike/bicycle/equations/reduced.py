@@ -87,25 +87,16 @@ class Equations:
         o, u = self.unfold(state)
         return [*self._rates(state, o, u), yaw_rate(o, u)]
 
-    def rates_and_columns(
-        self, state: Sequence[Number]
-    ) -> tuple[list[Number], Mapping[str, Number]]:
-        """`rates` and `columns`, whose posture and speeds are found once."""
-        o, u = self.unfold(state)
-        return self._rates(state, o, u), self._columns(state, o, u)
-
     def columns(self, state: Sequence[Number]) -> Mapping[str, Number]:
         """Every column of `columns.COLUMNS` by name, SI units; the yaw is the seventh entry."""
-        return self._columns(state, *self.unfold(state))
+        o, u = self.unfold(state)
+        roll, pitch, steer = state[:3]
+        return columns(self.k, self.a, o, u, roll, pitch, steer, state[6])
 
     def _rates(self, state: Sequence[Number], o: Posture, u: Speeds) -> list[Number]:
         if self.is_regular:
             return regular_rates(self.k, self.a, o, u, state[3])
         return few_product_rates(self.k, self.a, o, u)
-
-    def _columns(self, state: Sequence[Number], o: Posture, u: Speeds) -> Mapping[str, Number]:
-        roll, pitch, steer = state[:3]
-        return columns(self.k, self.a, o, u, roll, pitch, steer, state[6])
 
     def energies(self, state: Sequence[Number]) -> Energies:
         """Potential and kinetic energy [J]."""

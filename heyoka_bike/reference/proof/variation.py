@@ -283,8 +283,8 @@ class _Prover:
 
 def _rates_and_columns(equations: Equations, state: Sequence[Number]) -> list[Number]:
     """Rates of the state without the yaw, whose rate is a column, and the columns."""
-    rates, columns = equations.rates_and_columns(state)
-    return [*rates, *(columns[c.name] for c in COLUMNS)]
+    columns = equations.columns(state)
+    return [*equations.rates(state), *(columns[c.name] for c in COLUMNS)]
 
 
 def _solution(
