@@ -25,10 +25,13 @@ from heyoka_bike.numbers.ball_chebyshev import Nodes, basis, ellipse
 from heyoka_bike.numbers.ball_matrices import Vector, largest, total
 from heyoka_bike.reference.proof.error_flow import SIZE
 from heyoka_bike.reference.proof.unknowns import Unknowns
-from heyoka_bike.reference.proof.variation import BITS, Variation
+from heyoka_bike.reference.proof.variation import Variation
 
 ORDERS = 24
 """Chebyshev coefficients of a published piece."""
+
+_NODE_BITS = 160
+"""Interpolation at the nodes leaves out less than 2^-160 of the largest value on the ellipse."""
 
 _LEFT_OUT = 2.0**-44
 """Of the largest value on a published piece, what interpolation may leave out. The largest of the
@@ -64,7 +67,7 @@ class Along:
         self._shape = len(COLUMNS), SIZE + len(unknowns.constants), len(unknowns.smooth)
         self._slopes = flint.arb_mat(v.slopes)
         self._states = flint.arb_mat([m.entries() for m in v.q])
-        self.nodes = Nodes(1 + ceil(BITS / log2(float(ellipse(v.radius).mid()))))
+        self.nodes = Nodes(1 + ceil(_NODE_BITS / log2(float(ellipse(v.radius).mid()))))
         slopes, self.values = self._at(self.nodes.x)
         left_out, lebesgue = self.nodes.left_out(v.radius), self.nodes.lebesgue
         # Over rho: of the states on -1 <= u <= 1, and on the circle.

@@ -23,7 +23,7 @@ from heyoka_bike.reference.proof.derivatives import ORDERS, Along, Fitted
 from heyoka_bike.reference.proof.first_row import exact_derivatives
 from heyoka_bike.reference.proof.rows import distance
 from heyoka_bike.reference.proof.unknowns import COUNT, Unknowns, slope
-from heyoka_bike.reference.proof.variation import BITS, Variation, variations
+from heyoka_bike.reference.proof.variation import BITS, COLUMN_BITS, Variation, variations
 from heyoka_bike.reference.sensitivities import ROWS_APART, Sensitivity
 
 _TOGETHER = 5
@@ -59,7 +59,7 @@ def differentiate(
     pieces: list[Fitted] = []
     rows: list[list[flint.arb]] = []
     parts = _bounded(variations(run, certificate, unknowns))
-    with flint.ctx.workprec(BITS):
+    with flint.ctx.workprec(COLUMN_BITS):
         for _, group in groupby(parts, lambda part: part[0] // _TOGETHER):
             along = [Along(variation, unknowns) for _, variation in group]
             pieces += Fitted.resolved(along)

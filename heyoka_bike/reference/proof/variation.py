@@ -69,6 +69,9 @@ _REACH = Fraction(1, 2**8)
 """Radius of the polydisc around the constants, over each of them."""
 
 BITS = 160
+COLUMN_BITS = 128
+"""Of the columns' derivatives by state and constants: nothing is carried on from them."""
+
 _TAIL_BITS = 150
 """What the series leave out, as far as constants matter, is below 2^-150."""
 
@@ -304,7 +307,7 @@ class _Prover:
 
     def _slopes(self, piece: Piece, length: int) -> list[Vector]:
         """Taylor coefficients of the derivatives of the columns: by power, see `Variation`."""
-        a = PowerSeries(BITS, length)
+        a = PowerSeries(COLUMN_BITS, length)
         with a.precision():
             slopes = self._traced(a, piece, _columns)
             return [m.entries() for m in _matrices(a, slopes, flint.arb(1))]
