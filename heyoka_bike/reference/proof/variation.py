@@ -140,7 +140,7 @@ def variations(
 
 @dataclass(frozen=True)
 class _Flow:
-    """Y of a piece and what is known of it, by the Taylor coefficients of a = h J."""
+    """Y of a piece and bounds on it, see `error_flow.Flow`, by the coefficients of a = h J."""
 
     a: list[flint.arb_mat]
     tail: flint.arb_mat
@@ -231,7 +231,7 @@ class _Prover:
         minus, plus = flint.arb(-1), flint.arb(1)
         back = value(y, minus).inv()
         # One solution, then the one that begins where the last piece ended.
-        p, force = _solution(flow, g, tail_g)
+        p, force = _solution(flow.a, g, flow.tail, tail_g, weights)
         c = (back * (self.q - value(p, minus))).mid()
         q = [m * c + n for m, n in zip(y, p, strict=True)]
         force += defect * _size(c, weights)
@@ -282,15 +282,17 @@ class _Prover:
         """The same of h g, by the unknowns."""
         a = PowerSeries(BITS, length)
         with a.precision():
-            slopes = self._traced(a, piece, Equations.rates_with_yaw)
-            by_constant = [row[SIZE:] for row in slopes]
-            step = exact_ball(piece.h)
-            return [m * self.unknowns.by_constant for m in _matrices(a, by_constant, step)]
+            slopes = self._traced(a, Equations.rates_with_yaw, _state(a, piece, length), ())
+            return [
+                m * self.unknowns.by_constant for m in _matrices(a, slopes, exact_ball(piece.h))
+            ]
 
-    def _traced(self, a: PowerSeries, piece: Piece, function: Function) -> list[list[Number]]:
-        """Derivatives of a function along a piece by state, and then by constants.
+    def _traced(
+        self, a: PowerSeries, function: Function, state: Sequence[Number], by: Sequence[Number]
+    ) -> list[list[Number]]:
+        """Derivatives of a function by some numbers of a state, and then by constants.
 
-        There are more of these than of values, so they are taken from the values back.
+        These are many, so they are taken from the values back.
         """
         traces, numbers = Traces(a), list[Number]()
 
@@ -300,8 +302,7 @@ class _Prover:
             return numbers[-1]
 
         k = self.equations.k.convert(constant)
-        state = [Traced(x) for x in _state(a, piece, a.length)]
-        variables = [*state, *(numbers[j] for j in self.unknowns.constants)]
+        variables = [*by, *(numbers[j] for j in self.unknowns.constants)]
         equations = replace(self.equations.over(traces), k=k)
         return [traces.gradient(x, variables) for x in function(equations, state)]
 
@@ -309,7 +310,8 @@ class _Prover:
         """Taylor coefficients of the derivatives of the columns: by power, see `Variation`."""
         a = PowerSeries(COLUMN_BITS, length)
         with a.precision():
-            slopes = self._traced(a, piece, _columns)
+            state = [Traced(x) for x in _state(a, piece, length)]
+            slopes = self._traced(a, _columns, state, state)
             return [m.entries() for m in _matrices(a, slopes, flint.arb(1))]
 
 
@@ -341,14 +343,14 @@ def _columns(equations: Equations, state: Sequence[Number]) -> list[Number]:
 
 
 def _solution(
-    flow: _Flow, g: list[flint.arb_mat], tail_g: Vector
-) -> tuple[list[flint.arb_mat], flint.arb]:
+    a: list[flint.arb_mat], g: list[flint.arb_mat], tail: flint.arb_mat, tail_g: Vector,
+    weights: Vector,
+) -> tuple[list[flint.arb_mat], flint.arb]:  # fmt: skip
     """Coefficients of a polynomial p that nearly solves p' = a p + g, p(0) = 0; exact numbers.
 
     Returned with a bound on the norm of a p + g - p' for -1 <= u <= 1 and the worst unknown, where
     a and g may be off by the tails.
     """
-    a, tail, weights = flow.a, flow.tail, flow.weights
     p = [0 * g[0]]
     defect = _size(g[-1], weights)
     for m in range(len(a) - 1):
