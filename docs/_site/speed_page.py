@@ -208,10 +208,9 @@ def decimal(x):
 
 def accuracy_table(found):
     return table(
-        ("accuracy", "order", "norm", "largest error", "largest eq. (1) [%]"),
+        ("accuracy", "tolerance of a step", "largest error", "largest eq. (1) [%]"),
         [
-            (str(a), str(ACCURACIES[a].order), f"{ACCURACIES[a].norm:g}", f"{wrong:.1e}",
-             f"{drift:.1e}")
+            (str(a), f"{ACCURACIES[a]:g}", f"{wrong:.1e}", f"{drift:.1e}")
             for a, (wrong, drift) in found.items()
         ],
     )  # fmt: skip

@@ -10,10 +10,10 @@ pytest.importorskip("heyoka")
 
 CODE = """
 import heyoka
-from heyoka_bike import simulate
+from heyoka_bike import Ensemble
 state = heyoka.llvm_state
 before = state.get_diskcache_size() if state.get_diskcache_path().exists() else 0
-found = float(simulate(2)["roll_angle"][-1])
+found = float(Ensemble(accuracy="eq1").ends([[0, 0, 0.5, 0, 4.6]], 10.0)[0, 0])
 print(found.hex(), before, state.get_diskcache_size() if before else 0)
 """
 

@@ -95,7 +95,7 @@ def test_runs_are_repeatable():
     run = prepare(2)
     first, second = run(), run()
     assert np.array_equal(first.values, second.values)
-    assert run.steps[0] > 20
+    assert run.steps[0] > 10
 
 
 def test_zero_trail_takes_the_other_form(bicycle, maneuvers):

@@ -18,8 +18,8 @@ from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle, read_bicycle
 from heyoka_bike.errors import InputError
 from heyoka_bike.motion.expressions import require_heyoka
-from heyoka_bike.motion.fast.simulate import Plan, choose_plan
-from heyoka_bike.motion.fast.taylor_code import CLOCK, NORM, STATE, Form, taylor_code
+from heyoka_bike.motion.fast.accuracies import choose
+from heyoka_bike.motion.fast.taylor_code import CLOCK, NORM, PLANS, STATE, Form, taylor_code
 from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.system.resources import benchmark_bicycle
@@ -51,13 +51,13 @@ class Ensemble:
     """
 
     def __init__(
-        self, *, bicycle: Bicycle | None = None, accuracy: str | float | Plan = 1e-6,
+        self, *, bicycle: Bicycle | None = None, accuracy: str | float = 1e-6,
         threads: int = 1,
     ) -> None:  # fmt: skip
         if threads < 1:
             raise InputError(f"found {threads} threads, expected 1 or more")
         bicycle = bicycle or read_bicycle(benchmark_bicycle())
-        self._plan = choose_plan(accuracy)
+        self._plan = PLANS[choose(accuracy, PLANS)]
         self._lanes = require_heyoka().recommended_simd_size()
         self._code = taylor_code(bicycle, Form(self._plan.order, self._lanes))
         # An integrator has a state of its own: each thread needs one.
