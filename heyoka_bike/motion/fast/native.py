@@ -15,7 +15,9 @@ from heyoka_bike.numbers.double import Array
 
 _MOST_STEPS = 200_000  # of one run
 _LEVEL = 3  # of optimisation
-# `simulate` takes microseconds: addresses go to the code as the integers they are.
+# A run takes some ten microseconds, and the address of an array by `ndarray.ctypes` one: those that
+# stay are taken once, and the one of the result through the buffer it is.
+_Byte, _Report = ctypes.c_char, ctypes.c_double * 3
 _ADDRESS, _COUNT = ctypes.c_void_p, ctypes.c_int64
 _SIGNATURE = (
     _COUNT, _ADDRESS, _COUNT, _ADDRESS, ctypes.c_double, _COUNT, _ADDRESS, _ADDRESS, _ADDRESS
@@ -58,30 +60,43 @@ class Native:
         source = run_source(Equations.binary64(bicycle, is_regular=is_regular))
         # The engine owns the code: it lives as long as what calls it.
         self._engine = _compiled(source)
-        self._run = ctypes.CFUNCTYPE(*_SIGNATURE)(self._engine.get_function_address(RUN))
+        address = self._engine.get_function_address(RUN)
+        self.function = ctypes.CFUNCTYPE(*_SIGNATURE)(address)
 
-    def run(self, start: Array, times: Array, tolerance: float, states: Array | None = None) -> Run:
-        """A motion from time 0 through ascending times.
+    def motion(self, start: Array, times: Array, tolerance: float) -> "Motion":
+        """A motion that is ready to be carried out, again and again."""
+        return Motion(self, start, times, tolerance)
 
-        Parameters
-        ----------
-        start : ndarray, shape (6,)
-        times : ndarray, shape (rows,)
-            [s]
-        tolerance
-            Of a step: about the error of the state within it.
-        states : ndarray, shape (6, rows), optional
-            Gets the states at the rows.
-        """
-        rows = len(times)
-        columns = np.empty((len(BENCHMARK_COLUMNS), rows))
-        report = np.empty(3)
+
+class Motion:
+    """A motion from time 0 through ascending times.
+
+    Parameters
+    ----------
+    native
+        What carries it out.
+    start : ndarray, shape (6,)
+    times : ndarray, shape (rows,)
+        [s]
+    tolerance
+        Of a step: about the error of the state within it.
+    """
+
+    def __init__(self, native: Native, start: Array, times: Array, tolerance: float) -> None:
+        # What is given by its address must not be let go.
+        self._kept = native, start, times
+        self._run = native.function
+        self._shape = len(BENCHMARK_COLUMNS), len(times)
+        self._given = start.ctypes.data, len(times), times.ctypes.data, tolerance, _MOST_STEPS
+
+    def __call__(self, states: Array | None = None) -> Run:
+        """Carry it out; `states`, shape (6, rows), gets the states at the rows."""
+        columns, report = np.empty(self._shape), _Report()
         steps = self._run(
-            start.ctypes.data, rows, times.ctypes.data, tolerance, _MOST_STEPS,
-            columns.ctypes.data, None if states is None else states.ctypes.data,
-            report.ctypes.data,
+            *self._given, ctypes.byref(_Byte.from_buffer(columns.data)),
+            None if states is None else states.ctypes.data, report,
         )  # fmt: skip
-        return Run(columns, steps, *report.tolist())
+        return Run(columns, steps, *report)
 
 
 def _compiled(source: str) -> Any:

@@ -37,11 +37,11 @@ ACCURACIES: Mapping[str | float, float] = {
     "eq1": 3e-5,
     1e-4: 1e-5,
     1e-6: 1e-7,
-    1e-8: 1e-9,
+    1e-8: 2e-9,
     1e-10: 5e-12,
-    1e-12: 3e-14,
-    1e-13: 3e-15,
-    "roundoff": 5e-16,
+    1e-12: 1e-13,
+    1e-13: 3e-14,
+    "roundoff": 3e-15,
 }
 """For each accuracy the tolerance of a step that keeps it in the three maneuvers and 20 other
 starts: ``eq1`` means eq. (1) under 1e-3 percent, a number the largest error of roll and steer angle
@@ -177,20 +177,21 @@ class Prepared:
 
     def states(self) -> Array:
         """States at the rows in the variables of the form used, shape (maneuvers, rows, 6)."""
-        found = np.empty((len(self._starts), STATE, len(self.times)))
-        for start, states in zip(self._starts, found, strict=True):
-            self._native.run(start, self.times, self.tolerance, states)
+        found = np.empty((len(self._motions), STATE, len(self.times)))
+        for motion, states in zip(self._motions, found, strict=True):
+            motion(states)
         return found.transpose(0, 2, 1)
 
     def _prepare(self, *, is_regular: bool) -> None:
         self._is_regular = is_regular
-        self._starts = [np.array(_start(self.bicycle, m, is_regular)) for m in self.maneuvers]
-        self._native = _native(_Values(self.bicycle), is_regular)
+        native = _native(_Values(self.bicycle), is_regular)
+        starts = [np.array(_start(self.bicycle, m, is_regular)) for m in self.maneuvers]
+        self._motions = [native.motion(x, self.times, self.tolerance) for x in starts]
 
     def _runs(self) -> list[Run]:
         found = []
-        for start in self._starts:
-            run = self._native.run(start, self.times, self.tolerance)
+        for motion in self._motions:
+            run = motion()
             # Leave the few-product form where the mechanical trail is small or changes sign.
             is_clear = run.least_trail > LEAST_TRAIL or run.largest_trail < -LEAST_TRAIL
             if not self._is_regular and not (run.steps > 0 and is_clear):

@@ -35,7 +35,7 @@ RUN = "run"
 _DIFFERENCE = 2.0**-24  # of the state, for the Jacobian: half of the digits
 _MOST_ITERATIONS = 12
 _DIVERGING = 0.5  # an iteration that reduces the error by less is given up
-_CLOSE = 0.1  # of the tolerance: what is left of Newton's iteration
+_CLOSE = 0.02  # of the tolerance: what is left of Newton's iteration
 _SAFETY, _LEAST, _MOST = 0.9, 0.25, 2.5  # of a change of the step
 _MOST_ERROR = 4.0  # of the tolerance; a step beyond is repeated
 _SHORTEST = 2.0**-30  # [s]
@@ -72,9 +72,10 @@ def _run() -> str:
     m = collocation()
     c = Code()
     y, z, f, series = (c.array(WHOLE, STATE) for _ in range(4))
-    start, zeroth = c.array(ONE, POINTS), c.array(ONE, POINTS)
+    start, rest, zeroth = (c.array(ONE, POINTS) for _ in range(3))
     for i in range(STATE):
         c.store(c.load("%start", i, ONE), start, i, ONE)
+        c.store(literal(0.0), rest, i, ONE)
     c.store(literal(float("inf")), "%report", 1, ONE)
     c.store(literal(float("-inf")), "%report", 2, ONE)
     last_row = c.assign("sub i64 %n, 1")
@@ -135,8 +136,11 @@ def _run() -> str:
     # A last step much shorter than the one before is joined to it.
     reach = c.operation("*", "%length", literal(1.01), ONE)
     is_last = c.assign(f"fcmp oge double {reach}, {left}")
-    # Zero at the single row of the start, whose step is not taken.
-    h = c.assign(f"select i1 {is_last}, double {left}, double %length")
+    chosen = c.assign(f"select i1 {is_last}, double {left}, double %length")
+    # The step is what the clock goes on by: else the clock would drift from the motion.
+    c.lines.append(f"  %sum = fadd double %t, {chosen}")
+    c.lines.append(f"  %t.next = select i1 {is_last}, double {end}, double %sum")
+    h = c.assign("fsub double %t.next, %t")
     is_short = c.assign(f"fcmp uge double {h}, {literal(_SHORTEST)}")
     c.do(f"br i1 {is_short}, label %factor, label %lost")
     c.label("factor")
@@ -209,8 +213,8 @@ def _run() -> str:
     c.do(f"call void @rates(ptr {y}, ptr {f})")
     # What is left of the equations: increments from the derivatives, minus those there are.
     for i in range(STATE):
-        rest = c.fused(h8, c.product(m.integral, f, i), c.negative(c.load(z, i)))
-        c.store(rest, y, i)
+        lack = c.fused(h8, c.product(m.integral, f, i), c.negative(c.load(z, i)))
+        c.store(lack, y, i)
     for i in range(STATE):
         value = c.operation("*", c.product(from_rest, y, i), inverse8)
         c.lines.append(f"  %right.next{i} = fadd {WHOLE} {value}, {constant(WHOLE, -0.0)}")
@@ -256,8 +260,6 @@ def _run() -> str:
         c.store(
             c.operation("+", value, c.load(z, POINTS * i + POINTS - 1, ONE), ONE), start, i, ONE
         )
-    c.lines.append(f"  %t.sum = fadd double %t, {h}")
-    c.lines.append(f"  %t.next = select i1 {is_last}, double {end}, double %t.sum")
     half = c.operation("*", h, literal(0.5), ONE)
     middle = c.operation("+", "%t", half, ONE)
     rate = c.operation("/", literal(1.0), half, ONE)
@@ -297,3 +299,14 @@ def _run() -> str:
         "i64 %most, ptr noalias %columns, ptr noalias %states, ptr noalias %report)"
     )
     return function(head, c.lines)
+
+
+def _add(c: Code, sums: str, rests: str, i: int, x: str) -> None:
+    """Add to one of some sums; what rounding took from them before is added, too."""
+    before = c.load(sums, i, ONE)
+    x = c.operation("+", x, c.load(rests, i, ONE), ONE)
+    after = c.operation("+", before, x, ONE)
+    added = c.operation("-", after, before, ONE)
+    lost = c.operation("-", before, c.operation("-", after, added, ONE), ONE)
+    c.store(c.operation("+", c.operation("-", x, added, ONE), lost, ONE), rests, i, ONE)
+    c.store(after, sums, i, ONE)
