@@ -10,6 +10,7 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.errors import MissingPackageError
+from heyoka_bike.motion.fast.many_code import ENDS, ends_source
 from heyoka_bike.motion.fast.step_code import RUN, run_source
 from heyoka_bike.numbers.double import Array
 
@@ -21,6 +22,9 @@ _Byte, _Report = ctypes.c_char, ctypes.c_double * 3
 _ADDRESS, _COUNT = ctypes.c_void_p, ctypes.c_int64
 _SIGNATURE = (
     _COUNT, _ADDRESS, _COUNT, _ADDRESS, ctypes.c_double, _COUNT, _ADDRESS, _ADDRESS, _ADDRESS
+)  # fmt: skip
+_MANY = (
+    None, _ADDRESS, _COUNT, _COUNT, _COUNT, ctypes.c_double, ctypes.c_double, _COUNT, _ADDRESS
 )  # fmt: skip
 
 
@@ -59,7 +63,7 @@ class Native:
     def __init__(self, bicycle: Bicycle, *, is_regular: bool) -> None:
         source = run_source(Equations.binary64(bicycle, is_regular=is_regular))
         # The engine owns the code: it lives as long as what calls it.
-        self._engine = _compiled(source)
+        self._engine = compiled(source)
         address = self._engine.get_function_address(RUN)
         self.function = ctypes.CFUNCTYPE(*_SIGNATURE)(address)
 
@@ -99,7 +103,46 @@ class Motion:
         return Run(columns, steps, *report)
 
 
-def _compiled(source: str) -> Any:
+class Many:
+    """Compiled code for many motions of one bicycle to one time, see `many_code`.
+
+    Raises
+    ------
+    MissingPackageError
+        llvmlite is not installed.
+    """
+
+    def __init__(self, bicycle: Bicycle) -> None:
+        self._engine = compiled(ends_source(Equations.binary64(bicycle, is_regular=False)))
+        address = self._engine.get_function_address(ENDS)
+        self._ends = ctypes.CFUNCTYPE(*_MANY)(address)
+
+    def ends(
+        self, states: Array, columns: Array, part: range, duration: float, tolerance: float
+    ) -> None:
+        """Carry out a part of the motions; several threads may do so at the same time.
+
+        Parameters
+        ----------
+        states : ndarray, shape (6, motions)
+            At time 0, one variable after the other in memory.
+        columns : ndarray, shape (8, motions)
+            Gets those of the benchmark; NaN for a motion that cannot be continued.
+        part
+            Of the motions: whole vectors of them.
+        duration
+            [s]
+        tolerance
+            Of a step.
+        """
+        self._ends(
+            states.ctypes.data, states.shape[1], part.start, part.stop, duration, tolerance,
+            _MOST_STEPS, columns.ctypes.data,
+        )  # fmt: skip
+
+
+def compiled(source: str) -> Any:
+    """LLVM's engine that holds the code of a module: it lives as long as the engine."""
     try:
         import llvmlite.binding as llvm
     except ModuleNotFoundError as e:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.motion.fast.collocation import POINTS
@@ -17,14 +19,20 @@ def recorded(equations: Equations) -> tuple[StraightLine, Equations, list[str]]:
     return code, equations.convert(code.literal, code), [f"y{i}" for i in range(STATE)]
 
 
-def rows_source(equations: Equations) -> str:
-    """Function ``rows(...)``: the rows `begin` to `end` from the series of a step."""
+def column_values(c: Code, equations: Equations, values: Sequence[str]) -> list[str]:
+    """The benchmark's columns of a state, then the mechanical trail over the front's radius."""
     record, formulas, names = recorded(equations)
     state = [record.variable(x) for x in names]
     columns = formulas.columns([*state, record.variable("yaw")])
     o, _ = formulas.unfold(state)
     trail = o.trail / formulas.k.front.r
     results = [*(columns[name].text for name in BENCHMARK_COLUMNS), trail.text]
+    given = dict(zip(names, values, strict=True))
+    return c.statements(given, needed(record.statements, results), results)
+
+
+def rows_source(equations: Equations) -> str:
+    """Function ``rows(...)``: the rows `begin` to `end` from the series of a step."""
     c = Code()
     low, high = c.array(WHOLE, 1), c.array(WHOLE, 1)
     c.store(c.spread(c.load("%report", 1, ONE)), low)
@@ -52,8 +60,7 @@ def rows_source(equations: Equations) -> str:
     x = c.call("minnum", WHOLE, x, constant(WHOLE, 1.0))
     twice = c.operation("+", x, x)
     values = [_clenshaw(c, x, twice, zeroth[i], i) for i in range(STATE)]
-    given = dict(zip(names, values, strict=True))
-    found = c.statements(given, needed(record.statements, results), results)
+    found = column_values(c, equations, values)
 
     def put(pointer: str, i: int, value: str) -> None:
         first = c.assign(f"mul i64 %n, {i}")

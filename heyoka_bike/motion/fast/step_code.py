@@ -52,10 +52,10 @@ def run_source(equations: Equations) -> str:
     steps. ``report`` gets the time reached, and the least and the largest of the mechanical trail
     over the front wheel's radius.
     """
-    return "\n".join([_rates(equations), rows_source(equations), _run(), DECLARATIONS])
+    return "\n".join([rates_source(equations), rows_source(equations), _run(), DECLARATIONS])
 
 
-def _rates(equations: Equations) -> str:
+def rates_source(equations: Equations) -> str:
     """Function ``rates(y, f)`` of eight states."""
     record, formulas, names = recorded(equations)
     rates = [x.text for x in formulas.rates([record.variable(x) for x in names])]
