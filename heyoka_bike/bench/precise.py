@@ -1,4 +1,4 @@
-"""Beyond binary64: heyoka, mpmath's `odefun`, and a Taylor method in ball arithmetic.
+"""Beyond binary64: `End`, heyoka, mpmath's `odefun`, and a Taylor method in ball arithmetic.
 
 All integrate the same equations from the same initial state, without rows. What would take minutes
 is measured over the first part of the maneuver and scaled to the whole of it, by the part of
@@ -17,6 +17,7 @@ import flint
 from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.motion.expressions import require_heyoka
+from heyoka_bike.motion.fast.ends import End
 from heyoka_bike.motion.integrate import Native, integrate, right_hand_side
 from heyoka_bike.motion.trajectory import Trajectory
 from heyoka_bike.numbers.analytic import PowerSeries
@@ -89,13 +90,24 @@ def precise(published: Trajectory) -> list[Precise]:
     return [
         measure(published, Precision.of(name))
         for name in PRECISIONS
-        for measure in (_heyoka, _mpmath, _balls)
+        for measure in (_end, _heyoka, _mpmath, _balls)
     ]
 
 
 def costs(published: Trajectory) -> list[Cost]:
     """What each of `DIGITS` costs, on the maneuver of a published run."""
     return [_cost(published, Precision.of(name)) for name in DIGITS]
+
+
+def _end(published: Trajectory, p: Precision) -> Precise:
+    run = End(published.bicycle, published.maneuver, p)
+    times = []
+    for _ in range(_RUNS):
+        begin = time.perf_counter()
+        found = run()
+        times.append(time.perf_counter() - begin)
+    state = [str(x) for x in found]
+    return _result("heyoka_bike End", p, published, min(times), published.maneuver.duration, state)
 
 
 def _heyoka(published: Trajectory, p: Precision) -> Precise:

@@ -159,7 +159,7 @@ def _ends(equations: Equations) -> str:
     change = _select(c, is_number, change, constant(WHOLE, _LEAST))
     scaled = c.operation("*", h, change)
     c.do(f"call void @rates(ptr {end}, ptr {c.at(k, STATE * (_CALLS - 1), WHOLE)})")
-    short = c.assign(f"fcmp olt {WHOLE} {scaled}, {constant(WHOLE, _SHORTEST)}")
+    short = c.assign(f"fcmp ogt {WHOLE} {constant(WHOLE, _SHORTEST)}, {scaled}")
     ended = c.assign(f"fcmp oge {WHOLE} %t, {duration}")
     bad = c.assign(f"xor {_MASK} {good}, {_ones()}")
     lost = c.assign(
@@ -178,7 +178,7 @@ def _ends(equations: Equations) -> str:
     c.lines.append(f"  %wish.next = select {_MASK} {ended}, {WHOLE} {first}, {WHOLE} {scaled}")
     c.lines.append("  %count.next = add i64 %count, 1")
     least = c.assign(f"call double @llvm.vector.reduce.fmin.v{POINTS}f64({WHOLE} %t.next)")
-    under_way = c.assign(f"fcmp olt double {least}, %duration")
+    under_way = c.assign(f"fcmp ogt double %duration, {least}")
     few = c.assign("icmp slt i64 %count, %most")
     again = c.assign(f"and i1 {under_way}, {few}")
     c.do(f"br i1 {again}, label %step, label %finish")
