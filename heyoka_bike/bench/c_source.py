@@ -81,12 +81,14 @@ def columns_source(bicycle: Bicycle) -> str:
 
 
 def operations(bicycle: Bicycle) -> dict[str, int]:
-    """How often each operation occurs in the time derivatives of the state."""
+    """How often each operation occurs in the time derivatives; ``scale`` is one with a literal."""
     code = StraightLine()
     _equations(bicycle, code).rates([code.variable(f"y[{i}]") for i in range(_STATE)])
     count: dict[str, int] = {}
     for text in code.statements.values():
         kind = text.split("(")[0] if text.startswith(_TRIGONOMETRIC) else text.split()[1]
+        # A literal goes first.
+        kind = "scale" if kind == "*" and text[0].isdigit() else kind
         count[kind] = count.get(kind, 0) + 1
     return count
 

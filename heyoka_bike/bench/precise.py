@@ -35,6 +35,7 @@ _RUNS = 3
 _MPMATH_SPAN = Fraction(1, 20)  # [s]; takes seconds
 _SAFETY_BITS = 8  # of a ball Taylor step's truncation below the precision
 _COST_SECONDS = 5.0  # of stepping for one precision, but one step after the first at least
+_LONG_STEP = 60.0  # [s]; a first step that takes as long is the one that is timed
 
 
 @dataclass(frozen=True, slots=True)
@@ -193,16 +194,21 @@ def _part(published: Trajectory, span: Fraction) -> float:
 
 def _cost(published: Trajectory, p: Precision) -> Cost:
     marks: list[float] = []
+    begin = time.perf_counter()
 
     def step(_: float) -> None:
         marks.append(time.perf_counter())
+        if len(marks) == 1 and marks[0] - begin > _LONG_STEP:
+            # What has to be built takes a hundredth of it.
+            marks.insert(0, begin)
+            raise _EnoughError
         if len(marks) > 1 and marks[-1] - marks[0] > _COST_SECONDS:
             raise _EnoughError
 
     count = published.steps
     with contextlib.suppress(_EnoughError):
         count = integrate(published.bicycle, published.maneuver, p, progress=step).steps
-    # The first step is made with what has to be built.
+    # A first step that is short is left out: what has to be built is made with it.
     timed = len(marks) - 1
     per_step = (marks[-1] - marks[0]) / timed
     return Cost(p.digits, _order(p.bits + _TOLERANCE_BITS), timed, per_step, per_step * count)

@@ -146,7 +146,7 @@ class End:
             blocks = h * self._integral64[:, None, :, None] * jacobian.transpose(0, 2, 1)[None]
             system = np.eye(STATE * s) - blocks.reshape(STATE * s, -1)
             if size < _BINARY64:
-                inverse: Array = np.linalg.inv(system)
+                inverse: Array = np.linalg.inv(system).astype(float)
                 return z, inverse
             rest = h * (self._integral64 @ slopes.T) - z
             change = np.linalg.solve(system, rest.ravel()).reshape(z.shape)
