@@ -110,7 +110,8 @@ def shown(run):
                 for x in run["ensembles"]
             ],
         ),
-        "first": f"{first['result_s']:.2f} s, after {first['import_numpy_s']:.2f} s of importing NumPy",
+        "first": f"{first['result_s']:.2f} s, after {first['import_numpy_s']:.2f} s of importing "
+        "NumPy",
         "precise": table(
             ("code", "digits", "time [s]", "measured over [s]", "error"),
             [
