@@ -198,6 +198,7 @@ def _values(
                     arcs = [(low, middle), (middle, high)]
                 together += [[arc] for arc in arcs]
                 continue
+            # The largest of exact numbers is exact; of balls it is a wider ball.
             sizes = [largest(abs(x).upper() for x in value) for value in values]
             biggest = [m.max(x) for m, x in zip(biggest, sizes, strict=True)] if biggest else sizes
         return biggest
