@@ -15,6 +15,7 @@ import pytest
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.numbers.analytic import NotAnalyticError, Rim
 from heyoka_bike.numbers.arithmetic import Balls
+from heyoka_bike.numbers.samples import array
 from heyoka_bike.reference.proof import cauchy
 from heyoka_bike.reference.proof.cauchy import circle_bound, rho
 
@@ -109,3 +110,22 @@ def test_the_bound_holds_on_the_whole_polydisc(
 def test_the_bound_holds_between_the_middles_of_the_arcs(equations: Equations) -> None:
     """s + s^2 is largest at s = 2, the end of an arc."""
     assert bound(equations, lambda a, s: s + s * s) >= 6
+
+
+def test_arcs_together_give_the_bound_of_each_alone(
+    equations: Equations, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """To the last bit: published bounds follow from it."""
+
+    def alone(values: Any) -> Any:
+        found = array(values)
+        if len(found) > 1:
+            raise NotAnalyticError
+        return found
+
+    def f(a: Any, s: Any) -> Any:
+        return a.sin(s) / (s + 5) + s * s
+
+    together = bound(equations, f)
+    monkeypatch.setattr(cauchy, "array", alone)
+    assert bound(equations, f) == together
