@@ -214,10 +214,9 @@ class _Prover:
             tail_g = [(m * pull).upper() for m in sizes]
             flow = _Flow.of(jacobian, tail)
         forcing = self._forcing(centred, length)
-        with flint.ctx.workprec(BITS):
-            q, bound = self._carry(flow, forcing, tail_g)
         slopes = self._slopes(centred, length)
         with flint.ctx.workprec(BITS):
+            q, bound = self._carry(flow, forcing, tail_g)
             return Variation(
                 centred.t0, centred.h, q, bound, slopes,
                 circle.radius, circle.values[SIZE - 1 :], circle.rho, pull, off,
