@@ -1,10 +1,11 @@
 """The tables and figures of docs/speed.md, from a run of `heyoka-bike bench` in docs/speed.json.
 
-Run as a script, this writes them: first ``heyoka-bike bench --all --costs --format json -o
-docs/speed.json``, on a machine that has nothing else to do.
+Run as a script, this writes them; with ``--measure`` it first carries out ``heyoka-bike bench --all
+--costs --format json -o docs/speed.json``, on a machine that has nothing else to do.
 """
 
 import json
+import sys
 from fractions import Fraction
 from pathlib import Path
 
@@ -12,9 +13,11 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from heyoka_bike.bench.figure import COLOURS, MARKERS, draw
+from heyoka_bike.bench.floor import Floor
 from heyoka_bike.bench.problem import Problem
 from heyoka_bike.bench.race import CLASSES
 from heyoka_bike.bicycle.parameters import Maneuver, read_bicycle, read_maneuvers
+from heyoka_bike.cli import main
 from heyoka_bike.motion.fast.simulate import ACCURACIES, simulate
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.load import load_reference
@@ -25,7 +28,7 @@ DOCS = Path(__file__).parent.parent
 PAGE, RUN = DOCS / "speed.md", DOCS / "speed.json"
 FIGURES = {"speed.svg": "work_precision", "speed-costs.svg": "digits"}
 
-TUNED = "heyoka_bike simulate"
+TUNED, TAYLOR = "heyoka_bike simulate", "heyoka unrolled"
 RACE = ("code", "min [ms]", "median [ms]", "over `simulate`", "eq. (1) [%]", "state error")
 STATE_COLUMNS = ("roll_angle", "steer_angle", "roll_rate", "steer_rate", "forward_speed")
 SEED = 7
@@ -67,6 +70,30 @@ def races(run):
     return found
 
 
+def floor_table(run):
+    """Times over that of the products alone of heyoka's Taylor steps, maneuver 2."""
+    found = Floor(**run["floor"])
+    rows = []
+    for name in CLASSES:
+        lines = {
+            x["code"]: x
+            for x in run["results"]
+            if (x["maneuver"], x["class"]) == (run["maneuver"], name)
+            and x["precision"] == "binary64"
+        }
+        taylor, c = lines[TAYLOR], [x for x in lines.values() if x["code"].startswith("C ")]
+        floor = 1e3 * found.seconds(taylor["order"], taylor["steps"])
+        best = min((x for x in c if x["status"] == "ok"), key=lambda x: x["min_ms"])
+        rows.append((
+            name.replace("_", " "), f"{taylor['steps']} of order {taylor['order']}",
+            f"{floor:.4f}", f"{taylor['min_ms'] / floor:.1f}",
+            f"{lines[TUNED]['min_ms'] / floor:.1f}",
+            f"{best['min_ms'] / floor:.1f} ({best['code']})",
+        ))  # fmt: skip
+    headings = ("class", "Taylor steps", "floor [ms]", TAYLOR, "`simulate`", "best in C")
+    return table(headings, rows, left=2)
+
+
 def shown(run):
     """The parts of the page that show the run, by their markers."""
     m, versions = run["machine"], run["versions"]
@@ -75,17 +102,7 @@ def shown(run):
         "machine": f"{m['cpu']}, {m['cores']} cores, {m['system']}; "
         + ", ".join(f"{name} {v}" for name, v in versions.items())
         + f"; {run['runs']} runs of each code, fewer of a slow one.",
-        "together": table(
-            ("accuracy", "three at once [ms]", "one by one [ms]", "over the slowest of them"),
-            [
-                (
-                    str(x["accuracy"]), f"{x['min_ms']:.3f}",
-                    " / ".join(f"{t:.3f}" for t in x["alone_ms"]),
-                    f"{x['min_ms'] / max(x['alone_ms']):.2f}",
-                )
-                for x in run["together"]
-            ],
-        ),
+        "floor": floor_table(run),
         "ensembles": table(
             ("accuracy", "threads", "motions of 10 s per second"),
             [
@@ -93,9 +110,8 @@ def shown(run):
                 for x in run["ensembles"]
             ],
         ),
-        "first": f"{first['without_cache_s']:.2f} s without any cache, "
-        f"{first['with_cache_s']:.2f} s with it, after {first['import_heyoka_s']:.2f} s of "
-        "importing heyoka",
+        "first": f"{first['result_s']:.2f} s, after {first['import_numpy_s']:.2f} s of importing "
+        "NumPy",
         "precise": table(
             ("code", "digits", "time [s]", "measured over [s]", "error"),
             [
@@ -208,10 +224,9 @@ def decimal(x):
 
 def accuracy_table(found):
     return table(
-        ("accuracy", "order", "norm", "largest error", "largest eq. (1) [%]"),
+        ("accuracy", "tolerance of a step", "largest error", "largest eq. (1) [%]"),
         [
-            (str(a), str(ACCURACIES[a].order), f"{ACCURACIES[a].norm:g}", f"{wrong:.1e}",
-             f"{drift:.1e}")
+            (str(a), f"{ACCURACIES[a]:g}", f"{wrong:.1e}", f"{drift:.1e}")
             for a, (wrong, drift) in found.items()
         ],
     )  # fmt: skip
@@ -270,6 +285,8 @@ def figures(run):
 
 
 if __name__ == "__main__":
+    if sys.argv[1:] == ["--measure"]:
+        main(["bench", "--all", "--costs", "--format", "json", "-o", str(RUN)])
     document = json.loads(RUN.read_text())
     PAGE.write_text(filled(PAGE.read_text(), shown(document) | computed()))
     for file, data in figures(document).items():

@@ -1,4 +1,4 @@
-"""What the fast path does besides one maneuver: three or many at once, long, for the first time."""
+"""What the fast path does besides one maneuver: many at once, long, for the first time."""
 
 import os
 import subprocess
@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import partial
 from statistics import median
-from tempfile import TemporaryDirectory
 
 import numpy as np
 
@@ -18,8 +17,6 @@ from heyoka_bike.motion.fast.ensemble import Ensemble
 from heyoka_bike.motion.fast.simulate import prepare
 from heyoka_bike.motion.integrate import integrate
 
-TOGETHER = ("eq1", 1e-6, 1e-12, "roundoff")
-"""Accuracies at which the three maneuvers are run at once and one by one."""
 ENSEMBLES = (1e-6, "roundoff")
 """Accuracies of the ensembles."""
 
@@ -31,7 +28,7 @@ LONG = ("eq1", 1e-12, "roundoff")
 _LONG_ROWS, _LONG_SECONDS, _LONG_TURNS = 1001, 1.0, 30
 _MOTIONS = 4000
 _DURATION = 10.0  # [s]
-_TURNS, _ENSEMBLE_TURNS, _STARTS = 50, 7, 5
+_ENSEMBLE_TURNS, _STARTS = 7, 5
 # The range of the benchmark's maneuvers, as far as the motion stays upright.
 _SPEEDS, _ROLL_RATES, _STEER_RATES = (4.3, 9.0), (-0.5, 0.5), (-0.4, 0.4)
 _SEED = 1
@@ -39,21 +36,12 @@ _SEED = 1
 _FIRST_RESULT = """
 import time
 begin = time.perf_counter()
-import heyoka
+import numpy
 imported = time.perf_counter()
 from heyoka_bike import simulate
 simulate(2)
 print(imported - begin, time.perf_counter() - imported)
 """
-
-
-@dataclass(frozen=True, slots=True)
-class Together:
-    """Shortest times [s] of the three maneuvers at once, and of each alone."""
-
-    accuracy: str | float
-    together: float
-    alone: tuple[float, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,21 +83,10 @@ class LongRun:
 
 @dataclass(frozen=True, slots=True)
 class FirstResult:
-    """Median times of a new process [s]: the import of heyoka, and the first result after it."""
+    """Median times of a new process [s]: the import of NumPy, and the first result after it."""
 
     importing: float
-    without_cache: float
-    with_cache: float
-
-
-def together() -> list[Together]:
-    """The three maneuvers in one vector and one by one, in turns."""
-    found = []
-    for accuracy in TOGETHER:
-        runs = [prepare(m, accuracy=accuracy) for m in (None, 1, 2, 3)]
-        times = _in_turns(runs, _TURNS)
-        found.append(Together(accuracy, min(times[0]), tuple(min(x) for x in times[1:])))
-    return found
+    result: float
 
 
 def throughput() -> list[Throughput]:
@@ -150,24 +127,13 @@ def long_runs(bicycle: Bicycle, maneuver: Maneuver) -> list[LongRun]:
 
 
 def first_result() -> FirstResult:
-    """Maneuver 2 in new processes, with an empty cache and with a filled one."""
-    without, with_cache = [], []
-    for _ in range(_STARTS):
-        with TemporaryDirectory(prefix="heyoka_bike-") as folder:
-            environment = {**os.environ, "XDG_CACHE_HOME": folder}
-            without.append(_first(environment))
-            with_cache.append(_first(environment))
-    return FirstResult(
-        median(x[0] for x in without + with_cache),
-        median(x[1] for x in without),
-        median(x[1] for x in with_cache),
-    )
+    """Maneuver 2 in new processes; nothing that was compiled is kept."""
+    found = [_first() for _ in range(_STARTS)]
+    return FirstResult(*(median(x) for x in zip(*found, strict=True)))
 
 
-def _first(environment: dict[str, str]) -> tuple[float, float]:
-    done = subprocess.run(
-        [sys.executable, "-c", _FIRST_RESULT], env=environment, check=True, capture_output=True
-    )
+def _first() -> tuple[float, float]:
+    done = subprocess.run([sys.executable, "-c", _FIRST_RESULT], check=True, capture_output=True)
     importing, result = done.stdout.split()
     return float(importing), float(result)
 

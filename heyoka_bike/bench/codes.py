@@ -5,7 +5,6 @@ the other; the fast path of this package does them at once.
 """
 
 import importlib.util
-import math
 import sys
 import time
 from collections.abc import Callable, Sequence
@@ -18,7 +17,7 @@ import numpy as np
 from heyoka_bike.bench.compiled import CompiledPeers, NoCompilerError
 from heyoka_bike.bench.problem import PERFORMANCE_LIMIT, Array, Problem, Trial, Unavailable
 from heyoka_bike.motion.expressions import require_heyoka
-from heyoka_bike.motion.fast.simulate import ACCURACIES, Plan, prepare
+from heyoka_bike.motion.fast.simulate import ACCURACIES, prepare
 from heyoka_bike.motion.integrate import right_hand_side
 from heyoka_bike.numbers.precision import Precision
 from heyoka_bike.system.resources import data_folder
@@ -29,7 +28,6 @@ MIDDLE, NEAR_ROUNDOFF, TIGHTEST = 4 * PER_DECADE, 13 * PER_DECADE, 16 * PER_DECA
 """Indices of the tolerances 1e-4, 1e-13, 1e-16."""
 
 _MIN_RTOL = 100 * float(np.finfo(np.float64).eps)  # SciPy goes no lower
-_LEAST_NORM = 16.0  # the largest variable of the state, so that it is the norm that counts
 
 
 def tolerance_of(index: int) -> float:
@@ -111,10 +109,7 @@ class Heyoka:
 
 @dataclass(eq=False)
 class Tuned:
-    """The fast path of this package: order and norm of the steps, see `taylor_code`.
-
-    The tolerance is about the error of a step: it gives the lowest order that has it at a norm that
-    is larger than the state, and that norm. Several maneuvers are carried out at once.
+    """The fast path of this package, by the tolerance of its steps; one maneuver after the other.
 
     Attributes
     ----------
@@ -126,24 +121,24 @@ class Tuned:
     problems: Sequence[Problem]
     precision: str = "binary64"
     counts: str = "steps"
+    _build: float = field(default=0.0, init=False, repr=False)
 
     def at(self, tolerance: float | None) -> Trial:
-        """Build and measure at a tolerance, None for the plan of `simulate` for roundoff."""
+        """Build and measure at a tolerance, None for the one of `simulate` for roundoff."""
         if tolerance is None:
-            plan = ACCURACIES["roundoff"]
-        else:
-            order = max(4, math.ceil(0.5 + math.log(_LEAST_NORM / tolerance) / 2))
-            plan = Plan(order, tolerance * math.exp(2 * order - 1))
+            tolerance = ACCURACIES["roundoff"]
         problems = self.problems
         begin = time.perf_counter()
-        run = prepare([x.maneuver for x in problems], bicycle=problems[0].bicycle, accuracy=plan)
-        build = time.perf_counter() - begin
+        run = prepare(
+            [x.maneuver for x in problems], bicycle=problems[0].bicycle, tolerance=tolerance
+        )
+        # What is compiled is the same for all tolerances, and kept: the first build counts.
+        build = self._build = self._build or time.perf_counter() - begin
         run()
         states = run.states()
         measured = [p.measure(x, p.expected) for p, x in zip(problems, states, strict=True)]
-        reached = plan.norm * math.exp(1 - 2 * plan.order)
         performance, error = (max(x) for x in zip(*measured, strict=True))
-        return Trial(run, reached, build, sum(run.steps), performance, error, order=plan.order)
+        return Trial(run, tolerance, build, sum(run.steps), performance, error)
 
 
 @dataclass(eq=False)

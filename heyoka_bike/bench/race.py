@@ -29,7 +29,6 @@ from heyoka_bike.bench.codes import (
     Code,
     Exudyn,
     Heyoka,
-    Tuned,
     codes,
     kind,
     tolerance_of,
@@ -119,8 +118,7 @@ def bench(
     runs
         Timed runs of each code; fewer (but 3) of one that would take longer than 10 s.
     is_quick
-        Leave out what takes long to build: the unrolled form of heyoka, and the fast path where it
-        is of high order.
+        Leave out what takes long to build: the unrolled form of heyoka.
 
     Raises
     ------
@@ -139,7 +137,7 @@ def bench(
             for j, line in enumerate(group):
                 done = (i + j / len(group) / 2) / len(CLASSES)
                 report(f"{accuracy_class}: preparing {line.code.name}", done)
-                if is_quick and _is_slow_to_build(line):
+                if is_quick and line.code.name == "heyoka unrolled":
                     line.status = "left out"
                     continue
                 # The other forms of heyoka have its truncation error: they start where it passed.
@@ -182,12 +180,6 @@ def work_precision(problem: Problem, progress: Progress | None = None) -> list[P
                     Point(code, trial.tolerance, shortest, trial.performance, trial.error)
                 )
     return points
-
-
-def _is_slow_to_build(line: Timing) -> bool:
-    if isinstance(line.code, Tuned):
-        return line.accuracy_class != "performance"
-    return line.code.name == "heyoka unrolled"
 
 
 def _prepare(line: Timing, at: Callable[[float | None], Trial], first: int | None) -> None:

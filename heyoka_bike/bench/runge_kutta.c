@@ -10,8 +10,15 @@
 #define N 6
 #define STAGES 16
 #define DENSE 8
+#define BLOCK 128
 #define MOST_STEPS 10000000
 #define EACH for (int i = 0; i < N; i++)
+
+/* The GNU C library has sines of whole vectors, which compilers are told of under -ffast-math only. */
+#if defined(__GLIBC__) && defined(__x86_64__) && !defined(__clang__)
+extern double sin(double) __attribute__((simd("notinbranch"), const));
+extern double cos(double) __attribute__((simd("notinbranch"), const));
+#endif
 
 #include "equations.h"
 
@@ -243,17 +250,30 @@ static double first_step(int order, const double *y, const double *f, double tol
     return fmin(fmin(100 * h, h1), longest);
 }
 
-/* Rows from `row` on up to the time t + h; returns the first one beyond it. */
-static long rows_of_step(long row, long n, const double *times, double t, double h, int terms,
-                         double (*c)[N], double *y)
+#define UP(j, above) (c[j][i] + (j % 2 ? 1 - s[r] : s[r]) * (above))
+#define CUBIC(above) UP(0, UP(1, UP(2, above)))
+#define SEVENTH(above) CUBIC(UP(3, UP(4, UP(5, UP(6, above)))))
+
+/* Rows from `row` on up to the time t + h; returns the first one beyond it. `terms`, 4, 5 or 8, is
+   a constant where it is called: then the compiler works on several rows at once. */
+static inline __attribute__((always_inline)) long rows_of_step(
+    long row, long n, const double *restrict times, double t, double h, const int terms,
+    double (*restrict c)[N], double *restrict y)
 {
+    double s[BLOCK];
     long stop = row;
     while (stop < n && times[stop] <= t + h) stop++;
-    EACH for (long r = row; r < stop; r++) {
-        const double s = (times[r] - t) / h, s1 = 1 - s;
-        double value = c[terms - 1][i];
-        for (int j = terms - 2; j >= 0; j--) value = c[j][i] + (j % 2 ? s1 : s) * value;
-        y[i * n + r] = value;
+    for (; row < stop; row += BLOCK) {
+        const long count = stop - row < BLOCK ? stop - row : BLOCK;
+        for (long r = 0; r < count; r++) s[r] = (times[row + r] - t) / h;
+        EACH {
+            double *restrict to = y + i * n + row;
+#pragma GCC ivdep
+            for (long r = 0; r < count; r++)
+                to[r] = terms == 4   ? CUBIC(c[3][i])
+                        : terms == 5 ? CUBIC(UP(3, c[4][i]))
+                                     : SEVENTH(c[7][i]);
+        }
     }
     return stop;
 }
@@ -287,7 +307,9 @@ static long adaptive(const struct method *m, const double *start, long n, const 
             m->dense(h, y, k, end, c);
             calls += m->dense_calls;
             /* The end of the last step is the last row, whatever its rounding. */
-            row = rows_of_step(row, n, times, t, is_last ? h * (1 + 1e-15) : h, m->terms, c, rows);
+            const double reach = is_last ? h * (1 + 1e-15) : h;
+            row = m->terms == 5 ? rows_of_step(row, n, times, t, reach, 5, c, rows)
+                                : rows_of_step(row, n, times, t, reach, 8, c, rows);
         }
         EACH y[i] = end[i];
         EACH k[0][i] = k[m->last][i];

@@ -9,8 +9,9 @@ from statistics import median
 from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.bench import race
-from heyoka_bike.bench.batches import first_result, long_runs, throughput, together
+from heyoka_bike.bench.batches import first_result, long_runs, throughput
 from heyoka_bike.bench.compiled import FLAGS
+from heyoka_bike.bench.floor import floor
 from heyoka_bike.bench.precise import costs, precise
 from heyoka_bike.bench.problem import Problem
 from heyoka_bike.bench.race import CLASSES, Point, Progress, Timing
@@ -66,6 +67,8 @@ def measure(
         | {name: installed(name) or "not installed" for name in _PACKAGES},
         "results": results,
     }
+    if every:
+        found["floor"] = asdict(floor(main.bicycle))
     if with_points:
         found["work_precision"] = [_point(x) for x in race.work_precision(main, progress)]
     return found
@@ -73,11 +76,6 @@ def measure(
 
 def measure_fast_path(progress: Progress) -> dict[str, Any]:
     """What the fast path does besides one maneuver, as JSON values."""
-    progress("three maneuvers at once", 0.0)
-    at_once = [
-        {"accuracy": x.accuracy, "min_ms": 1e3 * x.together, "alone_ms": [1e3 * t for t in x.alone]}
-        for x in together()
-    ]
     progress("ensembles", 0.3)
     ensembles = [
         {"accuracy": x.accuracy, "threads": n, "motions_per_second": rate}
@@ -87,12 +85,10 @@ def measure_fast_path(progress: Progress) -> dict[str, Any]:
     progress("first result of a new process", 0.7)
     first = first_result()
     return {
-        "together": at_once,
         "ensembles": ensembles,
         "first_result": {
-            "import_heyoka_s": first.importing,
-            "without_cache_s": first.without_cache,
-            "with_cache_s": first.with_cache,
+            "import_numpy_s": first.importing,
+            "result_s": first.result,
         },
     }
 
@@ -222,11 +218,6 @@ def _timings(results: Sequence[Mapping[str, Any]]) -> Table:
 def _besides(document: Mapping[str, Any]) -> Iterator[str]:
     """What else was measured, if it was."""
     yield from (
-        f"three maneuvers at once, accuracy {x['accuracy']}: {x['min_ms']:.3f} ms, "
-        f"one by one {', '.join(f'{t:.3f}' for t in x['alone_ms'])} ms"
-        for x in document.get("together", ())
-    )
-    yield from (
         f"ensemble, accuracy {x['accuracy']}, {x['threads']} threads: "
         f"{x['motions_per_second']:.0f} motions of 10 s per second"
         for x in document.get("ensembles", ())
@@ -234,9 +225,8 @@ def _besides(document: Mapping[str, Any]) -> Iterator[str]:
     if "first_result" in document:
         first = document["first_result"]
         yield (
-            f"first result of a new process: {first['without_cache_s']:.2f} s without a cache, "
-            f"{first['with_cache_s']:.2f} s with it, after {first['import_heyoka_s']:.2f} s of "
-            "importing heyoka"
+            f"first result of a new process: {first['result_s']:.2f} s, after "
+            f"{first['import_numpy_s']:.2f} s of importing NumPy"
         )
     yield from (
         f"{x['code']}, {x['digits']:.0f} digits: {x['seconds']:.3g} s, error {x['error']:.0e} "

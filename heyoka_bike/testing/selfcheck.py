@@ -21,6 +21,7 @@ _REQUIRED = (
     ("numpy", "numpy", "everything"),
     ("h5py", "h5py", "everything"),
     ("flint", "python-flint", "generate, diagnose, verify, certify, linear"),
+    ("llvmlite", "llvmlite", "simulate, Ensemble, bench"),
     ("mpmath", "mpmath", "generate, diagnose, verify, certify, linear"),
     ("rich", "rich", "tables on the screen"),
 )

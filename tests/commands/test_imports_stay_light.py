@@ -39,6 +39,19 @@ def test_commands_work_without_heyoka(arguments):
     assert run.returncode == 0, run.stderr
 
 
+def test_fast_runs_work_without_heyoka():
+    code = """
+from heyoka_bike import Ensemble, simulate
+print(simulate(2)["roll_angle"][-1], Ensemble().ends([[0, 0, 0.5, 0, 4.6]], 10.0)[0, 0])
+"""
+    run = python(code, {"heyoka"})
+    assert run.returncode == 0, run.stderr
+    one, other = map(float, run.stdout.split())
+    assert one == pytest.approx(other, abs=1e-4)
+    missing = python(code, {"llvmlite"})
+    assert "llvmlite is not installed; simulate needs it (pip install llvmlite)" in missing.stderr
+
+
 @pytest.mark.parametrize("arguments", [["generate", "--out", "/nonexistent/x"], ["bench"]])
 def test_commands_that_need_heyoka_say_so(arguments):
     code = f"import sys; from heyoka_bike.cli import main; sys.exit(main({arguments!r}))"

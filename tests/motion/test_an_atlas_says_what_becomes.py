@@ -20,13 +20,13 @@ from heyoka_bike.motion.atlas.make import make_atlas
 from heyoka_bike.motion.atlas.runs import LEAST_TURN, SPACING, Runs
 from heyoka_bike.motion.atlas.store import Store, load_atlas
 from heyoka_bike.motion.events import REAR_LIFT, follow
-from heyoka_bike.motion.fast.simulate import ACCURACIES
+from heyoka_bike.motion.fast.taylor_code import PLANS
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.proof.lift import prove_lift
 from heyoka_bike.system.parallel import using
 from heyoka_bike.system.resources import after_folder, data_folder
 
-PLAN = ACCURACIES[ACCURACY]
+PLAN = PLANS[ACCURACY]
 
 
 @pytest.fixture(scope="module")

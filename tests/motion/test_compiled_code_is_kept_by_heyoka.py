@@ -10,10 +10,13 @@ pytest.importorskip("heyoka")
 
 CODE = """
 import heyoka
-from heyoka_bike import simulate
+from fractions import Fraction
+from heyoka_bike import integrate, read_bicycle, read_maneuvers
+from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
 state = heyoka.llvm_state
 before = state.get_diskcache_size() if state.get_diskcache_path().exists() else 0
-found = float(simulate(2)["roll_angle"][-1])
+maneuver = read_maneuvers(benchmark_maneuvers())[1]
+found = float(integrate(read_bicycle(benchmark_bicycle()), maneuver).state(Fraction(1))[0].mid())
 print(found.hex(), before, state.get_diskcache_size() if before else 0)
 """
 

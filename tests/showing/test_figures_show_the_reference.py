@@ -25,6 +25,7 @@ from heyoka_bike.system.resources import benchmark_bicycle, data_folder
 
 matplotlib = pytest.importorskip("matplotlib")
 
+from heyoka_bike.reference.proof import enclose as proving  # noqa: E402
 from heyoka_bike.showing.figures import (  # noqa: E402
     after,
     certified_bounds,
@@ -441,7 +442,7 @@ def test_certificate_without_heyoka_says_what_is_missing(reference, candidate, m
     class Proved:
         pieces = tuple((Fraction(1, 10**66),) * 7 for _ in candidate[2].pieces)
 
-    monkeypatch.setattr(certified_bounds, "enclose", lambda run, progress: Proved)
+    monkeypatch.setattr(proving, "enclose", lambda run, progress: Proved)
     figure = certified_bounds.draw(reference, [3])
     (legend,) = figure.legends
     said = [t.get_text() for t in legend.get_texts()]

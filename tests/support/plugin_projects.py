@@ -26,8 +26,14 @@ def table(by_name):
         return np.column_stack([found[1]["time"], *columns])
     return make
 """
+# Nothing is kept, and no plugin of other packages is there, which together take most of a run.
+BARE = (
+    "-p", "no:cacheprovider",
+    *(word for name in ("hypothesispytest", "timeout", "xdist", "xdist.looponfail", "zarr")
+      for word in ("-p", f"no:{name}")),
+)  # fmt: skip
 # Of known errors nobody needs to be told the cause, and that takes long.
-QUICK = ("-p", "no:cacheprovider", "--bicycle-diagnose=never")
+QUICK = (*BARE, "--bicycle-diagnose=never")
 
 
 def project(pytester, tests, ini=""):

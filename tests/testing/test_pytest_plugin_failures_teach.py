@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from support.plugin_projects import QUICK, project
+from support.plugin_projects import BARE, QUICK, project
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
@@ -72,14 +72,14 @@ np.savez("found.npz", **{f"{n} {key}": x for n, m in found.items() for key, x in
 
 
 def test_the_example_is_good_to_eight_digits(example):
-    result = example.runpytest_subprocess("-p", "no:cacheprovider")
+    result = example.runpytest_subprocess(*BARE)
     result.assert_outcomes(passed=1)
     result.stdout.fnmatch_lines(["heyoka_bike: scored against reference * (content *)"])
 
 
 def test_a_trail_that_is_one_percent_off_is_told(example, reference):
     change_the_trail(example)
-    result = example.runpytest_subprocess("-p", "no:cacheprovider")
+    result = example.runpytest_subprocess(*BARE)
     result.assert_outcomes(failed=1)
     said = entries(result.outlines)
     # The worst of all columns by their plain difference from the published rows.
@@ -167,7 +167,7 @@ def test_a_diagnosis_that_goes_wrong_hides_nothing(pytester, how):
     )
     path = pytester.path / "test_it.py"
     path.write_text(f"{BROKEN[how]}\n\n{path.read_text()}")
-    result = pytester.runpytest_subprocess("-p", "no:cacheprovider")
+    result = pytester.runpytest_subprocess(*BARE)
     result.assert_outcomes(failed=1)
     result.stdout.fnmatch_lines(["required scd >= 8, found 3 (maneuver *"])
     assert entries(result.outlines)["diagnosis"] == SAID[how]
@@ -190,7 +190,7 @@ def test_without_heyoka_everything_else_is_said(pytester):
             bicycle_score(table(3)).require(scd=8)
         """,
     )
-    result = pytester.runpytest_subprocess("-p", "no:cacheprovider")
+    result = pytester.runpytest_subprocess(*BARE)
     result.assert_outcomes(failed=1)
     said = entries(result.outlines)
     assert {"worst column", "worst row", "first departure", "scd, maneuver 3"} <= set(said)
@@ -231,7 +231,7 @@ def test_only_the_first_failures_are_diagnosed_and_none_if_not_wanted(
     pytester, ini, options, expected
 ):
     project(pytester, COUNTED, ini)
-    shown = pytester.runpytest_subprocess("-p", "no:cacheprovider", *options).stdout.str()
+    shown = pytester.runpytest_subprocess(*BARE, *options).stdout.str()
     counts = tuple(
         len(re.findall(rf"^diagnosis +{start}", shown, re.MULTILINE))
         for start in (r"Told\.", "none: not after the first 3 failures", "none: switched off")

@@ -8,7 +8,7 @@ from importlib.metadata import entry_points
 from pathlib import Path
 
 import pytest
-from support.plugin_projects import QUICK, outcomes, project
+from support.plugin_projects import BARE, QUICK, outcomes, project
 
 from heyoka_bike.errors import InputError
 from heyoka_bike.reference.manifest import read_manifest
@@ -57,7 +57,7 @@ def test_a_run_that_does_not_use_it_does_not_load_it(pytester, options):
     pytester.makeconftest(SPY)
     pytester.makeini("[pytest]\nfilterwarnings = error\naddopts = --strict-markers --strict-config")
     pytester.makepyfile("def test_x():\n    pass")
-    result = pytester.runpytest_subprocess("-p", "no:cacheprovider", "-p", "no:zarr", *options)
+    result = pytester.runpytest_subprocess(*BARE, *options)
     result.assert_outcomes(passed=1)
     (line,) = (x for x in result.outlines if x.startswith("loaded:"))
     assert set(line.split()[1:]) == LIGHT
@@ -66,18 +66,20 @@ def test_a_run_that_does_not_use_it_does_not_load_it(pytester, options):
 
 def test_it_is_absent_if_not_wanted(pytester):
     pytester.makepyfile("def test_x(bicycle_score):\n    pass")
-    result = pytester.runpytest_subprocess("-p", "no:cacheprovider", "-p", "no:heyoka_bike")
+    result = pytester.runpytest_subprocess(*BARE, "-p", "no:heyoka_bike")
     result.stdout.fnmatch_lines(["*fixture 'bicycle_score' not found"])
 
 
 def test_its_options_marker_and_fixtures_are_listed(pytester):
     pytester.makepyfile("")
-    shown = pytester.runpytest_subprocess("--help").stdout.str()
+    shown = pytester.runpytest_subprocess(*BARE, "--help").stdout.str()
     for name in ("scd", "reference", "diagnose"):
         assert f"--bicycle-{name}=" in shown
         assert f"bicycle_{name} (string)" in shown
-    pytester.runpytest_subprocess("--markers").stdout.fnmatch_lines(["@pytest.mark.bicycle(*"])
-    fixtures = pytester.runpytest_subprocess("--fixtures").stdout
+    pytester.runpytest_subprocess(*BARE, "--markers").stdout.fnmatch_lines(
+        ["@pytest.mark.bicycle(*"]
+    )
+    fixtures = pytester.runpytest_subprocess(*BARE, "--fixtures").stdout
     fixtures.fnmatch_lines(["bicycle_reference ?session scope?*", "bicycle_score -- *"])
 
 
@@ -193,9 +195,9 @@ def test_folders_are_relative_to_where_they_are_named(pytester, other_set):
 )
 def test_bad_settings_are_usage_errors_of_one_line(pytester, name, value, expected):
     pytester.makepyfile("def test_x():\n    pass")
-    by_option = pytester.runpytest_subprocess(f"--bicycle-{name}={value}")
+    by_option = pytester.runpytest_subprocess(*BARE, f"--bicycle-{name}={value}")
     pytester.makeini(f"[pytest]\nbicycle_{name} = {value}")
-    by_file = pytester.runpytest_subprocess()
+    by_file = pytester.runpytest_subprocess(*BARE)
     for run, where in ((by_option, f"--bicycle-{name}"), (by_file, f"bicycle_{name}")):
         assert run.ret == pytest.ExitCode.USAGE_ERROR
         (line,) = filter(None, run.errlines)

@@ -11,7 +11,7 @@ from heyoka_bike.motion.atlas.data import FALLS, UNDECIDED
 from heyoka_bike.motion.atlas.design import ACCURACY, EDGE_ACCURACY, Chunk, Design
 from heyoka_bike.motion.atlas.fates import fates
 from heyoka_bike.motion.atlas.runs import Runs
-from heyoka_bike.motion.fast.simulate import ACCURACIES
+from heyoka_bike.motion.fast.taylor_code import PLANS
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
 
@@ -27,7 +27,7 @@ def chunk(design: Design, which: Chunk, report: Any = None) -> Quantities:
     )
     grid = np.meshgrid(first, second, indexing="ij")
     bicycles, starts, mine = design.points(*(x.ravel() for x in grid))
-    found = fates(Runs(bicycles, ACCURACIES[ACCURACY]), starts, mine, design.longest)
+    found = fates(Runs(bicycles, PLANS[ACCURACY]), starts, mine, design.longest)
     return {name: values.reshape(grid[0].shape) for name, values in found.items()}
 
 
@@ -87,12 +87,12 @@ def lift_of(design: Design, point: Mapping[str, Exact]) -> tuple[Bicycle, Maneuv
     bicycle = design.bicycle.replace(**at) if at else design.bicycle
     maneuver = Maneuver("point", **start, duration=_LOOK, spacing=_LOOK)
     row = np.array([[float(start[name]) for name in START]])
-    runs = Runs([bicycle], ACCURACIES[EDGE_ACCURACY])
+    runs = Runs([bicycle], PLANS[EDGE_ACCURACY])
     time = fates(runs, row, np.zeros(1, int), design.longest, is_brief=True)["lift_time"][0]
     return bicycle, maneuver, float(time) if np.isfinite(time) else None
 
 
 def _fates(design: Design, first: Array, second: Array) -> Array:
     bicycles, starts, which = design.points(first, second)
-    runs = Runs(bicycles, ACCURACIES[EDGE_ACCURACY])
+    runs = Runs(bicycles, PLANS[EDGE_ACCURACY])
     return fates(runs, starts, which, design.longest, is_brief=True)["fate"]

@@ -13,13 +13,13 @@ from heyoka_bike.bicycle.parameters import PARAMETERS, START, Bicycle
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.motion.atlas.data import Axis
 from heyoka_bike.motion.atlas.fates import LONGEST
-from heyoka_bike.motion.fast.simulate import ACCURACIES
+from heyoka_bike.motion.fast.taylor_code import PLANS
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.system.versions import versions
 
 ACCURACY, EDGE_ACCURACY = 1e-10, "roundoff"
-"""Of the motions of the grid, and of those at the edge; see `ACCURACIES`."""
+"""Of the motions of the grid, and of those at the edge; see `PLANS`."""
 
 Chunk = tuple[int, int]
 """Its number along both axes."""
@@ -111,7 +111,7 @@ class Design:
             "axes": {a.name: [x.hex() for x in map(float, a.values)] for a in self.axes},
             "start": {name: x.hex() for name, x in self.start.items()},
         }
-        plan, edge = ACCURACIES[ACCURACY], ACCURACIES[EDGE_ACCURACY]
+        plan, edge = PLANS[ACCURACY], PLANS[EDGE_ACCURACY]
         return {
             "inputs": json.dumps(inputs, sort_keys=True),
             "longest": f"{self.longest:g} s",

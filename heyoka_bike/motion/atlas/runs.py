@@ -18,8 +18,7 @@ from heyoka_bike.bicycle.equations.kinematics import turn_divisor
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.motion.expressions import Expressions, require_heyoka
-from heyoka_bike.motion.fast.simulate import Plan
-from heyoka_bike.motion.fast.taylor_code import CLOCK, NORM, STATE, Form, taylor_step
+from heyoka_bike.motion.fast.taylor_code import CLOCK, NORM, STATE, Form, Plan, taylor_step
 from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.dual import Duals

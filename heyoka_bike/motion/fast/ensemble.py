@@ -1,13 +1,12 @@
-"""Many motions of one bicycle to one time: as many at once as the processor's vectors hold.
+"""Many motions of one bicycle to one time: as many at once as a vector holds.
 
 Each motion has its own steps; those stepped together end together, and the ones that are done wait.
 Motions of about the same speed take about as many steps, so that they are put together.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
-from pickle import dumps, loads
-from typing import Any
+from functools import partial
 
 import numpy as np
 
@@ -17,9 +16,10 @@ from heyoka_bike.bicycle.equations.initial import few_product_state, pitch_on_th
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle, read_bicycle
 from heyoka_bike.errors import InputError
-from heyoka_bike.motion.expressions import require_heyoka
-from heyoka_bike.motion.fast.simulate import Plan, choose_plan
-from heyoka_bike.motion.fast.taylor_code import CLOCK, NORM, STATE, Form, taylor_code
+from heyoka_bike.motion.fast.accuracies import choose
+from heyoka_bike.motion.fast.collocation import POINTS
+from heyoka_bike.motion.fast.native import Many
+from heyoka_bike.motion.fast.row_code import STATE
 from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.system.resources import benchmark_bicycle
@@ -27,9 +27,21 @@ from heyoka_bike.system.resources import benchmark_bicycle
 START = ("roll_angle", "steer_angle", "roll_rate", "steer_rate", "forward_speed")
 """What a start is given by [rad, rad/s, m/s], each in its default definition."""
 
-_BITS = 256
-_CHUNK = 2048  # motions evaluated at once
-_MOST_STEPS = 100_000
+TOLERANCES: Mapping[str | float, float] = {
+    "eq1": 2e-6,
+    1e-4: 1e-6,
+    1e-6: 3e-8,
+    1e-8: 3e-10,
+    1e-10: 3e-12,
+    1e-12: 2e-14,
+    1e-13: 3e-15,
+    "roundoff": 3e-15,
+}
+"""For each accuracy of `simulate` the tolerance of a step that keeps it at the ends of 10 s,
+of 20 starts as there; of 4000 one in a hundred is worse, by up to a factor of five."""
+
+# Work is handed out in parts of so many vectors, so that no thread is left with the slow motions.
+_PART = 16 * POINTS
 
 
 class Ensemble:
@@ -47,22 +59,19 @@ class Ensemble:
     InputError
         Something given cannot be used.
     MissingPackageError
-        heyoka is not installed.
+        llvmlite is not installed.
     """
 
     def __init__(
-        self, *, bicycle: Bicycle | None = None, accuracy: str | float | Plan = 1e-6,
+        self, *, bicycle: Bicycle | None = None, accuracy: str | float = 1e-6,
         threads: int = 1,
     ) -> None:  # fmt: skip
         if threads < 1:
             raise InputError(f"found {threads} threads, expected 1 or more")
         bicycle = bicycle or read_bicycle(benchmark_bicycle())
-        self._plan = choose_plan(accuracy)
-        self._lanes = require_heyoka().recommended_simd_size()
-        self._code = taylor_code(bicycle, Form(self._plan.order, self._lanes))
-        # An integrator has a state of its own: each thread needs one.
-        copy = dumps(self._code.integrator)
-        self._integrators = [self._code.integrator, *(loads(copy) for _ in range(threads - 1))]
+        self._tolerance = TOLERANCES[choose(accuracy, TOLERANCES)]
+        self._threads = threads
+        self._many = Many(bicycle)
         self._constants = Equations.binary64(bicycle).k
 
     def ends(self, starts: Array, duration: float) -> Array:
@@ -84,58 +93,23 @@ class Ensemble:
         order = np.argsort(states[STATE - 1])
         count = len(order)
         # Whole vectors: the last one is filled up with its first motion.
-        filled = np.concatenate([order, np.full(-count % self._lanes, order[-1])])
+        filled = np.concatenate([order, np.full(-count % POINTS, order[-1])])
         packed = np.ascontiguousarray(states[:, filled])
-        groups = range(0, packed.shape[1], self._lanes)
-        threads = len(self._integrators)
-        # Every so many groups to each thread: slow ones lie side by side.
-        shares = [groups[i::threads] for i in range(threads)]
-
-        def work(ta: Any, share: Sequence[int]) -> None:
-            for begin in share:
-                self._advance(ta, packed[:, begin : begin + self._lanes], duration)
-
-        if threads == 1:
-            work(self._integrators[0], shares[0])
+        columns = np.empty((len(BENCHMARK_COLUMNS), len(filled)))
+        parts = [
+            range(begin, min(begin + _PART, len(filled))) for begin in range(0, len(filled), _PART)
+        ]
+        work = partial(
+            self._many.ends, packed, columns, duration=duration, tolerance=self._tolerance
+        )
+        if self._threads == 1:
+            work(range(len(filled)))
         else:
-            with ThreadPoolExecutor(threads) as pool:
-                list(pool.map(work, self._integrators, shares))
+            with ThreadPoolExecutor(self._threads) as pool:
+                list(pool.map(work, parts))
         found = np.empty((count, len(BENCHMARK_COLUMNS)))
-        found[order] = self._columns(packed[:, :count]).T
+        found[order] = columns[:, :count].T
         return found
-
-    def _advance(self, ta: Any, states: Array, duration: float) -> None:
-        """Motions of one vector to their end, in place."""
-        _put(ta, states, self._plan.norm)
-        ta.propagate_until(duration, max_steps=_MOST_STEPS)
-        done = require_heyoka().taylor_outcome.time_limit
-        if all(result[0] == done for result in ta.propagate_res):
-            states[:] = ta.state[:STATE]
-            return
-        # One that stops stops the others: each is followed alone.
-        for lane in range(states.shape[1]):
-            _put(ta, states[:, lane : lane + 1], self._plan.norm)
-            ta.propagate_until(duration, max_steps=_MOST_STEPS)
-            is_done = ta.propagate_res[0][0] == done
-            states[:, lane] = ta.state[:STATE, 0] if is_done else np.nan
-
-    def _columns(self, states: Array) -> Array:
-        """The columns, by the polynomials of which only the constant terms are there."""
-        width = self._plan.order + 1
-        parts = []
-        for begin in range(0, states.shape[1], _CHUNK):
-            part = states[:, begin : begin + _CHUNK]
-            table = np.zeros((STATE * width + 1, part.shape[1]))
-            table[: STATE * width : width] = part
-            parts.append(self._code.columns(table)[:-1])
-        return np.concatenate(parts, axis=1)
-
-
-def _put(ta: Any, states: Array, norm: float) -> None:
-    ta.set_time(0.0)
-    ta.state[:STATE] = states
-    ta.state[CLOCK] = 0.0
-    ta.state[NORM] = norm
 
 
 def _states(k: Constants, starts: Array) -> Array:

@@ -1,9 +1,8 @@
 """The benchmark as fast as possible in binary64, all columns included.
 
-``simulate()`` gives the 25 columns of the three maneuvers, ``simulate(2)`` the nine of one. Code is
-compiled for the bicycle once and kept on the disk by heyoka; the maneuvers are stepped
-together, each in its own part of the processor's vectors. `integrate` is what the reference is made
-with, and for accuracies beyond binary64.
+``simulate()`` gives the 25 columns of the three maneuvers, ``simulate(2)`` the nine of one. Steps,
+dense output and columns are one compiled function, see `step_code`. `integrate` is what the
+reference is made with, and for accuracies beyond binary64.
 
 How accurate a run is was measured on the three maneuvers and on 20 other starts of the benchmark
 bicycle, see ``docs/speed.md``; for other bicycles it is an indication.
@@ -11,12 +10,10 @@ bicycle, see ``docs/speed.md``; for other bicycles it is an indication.
 
 from __future__ import annotations
 
-import io
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, lru_cache
-from typing import Any
 
 import numpy as np
 
@@ -25,16 +22,9 @@ from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver, read_bicycle, read_maneuvers
 from heyoka_bike.errors import InputError, SingularMotionError
-from heyoka_bike.motion.expressions import require_heyoka
-from heyoka_bike.motion.fast.taylor_code import (
-    CLOCK,
-    NORM,
-    STATE,
-    TICK,
-    Form,
-    TaylorCode,
-    taylor_code,
-)
+from heyoka_bike.motion.fast.accuracies import choose
+from heyoka_bike.motion.fast.native import Native, Run
+from heyoka_bike.motion.fast.row_code import STATE
 from heyoka_bike.motion.integrate import LEAST_TRAIL, TrailTooSmallError
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.double import Array
@@ -43,34 +33,23 @@ from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
 Maneuvers = int | Maneuver | Sequence[Maneuver] | None
 
 
-@dataclass(frozen=True, slots=True)
-class Plan:
-    """Order and norm of the Taylor steps, see `taylor_code`; the norm is no less than the speed."""
-
-    order: int
-    norm: float
-
-
-ACCURACIES: Mapping[str | float, Plan] = {
-    "eq1": Plan(6, 16.0),
-    1e-4: Plan(8, 100.0),
-    1e-6: Plan(10, 50.0),
-    1e-8: Plan(12, 28.0),
-    1e-10: Plan(15, 28.0),
-    1e-12: Plan(17, 16.0),
-    1e-13: Plan(19, 16.0),
-    "roundoff": Plan(19, 16.0),
+ACCURACIES: Mapping[str | float, float] = {
+    "eq1": 3e-5,
+    1e-4: 1e-5,
+    1e-6: 1e-7,
+    1e-8: 2e-9,
+    1e-10: 5e-12,
+    1e-12: 1e-13,
+    1e-13: 3e-14,
+    "roundoff": 3e-15,
 }
-"""For each accuracy the fastest plan found that keeps it in the three maneuvers and 20 other
+"""For each accuracy the tolerance of a step that keeps it in the three maneuvers and 20 other
 starts: ``eq1`` means eq. (1) under 1e-3 percent, a number the largest error of roll and steer angle
 [rad], their rates [rad/s] and the speed [m/s] over 10 s."""
 
 _BITS = 256  # for the initial state
-_MOST_STEPS = 200_000  # of one run; the coefficients of a step take up to a kilobyte
 _LEAST_ROWS, _MOST_ROWS = 2, 1_000_001
 _KEPT = 32  # prepared runs
-_LANES = 4  # the three maneuvers and one idle
-_CHUNK = 2048  # rows evaluated at once; their coefficients stay in the second level of the cache
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,7 +108,7 @@ def simulate(
     SingularMotionError
         A motion meets a singularity before its end.
     MissingPackageError
-        heyoka is not installed.
+        llvmlite is not installed.
     """
     values = None if bicycle is None else tuple(bicycle.values.items())
     chosen = tuple(maneuvers) if isinstance(maneuvers, Sequence) else maneuvers
@@ -149,16 +128,17 @@ _PREPARED: dict[Hashable, Prepared] = {}
 
 def prepare(
     maneuvers: Maneuvers = None, *, bicycle: Bicycle | None = None,
-    accuracy: str | float | Plan = "eq1", rows: int | None = None,
-    spacing: Fraction | float | str | None = None,
+    accuracy: str | float = "eq1", rows: int | None = None,
+    spacing: Fraction | float | str | None = None, tolerance: float | None = None,
 ) -> Prepared:  # fmt: skip
     """A run that is ready to be called, again and again; see `simulate` for the parameters.
 
-    Compiles, and finds the initial states. A `Plan` for an accuracy is taken as it is.
+    Compiles, and finds the initial states. A tolerance of the steps
+    is taken instead of an accuracy's.
     """
     chosen = _maneuvers(maneuvers)
     times = _times(chosen, rows, spacing)
-    return Prepared(bicycle or _benchmark()[0], chosen, choose_plan(accuracy), times)
+    return Prepared(bicycle or _benchmark()[0], chosen, tolerance or _tolerance(accuracy), times)
 
 
 class Prepared:
@@ -171,140 +151,57 @@ class Prepared:
     """
 
     def __init__(
-        self, bicycle: Bicycle, maneuvers: Sequence[Maneuver], plan: Plan, times: Array
+        self, bicycle: Bicycle, maneuvers: Sequence[Maneuver], tolerance: float, times: Array
     ) -> None:
-        self.bicycle, self.maneuvers, self.plan, self.times = bicycle, maneuvers, plan, times
-        self._taken: list[_Steps] = []
+        self.bicycle, self.maneuvers = bicycle, maneuvers
+        self.tolerance, self.times = tolerance, times
+        self._steps: tuple[int, ...] = ()
         self._prepare(is_regular=False)
 
     def __call__(self) -> Simulation:
         """Integrate and evaluate the columns."""
         try:
-            found = self._rows()
+            found = self._runs()
         except TrailTooSmallError:
             self._prepare(is_regular=True)
-            found = self._rows()
-        return Simulation(self.times, found)
+            found = self._runs()
+        self._steps = tuple(x.steps for x in found)
+        # One maneuver needs no copy.
+        columns = [x.columns for x in found]
+        return Simulation(self.times, columns[0][None] if len(found) == 1 else np.array(columns))
 
     @property
     def steps(self) -> tuple[int, ...]:
         """How many each motion took, in the last call."""
-        return tuple(x.count for x in self._taken)
+        return self._steps
 
     def states(self) -> Array:
         """States at the rows in the variables of the form used, shape (maneuvers, rows, 6)."""
-        found = []
-        for group in self._groups:
-            for steps in self._integrate(group):
-                local = steps.at(self.times)
-                width = self.plan.order + 1
-                coefficients, s = local[:-1].reshape(STATE, width, -1), local[-1]
-                value = coefficients[:, -1]
-                for j in range(width - 2, -1, -1):
-                    value = value * s + coefficients[:, j]
-                found.append(value.T)
-        return np.array(found)
+        found = np.empty((len(self._motions), STATE, len(self.times)))
+        for motion, states in zip(self._motions, found, strict=True):
+            motion(states)
+        return found.transpose(0, 2, 1)
 
     def _prepare(self, *, is_regular: bool) -> None:
-        starts = np.array([_start(self.bicycle, m, is_regular) for m in self.maneuvers])
-        lanes = 1 if len(starts) == 1 else _LANES
-        form = Form(self.plan.order, lanes, is_regular)
-        self._code = _code(_Values(self.bicycle), form)
-        self._groups = [starts[i : i + lanes] for i in range(0, len(starts), lanes)]
+        self._is_regular = is_regular
+        native = _native(_Values(self.bicycle), is_regular)
+        starts = [np.array(_start(self.bicycle, m, is_regular)) for m in self.maneuvers]
+        self._motions = [native.motion(x, self.times, self.tolerance) for x in starts]
 
-    def _rows(self) -> Array:
-        """Columns of all motions, shape (maneuvers, 8, rows)."""
-        n = len(self.times)
-        found: list[Array] = []
-        taken: list[_Steps] = []
-        for group in self._groups:
-            for steps in self._integrate(group):
-                parts = [
-                    self._code.columns(steps.at(self.times[begin : begin + _CHUNK]))
-                    for begin in range(0, n, _CHUNK)
-                ]
-                rows = parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)
-                self._check_trail(rows[-1])
-                found.append(rows[:-1])
-                taken.append(steps)
-        self._taken = taken
-        return found[0][None] if len(found) == 1 else np.array(found)
-
-    def _integrate(self, starts: Array) -> list[_Steps]:
-        """Steps of a group of motions."""
-        code, end = self._code, float(self.times[-1])
-        ta, lanes = code.integrator, code.form.lanes
-        kept = io.BytesIO()
-        write = kept.write
-        with code.lock:
-            _set(ta, starts, self.plan.norm, lanes)
-            tc = ta.tc
-            # What is written is more than zero bytes, which tells heyoka to go on.
-            outcome = ta.propagate_until(
-                end, write_tc=True, callback=lambda _: write(tc), max_steps=_MOST_STEPS
-            )
-            results = [outcome] if lanes == 1 else ta.propagate_res
-            for lane, result in enumerate(results[: len(starts)]):
-                if result[0] != _time_limit():
-                    raise self._stopped(lane)
-        shape = (-1, STATE + 2, code.form.order + 1, lanes)
-        coefficients = np.frombuffer(kept.getbuffer()).reshape(shape)
-        return [_Steps(coefficients[..., lane]) for lane in range(len(starts))]
-
-    def _check_trail(self, trail: Array) -> None:
-        """Leave the few-product form where the mechanical trail is small or changes sign."""
-        is_small = not (trail.min() > LEAST_TRAIL or trail.max() < -LEAST_TRAIL)
-        if is_small and not self._code.form.is_regular:
-            raise TrailTooSmallError
-
-    def _stopped(self, lane: int) -> Exception:
-        """Why a motion did not get to its end."""
-        code = self._code
-        if not code.form.is_regular:
-            return TrailTooSmallError()
-        time = float(np.atleast_1d(code.integrator.time)[lane])
-        return SingularMotionError(f"the motion meets a singularity at t = {time:.9g} s", time)
-
-
-@dataclass(frozen=True, slots=True)
-class _Steps:
-    """The steps of a motion: coefficients, shape (steps, variables, order + 1)."""
-
-    coefficients: Array
-
-    @property
-    def count(self) -> int:
-        """How many there are; lanes that are done are stepped on by nothing."""
-        begins = self.coefficients[:, CLOCK, 0]
-        return 1 + int(np.count_nonzero(begins[1:] > begins[:-1]))
-
-    def at(self, times: Array) -> Array:
-        """For each time the coefficients of its step, and the time since that step began."""
-        steps, _, width = self.coefficients.shape
-        table = np.empty((STATE * width + 1, steps))
-        table[:-1] = self.coefficients[:, :STATE].reshape(steps, -1).T
-        table[-1] = begins = self.coefficients[:, CLOCK, 0] * TICK
-        first = times.searchsorted(begins)
-        counts = np.empty_like(first)
-        np.subtract(first[1:], first[:-1], out=counts[:-1])
-        counts[-1] = len(times) - first[-1]
-        found: Array = table.repeat(counts, axis=1)
-        np.subtract(times, found[-1], out=found[-1])
+    def _runs(self) -> list[Run]:
+        found = []
+        for motion in self._motions:
+            run = motion()
+            # Leave the few-product form where the mechanical trail is small or changes sign.
+            is_clear = run.least_trail > LEAST_TRAIL or run.largest_trail < -LEAST_TRAIL
+            if not self._is_regular and not (run.steps > 0 and is_clear):
+                raise TrailTooSmallError
+            if run.steps < 0:
+                raise SingularMotionError(
+                    f"the motion meets a singularity at t = {run.time:.9g} s", run.time
+                )
+            found.append(run)
         return found
-
-
-def _set(ta: Any, starts: Array, norm: float, lanes: int) -> None:
-    """Put motions at their starts; idle lanes follow the first."""
-    state = ta.state
-    if lanes == 1:
-        ta.time = 0.0
-        state[:STATE] = starts[0]
-    else:
-        ta.set_time(0.0)
-        state[:STATE, : len(starts)] = starts.T
-        state[:STATE, len(starts) :] = starts[:1].T
-    state[CLOCK] = 0.0
-    state[NORM] = norm
 
 
 def _start(bicycle: Bicycle, maneuver: Maneuver, is_regular: bool) -> list[float]:
@@ -327,14 +224,8 @@ class _Values:
 
 
 @lru_cache(_KEPT)
-def _code(values: _Values, form: Form) -> TaylorCode:
-    return taylor_code(values.bicycle, form)
-
-
-@cache
-def _time_limit() -> Any:
-    """What heyoka returns of a motion that got to its end."""
-    return require_heyoka().taylor_outcome.time_limit
+def _native(values: _Values, is_regular: bool) -> Native:
+    return Native(values.bicycle, is_regular=is_regular)
 
 
 @cache
@@ -357,20 +248,9 @@ def _maneuvers(given: Maneuvers) -> tuple[Maneuver, ...]:
     return (published[given - 1],)
 
 
-def choose_plan(accuracy: str | float | Plan) -> Plan:
-    """The plan of an accuracy, see `ACCURACIES`."""
-    if isinstance(accuracy, Plan):
-        return accuracy
-    if accuracy in ACCURACIES:
-        return ACCURACIES[accuracy]
-    if not isinstance(accuracy, str):
-        passing = [x for x in ACCURACIES if not isinstance(x, str) and x <= accuracy]
-        if passing:
-            return ACCURACIES[max(passing, key=float)]
-    raise InputError(
-        f"found accuracy {accuracy}, expected 'eq1', 'roundoff' or a number of 1e-13 or more; "
-        "integrate() goes further"
-    )
+def _tolerance(accuracy: str | float) -> float:
+    """Of the steps for an accuracy, see `ACCURACIES`."""
+    return ACCURACIES[choose(accuracy, ACCURACIES)]
 
 
 def _times(

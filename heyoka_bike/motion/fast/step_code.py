@@ -1,0 +1,312 @@
+"""Source of a whole run as LLVM's assembly: steps, dense output, rows and columns in one function.
+
+The eight points of a collocation step lie in the eight places of a vector, so that one evaluation
+of the equations serves them all, in little more than the time of a single one. Its system is
+solved by Newton's iteration with the Jacobian of the step's beginning (differences in the places of
+a vector, too), in modes, where it falls into four complex systems of six equations.
+
+The step is chosen by the last coefficient of its Chebyshev series, which is about the error of the
+dense output times the rate at which the coefficients fall.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.motion.fast.collocation import POINTS, collocation
+from heyoka_bike.motion.fast.complex_code import Pair, factor, solve
+from heyoka_bike.motion.fast.row_code import STATE, recorded, rows_source
+from heyoka_bike.motion.fast.vector_code import (
+    DECLARATIONS,
+    HALF,
+    ONE,
+    WHOLE,
+    Code,
+    constant,
+    function,
+    literal,
+)
+from heyoka_bike.numbers.straight_line import needed
+
+RUN = "run"
+"""Name of the function, see `run_source`."""
+
+_DIFFERENCE = 2.0**-24  # of the state, for the Jacobian: half of the digits
+_MOST_ITERATIONS = 12
+_DIVERGING = 0.5  # an iteration that reduces the error by less is given up
+_CLOSE = 0.02  # of the tolerance: what is left of Newton's iteration
+_SAFETY, _LEAST, _MOST = 0.9, 0.25, 2.5  # of a change of the step
+_MOST_ERROR = 4.0  # of the tolerance; a step beyond is repeated
+_SHORTEST = 2.0**-30  # [s]
+_FIRST = 0.25  # of the tolerance's root, over the rate of the fastest variable: the first step
+
+
+def run_source(equations: Equations) -> str:
+    """The module of function ``run``, for equations with constants in binary64.
+
+    ``long run(start, rows, times, tolerance, most, columns, states, report)`` integrates from
+    ``start`` (6 numbers) at time 0 through ascending ``times``, and writes eight columns, and six
+    states unless that pointer is null, of so many rows, one variable after the other. It gives the
+    number of steps, or -1 for a motion that cannot be continued, and -2 for more than ``most``
+    steps. ``report`` gets the time reached, and the least and the largest of the mechanical trail
+    over the front wheel's radius.
+    """
+    return "\n".join([rates_source(equations), rows_source(equations), _run(), DECLARATIONS])
+
+
+def rates_source(equations: Equations) -> str:
+    """Function ``rates(y, f)`` of eight states."""
+    record, formulas, names = recorded(equations)
+    rates = [x.text for x in formulas.rates([record.variable(x) for x in names])]
+    c = Code()
+    given = {name: c.load("%y", i) for i, name in enumerate(names)}
+    for i, x in enumerate(c.statements(given, needed(record.statements, rates), rates)):
+        c.store(x, "%f", i)
+    return function(
+        "internal void @rates(ptr noalias %y, ptr noalias %f)", [*c.lines, "  ret void"]
+    )
+
+
+def _run() -> str:
+    m = collocation()
+    c = Code()
+    y, z, f, series = (c.array(WHOLE, STATE) for _ in range(4))
+    start, rest, zeroth = (c.array(ONE, POINTS) for _ in range(3))
+    for i in range(STATE):
+        c.store(c.load("%start", i, ONE), start, i, ONE)
+        c.store(literal(0.0), rest, i, ONE)
+    c.store(literal(float("inf")), "%report", 1, ONE)
+    c.store(literal(float("-inf")), "%report", 2, ONE)
+    last_row = c.assign("sub i64 %n, 1")
+    end = c.load("%times", last_row, ONE)
+    c.do("br label %begin")
+
+    # The first evaluation at a step's beginning: derivatives and Jacobian.
+    c.label("begin")
+    c.lines += [
+        "  %t = phi double [ 0.0, %0 ], [ %t.next, %advance ]",
+        "  %row = phi i64 [ 0, %0 ], [ %row.next, %advance ]",
+        "  %steps = phi i64 [ 0, %0 ], [ %steps.next, %advance ]",
+        "  %wish = phi double [ 0.0, %0 ], [ %wish.next, %advance ]",
+    ]
+    c.store("%t", "%report", 0, ONE)
+    c.lines.append("  %too.many = icmp sge i64 %steps, %most")
+    c.do("br i1 %too.many, label %many, label %slope")
+    c.label("slope")
+    base, units = [], []
+    for i in range(STATE):
+        value = c.load(start, i, ONE)
+        size = c.call("maxnum", ONE, c.call("fabs", ONE, value), literal(1.0))
+        unit = c.operation("*", size, literal(_DIFFERENCE), ONE)
+        # What is really added, after rounding.
+        unit = c.assign(f"fsub double {c.assign(f'fadd double {value}, {unit}')}, {value}")
+        base.append(c.spread(value))
+        units.append(unit)
+        only = [float(j == i + 1) for j in range(POINTS)]
+        c.store(c.fused(c.spread(unit), constant(WHOLE, only), base[i]), y, i)
+    c.do(f"call void @rates(ptr {y}, ptr {f})")
+    slopes = [c.load(f, POINTS * k, ONE) for k in range(STATE)]
+    jacobian = [
+        [
+            c.operation(
+                "/", c.operation("-", c.load(f, POINTS * k + i + 1, ONE), slopes[k], ONE),
+                units[i], ONE,
+            )
+            for i in range(STATE)
+        ]
+        for k in range(STATE)
+    ]  # fmt: skip
+    fastest = literal(0.0)
+    for row in jacobian:
+        for x in row:
+            fastest = c.call("maxnum", ONE, fastest, c.call("fabs", ONE, x))
+    root = "%tolerance"
+    for _ in range(3):
+        root = c.call("sqrt", ONE, root)
+    first = c.operation("/", c.operation("*", root, literal(_FIRST * POINTS), ONE), fastest, ONE)
+    is_first = c.assign("fcmp oeq double %wish, 0.0")
+    wish = c.assign(f"select i1 {is_first}, double {first}, double %wish")
+    c.do("br label %attempt")
+
+    # A step of a length: four complex matrices in factors.
+    c.label("attempt")
+    c.lines.append(f"  %length = phi double [ {wish}, %slope ], [ %shorter, %reject ]")
+    left = c.assign(f"fsub double {end}, %t")
+    # A last step much shorter than the one before is joined to it.
+    reach = c.operation("*", "%length", literal(1.01), ONE)
+    is_last = c.assign(f"fcmp oge double {reach}, {left}")
+    chosen = c.assign(f"select i1 {is_last}, double {left}, double %length")
+    # The step is what the clock goes on by: else the clock would drift from the motion.
+    c.lines.append(f"  %sum = fadd double %t, {chosen}")
+    c.lines.append(f"  %t.next = select i1 {is_last}, double {end}, double %sum")
+    h = c.assign("fsub double %t.next, %t")
+    is_short = c.assign(f"fcmp uge double {h}, {literal(_SHORTEST)}")
+    c.do(f"br i1 {is_short}, label %factor, label %lost")
+    c.label("factor")
+    inverse = c.operation("/", literal(1.0), h, ONE)
+    inverse4, inverse8 = c.spread(inverse, HALF), c.spread(inverse)
+    h8 = c.spread(h)
+    diagonal = (
+        c.operation("*", inverse4, constant(HALF, m.eigenvalues.real), HALF),
+        c.operation("*", inverse4, constant(HALF, m.eigenvalues.imag), HALF),
+    )
+    zero = constant(HALF, 0.0)
+    matrix: list[list[Pair]] = []
+    for i, row in enumerate(jacobian):
+        entries = []
+        for j, x in enumerate(row):
+            minus = c.spread(c.negative(x, ONE), HALF)
+            entries.append(
+                (c.operation("+", minus, diagonal[0], HALF), diagonal[1])
+                if i == j
+                else (minus, zero)
+            )
+        matrix.append(entries)
+    inverses = factor(c, matrix)
+    # The first iteration, from increments of zero: the derivatives are those of the beginning.
+    from_rest = m.to_modes @ np.linalg.inv(m.integral)
+    weights = from_rest @ m.points
+    first_right = [c.operation("*", c.spread(s), constant(WHOLE, weights)) for s in slopes]
+    for i in range(STATE):
+        c.store(constant(WHOLE, 0.0), z, i)
+    c.do("br label %iterate")
+
+    c.label("iterate")
+    phi = []
+    for i in range(STATE):
+        phi.append(f"%right{i}")
+        c.lines.append(
+            f"  %right{i} = phi {WHOLE} [ {first_right[i]}, %factor ], [ %right.next{i}, %again ]"
+        )
+    c.lines += [
+        "  %iteration = phi i64 [ 1, %factor ], [ %iteration.next, %again ]",
+        f"  %size.before = phi double [ {literal(float('inf'))}, %factor ], [ %size, %again ]",
+    ]
+    change = solve(c, matrix, inverses, [c.halves(x) for x in phi])
+    for i, (re, im) in enumerate(change):
+        c.store(c.joined(re, im), f, i)
+    size = constant(WHOLE, 0.0)
+    for i in range(STATE):
+        dz = c.product(m.from_modes, f, i)
+        c.store(c.operation("+", c.load(z, i), dz), z, i)
+        size = c.call("maxnum", WHOLE, size, c.call("fabs", WHOLE, dz))
+    found = c.assign(f"call double @llvm.vector.reduce.fmax.v{POINTS}f64({WHOLE} {size})")
+    c.lines.append(f"  %size = fadd double {found}, 0.0")
+    # The next change is about as much smaller as this one is; of the first one nothing is known.
+    ratio = c.operation("/", "%size", "%size.before", ONE)
+    expected = c.operation("*", "%size", ratio, ONE)
+    goal = c.operation("*", "%tolerance", literal(_CLOSE), ONE)
+    is_first = c.assign("icmp eq i64 %iteration, 1")
+    close = c.assign(f"fcmp ole double {expected}, {goal}")
+    tiny = c.assign(f"fcmp ole double %size, {goal}")
+    unknown = c.assign(f"select i1 {is_first}, i1 {tiny}, i1 {close}")
+    c.do(f"br i1 {unknown}, label %converged, label %judge")
+    c.label("judge")
+    slow = c.assign(f"fcmp ult double {ratio}, {literal(_DIVERGING)}")
+    few = c.assign(f"icmp slt i64 %iteration, {_MOST_ITERATIONS}")
+    goes = c.assign(f"and i1 {slow}, {few}")
+    c.do(f"br i1 {goes}, label %again, label %halve")
+    c.label("again")
+    for i in range(STATE):
+        c.store(c.operation("+", base[i], c.load(z, i)), y, i)
+    c.do(f"call void @rates(ptr {y}, ptr {f})")
+    # What is left of the equations: increments from the derivatives, minus those there are.
+    for i in range(STATE):
+        lack = c.fused(h8, c.product(m.integral, f, i), c.negative(c.load(z, i)))
+        c.store(lack, y, i)
+    for i in range(STATE):
+        value = c.operation("*", c.product(from_rest, y, i), inverse8)
+        c.lines.append(f"  %right.next{i} = fadd {WHOLE} {value}, {constant(WHOLE, -0.0)}")
+    c.lines.append("  %iteration.next = add i64 %iteration, 1")
+    c.do("br label %iterate")
+
+    c.label("halve")
+    c.lines.append(f"  %halved = fmul double {h}, {literal(0.5)}")
+    c.do("br label %reject")
+
+    c.label("converged")
+    error = literal(0.0)
+    for i in range(STATE):
+        coefficients = c.product(m.series, z, i)
+        c.store(coefficients, series, i)
+        error = c.call(
+            "maxnum", ONE, error, c.call("fabs", ONE, c.element(coefficients, POINTS - 1))
+        )
+    ratio = c.operation("/", "%tolerance", error, ONE)
+    for _ in range(3):
+        ratio = c.call("sqrt", ONE, ratio)
+    scale = c.operation("*", ratio, literal(_SAFETY), ONE)
+    scale = c.call("maxnum", ONE, literal(_LEAST), c.call("minnum", ONE, literal(_MOST), scale))
+    c.lines.append(f"  %wish.next = fmul double {h}, {scale}")
+    most = c.operation("*", "%tolerance", literal(_MOST_ERROR), ONE)
+    good = c.assign(f"fcmp ole double {error}, {most}")
+    c.do(f"br i1 {good}, label %accept, label %reject")
+    c.label("reject")
+    c.lines.append("  %shorter = phi double [ %halved, %halve ], [ %wish.next, %converged ]")
+    c.do("br label %attempt")
+
+    c.label("accept")
+    # The polynomial begins at the state: this gives its constant coefficient.
+    signs = constant(WHOLE, [1.0 if j % 2 == 0 else -1.0 for j in range(POINTS)])
+    for i in range(STATE):
+        terms = c.operation("*", c.load(series, i), signs)
+        rise = c.assign(
+            f"call reassoc double @llvm.vector.reduce.fadd.v{POINTS}f64(double -0.0, "
+            f"{WHOLE} {terms})"
+        )
+        value = c.load(start, i, ONE)
+        c.store(c.operation("+", value, rise, ONE), zeroth, i, ONE)
+        c.store(
+            c.operation("+", value, c.load(z, POINTS * i + POINTS - 1, ONE), ONE), start, i, ONE
+        )
+    half = c.operation("*", h, literal(0.5), ONE)
+    middle = c.operation("+", "%t", half, ONE)
+    rate = c.operation("/", literal(1.0), half, ONE)
+    c.do("br label %count")
+    c.label("count")
+    c.lines.append("  %stop = phi i64 [ %row, %accept ], [ %stop.more, %inside ]")
+    beyond = c.assign("icmp sge i64 %stop, %n")
+    c.do(f"br i1 {beyond}, label %counted, label %look")
+    c.label("look")
+    later = c.assign(f"fcmp ogt double {c.load('%times', '%stop', ONE)}, %t.next")
+    c.do(f"br i1 {later}, label %counted, label %inside")
+    c.label("inside")
+    c.lines.append("  %stop.more = add i64 %stop, 1")
+    c.do("br label %count")
+    c.label("counted")
+    some = c.assign("icmp sgt i64 %stop, %row")
+    c.do(f"br i1 {some}, label %write, label %advance")
+    c.label("write")
+    c.do(
+        f"call void @rows(ptr {series}, ptr {zeroth}, double {middle}, double {rate}, i64 %row, "
+        "i64 %stop, i64 %n, ptr %times, ptr %columns, ptr %states, ptr %report)"
+    )
+    c.do("br label %advance")
+    c.label("advance")
+    c.lines += ["  %row.next = add i64 %stop, 0", "  %steps.next = add i64 %steps, 1"]
+    going = c.assign("icmp slt i64 %row.next, %n")
+    c.do(f"br i1 {going}, label %begin, label %finish")
+    c.label("finish")
+    c.store("%t.next", "%report", 0, ONE)
+    c.do("ret i64 %steps.next")
+    c.label("lost")
+    c.do("ret i64 -1")
+    c.label("many")
+    c.do("ret i64 -2")
+    head = (
+        f"i64 @{RUN}(ptr noalias %start, i64 %n, ptr noalias %times, double %tolerance, "
+        "i64 %most, ptr noalias %columns, ptr noalias %states, ptr noalias %report)"
+    )
+    return function(head, c.lines)
+
+
+def _add(c: Code, sums: str, rests: str, i: int, x: str) -> None:
+    """Add to one of some sums; what rounding took from them before is added, too."""
+    before = c.load(sums, i, ONE)
+    x = c.operation("+", x, c.load(rests, i, ONE), ONE)
+    after = c.operation("+", before, x, ONE)
+    added = c.operation("-", after, before, ONE)
+    lost = c.operation("-", before, c.operation("-", after, added, ONE), ONE)
+    c.store(c.operation("+", c.operation("-", x, added, ONE), lost, ONE), rests, i, ONE)
+    c.store(after, sums, i, ONE)
