@@ -96,8 +96,10 @@ def scored(
     else:
         from concurrent.futures import ThreadPoolExecutor
 
+        from heyoka_bike.system.parallel import processors
+
         # NumPy computes on long arrays outside the interpreter's lock.
-        with ThreadPoolExecutor() as pool:
+        with ThreadPoolExecutor(processors()) as pool:
             maneuvers = tuple(pool.map(score_part, alignment.parts))
     unknown = unknown_columns(maneuvers)
     maneuvers = tuple(_without_meaning(m, unknown) for m in maneuvers)

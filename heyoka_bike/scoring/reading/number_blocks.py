@@ -13,13 +13,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from heyoka_bike.numbers.double import Array
+from heyoka_bike.numbers.double import Array, two_product
 
 Ints = NDArray[np.int64]
 
 NOTHING = -2
 """The digits after the point of what is not finite."""
 _PLAIN = b"0123456789.e+- \t\n"
+# Integers below this are binary64 numbers; characters of a decimal that may be one, with its point.
+_WHOLE, _SHORT = 2.0**53, 16
+_POWERS = np.array([float(10**k) for k in range(_SHORT)])
+# Blanks at the end of a line, and blank lines.
+_UNTIDY = (b" \n", b"\t\n", b"\n\n")
 _ZERO, _POINT, _E = b"0.e"
 
 
@@ -74,9 +79,14 @@ def parse_block(
     if not is_plain or (separator and b" " + separator in text):
         return None
     mark = separator.decode() or None
-    raw = [line.rstrip() for line in text.decode().split("\n")]
-    lines = [i for i, line in enumerate(raw) if line]
-    rows = [raw[i].removesuffix(mark) if mark else raw[i] for i in lines]
+    rows = text.decode().split("\n")[:-1]
+    lines = np.arange(len(rows), dtype=np.int64)
+    if text.startswith(b"\n") or any(end in text for end in _UNTIDY):
+        rows = [row.rstrip() for row in rows]
+        lines = np.flatnonzero([bool(row) for row in rows])
+        rows = [row for row in rows if row]
+    if mark:
+        rows = [row.removesuffix(mark) for row in rows]
     try:
         table = np.loadtxt(rows, comments=None, delimiter=mark, ndmin=2) if rows else np.empty(0)
     except ValueError:
@@ -91,9 +101,35 @@ def parse_block(
     digits, places = _written(written, values[:, sampled])
     lo = {}
     for j in exact:
-        tokens = (row.split(mark, j + 1)[j] for row in rows)
-        lo[j] = np.array([rest(x, hi) for x, hi in zip(tokens, values[j].tolist(), strict=True)])
-    return Block(values, np.array(lines, dtype=np.int64), digits, places, lo)
+        lo[j] = rests([row.split(mark, j + 1)[j] for row in rows], values[j])
+    return Block(values, lines, digits, places, lo)
+
+
+def rests(numbers: Sequence[str], values: Array) -> Array:
+    """`rest` of each of the numbers."""
+    short = _short_decimals(numbers)
+    if short is None or not np.isfinite(values).all():
+        return np.array([rest(x, hi) for x, hi in zip(numbers, values.tolist(), strict=True)])
+    digits, power = short
+    # What a correctly rounded division leaves is a binary64 number.
+    product, error = two_product(values, power)
+    found: Array = ((digits - product) - error) / power
+    return found
+
+
+def _short_decimals(numbers: Sequence[str]) -> tuple[Array, Array] | None:
+    """Decimals as exact quotients of integers by powers of ten; None if one is longer."""
+    plain = [x.strip() for x in numbers]
+    if max(map(len, plain), default=0) > _SHORT:
+        return None
+    try:
+        digits = np.array([int(x.replace(".", "")) for x in plain], dtype=np.float64)
+    except ValueError:
+        # With an exponent.
+        return None
+    if not (np.abs(digits) < _WHOLE).all():
+        return None
+    return digits, _POWERS[[len(x.partition(".")[2]) for x in plain]]
 
 
 def rest(number: str, hi: float) -> float:

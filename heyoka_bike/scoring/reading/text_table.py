@@ -4,8 +4,10 @@ import re
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from heyoka_bike.errors import InputError
 from heyoka_bike.scoring.findings import Finding, Severity
@@ -18,8 +20,8 @@ from heyoka_bike.scoring.reading.text_lines import whole_lines
 from heyoka_bike.scoring.reading.text_opening import Opening, find_opening, row_error
 from heyoka_bike.scoring.reading.written import WrittenTable
 
-# Rows of a block of which digits are counted; the slow reader looks at fewer.
-_COUNTED, _COUNTED_SLOWLY = 2000, 200
+# Rows of the first block of which digits are counted; of a later one, and by the slow reader.
+_COUNTED, _COUNTED_LATER = 2000, 200
 _USUAL = Dialect("", ".")
 # Characters of which `float` reads numbers only.
 _PLAIN = b"0123456789+-.eE \t"
@@ -103,7 +105,9 @@ class _Reader:
         self.opening = opening
         self.exact = sorted({opening.time, *opening.exact})
         self.tally = DigitTally(opening.width, opening.time)
-        self.blocks: list[Block] = []
+        self.values = [_Growing(np.float64) for _ in range(opening.width)]
+        self.lo = {j: _Growing(np.float64) for j in self.exact}
+        self.lines = _Growing(np.int64)
         self.line = 0
         self.cut: InputError | None = None
 
@@ -117,9 +121,11 @@ class _Reader:
             block = self._line_by_line(text)
         if block.values.shape[1]:
             self.tally.add(block.digits, block.places)
-            self.blocks.append(
-                Block(block.values, block.lines + self.line + 1, _NONE, _NONE, block.lo)
-            )
+            for column, values in zip(self.values, block.values, strict=True):
+                column.extend(values)
+            for j, column in self.lo.items():
+                column.extend(block.lo[j])
+            self.lines.extend(block.lines + self.line + 1)
         self.line += text.count(b"\n")
 
     def finish(self) -> WrittenTable:
@@ -135,27 +141,23 @@ class _Reader:
                     {"line": number},
                 ),
             )
-        blocks, width = self.blocks, self.opening.width
-        values = [np.concatenate([b.values[j] for b in blocks]) for j in range(width)]
-        lo = [
-            np.concatenate([b.lo[j] for b in blocks]) if j in self.exact else None
-            for j in range(width)
-        ]
-        lines = np.concatenate([b.lines for b in blocks])
-        self.blocks = []
+        values = [column.whole() for column in self.values]
+        lo = [self.lo[j].whole() if j in self.lo else None for j in range(self.opening.width)]
         columns = self.tally.columns(values, lo)
         if self.opening.has_exact_times:
             columns[self.opening.time] = columns[self.opening.time].with_exact_values()
         return WrittenTable(
-            columns, self.opening.names, lines, self.opening.heading, findings=findings
-        )
+            columns, self.opening.names, self.lines.whole(), self.opening.heading,
+            findings=findings,
+        )  # fmt: skip
 
     def _quickly(self, text: bytes) -> Block | None:
         dialect = self.opening.dialect
         for tidy in (False, True):
             plain = canonical(text, dialect, tidy)
             separator = dialect.separator.encode()
-            block = parse_block(plain, self.opening.width, separator, self.exact, _COUNTED)
+            samples = _COUNTED_LATER if len(self.lines.whole()) else _COUNTED
+            block = parse_block(plain, self.opening.width, separator, self.exact, samples)
             if block is not None:
                 return block
         return None
@@ -172,7 +174,7 @@ class _Reader:
                 lines.append(i)
                 rows.append([float(number) for number in row])
                 numbers.append(row)
-        step = max(1, len(rows) // _COUNTED_SLOWLY)
+        step = max(1, len(rows) // _COUNTED_LATER)
         counted = [[digits_and_places(number) for number in row] for row in numbers[::step]]
         table = np.array(rows, dtype=np.float64).reshape(-1, self.opening.width).T
         shape = (-1, self.opening.width, 2)
@@ -208,7 +210,23 @@ class _Reader:
         raise error
 
 
-_NONE = np.empty((0, 0), dtype=np.int64)
+class _Growing:
+    """An array that grows at its end; what it has in reserve is not in memory before it is used."""
+
+    def __init__(self, kind: type) -> None:
+        self._held: NDArray[Any] = np.empty(0, dtype=kind)
+        self._count = 0
+
+    def extend(self, more: NDArray[Any]) -> None:
+        end = self._count + len(more)
+        if end > len(self._held):
+            known, self._held = self._held, np.empty(2 * end, dtype=self._held.dtype)
+            self._held[: self._count] = known[: self._count]
+        self._held[self._count : end] = more
+        self._count = end
+
+    def whole(self) -> NDArray[Any]:
+        return self._held[: self._count]
 
 
 def canonical(text: bytes, dialect: Dialect, tidy: bool) -> bytes:

@@ -13,7 +13,6 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, Literal
 
 from heyoka_bike.errors import InputError, MissingPackageError
-from heyoka_bike.reference.manifest import CUSTOM
 
 if TYPE_CHECKING:
     from heyoka_bike.reference.load import Reference
@@ -124,6 +123,8 @@ def plates(reference: Reference, name: str = DEFAULT, maneuver: int | None = Non
     InputError
         No such figure or maneuver, or a figure that there is not of this set.
     """
+    from heyoka_bike.reference.manifest import CUSTOM
+
     if name not in FIGURES and name != ALL:
         raise InputError(
             f"--figure: found '{name}', expected one of {', '.join(FIGURES)}, {ATLAS}, {ALL}"

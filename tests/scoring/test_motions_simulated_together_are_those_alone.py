@@ -1,0 +1,51 @@
+"""Motions that are simulated together are those that each is alone, also beside one that ends."""
+
+import numpy as np
+import pytest
+
+from heyoka_bike.scoring.diagnosis.programs.applied import AIR_DRAG
+from heyoka_bike.scoring.diagnosis.programs.incomplete import WHEELS_WEIGHT
+from heyoka_bike.scoring.diagnosis.programs.simulator import Motion
+
+pytest.importorskip("heyoka")
+
+TIME = np.linspace(0.0, 10.0, 101)
+# Over at once, after which nothing is reached.
+ENDING = (1.5, 0.0, 0.0, 5.0, 0.0, 4.0)
+STARTS = [(0.0, 0.0, 0.0, rate, 0.0, speed) for rate, speed in
+          ((0.05, 4.0), (0.5, 4.6), (0.05, 8.0), (0.05, 5.0), (0.02, 6.0))]  # fmt: skip
+
+
+def check(simulator, motions):
+    together = simulator.run_all(motions)
+    for motion, made in zip(motions, together, strict=True):
+        alone = simulator.run(motion.bicycle, motion.start, motion.time, motion.amounts)
+        for name, x in alone.items():
+            good = np.isfinite(x)
+            assert np.array_equal(good, np.isfinite(made[name])), name
+            # Lanes round their step sizes otherwise in the last bit.
+            size = np.max(np.abs(x[good]), initial=1e-3)
+            assert np.max(np.abs(made[name] - x)[good], initial=0.0) <= 1e-12 * size, name
+    return together
+
+
+def test_of_several_grids_and_more_than_there_are_lanes(simulator, bicycle):
+    times = [TIME, TIME[:11], 0.9 * TIME]
+    check(simulator, [Motion(bicycle, start, time) for time in times for start in STARTS])
+
+
+def test_beside_one_that_ends(simulator, bicycle):
+    motions = [Motion(bicycle, start, TIME) for start in (STARTS[0], ENDING, *STARTS[1:])]
+    found = check(simulator, motions)
+    assert [int(np.isfinite(x["roll_angle"]).sum()) == len(TIME) for x in found] == [
+        start is not ENDING for start in (STARTS[0], ENDING, *STARTS[1:])
+    ]
+
+
+@pytest.mark.proof
+def test_with_forces_and_without_terms(simulator, bicycle):
+    amounts = ({}, {AIR_DRAG: 0.1}, {WHEELS_WEIGHT: 1.0}, {WHEELS_WEIGHT: 1.0, AIR_DRAG: 0.1})
+    motions = [Motion(bicycle, start, TIME[:31], a) for a in amounts for start in STARTS[:2]]
+    found = check(simulator, motions)
+    ends = [x["roll_angle"][-1] for x in found[::2]]
+    assert len(set(ends)) == len(amounts)
