@@ -49,8 +49,8 @@ def run_source(equations: Equations) -> str:
     ``start`` (6 numbers) at time 0 through ascending ``times``, and writes eight columns, and six
     states unless that pointer is null, of so many rows, one variable after the other. It gives the
     number of steps, or -1 for a motion that cannot be continued, and -2 for more than ``most``
-    steps. ``report`` gets the time reached, and the least and the largest of the mechanical trail
-    over the front wheel's radius.
+    steps. ``report`` gets the time reached, and of the rows the least and the largest of the
+    mechanical trail over the front wheel's radius, and of the mechanical energy.
     """
     return "\n".join([rates_source(equations), rows_source(equations), _run(), DECLARATIONS])
 
@@ -76,8 +76,8 @@ def _run() -> str:
     for i in range(STATE):
         c.store(c.load("%start", i, ONE), start, i, ONE)
         c.store(literal(0.0), rest, i, ONE)
-    c.store(literal(float("inf")), "%report", 1, ONE)
-    c.store(literal(float("-inf")), "%report", 2, ONE)
+    for i in range(4):
+        c.store(literal(float("-inf" if i % 2 else "inf")), "%report", i + 1, ONE)
     last_row = c.assign("sub i64 %n, 1")
     end = c.load("%times", last_row, ONE)
     c.do("br label %begin")
@@ -238,9 +238,16 @@ def _run() -> str:
         ratio = c.call("sqrt", ONE, ratio)
     scale = c.operation("*", ratio, literal(_SAFETY), ONE)
     scale = c.call("maxnum", ONE, literal(_LEAST), c.call("minnum", ONE, literal(_MOST), scale))
+    # Greatest values pass over what is no number; a sum does not.
+    total = literal(0.0)
+    for i in range(STATE):
+        total = c.operation("+", total, c.load(z, POINTS * i + POINTS - 1, ONE), ONE)
+    is_number = c.assign(f"fcmp ord double {total}, {error}")
+    scale = c.assign(f"select i1 {is_number}, double {scale}, double {literal(_LEAST)}")
     c.lines.append(f"  %wish.next = fmul double {h}, {scale}")
     most = c.operation("*", "%tolerance", literal(_MOST_ERROR), ONE)
-    good = c.assign(f"fcmp ole double {error}, {most}")
+    small = c.assign(f"fcmp ole double {error}, {most}")
+    good = c.assign(f"and i1 {small}, {is_number}")
     c.do(f"br i1 {good}, label %accept, label %reject")
     c.label("reject")
     c.lines.append("  %shorter = phi double [ %halved, %halve ], [ %wish.next, %converged ]")
@@ -257,9 +264,7 @@ def _run() -> str:
         )
         value = c.load(start, i, ONE)
         c.store(c.operation("+", value, rise, ONE), zeroth, i, ONE)
-        c.store(
-            c.operation("+", value, c.load(z, POINTS * i + POINTS - 1, ONE), ONE), start, i, ONE
-        )
+        _add(c, start, rest, i, c.load(z, POINTS * i + POINTS - 1, ONE))
     half = c.operation("*", h, literal(0.5), ONE)
     middle = c.operation("+", "%t", half, ONE)
     rate = c.operation("/", literal(1.0), half, ONE)
