@@ -13,8 +13,7 @@ from collections.abc import Mapping
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.motion.fast.collocation import POINTS
-from heyoka_bike.motion.fast.row_code import STATE, column_values
-from heyoka_bike.motion.fast.step_code import rates_source
+from heyoka_bike.motion.fast.model_code import STATE, column_values, rates_source
 from heyoka_bike.motion.fast.vector_code import (
     DECLARATIONS,
     ONE,

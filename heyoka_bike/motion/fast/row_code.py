@@ -2,34 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.motion.fast.collocation import POINTS
+from heyoka_bike.motion.fast.model_code import STATE, column_values
 from heyoka_bike.motion.fast.vector_code import ONE, WHOLE, Code, constant, function
-from heyoka_bike.numbers.straight_line import StraightLine, needed
 
-STATE = 6
 _BETTER = "minnum", "maxnum"
-
-
-def recorded(equations: Equations) -> tuple[StraightLine, Equations, list[str]]:
-    """A record, the equations that write to it, and the names of the state's variables in it."""
-    code = StraightLine()
-    return code, equations.convert(code.literal, code), [f"y{i}" for i in range(STATE)]
-
-
-def column_values(c: Code, equations: Equations, values: Sequence[str]) -> list[str]:
-    """The benchmark's columns of a state, then the mechanical trail over the front's radius."""
-    record, formulas, names = recorded(equations)
-    state = [record.variable(x) for x in names]
-    columns = formulas.columns([*state, record.variable("yaw")])
-    o, _ = formulas.unfold(state)
-    trail = o.trail / formulas.k.front.r
-    results = [*(columns[name].text for name in BENCHMARK_COLUMNS), trail.text]
-    given = dict(zip(names, values, strict=True))
-    return c.statements(given, needed(record.statements, results), results)
 
 
 def rows_source(equations: Equations) -> str:

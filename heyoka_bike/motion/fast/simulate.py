@@ -23,8 +23,8 @@ from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver, read_bicycle, read_maneuvers
 from heyoka_bike.errors import InputError, SingularMotionError
 from heyoka_bike.motion.fast.accuracies import choose
+from heyoka_bike.motion.fast.model_code import STATE
 from heyoka_bike.motion.fast.native import Motion, Native, Run
-from heyoka_bike.motion.fast.row_code import STATE
 from heyoka_bike.motion.integrate import LEAST_TRAIL, TrailTooSmallError
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.double import Array

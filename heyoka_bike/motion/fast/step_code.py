@@ -19,7 +19,8 @@ import numpy as np
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.motion.fast.collocation import POINTS, collocation
 from heyoka_bike.motion.fast.complex_code import Pair, factor, solve
-from heyoka_bike.motion.fast.row_code import STATE, recorded, rows_source
+from heyoka_bike.motion.fast.model_code import STATE, rates_source
+from heyoka_bike.motion.fast.row_code import rows_source
 from heyoka_bike.motion.fast.vector_code import (
     DECLARATIONS,
     HALF,
@@ -31,7 +32,6 @@ from heyoka_bike.motion.fast.vector_code import (
     literal,
 )
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.numbers.straight_line import needed
 
 RUN = "run"
 """Name of the function, see `run_source`."""
@@ -57,19 +57,6 @@ def run_source(equations: Equations) -> str:
     mechanical trail over the front wheel's radius, and of the mechanical energy.
     """
     return "\n".join([rates_source(equations), rows_source(equations), _run(), DECLARATIONS])
-
-
-def rates_source(equations: Equations) -> str:
-    """Function ``rates(y, f)`` of eight states."""
-    record, formulas, names = recorded(equations)
-    rates = [x.text for x in formulas.rates([record.variable(x) for x in names])]
-    c = Code()
-    given = {name: c.load("%y", i) for i, name in enumerate(names)}
-    for i, x in enumerate(c.statements(given, needed(record.statements, rates), rates)):
-        c.store(x, "%f", i)
-    return function(
-        "internal void @rates(ptr noalias %y, ptr noalias %f)", [*c.lines, "  ret void"]
-    )
 
 
 @dataclass(frozen=True, slots=True)
