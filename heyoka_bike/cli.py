@@ -21,6 +21,9 @@ _COMMANDS = (
     "bench", "atlas", "leaderboard", "selfcheck",
 )  # fmt: skip
 
+# These spread their work over threads themselves; those of the linear algebra would only spin.
+_THREADED = ("score", "diagnose")
+
 _EPILOG = """\
 exit codes:
   0  fine
@@ -61,6 +64,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     if argv is None:
         # Nothing of what is imported is garbage: looking for it takes a thirtieth of a score.
         gc.set_threshold(50_000)
+        if words[:1] and words[0] in _THREADED:
+            # Read when NumPy is imported.
+            os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     # Of one command the others need not be imported.
     asked = [word for word in words[:1] if word in _COMMANDS]
     top = parser(asked or _COMMANDS)

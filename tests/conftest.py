@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 import pickle
-from collections.abc import Iterator
+import shutil
+from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
@@ -12,6 +13,7 @@ from pathlib import Path
 import hypothesis
 import pytest
 from support.game_files import keep_values
+from support.made_sets import make as make_set
 
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver, read_bicycle, read_maneuvers
 from heyoka_bike.motion.integrate import integrate
@@ -26,6 +28,7 @@ from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers,
 collect_ignore = ["example_project"]
 
 MANEUVERS = (1, 2, 3)
+MadeOnce = Callable[[str, Callable[[Path], object]], Path]
 
 # What changes how pytest, rich and argparse print in the processes that the tests start: a runner
 # that sets CI, for one, has pytest repeat every failure in its summary.
@@ -85,27 +88,51 @@ def _run(job: tuple[Bicycle, Maneuver, int]) -> Trajectory:
 
 
 @pytest.fixture(scope="session")
+def made_once(tmp_path_factory: pytest.TempPathFactory, worker_id: str) -> MadeOnce:
+    """What many tests need and is long in the making: a folder by its name, and what fills it."""
+
+    def make(name: str, fill: Callable[[Path], object]) -> Path:
+        import fcntl  # where heyoka is, that is on Linux
+
+        # The first of the processes that run the tests makes it, the others wait for it.
+        base = tmp_path_factory.getbasetemp()
+        place = (base if worker_id == "master" else base.parent) / name
+        with place.with_name(f"{name}.made").open("a+") as f:
+            fcntl.flock(f, fcntl.LOCK_EX)
+            f.seek(0)
+            if not f.read():
+                shutil.rmtree(place, ignore_errors=True)
+                place.mkdir()
+                fill(place)
+                f.write("made")
+        return place
+
+    return make
+
+
+@pytest.fixture(scope="session")
 def long_runs(
     bicycle: Bicycle,
     maneuvers: tuple[Maneuver, ...],
-    tmp_path_factory: pytest.TempPathFactory,
-    worker_id: str,
+    made_once: MadeOnce,
 ) -> tuple[Trajectory, ...]:
     """The maneuvers at 110 digits, side by side; shares no digit with the published files."""
-    import fcntl  # where heyoka is, that is on Linux
 
-    # The first of the processes that run the tests makes them, the others wait for its file.
-    base = tmp_path_factory.getbasetemp()
-    shared = base if worker_id == "master" else base.parent
-    with (shared / "long-runs").open("a+b") as f:
-        fcntl.flock(f, fcntl.LOCK_EX)
-        f.seek(0)
-        if made := f.read():
-            return pickle.loads(made)
+    def fill(place: Path) -> None:
         with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
             runs = tuple(pool.map(_run, [(bicycle, m, 110) for m in maneuvers]))
-        f.write(pickle.dumps(runs))
-        return runs
+        (place / "runs").write_bytes(pickle.dumps(runs))
+
+    found: tuple[Trajectory, ...] = pickle.loads(
+        (made_once("long-runs", fill) / "runs").read_bytes()
+    )
+    return found
+
+
+@pytest.fixture(scope="session")
+def small_set(made_once: MadeOnce) -> Path:
+    """A set of one maneuver of five rows; not to be changed."""
+    return made_once("small-set", lambda place: make_set(place, ("0.2", "0.05"))) / "set"
 
 
 @pytest.fixture(scope="module")

@@ -15,9 +15,11 @@ from contextlib import contextmanager
 from fractions import Fraction
 
 import flint
+import numpy as np
 
 from heyoka_bike.numbers.arithmetic import Balls, Number
 from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.numbers.samples import each
 
 
 class PowerSeries:
@@ -94,7 +96,7 @@ class Rim:
     """Complex balls on a circle, with a record of the sign of every divisor and radicand.
 
     The signs must be the same on all arcs of a circle: use one `Rim` for the circle and call
-    `start` before each arc.
+    `start` before each arc, or before several of them in an array.
     """
 
     def __init__(self, bits: int) -> None:
@@ -104,18 +106,17 @@ class Rim:
         self._position = 0
 
     def start(self) -> None:
-        """Begin the evaluation on the next arc."""
+        """Begin the evaluation on the next arcs."""
         self._position = 0
 
-    def watch(self, x: flint.acb) -> None:
-        """Record the sign of a real part, or compare it with that of the arcs before."""
-        re = x.real
-        sign = 1 if re > 0 else -1 if re < 0 else 0
-        if sign == 0:
+    def watch(self, x: Number) -> None:
+        """Record the sign of real parts, or compare it with that of the arcs before."""
+        signs = {1 if z.real > 0 else -1 if z.real < 0 else 0 for z in _all(x)}
+        if 0 in signs:
             raise NotAnalyticError("a divisor may vanish")
-        if self._position == len(self._signs):
-            self._signs.append(sign)
-        elif self._signs[self._position] != sign:
+        if len(signs) == 1 and self._position == len(self._signs):
+            self._signs += signs
+        if signs != {*self._signs[self._position : self._position + 1]}:
             raise NotAnalyticError("a divisor changes the sign of its real part")
         self._position += 1
 
@@ -123,45 +124,55 @@ class Rim:
         """Start over with a new circle."""
         self._signs, self._position = [], 0
 
-    def value(self, x: flint.acb) -> Value:
-        """A complex ball as a watched number."""
+    def value(self, x: Number) -> Value:
+        """A complex ball, or an array of them, as a watched number."""
         return Value(x, self)
 
     def number(self, value: Exact | Fraction | int) -> flint.arb:
         return self.balls.number(value)
 
     def sin(self, x: Number) -> Number:
-        return Value(x.x.sin(), self) if isinstance(x, Value) else x.sin()
+        return Value(each(flint.acb.sin, x.x), self) if isinstance(x, Value) else x.sin()
 
     def cos(self, x: Number) -> Number:
-        return Value(x.x.cos(), self) if isinstance(x, Value) else x.cos()
+        return Value(each(flint.acb.cos, x.x), self) if isinstance(x, Value) else x.cos()
 
     def sqrt(self, x: Number) -> Number:
         if not isinstance(x, Value):
             return x.sqrt()
-        if not x.x.real > 0:
+        if not _is_positive(x.x):
             raise NotAnalyticError("a radicand may be negative")
-        return Value(x.x.sqrt(), self)
+        return Value(each(flint.acb.sqrt, x.x), self)
 
     def atan2(self, y: Number, x: Number) -> Number:
         """Arc tangent of y / x; analytic where x and 1 + (y / x)^2 have positive real parts."""
-        if not (x.x.real if isinstance(x, Value) else x) > 0:
+        if not _is_positive(x.x if isinstance(x, Value) else flint.acb(x)):
             raise NotAnalyticError("an angle may pass a quarter turn")
         ratio = (y / x).x
-        if not (1 + ratio * ratio).real > 0:
+        if not _is_positive(1 + ratio * ratio):
             raise NotAnalyticError("an arc tangent may meet its branch point")
-        return Value(ratio.atan(), self)
+        return Value(each(flint.acb.atan, ratio), self)
 
     def sum(self, terms: Iterable[Number]) -> Number:
         return sum(terms)
 
 
+def _all(x: Number) -> Iterable[flint.acb]:
+    """Every number of an array, or the one number."""
+    return x if isinstance(x, np.ndarray) else (x,)
+
+
+def _is_positive(x: Number) -> bool:
+    """Whether all real parts are."""
+    return all(z.real > 0 for z in _all(x))
+
+
 class Value:
-    """A complex ball whose divisions are watched."""
+    """A complex ball whose divisions are watched, or an array of them."""
 
     __slots__ = ("rim", "x")
 
-    def __init__(self, x: flint.acb, rim: Rim) -> None:
+    def __init__(self, x: Number, rim: Rim) -> None:
         self.x, self.rim = x, rim
 
     def __add__(self, other: Number) -> Value:

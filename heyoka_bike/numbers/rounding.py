@@ -49,6 +49,10 @@ class Enclosure:
         offset = n << (grid - shift)
         return Enclosure((self.low << up) - offset, (self.high << up) - offset, grid)
 
+    def size(self) -> float:
+        """The smallest binary64 that is not below any absolute value of the enclosure."""
+        return _upward(max(abs(self.low), abs(self.high)), 1 << self.grid)
+
     def decimal(self, digits: int) -> str | None:
         """The number to significant digits; None if the enclosure does not decide them."""
         context = Context(prec=digits, rounding=ROUND_HALF_EVEN, Emin=-9999, Emax=9999)
@@ -110,8 +114,19 @@ def _to_float(n: int, grid: int) -> float:
 
 def upward(x: Fraction) -> float:
     """The smallest binary64 that is not below a nonnegative number."""
-    nearest = x.numerator / x.denominator
-    return nearest if Fraction(nearest) >= x else nextafter(nearest, inf)
+    return _upward(x.numerator, x.denominator)
+
+
+def upward_ball(x: flint.arb) -> float:
+    """The same for all numbers of a ball."""
+    man, exp = map(int, x.upper().man_exp())
+    return _upward(man << max(exp, 0), 1 << max(-exp, 0))
+
+
+def _upward(n: int, d: int) -> float:
+    nearest = n / d
+    p, q = nearest.as_integer_ratio()
+    return nearest if p * d >= n * q else nextafter(nearest, inf)
 
 
 def few_bits(bound: float) -> float:

@@ -8,7 +8,7 @@ import flint
 import pytest
 
 from heyoka_bike.errors import UndecidedError
-from heyoka_bike.numbers.rounding import Enclosure, decimal_digits, hi_lo, upward
+from heyoka_bike.numbers.rounding import Enclosure, decimal_digits, hi_lo, upward, upward_ball
 
 TIE = 1 + Fraction(1, 2**53)
 """Halfway between 1 and the next binary64."""
@@ -68,3 +68,16 @@ def test_bounds_are_rounded_up() -> None:
     assert upward(TIE) == 1 + 2.0**-52
     assert upward(Fraction(1)) == 1
     assert upward(1 - Fraction(1, 2**60)) == 1
+
+
+def test_bounds_of_balls_are_rounded_up() -> None:
+    assert upward_ball(flint.arb(1, 2.0**-80)) == 1 + 2.0**-52
+    assert 0.25 <= upward_ball(flint.arb(0, 0.25)) < 0.2501
+    with flint.ctx.workprec(300):
+        assert upward_ball(flint.arb(2) ** 80 - 1) == 2.0**80
+        assert upward_ball(flint.arb(2) ** 80) == 2.0**80
+
+
+def test_the_size_of_an_enclosure_is_that_of_its_farther_end() -> None:
+    assert Enclosure(-3, 2, 1).size() == 1.5
+    assert Enclosure(-1, (1 << 60) + 1, 60).size() == 1 + 2.0**-52

@@ -4,7 +4,7 @@ import shutil
 
 import h5py
 import pytest
-from support.made_sets import accept, make
+from support.made_sets import accept
 
 from heyoka_bike.cli import main
 from heyoka_bike.reference.layout import content_sha256
@@ -12,14 +12,9 @@ from heyoka_bike.reference.layout import content_sha256
 pytestmark = pytest.mark.proof
 
 
-@pytest.fixture(scope="module")
-def small(tmp_path_factory):
-    return make(tmp_path_factory.mktemp("small"), ("0.1", "0.05"))
-
-
 @pytest.fixture
-def copy(small, tmp_path):
-    return shutil.copytree(small, tmp_path / "copy")
+def copy(small_set, tmp_path):
+    return shutil.copytree(small_set, tmp_path / "copy")
 
 
 def change(folder, dataset, index, factor, *, hashed=True):

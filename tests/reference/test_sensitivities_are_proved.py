@@ -170,23 +170,23 @@ def test_a_wrong_chain_rule_is_seen(short, monkeypatch, wrong):
 
 
 def test_a_transposed_jacobian_is_seen(short, monkeypatch):
-    plain = variation._Prover._carry
+    plain = variation._Prover._jacobian
 
-    def carry(self, a, g, tail, tail_g):
-        return plain(self, [m.transpose() for m in a], g, tail, tail_g)
+    def jacobian(self, *arguments):
+        return [m.transpose() for m in plain(self, *arguments)]
 
-    monkeypatch.setattr(variation._Prover, "_carry", carry)
+    monkeypatch.setattr(variation._Prover, "_jacobian", jacobian)
     _is_refused_or_outside(short)
 
 
 def test_a_missing_term_of_the_motion_is_seen(short, monkeypatch):
     """As if the equations did not depend on the constants."""
-    plain = variation._Prover._carry
+    plain = variation._Prover._forcing
 
-    def carry(self, a, g, tail, tail_g):
-        return plain(self, a, [0 * m for m in g], tail, tail_g)
+    def forcing(self, *arguments):
+        return [0 * m for m in plain(self, *arguments)]
 
-    monkeypatch.setattr(variation._Prover, "_carry", carry)
+    monkeypatch.setattr(variation._Prover, "_forcing", forcing)
     _is_refused_or_outside(short)
 
 

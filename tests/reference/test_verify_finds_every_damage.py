@@ -26,11 +26,6 @@ def copy(folder, tmp_path):
     return shutil.copytree(folder, tmp_path / "copy")
 
 
-@pytest.fixture(scope="module")
-def small_set(tmp_path_factory):
-    return make(tmp_path_factory.mktemp("small"), ("0.2", "0.05"))
-
-
 @pytest.fixture
 def small(small_set, tmp_path):
     return shutil.copytree(small_set, tmp_path / "small")

@@ -5,7 +5,6 @@ from dataclasses import replace
 from fractions import Fraction
 
 import pytest
-from support.made_sets import make
 
 import heyoka_bike.reference.verification.rerun as rerun_module
 from heyoka_bike.cli import main
@@ -19,13 +18,8 @@ pytestmark = pytest.mark.proof
 
 
 @pytest.fixture(scope="module")
-def small(tmp_path_factory):
-    return make(tmp_path_factory.mktemp("small"), ("0.2", "0.05"))
-
-
-@pytest.fixture(scope="module")
-def part(small):
-    (part,) = verify(small).parts
+def part(small_set):
+    (part,) = verify(small_set).parts
     return part
 
 
@@ -37,8 +31,8 @@ def compare(part, precision, **changes):
     return agreement(**given | changes, report=lambda stage, t: None)
 
 
-def test_digits_by_column_and_maneuver(small, capsys):
-    assert main(["verify", str(small), "--rerun", "--quick", "--format", "json"]) == 0
+def test_digits_by_column_and_maneuver(small_set, capsys):
+    assert main(["verify", str(small_set), "--rerun", "--quick", "--format", "json"]) == 0
     out, err = capsys.readouterr()
     assert err == ""
     checks = [c for c in json.loads(out)["checks"] if c["check"] == "rerun"]
@@ -56,8 +50,8 @@ def test_digits_by_column_and_maneuver(small, capsys):
             assert evidence["digits"][name] >= promised > 20
 
 
-def test_the_table_names_columns_and_precisions(small, capsys):
-    assert main(["verify", str(small), "--rerun", "--quick"]) == 0
+def test_the_table_names_columns_and_precisions(small_set, capsys):
+    assert main(["verify", str(small_set), "--rerun", "--quick"]) == 0
     out = capsys.readouterr().out
     for word in ("steer_rate", "binary128", "40 digits", "short 1", "promised", "agreeing digits"):
         assert word in out
@@ -112,10 +106,10 @@ def test_another_bicycle_is_seen(part):
     assert found.tally.failures > 0
 
 
-def test_a_set_that_is_not_whole_is_not_run_again(small, tmp_path, capsys):
+def test_a_set_that_is_not_whole_is_not_run_again(small_set, tmp_path, capsys):
     import shutil
 
-    copy = shutil.copytree(small, tmp_path / "copy")
+    copy = shutil.copytree(small_set, tmp_path / "copy")
     (copy / "uncontrolled-bicycle.txt").unlink()
     assert main(["verify", str(copy), "--rerun", "--quick", "--format", "json"]) == 3
     (last,) = [c for c in json.loads(capsys.readouterr().out)["checks"] if c["check"] == "rerun"]

@@ -55,7 +55,7 @@ def few_product_state(k, a, state):
     """The same state in the variables of the few-product form."""
     roll, pitch, steer, roll_rate, steer_rate, spin = state
     o = posture(k, a, roll, pitch, steer)
-    w1, w3, _ = rear_rates(o, k.rear.r * spin, roll_rate, steer_rate)
+    w1, w3 = rear_rates(o, k.rear.r * spin, roll_rate, steer_rate)
     return [roll, pitch, steer, w1, w3, spin]
 
 

@@ -70,7 +70,7 @@ class Both:
         spin = a.number(speed) / k.length
         angles = [a.number(roll), pitch, a.number(steer)]
         rates = [a.number(roll_rate), a.number(steer_rate)]
-        w1, w3, _ = rear_rates(posture(k, a, *angles), k.rear.r * spin, *rates)
+        w1, w3 = rear_rates(posture(k, a, *angles), k.rear.r * spin, *rates)
         return cls(
             bicycle, a, number, oracle, k, a.number(yaw),
             [*angles, *rates, spin], [*angles, w1, w3, spin],

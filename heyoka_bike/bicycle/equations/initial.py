@@ -78,7 +78,7 @@ def few_product_state(k: Constants, a: Arithmetic, state: Sequence[Number]) -> l
     """A state of the regular form in the variables of the few-product form."""
     roll, pitch, steer, roll_rate, steer_rate, spin, yaw = state
     o = posture(k, a, roll, pitch, steer)
-    w1, w3, _ = rear_rates(o, k.rear.r * spin, roll_rate, steer_rate)
+    w1, w3 = rear_rates(o, k.rear.r * spin, roll_rate, steer_rate)
     return [roll, pitch, steer, w1, w3, spin, yaw]
 
 

@@ -201,22 +201,20 @@ def turn_divisor(o: Posture) -> Number:
     return c3 * o.cb - c1 * o.sb
 
 
-def rear_rates(
-    o: Posture, v: Number, roll_rate: Number, steer_rate: Number
-) -> tuple[Number, Number, Row]:
-    """Rates w1 and w3 from roll rate and steer rate, regular where the trail is zero.
-
-    Returns
-    -------
-    w1, w3 : number
-    n_row : Row
-        Turn rate n per (v, roll_rate, steer_rate).
-    """
+def turn_row(o: Posture) -> Row:
+    """Turn rate n per (v, roll_rate, steer_rate)."""
     cv, c1, c3 = lateral_condition(o)
     divisor = turn_divisor(o)
-    n_row = (-cv / divisor, -(c1 * o.cb + c3 * o.sb) / divisor, o.trail / divisor)
-    n = n_row[0] * v + n_row[1] * roll_rate + n_row[2] * steer_rate
-    return o.cb * roll_rate - o.sb * n, o.sb * roll_rate + o.cb * n, n_row
+    return -cv / divisor, -(c1 * o.cb + c3 * o.sb) / divisor, o.trail / divisor
+
+
+def rear_rates(
+    o: Posture, v: Number, roll_rate: Number, steer_rate: Number
+) -> tuple[Number, Number]:
+    """Rates w1 and w3 from roll rate and steer rate, regular where the trail is zero."""
+    row = turn_row(o)
+    n = row[0] * v + row[1] * roll_rate + row[2] * steer_rate
+    return o.cb * roll_rate - o.sb * n, o.sb * roll_rate + o.cb * n
 
 
 def front_contact_height(

@@ -23,10 +23,10 @@ from heyoka_bike.bicycle.equations.kinematics import (
     Row,
     Speeds,
     lateral_condition,
-    posture,
-    rear_rates,
-    speeds,
+    turn_divisor,
+    turn_row,
 )
+from heyoka_bike.bicycle.equations.outputs import unfold
 from heyoka_bike.numbers.arithmetic import Arithmetic, Number
 
 
@@ -35,9 +35,11 @@ def few_products(k: Constants, a: Arithmetic, state: Sequence[Number]) -> list[N
 
     Singular where the mechanical trail is zero; see `regular`.
     """
-    roll, pitch, steer, w1, w3, spin = state
-    o = posture(k, a, roll, pitch, steer)
-    u = speeds(k, o, k.rear.r * spin, w1, w3)
+    return few_product_rates(k, a, *unfold(k, a, state, is_regular=False))
+
+
+def few_product_rates(k: Constants, a: Arithmetic, o: Posture, u: Speeds) -> list[Number]:
+    """The same from the posture and the speeds of a state."""
     rates = _dependent_rates(k, a, o, u)
     w3_f = (rates.lateral - o.g1 * rates.w1_f) / o.trail
     w1_f_row = (o.s * o.q[0], o.c + o.s * o.q[1], o.s * o.q[2])
@@ -49,18 +51,20 @@ def few_products(k: Constants, a: Arithmetic, state: Sequence[Number]) -> list[N
 
 def regular(k: Constants, a: Arithmetic, state: Sequence[Number]) -> list[Number]:
     """Time derivatives of (roll, pitch, steer, roll_rate, steer_rate, spin)."""
-    roll, pitch, steer, roll_rate, steer_rate, spin = state
-    o = posture(k, a, roll, pitch, steer)
-    v = k.rear.r * spin
-    w1, w3, n_row = rear_rates(o, v, roll_rate, steer_rate)
-    u = speeds(k, o, v, w1, w3, steer_rate)
+    return regular_rates(k, a, *unfold(k, a, state, is_regular=True), state[3])
+
+
+def regular_rates(
+    k: Constants, a: Arithmetic, o: Posture, u: Speeds, roll_rate: Number
+) -> list[Number]:
+    """The same from the posture and the speeds of a state, and its own roll rate."""
     rates = _dependent_rates(k, a, o, u)
     # w1 = cos(beta) p - sin(beta) n and w3 = sin(beta) p + cos(beta) n; at zero rates of
     # (v, p, steer_rate) they change by the turn of the frame and by the rate of n that keeps (C2).
     beta_rate = u.q - u.nu
-    turn1, turn3 = -(beta_rate * w3), beta_rate * w1
+    turn1, turn3 = -(beta_rate * u.w3), beta_rate * u.w1
     _, c1, c3 = lateral_condition(o)
-    divisor = c3 * o.cb - c1 * o.sb
+    divisor, n_row = turn_divisor(o), turn_row(o)
     n_rate = -(c1 * turn1 + c3 * turn3 + rates.lateral - o.g1 * rates.w1_f) / divisor
     w1_rate, w3_rate = turn1 - o.sb * n_rate, turn3 + o.cb * n_rate
     w1_row = (-(o.sb * n_row[0]), o.cb - o.sb * n_row[1], -(o.sb * n_row[2]))
@@ -70,7 +74,7 @@ def regular(k: Constants, a: Arithmetic, state: Sequence[Number]) -> list[Number
         w1_rate=w1_rate, w3_rate=w3_rate, w3_f_rate=w3_rate,
     )  # fmt: skip
     v_rate, roll_acc, steer_acc = _accelerations(k, a, o, u, rates, basis)
-    return [roll_rate, beta_rate, steer_rate, roll_acc, steer_acc, v_rate / k.rear.r]
+    return [roll_rate, beta_rate, u.steer_rate, roll_acc, steer_acc, v_rate / k.rear.r]
 
 
 @dataclass(frozen=True, slots=True)

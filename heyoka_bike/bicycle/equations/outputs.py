@@ -38,7 +38,7 @@ def unfold(
     v = k.rear.r * spin
     if not is_regular:
         return o, speeds(k, o, v, rate1, rate3)
-    w1, w3, _ = rear_rates(o, v, rate1, rate3)
+    w1, w3 = rear_rates(o, v, rate1, rate3)
     return o, speeds(k, o, v, w1, w3, rate3)
 
 

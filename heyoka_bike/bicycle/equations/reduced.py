@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from heyoka_bike.bicycle.equations.bodies import Bodies, bodies
 from heyoka_bike.bicycle.equations.constants import Constants, constants
 from heyoka_bike.bicycle.equations.kinematics import Posture, Speeds, state_names
-from heyoka_bike.bicycle.equations.model import few_products, regular
+from heyoka_bike.bicycle.equations.model import few_product_rates, regular_rates
 from heyoka_bike.bicycle.equations.outputs import Energies, columns, energies, unfold, yaw_rate
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.arithmetic import Arithmetic, Arrays, Multiprecision, Number
@@ -80,17 +80,23 @@ class Equations:
 
     def rates(self, state: Sequence[Number]) -> list[Number]:
         """Time derivatives of the six state variables that drive one another."""
-        return (regular if self.is_regular else few_products)(self.k, self.a, state[:6])
+        return self._rates(state, *self.unfold(state))
 
     def rates_with_yaw(self, state: Sequence[Number]) -> list[Number]:
         """Time derivatives of all seven state variables."""
-        return [*self.rates(state), yaw_rate(*self.unfold(state))]
+        o, u = self.unfold(state)
+        return [*self._rates(state, o, u), yaw_rate(o, u)]
 
     def columns(self, state: Sequence[Number]) -> Mapping[str, Number]:
         """Every column of `columns.COLUMNS` by name, SI units; the yaw is the seventh entry."""
         o, u = self.unfold(state)
         roll, pitch, steer = state[:3]
         return columns(self.k, self.a, o, u, roll, pitch, steer, state[6])
+
+    def _rates(self, state: Sequence[Number], o: Posture, u: Speeds) -> list[Number]:
+        if self.is_regular:
+            return regular_rates(self.k, self.a, o, u, state[3])
+        return few_product_rates(self.k, self.a, o, u)
 
     def energies(self, state: Sequence[Number]) -> Energies:
         """Potential and kinetic energy [J]."""

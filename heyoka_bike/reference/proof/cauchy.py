@@ -14,13 +14,16 @@ from itertools import product
 from typing import TypeVar
 
 import flint
+import numpy as np
 
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.errors import NotCertifiedError
 from heyoka_bike.motion.trajectory import Piece, Trajectory
 from heyoka_bike.numbers.analytic import NotAnalyticError, Rim
 from heyoka_bike.numbers.arithmetic import Balls, Number, exact_ball
-from heyoka_bike.numbers.ball_matrices import total
+from heyoka_bike.numbers.ball_matrices import largest, total
+from heyoka_bike.numbers.samples import array
+from heyoka_bike.numbers.samples import geometric as geometric
 from heyoka_bike.reference.proof.error_flow import SIZE
 
 RADII = (4, 3, 2)
@@ -102,12 +105,6 @@ def rho(variables: int = SIZE) -> list[flint.arb]:
     return [exact_ball(x) for x in RHO[:variables]]
 
 
-def geometric(radius: int, length: int) -> flint.arb:
-    """Sum of R^-m for m >= length."""
-    ratio = flint.arb(1) / radius
-    return ratio**length / (1 - ratio)
-
-
 def moved(bounds: Sequence[Fraction], polydisc: Sequence[flint.arb]) -> flint.arb:
     """How far an exact state moves a function from its value on the candidate, over M.
 
@@ -178,43 +175,51 @@ def _values(
         ]
         biggest: list[flint.arb] = []
         # Real polynomials take conjugate values at conjugate points: half a circle is enough.
+        # All arcs are tried together, in arrays; then, where that fails, each and its halves.
         arcs = [
             (Fraction(j, _FIRST_ARCS), Fraction(j + 1, _FIRST_ARCS)) for j in range(_FIRST_ARCS)
         ]
-        while arcs:
-            low, high = arcs.pop()
+        together = [arcs]
+        while together:
+            arcs = together.pop()
             a.start()
             try:
-                state = _arc(a, polynomials, slopes, polydisc, radius, low, high)
+                parts = [_arc(polynomials, slopes, polydisc, radius, *arc) for arc in arcs]
+                state = [a.value(array(x)) for x in zip(*parts, strict=True)]
                 values = [_complex(x) for x in function(on_rim, state)]
-                if not all(x.is_finite() for x in values):
+                if not all(x.is_finite() for value in values for x in value):
                     raise NotAnalyticError("a value is not finite")
             except NotAnalyticError:
-                if (high - low) * _MOST_ARCS <= 1:
-                    raise
-                middle = (low + high) / 2
-                arcs += [(low, middle), (middle, high)]
+                if len(arcs) == 1:
+                    low, high = arcs[0]
+                    if (high - low) * _MOST_ARCS <= 1:
+                        raise
+                    middle = (low + high) / 2
+                    arcs = [(low, middle), (middle, high)]
+                together += [[arc] for arc in arcs]
                 continue
-            sizes = [abs(x).upper() for x in values]
+            sizes = [largest(map(abs, value)) for value in values]
             biggest = [m.max(x) for m, x in zip(biggest, sizes, strict=True)] if biggest else sizes
         return biggest
 
 
 def _arc(
-    a: Rim, polynomials: Sequence[flint.acb_poly], slopes: Sequence[flint.arb],
+    polynomials: Sequence[flint.acb_poly], slopes: Sequence[flint.arb],
     polydisc: Sequence[flint.arb], radius: int, low: Fraction, high: Fraction,
-) -> list[Number]:  # fmt: skip
+) -> list[flint.acb]:  # fmt: skip
     """States on an arc, angles in units of pi, each a ball that holds the arc and the polydisc."""
     middle, half = (low + high) / 2, (high - low) / 2
     q = flint.fmpq(middle.numerator, middle.denominator)
     centre = flint.acb(flint.arb.cos_pi_fmpq(q), flint.arb.sin_pi_fmpq(q)) * radius
     reach = radius * flint.arb.pi() * flint.fmpq(half.numerator, half.denominator)
-    state: list[Number] = []
+    state = []
     for p, slope, margin in zip(polynomials, slopes, polydisc, strict=True):
         wide = flint.arb(0, (slope * reach + margin).upper())
-        state.append(a.value(p(centre) + flint.acb(wide, wide)))
+        state.append(p(centre) + flint.acb(wide, wide))
     return state
 
 
-def _complex(x: Number) -> flint.acb:
-    return x.x if hasattr(x, "rim") else flint.acb(x)
+def _complex(x: Number) -> list[flint.acb]:
+    """The values on all arcs, or the one on all of them."""
+    found = x.x if hasattr(x, "rim") else flint.acb(x)
+    return list(found) if isinstance(found, np.ndarray) else [found]

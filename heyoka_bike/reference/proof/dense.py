@@ -16,6 +16,7 @@ import numpy as np
 
 from heyoka_bike.errors import UndecidedError
 from heyoka_bike.numbers.arithmetic import Balls, exact_ball
+from heyoka_bike.numbers.rounding import Enclosure, hi_lo
 from heyoka_bike.reference.layout import NODES
 from heyoka_bike.reference.values import Dense
 
@@ -148,8 +149,8 @@ def _rounded(
                     f"{name}: Chebyshev coefficient {order} of the piece at t = {t:g} s "
                     "is not decided by the digits at hand"
                 )
-            exact = Fraction(int(n)) / Fraction(2) ** grid
-            hi = float(exact)
-            pairs.append((hi + 0.0, float(exact - Fraction(hi)) + 0.0))
+            up = max(-grid, 0)
+            exact = Enclosure(int(n) << up, int(n) << up, grid + up)
+            pairs.append(hi_lo(exact, name))
         out.append(pairs)
     return out

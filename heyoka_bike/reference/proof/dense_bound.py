@@ -2,10 +2,10 @@
 
 Along each piece of the candidate every column is expanded as a Taylor series in balls, its
 remainder bounded by Cauchy's estimate on a circle (see `cauchy`). Where a Chebyshev piece overlaps
-it, both are written as polynomials in one variable u, -1 <= u <= 1, on short spans; the absolute
-values of the coefficients of their difference bound it. The distance of the exact motion from the
-candidate is added through the columns' derivatives by the state, bounded on the same circle's
-polydisc.
+it, their difference is written as a polynomial, and that again in a variable u, -1 <= u <= 1, on
+short spans; the absolute values of its coefficients there bound it. The distance of the exact
+motion from the candidate is added through the columns' derivatives by the state, bounded on the
+same circle's polydisc.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.errors import NotCertifiedError
 from heyoka_bike.motion.trajectory import Certificate, Piece, Trajectory
 from heyoka_bike.numbers.analytic import PowerSeries
-from heyoka_bike.numbers.arithmetic import Balls, Number, exact_ball, upper_fraction
+from heyoka_bike.numbers.arithmetic import Balls, Number, exact_ball
 from heyoka_bike.numbers.ball_matrices import total
-from heyoka_bike.numbers.rounding import Value, upward
+from heyoka_bike.numbers.rounding import Value, upward, upward_ball
 from heyoka_bike.reference.proof.cauchy import (
     Function,
     circle_bound,
@@ -39,6 +39,11 @@ from heyoka_bike.reference.values import Dense
 
 BITS = 192
 _REMAINDER_BITS = 128
+
+_DIFFERENCE_BITS, _SPAN_BITS = 256, 128
+"""Of the difference from a Chebyshev piece, and of its restriction to a span. Its coefficients on
+all of the piece may be 2^40 times what it is itself, and that is 2^-112 of the column: the first
+loses at most 152 bits, the second 40."""
 
 
 def bound_dense(
@@ -70,9 +75,8 @@ def bound_pieces(
             low, high = max(a, expansion.t0), min(b, expansion.t1)
             if low < high:
                 coefficients = [(dense.hi[name][j], dense.lo[name][j]) for name in names]
-                for span in _spans(low, high, b - a):
-                    found = expansion.distances(coefficients, (a, b), *span)
-                    bound[j] = np.maximum(bound[j], found)
+                found = expansion.distances(coefficients, (a, b), _spans(low, high, b - a))
+                bound[j] = np.maximum(bound[j], found)
     for m, name in enumerate(names):
         if name in constant:
             bound[:, m] = [
@@ -162,29 +166,51 @@ class Expansion:
 
     def distances(
         self, coefficients: Sequence[tuple[np.ndarray, np.ndarray]],
-        piece: tuple[Fraction, Fraction], low: Fraction, high: Fraction,
+        piece: tuple[Fraction, Fraction], spans: Sequence[tuple[Fraction, Fraction]],
     ) -> list[float]:  # fmt: skip
-        """Bounds on the distance of each column from its Chebyshev piece for low <= t <= high."""
+        """Bounds on the distance of each column from its Chebyshev piece over spans in a row."""
+        low, high = spans[0][0], spans[-1][1]
         middle, half = (low + high) / 2, (high - low) / 2
-        with flint.ctx.workprec(BITS):
+        difference = self._difference(coefficients, piece, middle, half)
+        bounds = [0.0] * len(self.remainders)
+        with flint.ctx.workprec(_SPAN_BITS):
+            for a, b in spans:
+                x = [exact_ball(((a + b) / 2 - middle) / half), exact_ball((b - a) / 2 / half)]
+                on_span = (difference * _powers(flint.arb_poly(x), difference.ncols())).tolist()
+                found = (
+                    upward_ball(total(map(abs, row)) + rest)
+                    for row, rest in zip(on_span, self.remainders, strict=True)
+                )
+                bounds = list(map(max, bounds, found))
+        return bounds
+
+    def _difference(
+        self, coefficients: Sequence[tuple[np.ndarray, np.ndarray]],
+        piece: tuple[Fraction, Fraction], middle: Fraction, half: Fraction,
+    ) -> flint.arb_mat:  # fmt: skip
+        """Columns minus their Chebyshev pieces, by powers of (t - middle) / half."""
+        with flint.ctx.workprec(_DIFFERENCE_BITS):
             s = flint.arb_poly([exact_ball((middle - self.t0) / self.h), exact_ball(half / self.h)])
             n = len(coefficients[0][0])
             c = [
                 [flint.arb(float(x)) + float(y) for x, y in zip(hi, lo, strict=True)]
                 for hi, lo in coefficients
             ]
-            chebyshev = flint.arb_mat(c) * _basis(piece, middle, half, n)
-            bounds = []
-            for m, (polynomial, rest) in enumerate(
-                zip(self.polynomials, self.remainders, strict=True)
-            ):
-                taylor = polynomial(s)
-                difference = total(
-                    abs(taylor[j] - (chebyshev[m, j] if j < n else 0))
-                    for j in range(max(taylor.length(), n))
-                )
-                bounds.append(upward(upper_fraction(difference + rest)))
-            return bounds
+            chebyshev = (flint.arb_mat(c) * _basis(piece, middle, half, n)).tolist()
+            rows = [
+                (p(s) - flint.arb_poly(row)).coeffs()
+                for p, row in zip(self.polynomials, chebyshev, strict=True)
+            ]
+            length = max(map(len, rows))
+            return flint.arb_mat([row + [flint.arb(0)] * (length - len(row)) for row in rows])
+
+
+def _powers(x: flint.arb_poly, n: int) -> flint.arb_mat:
+    """Rows: 1, x .. x^(n-1) by powers of u."""
+    p = [flint.arb_poly([1])]
+    while len(p) < n:
+        p.append(x * p[-1])
+    return flint.arb_mat([[q[j] for j in range(n)] for q in p])
 
 
 def _basis(
@@ -212,4 +238,4 @@ def _constant_distance(x: Value, hi: np.ndarray, lo: np.ndarray) -> float:
     if isinstance(x, Fraction):
         return upward(abs(x - stored) + rest)
     with flint.ctx.workprec(4096):
-        return upward(upper_fraction(abs(x - exact_ball(stored)) + exact_ball(rest)))
+        return upward_ball(abs(x - exact_ball(stored)) + exact_ball(rest))

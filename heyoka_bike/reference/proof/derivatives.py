@@ -25,10 +25,13 @@ from heyoka_bike.numbers.ball_chebyshev import Nodes, basis, ellipse
 from heyoka_bike.numbers.ball_matrices import Vector, largest, total
 from heyoka_bike.reference.proof.error_flow import SIZE
 from heyoka_bike.reference.proof.unknowns import Unknowns
-from heyoka_bike.reference.proof.variation import BITS, Variation
+from heyoka_bike.reference.proof.variation import Variation
 
 ORDERS = 24
 """Chebyshev coefficients of a published piece."""
+
+_NODE_BITS = 160
+"""Interpolation at the nodes leaves out less than 2^-160 of the largest value on the ellipse."""
 
 _LEFT_OUT = 2.0**-44
 """Of the largest value on a published piece, what interpolation may leave out. The largest of the
@@ -62,22 +65,23 @@ class Along:
         self.t0, self.h = v.t0, v.h
         self._by_constant = unknowns.by_constant.entries()
         self._shape = len(COLUMNS), SIZE + len(unknowns.constants), len(unknowns.smooth)
-        self._slopes = flint.arb_mat(v.slopes)
+        # Most columns do not depend on most constants.
+        columns = zip(*v.slopes, strict=True)
+        self._present = [j for j, c in enumerate(columns) if not all(x == 0 for x in c)]
+        self._slopes = flint.arb_mat([[row[j] for j in self._present] for row in v.slopes])
         self._states = flint.arb_mat([m.entries() for m in v.q])
-        self.nodes = Nodes(1 + ceil(BITS / log2(float(ellipse(v.radius).mid()))))
+        self.nodes = Nodes(1 + ceil(_NODE_BITS / log2(float(ellipse(v.radius).mid()))))
         slopes, self.values = self._at(self.nodes.x)
         left_out, lebesgue = self.nodes.left_out(v.radius), self.nodes.lebesgue
         # Over rho: of the states on -1 <= u <= 1, and on the circle.
+        sizes = flint.arb_mat([list(map(abs, m.entries())) for m in v.q])
+        powers = flint.arb_mat([_powers(flint.arb(r), len(v.q)) for r in (1, v.radius)])
         near, rim = (
             total(
-                largest(
-                    total(abs(m[i, u]) * flint.arb(r) ** p for p, m in enumerate(v.q))
-                    for u in range(len(unknowns.smooth))
-                )
-                / x
+                largest(row[i * self._shape[2] : (i + 1) * self._shape[2]]) / x
                 for i, x in enumerate(v.rho)
             )
-            for r in (1, v.radius)
+            for row in (powers * sizes).tolist()
         )
         self.rest, self.between = [], []
         for i, size in enumerate(v.sizes):
@@ -103,12 +107,16 @@ class Along:
     def _at(self, u: Sequence[flint.arb]) -> tuple[list[list[flint.arb]], flint.arb_mat]:
         """Derivatives of the columns by state and constants, and by the unknowns."""
         powers = flint.arb_mat([_powers(x, self._slopes.nrows()) for x in u])
-        slopes, states = (powers * self._slopes).tolist(), (powers * self._states).tolist()
+        present, states = (powers * self._slopes).tolist(), (powers * self._states).tolist()
         columns, inner, unknowns = self._shape
-        found = []
-        for c, s in zip(slopes, states, strict=True):
+        slopes, found = [], []
+        for c, s in zip(present, states, strict=True):
+            row = [flint.arb(0)] * (columns * inner)
+            for j, x in zip(self._present, c, strict=True):
+                row[j] = x
             by_unknown = flint.arb_mat(inner, unknowns, [*s, *self._by_constant])
-            found.append((flint.arb_mat(columns, inner, c) * by_unknown).entries())
+            found.append((flint.arb_mat(columns, inner, row) * by_unknown).entries())
+            slopes.append(row)
         return slopes, flint.arb_mat(found)
 
 

@@ -4,12 +4,13 @@ The candidate p is any piecewise polynomial; nothing about the run that produced
 that follows is in ball arithmetic (Arb), with the parameters as exact rationals and the tilt as a
 ball around a multiple of pi. On a piece of length h, with s = (t - t0) / h:
 
-1. The defect ``delta = p' - h f(p)`` is expanded in s to a length L; the sum of its coefficients'
-   absolute values bounds it on 0 <= s <= 1.
-2. The terms left out are bounded by Cauchy's estimate from the size of f on the circle abs(s) = R.
+1. The defect ``delta = p' - h f(p)`` is expanded in s to a length L, from values of f(p) on the
+   unit circle (see `samples`); the sum of its coefficients' absolute values bounds it on
+   0 <= s <= 1.
+2. What that leaves out is bounded by Cauchy's estimate from the size of f on the circle abs(s) = R.
    There the state is widened by a polydisc of radius rho, so the same numbers bound the derivatives
    of f by the state (Cauchy again) on the whole disc. Analyticity: see `analytic`.
-3. The Jacobian J along p is expanded in s, exactly (dual numbers over series).
+3. The Jacobian J along p is expanded in s in the same way (dual numbers over such values).
 4. Y is a polynomial that nearly solves ``Y' = h J Y``, Y(0) = 1; its own defect D is bounded.
 5. The error is ``e = Y z`` with ``z' = Y^-1 (-D z + q - delta)``, where q, the part of
    ``h (f(p + e) - f(p))`` of second and higher order in e, is bounded by Cauchy's estimate on the
@@ -37,10 +38,11 @@ from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.errors import NotCertifiedError
 from heyoka_bike.motion.trajectory import Certificate, Piece, Trajectory
-from heyoka_bike.numbers.analytic import NotAnalyticError, PowerSeries
-from heyoka_bike.numbers.arithmetic import Balls, Number, exact_ball, upper_fraction
+from heyoka_bike.numbers.analytic import NotAnalyticError
+from heyoka_bike.numbers.arithmetic import Balls, exact_ball, upper_fraction
 from heyoka_bike.numbers.ball_matrices import Vector, identity, largest, total
-from heyoka_bike.numbers.dual import Dual, Duals
+from heyoka_bike.numbers.dual import Duals
+from heyoka_bike.numbers.samples import Samples
 from heyoka_bike.reference.proof.cauchy import (
     DEPTH,
     RADII,
@@ -48,7 +50,6 @@ from heyoka_bike.reference.proof.cauchy import (
     TooLongError,
     circle_bound,
     circle_equations,
-    geometric,
     refused,
 )
 from heyoka_bike.reference.proof.error_flow import MATRIX_BITS, SIZE, Carried, Flow, Frame
@@ -125,6 +126,7 @@ class Prover:
         self.circles = circle_equations(run)
         self.matrix = self._equations(MATRIX_BITS)
         self.high = self._equations(self.bits)
+        self.sampled: dict[tuple[int, int, int], Samples] = {}
 
     def _equations(self, bits: int) -> Equations:
         return Equations.of(self.run.bicycle, Balls(bits), is_regular=self.run.is_regular)
@@ -208,59 +210,55 @@ class Prover:
 
     def _defect(self, piece: Piece, rim: Circle) -> list[flint.arb]:
         """Bound on abs(p' - h f(p)) over the piece, by state variable."""
-        length = self.lengths[rim.radius]
-        a = PowerSeries(self.bits, length)
+        a = self._samples(self.bits, self.lengths[rim.radius], rim.radius)
         with a.precision():
             unit = flint.arb(2) ** -piece.grid
             rows = [[c * unit for c in row] for row in piece.rows]
             step = exact_ball(piece.h)
-            state = [a.series(row) for row in rows]
-            values = self.high.over(a).rates_with_yaw(state)
+            equations = self.high.convert(flint.acb, a)
+            rates = a.coefficients(equations.rates_with_yaw(a.polynomials(rows)))
             bounds = []
-            for row, rate, biggest in zip(rows, values, rim.values, strict=True):
+            for row, rate, biggest in zip(rows, rates, rim.values, strict=True):
                 slopes = [m * c for m, c in enumerate(row)][1:]
-                slopes += [flint.arb(0)] * (length - len(slopes))
-                inside = total(
-                    abs(slope - step * c)
-                    for slope, c in zip(slopes, a.coefficients(rate), strict=True)
-                )
-                bound = (inside + step * biggest * geometric(rim.radius, length)).upper()
+                slopes += [flint.arb(0)] * (len(rate) - len(slopes))
+                inside = total(abs(x - step * c) for x, c in zip(slopes, rate, strict=True))
+                bound = (inside + step * biggest * a.left_out).upper()
                 if not bound.is_finite():
                     raise refused(piece, "the defect is not finite")
                 bounds.append(bound)
             return bounds
 
+    def _samples(self, bits: int, length: int, radius: int) -> Samples:
+        """Made once for all pieces."""
+        key = bits, length, radius
+        if key not in self.sampled:
+            self.sampled[key] = Samples(*key)
+        return self.sampled[key]
+
     def _jacobian(
         self, piece: Piece, rim: Circle, length: int
     ) -> tuple[list[flint.arb_mat], flint.arb_mat]:
         """Taylor coefficients of h J along the piece, and a bound on what they leave out."""
-        a = PowerSeries(MATRIX_BITS, length)
+        a = self._samples(MATRIX_BITS, length, rim.radius)
         with a.precision():
             unit = flint.arb(2) ** -piece.grid
             step = exact_ball(piece.h)
-            # Coefficients of J below the length depend on those of p below it only.
-            rows = [[c * unit for c in row] for row in piece.rows]
+            rows = [[c * unit for c in row] for row in piece.rows[: SIZE - 1]]
             duals = Duals(a)
-            state: list[Number] = list(
-                duals.variables([a.series(row[:length]) for row in rows[:6]])
-            )
-            values = self.matrix.over(duals).rates_with_yaw(state)
-            zeros = [flint.arb(0)] * length
-            coefficients = [
-                [
-                    zeros if _is_zero(slope) else a.coefficients(step * slope)
-                    for slope in (rate.slopes if isinstance(rate, Dual) else [0] * 6)
-                ]
-                for rate in values
-            ]
+            state = duals.variables(a.polynomials(rows))
+            rates = self.matrix.convert(flint.acb, duals).rates_with_yaw(state)
+            of_rates = range(0, SIZE * (SIZE - 1), SIZE - 1)
+            slopes = a.coefficients([slope for rate in rates for slope in rate.slopes])
             # The last column is that of the yaw, on which nothing depends.
             matrices = [
-                flint.arb_mat([[*(entry[m] for entry in row), 0] for row in coefficients])
+                flint.arb_mat(
+                    [[*(step * c[m] for c in slopes[i : i + SIZE - 1]), 0] for i in of_rates]
+                )
                 for m in range(length)
             ]
-            rest = step * geometric(rim.radius, length)
+            rest = step * a.left_out
             tail = flint.arb_mat(
-                [[*((rest * f / x).upper() for x in rim.rho[:6]), 0] for f in rim.values]
+                [[*((rest * f / x).upper() for x in rim.rho[: SIZE - 1]), 0] for f in rim.values]
             )
             return matrices, tail
 
@@ -268,10 +266,6 @@ class Prover:
 def _fractions(bounds: Sequence[flint.arb]) -> tuple[Fraction, ...]:
     """Upper bounds as exact dyadics."""
     return tuple(map(upper_fraction, bounds))
-
-
-def _is_zero(x: Number) -> bool:
-    return isinstance(x, int) and x == 0
 
 
 def _show(x: flint.arb) -> str:

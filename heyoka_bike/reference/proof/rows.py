@@ -98,11 +98,9 @@ def render_texts(maneuvers: Sequence[Maneuver], rows: Sequence[RoundedRows]) -> 
 
 def distance(x: Enclosure | Fraction, hi: float, lo: float) -> float:
     """Upper bound, as binary64, of the distance of an exact number from hi + lo."""
-    stored = Fraction(hi) + Fraction(lo)
     if isinstance(x, Fraction):
-        return upward(abs(x - stored))
-    unit = Fraction(1, 1 << x.grid)
-    return upward(max(abs(x.low * unit - stored), abs(x.high * unit - stored)))
+        return upward(abs(x - Fraction(hi) - Fraction(lo)))
+    return x.minus(hi).minus(lo).size()
 
 
 def enclose_rows(

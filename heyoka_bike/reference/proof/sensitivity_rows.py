@@ -15,15 +15,15 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.errors import NotCertifiedError
 from heyoka_bike.motion.trajectory import Certificate, Trajectory
-from heyoka_bike.numbers.arithmetic import Balls, exact_ball, upper_fraction
+from heyoka_bike.numbers.arithmetic import Balls, exact_ball
 from heyoka_bike.numbers.ball_matrices import largest, total
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.numbers.rounding import Enclosure, Value, few_bits, upward
+from heyoka_bike.numbers.rounding import Enclosure, Value, few_bits, upward_ball
 from heyoka_bike.reference.proof.derivatives import ORDERS, Along, Fitted
 from heyoka_bike.reference.proof.first_row import exact_derivatives
 from heyoka_bike.reference.proof.rows import distance
 from heyoka_bike.reference.proof.unknowns import COUNT, Unknowns, slope
-from heyoka_bike.reference.proof.variation import BITS, Variation, variations
+from heyoka_bike.reference.proof.variation import BITS, COLUMN_BITS, Variation, variations
 from heyoka_bike.reference.sensitivities import ROWS_APART, Sensitivity
 
 _TOGETHER = 5
@@ -59,7 +59,7 @@ def differentiate(
     pieces: list[Fitted] = []
     rows: list[list[flint.arb]] = []
     parts = _bounded(variations(run, certificate, unknowns))
-    with flint.ctx.workprec(BITS):
+    with flint.ctx.workprec(COLUMN_BITS):
         for _, group in groupby(parts, lambda part: part[0] // _TOGETHER):
             along = [Along(variation, unknowns) for _, variation in group]
             pieces += Fitted.resolved(along)
@@ -149,7 +149,7 @@ class _Rounding:
             for p, row in enumerate(found):
                 numbers, apart = self._rounded(row, grid)
                 table[p, :, unknown] = numbers
-                bound[p, unknown] = few_bits(upward(upper_fraction(apart + left_out[p])))
+                bound[p, unknown] = few_bits(upward_ball(apart + left_out[p]))
         return table, bound
 
     def _constant(self, row: Sequence[flint.arb], constant: Value, name: str) -> list[flint.arb]:

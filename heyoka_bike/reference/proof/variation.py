@@ -49,7 +49,9 @@ from heyoka_bike.numbers.ball_matrices import (
     variational_defect,
 )
 from heyoka_bike.numbers.dual import Dual, Duals
+from heyoka_bike.numbers.traced import Traced, Traces
 from heyoka_bike.reference.proof.cauchy import (
+    Function,
     TooLongError,
     circle_bound,
     circle_equations,
@@ -67,6 +69,9 @@ _REACH = Fraction(1, 2**8)
 """Radius of the polydisc around the constants, over each of them."""
 
 BITS = 160
+COLUMN_BITS = 128
+"""Of the columns' derivatives by state and constants: nothing is carried on from them."""
+
 _TAIL_BITS = 150
 """What the series leave out, as far as constants matter, is below 2^-150."""
 
@@ -133,6 +138,33 @@ def variations(
             yield i, variation
 
 
+@dataclass(frozen=True)
+class _Flow:
+    """Y of a piece and bounds on it, see `error_flow.Flow`, by the coefficients of a = h J."""
+
+    a: list[flint.arb_mat]
+    tail: flint.arb_mat
+    y: list[flint.arb_mat]
+    weights: Vector
+    defect: flint.arb
+    size_y: flint.arb
+    size_inverse: flint.arb
+
+    @classmethod
+    def of(cls, a: list[flint.arb_mat], tail: flint.arb_mat) -> _Flow:
+        """From `a` and a bound on what its coefficients leave out."""
+        weights = perron(a)
+        y, v = fundamental(a), inverse_fundamental(a)
+        defect, defect_v = variational_defect(a, tail, y, v, weights)
+        size_y, size_v = (total(norm(m, weights) for m in p) for p in (y, v))
+        if not size_y * size_v < _CONDITION:
+            raise TooLongError("Y is badly conditioned")
+        eta = (defect_v * size_y + size_v * defect).upper()
+        if not eta * (size_y * size_v) ** 2 < _RESOLVED:
+            raise TooLongError("Y is not resolved")
+        return cls(a, tail, y, weights, defect, size_y, size_v / (1 - eta))
+
+
 class _Prover:
     """Carries the derivatives, exact numbers, and the frame of their errors."""
 
@@ -172,55 +204,42 @@ class _Prover:
         pull = self.pull * smaller
         steepest = float((largest(circle.values[: SIZE - 1]) * pull).mid())
         length = ceil((_TAIL_BITS + log2(steepest)) / log2(circle.radius))
-        slopes = self._slopes(centred, length)
+        jacobian = self._jacobian(centred, length)
         with flint.ctx.workprec(BITS):
             step = exact_ball(centred.h)
             off = (geometric(circle.radius, length) + 4 * moved(bounds, circle.rho)).upper()
             rates = [*range(SIZE - 1), SIZE - 1 + _YAW_RATE]
-            jacobian, by_constant = (
-                [
-                    flint.arb_mat([[step * c[m] for c in slopes[i][part]] for i in rates])
-                    for m in range(length)
-                ]
-                for part in (slice(SIZE), slice(SIZE, None))
-            )
-            forcing = [m * self.unknowns.by_constant for m in by_constant]
             sizes = [step * circle.values[i] * off for i in rates]
             tail = flint.arb_mat([[(m / x).upper() for x in circle.rho] for m in sizes])
             tail_g = [(m * pull).upper() for m in sizes]
-            q, bound = self._carry(jacobian, forcing, tail, tail_g)
-            columns = [c for row in slopes[SIZE - 1 :] for c in row]
+            flow = _Flow.of(jacobian, tail)
+        forcing = self._forcing(centred, length)
+        with flint.ctx.workprec(BITS):
+            q, bound = self._carry(flow, forcing, tail_g)
+        slopes = self._slopes(centred, length)
+        with flint.ctx.workprec(BITS):
             return Variation(
-                centred.t0, centred.h, q, bound, [[c[m] for c in columns] for m in range(length)],
+                centred.t0, centred.h, q, bound, slopes,
                 circle.radius, circle.values[SIZE - 1 :], circle.rho, pull, off,
             )  # fmt: skip
 
     def _carry(
-        self, a: list[flint.arb_mat], g: list[flint.arb_mat], tail: flint.arb_mat, tail_g: Vector
+        self, flow: _Flow, g: list[flint.arb_mat], tail_g: Vector
     ) -> tuple[list[flint.arb_mat], Vector]:
         """The derivatives over a piece and the bound on their error; goes on to its end."""
-        weights = perron(a)
-        y, v = fundamental(a), inverse_fundamental(a)
-        defect, defect_v = variational_defect(a, tail, y, v, weights)
-        size_y, size_v = (total(norm(m, weights) for m in p) for p in (y, v))
-        if not size_y * size_v < _CONDITION:
-            raise TooLongError("Y is badly conditioned")
-        eta = (defect_v * size_y + size_v * defect).upper()
-        if not eta * (size_y * size_v) ** 2 < _RESOLVED:
-            raise TooLongError("Y is not resolved")
-        size_inverse = size_v / (1 - eta)
+        y, weights, defect, size_y = flow.y, flow.weights, flow.defect, flow.size_y
         minus, plus = flint.arb(-1), flint.arb(1)
         back = value(y, minus).inv()
         # One solution, then the one that begins where the last piece ended.
-        p, force = _solution(a, g, tail, tail_g, weights)
+        p, force = _solution(flow.a, g, flow.tail, tail_g, weights)
         c = (back * (self.q - value(p, minus))).mid()
         q = [m * c + n for m, n in zip(y, p, strict=True)]
         force += defect * _size(c, weights)
         frame = self.frame.widened(_apart(value(q, minus), self.q))
         # z from its size at -1, by Gronwall; it moves by `drift` at most.
         start = largest(x / w for x, w in zip(abs_times(back, frame.bound()), weights, strict=True))
-        kappa = size_inverse * defect
-        push = size_inverse * force
+        kappa = flow.size_inverse * defect
+        push = flow.size_inverse * force
         drift = 2 * (kappa * (2 * kappa).exp() * (start + 2 * push) + push)
         added = [(size_y * drift * w).upper() for w in weights]
         incoming = back * frame.matrix
@@ -248,43 +267,79 @@ class _Prover:
 
         return _rates_and_columns(replace(equations, k=equations.k.convert(widen)), state)
 
-    def _slopes(self, piece: Piece, length: int) -> list[list[list[flint.arb]]]:
-        """Taylor coefficients of the derivatives of rates and columns along a piece."""
+    def _jacobian(self, piece: Piece, length: int) -> list[flint.arb_mat]:
+        """Taylor coefficients of h J along a piece."""
         a = PowerSeries(BITS, length)
         duals = Duals(a)
-        count = SIZE + len(self.unknowns.constants)
-        place = {j: SIZE + i for i, j in enumerate(self.unknowns.constants)}
-
-        def variable(x: Number, i: int) -> Dual:
-            return Dual(x, tuple(1 if i == j else 0 for j in range(count)))
-
         with a.precision():
-            unit = flint.arb(2) ** -piece.grid
-            state: list[Number] = [
-                variable(a.series([c * unit for c in row[:length]]), i)
-                for i, row in enumerate(piece.rows)
-            ]
-            index = iter(range(len(self.reach)))
+            values = self.equations.over(duals).rates_with_yaw(
+                duals.variables(_state(a, piece, length))
+            )
+            slopes = [x.slopes if isinstance(x, Dual) else [0] * SIZE for x in values]
+            return _matrices(a, slopes, exact_ball(piece.h))
 
-            def constant(x: flint.arb) -> Number:
-                j = next(index)
-                return variable(x, place[j]) if j in place else x
-
-            equations = replace(self.equations.over(duals), k=self.equations.k.convert(constant))
-            zeros = [flint.arb(0)] * length
+    def _forcing(self, piece: Piece, length: int) -> list[flint.arb_mat]:
+        """The same of h g, by the unknowns."""
+        a = PowerSeries(BITS, length)
+        with a.precision():
+            slopes = self._traced(a, Equations.rates_with_yaw, _state(a, piece, length), ())
             return [
-                [
-                    zeros if isinstance(s, int) and s == 0 else a.coefficients(s)
-                    for s in (x.slopes if isinstance(x, Dual) else [0] * count)
-                ]
-                for x in _rates_and_columns(equations, state)
+                m * self.unknowns.by_constant for m in _matrices(a, slopes, exact_ball(piece.h))
             ]
+
+    def _traced(
+        self, a: PowerSeries, function: Function, state: Sequence[Number], by: Sequence[Number]
+    ) -> list[list[Number]]:
+        """Derivatives of a function by some numbers of a state, and then by constants.
+
+        These are many, so they are taken from the values back.
+        """
+        traces, numbers = Traces(a), list[Number]()
+
+        def constant(x: flint.arb) -> Number:
+            is_variable = len(numbers) in self.unknowns.constants
+            numbers.append(Traced(x) if is_variable else x)
+            return numbers[-1]
+
+        k = self.equations.k.convert(constant)
+        variables = [*by, *(numbers[j] for j in self.unknowns.constants)]
+        equations = replace(self.equations.over(traces), k=k)
+        return [traces.gradient(x, variables) for x in function(equations, state)]
+
+    def _slopes(self, piece: Piece, length: int) -> list[Vector]:
+        """Taylor coefficients of the derivatives of the columns: by power, see `Variation`."""
+        a = PowerSeries(COLUMN_BITS, length)
+        with a.precision():
+            state = [Traced(x) for x in _state(a, piece, length)]
+            slopes = self._traced(a, _columns, state, state)
+            return [m.entries() for m in _matrices(a, slopes, flint.arb(1))]
+
+
+def _state(a: PowerSeries, piece: Piece, length: int) -> list[flint.arb_series]:
+    unit = flint.arb(2) ** -piece.grid
+    return [a.series([c * unit for c in row[:length]]) for row in piece.rows]
+
+
+def _matrices(
+    a: PowerSeries, table: Sequence[Sequence[Number]], unit: flint.arb
+) -> list[flint.arb_mat]:
+    """Coefficients, times `unit`, of a matrix of series or zeros."""
+    zeros = [flint.arb(0)] * a.length
+    rows = [
+        [zeros if isinstance(x, int) and x == 0 else a.coefficients(x) for x in row]
+        for row in table
+    ]
+    return [flint.arb_mat([[unit * c[m] for c in row] for row in rows]) for m in range(a.length)]
 
 
 def _rates_and_columns(equations: Equations, state: Sequence[Number]) -> list[Number]:
     """Rates of the state without the yaw, whose rate is a column, and the columns."""
-    columns = equations.columns(state)
-    return [*equations.rates(state), *(columns[c.name] for c in COLUMNS)]
+    return [*equations.rates(state), *_columns(equations, state)]
+
+
+def _columns(equations: Equations, state: Sequence[Number]) -> list[Number]:
+    values = equations.columns(state)
+    return [values[c.name] for c in COLUMNS]
 
 
 def _solution(

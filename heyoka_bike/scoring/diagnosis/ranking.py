@@ -64,6 +64,8 @@ _LEADERS = 3
 _LEADING = 1.1
 # Single mistakes that are tried in the place of either of the best pair.
 _RIVALS = 12
+# Hypotheses that are simulated together.
+_TOGETHER = 16
 # A fit of parameters must explain so many times more than the best class to come first.
 _FURTHER = 3.0
 # No combination of parameters explains so much by chance; nor does a class: no fit is needed.
@@ -132,6 +134,8 @@ def rank(
     singles: list[Hypothesis] = []
     mistakes = [*MISTAKES, *search.proposals()]
     for i, mistake in enumerate(mistakes):
+        if i % _TOGETHER == 0:
+            search.prepare((m,) for m in mistakes[i : i + _TOGETHER])
         if search.is_new((mistake,)):
             singles.append(search.judge((mistake,)))
         progress(0.5 * (i + 1) / len(mistakes))
@@ -148,15 +152,19 @@ def rank(
     chosen += [] if is_enough else search.promising_pairs(singles)
     pairs: list[Hypothesis] = []
     for i, pair in enumerate(chosen):
+        if i % _TOGETHER == 0:
+            search.prepare(chosen[i : i + _TOGETHER])
         if search.is_new(pair):
             pairs.append(search.judge(pair))
         progress(0.5 + 0.35 * (i + 1) / len(chosen))
     best = max([*singles, *pairs], key=lambda h: h.gain)
     near = _with_one_replaced(best, ranked[:_RIVALS], mistakes)
+    search.prepare(near)
     pairs += [search.judge(pair) for pair in near if search.is_new(pair)]
     classes, towards = _classes(search, singles, pairs)
     # A term that is left out of the equations shows; what is as right as this has them all.
     if simulator and not classes and search.largest > _SHOWN:
+        search.prepare((mistake,) for mistake in EQUATION_MISTAKES)
         singles += [search.judge((mistake,)) for mistake in EQUATION_MISTAKES]
         classes, towards = _classes(search, singles, pairs)
     untried = 0 if simulator else sum(h.gain == 0.0 for h in (*singles, *pairs))
@@ -200,11 +208,11 @@ def _with_estimate(
     rival = next((c[0].gain for c in (*found.classes, found.towards) if c), None)
     fitting, unexplained = search.fitting(), None
     for _ in range(_UNDERSTOOD):
-        errors = fitting.errors(simulator) if simulator else None
+        errors = fitting.errors if simulator else None
         problem = fitting.problem(sensitivities, errors if has_forces else None)
 
         def is_enough(fit: Fit, fitting: Fitting = fitting) -> bool:
-            return simulator is not None and search.is_kept(fitting.columns(simulator, fit.changes))
+            return simulator is not None and search.is_kept(fitting.columns(fit.changes))
 
         worth = _FURTHER * rival if rival else 1.0
         estimate = estimation.estimate(problem, errors, worth, is_enough)
@@ -216,7 +224,7 @@ def _with_estimate(
             unexplained = search.too_large(estimation.in_scales(problem, left))
             break
         # Beside the correct motion the file may have seemed to have other definitions.
-        understood, unexplained = search.understood_beside(fitting.columns(simulator, best.changes))
+        understood, unexplained = search.understood_beside(fitting.columns(best.changes))
         names = {key: u.column.name for key, u in understood.items()}
         if names == fitting.names:
             break

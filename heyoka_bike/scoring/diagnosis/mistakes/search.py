@@ -4,7 +4,7 @@ Motions are compared through their difference from the simulated correct one, so
 simulation's own error cancels.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +29,7 @@ from heyoka_bike.scoring.diagnosis.mistakes.proposals import (
 )
 from heyoka_bike.scoring.diagnosis.programs.first_order import FirstOrder
 from heyoka_bike.scoring.diagnosis.programs.linear import linear_columns
-from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
+from heyoka_bike.scoring.diagnosis.programs.simulator import Motion, Simulator
 from heyoka_bike.scoring.diagnosis.programs.start import Start, initial_state
 from heyoka_bike.scoring.diagnosis.remainder import (
     Place,
@@ -72,8 +72,9 @@ class Search:
             bicycle=bicycle,
             starts={n: _start(reference[n].inputs) for n in reference},
         )
-        self._simulators = [
-            simulator or FirstOrder(p.reference, sensitivities, p.number, bicycle) for p in parts
+        self._simulator = simulator
+        self._first_order = [
+            FirstOrder(p.reference, sensitivities, p.number, bicycle) for p in parts
         ]
         self._rows = [spread(len(p.time), _SIMULATED) for p in parts]
         self._picks = [spread(len(rows), _COMPARED) for rows in self._rows]
@@ -84,6 +85,8 @@ class Search:
             for p, t in zip(parts, self._times, strict=True)
         ]
         self._found: dict[object, dict[str, Array]] = {}
+        # Parameters are slow to compare: each set of them has a number.
+        self._bicycles: dict[object, int] = {}
         self._simulated = self._motions(self._correct)
         self._compared = [
             {name: v[pick] for name, v in exact.items()}
@@ -108,6 +111,10 @@ class Search:
         is_new = key not in self._seen
         self._seen.add(key)
         return is_new
+
+    def prepare(self, hypotheses: Iterable[tuple[Mistake, ...]]) -> None:
+        """Simulate the programs with these mistakes together, for `judge` to take."""
+        self._simulate([apply(self._correct, mistakes) for mistakes in hypotheses])
 
     def judge(self, mistakes: tuple[Mistake, ...]) -> Hypothesis:
         """How well the program with these mistakes explains the file."""
@@ -255,6 +262,7 @@ class Search:
             names={key: u.column.name for key, u in understood.items()},
             floors=floors,
             program=self._correct,
+            simulator=self._simulator,
         )
 
     def curves(self, h: Hypothesis) -> tuple[Curve, ...]:
@@ -304,8 +312,12 @@ class Search:
     def _key(self, program: Program) -> object:
         """Equal for programs that do the same as far as the file shows it."""
         starts = tuple(program.starts[part.number] for part in self._parts)
-        bicycle = tuple(program.bicycle.values.values())
+        bicycle = self._number(program.bicycle)
         return bicycle, starts, program.clock, program.rows, program.missing, program.linear
+
+    def _number(self, bicycle: Bicycle) -> int:
+        """The same for bicycles of the same parameters."""
+        return self._bicycles.setdefault(tuple(bicycle.values.values()), len(self._bicycles))
 
     def _expect(self, program: Program) -> _Expected:
         """Columns of each part at the compared rows."""
@@ -353,24 +365,36 @@ class Search:
 
     def _motions(self, program: Program) -> list[dict[str, Array]]:
         """Columns of each part as the program computes them, at the times that it means."""
-        p = {s: float(x) for s, x in program.bicycle.values.items()}
-        values = tuple(program.bicycle.values.values())
-        found = []
-        for i, part in enumerate(self._parts):
-            start = program.starts[part.number]
-            key = values, start, program.clock, program.missing, program.linear, i
-            if key not in self._found:
+        return [self._found[key] for key in self._simulate([program])]
+
+    def _simulate(self, programs: Sequence[Program]) -> list[object]:
+        """Have the motions of programs found; under which keys, all parts of each in order."""
+        keys: list[object] = []
+        asked: dict[object, Motion] = {}
+        for program in programs:
+            p = {s: float(x) for s, x in program.bicycle.values.items()}
+            values = self._number(program.bicycle)
+            for i, part in enumerate(self._parts):
+                start = program.starts[part.number]
+                key = values, start, program.clock, program.missing, program.linear, i
+                keys.append(key)
+                if key in self._found or key in asked:
+                    continue
                 meant = program.clock(self._times[i], self._steps[i])
                 state = initial_state(p, start)
-                self._found[key] = (
-                    linear_columns(program.bicycle, state, meant, program.linear)
-                    if program.linear
-                    else self._simulators[i].run(
-                        program.bicycle, state, meant, dict.fromkeys(program.missing, 1.0)
+                amounts = dict.fromkeys(program.missing, 1.0)
+                if program.linear:
+                    self._found[key] = linear_columns(program.bicycle, state, meant, program.linear)
+                elif self._simulator is None:
+                    self._found[key] = self._first_order[i].run(
+                        program.bicycle, state, meant, amounts
                     )
-                )
-            found.append(self._found[key])
-        return found
+                else:
+                    asked[key] = Motion(program.bicycle, state, meant, amounts)
+        if self._simulator is not None:
+            found = self._simulator.run_all(list(asked.values()))
+            self._found.update(zip(asked, found, strict=True))
+        return keys
 
     def _typical(
         self, expected: _Expected

@@ -166,7 +166,7 @@ class BodyCoordinates:
         k, a = self._motion.equations.k, Arrays()
         o = posture(k, a, y[0], y[1], y[2])
         v = k.rear.r * y[SPIN]
-        w1, w3, _ = rear_rates(o, v, y[3], y[4])
+        w1, w3 = rear_rates(o, v, y[3], y[4])
         u = speeds(k, o, v, w1, w3, y[4])
         heading = _times(_turn(2, y[6]), _turn(0, y[0]))
         rear = _times(heading, _turn(1, y[1] + self._tilt))

@@ -1,17 +1,20 @@
-"""Trajectories of any bicycle in binary64, from one compiled integrator: milliseconds each.
+"""Trajectories of any bicycle in binary64, from compiled integrators: a millisecond each.
 
 The constants of the equations are parameters of the compiled code, so that a changed bicycle needs
 no new compilation. The form that is regular at zero trail is used, whose state is roll, pitch,
 steer, roll rate, steer rate, the rear wheel's rolling rate and yaw. Equations without some of their
 terms (see `incomplete`), or with other forces (see `applied`), are compiled when first asked for.
+Motions that are asked for together are stepped together, each in a lane of the processor's vectors.
 """
 
 from collections.abc import Mapping, Sequence
-from functools import cached_property, lru_cache
+from dataclasses import dataclass, field
+from functools import lru_cache
 from math import cos, sin
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.bicycle.equations.reduced import Equations
@@ -29,14 +32,48 @@ _DIGITS = 25
 _TOLERANCE = 1e-14
 # The maneuvers take 50 to 150 steps of such a tolerance; several times as many are a singularity.
 _MOST_STEPS = 500
-# The maneuvers of a file are simulated one after the other.
-_KEPT = 4
+# Bicycles whose constants are kept: the maneuvers of a file follow each other.
+_KEPT = 64
+# Motions that are stepped together: two vectors of four, or one of eight.
+_LANES = 8
 # Angular velocities of frame and fork along e1, e2, e3 (see `kinematics`), absolute ones of the
 # wheels about their axles, all in rad/s.
 _RATES = ("w1", "q", "w3", "w1_f", "q_f", "w3_f", "spin_R", "spin_F")
 _ALTERED = (*TERMS, *FORCES)
 # What is computed of a motion.
 _NAMES = (*(c.name for c in COLUMNS), "spin_energy", "rotation_energy")
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Motion:
+    """A motion that is asked for, see `Simulator.run`.
+
+    Attributes
+    ----------
+    bicycle : Bicycle
+    start : (roll, pitch, steer, roll rate, steer rate, speed)
+        [rad, rad/s, m/s]
+    time : ndarray, shape (n,)
+        [s]
+    amounts
+        Of terms and forces.
+    """
+
+    bicycle: Bicycle
+    start: Sequence[float]
+    time: Array
+    amounts: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Ready:
+    """A motion in the numbers of the compiled code."""
+
+    constants: Array
+    parameters: Sequence[float]
+    state: Sequence[float]
+    grid: Array
+    back: NDArray[np.intp]
 
 
 class Simulator:
@@ -63,7 +100,7 @@ class Simulator:
         self._equations = equations = exact.convert(parameter, Expressions())
         self._count = count
         self._state = state = list(hy.make_vars(*equations.states))
-        self._integrator = self._compiled(equations.rates_with_yaw(state))
+        self._rates = equations.rates_with_yaw(state)
         found = equations.columns(state)
         _, u = equations.unfold(state)
         k = equations.k
@@ -71,19 +108,22 @@ class Simulator:
         self._outputs: Any = hy.cfunc(
             [*(found[c.name] for c in COLUMNS), *rates], state, compact_mode=True
         )
+        self._integrator = lru_cache(self._compile)
         self._constants = lru_cache(_KEPT)(self._compute_constants)
 
-    def _compiled(self, rates: Sequence[Any]) -> Any:
+    def _compile(self, altered: tuple[str, ...], in_lanes: bool) -> Any:
+        """An integrator of the equations, with amounts of what is altered."""
+        rates, shape = self._rates, (len(self._state), _LANES)
+        if altered:
+            amounts: dict[str, Any] = dict.fromkeys(_ALTERED, 0.0)
+            amounts |= {name: self._hy.par[self._count + _ALTERED.index(name)] for name in altered}
+            rates = rates_altered(self._hy, self._equations, self._state, amounts)
+        make = self._hy.taylor_adaptive_batch if in_lanes else self._hy.taylor_adaptive
         # Compact code is slower by half but compiles several times faster.
-        return self._hy.taylor_adaptive(
-            list(zip(self._state, rates, strict=True)), np.zeros(len(self._state)),
+        return make(
+            list(zip(self._state, rates, strict=True)), np.zeros(shape if in_lanes else shape[:1]),
             compact_mode=True, tol=_TOLERANCE,
         )  # fmt: skip
-
-    @cached_property
-    def _altered(self) -> Any:
-        amounts = {name: self._hy.par[self._count + i] for i, name in enumerate(_ALTERED)}
-        return self._compiled(rates_altered(self._hy, self._equations, self._state, amounts))
 
     def run(
         self, bicycle: Bicycle, start: Sequence[float], time: Array,
@@ -111,38 +151,114 @@ class Simulator:
             angular velocities of all bodies, spin included; NaN from where the motion meets a
             singularity, or everywhere if the bicycle has no motion.
         """
-        try:
-            values, length = self._constants(tuple(bicycle.values.items()))
-        except ZeroDivisionError:
-            # Without any mass or inertia of one half.
-            return {name: np.full(len(time), np.nan) for name in _NAMES}
-        *angles_and_rates, speed = start
-        ta = self._altered if amounts else self._integrator
-        given = [*values, *((amounts or {}).get(name, 0.0) for name in _ALTERED)]
-        ta.pars[:] = given[: len(ta.pars)]
+        return self.run_all([Motion(bicycle, start, time, amounts or {})])[0]
+
+    def run_all(self, motions: Sequence[Motion]) -> list[dict[str, Array]]:
+        """What `run` has of each, in less time."""
+        bicycles = {id(m.bicycle): m.bicycle for m in motions}
+        constants = {i: self._constants(tuple(b.values.items())) for i, b in bicycles.items()}
+        ready = [_prepared(m, constants[id(m.bicycle)]) for m in motions]
+        alike: dict[tuple[tuple[str, ...], int], list[int]] = {}
+        for i, (motion, r) in enumerate(zip(motions, ready, strict=True)):
+            if r is not None:
+                alike.setdefault((_altered(motion.amounts), len(r.grid)), []).append(i)
+        found: list[dict[str, Array]] = [
+            {name: np.full(len(m.time), np.nan) for name in _NAMES} if r is None else {}
+            for m, r in zip(motions, ready, strict=True)
+        ]
+        for (altered, _), members in alike.items():
+            for k in range(0, len(members), _LANES):
+                together = members[k : k + _LANES]
+                chosen = [r for i in together if (r := ready[i]) is not None]
+                for i, r, states in zip(
+                    together, chosen, self._states(chosen, altered), strict=True
+                ):
+                    found[i] = self._columns(motions[i], r, states)
+        return found
+
+    def _states(self, ready: Sequence[_Ready], altered: tuple[str, ...]) -> list[Array]:
+        """States of motions at their grids, as many of each; NaN from where one ends."""
+        found: dict[int, Array] = {}
+        left = list(range(len(ready)))
+        while len(left) > 1:
+            states, has_ended = self._together([ready[i] for i in left], altered)
+            found |= {i: x for i, x, ended in zip(left, states, has_ended, strict=True) if ended}
+            # A motion that meets a singularity stops the others, which begin again.
+            left = [i for i in left if i not in found]
+        found |= {i: self._alone(ready[i], altered) for i in left}
+        return [found[i] for i in range(len(ready))]
+
+    def _together(
+        self, ready: Sequence[_Ready], altered: tuple[str, ...]
+    ) -> tuple[list[Array], list[bool]]:
+        """States of motions, and which of them have come to an end."""
+        ta = self._integrator(altered, True)
+        # Lanes that are left over repeat the last motion.
+        lanes = [*ready, *[ready[-1]] * (_LANES - len(ready))]
+        ta.pars[:] = np.array([r.parameters for r in lanes]).T[: len(ta.pars)]
+        ta.set_time(np.zeros(_LANES))
+        ta.state[:] = np.array([r.state for r in lanes]).T
+        grid = np.ascontiguousarray(np.array([r.grid for r in lanes]).T)
+        states = ta.propagate_grid(grid, max_steps=_MOST_STEPS)[-1]
+        outcomes = [outcome for outcome, *_ in ta.propagate_res[: len(ready)]]
+        return (
+            [states[:, :, lane] for lane in range(len(ready))],
+            [outcome != self._hy.taylor_outcome.success for outcome in outcomes],
+        )
+
+    def _alone(self, ready: _Ready, altered: tuple[str, ...]) -> Array:
+        ta = self._integrator(altered, False)
+        ta.pars[:] = ready.parameters[: len(ta.pars)]
         ta.time = 0.0
-        ta.state[:] = [*angles_and_rates, speed / length, 0.0]
-        # Repeated times are not allowed; nor is a grid that does not begin at the present.
-        grid, back = np.unique(np.concatenate([[0.0], time]), return_inverse=True)
-        reached = ta.propagate_grid(grid, max_steps=_MOST_STEPS)[-1]
-        states = np.full((len(grid), len(ta.state)), np.nan)
+        ta.state[:] = ready.state
+        reached = ta.propagate_grid(ready.grid, max_steps=_MOST_STEPS)[-1]
+        states = np.full((len(ready.grid), len(ta.state)), np.nan)
         states[: len(reached)] = reached
-        used = values[: self._outputs.nparams, None]
-        parameters = np.broadcast_to(used, (len(used), len(grid)))
+        return states
+
+    def _columns(self, motion: Motion, ready: _Ready, states: Array) -> dict[str, Array]:
+        used = ready.constants[: self._outputs.nparams, None]
+        parameters = np.broadcast_to(used, (len(used), len(states)))
         found = self._outputs(np.ascontiguousarray(states.T), pars=np.ascontiguousarray(parameters))
-        wanted = found[:, back[1:]]
+        wanted = found[:, ready.back]
         rates = dict(zip(_RATES, wanted[len(COLUMNS) :], strict=True))
         made = dict(zip([c.name for c in COLUMNS], wanted, strict=False))
+        p = {s: float(x) for s, x in motion.bicycle.values.items()}
         # A motion that meets a singularity may become very fast.
         with np.errstate(over="ignore"):
-            return made | _energies({s: float(x) for s, x in bicycle.values.items()}, rates)
+            return made | _energies(p, rates)
 
-    def _compute_constants(self, values: tuple[tuple[str, Exact], ...]) -> tuple[Array, float]:
-        """Parameters of the compiled code, and the unit of length [m]."""
+    def _compute_constants(
+        self, values: tuple[tuple[str, Exact], ...]
+    ) -> tuple[Array, float] | None:
+        """Parameters of the compiled code, and the unit of length [m]; None without a motion."""
         found: list[float] = []
-        exact = Equations.of(Bicycle("", dict(values)), self._arithmetic)
+        try:
+            exact = Equations.of(Bicycle("", dict(values)), self._arithmetic)
+        except ZeroDivisionError:
+            # Without any mass or inertia of one half.
+            return None
         exact.convert(lambda x: found.append(float(x)), exact.a)
         return np.array(found), float(exact.k.length)
+
+
+def _prepared(motion: Motion, constants: tuple[Array, float] | None) -> _Ready | None:
+    if constants is None:
+        return None
+    values, length = constants
+    *angles_and_rates, speed = motion.start
+    amounts = [motion.amounts.get(name, 0.0) for name in _ALTERED] if motion.amounts else []
+    # Repeated times are not allowed; nor is a grid that does not begin at the present.
+    grid, back = np.unique(np.concatenate([[0.0], motion.time]), return_inverse=True)
+    state = [*angles_and_rates, speed / length, 0.0]
+    return _Ready(values, [*values, *amounts], state, grid, back[1:])
+
+
+def _altered(amounts: Mapping[str, float]) -> tuple[str, ...]:
+    """What the compiled code has to know of; that of forces alone is half as long."""
+    if not amounts:
+        return ()
+    return tuple(FORCES) if amounts.keys() <= FORCES.keys() else _ALTERED
 
 
 def _energies(p: Mapping[str, float], rates: Mapping[str, Array]) -> dict[str, Array]:

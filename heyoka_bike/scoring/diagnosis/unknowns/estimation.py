@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from heyoka_bike.bicycle.parameters import PARAMETERS, START
 from heyoka_bike.numbers.double import Array
@@ -59,8 +60,10 @@ None."""
 Place = tuple[int, str]
 """A maneuver's number and a column's key."""
 Columns = Mapping[Place, Array]
-Errors = Callable[[Mapping[Unknown, float]], Columns]
-"""From changes of the unknowns to the errors that are left [SI]; NaN where the motion has ended."""
+Errors = Callable[[Sequence[Mapping[Unknown, float]], float], list[Columns]]
+"""From several changes of the unknowns to the errors that each leaves [SI]; NaN where the motion
+has ended. What is asked for together takes less time, and so does a part of the runs: of the first
+part only, given from 0 to 1, errors are needed."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -214,8 +217,8 @@ def estimate(
 def left_by(problem: FitProblem, errors: Errors | None, fit: Fit) -> Columns:
     """What a fit leaves of the errors [SI]."""
     if errors is not None:
-        return errors(fit.changes)
-    return _first_order(problem, fit.changes)
+        return errors([fit.changes], 1.0)[0]
+    return _first_order(problem, [fit.changes], 1.0)[0]
 
 
 def in_scales(problem: FitProblem, left: Columns) -> dict[Place, float]:
@@ -224,9 +227,14 @@ def in_scales(problem: FitProblem, left: Columns) -> dict[Place, float]:
     return {k: rms(e[good[k]]) / problem.scales[k] for k, e in left.items() if good[k].any()}
 
 
-def _first_order(problem: FitProblem, changes: Mapping[Unknown, float]) -> Columns:
-    x = np.array([changes.get(u, 0.0) for u in problem.unknowns])
-    return {k: e - problem.jacobians[k] @ x for k, e in problem.errors.items()}
+def _first_order(
+    problem: FitProblem, several: Sequence[Mapping[Unknown, float]], window: float
+) -> list[Columns]:
+    found: list[Columns] = []
+    for changes in several:
+        x = np.array([changes.get(u, 0.0) for u in problem.unknowns])
+        found.append({k: e - problem.jacobians[k] @ x for k, e in problem.errors.items()})
+    return found
 
 
 def _is_shown(problem: FitProblem, fit: Fit) -> bool:
@@ -236,10 +244,16 @@ def _is_shown(problem: FitProblem, fit: Fit) -> bool:
     return fit.relief > least * _FURTHER ** (len(fit.changes) - 1)
 
 
+def begun(time: Array, window: float) -> NDArray[np.bool]:
+    """Rows that are in the first part of a run."""
+    within: NDArray[np.bool] = time <= time[0] + window * (time[-1] - time[0])
+    return within
+
+
 def _begun(problem: FitProblem, columns: Columns, window: float) -> dict[Place, Array]:
     """Columns over the first part of each run alone, NaN beyond it."""
-    ends = {n: t[0] + window * (t[-1] - t[0]) for n, t in problem.times.items()}
-    return {k: np.where(problem.times[k[0]] <= ends[k[0]], x, np.nan) for k, x in columns.items()}
+    within = {n: begun(t, window) for n, t in problem.times.items()}
+    return {k: np.where(within[k[0]], x, np.nan) for k, x in columns.items()}
 
 
 def _blocks(problem: FitProblem, window: float) -> Blocks:
@@ -281,16 +295,18 @@ def _distinct(starts: _Starts) -> list[tuple[tuple[int, ...], Array]]:
 
 def _one_more(problem: FitProblem, errors: Errors, best: Fit) -> tuple[_Starts, float]:
     """The unknowns that most promise to explain what a fit leaves, and the gain they promise."""
-    left = errors(best.changes)
     slopes = {k: np.zeros_like(j) for k, j in problem.jacobians.items()}
     # The starts of different maneuvers are changed at once.
-    for name in dict.fromkeys(u for u, _ in problem.unknowns):
-        columns = {n: i for i, (u, n) in enumerate(problem.unknowns) if u == name}
-        step = _STEP * float(problem.sizes[next(iter(columns.values()))])
-        moved = dict(best.changes)
-        for n in columns:
-            moved[name, n] = moved.get((name, n), 0.0) + step
-        for place, error in errors(moved).items():
+    names = dict.fromkeys(u for u, _ in problem.unknowns)
+    of_names = [{n: i for i, (u, n) in enumerate(problem.unknowns) if u == x} for x in names]
+    steps = [_STEP * float(problem.sizes[next(iter(columns.values()))]) for columns in of_names]
+    moved = [
+        {**best.changes, **{(name, n): best.changes.get((name, n), 0.0) + step for n in columns}}
+        for name, columns, step in zip(names, of_names, steps, strict=True)
+    ]
+    left, *changed = errors([best.changes, *moved], 1.0)
+    for columns, step, there in zip(of_names, steps, changed, strict=True):
+        for place, error in there.items():
             i = columns.get(None, columns.get(place[0]))
             if i is not None:
                 slopes[place][:, i] = np.nan_to_num((left[place] - error) / step)
@@ -320,7 +336,7 @@ def _grown(problem: FitProblem, errors: Errors, size: int) -> list[Fit]:
         chosen, x = tuple(members.tolist()), changes
         for window in windows:
             part = replace(problem, errors=_begun(problem, problem.errors, window))
-            fit = _Refinement(part, errors, chosen).run(x)
+            fit = _Refinement(part, errors, chosen, window).run(x)
             x = np.array([fit.changes[problem.unknowns[i]] for i in chosen])
         found.append(_Refinement(problem, errors, chosen).run(x))
     return found
@@ -330,17 +346,18 @@ class _Refinement:
     """Gauss-Newton over some of the unknowns."""
 
     def __init__(
-        self, problem: FitProblem, errors: Errors | None, members: tuple[int, ...]
-    ) -> None:
-        self._problem = problem
+        self, problem: FitProblem, errors: Errors | None, members: tuple[int, ...],
+        window: float = 1.0,
+    ) -> None:  # fmt: skip
+        self._problem, self._window = problem, window
         self._members = list(members)
         self._errors = errors or partial(_first_order, problem)
         self._steps = _STEP * problem.sizes[self._members]
         self._places = list(problem.errors)
 
     def run(self, changes: Array) -> Fit:
-        x, best = np.zeros(len(self._members)), self._left(np.zeros(len(self._members)))
-        first = self._left(changes)
+        x = np.zeros(len(self._members))
+        best, first, *_ = self._left(x, changes, *self._around(changes))
         if self._cost(first) < self._cost(best):
             x, best = changes, first
         for _ in range(_ITERATIONS):
@@ -353,7 +370,8 @@ class _Refinement:
             for _ in range(_TRIALS):
                 damped = matrix / np.outer(scale, scale) + (damping + 1e-12) * np.eye(len(x))
                 tried = x + np.linalg.solve(damped, vector / scale) / scale
-                left = self._left(tried)
+                # Most first steps succeed: then what comes next has been asked for with them.
+                left, *_ = self._left(tried, *(() if damping else self._around(tried)))
                 gained = self._cost(best) - self._cost(left)
                 if gained > 0:
                     x, best = tried, left
@@ -378,10 +396,13 @@ class _Refinement:
             relief=float(np.exp(np.mean(logs[touched]))),
         )
 
-    def _left(self, x: Array) -> Columns:
-        return self._errors(
-            {self._problem.unknowns[i]: c for i, c in zip(self._members, x.tolist(), strict=True)}
-        )
+    def _left(self, *several: Array) -> list[Columns]:
+        unknowns = [self._problem.unknowns[i] for i in self._members]
+        changes = [dict(zip(unknowns, x.tolist(), strict=True)) for x in several]
+        return self._errors(changes, self._window)
+
+    def _around(self, x: Array) -> list[Array]:
+        return [x + np.eye(len(x))[i] * step for i, step in enumerate(self._steps)]
 
     def _squares(self, left: Columns) -> Array:
         """Mean square of what is left of each block, in scales, not below what can be seen.
@@ -406,7 +427,7 @@ class _Refinement:
 
     def _normal(self, x: Array, here: Columns) -> tuple[Array, Array]:
         """Moments and products of each block at x, by differences."""
-        moved = [self._left(x + np.eye(len(x))[i] * step) for i, step in enumerate(self._steps)]
+        moved = self._left(*self._around(x))
         moments, products = [], []
         for place, error in self._problem.errors.items():
             good = np.isfinite(error)

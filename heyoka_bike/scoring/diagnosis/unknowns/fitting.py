@@ -14,14 +14,16 @@ from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.sensitivities import Sensitivities
 from heyoka_bike.scoring.diagnosis.programs.applied import FORCES
 from heyoka_bike.scoring.diagnosis.programs.program import Program
-from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
+from heyoka_bike.scoring.diagnosis.programs.simulator import Motion, Simulator
 from heyoka_bike.scoring.diagnosis.programs.start import initial_state
 from heyoka_bike.scoring.diagnosis.unknowns.estimation import (
+    Columns,
     Errors,
     Fit,
     FitProblem,
     Place,
     Unknown,
+    begun,
     jacobian,
     left_by,
     unknowns_of,
@@ -29,6 +31,8 @@ from heyoka_bike.scoring.diagnosis.unknowns.estimation import (
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.report import Curve
 
+# Motions that are remembered.
+_KEPT = 500
 # Of a force's size, for derivatives by differences.
 _STEP = 1e-4
 _STATE = ("roll", "pitch", "steer", "roll_rate", "steer_rate", "speed")
@@ -53,12 +57,15 @@ class Fitting:
         What the digits cannot tell [SI].
     program : Program
         The correct one.
+    simulator : Simulator or None
+        Without it nothing but `problem` and what is given can be asked for.
     """
 
     def __init__(
         self, numbers: Sequence[int], times: Sequence[Array],
         written: Sequence[Mapping[str, Array]], exact: Sequence[Mapping[str, Array]],
         names: Mapping[str, str], floors: Mapping[Place, float], program: Program,
+        simulator: Simulator | None,
     ) -> None:  # fmt: skip
         self._numbers, self._times, self.names = numbers, times, names
         self._exact, self._program = exact, program
@@ -73,6 +80,10 @@ class Fitting:
             for key in w
         }
         self._floors = floors
+        self._simulator = simulator
+        p = {s: float(x) for s, x in program.bicycle.values.items()}
+        self._starts = {n: initial_state(p, program.starts[n]) for n in numbers}
+        self._found: dict[tuple[object, ...], Mapping[str, Array]] = {}
 
     def problem(self, sensitivities: Sensitivities, forced: Errors | None = None) -> FitProblem:
         """The errors with their derivatives; by `applied.FORCES` too, with what forces leave."""
@@ -105,26 +116,24 @@ class Fitting:
             return 0.0
         if number is None:
             return float(self._program.bicycle[name])
-        return self._state(number, {})[_STATE.index(name.removeprefix("initial_"))]
+        return self._starts[number][_STATE.index(name.removeprefix("initial_"))]
 
-    def errors(self, simulator: Simulator) -> Errors:
-        """What a changed program leaves, through its difference from the correct one."""
-        correct = self._motions(simulator, {})
-
-        def left(changes: Mapping[Unknown, float]) -> dict[Place, Array]:
-            motions = self._motions(simulator, changes)
-            return {
-                (n, key): error - (motions[n][self.names[key]] - correct[n][self.names[key]])
+    def errors(
+        self, several: Sequence[Mapping[Unknown, float]], window: float = 1.0
+    ) -> list[Columns]:
+        """What changed programs leave, through their difference from the correct one."""
+        correct, *changed = self._motions([{}, *several], window)
+        return [
+            {
+                (n, key): _less(error, motions[n][self.names[key]] - correct[n][self.names[key]])
                 for (n, key), error in self._errors.items()
             }
+            for motions in changed
+        ]
 
-        return left
-
-    def columns(
-        self, simulator: Simulator, changes: Mapping[Unknown, float]
-    ) -> list[dict[str, Array]]:
+    def columns(self, changes: Mapping[Unknown, float]) -> list[dict[str, Array]]:
         """What a changed program makes of each maneuver, in every definition."""
-        correct, motions = self._motions(simulator, {}), self._motions(simulator, changes)
+        correct, motions = self._motions([{}, changes], 1.0)
         return [
             {name: x + (motions[n][name] - correct[n][name]) for name, x in exact.items()}
             for n, exact in zip(self._numbers, self._exact, strict=True)
@@ -146,43 +155,76 @@ class Fitting:
         return best_explained(relief, curve)
 
     def _motions(
-        self, simulator: Simulator, changes: Mapping[Unknown, float]
-    ) -> dict[int, Mapping[str, Array]]:
+        self, several: Sequence[Mapping[Unknown, float]], window: float
+    ) -> list[dict[int, Mapping[str, Array]]]:
+        """Motions of changed programs, by maneuver; what is not known yet is simulated together."""
+        assert self._simulator is not None
+        keys = [[(window, *self._key(n, changes)) for n in self._numbers] for changes in several]
+        asked: dict[tuple[object, ...], Motion] = {}
+        for changes, found in zip(several, keys, strict=True):
+            if all(key in self._found or key in asked for key in found):
+                continue
+            bicycle = self._bicycle(changes)
+            amounts = {name: change for (name, _), change in changes.items() if name in FORCES}
+            for n, t, key in zip(self._numbers, self._times, found, strict=True):
+                if key not in self._found and key not in asked:
+                    start = self._start(n, bicycle, changes)
+                    asked[key] = Motion(bicycle, start, t[begun(t, window)], amounts)
+        made = self._simulator.run_all(list(asked.values()))
+        kept = {key: self._found[key] for found in keys for key in found if key in self._found}
+        if len(self._found) > _KEPT:
+            self._found = kept
+        self._found.update(zip(asked, made, strict=True))
+        return [
+            {n: self._found[key] for n, key in zip(self._numbers, found, strict=True)}
+            for found in keys
+        ]
+
+    def _key(self, number: int, changes: Mapping[Unknown, float]) -> tuple[object, ...]:
+        """Equal for changes that make the same motion of a maneuver."""
+        touching = {u: x for u, x in changes.items() if u[1] in (None, number)}
+        return number, tuple(sorted(touching.items(), key=str))
+
+    def _bicycle(self, changes: Mapping[Unknown, float]) -> Bicycle:
         values = dict(self._program.bicycle.values)
-        amounts = {name: change for (name, _), change in changes.items() if name in FORCES}
         for (name, number), change in changes.items():
             if number is None and name not in FORCES:
                 x = values[name]
                 values[name] = Exact(x.rational + Fraction(change), x.pi_multiple)
-        bicycle = Bicycle(self._program.bicycle.name, values)
-        found: dict[int, Mapping[str, Array]] = {}
-        for n, t in zip(self._numbers, self._times, strict=True):
-            state = self._state(n, changes)
-            if state[2] != 0.0:
-                k = Equations.binary64(bicycle).k
-                state[1] = float(pitch_on_the_floor(k, state[0], 0.0, state[2]))
-            found[n] = simulator.run(bicycle, state, t, amounts)
-        return found
+        return Bicycle(self._program.bicycle.name, values)
 
-    def _state(self, number: int, changes: Mapping[Unknown, float]) -> list[float]:
-        p = {s: float(x) for s, x in self._program.bicycle.values.items()}
-        state = list(initial_state(p, self._program.starts[number]))
+    def _start(
+        self, number: int, bicycle: Bicycle, changes: Mapping[Unknown, float]
+    ) -> list[float]:
+        state = list(self._starts[number])
         for key in START:
             state[_STATE.index(key)] += changes.get((f"initial_{key}", number), 0.0)
+        if state[2] != 0.0:
+            k = Equations.binary64(bicycle).k
+            state[1] = float(pitch_on_the_floor(k, state[0], 0.0, state[2]))
         return state
+
+
+def _less(error: Array, moved: Array) -> Array:
+    """An error less what explains its first rows; NaN in the others."""
+    left = np.full_like(error, np.nan)
+    left[: len(moved)] = error[: len(moved)] - moved
+    return left
 
 
 def _by_forces(left: Errors) -> dict[Place, list[Array]]:
     """Derivatives of the columns with respect to each force's coefficient, by differences."""
     # By the integrator that has forces, so that its own error cancels.
-    without = left(dict.fromkeys(((name, None) for name in FORCES), 0.0))
-    found: dict[Place, list[Array]] = {k: [] for k in without}
-    for name, force in FORCES.items():
-        step = _STEP * force.size
-        having = left({(name, None): step})
-        for k, slopes in found.items():
-            slopes.append(np.nan_to_num((without[k] - having[k]) / step))
-    return found
+    steps = {name: _STEP * force.size for name, force in FORCES.items()}
+    changed: list[dict[Unknown, float]] = [{(name, None): x} for name, x in steps.items()]
+    without, *having = left([dict.fromkeys(((name, None) for name in FORCES), 0.0), *changed], 1.0)
+    return {
+        k: [
+            np.nan_to_num((without[k] - moved[k]) / step)
+            for moved, step in zip(having, steps.values(), strict=True)
+        ]
+        for k in without
+    }
 
 
 def best_explained(

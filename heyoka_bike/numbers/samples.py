@@ -1,0 +1,131 @@
+"""Analytic functions by their values on the unit circle, and their Taylor coefficients from these.
+
+A product of two series of n coefficients costs some n^2 products, one of two functions at n points
+costs n. With w a primitive n-th root of unity, the mean of f(w^j) w^(-jk) over j is
+c_k + c_(k + n) + c_(k + 2n) + ..., the Taylor coefficient c_k of f and what is folded onto it.
+Where f is analytic for abs(s) <= R, R > 1, and at most M there, Cauchy's estimate bounds that.
+"""
+
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import AbstractContextManager
+from fractions import Fraction
+from math import ceil, log2
+from typing import Any
+
+import flint
+import numpy as np
+
+from heyoka_bike.numbers.arithmetic import Balls, Number
+from heyoka_bike.numbers.ball_matrices import total
+from heyoka_bike.numbers.exact import Exact
+
+_FOLDED_BITS = 32
+"""What is folded is below 2^-32 of what a series of the same length leaves out."""
+
+
+class Samples:
+    """Values at roots of unity of functions that are real on the real line, as balls.
+
+    A number is an array of complex balls. Conjugate points have conjugate values: those of the
+    upper half are enough. Constants may be real or complex balls; products with complex ones are
+    faster.
+
+    Parameters
+    ----------
+    bits : int
+        Working precision.
+    length : int
+        How many Taylor coefficients are wanted.
+    radius : int
+        R.
+
+    Attributes
+    ----------
+    left_out : arb
+        Bound on the distance of the polynomial with the coefficients found from the function for
+        abs(s) <= 1, over M.
+    """
+
+    def __init__(self, bits: int, length: int, radius: int) -> None:
+        self.balls = Balls(bits)
+        half = (length + ceil(_FOLDED_BITS / log2(radius)) + 1) // 2
+        count = 2 * half
+        with self.balls.precision():
+            angles = [flint.fmpq(2 * j, count) for j in range(count)]
+            cos = [flint.arb.cos_pi_fmpq(x) for x in angles]
+            sin = [flint.arb.sin_pi_fmpq(x) for x in angles]
+            self._cos, self._sin = (
+                flint.arb_mat([[x[j * k % count] for j in range(half + 1)] for k in range(count)])
+                for x in (cos, sin)
+            )
+            # The ends of the half circle are counted once, all else with its conjugate.
+            shares = [flint.arb(1 if j % half == 0 else 2) / count for j in range(half + 1)]
+            self._mean = flint.arb_mat(
+                [
+                    [share * x[j * k % count] for k in range(length)]
+                    for x in (cos, sin)
+                    for j, share in enumerate(shares)
+                ]
+            )
+            self.left_out = geometric(radius, length) + folded(radius, count)
+
+    def precision(self) -> AbstractContextManager[None]:
+        """Context manager that sets flint's working precision."""
+        return self.balls.precision()
+
+    def polynomials(self, rows: Sequence[Sequence[flint.arb]]) -> list[Number]:
+        """The values of polynomials of any degree, given by their coefficients."""
+        count = self._cos.nrows()
+        folded = flint.arb_mat([[total(row[k::count]) for k in range(count)] for row in rows])
+        parts = (folded * self._cos).table(), (folded * self._sin).table()
+        return [array(map(flint.acb, re, im)) for re, im in zip(*parts, strict=True)]
+
+    def coefficients(self, values: Sequence[Number]) -> list[list[flint.arb]]:
+        """The first Taylor coefficients of functions, each with what is folded onto it."""
+        count = self._cos.ncols()
+        rows = [x if isinstance(x, np.ndarray) else array([flint.acb(x)] * count) for x in values]
+        table = flint.arb_mat([[*(z.real for z in x), *(z.imag for z in x)] for x in rows])
+        found: list[list[flint.arb]] = (table * self._mean).table()
+        return found
+
+    def number(self, value: Exact | Fraction | int) -> flint.arb:
+        return self.balls.number(value)
+
+    def sin(self, x: Number) -> Number:
+        return each(flint.acb.sin, x)
+
+    def cos(self, x: Number) -> Number:
+        return each(flint.acb.cos, x)
+
+    def sqrt(self, x: Number) -> Number:
+        """The root with positive real part, of a radicand with positive real part on the disc."""
+        return each(flint.acb.sqrt, x)
+
+    def atan2(self, y: Number, x: Number) -> Number:
+        """Angle of a point with positive x, as the arc tangent."""
+        return each(flint.acb.atan, y / x)
+
+    def sum(self, terms: Iterable[Number]) -> Number:
+        return sum(terms)
+
+
+def geometric(radius: int, length: int) -> flint.arb:
+    """Sum of R^-m for m >= length: of the terms that a polynomial does not have."""
+    ratio = flint.arb(1) / radius
+    return ratio**length / (1 - ratio)
+
+
+def folded(radius: int, count: int) -> flint.arb:
+    """Sum of R^-(k + m count) for k >= 0 and m >= 1: of what is folded onto all terms."""
+    ratio = flint.arb(1) / radius
+    return ratio**count / (1 - ratio**count) / (1 - ratio)
+
+
+def each(function: Callable[[flint.acb], flint.acb], x: Number) -> Number:
+    """A function of every number of an array, or of one number."""
+    return array(map(function, x)) if isinstance(x, np.ndarray) else function(flint.acb(x))
+
+
+def array(values: Iterable[flint.acb]) -> Any:
+    """An array of such numbers."""
+    return np.array(list(values), dtype=object)

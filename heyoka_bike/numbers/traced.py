@@ -1,0 +1,146 @@
+"""Numbers that remember what they were made of, for derivatives of few numbers by many variables.
+
+A `Dual` carries its derivatives by every variable through every operation. A `Traced` number goes
+the other way: after the last operation, `gradient` follows what a result was made of back to the
+variables. An operation then costs two products for each *result* that it enters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from fractions import Fraction
+from heapq import heappop, heappush
+from itertools import count
+
+from heyoka_bike.numbers.arithmetic import Arithmetic, Number
+from heyoka_bike.numbers.exact import Exact
+
+Share = Callable[[Number], Number]
+"""From the derivative by a number, the share that goes to one that it was made of."""
+
+_places = count()
+
+
+class Traced:
+    """A number, and the numbers that it was made of, each with its share.
+
+    Attributes
+    ----------
+    value
+        The number itself.
+    sources : tuple
+    place : int
+        Larger than those of its sources.
+    """
+
+    __slots__ = ("place", "sources", "value")
+
+    def __init__(self, value: Number, *sources: tuple[Traced, Share]) -> None:
+        self.value, self.sources, self.place = value, sources, next(_places)
+
+    def __add__(self, other: Number) -> Traced:
+        if isinstance(other, Traced):
+            return Traced(self.value + other.value, (self, _all), (other, _all))
+        return Traced(self.value + other, (self, _all))
+
+    def __neg__(self) -> Traced:
+        return Traced(-self.value, (self, _minus))
+
+    def __sub__(self, other: Number) -> Traced:
+        if isinstance(other, Traced):
+            return Traced(self.value - other.value, (self, _all), (other, _minus))
+        return Traced(self.value - other, (self, _all))
+
+    def __rsub__(self, other: Number) -> Traced:
+        return Traced(other - self.value, (self, _minus))
+
+    def __mul__(self, other: Number) -> Number:
+        if isinstance(other, Traced):
+            x, y = self.value, other.value
+            return Traced(x * y, (self, lambda s: s * y), (other, lambda s: s * x))
+        if isinstance(other, int) and other in (0, 1):
+            return self if other else 0
+        return Traced(self.value * other, (self, lambda s: s * other))
+
+    def __truediv__(self, other: Number) -> Traced:
+        if isinstance(other, Traced):
+            x, y = self.value / other.value, other.value
+            return Traced(x, (self, lambda s: s / y), (other, lambda s: -(s * x) / y))
+        return Traced(self.value / other, (self, lambda s: s / other))
+
+    def __rtruediv__(self, other: Number) -> Traced:
+        x, y = other / self.value, self.value
+        return Traced(x, (self, lambda s: -(s * x) / y))
+
+    __radd__ = __add__
+    __rmul__ = __mul__
+
+
+class Traces:
+    """Traced numbers over the numbers of another arithmetic."""
+
+    def __init__(self, inner: Arithmetic) -> None:
+        self.inner = inner
+
+    def number(self, value: Exact | Fraction | int) -> Number:
+        return self.inner.number(value)
+
+    def sin(self, x: Number) -> Number:
+        a = self.inner
+        if not isinstance(x, Traced):
+            return a.sin(x)
+        return Traced(a.sin(x.value), (x, lambda s: s * a.cos(x.value)))
+
+    def cos(self, x: Number) -> Number:
+        a = self.inner
+        if not isinstance(x, Traced):
+            return a.cos(x)
+        return Traced(a.cos(x.value), (x, lambda s: -(s * a.sin(x.value))))
+
+    def sqrt(self, x: Number) -> Number:
+        if not isinstance(x, Traced):
+            return self.inner.sqrt(x)
+        root = self.inner.sqrt(x.value)
+        return Traced(root, (x, lambda s: s / (2 * root)))
+
+    def atan2(self, y: Number, x: Number) -> Number:
+        if not isinstance(x, Traced) or not isinstance(y, Traced):
+            raise TypeError("atan2: expected two traced numbers")
+        u, v = x.value, y.value
+        square = u * u + v * v
+        return Traced(
+            self.inner.atan2(v, u),
+            (y, lambda s: s * u / square),
+            (x, lambda s: -(s * v) / square),
+        )
+
+    def sum(self, terms: Iterable[Number]) -> Number:
+        return sum(terms)
+
+    def gradient(self, x: Number, variables: Sequence[Number]) -> list[Number]:
+        """Derivatives of a number by some variables; the integer 0 by those it is not made of."""
+        found: dict[int, Number] = {}
+        waiting: list[tuple[int, Traced]] = []
+
+        def give(to: Traced, share: Number) -> None:
+            if to.place in found:
+                found[to.place] += share
+            else:
+                found[to.place] = share
+                heappush(waiting, (-to.place, to))
+
+        if isinstance(x, Traced):
+            give(x, self.inner.number(1))
+        while waiting:
+            _, at = heappop(waiting)
+            for source, share in at.sources:
+                give(source, share(found[at.place]))
+        return [found.get(v.place, 0) if isinstance(v, Traced) else 0 for v in variables]
+
+
+def _all(share: Number) -> Number:
+    return share
+
+
+def _minus(share: Number) -> Number:
+    return -share

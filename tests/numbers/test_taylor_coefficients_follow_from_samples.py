@@ -1,0 +1,79 @@
+"""Values at roots of unity give Taylor coefficients, within a bound that needs both its parts."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import flint
+import pytest
+
+from heyoka_bike.numbers import samples
+from heyoka_bike.numbers.analytic import PowerSeries
+from heyoka_bike.numbers.samples import Samples
+
+BITS, LENGTH, RADIUS = 100, 20, 3
+
+
+def formula(a: Any, x: Any) -> Any:
+    """With every operation, analytic for abs(x) <= 3: its nearest singularities are at -4 and 4."""
+    y = a.sqrt(x + 4) * a.number(3)
+    return a.sum([a.sin(x) / y, a.cos(x), -a.atan2(x, y + 8), 2 - x * x])
+
+
+def test_coefficients_are_those_of_series() -> None:
+    points, series = Samples(BITS, LENGTH, RADIUS), PowerSeries(BITS, LENGTH)
+    with series.precision():
+        expected = series.coefficients(formula(series, series.series([0, 1])))
+        state = points.polynomials([[flint.arb(0), flint.arb(1)]])
+        (found,) = points.coefficients([formula(points, state[0])])
+        # At most 20 for abs(s) = 3, and 2^-32 of that beyond a series' own rest is folded.
+        folded = 20 * samples.folded(RADIUS, LENGTH + 21)
+        assert folded < 1e-16
+        for x, y in zip(found, expected, strict=True):
+            assert abs(x - y) < folded
+            assert x.rad() < 1e-25
+
+
+def test_constants_and_long_polynomials_have_coefficients() -> None:
+    points = Samples(BITS, 4, 2)
+    with points.precision():
+        long = [flint.arb(0)] * 50 + [flint.arb(1)]
+        (values,) = points.polynomials([long])
+        (node,) = points.polynomials([[flint.arb(0), flint.arb(1)]])
+        assert all(abs(x - z**50) < 1e-25 for x, z in zip(values, node, strict=True))
+        assert [float(c) for c in points.coefficients([7])[0]] == pytest.approx([7, 0, 0, 0])
+
+
+def distances() -> list[tuple[float, float]]:
+    """Of the polynomial found from powers of s, on the unit circle, with what bounds it."""
+    points = Samples(BITS, 6, RADIUS)
+    angles = [flint.fmpq(j, 12) for j in range(13)]
+    circle = [flint.acb(flint.arb.cos_pi_fmpq(q), flint.arb.sin_pi_fmpq(q)) for q in angles]
+    found = []
+    with points.precision():
+        (node,) = points.polynomials([[flint.arb(0), flint.arb(1)]])
+        for power in range(20):
+            (c,) = points.coefficients([node**power])
+            off = max(float(abs(flint.acb_poly(c)(s) - s**power).upper()) for s in circle)
+            bound = float((flint.arb(RADIUS) ** power * points.left_out).lower())
+            found.append((off, bound))
+    return found
+
+
+@pytest.fixture
+def as_few_points_as_possible(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(samples, "_FOLDED_BITS", 0)
+
+
+@pytest.mark.usefixtures("as_few_points_as_possible")
+def test_what_is_left_out_is_bounded() -> None:
+    assert all(off <= bound for off, bound in distances())
+
+
+@pytest.mark.usefixtures("as_few_points_as_possible")
+@pytest.mark.parametrize("part", ["geometric", "folded"])
+def test_both_parts_of_what_is_left_out_are_needed(
+    part: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(samples, part, lambda radius, length: flint.arb(0))
+    assert not all(off <= bound for off, bound in distances())
