@@ -46,7 +46,7 @@ CLASSES: Mapping[str, str] = {
 Progress = Callable[[str, float], None]
 """Called with what is being done and the part done of the whole, 0 to 1."""
 
-_SECONDS, _MIN_RUNS = 10.0, 3  # a slow code is run less often
+_SECONDS, _MIN_RUNS = 3.0, 3  # a slow code is run less often
 _WARM = 0.003  # [s] of runs that are not counted; a run that takes longer warms up by itself
 _COLD_RUNS = 5
 _CACHE = 64 * 2**20  # bytes; the processor's caches are smaller
@@ -116,7 +116,7 @@ def bench(
     problems
         One maneuver, or several: then a run is all of them, and the largest error counts.
     runs
-        Timed runs of each code; fewer (but 3) of one that would take longer than 10 s.
+        Timed runs of each code; fewer (but 3) of one that would take longer than 3 s.
     is_quick
         Leave out what takes long to build: the unrolled form of heyoka.
 

@@ -8,6 +8,7 @@ import pytest
 
 from heyoka_bike.bench.c_source import operations, slope_source
 from heyoka_bike.bench.compiled import CompiledPeers, NoCompilerError
+from heyoka_bike.bench.floor import Floor, floor
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.constants import constants
 from heyoka_bike.bicycle.equations.initial import initial_state
@@ -137,3 +138,13 @@ def test_without_a_compiler(bicycle, monkeypatch, tmp_path):
     monkeypatch.setenv("CC", "/bin/false")
     with pytest.raises(NoCompilerError, match="does not compile"):
         CompiledPeers(bicycle)
+
+
+def test_the_floor_counts_products(bicycle):
+    # Order 1: three products a product of variables, two a product with a constant.
+    assert Floor(1e9, products=10, scales=5).seconds(order=1, steps=2) == pytest.approx(80e-9)
+    count = operations(bicycle)
+    assert count["scale"] > 50
+    found = floor(bicycle)
+    assert (found.products, found.scales) == (count["*"] + count["/"] + 6, count["scale"])
+    assert 1e8 < found.products_per_second < 1e12

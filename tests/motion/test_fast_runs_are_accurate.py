@@ -119,6 +119,26 @@ def test_a_fall_is_told(maneuvers):
     assert 0 < e.value.time < 10
 
 
+def test_no_run_steps_over_a_singularity(maneuvers):
+    # At 0.76 s roll and steer rate no longer give the turn rate; a long step does not notice.
+    fall = dataclasses.replace(
+        maneuvers[0], speed=Exact(Fraction(565, 1000)), roll_rate=Exact(Fraction(-537, 1000))
+    )
+    for accuracy in ("eq1", 1e-6, 1e-10):
+        with pytest.raises(SingularMotionError) as e:
+            simulate(fall, accuracy=accuracy)
+        assert e.value.time == pytest.approx(0.76, abs=0.01)
+    starts = np.zeros((200, 5))
+    starts[:, 2], starts[:, 4] = np.linspace(-2, 2, 200), np.tile(np.linspace(0.2, 4, 20), 10)
+    energy = BENCHMARK_COLUMNS.index("mechanical_energy")
+    for accuracy, drift in (("eq1", 2e-4), (1e-6, 1e-5)):
+        begin = Ensemble(accuracy=accuracy).ends(starts, 1e-6)[:, energy]
+        end = Ensemble(accuracy=accuracy).ends(starts, 10.0)[:, energy]
+        alive = np.isfinite(end)
+        assert 0 < alive.sum() < len(starts)
+        assert np.abs(end / begin - 1)[alive].max() < drift
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

@@ -8,8 +8,8 @@ import pytest
 
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.motion.fast.collocation import POINTS, collocation
+from heyoka_bike.motion.fast.model_code import rates_source
 from heyoka_bike.motion.fast.native import compiled
-from heyoka_bike.motion.fast.step_code import rates_source
 from heyoka_bike.motion.fast.vector_code import DECLARATIONS, Code, function
 
 

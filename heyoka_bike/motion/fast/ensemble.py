@@ -18,8 +18,8 @@ from heyoka_bike.bicycle.parameters import Bicycle, read_bicycle
 from heyoka_bike.errors import InputError
 from heyoka_bike.motion.fast.accuracies import choose
 from heyoka_bike.motion.fast.collocation import POINTS
+from heyoka_bike.motion.fast.model_code import STATE
 from heyoka_bike.motion.fast.native import Many
-from heyoka_bike.motion.fast.row_code import STATE
 from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.system.resources import benchmark_bicycle

@@ -18,7 +18,7 @@ _MOST_STEPS = 200_000  # of one run
 _LEVEL = 3  # of optimisation
 # A run takes some ten microseconds, and the address of an array by `ndarray.ctypes` one: those that
 # stay are taken once, and the one of the result through the buffer it is.
-_Byte, _Report = ctypes.c_char, ctypes.c_double * 3
+_Byte, _Report = ctypes.c_char, ctypes.c_double * 5
 _ADDRESS, _COUNT = ctypes.c_void_p, ctypes.c_int64
 _SIGNATURE = (
     _COUNT, _ADDRESS, _COUNT, _ADDRESS, ctypes.c_double, _COUNT, _ADDRESS, _ADDRESS, _ADDRESS
@@ -42,6 +42,8 @@ class Run:
         Reached [s].
     least_trail, largest_trail
         Of the rows: the mechanical trail over the front wheel's radius.
+    least_energy, largest_energy
+        Of the rows: the mechanical energy [J].
     """
 
     columns: Array
@@ -49,6 +51,8 @@ class Run:
     time: float
     least_trail: float
     largest_trail: float
+    least_energy: float
+    largest_energy: float
 
 
 class Native:
@@ -92,6 +96,11 @@ class Motion:
         self._run = native.function
         self._shape = len(BENCHMARK_COLUMNS), len(times)
         self._given = start.ctypes.data, len(times), times.ctypes.data, tolerance, _MOST_STEPS
+
+    def sharper(self, tolerance: float) -> "Motion":
+        """The same with another tolerance."""
+        native, start, times = self._kept
+        return Motion(native, start, times, tolerance)
 
     def __call__(self, states: Array | None = None) -> Run:
         """Carry it out; `states`, shape (6, rows), gets the states at the rows."""

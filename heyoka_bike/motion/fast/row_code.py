@@ -2,41 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.motion.fast.collocation import POINTS
+from heyoka_bike.motion.fast.model_code import STATE, column_values
 from heyoka_bike.motion.fast.vector_code import ONE, WHOLE, Code, constant, function
-from heyoka_bike.numbers.straight_line import StraightLine, needed
 
-STATE = 6
-
-
-def recorded(equations: Equations) -> tuple[StraightLine, Equations, list[str]]:
-    """A record, the equations that write to it, and the names of the state's variables in it."""
-    code = StraightLine()
-    return code, equations.convert(code.literal, code), [f"y{i}" for i in range(STATE)]
-
-
-def column_values(c: Code, equations: Equations, values: Sequence[str]) -> list[str]:
-    """The benchmark's columns of a state, then the mechanical trail over the front's radius."""
-    record, formulas, names = recorded(equations)
-    state = [record.variable(x) for x in names]
-    columns = formulas.columns([*state, record.variable("yaw")])
-    o, _ = formulas.unfold(state)
-    trail = o.trail / formulas.k.front.r
-    results = [*(columns[name].text for name in BENCHMARK_COLUMNS), trail.text]
-    given = dict(zip(names, values, strict=True))
-    return c.statements(given, needed(record.statements, results), results)
+_BETTER = "minnum", "maxnum"
 
 
 def rows_source(equations: Equations) -> str:
     """Function ``rows(...)``: the rows `begin` to `end` from the series of a step."""
     c = Code()
-    low, high = c.array(WHOLE, 1), c.array(WHOLE, 1)
-    c.store(c.spread(c.load("%report", 1, ONE)), low)
-    c.store(c.spread(c.load("%report", 2, ONE)), high)
+    # Least and largest of mechanical trail and energy.
+    extremes = c.array(WHOLE, 4)
+    for i in range(4):
+        c.store(c.spread(c.load("%report", i + 1, ONE)), extremes, i)
     length = c.spread("%rate")
     middle = c.spread("%middle")
     zeroth = [c.load("%zeroth", i, ONE) for i in range(STATE)]
@@ -72,8 +53,10 @@ def rows_source(equations: Equations) -> str:
 
     for i, value in enumerate(found[:-1]):
         put("%columns", i, value)
-    c.store(c.call("minnum", WHOLE, c.load(low), found[-1]), low)
-    c.store(c.call("maxnum", WHOLE, c.load(high), found[-1]), high)
+    energy = found[BENCHMARK_COLUMNS.index("mechanical_energy")]
+    for i, value in enumerate((found[-1], found[-1], energy, energy)):
+        better = c.call(_BETTER[i % 2], WHOLE, c.load(extremes, i), value)
+        c.store(better, extremes, i)
     wants = c.assign("icmp eq ptr %states, null")
     c.do(f"br i1 {wants}, label %done, label %more")
     c.label("more")
@@ -85,10 +68,10 @@ def rows_source(equations: Equations) -> str:
     again = c.assign("icmp slt i64 %next, %end")
     c.do(f"br i1 {again}, label %block, label %out")
     c.label("out")
-    for name, array, index in (("fmin", low, 1), ("fmax", high, 2)):
-        value = c.load(array)
+    for i in range(4):
+        name, value = ("fmin", "fmax")[i % 2], c.load(extremes, i)
         best = c.assign(f"call double @llvm.vector.reduce.{name}.v{POINTS}f64({WHOLE} {value})")
-        c.store(best, "%report", index, ONE)
+        c.store(best, "%report", i + 1, ONE)
     c.do("ret void")
     head = (
         "internal void @rows(ptr noalias %series, ptr noalias %zeroth, double %middle, "

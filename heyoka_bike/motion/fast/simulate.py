@@ -23,8 +23,8 @@ from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver, read_bicycle, read_maneuvers
 from heyoka_bike.errors import InputError, SingularMotionError
 from heyoka_bike.motion.fast.accuracies import choose
-from heyoka_bike.motion.fast.native import Native, Run
-from heyoka_bike.motion.fast.row_code import STATE
+from heyoka_bike.motion.fast.model_code import STATE
+from heyoka_bike.motion.fast.native import Motion, Native, Run
 from heyoka_bike.motion.integrate import LEAST_TRAIL, TrailTooSmallError
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.double import Array
@@ -50,6 +50,9 @@ starts: ``eq1`` means eq. (1) under 1e-3 percent, a number the largest error of 
 _BITS = 256  # for the initial state
 _LEAST_ROWS, _MOST_ROWS = 2, 1_000_001
 _KEPT = 32  # prepared runs
+# Energy drifts by 0.2 of the tolerance, and by rounding; a step over a singularity throws it off by
+# a good part of it.
+_DRIFT, _ROUNDING, _SHARPER, _LEAST_TOLERANCE = 10.0, 1e-11, 1e-2, 1e-13
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,10 +191,24 @@ class Prepared:
         starts = [np.array(_start(self.bicycle, m, is_regular)) for m in self.maneuvers]
         self._motions = [native.motion(x, self.times, self.tolerance) for x in starts]
 
+    def _on_the_motion(self, motion: Motion) -> Run:
+        """A run that keeps its energy: one that does not has stepped over a singularity."""
+        run, tolerance = motion(), self.tolerance
+        while run.largest_energy - run.least_energy > run.largest_energy * max(
+            _DRIFT * tolerance, _ROUNDING
+        ):
+            tolerance *= _SHARPER
+            if tolerance < _LEAST_TOLERANCE:
+                raise SingularMotionError(
+                    f"the motion meets a singularity before t = {run.time:.9g} s", run.time
+                )
+            run = motion.sharper(tolerance)()
+        return run
+
     def _runs(self) -> list[Run]:
         found = []
         for motion in self._motions:
-            run = motion()
+            run = self._on_the_motion(motion)
             # Leave the few-product form where the mechanical trail is small or changes sign.
             is_clear = run.least_trail > LEAST_TRAIL or run.largest_trail < -LEAST_TRAIL
             if not self._is_regular and not (run.steps > 0 and is_clear):

@@ -11,12 +11,16 @@ dense output times the rate at which the coefficients fall.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
 
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.motion.fast.collocation import POINTS, collocation
 from heyoka_bike.motion.fast.complex_code import Pair, factor, solve
-from heyoka_bike.motion.fast.row_code import STATE, recorded, rows_source
+from heyoka_bike.motion.fast.model_code import STATE, rates_source
+from heyoka_bike.motion.fast.row_code import rows_source
 from heyoka_bike.motion.fast.vector_code import (
     DECLARATIONS,
     HALF,
@@ -27,7 +31,7 @@ from heyoka_bike.motion.fast.vector_code import (
     function,
     literal,
 )
-from heyoka_bike.numbers.straight_line import needed
+from heyoka_bike.numbers.double import Array
 
 RUN = "run"
 """Name of the function, see `run_source`."""
@@ -49,40 +53,97 @@ def run_source(equations: Equations) -> str:
     ``start`` (6 numbers) at time 0 through ascending ``times``, and writes eight columns, and six
     states unless that pointer is null, of so many rows, one variable after the other. It gives the
     number of steps, or -1 for a motion that cannot be continued, and -2 for more than ``most``
-    steps. ``report`` gets the time reached, and the least and the largest of the mechanical trail
-    over the front wheel's radius.
+    steps. ``report`` gets the time reached, and of the rows the least and the largest of the
+    mechanical trail over the front wheel's radius, and of the mechanical energy.
     """
     return "\n".join([rates_source(equations), rows_source(equations), _run(), DECLARATIONS])
 
 
-def rates_source(equations: Equations) -> str:
-    """Function ``rates(y, f)`` of eight states."""
-    record, formulas, names = recorded(equations)
-    rates = [x.text for x in formulas.rates([record.variable(x) for x in names])]
-    c = Code()
-    given = {name: c.load("%y", i) for i, name in enumerate(names)}
-    for i, x in enumerate(c.statements(given, needed(record.statements, rates), rates)):
-        c.store(x, "%f", i)
-    return function(
-        "internal void @rates(ptr noalias %y, ptr noalias %f)", [*c.lines, "  ret void"]
-    )
+@dataclass(frozen=True, slots=True)
+class _Room:
+    """Arrays of a run: names of their addresses.
+
+    Attributes
+    ----------
+    y, z, f
+        Vectors of the points: states, increments since the beginning, derivatives.
+    series
+        Coefficients 1 to 8 of the step's Chebyshev series.
+    start, rest, zeroth
+        Of each variable: at the beginning, what rounding took from it, coefficient 0.
+    """
+
+    y: str
+    z: str
+    f: str
+    series: str
+    start: str
+    rest: str
+    zeroth: str
+
+
+@dataclass(frozen=True, slots=True)
+class _Beginning:
+    """A step's beginning: each variable in all places, derivatives, Jacobian, the step wished."""
+
+    base: Sequence[str]
+    slopes: Sequence[str]
+    jacobian: Sequence[Sequence[str]]
+    wish: str
+
+
+@dataclass(frozen=True, slots=True)
+class _Attempt:
+    """A step of a length, which with its inverse is in all places, too.
+
+    Its matrices are in factors; `right` is the right side of the first iteration.
+    """
+
+    h: str
+    everywhere: str
+    inverse: str
+    matrix: Sequence[Sequence[Pair]]
+    inverses: Sequence[Pair]
+    right: Sequence[str]
 
 
 def _run() -> str:
-    m = collocation()
     c = Code()
-    y, z, f, series = (c.array(WHOLE, STATE) for _ in range(4))
-    start, rest, zeroth = (c.array(ONE, POINTS) for _ in range(3))
+    vectors, numbers = (
+        [c.array(WHOLE, STATE) for _ in range(4)],
+        [c.array(ONE, POINTS) for _ in range(3)],
+    )
+    room = _Room(*vectors, *numbers)
+    end = _start(c, room)
+    beginning = _begin(c, room)
+    attempt = _attempt(c, room, beginning, end)
+    _iterate(c, room, attempt)
+    _again(c, room, beginning, attempt)
+    _judge(c, room, attempt)
+    _accept(c, room)
+    _write(c, room, attempt)
+    head = (
+        f"i64 @{RUN}(ptr noalias %start, i64 %n, ptr noalias %times, double %tolerance, "
+        "i64 %most, ptr noalias %columns, ptr noalias %states, ptr noalias %report)"
+    )
+    return function(head, c.lines)
+
+
+def _start(c: Code, room: _Room) -> str:
+    """The run's beginning; gives its end."""
     for i in range(STATE):
-        c.store(c.load("%start", i, ONE), start, i, ONE)
-        c.store(literal(0.0), rest, i, ONE)
-    c.store(literal(float("inf")), "%report", 1, ONE)
-    c.store(literal(float("-inf")), "%report", 2, ONE)
+        c.store(c.load("%start", i, ONE), room.start, i, ONE)
+        c.store(literal(0.0), room.rest, i, ONE)
+    for i in range(4):
+        c.store(literal(float("-inf" if i % 2 else "inf")), "%report", i + 1, ONE)
     last_row = c.assign("sub i64 %n, 1")
     end = c.load("%times", last_row, ONE)
     c.do("br label %begin")
+    return end
 
-    # The first evaluation at a step's beginning: derivatives and Jacobian.
+
+def _begin(c: Code, room: _Room) -> _Beginning:
+    """The first evaluation of a step: derivatives and Jacobian, by differences in the places."""
     c.label("begin")
     c.lines += [
         "  %t = phi double [ 0.0, %0 ], [ %t.next, %advance ]",
@@ -96,7 +157,7 @@ def _run() -> str:
     c.label("slope")
     base, units = [], []
     for i in range(STATE):
-        value = c.load(start, i, ONE)
+        value = c.load(room.start, i, ONE)
         size = c.call("maxnum", ONE, c.call("fabs", ONE, value), literal(1.0))
         unit = c.operation("*", size, literal(_DIFFERENCE), ONE)
         # What is really added, after rounding.
@@ -104,13 +165,13 @@ def _run() -> str:
         base.append(c.spread(value))
         units.append(unit)
         only = [float(j == i + 1) for j in range(POINTS)]
-        c.store(c.fused(c.spread(unit), constant(WHOLE, only), base[i]), y, i)
-    c.do(f"call void @rates(ptr {y}, ptr {f})")
-    slopes = [c.load(f, POINTS * k, ONE) for k in range(STATE)]
+        c.store(c.fused(c.spread(unit), constant(WHOLE, only), base[i]), room.y, i)
+    c.do(f"call void @rates(ptr {room.y}, ptr {room.f})")
+    slopes = [c.load(room.f, POINTS * k, ONE) for k in range(STATE)]
     jacobian = [
         [
             c.operation(
-                "/", c.operation("-", c.load(f, POINTS * k + i + 1, ONE), slopes[k], ONE),
+                "/", c.operation("-", c.load(room.f, POINTS * k + i + 1, ONE), slopes[k], ONE),
                 units[i], ONE,
             )
             for i in range(STATE)
@@ -128,10 +189,14 @@ def _run() -> str:
     is_first = c.assign("fcmp oeq double %wish, 0.0")
     wish = c.assign(f"select i1 {is_first}, double {first}, double %wish")
     c.do("br label %attempt")
+    return _Beginning(base, slopes, jacobian, wish)
 
-    # A step of a length: four complex matrices in factors.
+
+def _attempt(c: Code, room: _Room, beginning: _Beginning, end: str) -> _Attempt:
+    """A step of a length: four complex matrices in factors."""
+    m = collocation()
     c.label("attempt")
-    c.lines.append(f"  %length = phi double [ {wish}, %slope ], [ %shorter, %reject ]")
+    c.lines.append(f"  %length = phi double [ {beginning.wish}, %slope ], [ %shorter, %reject ]")
     left = c.assign(f"fsub double {end}, %t")
     # A last step much shorter than the one before is joined to it.
     reach = c.operation("*", "%length", literal(1.01), ONE)
@@ -153,7 +218,7 @@ def _run() -> str:
     )
     zero = constant(HALF, 0.0)
     matrix: list[list[Pair]] = []
-    for i, row in enumerate(jacobian):
+    for i, row in enumerate(beginning.jacobian):
         entries = []
         for j, x in enumerate(row):
             minus = c.spread(c.negative(x, ONE), HALF)
@@ -165,31 +230,37 @@ def _run() -> str:
         matrix.append(entries)
     inverses = factor(c, matrix)
     # The first iteration, from increments of zero: the derivatives are those of the beginning.
-    from_rest = m.to_modes @ np.linalg.inv(m.integral)
-    weights = from_rest @ m.points
-    first_right = [c.operation("*", c.spread(s), constant(WHOLE, weights)) for s in slopes]
+    weights = _from_rest() @ m.points
+    first_right = [
+        c.operation("*", c.spread(s), constant(WHOLE, weights)) for s in beginning.slopes
+    ]
     for i in range(STATE):
-        c.store(constant(WHOLE, 0.0), z, i)
+        c.store(constant(WHOLE, 0.0), room.z, i)
     c.do("br label %iterate")
+    return _Attempt(h, h8, inverse8, matrix, inverses, first_right)
 
+
+def _iterate(c: Code, room: _Room, attempt: _Attempt) -> None:
+    """One change of Newton's iteration, and whether it was the last one."""
+    m = collocation()
     c.label("iterate")
     phi = []
     for i in range(STATE):
         phi.append(f"%right{i}")
         c.lines.append(
-            f"  %right{i} = phi {WHOLE} [ {first_right[i]}, %factor ], [ %right.next{i}, %again ]"
+            f"  %right{i} = phi {WHOLE} [ {attempt.right[i]}, %factor ], [ %right.next{i}, %again ]"
         )
     c.lines += [
         "  %iteration = phi i64 [ 1, %factor ], [ %iteration.next, %again ]",
         f"  %size.before = phi double [ {literal(float('inf'))}, %factor ], [ %size, %again ]",
     ]
-    change = solve(c, matrix, inverses, [c.halves(x) for x in phi])
+    change = solve(c, attempt.matrix, attempt.inverses, [c.halves(x) for x in phi])
     for i, (re, im) in enumerate(change):
-        c.store(c.joined(re, im), f, i)
+        c.store(c.joined(re, im), room.f, i)
     size = constant(WHOLE, 0.0)
     for i in range(STATE):
-        dz = c.product(m.from_modes, f, i)
-        c.store(c.operation("+", c.load(z, i), dz), z, i)
+        dz = c.product(m.from_modes, room.f, i)
+        c.store(c.operation("+", c.load(room.z, i), dz), room.z, i)
         size = c.call("maxnum", WHOLE, size, c.call("fabs", WHOLE, dz))
     found = c.assign(f"call double @llvm.vector.reduce.fmax.v{POINTS}f64({WHOLE} {size})")
     c.lines.append(f"  %size = fadd double {found}, 0.0")
@@ -207,29 +278,40 @@ def _run() -> str:
     few = c.assign(f"icmp slt i64 %iteration, {_MOST_ITERATIONS}")
     goes = c.assign(f"and i1 {slow}, {few}")
     c.do(f"br i1 {goes}, label %again, label %halve")
+
+
+def _again(c: Code, room: _Room, beginning: _Beginning, attempt: _Attempt) -> None:
+    """What is left of the equations after a change; or half of a step that does not converge."""
+    m, from_rest = collocation(), _from_rest()
     c.label("again")
     for i in range(STATE):
-        c.store(c.operation("+", base[i], c.load(z, i)), y, i)
-    c.do(f"call void @rates(ptr {y}, ptr {f})")
+        c.store(c.operation("+", beginning.base[i], c.load(room.z, i)), room.y, i)
+    c.do(f"call void @rates(ptr {room.y}, ptr {room.f})")
     # What is left of the equations: increments from the derivatives, minus those there are.
     for i in range(STATE):
-        lack = c.fused(h8, c.product(m.integral, f, i), c.negative(c.load(z, i)))
-        c.store(lack, y, i)
+        lack = c.fused(
+            attempt.everywhere, c.product(m.integral, room.f, i), c.negative(c.load(room.z, i))
+        )
+        c.store(lack, room.y, i)
     for i in range(STATE):
-        value = c.operation("*", c.product(from_rest, y, i), inverse8)
+        value = c.operation("*", c.product(from_rest, room.y, i), attempt.inverse)
         c.lines.append(f"  %right.next{i} = fadd {WHOLE} {value}, {constant(WHOLE, -0.0)}")
     c.lines.append("  %iteration.next = add i64 %iteration, 1")
     c.do("br label %iterate")
 
     c.label("halve")
-    c.lines.append(f"  %halved = fmul double {h}, {literal(0.5)}")
+    c.lines.append(f"  %halved = fmul double {attempt.h}, {literal(0.5)}")
     c.do("br label %reject")
 
+
+def _judge(c: Code, room: _Room, attempt: _Attempt) -> None:
+    """The series of a step, and by its last coefficient the length of the next one."""
+    m = collocation()
     c.label("converged")
     error = literal(0.0)
     for i in range(STATE):
-        coefficients = c.product(m.series, z, i)
-        c.store(coefficients, series, i)
+        coefficients = c.product(m.series, room.z, i)
+        c.store(coefficients, room.series, i)
         error = c.call(
             "maxnum", ONE, error, c.call("fabs", ONE, c.element(coefficients, POINTS - 1))
         )
@@ -238,29 +320,41 @@ def _run() -> str:
         ratio = c.call("sqrt", ONE, ratio)
     scale = c.operation("*", ratio, literal(_SAFETY), ONE)
     scale = c.call("maxnum", ONE, literal(_LEAST), c.call("minnum", ONE, literal(_MOST), scale))
-    c.lines.append(f"  %wish.next = fmul double {h}, {scale}")
+    # Greatest values pass over what is no number; a sum does not.
+    total = literal(0.0)
+    for i in range(STATE):
+        total = c.operation("+", total, c.load(room.z, POINTS * i + POINTS - 1, ONE), ONE)
+    is_number = c.assign(f"fcmp ord double {total}, {error}")
+    scale = c.assign(f"select i1 {is_number}, double {scale}, double {literal(_LEAST)}")
+    c.lines.append(f"  %wish.next = fmul double {attempt.h}, {scale}")
     most = c.operation("*", "%tolerance", literal(_MOST_ERROR), ONE)
-    good = c.assign(f"fcmp ole double {error}, {most}")
+    small = c.assign(f"fcmp ole double {error}, {most}")
+    good = c.assign(f"and i1 {small}, {is_number}")
     c.do(f"br i1 {good}, label %accept, label %reject")
     c.label("reject")
     c.lines.append("  %shorter = phi double [ %halved, %halve ], [ %wish.next, %converged ]")
     c.do("br label %attempt")
 
+
+def _accept(c: Code, room: _Room) -> None:
+    """The state at a step's end."""
     c.label("accept")
     # The polynomial begins at the state: this gives its constant coefficient.
     signs = constant(WHOLE, [1.0 if j % 2 == 0 else -1.0 for j in range(POINTS)])
     for i in range(STATE):
-        terms = c.operation("*", c.load(series, i), signs)
+        terms = c.operation("*", c.load(room.series, i), signs)
         rise = c.assign(
             f"call reassoc double @llvm.vector.reduce.fadd.v{POINTS}f64(double -0.0, "
             f"{WHOLE} {terms})"
         )
-        value = c.load(start, i, ONE)
-        c.store(c.operation("+", value, rise, ONE), zeroth, i, ONE)
-        c.store(
-            c.operation("+", value, c.load(z, POINTS * i + POINTS - 1, ONE), ONE), start, i, ONE
-        )
-    half = c.operation("*", h, literal(0.5), ONE)
+        value = c.load(room.start, i, ONE)
+        c.store(c.operation("+", value, rise, ONE), room.zeroth, i, ONE)
+        _add(c, room.start, room.rest, i, c.load(room.z, POINTS * i + POINTS - 1, ONE))
+
+
+def _write(c: Code, room: _Room, attempt: _Attempt) -> None:
+    """The rows of a step, and on to the next one."""
+    half = c.operation("*", attempt.h, literal(0.5), ONE)
     middle = c.operation("+", "%t", half, ONE)
     rate = c.operation("/", literal(1.0), half, ONE)
     c.do("br label %count")
@@ -279,8 +373,8 @@ def _run() -> str:
     c.do(f"br i1 {some}, label %write, label %advance")
     c.label("write")
     c.do(
-        f"call void @rows(ptr {series}, ptr {zeroth}, double {middle}, double {rate}, i64 %row, "
-        "i64 %stop, i64 %n, ptr %times, ptr %columns, ptr %states, ptr %report)"
+        f"call void @rows(ptr {room.series}, ptr {room.zeroth}, double {middle}, double {rate}, "
+        "i64 %row, i64 %stop, i64 %n, ptr %times, ptr %columns, ptr %states, ptr %report)"
     )
     c.do("br label %advance")
     c.label("advance")
@@ -294,11 +388,13 @@ def _run() -> str:
     c.do("ret i64 -1")
     c.label("many")
     c.do("ret i64 -2")
-    head = (
-        f"i64 @{RUN}(ptr noalias %start, i64 %n, ptr noalias %times, double %tolerance, "
-        "i64 %most, ptr noalias %columns, ptr noalias %states, ptr noalias %report)"
-    )
-    return function(head, c.lines)
+
+
+def _from_rest() -> Array:
+    """From what is left at the points to the right side in modes, over the step's length."""
+    m = collocation()
+    found: Array = m.to_modes @ np.linalg.inv(m.integral)
+    return found
 
 
 def _add(c: Code, sums: str, rests: str, i: int, x: str) -> None:
