@@ -61,6 +61,9 @@ _TRIALS = 20
 _MATRIX_LENGTHS = (40, 64)
 """Orders tried for Y."""
 
+_GUARD_BITS = 32
+"""Values round to a part of the largest, all alike, and so do the coefficients found from them."""
+
 Progress = Callable[[float], None]
 
 
@@ -239,7 +242,7 @@ class Prover:
         self, piece: Piece, rim: Circle, length: int
     ) -> tuple[list[flint.arb_mat], flint.arb_mat]:
         """Taylor coefficients of h J along the piece, and a bound on what they leave out."""
-        a = self._samples(MATRIX_BITS, length, rim.radius)
+        a = self._samples(MATRIX_BITS + _GUARD_BITS, length, rim.radius)
         with a.precision():
             unit = flint.arb(2) ** -piece.grid
             step = exact_ball(piece.h)
