@@ -10,7 +10,7 @@ ball around a multiple of pi. On a piece of length h, with s = (t - t0) / h:
 2. What that leaves out is bounded by Cauchy's estimate from the size of f on the circle abs(s) = R.
    There the state is widened by a polydisc of radius rho, so the same numbers bound the derivatives
    of f by the state (Cauchy again) on the whole disc. Analyticity: see `analytic`.
-3. The Jacobian J along p is expanded in s in the same way (dual numbers over such values).
+3. The Jacobian J along p is expanded in s, exactly (dual numbers over series).
 4. Y is a polynomial that nearly solves ``Y' = h J Y``, Y(0) = 1; its own defect D is bounded.
 5. The error is ``e = Y z`` with ``z' = Y^-1 (-D z + q - delta)``, where q, the part of
    ``h (f(p + e) - f(p))`` of second and higher order in e, is bounded by Cauchy's estimate on the
@@ -38,10 +38,10 @@ from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.errors import NotCertifiedError
 from heyoka_bike.motion.trajectory import Certificate, Piece, Trajectory
-from heyoka_bike.numbers.analytic import NotAnalyticError
-from heyoka_bike.numbers.arithmetic import Balls, exact_ball, upper_fraction
+from heyoka_bike.numbers.analytic import NotAnalyticError, PowerSeries
+from heyoka_bike.numbers.arithmetic import Balls, Number, exact_ball, upper_fraction
 from heyoka_bike.numbers.ball_matrices import Vector, identity, largest, total
-from heyoka_bike.numbers.dual import Duals
+from heyoka_bike.numbers.dual import Dual, Duals
 from heyoka_bike.numbers.samples import Samples
 from heyoka_bike.reference.proof.cauchy import (
     DEPTH,
@@ -50,6 +50,7 @@ from heyoka_bike.reference.proof.cauchy import (
     TooLongError,
     circle_bound,
     circle_equations,
+    geometric,
     refused,
 )
 from heyoka_bike.reference.proof.error_flow import MATRIX_BITS, SIZE, Carried, Flow, Frame
@@ -239,26 +240,33 @@ class Prover:
         self, piece: Piece, rim: Circle, length: int
     ) -> tuple[list[flint.arb_mat], flint.arb_mat]:
         """Taylor coefficients of h J along the piece, and a bound on what they leave out."""
-        a = self._samples(MATRIX_BITS, length, rim.radius)
+        a = PowerSeries(MATRIX_BITS, length)
         with a.precision():
             unit = flint.arb(2) ** -piece.grid
             step = exact_ball(piece.h)
-            rows = [[c * unit for c in row] for row in piece.rows[: SIZE - 1]]
+            # Coefficients of J below the length depend on those of p below it only.
+            rows = [[c * unit for c in row] for row in piece.rows]
             duals = Duals(a)
-            state = duals.variables(a.polynomials(rows))
-            rates = self.matrix.convert(flint.acb, duals).rates_with_yaw(state)
-            of_rates = range(0, SIZE * (SIZE - 1), SIZE - 1)
-            slopes = a.coefficients([slope for rate in rates for slope in rate.slopes])
+            state: list[Number] = list(
+                duals.variables([a.series(row[:length]) for row in rows[:6]])
+            )
+            values = self.matrix.over(duals).rates_with_yaw(state)
+            zeros = [flint.arb(0)] * length
+            coefficients = [
+                [
+                    zeros if _is_zero(slope) else a.coefficients(step * slope)
+                    for slope in (rate.slopes if isinstance(rate, Dual) else [0] * 6)
+                ]
+                for rate in values
+            ]
             # The last column is that of the yaw, on which nothing depends.
             matrices = [
-                flint.arb_mat(
-                    [[*(step * c[m] for c in slopes[i : i + SIZE - 1]), 0] for i in of_rates]
-                )
+                flint.arb_mat([[*(entry[m] for entry in row), 0] for row in coefficients])
                 for m in range(length)
             ]
-            rest = step * a.left_out
+            rest = step * geometric(rim.radius, length)
             tail = flint.arb_mat(
-                [[*((rest * f / x).upper() for x in rim.rho[: SIZE - 1]), 0] for f in rim.values]
+                [[*((rest * f / x).upper() for x in rim.rho[:6]), 0] for f in rim.values]
             )
             return matrices, tail
 
@@ -266,6 +274,10 @@ class Prover:
 def _fractions(bounds: Sequence[flint.arb]) -> tuple[Fraction, ...]:
     """Upper bounds as exact dyadics."""
     return tuple(map(upper_fraction, bounds))
+
+
+def _is_zero(x: Number) -> bool:
+    return isinstance(x, int) and x == 0
 
 
 def _show(x: flint.arb) -> str:
