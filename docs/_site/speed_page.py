@@ -1,17 +1,21 @@
 """The tables and figures of docs/speed.md, from a run of `heyoka-bike bench` in docs/speed.json.
 
 Run as a script, this writes them; with ``--measure`` it first carries out ``heyoka-bike bench --all
---costs --format json -o docs/speed.json``, on a machine that has nothing else to do.
+--costs --format json -o docs/speed.json`` and makes the reference in a folder that goes again, on a
+machine that has nothing else to do.
 """
 
 import json
 import sys
+import time
 from fractions import Fraction
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 from matplotlib.figure import Figure
 
+import heyoka_bike
 from heyoka_bike.bench.figure import COLOURS, MARKERS, draw
 from heyoka_bike.bench.floor import Floor
 from heyoka_bike.bench.problem import Problem
@@ -30,6 +34,13 @@ FIGURES = {"speed.svg": "work_precision", "speed-costs.svg": "digits"}
 
 TUNED, TAYLOR = "heyoka_bike simulate", "heyoka unrolled"
 RACE = ("code", "min [ms]", "median [ms]", "over `simulate`", "eq. (1) [%]", "state error")
+STAGE_NAMES = {
+    "integrate": "integrated in 70 digits",
+    "certify": "enclosed",
+    "rows": "rows rounded, dense output",
+    "motion": "places and forces",
+    "vary": "derivatives",
+}
 STATE_COLUMNS = ("roll_angle", "steer_angle", "roll_rate", "steer_rate", "forward_speed")
 SEED = 7
 # The example of a code that keeps the energy: the implicit midpoint rule at this step [s].
@@ -94,6 +105,25 @@ def floor_table(run):
     return table(headings, rows, left=2)
 
 
+def generate():
+    """How long it takes to make the reference [s]: in all, and by maneuver and job."""
+    with TemporaryDirectory() as folder:
+        start = time.monotonic()
+        made = heyoka_bike.generate(folder)
+        wall = time.monotonic() - start
+    return {"wall_s": wall, "cpu_s": {t.maneuver.name: dict(t.seconds) for t in made.tables}}
+
+
+def generate_table(found):
+    """Processor time of each job and maneuver [s]."""
+    jobs = found["cpu_s"]
+    rows = [
+        (STAGE_NAMES[stage], *(f"{x[stage]:.1f}" for x in jobs.values())) for stage in STAGE_NAMES
+    ]
+    sums = [f"{sum(x.values()):.1f}" for x in jobs.values()]
+    return table(("processor time [s]", *jobs), [*rows, ("all", *sums)])
+
+
 def shown(run):
     """The parts of the page that show the run, by their markers."""
     m, versions = run["machine"], run["versions"]
@@ -112,6 +142,8 @@ def shown(run):
         ),
         "first": f"{first['result_s']:.2f} s, after {first['import_numpy_s']:.2f} s of importing "
         "NumPy",
+        "generate": generate_table(run["generate"]),
+        "generate-wall": f"{run['generate']['wall_s']:.0f} s",
         "precise": table(
             ("code", "digits", "time [s]", "measured over [s]", "error"),
             [
@@ -286,7 +318,11 @@ def figures(run):
 
 if __name__ == "__main__":
     if sys.argv[1:] == ["--measure"]:
+        made = generate()
         main(["bench", "--all", "--costs", "--format", "json", "-o", str(RUN)])
+        RUN.write_text(
+            json.dumps(json.loads(RUN.read_text()) | {"generate": made}, indent=2) + "\n"
+        )
     document = json.loads(RUN.read_text())
     PAGE.write_text(filled(PAGE.read_text(), shown(document) | computed()))
     for file, data in figures(document).items():

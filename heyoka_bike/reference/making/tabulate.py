@@ -1,7 +1,7 @@
 """Everything published about one maneuver: integrated, certified, rounded, made dense."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver, describe_inputs
@@ -50,8 +50,8 @@ class Table:
     motion_dense : Dense
         The whole motion.
     sensitivity : Sensitivity
-    cpu : float
-        Processor time that it took [s].
+    seconds : mapping
+        Processor time that each job took [s], see `STAGES`.
     """
 
     trajectory: Trajectory
@@ -64,11 +64,16 @@ class Table:
     motion_rows: Values
     motion_dense: Dense
     sensitivity: Sensitivity
-    cpu: float = 0.0
+    seconds: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def maneuver(self) -> Maneuver:
         return self.trajectory.maneuver
+
+    @property
+    def cpu(self) -> float:
+        """Processor time that all of it took [s]."""
+        return sum(self.seconds.values())
 
 
 def tabulating(
@@ -115,7 +120,7 @@ def tabulated(outcomes: Mapping[str, Outcome]) -> Table:
         motion_rows=motion_rows,
         motion_dense=motion_dense,
         sensitivity=outcomes["vary"].get(),
-        cpu=sum(x.seconds for x in outcomes.values()),
+        seconds={stage: x.seconds for stage, x in outcomes.items()},
     )
 
 
