@@ -7,10 +7,12 @@ from collections.abc import Mapping, Sequence
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle
-from heyoka_bike.numbers.straight_line import StraightLine, needed
+from heyoka_bike.numbers.arithmetic import Multiprecision, Number
+from heyoka_bike.numbers.straight_line import Recorded, StraightLine, needed
 
 _INDENT = "    "
 _STATE = 6
+_QUADRUPLE_DIGITS = 50  # binary128 has 34
 _TRIGONOMETRIC = ("sin", "cos")
 _BLOCK = 128  # rows; a block and its sines stay in the first level of the cache
 
@@ -27,6 +29,29 @@ def slope_source(bicycle: Bicycle) -> str:
         "static void slope(const double *restrict y, double *restrict f)",
         [
             *_assignments(code.statements),
+            *(f"f[{i}] = {x.text};" for i, x in enumerate(rates)),
+        ],
+    )
+
+
+def quadruple_source(bicycle: Bicycle) -> str:
+    """The same in binary128, of the type ``real``; constants are rounded once from 50 digits."""
+    code, constants = StraightLine(), list[str]()
+    exact = Multiprecision(_QUADRUPLE_DIGITS)
+
+    def constant(x: Number) -> Recorded:
+        if x in (0, 1):
+            return code.literal(float(x))
+        constants.append(f"{exact.context.nstr(x, _QUADRUPLE_DIGITS)}Q")
+        return code.variable(f"k[{len(constants) - 1}]")
+
+    equations = Equations.of(bicycle, exact, is_regular=False).convert(constant, code)
+    rates = equations.rates([code.variable(f"y[{i}]") for i in range(_STATE)])
+    table = f"static const real k[] = {{{', '.join(constants)}}};\n"
+    return table + _function(
+        "static void slope(const real *restrict y, real *restrict f)",
+        [
+            *_assignments(needed(code.statements, [x.text for x in rates]), "real"),
             *(f"f[{i}] = {x.text};" for i, x in enumerate(rates)),
         ],
     )
@@ -97,8 +122,8 @@ def _equations(bicycle: Bicycle, code: StraightLine) -> Equations:
     return Equations.binary64(bicycle, is_regular=False).convert(code.literal, code)
 
 
-def _assignments(statements: Mapping[str, str]) -> list[str]:
-    return [f"const double {name} = {text};" for name, text in statements.items()]
+def _assignments(statements: Mapping[str, str], kind: str = "double") -> list[str]:
+    return [f"const {kind} {name} = {text};" for name, text in statements.items()]
 
 
 def _function(head: str, lines: Sequence[str]) -> str:

@@ -8,12 +8,13 @@ import ctypes
 import os
 import shutil
 import subprocess
+from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from heyoka_bike.bench.c_source import columns_source, slope_source
+from heyoka_bike.bench.c_source import columns_source, quadruple_source, slope_source
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.double import Array
@@ -23,7 +24,6 @@ METHODS = ("DOPRI5", "DOP853", "RK4")
 FLAGS = ("-O3", "-march=native")
 """Without ``-ffast-math``: that would be another arithmetic than the model's."""
 
-_SOURCE = Path(__file__).parent / "runge_kutta.c"
 _STATE = 6
 _MOST_SECONDS = 120  # of compiling; it takes about one
 
@@ -42,23 +42,8 @@ class CompiledPeers:
     """
 
     def __init__(self, bicycle: Bicycle) -> None:
-        compiler = os.environ.get("CC") or shutil.which("gcc") or shutil.which("cc")
-        if compiler is None:
-            raise NoCompilerError("no C compiler")
-        with TemporaryDirectory(prefix="heyoka_bike-") as folder:
-            equations = Path(folder) / "equations.h"
-            equations.write_text(slope_source(bicycle) + columns_source(bicycle), encoding="utf-8")
-            library = Path(folder) / "peers.so"
-            command = [
-                compiler, *FLAGS, "-std=gnu11", "-fPIC", "-shared", f"-I{folder}",
-                str(_SOURCE), "-o", str(library), "-lm",
-            ]  # fmt: skip
-            try:
-                subprocess.run(command, check=True, capture_output=True, timeout=_MOST_SECONDS)
-                # Once loaded, the file is no longer needed.
-                self._library = ctypes.CDLL(str(library))
-            except (OSError, subprocess.SubprocessError):
-                raise NoCompilerError("does not compile") from None
+        equations = slope_source(bicycle) + columns_source(bicycle)
+        self._library = _built("runge_kutta.c", equations, "-lm")
         pointer = ctypes.c_void_p
         self._solve = self._library.solve
         self._solve.restype = ctypes.c_long
@@ -101,3 +86,59 @@ class CompiledPeers:
         rates, columns = np.empty(_STATE), np.empty(len(BENCHMARK_COLUMNS))
         self._evaluate(state.ctypes.data, rates.ctypes.data, columns.ctypes.data)
         return rates, columns
+
+
+class QuadruplePeer:
+    """Extrapolation in binary128, by libquadmath, compiled for a bicycle.
+
+    Raises
+    ------
+    NoCompilerError
+        It cannot be compiled here.
+    """
+
+    def __init__(self, bicycle: Bicycle) -> None:
+        library = _built("extrapolation.c", quadruple_source(bicycle), "-lquadmath", "-lm")
+        self._extrapolate = library.extrapolate
+        self._extrapolate.restype = ctypes.c_long
+
+    def end(
+        self, columns: int, start: Sequence[str], duration: str, tolerance: float
+    ) -> tuple[list[str], int]:
+        """State at the end, as decimals, and the calls of the right-hand side.
+
+        Parameters
+        ----------
+        columns
+            Of the scheme; its order is twice as many.
+        start, duration
+            Decimals of the state at time 0, and of the time [s].
+        tolerance
+            Of a step.
+        """
+        found = ((ctypes.c_char * 64) * _STATE)()
+        given = (ctypes.c_char_p * _STATE)(*(x.encode() for x in start))
+        calls = self._extrapolate(
+            columns, given, duration.encode(), ctypes.c_double(tolerance), found
+        )
+        return [bytes(x).split(b"\0")[0].decode() for x in found], calls
+
+
+def _built(source: str, equations: str, *libraries: str) -> ctypes.CDLL:
+    """A C file of this folder, compiled with equations written from the model."""
+    compiler = os.environ.get("CC") or shutil.which("gcc") or shutil.which("cc")
+    if compiler is None:
+        raise NoCompilerError("no C compiler")
+    with TemporaryDirectory(prefix="heyoka_bike-") as folder:
+        Path(folder, "equations.h").write_text(equations, encoding="utf-8")
+        library = Path(folder) / "peers.so"
+        command = [
+            compiler, *FLAGS, "-std=gnu11", "-fPIC", "-shared", f"-I{folder}",
+            str(Path(__file__).parent / source), "-o", str(library), *libraries,
+        ]  # fmt: skip
+        try:
+            subprocess.run(command, check=True, capture_output=True, timeout=_MOST_SECONDS)
+            # Once loaded, the file is no longer needed.
+            return ctypes.CDLL(str(library))
+        except (OSError, subprocess.SubprocessError):
+            raise NoCompilerError("does not compile") from None

@@ -1,4 +1,4 @@
-"""Beyond binary64: `End`, heyoka, mpmath's `odefun`, and a Taylor method in ball arithmetic.
+"""Beyond binary64: `End`, heyoka, mpmath's `odefun`, a Taylor method in ball arithmetic, and C.
 
 All integrate the same equations from the same initial state, without rows. What would take minutes
 is measured over the first part of the maneuver and scaled to the whole of it, by the part of
@@ -14,6 +14,7 @@ from fractions import Fraction
 
 import flint
 
+from heyoka_bike.bench.compiled import NoCompilerError, QuadruplePeer
 from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.motion.expressions import require_heyoka
@@ -33,6 +34,10 @@ _TOLERANCE_BITS = 5  # of `integrate`, beyond the precision
 _GUARD = 64  # bits of the constants beyond those of the run
 _RUNS = 3
 _MPMATH_SPAN = Fraction(1, 20)  # [s]; takes seconds
+# Of the extrapolation in C, the fastest of 8 to 16 columns to an error of 1e-30; more of them lose
+# digits to their weights.
+_COLUMNS, _TOLERANCE = 8, 1e-29
+_QUADRUPLE = "binary128"  # what libquadmath has
 _SAFETY_BITS = 8  # of a ball Taylor step's truncation below the precision
 _COST_SECONDS = 5.0  # of stepping for one precision, but one step after the first at least
 _LONG_STEP = 60.0  # [s]; a first step that takes as long is the one that is timed
@@ -88,11 +93,15 @@ class Cost:
 
 def precise(published: Trajectory) -> list[Precise]:
     """The codes at each of `PRECISIONS`, on the maneuver of a published run."""
-    return [
-        measure(published, Precision.of(name))
-        for name in PRECISIONS
-        for measure in (_end, _heyoka, _mpmath, _balls)
-    ]
+    found = []
+    for name in PRECISIONS:
+        p = Precision.of(name)
+        found += [measure(published, p) for measure in (_end, _heyoka, _mpmath, _balls)]
+        if name == _QUADRUPLE:
+            # Without a compiler there is one code less.
+            with contextlib.suppress(NoCompilerError):
+                found.append(_extrapolated(published, p))
+    return found
 
 
 def costs(published: Trajectory) -> list[Cost]:
@@ -166,6 +175,18 @@ def _balls(published: Trajectory, p: Precision) -> Precise:
     took = time.perf_counter() - begin
     text = [x.mid().str(round(p.digits) + 5, radius=False) for x in state]
     return _result("Taylor in balls", p, published, took, h, text)
+
+
+def _extrapolated(published: Trajectory, p: Precision) -> Precise:
+    peer, duration = QuadruplePeer(published.bicycle), published.maneuver.duration
+    digits = round(p.digits) + 5
+    start = [x.mid().str(digits, radius=False) for x in _start(published, p)]
+    times = []
+    for _ in range(_RUNS):
+        begin = time.perf_counter()
+        state, _ = peer.end(_COLUMNS, start, str(float(duration)), _TOLERANCE)
+        times.append(time.perf_counter() - begin)
+    return _result("C extrapolation", p, published, min(times), duration, state)
 
 
 def _start(published: Trajectory, p: Precision) -> list[flint.arb]:

@@ -42,7 +42,8 @@ def add_parser(subparsers: Any) -> None:
         "--all",
         action="store_true",
         help="all three maneuvers as well; ensembles, the first result of a new process, and at 34 "
-        "and 70 digits mpmath and a Taylor method in ball arithmetic (about ten minutes)",
+        "and 70 digits mpmath, a Taylor method in ball arithmetic and C with libquadmath (about "
+        "ten minutes)",
     )
     p.add_argument(
         "--costs",

@@ -67,6 +67,7 @@ def test_the_command_finds_nothing_to_change(made, short, tmp_path, capsys):
     assert "nothing written" in capsys.readouterr().out
 
 
+@pytest.mark.proof
 def test_making_it_again_changes_nothing(made, short):
     found, _ = made
     assert heyoka_bike.generate(found.folder, maneuvers=[short]).changed == ()
@@ -120,6 +121,7 @@ def test_names_and_files_are_found_as_on_the_command_line(tmp_path, monkeypatch)
         assert until is None
 
 
+@pytest.mark.proof
 def test_early_ends_are_said(tmp_path, short):
     said = []
     falling = replace(
