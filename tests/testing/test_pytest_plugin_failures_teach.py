@@ -283,7 +283,7 @@ def test_digits_are_recorded(pytester, reference):
 
 def test_digits_are_recorded_by_several_processes(pytester, reference):
     pytest.importorskip("xdist", reason="pytest-xdist is not installed")
-    check_recorded(recorded(pytester, "-n", "2"), reference)
+    check_recorded(recorded(pytester, "-p", "xdist", "-n", "2"), reference)
 
 
 def test_the_guide_runs(example):
