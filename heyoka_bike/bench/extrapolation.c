@@ -1,8 +1,8 @@
 /* Extrapolation in binary128 to compare with: the explicit midpoint rule with 2, 4, 6, ... steps,
    extrapolated by Aitken and Neville's scheme, with a fixed number of columns.
 
-   W. B. Gragg, On extrapolation algorithms for ordinary initial value problems, SIAM J. Numer.
-   Anal. 2, 384-403 (1965); E. Hairer, S. P. Norsett and G. Wanner, Solving Ordinary Differential
+   W. B. Gragg, On extrapolation algorithms for ordinary initial value problems, SIAM Journal
+   on Numerical Analysis 2, 384-403 (1965); E. Hairer, S. P. Norsett and G. Wanner, Solving Ordinary Differential
    Equations I, 2nd edition, Springer 1993, section II.9. equations.h is written from the model. */
 
 #include <quadmath.h>

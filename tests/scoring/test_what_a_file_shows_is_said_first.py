@@ -22,6 +22,7 @@ def test_a_right_file_shows_nothing(reference):
     assert columns_apart(report) is None
 
 
+@pytest.mark.proof
 def test_a_bicycle_that_falls_over_is_told_so(reference):
     """A run of a physics engine as it comes: wheels of 32 corners."""
     file = data_folder() / "results" / "pybullet-default.txt.gz"
