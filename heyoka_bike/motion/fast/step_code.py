@@ -349,7 +349,7 @@ def _accept(c: Code, room: _Room) -> None:
         )
         value = c.load(room.start, i, ONE)
         c.store(c.operation("+", value, rise, ONE), room.zeroth, i, ONE)
-        _add(c, room.start, room.rest, i, c.load(room.z, POINTS * i + POINTS - 1, ONE))
+        c.accumulate(room.start, room.rest, i, c.load(room.z, POINTS * i + POINTS - 1, ONE))
 
 
 def _write(c: Code, room: _Room, attempt: _Attempt) -> None:
@@ -395,14 +395,3 @@ def _from_rest() -> Array:
     m = collocation()
     found: Array = m.to_modes @ np.linalg.inv(m.integral)
     return found
-
-
-def _add(c: Code, sums: str, rests: str, i: int, x: str) -> None:
-    """Add to one of some sums; what rounding took from them before is added, too."""
-    before = c.load(sums, i, ONE)
-    x = c.operation("+", x, c.load(rests, i, ONE), ONE)
-    after = c.operation("+", before, x, ONE)
-    added = c.operation("-", after, before, ONE)
-    lost = c.operation("-", before, c.operation("-", after, added, ONE), ONE)
-    c.store(c.operation("+", c.operation("-", x, added, ONE), lost, ONE), rests, i, ONE)
-    c.store(after, sums, i, ONE)

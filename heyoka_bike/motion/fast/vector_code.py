@@ -104,6 +104,18 @@ class Code:
         place = array if index == 0 else self.at(array, index, kind)
         self.do(f"store {kind} {x}, ptr {place}, align 8")
 
+    def accumulate(self, sums: str, rests: str, index: int, x: str) -> None:
+        """Add to one of some sums; what rounding took from it before is added, too."""
+        before = self.load(sums, index, ONE)
+        x = self.operation("+", x, self.load(rests, index, ONE), ONE)
+        after = self.operation("+", before, x, ONE)
+        added = self.operation("-", after, before, ONE)
+        kept = self.operation("-", after, added, ONE)
+        lost = self.operation("-", before, kept, ONE)
+        rest = self.operation("+", self.operation("-", x, added, ONE), lost, ONE)
+        self.store(rest, rests, index, ONE)
+        self.store(after, sums, index, ONE)
+
     def spread(self, x: str, kind: str = WHOLE) -> str:
         """One number in every place of a vector."""
         count = POINTS if kind == WHOLE else POINTS // 2
