@@ -210,7 +210,7 @@ def _summary(made: Atlas) -> None:
     from heyoka_bike.motion.atlas.data import FATES
 
     fates = made.variables["fate"]
-    counts = np.bincount(fates.ravel(), minlength=len(FATES))
+    counts = np.bincount(fates.ravel().astype(int), minlength=len(FATES))
     rows = [
         (name, str(count), f"{100 * count / fates.size:.1f} %", about)
         for (name, about), count in zip(FATES.items(), counts, strict=True)
