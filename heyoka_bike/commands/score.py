@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from heyoka_bike.commands.options import add_reference, check_format
+from heyoka_bike.commands.options import add_reference, check_format, lists
 from heyoka_bike.commands.result_files import STANDARD_INPUT, add_columns, maneuvers_of, read
 from heyoka_bike.errors import Exit, InputError, quoted
 from heyoka_bike.showing.formats.output import FORMATS, SUFFIXES, render
@@ -58,7 +58,7 @@ def add_parser(subparsers: Any) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     p.add_argument("files", metavar="FILE", nargs="+", help="result files, or one list of runs")
-    p.add_argument(
+    formats = p.add_argument(
         "--format",
         metavar="FORMAT",
         dest="formats",
@@ -66,6 +66,7 @@ def add_parser(subparsers: Any) -> None:
         help=f"one of {', '.join(FORMATS)}; may be repeated (default: table, and by the suffix of "
         "each -o)",
     )
+    lists(formats, FORMATS)
     p.add_argument(
         "-o",
         "--output",
