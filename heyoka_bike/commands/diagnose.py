@@ -7,7 +7,7 @@ import json
 import textwrap
 from typing import TYPE_CHECKING, Any
 
-from heyoka_bike.commands.options import add_format, add_reference, add_workers, check_format
+from heyoka_bike.commands.options import add_format, add_reference, add_workers
 from heyoka_bike.commands.result_files import add_columns
 from heyoka_bike.errors import Exit, NothingScoredError
 from heyoka_bike.system.console import progress_bar
@@ -55,7 +55,6 @@ def run(args: argparse.Namespace) -> int:
     from heyoka_bike.scoring.score import score
     from heyoka_bike.system.parallel import side_by_side
 
-    check_format(args.format, _FORMATS)
     reference = load_reference(args.reference)
     numbers = maneuvers_of(args.maneuver, len(args.files), reference)
     files = [read(f, n, reference, args.columns) for f, n in zip(args.files, numbers, strict=True)]

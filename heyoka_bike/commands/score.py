@@ -10,7 +10,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from heyoka_bike.commands.options import add_reference, check_format
+from heyoka_bike.commands.options import add_reference, check_format, lists
 from heyoka_bike.commands.result_files import (
     STANDARD_INPUT,
     add_columns,
@@ -75,7 +75,7 @@ def add_parser(subparsers: Any) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     p.add_argument("files", metavar="FILE", nargs="+", help="result files, or one list of runs")
-    p.add_argument(
+    formats = p.add_argument(
         "--format",
         metavar="FORMAT",
         dest="formats",
@@ -83,6 +83,7 @@ def add_parser(subparsers: Any) -> None:
         help=f"one of {', '.join(_FORMATS)}; may be repeated (default: table, and by the suffix of "
         "each -o)",
     )
+    lists(formats, _FORMATS)
     p.add_argument(
         "-o",
         "--output",

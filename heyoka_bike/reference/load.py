@@ -17,7 +17,7 @@ import numpy as np
 from heyoka_bike.bicycle.column import Column
 from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
-from heyoka_bike.errors import InputError
+from heyoka_bike.errors import InputError, unknown_word
 from heyoka_bike.numbers.double import Array, Double
 from heyoka_bike.reference import manifest as manifest_file
 from heyoka_bike.reference.exact_times import Time, as_double
@@ -101,9 +101,7 @@ class ReferenceManeuver:
         names = tuple(self.columns if chosen is None else chosen)
         for name in names:
             if name not in self.rows.hi:
-                raise InputError(
-                    f"found column '{name}', expected one of {', '.join(self.columns)}"
-                )
+                raise InputError(unknown_word(name, self.columns, "column "))
         hi, lo = as_double(t)
         shape = hi.shape
         times: Double = (hi.ravel(), lo.ravel())

@@ -60,12 +60,17 @@ def broken(page, text):
 
 
 def entries(page):
-    """Pages that the toctrees of a page name."""
-    return {
-        (page.parent / f"{line.strip()}.md").resolve()
+    """Pages and notebooks that the toctrees of a page name."""
+    named = [
+        page.parent / line.strip()
         for tree in _TOCTREE.findall(page.read_text(encoding="utf-8"))
         for line in tree.splitlines()
         if line.strip() and not line.startswith(":")
+    ]
+    notebooks = [x.with_suffix(".ipynb") for x in named]
+    return {
+        (n if n.exists() else x.with_suffix(".md")).resolve()
+        for x, n in zip(named, notebooks, strict=True)
     }
 
 
@@ -76,7 +81,8 @@ def test_links_lead_somewhere(page):
 
 def test_every_page_is_in_the_contents():
     listed = set().union(*(entries(page) for page in PAGES))
-    assert listed == {page.resolve() for page in PAGES} - {(DOCS / "index.md").resolve()}
+    pages = {*PAGES, *DOCS.glob("*.ipynb")} - {DOCS / "index.md"}
+    assert listed == {page.resolve() for page in pages}
 
 
 def test_links_are_looked_at():
