@@ -15,7 +15,7 @@ from speed_page import STEP
 from heyoka_bike import __version__, load_reference, read_bicycle, read_maneuvers
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.stability.linear import linearise
-from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers, data_folder
+from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
 
 
 @fact("data/maneuvers/benchmark.toml", "cat FILE")
@@ -125,21 +125,21 @@ def drift(file, maneuver):
 
 @cache
 def _score(file):
-    return json.loads(_said("score", str(data_folder() / "peers" / file), "--format", "json"))
+    return json.loads(_said("score", f"data/peers/{file}", "--format", "json"))
 
 
 @fact("data/peers", "heyoka-bike score data/peers/FILE --summary")
 def summary(file):
     """What `score` says of a result file in short."""
-    path = data_folder() / "peers" / file
-    return _said("score", str(path), "--summary").replace(f"{ROOT}/", "").strip()
+    return _said("score", f"data/peers/{file}", "--summary").strip()
 
 
 def _said(*arguments):
     """What a command prints, at a terminal as wide as the page."""
     command = [sys.executable, "-m", "heyoka_bike", *arguments]
     env = os.environ | {"COLUMNS": "92", "NO_COLOR": "1"}
-    return subprocess.run(command, env=env, text=True, stdout=subprocess.PIPE, check=True).stdout
+    done = subprocess.run(command, cwd=ROOT, env=env, text=True, stdout=subprocess.PIPE, check=True)
+    return done.stdout
 
 
 @fact("reference/uncontrolled-bicycle.h5", "docs/definitions.md")

@@ -86,6 +86,13 @@ def between(end):
 
 
 @fact("docs/field.json", FIELD)
+def machine():
+    """On what the programs were timed."""
+    found = document("docs/field.json")["machine"]
+    return f"{found['cpu']}, {found['cores']} cores, {found['system']}"
+
+
+@fact("docs/field.json", FIELD)
 def programs():
     """The programs in a table, the most right first."""
     lines = [
