@@ -77,7 +77,7 @@ def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
     limits = _limits(args)
     try:
-        import multipart  # noqa: F401
+        import python_multipart  # noqa: F401
         import starlette  # noqa: F401
         import uvicorn  # noqa: F401
     except ImportError as e:

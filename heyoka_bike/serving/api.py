@@ -23,9 +23,12 @@ r.maneuvers(1).columns(1).scd"""),
 
 def description(limits: Limits) -> dict[str, Any]:
     """The interface as OpenAPI 3.1."""
-    schema = json.loads(_SCHEMA.read_text(encoding="utf-8"))
-    schema.pop("$id", None)
-    error = {
+    text = _SCHEMA.read_text(encoding="utf-8")
+    # Where the schema stands here.
+    schema = json.loads(text.replace('"#/$defs/', '"#/components/schemas/score/$defs/'))
+    for key in ("$schema", "$id"):
+        schema.pop(key, None)
+    error: dict[str, Any] = {
         "type": "object",
         "required": ["error"],
         "properties": {
@@ -36,7 +39,7 @@ def description(limits: Limits) -> dict[str, Any]:
             },
         },
     }  # fmt: skip
-    job = {
+    job: dict[str, Any] = {
         "type": "object",
         "required": ["id", "kind", "state", "progress", "job"],
         "properties": {
@@ -91,7 +94,7 @@ def description(limits: Limits) -> dict[str, Any]:
     place = [
         {"name": "id", "in": "path", "required": True, "schema": {"type": "string"}},
         {"name": "kind", "in": "path", "required": True, "schema": job["properties"]["kind"]},
-    ]  # type: ignore[index]
+    ]
     paths: dict[str, Any] = {
         "/score": {
             "post": {

@@ -42,6 +42,8 @@ _KINDS: tuple[Kind, ...] = ("score", "diagnose", "replay")
 # A page waits so long for its work before it says that it waits [s].
 _AT_ONCE = 1.5
 _SWEEP = 5.0  # [s]
+# How often a client is looked for that waits for an answer [s].
+_LOOK = 0.5
 _EXAMPLE = "exudyn-h0.01.txt"
 _TYPES = {".json": "application/json", ".csv": "text/csv", ".xml": "application/xml"}
 _STATIC = {
@@ -229,7 +231,8 @@ class Server:
             return FileResponse(made, filename=name, media_type=_TYPES.get(suffix, "text/html"))
         text = await run_in_threadpool(made.read_text, encoding="utf-8")
         suffixes = [x for x in RENDERED.values() if kept.made(stem(kind) + x).is_file()]
-        return _report(pages.with_bar(text, pages.bar(kept, kind, suffixes)))
+        diagnosis = (job.answer or {}).get("diagnosis", ())
+        return _report(pages.with_bar(text, pages.bar(kept, kind, suffixes), diagnosis))
 
     async def job(self, request: Request) -> Response:
         """How far a piece of work is."""
@@ -312,7 +315,7 @@ async def _ended(job: Job, seconds: float | None = None) -> None:
 async def _ended_or_left(request: Request, job: Job) -> None:
     """Wait for the end of a job; if the client goes away, nobody wants it any more."""
     over = asyncio.wrap_future(job.over)
-    while not (await asyncio.wait([over], timeout=0.5))[0]:
+    while not (await asyncio.wait([over], timeout=_LOOK))[0]:
         if await request.is_disconnected():
             job.is_unwanted = True
 

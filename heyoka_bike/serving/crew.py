@@ -92,6 +92,7 @@ class Crew:
         self._queue: Queue[Job | None] = Queue(limits.waiting)
         self._seconds: deque[float] = deque([_FIRST_GUESS], maxlen=50)
         self._is_open = True
+        self._working: list[Any] = []
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
         if "forkserver" in get_all_start_methods():
             self._context: Any = get_context("forkserver")
@@ -116,6 +117,10 @@ class Crew:
         except Full:
             raise BusyError(self.patience()) from None
         return job
+
+    def processes(self) -> list[int]:
+        """Numbers of the processes that work now."""
+        return [p.pid for p in list(self._working) if p.pid is not None]
 
     def waiting(self) -> int:
         """How many wait."""
@@ -161,9 +166,12 @@ class Crew:
         job.state = "working"
         try:
             process.start()
+            self._working.append(process)
             theirs.close()
             self._follow(job, ours)
         finally:
+            if process in self._working:
+                self._working.remove(process)
             _end(process)
             ours.close()
 

@@ -8,6 +8,7 @@ from heyoka_bike.serving.crew import Job
 from heyoka_bike.serving.limits import Limits
 from heyoka_bike.serving.store import Kept
 from heyoka_bike.serving.tasks import Kind
+from heyoka_bike.showing.formats.markup import prose
 from heyoka_bike.version import __version__
 
 STATIC = Path(__file__).with_name("static")
@@ -118,7 +119,7 @@ def waiting(kept: Kept, kind: Kind, job: Job, ahead: int) -> str:
 <p><a href="{place}">Look again</a></p>"""
     # Without script the page asks again by itself.
     head = '<noscript><meta http-equiv="refresh" content="2"></noscript>\n'
-    return shell(_SAID[kind], body, head=head, bar=bar(kept, kind, kept.task.files))
+    return shell(_SAID[kind], body, head=head, bar=bar(kept, kind))
 
 
 def error(title: str, message: str, *, kept: Kept | None = None, kind: Kind = "score") -> str:
@@ -126,16 +127,23 @@ def error(title: str, message: str, *, kept: Kept | None = None, kind: Kind = "s
     body = f"""<h1>{escape(title)}</h1>
 <p class="error" role="alert">{escape(message)}</p>
 <p><a href="/">Score another file</a></p>"""
-    links = "" if kept is None else bar(kept, kind, ())
+    links = "" if kept is None else bar(kept, kind)
     return shell(title, body, bar=links)
 
 
-def with_bar(page: str, links: str) -> str:
-    """A page of the package with links above it; it stands by itself, styles too."""
-    return page.replace("<body>\n", f"<body>\n<style>\n{BAR_STYLE}</style>\n{links}\n", 1)
+def with_bar(page: str, links: str, diagnosis: Sequence[str] = ()) -> str:
+    """A page of the package with links above it, and what a diagnosis says.
+
+    It stands by itself, styles too, as a page that is taken away does.
+    """
+    said = "".join(f"<p>{prose(text)}</p>" for text in diagnosis)
+    if said:
+        said = f'<section class="answer"><h1>Why it differs</h1>{said}</section>'
+    above = f"<body>\n<style>\n{BAR_STYLE}</style>\n{links}\n{said}\n"
+    return page.replace("<body>\n", above, 1)
 
 
-def bar(kept: Kept, current: Kind, downloads: Sequence[str]) -> str:
+def bar(kept: Kept, current: Kind, downloads: Sequence[str] = ()) -> str:
     """Links of a result.
 
     Parameters
@@ -144,9 +152,9 @@ def bar(kept: Kept, current: Kind, downloads: Sequence[str]) -> str:
         Suffixes of what can be taken away of this page.
     """
     root = f"/results/{kept.key}"
-    is_one_run = (kept.jobs["score"].answer or {}).get("is_one_run", False)
-    parts = [_link(f"{root}/score", "Report", current == "score")]
-    if is_one_run:
+    is_one_run = any((job.answer or {}).get("is_one_run") for job in kept.jobs.values())
+    parts = [_asked(kept, "score", "Report", current)]
+    if is_one_run and kept.has_diagnosis:
         parts.append(_asked(kept, "diagnose", "Why it differs", current))
     if is_one_run and len(kept.task.files) == 1:
         parts.append(_asked(kept, "replay", "Replay", current))

@@ -1,5 +1,6 @@
 """A server that runs until it is stopped."""
 
+import logging
 import socket
 import sys
 import tempfile
@@ -43,6 +44,8 @@ def serve(
     InputError
         The address cannot be listened on.
     """
+    # It would write pieces of what was sent.
+    logging.getLogger("python_multipart").setLevel(logging.CRITICAL)
     bound = _bound(host, port)
     shown = f"[{host}]" if ":" in host else host
     address = f"http://{shown}:{bound.getsockname()[1]}/"

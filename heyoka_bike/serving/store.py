@@ -32,6 +32,8 @@ class Kept:
         When it is removed [s since 1970].
     task
         How its files are scored.
+    has_diagnosis
+        Whether it can be diagnosed here.
     jobs
         What was asked for.
     """
@@ -40,6 +42,7 @@ class Kept:
     folder: Path
     until: float
     task: Task
+    has_diagnosis: bool
     jobs: dict[Kind, Job] = field(default_factory=dict)
 
     def of(self, kind: Kind) -> Task:
@@ -80,7 +83,7 @@ class Store:
     def keep(self, task: Task) -> Kept:
         """Keep a task whose folder is from `room`, until its time is over."""
         until = time() + self._limits.kept_seconds
-        kept = Kept(task.folder.name, task.folder, until, task)
+        kept = Kept(task.folder.name, task.folder, until, task, self._limits.has_diagnosis)
         self._kept[kept.key] = kept
         return kept
 

@@ -7,7 +7,7 @@ JSON, so that nothing that a file brought about in it is unpickled there.
 import json
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from importlib import import_module
@@ -22,7 +22,6 @@ from heyoka_bike.scoring.report import Report, Series
 from heyoka_bike.scoring.series import score_files
 from heyoka_bike.serving.limits import Limits, keep_to
 from heyoka_bike.showing.formats.origin import origin
-from heyoka_bike.showing.formats.wording import reports, verdict
 from heyoka_bike.system.files import write_output
 
 Kind = Literal["score", "diagnose", "replay"]
@@ -31,7 +30,7 @@ FILES, MADE = "files", "made"
 RENDERED = {"html": ".html", "json": ".json", "csv": ".csv", "junit": ".xml"}
 """Formats of a report, and how the names of their files end."""
 
-_LONGEST_ANSWER = 500
+_LONGEST_LINE = 500
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,7 +95,7 @@ def work(connection: Connection, task: Task, limits: Limits) -> None:
         tell(done=_carry_out(task, lambda share: tell(share=round(share, 3))))
     except BicycleError as e:
         line = printable(" ".join(str(e).split()))
-        tell(refused=line[:_LONGEST_ANSWER], code=int(e.exit_code))
+        tell(refused=line[:_LONGEST_LINE], code=int(e.exit_code))
     except MemoryError:
         tell(
             refused=f"needs more than {limits.memory // 1_000_000} MB of memory, expected less",
@@ -150,7 +149,8 @@ def _carry_out(task: Task, progress: Callable[[float], None]) -> dict[str, Any]:
         scored = diagnosed(scored, reference, progress)
     for name, suffix in RENDERED.items():
         _write(task, suffix, _rendered(scored, name, task))
-    return {"verdict": _verdicts(scored), "is_one_run": isinstance(scored, Report)}
+    said = [] if isinstance(scored, Series) else [printable(f.message) for f in scored.diagnosis]
+    return {"is_one_run": isinstance(scored, Report), "diagnosis": said}
 
 
 def _rendered(scored: Report | Series, name: str, task: Task) -> str:
@@ -159,10 +159,6 @@ def _rendered(scored: Report | Series, name: str, task: Task) -> str:
         return str(render(scored))
     command = "diagnose" if task.kind == "diagnose" else "score"
     return str(render(scored, origin((command, *task.files))))
-
-
-def _verdicts(scored: Report | Series) -> Sequence[str]:
-    return [printable(verdict(report)).splitlines()[0] for report in reports(scored)]
 
 
 def _write(task: Task, suffix: str, text: str) -> None:
