@@ -19,6 +19,7 @@ from heyoka_bike.serving.limits import Limits
 # Requests at once, most of which wait: more are answered 503.
 _AT_ONCE = 1000
 _GRACE = 5  # [s]
+_BACKLOG = 2048
 _OPENED_AFTER = 0.5  # [s]
 
 
@@ -67,6 +68,8 @@ def _bound(host: str, port: int) -> socket.socket:
     bound.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:
         bound.bind((host, port))
+        # Who comes before the server is ready waits.
+        bound.listen(_BACKLOG)
     except OSError as e:
         bound.close()
         raise InputError(
