@@ -21,6 +21,7 @@ from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.report import Report, Series
 from heyoka_bike.scoring.series import score_files
 from heyoka_bike.serving.limits import Limits, keep_to
+from heyoka_bike.showing.formats import output
 from heyoka_bike.showing.formats.origin import origin
 from heyoka_bike.system.files import write_output
 
@@ -147,18 +148,11 @@ def _carry_out(task: Task, progress: Callable[[float], None]) -> dict[str, Any]:
         from heyoka_bike.scoring.diagnosis.diagnose import diagnosed
 
         scored = diagnosed(scored, reference, progress)
+    made = origin((task.kind, *task.files))
     for name, suffix in RENDERED.items():
-        _write(task, suffix, _rendered(scored, name, task))
+        _write(task, suffix, output.render(scored, name, made))
     said = [] if isinstance(scored, Series) else [printable(f.message) for f in scored.diagnosis]
     return {"is_one_run": isinstance(scored, Report), "diagnosis": said}
-
-
-def _rendered(scored: Report | Series, name: str, task: Task) -> str:
-    render = import_module(f"heyoka_bike.showing.formats.{name}").render
-    if name != "html":
-        return str(render(scored))
-    command = "diagnose" if task.kind == "diagnose" else "score"
-    return str(render(scored, origin((command, *task.files))))
 
 
 def _write(task: Task, suffix: str, text: str) -> None:
