@@ -11,7 +11,6 @@ from starlette.applications import Starlette
 from starlette.concurrency import run_in_threadpool
 from starlette.exceptions import HTTPException
 from starlette.middleware import Middleware
-from starlette.middleware.trustedhost import TrustedHostMiddleware
 from starlette.requests import ClientDisconnect, Request
 from starlette.responses import (
     FileResponse,
@@ -90,8 +89,7 @@ class Server:
             routes=self._routes(),
             lifespan=self._lifespan,
             middleware=[
-                Middleware(TrustedHostMiddleware, allowed_hosts=list(hosts), www_redirect=False),
-                Middleware(Guard, log=log),
+                Middleware(Guard, hosts=[name.lower() for name in hosts], log=log),
             ],
             exception_handlers={
                 HTTPException: _refused,

@@ -1,6 +1,6 @@
-"""What holds for every request: headers for browsers, no forms of other sites, a line of log."""
+"""What holds for every request: its host, headers for browsers, no foreign forms, a line of log."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from time import perf_counter
 
 from starlette.datastructures import Headers, MutableHeaders
@@ -25,12 +25,15 @@ class Guard:
     Parameters
     ----------
     app
+    hosts
+        Names under which it may be asked for, without ports; ``*`` for any. A page of another site
+        whose name is made to lead here is not one of them.
     log
         Called with one line for each request: no address of a result, no names, no contents.
     """
 
-    def __init__(self, app: ASGIApp, log: Callable[[str], None]) -> None:
-        self._app, self._log = app, log
+    def __init__(self, app: ASGIApp, hosts: Collection[str], log: Callable[[str], None]) -> None:
+        self._app, self._hosts, self._log = app, hosts, log
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer a request."""
@@ -48,7 +51,10 @@ class Guard:
             await send(message)
 
         app = self._app
-        if scope["method"] == "POST" and _is_foreign(Headers(scope=scope)):
+        headers = Headers(scope=scope)
+        if "*" not in self._hosts and _host(headers) not in self._hosts:
+            app = JSONResponse({"error": "found another host, expected one told by --name"}, 400)
+        elif scope["method"] == "POST" and _is_foreign(headers):
             app = JSONResponse({"error": "found a form of another site"}, 403)
         try:
             await app(scope, receive, guarded)
@@ -57,6 +63,14 @@ class Guard:
             place = place if place.isascii() and place.isprintable() else "/?"
             milliseconds = 1e3 * (perf_counter() - start)
             self._log(f"{scope['method'][:8]} {place} {status} {size} B {milliseconds:.0f} ms")
+
+
+def _host(headers: Headers) -> str:
+    """The host that is asked for, without its port and the brackets of IPv6."""
+    host = headers.get("host", "").lower()
+    if host.startswith("["):
+        return host[1:].partition("]")[0]
+    return host.partition(":")[0]
 
 
 def _is_foreign(headers: Headers) -> bool:
