@@ -1,6 +1,7 @@
 """A server that runs until it is stopped."""
 
 import logging
+import signal
 import socket
 import sys
 import tempfile
@@ -47,6 +48,8 @@ def serve(
     """
     # It would write pieces of what was sent.
     logging.getLogger("python_multipart").setLevel(logging.CRITICAL)
+    # Who asks it to end gets it ended as by the keyboard: what it keeps is removed.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     bound = _bound(host, port)
     shown = f"[{host}]" if ":" in host else host
     address = f"http://{shown}:{bound.getsockname()[1]}/"
