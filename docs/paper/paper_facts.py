@@ -159,10 +159,10 @@ def midpoint(what, maneuver="1"):
     return power(among(line, r"([0-9.]+e-[0-9]+)")) if what == "drift" else among(line, r"(\d+) %")
 
 
-@fact("docs/diagnosis.md", "python docs/_site/recognised_table.py")
+@fact("docs/reference/mistakes.md", "python docs/_site/recognised_table.py")
 def recognised(error):
     """How many mistakes are named right, of those that show beside an integrator's error."""
-    return among(part("diagnosis.md", "recognised"), rf"\| {error} \| (\d+ of \d+) \|")
+    return among(part("reference/mistakes.md", "recognised"), rf"\| {error} \| (\d+ of \d+) \|")
 
 
 @fact("tests/support/play.py", "python tests/support/play.py wrong, and honest")
@@ -179,17 +179,19 @@ def step(file):
     return next(r["step"] for r in runs if r["file"] == file)
 
 
-@fact("docs/diagnosis.md", "python docs/_site/recognised_table.py")
+@fact("docs/reference/mistakes.md", "python docs/_site/recognised_table.py")
 def level(error):
     """An integrator's error, in parts of each column's scale."""
-    return power(among(part("diagnosis.md", "recognised"), rf"\| ({error}) \| \d+ of"))
+    return power(among(part("reference/mistakes.md", "recognised"), rf"\| ({error}) \| \d+ of"))
 
 
-@fact("docs/proof.md", "grep -o 'H[0-9]*' docs/proof.md")
+@fact("docs/proof.md", "grep -c '^- ..H' docs/proof.md")
 def hypotheses():
     """How many the whole proof has."""
-    found = {int(n) for n in re.findall(r"\*\*H(\d+)\*\*", text_of("docs/proof.md"))}
-    if found != set(range(1, len(found) + 1)):
+    found = {
+        int(n) for n in re.findall(r"^- \*\*H(\d+)\. ", text_of("docs/proof.md"), re.MULTILINE)
+    }
+    if not found or found != set(range(1, len(found) + 1)):
         raise ValueError(f"docs/proof.md: found hypotheses {sorted(found)}, expected no gap")
     return str(len(found))
 
