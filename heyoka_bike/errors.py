@@ -95,6 +95,10 @@ class MissingPackageError(BicycleError, ImportError):
     """An optional package that the command needs is not installed."""
 
 
+GENERATE = "pip install 'heyoka_bike[generate]'"
+"""What installs the packages that integrate."""
+
+
 class WorkerLostError(BicycleError, RuntimeError):
     """A process that did a part of the work ended, again and again, or its cluster did."""
 

@@ -29,7 +29,7 @@ def add_parser(subparsers: Any) -> None:
             "the time, the final speed, the largest lean and steer, and how much the motion\n"
             "magnifies a small error of its start. The edge between falling and recovering is\n"
             "bisected to neighbouring binary64 numbers. The result is a Zarr store, which xarray\n"
-            'opens; needs heyoka and zarr: pip install "heyoka_bike[atlas]".\n'
+            'opens; needs heyoka and zarr: pip install "heyoka_bike[atlas]", on Linux.\n'
             "\n"
             "The start is upright and straight unless an option says otherwise. A store that was\n"
             "interrupted goes on where it was when the same command is given again."
@@ -210,7 +210,7 @@ def _summary(made: Atlas) -> None:
     from heyoka_bike.motion.atlas.data import FATES
 
     fates = made.variables["fate"]
-    counts = np.bincount(fates.ravel(), minlength=len(FATES))
+    counts = np.bincount(fates.ravel().astype(int), minlength=len(FATES))
     rows = [
         (name, str(count), f"{100 * count / fates.size:.1f} %", about)
         for (name, about), count in zip(FATES.items(), counts, strict=True)

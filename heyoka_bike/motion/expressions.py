@@ -6,7 +6,7 @@ from fractions import Fraction
 from functools import cache
 from typing import Any
 
-from heyoka_bike.errors import MissingPackageError
+from heyoka_bike.errors import GENERATE, MissingPackageError
 from heyoka_bike.numbers.arithmetic import Number
 from heyoka_bike.numbers.exact import Exact
 
@@ -54,7 +54,8 @@ def require_heyoka() -> Any:
         if e.name != "heyoka":
             raise
         raise MissingPackageError(
-            "heyoka is not installed; integrating needs it (pip install heyoka, Linux only)"
+            f"heyoka is not installed; integrating needs it ({GENERATE} on Linux, or conda install "
+            "heyoka.py)"
         ) from None
     _keep_quiet(heyoka)
     return heyoka

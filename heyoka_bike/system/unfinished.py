@@ -10,8 +10,6 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
-from filelock import FileLock, Timeout
-
 from heyoka_bike.errors import InputError
 from heyoka_bike.system.files import replace_file
 from heyoka_bike.system.jobs import Outcome
@@ -31,6 +29,9 @@ def unfinished(folder: Path) -> Iterator[Unfinished]:
     InputError
         Another run writes the folder, or there is no place beside it.
     """
+    # Installed with what makes a set.
+    from filelock import FileLock, Timeout
+
     place = folder.absolute()
     place = place.with_name(place.name + SUFFIX)
     try:

@@ -7,7 +7,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from heyoka_bike.errors import DatasetError, InputError, MissingPackageError
+from heyoka_bike.errors import GENERATE, DatasetError, InputError, MissingPackageError
 from heyoka_bike.reference.verification.checks import Check, all_passed, as_dict
 from heyoka_bike.system.machine import installed, machine
 from heyoka_bike.system.resources import reference_folder
@@ -21,11 +21,15 @@ _REQUIRED = (
     ("numpy", "numpy", "everything"),
     ("h5py", "h5py", "everything"),
     ("flint", "python-flint", "generate, diagnose, verify, certify, linear"),
-    ("llvmlite", "llvmlite", "simulate, Ensemble, bench"),
     ("mpmath", "mpmath", "generate, diagnose, verify, certify, linear"),
     ("rich", "rich", "tables on the screen"),
 )
-_INTEGRATES = ("heyoka", "heyoka", "generate, diagnose, bench, verify --rerun; Linux only")
+# The extra `generate`: without it everything but integrating works.
+_INTEGRATE = (
+    ("filelock", "filelock", "generate"),
+    ("heyoka", "heyoka", "generate, bench, atlas, verify --rerun, most of diagnose"),
+    ("llvmlite", "llvmlite", "simulate, Ensemble, bench"),
+)
 _OPTIONAL = (("matplotlib", "matplotlib", "plot"), ("scipy", "scipy", "bench, .mat files"))
 
 MANEUVER = 1
@@ -77,12 +81,13 @@ def selfcheck() -> Selfcheck:
     """Look at the installation; nothing that is missing or broken stops it."""
     versions = {"heyoka_bike": __version__, "python": platform.python_version()}
     checks = []
-    for module, name, what in (*_REQUIRED, _INTEGRATES):
+    for package in (*_REQUIRED, *_INTEGRATE):
+        module, name, what = package
         versions[name], is_usable = _usable(module, name)
-        # heyoka has wheels for Linux only, and most works without it.
         if not is_usable:
-            passed = None if module == "heyoka" else False
-            message = f"{name}: {versions[name]}; needed for {what}"
+            passed = None if package in _INTEGRATE else False
+            how = f" ({GENERATE})" if package in _INTEGRATE else ""
+            message = f"{name}: {versions[name]}; needed for {what}{how}"
             checks.append(Check("package", passed, "", message, {"values": 1, "package": name}))
     for _, name, _ in _OPTIONAL:
         versions[name] = installed(name) or "not installed"

@@ -49,15 +49,16 @@ print(simulate(2)["roll_angle"][-1], Ensemble().ends([[0, 0, 0.5, 0, 4.6]], 10.0
     one, other = map(float, run.stdout.split())
     assert one == pytest.approx(other, abs=1e-4)
     missing = python(code, {"llvmlite"})
-    assert "llvmlite is not installed; simulate needs it (pip install llvmlite)" in missing.stderr
+    assert "simulate needs it (pip install 'heyoka_bike[generate]')" in missing.stderr
 
 
-@pytest.mark.parametrize("arguments", [["generate", "--out", "/nonexistent/x"], ["bench"]])
+@pytest.mark.parametrize("arguments", [["generate"], ["bench"], ["verify", "--rerun"]])
 def test_commands_that_need_heyoka_say_so(arguments):
     code = f"import sys; from heyoka_bike.cli import main; sys.exit(main({arguments!r}))"
-    run = python(code, {"heyoka"})
+    run = python(code, {"heyoka", "llvmlite", "filelock"})
     assert run.returncode == 1
     assert "heyoka is not installed" in run.stderr
+    assert "pip install 'heyoka_bike[generate]' on Linux, or conda install heyoka.py" in run.stderr
     assert run.stderr.count("\n") == 1
 
 

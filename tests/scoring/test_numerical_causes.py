@@ -9,7 +9,6 @@ from scipy.interpolate import CubicHermiteSpline, CubicSpline
 from support.fixed_steps import SPACING, Equations
 from support.made_results import codes, made, smooth_error
 
-from heyoka_bike.errors import MissingPackageError
 from heyoka_bike.scoring.diagnosis.numerical import variation
 from heyoka_bike.scoring.diagnosis.numerical.body_coordinates import BodyCoordinates
 from heyoka_bike.scoring.diagnosis.numerical.causes import findings
@@ -289,16 +288,6 @@ def test_few_digits_are_not_single_precision(reference):
 
     results = replace(made(reference, change), significant_digits=6)
     assert "single_precision" not in names(told(results, reference))
-
-
-def test_without_heyoka_the_order_is_left_open(reference, monkeypatch):
-    def missing():
-        raise MissingPackageError("heyoka")
-
-    monkeypatch.setattr(variation, "require_heyoka", missing)
-    found = told(read_results(PEERS / "exudyn-h0.001.txt"), reference)
-    assert order(found) is None
-    assert found
 
 
 def test_one_maneuver_alone_tells_no_order(equations, reference):

@@ -9,7 +9,7 @@ import numpy as np
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle
-from heyoka_bike.errors import MissingPackageError
+from heyoka_bike.errors import GENERATE, MissingPackageError
 from heyoka_bike.motion.fast.many_code import ENDS, ends_source
 from heyoka_bike.motion.fast.step_code import RUN, run_source
 from heyoka_bike.numbers.double import Array
@@ -158,7 +158,7 @@ def compiled(source: str) -> Any:
         if e.name != "llvmlite":
             raise
         raise MissingPackageError(
-            "llvmlite is not installed; simulate needs it (pip install llvmlite)"
+            f"llvmlite is not installed; simulate needs it ({GENERATE})"
         ) from None
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()

@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from heyoka_bike.errors import MissingPackageError
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.alignment import HALF
@@ -83,7 +82,7 @@ def findings(report: Report, reference: Reference) -> tuple[Finding, ...]:
         return (single,)
     if max(m.rows for m in report.maneuvers) < _FEW_ROWS:
         return (Finding("cannot_tell", "So few rows do not show what the error looks like"),)
-    order = _order(report, reference)
+    order = order_of(report, reference)
     floor = tuple(_height(report, reference))
     if any(f.code == "wheels_sink_in" for f in floor):
         # The contact's own vibrations and losses would be taken for those of an integrator.
@@ -106,13 +105,6 @@ def _not_alone(single: Finding, worst: float) -> Finding:
         f"{worst:.1g} is another's",
         severity=Severity.INFO,
     )
-
-
-def _order(report: Report, reference: Reference) -> Order | None:
-    try:
-        return order_of(report, reference)
-    except MissingPackageError:
-        return None
 
 
 def _of_order(order: Order, report: Report) -> Finding:

@@ -103,13 +103,7 @@ class _Data:
 
 
 def order_of(report: Report, reference: Reference) -> Order | None:
-    """The order that the error's shape tells; None if it does not.
-
-    Raises
-    ------
-    MissingPackageError
-        heyoka is not installed.
-    """
+    """The order that the error's shape tells; None if it does not."""
     data = [_data(m.maneuver, c) for m in report.maneuvers for c in m.columns if _is_shown(c)]
     if len({d.number for d in data}) < 2:
         return None

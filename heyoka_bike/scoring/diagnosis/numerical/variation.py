@@ -7,14 +7,12 @@ state into those of the columns.
 """
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
 from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle
-from heyoka_bike.motion.expressions import Expressions, require_heyoka
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.load import Reference
 
@@ -31,6 +29,7 @@ _STEPS = 1000
 _INNER = 4
 # Central differences of smooth functions of order one: error 1e-10 from both sides.
 _SHIFT = 1e-5
+_AT_ONCE = 2000  # states
 
 
 class Variations:
@@ -45,21 +44,12 @@ class Variations:
     step : ndarray, shape (maneuvers,)
         Of the grid [s].
     states : ndarray, shape (7, maneuvers, points)
-
-    Raises
-    ------
-    MissingPackageError
-        heyoka is not installed.
     """
 
     def __init__(self, reference: Reference) -> None:
-        hy = require_heyoka()
         bicycle = Bicycle.parse(reference.bicycle, reference.parameters)
         self.values = {s: float(x) for s, x in bicycle.values.items()}
         self.equations = Equations.binary64(bicycle)
-        variables = list(hy.make_vars(*self.equations.states))
-        rates = self.equations.over(Expressions()).rates_with_yaw(variables)
-        self._slope: Any = hy.cfunc(rates, variables)
         self._numbers = tuple(reference)
         self.step = np.array([float(reference[n].duration) for n in reference]) / _STEPS
         self.states = np.stack([self._states(reference, n) for n in reference], axis=1)
@@ -77,7 +67,12 @@ class Variations:
 
     def slope(self, y: Array) -> Array:
         """Rates of states of shape (7, ...)."""
-        found: Array = self._slope(np.ascontiguousarray(y.reshape(STATES, -1)))
+        states = np.ascontiguousarray(y.reshape(STATES, -1))
+        found = np.empty_like(states)
+        # Some at a time, so that what is computed of them stays in the processor's cache.
+        for i in range(0, states.shape[1], _AT_ONCE):
+            part = slice(i, i + _AT_ONCE)
+            found[:, part] = self.equations.rates_with_yaw(list(states[:, part]))
         return found.reshape(y.shape)
 
     def flow(self, y: Array, h: Array | float) -> Array:
