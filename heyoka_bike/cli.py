@@ -11,10 +11,12 @@ import sys
 from collections.abc import Sequence
 from importlib import import_module
 from io import TextIOWrapper
-from typing import NoReturn
+from typing import Any, NoReturn
 
+from heyoka_bike.commands.citation import Cite
+from heyoka_bike.commands.completion import SHELLS, PrintCompletion
 from heyoka_bike.commands.options import using_workers
-from heyoka_bike.errors import BicycleError, Exit, InputError
+from heyoka_bike.errors import BicycleError, Exit, InputError, did_you_mean, printable, unknown_word
 from heyoka_bike.version import __version__
 
 _COMMANDS = (
@@ -38,10 +40,25 @@ exit codes:
 
 
 class _Parser(argparse.ArgumentParser):
-    """argparse, with one line and exit code 1 for a usage error."""
+    """argparse, with one line and exit code 1 for a usage error, and what may have been meant."""
 
     def error(self, message: str) -> NoReturn:
-        self.exit(Exit.INPUT, f"{self.prog}: {message} (see {self.prog} --help)\n")
+        said = message.removeprefix("argument ")
+        self.exit(Exit.INPUT, f"{self.prog}: {said} (see {self.prog} --help)\n")
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        found, rest = super().parse_known_args(args, namespace)
+        if rest:
+            # Said by the command that does not know it, not by the program.
+            option = next((word.partition("=")[0] for word in rest if word.startswith("--")), "")
+            hint = did_you_mean(option, self._option_string_actions) if option else ""
+            self.error(f"unrecognized arguments: {' '.join(map(printable, rest))}{hint}")
+        return found, rest
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        if action.choices is not None and value not in action.choices:
+            message = unknown_word(str(value), list(action.choices))
+            raise argparse.ArgumentError(action, message)
 
 
 def parser(commands: Sequence[str] = _COMMANDS) -> argparse.ArgumentParser:
@@ -53,6 +70,14 @@ def parser(commands: Sequence[str] = _COMMANDS) -> argparse.ArgumentParser:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     top.add_argument("--version", action="version", version=f"heyoka-bike {__version__}")
+    top.add_argument("--cite", action=Cite, help="show how to cite the program and its data")
+    top.add_argument(
+        "--print-completion",
+        action=PrintCompletion,
+        metavar="SHELL",
+        choices=SHELLS,
+        help=f"print what completes words in a shell: {', '.join(SHELLS)}; needs shtab",
+    )
     subparsers = top.add_subparsers(title="commands", metavar="COMMAND", required=True)
     for name in commands:
         import_module(f"heyoka_bike.commands.{name}").add_parser(subparsers)

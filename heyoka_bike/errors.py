@@ -3,6 +3,7 @@
 An error message is one line: where (file, line, column), what was found, what was expected.
 """
 
+from collections.abc import Iterable, Sequence
 from enum import IntEnum
 from pathlib import Path
 
@@ -125,3 +126,17 @@ def quoted(text: str, limit: int = 40) -> str:
     if len(text) <= limit:
         return f"'{printable(text)}'"
     return f"'{printable(text[:limit])}...' ({len(text)} characters)"
+
+
+def unknown_word(word: str, known: Sequence[str], what: str = "") -> str:
+    """What to say of a word that is none of the known ones: what it is, and all of those."""
+    some = " or ".join(known) if len(known) == 2 else f"one of {', '.join(known)}"
+    return f"found {what}{quoted(word)}, expected {some}{did_you_mean(word, known)}"
+
+
+def did_you_mean(word: str, known: Iterable[str]) -> str:
+    """The end of a message about a word that is not known: the one that it is most like, if any."""
+    from difflib import get_close_matches
+
+    close = get_close_matches(word[:40].lower(), list(known), 1)
+    return f"; did you mean {close[0]}?" if close else ""

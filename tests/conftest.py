@@ -7,6 +7,7 @@ import pickle
 import shutil
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
+from importlib.util import find_spec
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -26,6 +27,15 @@ from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers,
 
 # A project of its own, which a test runs.
 collect_ignore = ["example_project"]
+if find_spec("heyoka") is None:
+    # These integrate in every test; scoring is tested without it.
+    collect_ignore += [
+        *(f"scoring/test_{name}.py" for name in (
+            "few_unknowns_explain_a_file", "mistakes_are_recognised", "mistakes_in_tilted_axes",
+            "numerical_causes", "odds_are_what_they_say",
+        )),
+        "commands/test_score_diagnoses.py",
+    ]  # fmt: skip
 
 MANEUVERS = (1, 2, 3)
 MadeOnce = Callable[[str, Callable[[Path], object]], Path]

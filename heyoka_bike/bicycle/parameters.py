@@ -139,7 +139,9 @@ class Bicycle:
 
     def replace(self, **changes: Exact) -> Bicycle:
         """A copy with some parameters changed, checked again; they have no uncertainty."""
-        for symbol, x in changes.items():
+        # Callers without a type checker give anything.
+        given: Mapping[str, object] = changes
+        for symbol, x in given.items():
             if symbol not in PARAMETERS:
                 raise InputError(
                     f"found unknown parameter {quoted(symbol)}, expected one of PARAMETERS"

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.commands.options import add_bicycle, add_workers
-from heyoka_bike.errors import Exit, InputError, quoted
+from heyoka_bike.errors import Exit, InputError, did_you_mean, quoted, unknown_word
 from heyoka_bike.system.console import print_table, progress_bar, table
 
 if TYPE_CHECKING:
@@ -170,7 +170,7 @@ def _start(args: argparse.Namespace) -> dict[str, float]:
     for word in args.start:
         name, text = _pair(word, "--start", "VALUE")
         if name not in START:
-            raise InputError(f"--start: found {quoted(name)}, expected one of {', '.join(START)}")
+            raise InputError(f"--start: {unknown_word(name, list(START))}")
         try:
             found[name] = float(Exact.parse(text))
         except ValueError as e:
@@ -187,7 +187,7 @@ def _pair(word: str, option: str, what: str) -> tuple[str, str]:
     if name not in START and name not in PARAMETERS:
         raise InputError(
             f"{option}: found {quoted(name)}, expected one of {', '.join(START)}, or a parameter's "
-            "symbol"
+            f"symbol{did_you_mean(name, [*START, *PARAMETERS])}"
         )
     return name, text
 
@@ -210,7 +210,7 @@ def _summary(made: Atlas) -> None:
     from heyoka_bike.motion.atlas.data import FATES
 
     fates = made.variables["fate"]
-    counts = np.bincount(fates.ravel(), minlength=len(FATES))
+    counts = np.bincount(fates.ravel().astype(int), minlength=len(FATES))
     rows = [
         (name, str(count), f"{100 * count / fates.size:.1f} %", about)
         for (name, about), count in zip(FATES.items(), counts, strict=True)

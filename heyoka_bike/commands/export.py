@@ -6,7 +6,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from heyoka_bike.commands.options import add_reference, check_format
+from heyoka_bike.commands.options import add_reference
 from heyoka_bike.errors import Exit, InputError
 
 _FORMATS = ("c", "fortran", "matlab", "json", "csv", "netcdf")
@@ -26,7 +26,11 @@ def add_parser(subparsers: Any) -> None:
         epilog="example: heyoka-bike export --format c --columns roll_angle,steer_angle -o src/",
     )
     p.add_argument(
-        "--format", metavar="FORMAT", required=True, help=f"one of {', '.join(_FORMATS)}"
+        "--format",
+        metavar="FORMAT",
+        choices=_FORMATS,
+        required=True,
+        help=f"one of {', '.join(_FORMATS)}",
     )
     p.add_argument(
         "-o",
@@ -53,7 +57,6 @@ def run(args: argparse.Namespace) -> int:
     from heyoka_bike.reference.load import load_reference
     from heyoka_bike.system.files import write_outputs
 
-    check_format(args.format, _FORMATS)
     exporter = import_module(f"heyoka_bike.reference.exports.{args.format}")
     render = exporter.render
     if args.digits is not None:

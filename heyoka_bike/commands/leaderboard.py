@@ -8,7 +8,7 @@ import textwrap
 from pathlib import Path
 from typing import Any
 
-from heyoka_bike.commands.options import add_workers, check_format
+from heyoka_bike.commands.options import add_workers
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.system.console import print_table, progress_bar, table
 
@@ -43,7 +43,10 @@ def add_parser(subparsers: Any) -> None:
     p.add_argument("folder", metavar="FOLDER", help="folder of submissions")
     p.add_argument("-o", "--output", metavar="FILE", help="write to this file (.html or .json)")
     p.add_argument(
-        "--format", metavar="FORMAT", help=f"one of {', '.join(_FORMATS)} (default: table)"
+        "--format",
+        metavar="FORMAT",
+        choices=_FORMATS,
+        help=f"one of {', '.join(_FORMATS)} (default: table)",
     )
     p.add_argument(
         "--reference",
@@ -93,8 +96,6 @@ def run(args: argparse.Namespace) -> int:
 
 def _format(args: argparse.Namespace) -> str:
     """Of the output; that of a file follows from its suffix."""
-    if args.format is not None:
-        check_format(args.format, _FORMATS)
     if args.output is None:
         return args.format or "table"
     found = args.format or _SUFFIXES.get(Path(args.output).suffix.lower())

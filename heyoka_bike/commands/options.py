@@ -1,10 +1,10 @@
 """Options that several commands have."""
 
-from argparse import ArgumentParser, Namespace
-from collections.abc import Sequence
+from argparse import Action, ArgumentParser, Namespace
+from collections.abc import Iterable, Sequence
 from contextlib import AbstractContextManager, nullcontext
 
-from heyoka_bike.errors import InputError
+from heyoka_bike.errors import InputError, unknown_word
 
 
 def add_reference(parser: ArgumentParser, of: str = "") -> None:
@@ -52,14 +52,20 @@ def using_workers(args: Namespace) -> AbstractContextManager[None]:
     return using(workers, cluster=cluster)
 
 
+def lists(action: Action, words: Iterable[str]) -> None:
+    """Let a shell complete the words of an option that takes several, or checks them itself."""
+    vars(action)["words"] = tuple(words)
+
+
 def add_format(parser: ArgumentParser, formats: Sequence[str]) -> None:
-    """Add ``--format``, by default the first; `check_format` has to see what is given."""
+    """Add ``--format``, by default the first."""
     said = f"{' or '.join(formats)} (default {formats[0]})"
-    parser.add_argument("--format", metavar="FORMAT", default=formats[0], help=said)
+    parser.add_argument(
+        "--format", metavar="FORMAT", choices=formats, default=formats[0], help=said
+    )
 
 
 def check_format(found: str, formats: Sequence[str]) -> None:
     """Raise `InputError` if that is none of the formats."""
     if found not in formats:
-        some = " or ".join(formats) if len(formats) == 2 else f"one of {', '.join(formats)}"
-        raise InputError(f"--format: found '{found}', expected {some}")
+        raise InputError(f"--format: {unknown_word(found, formats)}")

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from heyoka_bike.commands.options import lists
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.showing.figures import ALL, ATLAS, DEFAULT, FIGURES, plates
 
@@ -46,12 +47,13 @@ def add_parser(subparsers: Any) -> None:
         nargs="?",
         help="folder of the reference set (default: the published one), or of an atlas",
     )
-    p.add_argument(
+    figure = p.add_argument(
         "--figure",
         metavar="NAME",
         default=DEFAULT,
         help=f"what to draw, see below, or {ALL} (default {DEFAULT})",
     )
+    lists(figure, [*FIGURES, ATLAS, ALL])
     p.add_argument(
         "-o",
         "--output",

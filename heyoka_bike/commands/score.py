@@ -5,20 +5,14 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Callable, Sequence
-from importlib import import_module
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from heyoka_bike.commands.options import add_reference, check_format
-from heyoka_bike.commands.result_files import (
-    STANDARD_INPUT,
-    add_columns,
-    maneuvers_of,
-    read,
-    refuse_overwriting,
-)
+from heyoka_bike.commands.options import add_reference, check_format, lists
+from heyoka_bike.commands.result_files import STANDARD_INPUT, add_columns, maneuvers_of, read
 from heyoka_bike.errors import Exit, InputError, quoted
+from heyoka_bike.showing.formats.output import FORMATS, SUFFIXES, render
 from heyoka_bike.system.console import progress_bar
 
 if TYPE_CHECKING:
@@ -26,18 +20,7 @@ if TYPE_CHECKING:
     from heyoka_bike.scoring.report import Report, Series
     from heyoka_bike.showing.formats.origin import Origin
 
-_FORMATS = ("table", "json", "csv", "junit", "html")
-_SUFFIXES = {
-    ".txt": "table",
-    ".json": "json",
-    ".csv": "csv",
-    ".xml": "junit",
-    ".html": "html",
-    ".htm": "html",
-}
 _ROWS = "rows"
-# Width of a table that goes to a file or a pipe.
-_WIDTH = 100
 
 
 def add_parser(subparsers: Any) -> None:
@@ -75,14 +58,15 @@ def add_parser(subparsers: Any) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     p.add_argument("files", metavar="FILE", nargs="+", help="result files, or one list of runs")
-    p.add_argument(
+    formats = p.add_argument(
         "--format",
         metavar="FORMAT",
         dest="formats",
         action="append",
-        help=f"one of {', '.join(_FORMATS)}; may be repeated (default: table, and by the suffix of "
+        help=f"one of {', '.join(FORMATS)}; may be repeated (default: table, and by the suffix of "
         "each -o)",
     )
+    lists(formats, FORMATS)
     p.add_argument(
         "-o",
         "--output",
@@ -147,7 +131,7 @@ def run(args: argparse.Namespace) -> int:
     from heyoka_bike.scoring import requirements
     from heyoka_bike.scoring.series import score_files
     from heyoka_bike.showing.formats.origin import origin
-    from heyoka_bike.system.files import write_output
+    from heyoka_bike.system.files import refuse_overwriting, write_output
 
     on_screen, written = _outputs(args)
     for text in args.require:
@@ -166,9 +150,9 @@ def run(args: argparse.Namespace) -> int:
         scored = _diagnosed(scored, reference)
     made = origin(args.words)
     for path, name in written:
-        write_output(path, _render(scored, name, made, is_terminal=False).encode())
+        write_output(path, render(scored, name, made).encode())
     if on_screen is not None:
-        _print(_render(scored, on_screen, made, is_terminal=sys.stdout.isatty()))
+        _print(_on_screen(scored, on_screen, made))
     if not scored.passed:
         _complain(scored)
         return Exit.CHECK_FAILED
@@ -191,13 +175,13 @@ def _outputs(args: argparse.Namespace) -> tuple[str | None, list[tuple[Path, str
     """Format for standard output, if any, and the files to write with theirs."""
     formats: list[str] = [f for given in args.formats or () for f in given.split(",")]
     for found in formats:
-        check_format(found, _FORMATS)
+        check_format(found, FORMATS)
     left = list(dict.fromkeys(formats))
     written = []
     unclear = []
     for output in args.outputs:
         path = Path(output)
-        name = _SUFFIXES.get(path.suffix.lower())
+        name = SUFFIXES.get(path.suffix.lower())
         if name is not None and (not formats or name in left):
             written.append((path, name))
             left = [f for f in left if f != name]
@@ -207,7 +191,7 @@ def _outputs(args: argparse.Namespace) -> tuple[str | None, list[tuple[Path, str
         if not left:
             raise InputError(
                 f"--output: found '{path.name}', expected a name ending in "
-                f"{', '.join(_SUFFIXES)}, or a --format for it"
+                f"{', '.join(SUFFIXES)}, or a --format for it"
             )
         # The table is for the screen if there is anything else to write.
         name = next((f for f in left if f != "table"), left[0])
@@ -279,13 +263,11 @@ def _numbers(option: str, text: str | None) -> _Numbers:
     return found
 
 
-def _render(scored: Report | Series, name: str, made: Origin, *, is_terminal: bool) -> str:
-    render: Callable[..., str] = import_module(f"heyoka_bike.showing.formats.{name}").render
-    if name in ("table", "summary"):
-        # https://no-color.org
-        has_colors = is_terminal and not os.environ.get("NO_COLOR")
-        return render(scored, None if is_terminal else _WIDTH, has_colors, made)
-    return render(scored, made) if name == "html" else render(scored)
+def _on_screen(scored: Report | Series, name: str, made: Origin) -> str:
+    if not sys.stdout.isatty():
+        return render(scored, name, made)
+    # https://no-color.org
+    return render(scored, name, made, width=None, has_colors=not os.environ.get("NO_COLOR"))
 
 
 def _print(text: str) -> None:

@@ -7,7 +7,7 @@ import json
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from heyoka_bike.commands.options import add_folder, add_format, add_workers, check_format
+from heyoka_bike.commands.options import add_folder, add_format, add_workers
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.system.console import patience, print_table, progress_bars, table
 
@@ -58,7 +58,6 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
-    check_format(args.format, _FORMATS)
     if args.quick and not args.rerun:
         raise InputError("--quick: found alone, expected with --rerun")
     if args.folder is not None and not args.folder.strip():

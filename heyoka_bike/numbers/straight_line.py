@@ -108,9 +108,9 @@ class StraightLine:
     def atan2(self, y: Recorded, x: Recorded) -> Recorded:
         return self._assign(f"atan2({y.text}, {x.text})")
 
-    def sum(self, terms: Iterable[Recorded]) -> Recorded:
+    def sum(self, terms: Iterable[Operand]) -> Recorded:
         """Added in pairs, which shortens the chain of operations that wait for each other."""
-        found = [x if isinstance(x, Recorded) else self.literal(x) for x in terms]
+        found = [x if isinstance(x, Recorded) else self.literal(float(x)) for x in terms]
         while len(found) > 1:
             pairs = [found[i] + found[i + 1] for i in range(0, len(found) - 1, 2)]
             found = [*pairs, *found[2 * len(pairs) :]]

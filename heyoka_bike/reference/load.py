@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
+from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +18,7 @@ import numpy as np
 from heyoka_bike.bicycle.column import Column
 from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
-from heyoka_bike.errors import InputError
+from heyoka_bike.errors import InputError, unknown_word
 from heyoka_bike.numbers.double import Array, Double
 from heyoka_bike.reference import manifest as manifest_file
 from heyoka_bike.reference.exact_times import Time, as_double
@@ -101,9 +102,7 @@ class ReferenceManeuver:
         names = tuple(self.columns if chosen is None else chosen)
         for name in names:
             if name not in self.rows.hi:
-                raise InputError(
-                    f"found column '{name}', expected one of {', '.join(self.columns)}"
-                )
+                raise InputError(unknown_word(name, self.columns, "column "))
         hi, lo = as_double(t)
         shape = hi.shape
         times: Double = (hi.ravel(), lo.ravel())
@@ -286,13 +285,13 @@ class Reference(Numbered[ReferenceManeuver]):
         return f"<reference {self.dataset_version} of {self.bicycle}: {len(self)} maneuvers>"
 
 
-def load_reference(folder: str | Path | None = None) -> Reference:
+def load_reference(folder: Reference | str | PathLike[str] | None = None) -> Reference:
     """Load a reference set, by default the published one that comes with the package.
 
     Parameters
     ----------
     folder : path, optional
-        Folder of the set.
+        Folder of the set; a reference that is loaded is given back.
 
     Returns
     -------
@@ -300,11 +299,20 @@ def load_reference(folder: str | Path | None = None) -> Reference:
 
     Raises
     ------
+    InputError
+        Something else than a folder.
     DatasetError
         The set is missing, incomplete or damaged; the published one must also carry the hash that
         this version of the package knows.
     """
-    where, manifest, raw = manifest_file.load_file(folder, HDF5)
+    if isinstance(folder, Reference):
+        return folder
+    if folder is not None and not isinstance(folder, str | PathLike):
+        raise InputError(
+            f"reference: found a {type(folder).__name__}, expected the folder of a set, or what "
+            "load_reference gives"
+        )
+    where, manifest, raw = manifest_file.load_file(None if folder is None else Path(folder), HDF5)
     with manifest_file.reading(where / HDF5, "a reference file"):
         f, maneuvers = _read_maneuvers(raw, manifest, COLUMNS)
         return Reference(

@@ -9,6 +9,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from heyoka_bike.errors import unknown_word
 from heyoka_bike.numbers.chebyshev import argument, clenshaw, locate
 from heyoka_bike.numbers.chebyshev_products import double_sums, plain_sums
 from heyoka_bike.numbers.double import Array, Double
@@ -35,7 +36,7 @@ class Values:
 
     def __getitem__(self, name: str) -> Array:
         if name not in self.hi:
-            raise KeyError(f"found column '{name}', expected one of {', '.join(self.hi)}")
+            raise KeyError(unknown_word(name, list(self.hi), "column "))
         return self.hi[name]
 
     def scale(self, name: str) -> float:

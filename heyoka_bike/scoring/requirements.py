@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from math import inf, isfinite
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
-from heyoka_bike.errors import InputError
+from heyoka_bike.errors import InputError, did_you_mean, unknown_word
 from heyoka_bike.scoring.report import ColumnScore, Report, Requirement
 from heyoka_bike.scoring.unfilled import CODE
 
@@ -72,14 +72,13 @@ def parse(text: str) -> Parsed:
         raise InputError(f"require: found {text!r:.60}, {_EXAMPLE}")
     column, metric = match["column"], match["metric"]
     if metric not in OF_COLUMN + OF_MANEUVER:
-        raise InputError(
-            f"require: found metric '{metric:.40}', expected one of "
-            + ", ".join(OF_COLUMN + OF_MANEUVER)
-        )
+        found = unknown_word(metric, OF_COLUMN + OF_MANEUVER, "metric ")
+        raise InputError(f"require: {found}")
     if column is not None and column not in COMPARED:
         raise InputError(
             f"require: found column '{column:.40}', expected one of "
             f"{', '.join(BENCHMARK_COLUMNS)}, pitch, yaw, yaw_rate, or of those of motion.h5"
+            f"{did_you_mean(column, COMPARED)}"
         )
     if column is not None and metric in OF_MANEUVER:
         raise InputError(

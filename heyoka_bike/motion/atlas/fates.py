@@ -23,6 +23,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from heyoka_bike.motion.atlas.condition import EARLY, SECONDS, conditions
 from heyoka_bike.motion.atlas.data import (
@@ -228,7 +229,7 @@ class _Course:
                     is_open[i] = False
         self.left = left[is_open]
 
-    def _is_straight(self, samples: Array) -> Array:
+    def _is_straight(self, samples: Array) -> NDArray[np.bool_]:
         """Whether straight running attracts, and is so near that it is come to.
 
         An amplitude a obeys about da/dt = growth a + c a^3, where c is some 6 per s for the
@@ -238,7 +239,7 @@ class _Course:
         with np.errstate(invalid="ignore"):
             small = np.minimum(_FLAT * np.sqrt(-growth), SETTLED)
         largest = np.abs(samples[:, :, LATERAL]).max(axis=(1, 2))
-        found: Array = largest <= small
+        found: NDArray[np.bool_] = largest <= small
         return found
 
     def _give_up(self, longest: float) -> None:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Literal
 
-from heyoka_bike.errors import InputError, MissingPackageError
+from heyoka_bike.errors import InputError, MissingPackageError, unknown_word
 
 if TYPE_CHECKING:
     from heyoka_bike.reference.load import Reference
@@ -126,9 +126,7 @@ def plates(reference: Reference, name: str = DEFAULT, maneuver: int | None = Non
     from heyoka_bike.reference.manifest import CUSTOM
 
     if name not in FIGURES and name != ALL:
-        raise InputError(
-            f"--figure: found '{name}', expected one of {', '.join(FIGURES)}, {ATLAS}, {ALL}"
-        )
+        raise InputError(f"--figure: {unknown_word(name, [*FIGURES, ATLAS, ALL])}")
     if maneuver is not None and maneuver not in reference:
         raise InputError(f"--maneuver: found {maneuver}, expected 1 to {len(reference)}")
     is_benchmark = reference.dataset_version != CUSTOM

@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.constants import Constants
@@ -271,9 +272,9 @@ def _in_sight(found: Motion3D, reference: Motion3D, first: int) -> tuple[Motion3
     return Motion3D(**cut), count
 
 
-def _leading(good: Array) -> int:
+def _leading(good: NDArray[np.bool_]) -> int:
     """Number of entries before the first that is not true."""
-    bad = np.flatnonzero(~good.astype(bool))
+    bad = np.flatnonzero(~good)
     return int(bad[0]) if len(bad) else len(good)
 
 
