@@ -31,7 +31,9 @@ def report():
 
 
 def test_what_is_shown_is_the_summary(scored):
-    assert repr(scored) == summary.render(scored, 100, False).rstrip()
+    assert repr(scored) == summary.render(scored, 100, False, in_python=True).rstrip()
+    assert "heyoka-bike" not in repr(scored)
+    assert "--" not in repr(scored)
     assert len(repr(scored).splitlines()) <= 10
     assert repr(scored).startswith(scored.verdict.partition(":")[0][:20])
 
