@@ -98,7 +98,7 @@ def test_numbers_are_found_by_maneuver_and_column(report):
     assert {(n, k): c for n, m in report.items() for k, c in m.items()}[2, "roll_angle"] is column
     with pytest.raises(KeyError, match="found maneuver 4, expected one of 1, 2, 3"):
         report[4]
-    with pytest.raises(KeyError, match="found column 'roll', expected one of roll_angle, roll_"):
+    with pytest.raises(KeyError, match=r"expected one of roll_angle, .*; did you mean roll"):
         report[2]["roll"]
 
 
