@@ -19,6 +19,10 @@ from heyoka_bike.scoring.score import score as score
 from heyoka_bike.scoring.series import score_series as score_series
 from heyoka_bike.scoring.side_by_side import compare as compare
 
+# Show.
+from heyoka_bike.showing.figures.plot import plot as plot
+from heyoka_bike.showing.replay.animate import animate as animate
+
 # Compute.
 from heyoka_bike.bicycle.parameters import Bicycle as Bicycle
 from heyoka_bike.bicycle.parameters import Maneuver as Maneuver
