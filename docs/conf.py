@@ -24,7 +24,7 @@ extensions = [
     "repository_links",
     "run",
 ]
-exclude_patterns = ["_build", "_site", "examples"]
+exclude_patterns = ["_build", "_site", "examples", "paper"]
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3  # the anchors that GitHub makes
 nb_execution_mode = "force"

@@ -11,10 +11,14 @@ from heyoka_bike.system.resources import data_folder
 
 ROOT = data_folder().parent
 DOCS = ROOT / "docs"
-PAGES = sorted(p for p in DOCS.rglob("*.md") if "_build" not in p.parts)
+# The paper is no page: its figures are made when it is built.
+PAGES = sorted(
+    p for p in DOCS.rglob("*.md") if not {"_build", "paper"} & {*p.relative_to(DOCS).parts}
+)
 CHECKED = [
     *sorted(ROOT.glob("*.md")),
     *PAGES,
+    DOCS / "paper" / "README.md",
     *sorted((ROOT / "data").rglob("*.md")),
 ]
 
