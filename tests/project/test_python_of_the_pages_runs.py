@@ -41,7 +41,8 @@ def test_the_pages_that_are_left_out_have_python():
 
 @pytest.mark.parametrize("name", sorted(set(WITH_PYTHON) - set(ELSEWHERE)))
 def test_blocks_run(name, tmp_path, monkeypatch):
-    shutil.copytree(ROOT / "data" / "peers", tmp_path / "data" / "peers")
+    for folder in ("peers", "bicycles"):
+        shutil.copytree(ROOT / "data" / folder, tmp_path / "data" / folder)
     shutil.copyfile(ROOT / "data" / "peers" / "exudyn-h0.001.txt", tmp_path / "my-results.txt")
     monkeypatch.chdir(tmp_path)
     namespace = {"__name__": "page"}
