@@ -10,6 +10,7 @@ import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
+from io import TextIOWrapper
 from typing import Any, NoReturn
 
 from heyoka_bike.commands.citation import Cite
@@ -20,7 +21,7 @@ from heyoka_bike.version import __version__
 
 _COMMANDS = (
     "generate", "score", "diagnose", "verify", "certify", "linear", "plot", "animate", "export",
-    "bench", "atlas", "leaderboard", "selfcheck",
+    "bench", "atlas", "leaderboard", "serve", "selfcheck",
 )  # fmt: skip
 
 # These spread their work over threads themselves; those of the linear algebra would only spin.
@@ -87,6 +88,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit code."""
     words = sys.argv[1:] if argv is None else list(argv)
     if argv is None:
+        if isinstance(sys.stdout, TextIOWrapper):
+            # A file's name may have letters that a code page does not.
+            sys.stdout.reconfigure(errors="backslashreplace")
         # Nothing of what is imported is garbage: looking for it takes a thirtieth of a score.
         gc.set_threshold(50_000)
         if words[:1] and words[0] in _THREADED:

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 from heyoka_bike.display import Displayed, Held
+from heyoka_bike.errors import unknown_word
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.findings import Finding
 from heyoka_bike.scoring.scored import Scored
@@ -325,7 +326,7 @@ class ManeuverScore(Displayed, Held[str, ColumnScore]):
         for column in self.columns:
             if column.key == key:
                 return column
-        raise KeyError(f"found column {key!r}, expected one of {', '.join(self)}")
+        raise KeyError(unknown_word(str(key), list(self), "column "))
 
     def __iter__(self) -> Iterator[str]:
         return (column.key for column in self.columns)
@@ -543,8 +544,8 @@ class Series(Scored):
         for run in self.runs:
             if run.name == which:
                 return run.report
-        names = ", ".join(run.name for run in self.runs if run.name) or "a number"
-        raise KeyError(f"found program {which!r}, expected one of {names}")
+        names = [run.name for run in self.runs if run.name] or ["the number of a run"]
+        raise KeyError(unknown_word(which, names, "program "))
 
     def __iter__(self) -> Iterator[Report]:
         return (run.report for run in self.runs)

@@ -142,4 +142,6 @@ def _progress(*view: ProgressColumn, **options: Any) -> Progress:
     from rich.progress import Progress
 
     console = Console(stderr=True)
-    return Progress(*view, console=console, disable=not console.is_terminal, **options)
+    # Of bars that are not drawn rich before version 15 writes an empty line all the same.
+    console.quiet = not console.is_terminal
+    return Progress(*view, console=console, disable=console.quiet, **options)
