@@ -1,5 +1,6 @@
 """Options that several commands have."""
 
+import os
 from argparse import Action, ArgumentParser, Namespace
 from collections.abc import Iterable, Sequence
 from contextlib import AbstractContextManager, nullcontext
@@ -55,6 +56,23 @@ def using_workers(args: Namespace) -> AbstractContextManager[None]:
 def lists(action: Action, words: Iterable[str]) -> None:
     """Let a shell complete the words of an option that takes several, or checks them itself."""
     vars(action)["words"] = tuple(words)
+
+
+def add_verbose(parser: ArgumentParser) -> None:
+    """Add ``--verbose``, which `telling` takes."""
+    said = "say on standard error what is done; twice, why so"
+    parser.add_argument("-v", "--verbose", action="count", default=0, help=said)
+
+
+def telling(args: Namespace) -> AbstractContextManager[None]:
+    """For the time of a command, what ``--verbose`` or ``HEYOKA_BIKE_LOG`` asks for."""
+    asked = ("info", "debug")[min(args.verbose, 2) - 1] if args.verbose else ""
+    level = asked or os.environ.get("HEYOKA_BIKE_LOG", "")
+    if not level:
+        return nullcontext()
+    from heyoka_bike.system.log import shown
+
+    return shown(level)
 
 
 def add_format(parser: ArgumentParser, formats: Sequence[str]) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from collections.abc import Callable, Sequence
 from importlib import import_module
@@ -19,7 +18,7 @@ from heyoka_bike.commands.result_files import (
     refuse_overwriting,
 )
 from heyoka_bike.errors import Exit, InputError, quoted
-from heyoka_bike.system.console import progress_bar
+from heyoka_bike.system.console import has_colors, progress_bar
 
 if TYPE_CHECKING:
     from heyoka_bike.reference.load import Reference
@@ -167,9 +166,9 @@ def run(args: argparse.Namespace) -> int:
         scored = _diagnosed(scored, reference)
     made = origin(args.words)
     for path, name in written:
-        write_output(path, _render(scored, name, made, is_terminal=False).encode())
+        write_output(path, _render(scored, name, made, on_screen=False).encode())
     if on_screen is not None:
-        _print(_render(scored, on_screen, made, is_terminal=sys.stdout.isatty()))
+        _print(_render(scored, on_screen, made, on_screen=True))
     if not scored.passed:
         _complain(scored)
         return Exit.CHECK_FAILED
@@ -280,12 +279,12 @@ def _numbers(option: str, text: str | None) -> _Numbers:
     return found
 
 
-def _render(scored: Report | Series, name: str, made: Origin, *, is_terminal: bool) -> str:
+def _render(scored: Report | Series, name: str, made: Origin, *, on_screen: bool) -> str:
+    is_terminal = on_screen and sys.stdout.isatty()
     render: Callable[..., str] = import_module(f"heyoka_bike.showing.formats.{name}").render
     if name in ("table", "summary"):
-        # https://no-color.org
-        has_colors = is_terminal and not os.environ.get("NO_COLOR")
-        return render(scored, None if is_terminal else _WIDTH, has_colors, made)
+        width = None if is_terminal else _WIDTH
+        return render(scored, width, on_screen and has_colors(is_terminal), made)
     return render(scored, made) if name == "html" else render(scored)
 
 

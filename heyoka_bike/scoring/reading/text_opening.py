@@ -1,5 +1,6 @@
 """The opening of a text: its dialect, its heading, and where its rows begin."""
 
+import logging
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -25,6 +26,8 @@ _SAMPLE_ROWS = 40
 # A heading stands near the top.
 _HEADING_LINES = 100
 _FEWEST_COUNTED = 9
+
+_log = logging.getLogger(__name__)
 
 _COMMENT_SIGNS = re.compile(r"[#%!/;*\s]+")
 _TWO_BLANKS = re.compile(r"\s{2,}")
@@ -112,6 +115,11 @@ def find_opening(text: bytes, path: str, expected: Expected) -> Opening:
     known = [] if names is None else [recognise(name) for name in names]
     time = next((i for i, k in enumerate(known) if k and k[0] == TIME), 0)
     columns = [[row[j] for row in numbers] for j in range(width)]
+    _log.debug(
+        "%s: rows of %d numbers from line %d, separator %r, decimal %r; names %s", path, width,
+        first + 1, dialect.separator, dialect.decimal,
+        f"in line {heading}" if heading else "told" if names else "none",
+    )  # fmt: skip
     return Opening(
         dialect,
         width,
