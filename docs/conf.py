@@ -15,7 +15,7 @@ copyright = "the heyoka_bike developers, MIT license"
 version = release = heyoka_bike.__version__
 
 extensions = [
-    "myst_parser",
+    "myst_nb",  # Markdown, and notebooks, which are run
     "sphinx.ext.autodoc",
     "sphinx.ext.napoleon",
     "sphinx_argparse_cli",
@@ -24,9 +24,13 @@ extensions = [
     "repository_links",
     "run",
 ]
-exclude_patterns = ["_build", "_site", "examples"]
+exclude_patterns = ["_build", "_site", "examples", "paper"]
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3  # the anchors that GitHub makes
+nb_execution_mode = "force"
+nb_execution_raise_on_error = True
+nb_execution_timeout = 300  # of a cell [s]; none takes a tenth of it
+nb_merge_streams = True
 
 nitpicky = True
 nitpick_ignore_regex = [

@@ -1,4 +1,4 @@
-"""The tables of the harder tier in docs/field.md, from the runs in docs/field.json."""
+"""The tables of docs/field-harder.md, from the runs in docs/field.json."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any

@@ -1,4 +1,4 @@
-"""The tables and figures of docs/field.md, from the runs in docs/field.json.
+"""The tables and figures of docs/field.md and field-harder.md, from the runs in docs/field.json.
 
 Run as a script, this writes them: first ``python data/peers/field.py --all -o docs/field.json``,
 on a machine that has nothing else to do.
@@ -21,7 +21,7 @@ from heyoka_bike.showing.figures.style import render
 from heyoka_bike.showing.formats.wording import label, number, one_decimal
 
 DOCS = Path(__file__).parent.parent
-PAGE, RUN = DOCS / "field.md", DOCS / "field.json"
+PAGE, HARDER, RUN = DOCS / "field.md", DOCS / "field-harder.md", DOCS / "field.json"
 FIGURES = {"field.svg": costs, "field-drift.svg": drifts}
 # Maneuver 2, which the benchmark judges by eq. (1).
 JUDGED = 1
@@ -278,6 +278,15 @@ def apart(programs):
     )
 
 
+def pages(document):
+    """The pages with their generated parts, by file."""
+    found = parts(document)
+    harder = {name: text for name, text in found.items() if name.startswith(("H", "harder"))}
+    rest = {name: text for name, text in found.items() if name not in harder}
+    places = {PAGE: rest, HARDER: harder}
+    return {page: filled(page.read_text(encoding="utf-8"), x) for page, x in places.items()}
+
+
 def figures(document):
     programs = shown(document)
     return {name: render(draw(programs, document["peer"]), "svg") for name, draw in FIGURES.items()}
@@ -285,6 +294,7 @@ def figures(document):
 
 if __name__ == "__main__":
     measured = json.loads(RUN.read_text(encoding="utf-8"))
-    PAGE.write_text(filled(PAGE.read_text(encoding="utf-8"), parts(measured)), encoding="utf-8")
+    for page, text in pages(measured).items():
+        page.write_text(text, encoding="utf-8")
     for file, data in figures(measured).items():
         (DOCS / file).write_bytes(data)

@@ -1,4 +1,4 @@
-"""How often the right mistake is named: the table of docs/diagnosis.md, made by what it reports.
+"""How often the right mistake is named: the table of docs/reference/mistakes.md.
 
 Every usual mistake is made by another integrator (`mistaken_programs`), with a smooth error of each
 level of the columns' scales added, and diagnosed. Run as a script, this writes the table.
@@ -21,7 +21,7 @@ from heyoka_bike.scoring.diagnosis.programs.program import clock_mistake, output
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.scoring.diagnosis.ranking import rank
 
-PAGE = Path(__file__).parent.parent / "diagnosis.md"
+PAGE = Path(__file__).parent.parent / "reference" / "mistakes.md"
 BEGIN, END = "<!-- recognised: begin -->", "<!-- recognised: end -->"
 
 LEVELS = {"none": 0.0, "1e-6": 1e-6, "1e-4": 1e-4}

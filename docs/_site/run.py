@@ -18,19 +18,20 @@ from __future__ import annotations
 import os
 import shlex
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 from typing import Any, ClassVar
 
+from blocks import HangError, carry_out
 from docutils import nodes
+from docutils.parsers.rst import DirectiveError
 from sphinx import addnodes
 from sphinx.application import Sphinx
 from sphinx.environment import BuildEnvironment
 from sphinx.util.docutils import SphinxDirective
 
 _WIDTH = "92"  # of tables, as in the README
-_SECONDS = 300  # no block takes a tenth of it
+_SECONDS = 300.0  # no block takes a tenth of it
 _KEYS = frozenset({"python", "code", "needs", "lines", "figure", "alt", "clear", "link"})
 
 
@@ -56,21 +57,27 @@ class Run(SphinxDirective):
             return [shown, nodes.paragraph("", note, classes=["not-run"])]
         folder = self._folder()
         program = [sys.executable, "-"] if is_python else ["bash", "-e", "-o", "pipefail", "-s"]
-        done = subprocess.run(
-            program, input=source, cwd=folder, env=_environment(), text=True,
-            errors="replace", timeout=_SECONDS, check=False,
-            stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-        )  # fmt: skip
-        if done.returncode != int(asked.get("code", 0)):
-            raise self.error(f"run: exit code {done.returncode} of\n{source}\n{done.stdout}")
+        try:
+            code, output = carry_out(
+                program, source, folder, _environment(), self.config.run_seconds
+            )
+        except HangError as hung:
+            raise self._failed(source, str(hung)) from None
+        if code != int(asked.get("code", 0)):
+            raise self._failed(source, f"exit code {code}\n{output}")
         found: list[nodes.Node] = [shown]
         if "figure" in asked:
             found.append(self._figure(folder / asked["figure"], asked["alt"], "clear" in asked))
-        elif output := _shortened(done.stdout, int(asked.get("lines", 0))):
-            found.append(self._literal(output, "text", "output"))
+        elif text := _shortened(output, int(asked.get("lines", 0))):
+            found.append(self._literal(text, "text", "output"))
         if "link" in asked:
             found.append(self._link(folder / asked["link"]))
         return found
+
+    def _failed(self, block: str, what: str) -> DirectiveError:
+        """An error that begins with page and line, and shows the block."""
+        page, line = self.get_source_info()
+        return self.error(f"run: {page}:{line}: {what}\nThe block:\n{block}")
 
     def _literal(self, text: str, language: str, *classes: str) -> nodes.literal_block:
         block = nodes.literal_block(text, text, classes=list(classes))
@@ -126,5 +133,6 @@ def _environment() -> dict[str, str]:
 def setup(app: Sphinx) -> dict[str, Any]:
     """Register the directive; a page that is read again starts with a new folder."""
     app.add_directive("run", Run)
+    app.add_config_value("run_seconds", _SECONDS, "", types=(int, float))
     app.connect("env-purge-doc", _remove_folder)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import textwrap
 from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.commands.options import add_format, add_reference, add_workers
@@ -16,9 +15,6 @@ if TYPE_CHECKING:
     from heyoka_bike.scoring.report import Report
 
 _FORMATS = ("text", "json")
-_WIDTH = 96
-# Findings of the score that are said before the diagnosis, which leaves these columns out.
-_BESIDE = ("definition_unknown", "never_filled")
 
 
 def add_parser(subparsers: Any) -> None:
@@ -53,6 +49,7 @@ def run(args: argparse.Namespace) -> int:
     from heyoka_bike.reference.load import load_reference
     from heyoka_bike.scoring.diagnosis.diagnose import NOTHING, diagnosed_elsewhere
     from heyoka_bike.scoring.score import score
+    from heyoka_bike.showing.formats import diagnosis
     from heyoka_bike.system.parallel import side_by_side
 
     reference = load_reference(args.reference)
@@ -65,25 +62,14 @@ def run(args: argparse.Namespace) -> int:
         )  # fmt: skip
     if NOTHING in found.diagnosis:
         raise NothingScoredError(f"{found.file.path}: {NOTHING.message}")
-    print(_as_json(found) if args.format == "json" else _as_text(found))
+    print(_as_json(found) if args.format == "json" else diagnosis.render(found))
     return Exit.OK
 
 
-def _as_text(found: Report) -> str:
-    from heyoka_bike.scoring.conventions import DEFAULT
-    from heyoka_bike.showing.formats.wording import verdict
-
-    said = {f.code: f.message for f in found.findings}
-    paragraphs = [verdict(found), said.get("conventions", DEFAULT)]
-    paragraphs += [f.message for f in found.findings if f.code in _BESIDE]
-    paragraphs += [f.message for f in found.diagnosis]
-    return "\n\n".join(textwrap.fill(p, _WIDTH, break_long_words=False) for p in paragraphs)
-
-
 def _as_json(found: Report) -> str:
-    from heyoka_bike.showing.formats.json import render
+    from heyoka_bike.showing.formats.json import document
 
     # Those of the diagnosis come first, then those of `score`.
-    document = json.loads(render(found))
+    whole = document(found)
     keys = ("schema_version", "dataset_version", "bicycle", "file", "findings")
-    return json.dumps({key: document[key] for key in keys}, indent=2, allow_nan=False)
+    return json.dumps({key: whole[key] for key in keys}, indent=2, allow_nan=False)

@@ -6,7 +6,6 @@ import argparse
 import os
 from collections.abc import Sequence
 from contextlib import nullcontext
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from heyoka_bike.errors import InputError
@@ -33,16 +32,6 @@ def maneuvers_of(text: str | None, count: int, reference: Reference) -> Sequence
     if len(parts) not in (1, count):
         raise InputError(f"--maneuver: found {len(parts)} for {count} files, expected one for each")
     return [int(part) for part in parts] * (count if len(parts) == 1 else 1)
-
-
-def refuse_overwriting(files: Sequence[str], outputs: Sequence[Path]) -> None:
-    """Raise `InputError` if an output is one of the result files."""
-    for path in outputs:
-        for file in files:
-            if file != STANDARD_INPUT and path.exists() and path.resolve() == Path(file).resolve():
-                raise InputError(
-                    "is a result file to be scored, expected another --output", file=path
-                )
 
 
 def add_columns(parser: argparse.ArgumentParser) -> None:

@@ -4,20 +4,14 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable, Sequence
-from importlib import import_module
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.commands.options import add_reference, check_format, lists
-from heyoka_bike.commands.result_files import (
-    STANDARD_INPUT,
-    add_columns,
-    maneuvers_of,
-    read,
-    refuse_overwriting,
-)
+from heyoka_bike.commands.result_files import STANDARD_INPUT, add_columns, maneuvers_of, read
 from heyoka_bike.errors import Exit, InputError, quoted
+from heyoka_bike.showing.formats.output import FORMATS, SUFFIXES, WIDTH, render
 from heyoka_bike.system.console import has_colors, progress_bar
 
 if TYPE_CHECKING:
@@ -25,18 +19,7 @@ if TYPE_CHECKING:
     from heyoka_bike.scoring.report import Report, Series
     from heyoka_bike.showing.formats.origin import Origin
 
-_FORMATS = ("table", "json", "csv", "junit", "html")
-_SUFFIXES = {
-    ".txt": "table",
-    ".json": "json",
-    ".csv": "csv",
-    ".xml": "junit",
-    ".html": "html",
-    ".htm": "html",
-}
 _ROWS = "rows"
-# Width of a table that goes to a file or a pipe.
-_WIDTH = 100
 
 
 def add_parser(subparsers: Any) -> None:
@@ -79,10 +62,10 @@ def add_parser(subparsers: Any) -> None:
         metavar="FORMAT",
         dest="formats",
         action="append",
-        help=f"one of {', '.join(_FORMATS)}; may be repeated (default: table, and by the suffix of "
+        help=f"one of {', '.join(FORMATS)}; may be repeated (default: table, and by the suffix of "
         "each -o)",
     )
-    lists(formats, _FORMATS)
+    lists(formats, FORMATS)
     p.add_argument(
         "-o",
         "--output",
@@ -147,7 +130,7 @@ def run(args: argparse.Namespace) -> int:
     from heyoka_bike.scoring import requirements
     from heyoka_bike.scoring.series import score_files
     from heyoka_bike.showing.formats.origin import origin
-    from heyoka_bike.system.files import write_output
+    from heyoka_bike.system.files import refuse_overwriting, write_output
 
     on_screen, written = _outputs(args)
     for text in args.require:
@@ -166,9 +149,9 @@ def run(args: argparse.Namespace) -> int:
         scored = _diagnosed(scored, reference)
     made = origin(args.words)
     for path, name in written:
-        write_output(path, _render(scored, name, made, on_screen=False).encode())
+        write_output(path, render(scored, name, made).encode())
     if on_screen is not None:
-        _print(_render(scored, on_screen, made, on_screen=True))
+        _print(_on_screen(scored, on_screen, made))
     if not scored.passed:
         _complain(scored)
         return Exit.CHECK_FAILED
@@ -191,13 +174,13 @@ def _outputs(args: argparse.Namespace) -> tuple[str | None, list[tuple[Path, str
     """Format for standard output, if any, and the files to write with theirs."""
     formats: list[str] = [f for given in args.formats or () for f in given.split(",")]
     for found in formats:
-        check_format(found, _FORMATS)
+        check_format(found, FORMATS)
     left = list(dict.fromkeys(formats))
     written = []
     unclear = []
     for output in args.outputs:
         path = Path(output)
-        name = _SUFFIXES.get(path.suffix.lower())
+        name = SUFFIXES.get(path.suffix.lower())
         if name is not None and (not formats or name in left):
             written.append((path, name))
             left = [f for f in left if f != name]
@@ -207,7 +190,7 @@ def _outputs(args: argparse.Namespace) -> tuple[str | None, list[tuple[Path, str
         if not left:
             raise InputError(
                 f"--output: found '{path.name}', expected a name ending in "
-                f"{', '.join(_SUFFIXES)}, or a --format for it"
+                f"{', '.join(SUFFIXES)}, or a --format for it"
             )
         # The table is for the screen if there is anything else to write.
         name = next((f for f in left if f != "table"), left[0])
@@ -279,13 +262,10 @@ def _numbers(option: str, text: str | None) -> _Numbers:
     return found
 
 
-def _render(scored: Report | Series, name: str, made: Origin, *, on_screen: bool) -> str:
-    is_terminal = on_screen and sys.stdout.isatty()
-    render: Callable[..., str] = import_module(f"heyoka_bike.showing.formats.{name}").render
-    if name in ("table", "summary"):
-        width = None if is_terminal else _WIDTH
-        return render(scored, width, on_screen and has_colors(is_terminal), made)
-    return render(scored, made) if name == "html" else render(scored)
+def _on_screen(scored: Report | Series, name: str, made: Origin) -> str:
+    is_terminal = sys.stdout.isatty()
+    width = None if is_terminal else WIDTH
+    return render(scored, name, made, width=width, has_colors=has_colors(is_terminal))
 
 
 def _print(text: str) -> None:

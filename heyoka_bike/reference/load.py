@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
+from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -287,13 +288,13 @@ class Reference(Numbered[ReferenceManeuver]):
         return f"<reference {self.dataset_version} of {self.bicycle}: {len(self)} maneuvers>"
 
 
-def load_reference(folder: str | Path | None = None) -> Reference:
+def load_reference(folder: Reference | str | PathLike[str] | None = None) -> Reference:
     """Load a reference set, by default the published one that comes with the package.
 
     Parameters
     ----------
     folder : path, optional
-        Folder of the set.
+        Folder of the set; a reference that is loaded is given back.
 
     Returns
     -------
@@ -301,11 +302,20 @@ def load_reference(folder: str | Path | None = None) -> Reference:
 
     Raises
     ------
+    InputError
+        Something else than a folder.
     DatasetError
         The set is missing, incomplete or damaged; the published one must also carry the hash that
         this version of the package knows.
     """
-    where, manifest, raw = manifest_file.load_file(folder, HDF5)
+    if isinstance(folder, Reference):
+        return folder
+    if folder is not None and not isinstance(folder, str | PathLike):
+        raise InputError(
+            f"reference: found a {type(folder).__name__}, expected the folder of a set, or what "
+            "load_reference gives"
+        )
+    where, manifest, raw = manifest_file.load_file(None if folder is None else Path(folder), HDF5)
     with manifest_file.reading(where / HDF5, "a reference file"):
         f, maneuvers = _read_maneuvers(raw, manifest, COLUMNS)
         _log.info("%s: %d maneuvers, data %s", where, len(maneuvers), manifest.dataset_version)

@@ -120,7 +120,7 @@ def align(results: Results, reference: Reference) -> Alignment:
     for rows in results.maneuvers:
         number = rows.maneuver
         if number is None:
-            number = _recognise(results.path, rows, reference)
+            number = _recognise(results, rows, reference)
             findings.append(
                 Finding(
                     "maneuver_recognised",
@@ -177,11 +177,14 @@ def merge(alignments: Sequence[Alignment]) -> Alignment:
     if len(alignments) == 1:
         return alignments[0]
     files = [a.file for a in alignments]
+    formats = list(dict.fromkeys(f.format for f in files))
+    paths = [f.path for f in files]
     digits = [f.significant_digits for f in files if f.significant_digits is not None]
     return Alignment(
         file=FileInfo(
-            path=", ".join(f.path for f in files),
-            format=", ".join(dict.fromkeys(f.format for f in files)),
+            # Arrays have no names of their own.
+            path=", ".join(dict.fromkeys(paths) if formats == ["array"] else paths),
+            format=", ".join(formats),
             rows=sum(f.rows for f in files),
             t_start=min(f.t_start for f in files),
             t_end=max(f.t_end for f in files),
@@ -229,7 +232,7 @@ def _only(columns: Mapping[str, Array], keys: Collection[str]) -> dict[str, Arra
     return {key: x for key, x in columns.items() if key in keys}
 
 
-def _recognise(path: str, rows: Rows, reference: Reference) -> int:
+def _recognise(results: Results, rows: Rows, reference: Reference) -> int:
     """Number of the maneuver that the values are nearest to."""
     distance = {}
     parts = {number: _within(rows, number, reference[number])[0] for number in reference}
@@ -240,11 +243,12 @@ def _recognise(path: str, rows: Rows, reference: Reference) -> int:
     nearest, *others = sorted(distance, key=distance.__getitem__)
     # The same factor that tells definitions apart.
     if distance[nearest] >= HALF or (others and distance[others[0]] < 2 * distance[nearest]):
+        option = "maneuver=N" if results.format == "array" else "--maneuver N"
         hint = _milliseconds(rows.time, max(float(reference[n].duration) for n in reference))
         raise NothingScoredError(
-            f"{path}: found columns that fit no maneuver clearly (relative distances "
+            f"{results.path}: found columns that fit no maneuver clearly (relative distances "
             + ", ".join(f"{n}: {d:.2g}" for n, d in sorted(distance.items()))
-            + f"), expected those of one; say which with --maneuver N{hint}"
+            + f"), expected those of one; say which with {option}{hint}"
         )
     return nearest
 

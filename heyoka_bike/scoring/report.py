@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
+from heyoka_bike.display import Displayed, Held
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.findings import Finding
+from heyoka_bike.scoring.scored import Scored
 
 if TYPE_CHECKING:
     from heyoka_bike.scoring.alignment import FileInfo, Part
@@ -129,9 +132,11 @@ class Trace:
         return self.value - self.error
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, repr=False, slots=True)
 class ColumnScore:
-    """Verdict on one column of one maneuver.
+    """Verdict on one column of one maneuver: ``column.scd``, ``column.max_abs_error``.
+
+    Its measures are those as understood.
 
     Attributes
     ----------
@@ -173,6 +178,52 @@ class ColumnScore:
     trace: Trace
     is_known: bool = True
 
+    @property
+    def definition(self) -> str:
+        """The definition that the column turned out to have."""
+        return self.as_understood.definition
+
+    @property
+    def scd(self) -> float | None:
+        """Significant correct digits, see `Measures`."""
+        return self.as_understood.measures.scd
+
+    @property
+    def mescd(self) -> float | None:
+        """Mixed-error significant correct digits, see `Measures`."""
+        return self.as_understood.measures.mescd
+
+    @property
+    def max_abs_error(self) -> float | None:
+        """Largest absolute error [SI unit]."""
+        return self.as_understood.measures.max_abs_error
+
+    @property
+    def time_of_max(self) -> float | None:
+        """When it occurs [s]."""
+        return self.as_understood.measures.time_of_max
+
+    @property
+    def rms_error(self) -> float | None:
+        """Root of the mean squared error [SI unit]."""
+        return self.as_understood.measures.rms_error
+
+    @property
+    def max_rel_error(self) -> float | None:
+        """Largest absolute error divided by the column's scale."""
+        return self.as_understood.measures.max_rel_error
+
+    @property
+    def time_to_tolerance(self) -> float | None:
+        """First time at which the error exceeds 1e-3 of the scale [s]; None if it never does."""
+        return self.as_understood.measures.time_to_tolerance
+
+    def __repr__(self) -> str:
+        if self.scd is None:
+            return f"<{self.key}: nothing compared>"
+        found = f"{self.scd:.1f} correct digits, largest error {self.max_abs_error:.2g} {self.unit}"
+        return f"<{self.key} ({self.definition}): {found}>"
+
     def is_at_floor(self, times: float = 1.0) -> bool:
         """Whether the error is no more than so many times what the digits written allow."""
         error = self.as_understood.measures.max_abs_error
@@ -204,9 +255,27 @@ class Consistency:
     contradicted: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class ManeuverScore:
-    """Verdict on one maneuver.
+class Worst(NamedTuple):
+    """The column with the fewest correct digits.
+
+    Attributes
+    ----------
+    maneuver
+        Its number.
+    column
+        Its key.
+    scd
+        Its digits.
+    """
+
+    maneuver: int
+    column: str
+    scd: float
+
+
+@dataclass(frozen=True, eq=False, repr=False, slots=True)
+class ManeuverScore(Displayed, Held[str, ColumnScore]):
+    """Verdict on one maneuver: ``maneuver["roll_angle"]`` is that on one of its columns.
 
     Attributes
     ----------
@@ -249,6 +318,26 @@ class ManeuverScore:
     consistency: Consistency
     columns: tuple[ColumnScore, ...]
     part: Part
+
+    _view: ClassVar[str] = "maneuver"
+
+    def __getitem__(self, key: str) -> ColumnScore:
+        for column in self.columns:
+            if column.key == key:
+                return column
+        raise KeyError(f"found column {key!r}, expected one of {', '.join(self)}")
+
+    def __iter__(self) -> Iterator[str]:
+        return (column.key for column in self.columns)
+
+    def __len__(self) -> int:
+        return len(self.columns)
+
+    @property
+    def worst(self) -> Worst | None:
+        """The column with the fewest correct digits; None if nothing was compared."""
+        found = (Worst(self.maneuver, c.key, c.scd) for c in self.columns if c.scd is not None)
+        return min(found, key=lambda w: w.scd, default=None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -309,9 +398,9 @@ class Explanation:
     curves: tuple[Curve, ...]
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Report:
-    """Everything that is said about a result file.
+@dataclass(frozen=True, eq=False, repr=False, slots=True)
+class Report(Scored, Held[int, ManeuverScore]):
+    """Everything that is said about a result file: ``report[2]["roll_angle"].scd``.
 
     Attributes
     ----------
@@ -341,6 +430,24 @@ class Report:
     diagnosis: tuple[Finding, ...] = ()
     explanation: Explanation | None = None
     reference_sha256: str = ""
+
+    def __getitem__(self, number: int) -> ManeuverScore:
+        for maneuver in self.maneuvers:
+            if maneuver.maneuver == number:
+                return maneuver
+        raise KeyError(f"found maneuver {number!r}, expected one of {', '.join(map(str, self))}")
+
+    def __iter__(self) -> Iterator[int]:
+        return (maneuver.maneuver for maneuver in self.maneuvers)
+
+    def __len__(self) -> int:
+        return len(self.maneuvers)
+
+    @property
+    def worst(self) -> Worst | None:
+        """The column with the fewest correct digits; None if nothing was compared."""
+        found = (m.worst for m in self.maneuvers)
+        return min((w for w in found if w), key=lambda w: w.scd, default=None)
 
     @property
     def said(self) -> tuple[Finding, ...]:
@@ -408,9 +515,11 @@ class Run:
     tolerance: float | None = None
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Series:
+@dataclass(frozen=True, eq=False, repr=False, slots=True)
+class Series(Scored):
     """Several runs of one program, the coarsest first, or several programs side by side.
+
+    ``series[0]`` is the report of the first, ``series["name"]`` that of a program.
 
     Attributes
     ----------
@@ -427,6 +536,21 @@ class Series:
     convergence: tuple[Convergence, ...]
     findings: tuple[Finding, ...]
     is_one_program: bool = True
+
+    def __getitem__(self, which: int | str) -> Report:
+        if not isinstance(which, str):
+            return self.runs[which].report
+        for run in self.runs:
+            if run.name == which:
+                return run.report
+        names = ", ".join(run.name for run in self.runs if run.name) or "a number"
+        raise KeyError(f"found program {which!r}, expected one of {names}")
+
+    def __iter__(self) -> Iterator[Report]:
+        return (run.report for run in self.runs)
+
+    def __len__(self) -> int:
+        return len(self.runs)
 
     @property
     def passed(self) -> bool:

@@ -7,6 +7,8 @@
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+from os import PathLike
+from typing import Any
 
 import numpy as np
 
@@ -20,6 +22,7 @@ from heyoka_bike.scoring.comparison import Candidate, errors, is_small, largest_
 from heyoka_bike.scoring.conclusions import explain
 from heyoka_bike.scoring.consistency import consistency
 from heyoka_bike.scoring.definitions import Understanding, plain, understand
+from heyoka_bike.scoring.reading.given import results_of
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.report import (
     Alternative,
@@ -43,20 +46,33 @@ _FEW_ODD = 0.02
 
 
 def score(
-    results: Results | Sequence[Results],
-    reference: Reference | None = None,
-    require: Sequence[str] = (),
+    results: Any = None,
+    reference: Reference | str | PathLike[str] | None = None,
+    require: str | Sequence[str] = (),
+    *,
+    maneuver: int | None = None,
+    columns: str | Sequence[str] | None = None,
+    **named: Any,
 ) -> Report:
-    """Compare results with the reference.
+    """Compare results with the reference, as the command of this name does.
 
     Parameters
     ----------
     results
-        From `reading.read_results`; several if they hold different maneuvers of one run.
+        The path of a file, an array, a mapping of columns, a data frame or whatever else
+        `read_results` takes, or what it returned; a list of files that hold different maneuvers of
+        one run; a mapping of maneuvers' numbers to any of these. The times [s] if columns are
+        named: ``score(t, roll_angle=phi, maneuver=2)``.
     reference
-        From `load_reference`; the published one by default.
+        From `load_reference`, or the folder of a set; the published one by default.
     require
-        Requirements such as ``"2.roll_angle.scd >= 6"``, see `requirements`.
+        A requirement such as ``"2.roll_angle.scd >= 6"``, or several, see `requirements`.
+    maneuver
+        Number of the maneuver of results that hold one; by default it is recognised.
+    columns
+        What the columns are, in their order, if they are not the benchmark's nor named so.
+    named
+        Columns by name.
 
     Returns
     -------
@@ -67,20 +83,25 @@ def score(
     Raises
     ------
     InputError
-        A maneuver that the reference does not have or that comes twice, or a requirement that
-        cannot be read.
+        Results that cannot be read, a maneuver that the reference does not have or that comes
+        twice, or a requirement that cannot be read.
     NothingScoredError
         Nothing can be compared.
     """
-    known = load_reference() if reference is None else reference
-    several = [results] if isinstance(results, Results) else list(results)
-    return scored(merge([without_unfilled(align(r, known)) for r in several]), known, require)
+    known = load_reference(reference)
+    several = results_of(results, len(known), maneuver=maneuver, columns=columns, named=named)
+    return scored(aligned(several, known), known, require)
+
+
+def aligned(results: Sequence[Results], reference: Reference) -> Alignment:
+    """Results of one run beside the reference, without columns that were never filled in."""
+    return merge([without_unfilled(align(r, reference)) for r in results])
 
 
 def scored(
     alignment: Alignment,
     reference: Reference,
-    require: Sequence[str] = (),
+    require: str | Sequence[str] = (),
     understood: Mapping[str, Understanding] | None = None,
 ) -> Report:
     """The report of aligned results, with their columns as understood or as they fit best."""
@@ -112,7 +133,8 @@ def scored(
         reference_sha256=reference.content_sha256,
     )
     found = replace(found, findings=alignment.findings + explain(found))
-    return replace(found, requirements=tuple(check(text, found) for text in require))
+    asked = (require,) if isinstance(require, str) else require
+    return replace(found, requirements=tuple(check(text, found) for text in asked))
 
 
 def _score_maneuver(

@@ -1,7 +1,7 @@
 """Writing of files: whole or not at all."""
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from heyoka_bike.errors import InputError
@@ -41,6 +41,16 @@ def write_outputs(files: Mapping[Path, bytes]) -> None:
     finally:
         for part in parts.values():
             part.unlink(missing_ok=True)
+
+
+def refuse_overwriting(files: Iterable[str], outputs: Iterable[Path]) -> None:
+    """Raise `InputError` if an output is one of the result files, by the name it was given."""
+    for path in outputs:
+        for file in files:
+            if os.path.exists(path) and os.path.exists(file) and os.path.samefile(path, file):
+                raise InputError(
+                    "is a result file to be scored, expected another file to write", file=path
+                )
 
 
 def replace_file(path: Path, data: bytes) -> None:

@@ -6,7 +6,7 @@ What the pytest plugin does once a test uses it; nothing here depends on pytest.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NoReturn
 
@@ -15,8 +15,6 @@ import numpy as np
 from heyoka_bike.errors import BicycleError, InputError
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.diagnosis.diagnose import diagnosed
-from heyoka_bike.scoring.reading import read_results
-from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.requirements import OF_COLUMN, OF_MANEUVER, check, parse
 from heyoka_bike.scoring.score import score
@@ -218,38 +216,16 @@ def score_results(
     Parameters
     ----------
     results
-        What `reading.read_results` takes, or what it returned, or a mapping of maneuvers' numbers
-        to either.
+        What `scoring.score` takes.
     maneuver
         Number of the maneuver that columns belong to which do not tell.
     """
     __tracebackhide__ = True
     try:
-        scored = score(list(_read(results, maneuver, len(reference))), reference)
+        scored = score(results, reference, maneuver=maneuver)
     except BicycleError as e:
         defaults.fail(f"bicycle_score: {e}")
     return Score(scored, reference, defaults)
-
-
-def _read(results: Any, maneuver: int | None, count: int) -> Iterator[Results]:
-    if isinstance(results, Mapping) and results and all(isinstance(k, int) for k in results):
-        if maneuver is not None:
-            raise InputError(f"found maneuver={maneuver} beside results by maneuver")
-        for number, one in results.items():
-            yield from _read(one, number, count)
-        return
-    if isinstance(results, Results):
-        found = results
-    else:
-        found = read_results(results, maneuver=maneuver, count=count)
-    held = [rows.maneuver for rows in found.maneuvers]
-    if maneuver is not None and held not in ([maneuver], [None]):
-        shown = ", ".join(map(str, held))
-        raise InputError(
-            f"found maneuver {maneuver} for results that hold maneuver {shown}, expected it for "
-            "those of one maneuver"
-        )
-    yield found
 
 
 def properties(scored: Report, reference: Reference) -> list[tuple[str, str]]:

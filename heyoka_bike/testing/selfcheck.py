@@ -30,7 +30,7 @@ _INTEGRATE = (
     ("heyoka", "heyoka", "generate, bench, atlas, verify --rerun, most of diagnose"),
     ("llvmlite", "llvmlite", "simulate, Ensemble, bench"),
 )
-_OPTIONAL = (("matplotlib", "matplotlib", "plot"), ("scipy", "scipy", "bench, .mat files"))
+_OPTIONAL = (("matplotlib", "matplotlib", "plot"), ("scipy", "scipy", "bench, netCDF 3 files"))
 
 MANEUVER = 1
 """That is integrated."""

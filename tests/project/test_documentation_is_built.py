@@ -39,15 +39,13 @@ def test_the_table_of_columns_is_that_of_the_code():
         assert f"| `{column.name}` | {column.unit} |" in text
 
 
-def test_the_page_that_starts_installs_as_the_readme_does():
-    (install,) = sh_lines("start.md")
+@pytest.mark.parametrize("page", ["start.md", "installation.md"])
+def test_the_pages_that_start_install_as_the_readme_does(page):
+    (install,) = sh_lines(page)
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     shared = install.removesuffix(" && . .venv/bin/activate")
     assert shared != install
-    # Scoring needs less.
-    more = shared.replace(" -e .", " -e '.[generate]'")
-    assert more != shared
-    assert f"{more} && .venv/bin/heyoka-bike generate" in readme
+    assert f"{shared} && .venv/bin/heyoka-bike score" in readme
 
 
 @pytest.mark.slow
@@ -70,7 +68,7 @@ def test_commands_of_pages_that_are_not_run_by_the_site_work(folder, tmp_path, m
 
 @pytest.mark.slow
 def test_the_site_builds_without_a_warning(folder, tmp_path):
-    for name in ("sphinx", "furo", "myst_parser", "sphinx_argparse_cli"):
+    for name in ("sphinx", "furo", "myst_nb", "sphinx_argparse_cli"):
         pytest.importorskip(name)
     before = {p.name: p.stat().st_mtime_ns for p in folder.iterdir()}
     (command,) = sh_lines("index.md")

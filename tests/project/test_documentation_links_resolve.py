@@ -11,10 +11,14 @@ from heyoka_bike.system.resources import data_folder
 
 ROOT = data_folder().parent
 DOCS = ROOT / "docs"
-PAGES = sorted(p for p in DOCS.rglob("*.md") if "_build" not in p.parts)
+# The paper is no page: its figures are made when it is built.
+PAGES = sorted(
+    p for p in DOCS.rglob("*.md") if not {"_build", "paper"} & {*p.relative_to(DOCS).parts}
+)
 CHECKED = [
     *sorted(ROOT.glob("*.md")),
     *PAGES,
+    DOCS / "paper" / "README.md",
     *sorted((ROOT / "data").rglob("*.md")),
 ]
 
@@ -56,12 +60,17 @@ def broken(page, text):
 
 
 def entries(page):
-    """Pages that the toctrees of a page name."""
-    return {
-        (page.parent / f"{line.strip()}.md").resolve()
+    """Pages and notebooks that the toctrees of a page name."""
+    named = [
+        page.parent / line.strip()
         for tree in _TOCTREE.findall(page.read_text(encoding="utf-8"))
         for line in tree.splitlines()
         if line.strip() and not line.startswith(":")
+    ]
+    notebooks = [x.with_suffix(".ipynb") for x in named]
+    return {
+        (n if n.exists() else x.with_suffix(".md")).resolve()
+        for x, n in zip(named, notebooks, strict=True)
     }
 
 
@@ -72,7 +81,8 @@ def test_links_lead_somewhere(page):
 
 def test_every_page_is_in_the_contents():
     listed = set().union(*(entries(page) for page in PAGES))
-    assert listed == {page.resolve() for page in PAGES} - {(DOCS / "index.md").resolve()}
+    pages = {*PAGES, *DOCS.glob("*.ipynb")} - {DOCS / "index.md"}
+    assert listed == {page.resolve() for page in pages}
 
 
 def test_links_are_looked_at():

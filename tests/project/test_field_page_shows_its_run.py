@@ -1,12 +1,11 @@
-"""docs/field.md shows the runs in docs/field.json, which are those of data/peers/field.toml."""
+"""The pages of the field show the runs in docs/field.json, those of data/peers/field.toml."""
 
 import json
 import tomllib
 from textwrap import fill
 
 import pytest
-from field_page import FIGURES, PAGE, RUN, figures, parts, shown
-from speed_page import filled
+from field_page import FIGURES, PAGE, RUN, figures, pages, parts, shown
 from support.peers import measured
 
 from heyoka_bike.system.resources import data_folder
@@ -23,15 +22,16 @@ def field():
 
 
 def test_tables_and_counts_are_those_of_the_run(run):
-    page = PAGE.read_text()
-    assert filled(page, parts(run)) == page
+    committed = {page: page.read_text(encoding="utf-8") for page in pages(run)}
+    assert len(committed) == 2
+    assert pages(run) == committed
     for change in ({"digits": 2.0}, {"performance": [1e-9] * 3}, {"ratio": 7.77}):
         other = json.loads(RUN.read_text())
         next(iter(other["programs"].values()))["runs"][0] |= change
-        assert filled(page, parts(other)) != page, change
+        assert pages(other) != committed, change
         other = json.loads(RUN.read_text())
         next(iter(other["programs"].values()))["harder"]["H4"][0] |= change
-        assert filled(page, parts(other)) != page, change
+        assert pages(other) != committed, change
 
 
 def test_runs_are_those_that_the_programs_are_said_to_have(run, field):

@@ -275,9 +275,9 @@ def npz(**arrays):
     return buffer.getvalue()
 
 
-def mat(version="5", **arrays):
+def mat(version="5", is_packed=True, **arrays):
     buffer = io.BytesIO()
-    scipy.io.savemat(buffer, arrays, format=version, do_compression=version == "5")
+    scipy.io.savemat(buffer, arrays, format=version, do_compression=version == "5" and is_packed)
     return buffer.getvalue()
 
 
@@ -394,11 +394,11 @@ def test_bad_files(name, content, fragment, tmp_path):
     ("source", "fragment"),
     [
         ([[1.0, 2.0], [3.0]], "found a list that is no array, expected real numbers"),
-        ([["a"] * 9], "found text, expected real numbers"),
-        (None, "found Python objects, expected real numbers"),
+        ([["a"] * 9], "column 1: row 1: found 'a', expected a number"),
+        (None, "found a NoneType, expected the path of a file, an array"),
         (3, "found an array of shape ()"),
         ({}, "found nothing, expected arrays named time"),
-        ({"time": [0, 1], "roll": ["a", "b"]}, "roll: found text"),
+        ({"time": [0, 1], "roll": ["a", "b"]}, "roll: row 1: found 'a', expected a number"),
         ({"time": [0, 1], "roll": [[1], [2, 3]]}, "roll: found a list that is no array"),
         ({"time": [], "roll": []}, "time: found an empty array"),
         (np.ones((3, 9), dtype="V3"), "found records, expected real numbers"),
@@ -426,8 +426,8 @@ def test_a_small_file_of_a_large_dataset(tmp_path):
 
 
 def test_a_missing_package(tmp_path, monkeypatch):
-    path = tmp_path / "r.mat"
-    path.write_bytes(mat(x=TABLE))
+    path = tmp_path / "r.nc"
+    path.write_bytes(b"CDF\x01" + b"\0" * 99)
     monkeypatch.setitem(__import__("sys").modules, "scipy.io", None)
     with pytest.raises(MissingPackageError, match="pip install scipy"):
         read_results(path)
@@ -435,6 +435,7 @@ def test_a_missing_package(tmp_path, monkeypatch):
 
 KINDS = {
     "npy": npy(TABLE), "npz": npz(a=TABLE), "mat": mat(a=TABLE), "mat4": mat("4", a=TABLE),
+    "mat5": mat("5", False, a=TABLE, b={"time": VECTOR, "roll": [1.0, "x"]}),
     "h5": hdf5(a=TABLE, b=VECTOR), "gz": gzip.compress("\n".join(good()).encode(), mtime=0),
     "txt": "\n".join(good()).encode(), "utf16": "\n".join(good()).encode("utf-16"),
 }  # fmt: skip
@@ -447,7 +448,7 @@ def test_any_damage_gives_results_or_an_input_error(kind, tmp_path):
     content = KINDS[kind]
     seed = zlib.crc32(kind.encode())
     rng = np.random.default_rng(seed)
-    path = tmp_path / f"r.{kind.rstrip('4')}"
+    path = tmp_path / f"r.{'mat' if kind.startswith('mat') else kind}"
     for _ in range(200):
         damaged = bytearray(content)
         at = int(rng.integers(len(content) if rng.random() < 0.5 else min(600, len(content))))

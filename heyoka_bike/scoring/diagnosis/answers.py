@@ -327,8 +327,8 @@ def _no_mistake(
         for m, c in columns
     )
     text = (
-        f"None of {diagnosis.tried} usual mistakes, alone or two together, explains the difference "
-        f"(largest {worst:.2g} of the scale, {where})"
+        f"No usual mistake, alone or with another ({diagnosis.tried} such programs were tried), "
+        f"explains the difference (largest {worst:.2g} of the scale, {where})"
     )
     evidence: dict[str, Any] = {"tried": diagnosis.tried, "max_rel_error": worst}
     estimate = diagnosis.estimate

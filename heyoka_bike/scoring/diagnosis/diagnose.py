@@ -2,6 +2,8 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from os import PathLike
+from typing import Any
 
 import numpy as np
 
@@ -13,7 +15,6 @@ from heyoka_bike.scoring.diagnosis.answers import explanation, findings
 from heyoka_bike.scoring.diagnosis.mistakes.in_output import OUTPUT_MISTAKES
 from heyoka_bike.scoring.diagnosis.ranking import rank
 from heyoka_bike.scoring.findings import Finding, Severity
-from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.score import score, scored
 from heyoka_bike.system import jobs
@@ -27,20 +28,24 @@ NOTHING = Finding(
 
 
 def diagnose(
-    results: Results | Sequence[Results],
-    reference: Reference | None = None,
+    results: Any = None,
+    reference: Reference | str | PathLike[str] | None = None,
     progress: Callable[[float], None] | None = None,
+    *,
+    maneuver: int | None = None,
+    columns: str | Sequence[str] | None = None,
+    **named: Any,
 ) -> Report:
     """Compare results with the reference, and say why they differ.
 
     Parameters
     ----------
-    results
-        From `reading.read_results`; several if they hold different maneuvers of one run.
-    reference
-        From `load_reference`; the published one by default.
+    results, reference
+        As in `score`.
     progress
         Called with the part of the work that is done, 0 to 1.
+    maneuver, columns, named
+        As in `score`.
 
     Returns
     -------
@@ -52,13 +57,13 @@ def diagnose(
     Raises
     ------
     InputError
-        A maneuver that the reference does not have or that comes twice, or a reference that does
-        not start upright and straight.
+        See `score`; or a reference that does not start upright and straight.
     NothingScoredError
         Nothing can be compared.
     """
-    known = load_reference() if reference is None else reference
-    return diagnosed(score(results, known), known, progress)
+    known = load_reference(reference)
+    found = score(results, known, maneuver=maneuver, columns=columns, **named)
+    return diagnosed(found, known, progress)
 
 
 def diagnosed(

@@ -201,7 +201,8 @@ class _Arrays:
         if len(whole) == 1:
             return self.table(arrays[whole[0]], maneuver, f"{where}{whole[0]}: ")
         found = [*arrays, *inner]
-        raise InputError(f"{where}{arrays_not_understood(found, widths)}", file=self.path)
+        said = arrays_not_understood(found, widths, self.expected.option)
+        raise InputError(f"{where}{said}", file=self.path)
 
     def _named(
         self, arrays: Mapping[str, Any], inner: Iterable[str], known: Sequence[str],
@@ -237,7 +238,9 @@ class _Arrays:
         found = []
         for j, x in enumerate(columns):
             kind = meant[j] if j < len(meant) else ""
-            name = f"{names[j]}: " if names else ""
+            # Only of Python's objects one alone may be wrong.
+            place = f"column {j + 1}: " if x.dtype.kind == "O" else ""
+            name = f"{names[j]}: " if names else place
             found.append(self._column(kind, x, None, f"{where}{name}"))
         return WrittenTable(_evened(found, time), names, maneuver=maneuver, findings=findings)
 
@@ -320,12 +323,15 @@ class _Arrays:
 
 def _array(source: Any, path: str, where: str = "") -> NDArray[Any]:
     try:
-        return np.asanyarray(source)
+        array: NDArray[Any] = np.asanyarray(source)
     except (ValueError, TypeError, OverflowError):
         raise InputError(
             f"{where}found a {type(source).__name__} that is no array, expected real numbers",
             file=path,
         ) from None
+    # Words one by one may be decimals, and the first that is none can be named.
+    is_list = not hasattr(source, "dtype") and array.shape
+    return array.astype(object) if array.dtype.kind == "U" and is_list else array
 
 
 def _members(source: Mapping[Any, Any], path: str, where: str) -> dict[str, Any]:

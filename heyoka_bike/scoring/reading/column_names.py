@@ -7,13 +7,12 @@ from functools import lru_cache
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
 from heyoka_bike.errors import quoted
 from heyoka_bike.scoring.findings import Finding, Severity
-from heyoka_bike.scoring.reading.expected import widths_in_words
+from heyoka_bike.scoring.reading.expected import OPTION, how_to_tell, widths_in_words
 from heyoka_bike.scoring.reading.heading_units import quantities, split_ending, split_unit
 
 TIME = "time"
 _SECONDS = "s"
 _NAMES = ", ".join((TIME, *BENCHMARK_COLUMNS))
-_TELL = "--columns time,roll_angle,... tells what they are"
 
 _ALIASES: Mapping[str, tuple[str, ...]] = {
     TIME: ("t", "times", "timestamp", "sec", "seconds", "simulationtime", "tout"),
@@ -178,14 +177,18 @@ def not_understood(names: Sequence[str]) -> str:
     """What to say of a line of names of which too few are known."""
     unknown = [name for name in names if not recognise(name)]
     shown = f"{listed(unknown, LIKE)} not understood" if unknown else listed(names)
-    return f"found column names {shown}, expected {_NAMES}; {_TELL}"
+    return f"found column names {shown}, expected {_NAMES}; {how_to_tell(OPTION)}"
 
 
-def arrays_not_understood(names: Sequence[str], widths: Sequence[int]) -> str:
+def arrays_not_understood(names: Sequence[str], widths: Sequence[int], option: str) -> str:
     """What to say of arrays of which too few are known."""
+    found = listed(names, LIKE) or "nothing"
+    known = [recognise(name) for name in names]
+    if sum(k is not None for k in known) > 1 and not any(k and k[0] == TIME for k in known):
+        found += " without their times"
     return (
-        f"found {listed(names, LIKE) or 'nothing'}, expected arrays named {_NAMES}, or one array "
-        f"of {widths_in_words(widths)} columns; {_TELL}"
+        f"found {found}, expected arrays named {_NAMES}, or one array "
+        f"of {widths_in_words(widths)} columns; {how_to_tell(option)}"
     )
 
 

@@ -6,6 +6,9 @@ from dataclasses import dataclass
 LEFT_OUT = ("-", "skip")
 """What `--columns` has in place of the name of a column that is not used."""
 
+OPTION, ARGUMENT = "--columns", "columns="
+"""How the columns are told, on the command line and in Python."""
+
 
 @dataclass(frozen=True, slots=True)
 class Expected:
@@ -17,10 +20,13 @@ class Expected:
         Number of maneuvers of the reference.
     names : tuple of str or None
         What the columns are, whatever the file says; None if it is to be seen from the file.
+    option
+        How the user tells these, `OPTION` or `ARGUMENT`.
     """
 
     count: int
     names: tuple[str, ...] | None = None
+    option: str = OPTION
 
     @property
     def widths(self) -> tuple[int, ...]:
@@ -35,6 +41,12 @@ class Expected:
         return widths_in_words(self.widths)
 
 
+def how_to_tell(option: str) -> str:
+    """What to say where names are not understood."""
+    said = '"time,roll_angle,..."' if option == ARGUMENT else " time,roll_angle,..."
+    return f"{option}{said} tells what they are"
+
+
 def widths_in_words(widths: Sequence[int]) -> str:
     """Numbers of columns for a message."""
     return " or ".join(str(n) for n in widths)
@@ -44,7 +56,7 @@ def wrong_width(width: int, rows: int, expected: Expected) -> str:
     """What to say of columns without names of which there are too many or too few."""
     found = f"found {width} columns, expected {expected.in_words}"
     if expected.names is not None:
-        return f'{found} as --columns tells; there "-" stands for one that is left out'
+        return f'{found} as {expected.option} tells; there "-" stands for one that is left out'
     names = "a line of column names such as time, roll_angle, roll_rate"
     return f"{found}, or {names}{what_may_be_wrong(width, rows, expected.widths)}"
 

@@ -18,7 +18,7 @@ from heyoka_bike.scoring.reading.column_names import (
     recognise,
     unit_in,
 )
-from heyoka_bike.scoring.reading.expected import LEFT_OUT, Expected, wrong_width
+from heyoka_bike.scoring.reading.expected import LEFT_OUT, OPTION, Expected, wrong_width
 from heyoka_bike.scoring.reading.heading_units import is_millisecond, is_si, split_unit
 
 Fail = Callable[[str], InputError]
@@ -52,7 +52,7 @@ class Layout:
     in_milliseconds: bool = False
 
 
-def told(columns: Sequence[str], count: int) -> Expected:
+def told(columns: Sequence[str], count: int, option: str = OPTION) -> Expected:
     """What columns of these names are.
 
     Raises
@@ -61,6 +61,7 @@ def told(columns: Sequence[str], count: int) -> Expected:
         A name that is not known, or no time.
     """
     names = tuple(name.strip() for name in columns)
+    where = option.rstrip("=")
     found = []
     for name in names:
         known = recognise(name)
@@ -68,14 +69,14 @@ def told(columns: Sequence[str], count: int) -> Expected:
             like = nearest(name)
             hint = f"; did you mean {like}?" if like else ""
             raise InputError(
-                f"--columns: found {quoted(name)}, expected time, {', '.join(BENCHMARK_COLUMNS)}, "
+                f"{where}: found {quoted(name)}, expected time, {', '.join(BENCHMARK_COLUMNS)}, "
                 f"a column of motion.h5, or - for one that is left out{hint}"
             )
         if known is not None:
             found.append(known[0])
     if TIME not in found or len(found) < 2:
-        raise InputError("--columns: found no time and another column, expected both among them")
-    return Expected(count, names)
+        raise InputError(f"{where}: found no time and another column, expected both among them")
+    return Expected(count, names, option)
 
 
 def layout(
@@ -126,7 +127,7 @@ def layout(
     if places is not None:
         return places if names is None else _with_names_unused(places, names, found)
     if not ordered:
-        raise fail(arrays_not_understood(names or (), expected.widths))
+        raise fail(arrays_not_understood(names or (), expected.widths, expected.option))
     if names:
         raise fail(not_understood(names))
     raise fail(wrong_width(width, rows, expected))

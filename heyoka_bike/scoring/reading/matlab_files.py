@@ -6,33 +6,24 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from heyoka_bike.scoring.reading.array_columns import read_array
+from heyoka_bike.scoring.reading.array_columns import MOST_BYTES, read_array
 from heyoka_bike.scoring.reading.array_tables import DEEPEST, tables
 from heyoka_bike.scoring.reading.column_names import recognise
-from heyoka_bike.scoring.reading.damage import any_damage, missing
+from heyoka_bike.scoring.reading.damage import any_damage
 from heyoka_bike.scoring.reading.expected import Expected
+from heyoka_bike.scoring.reading.matlab_bytes import matlab_variables
 from heyoka_bike.scoring.reading.written import WrittenTable
 
 
 def read_mat(stream: BinaryIO, path: str, expected: Expected) -> list[WrittenTable]:
-    """The tables in a MATLAB file before version 7.3; see `array_files.read_npy`.
-
-    Raises
-    ------
-    MissingPackageError
-        SciPy is not installed.
-    """
-    try:
-        from scipy.io import loadmat
-    except ImportError:
-        raise missing(path, "scipy", "MATLAB files") from None
+    """The tables in a MATLAB file before version 7.3; see `array_files.read_npy`."""
     with any_damage("a MATLAB file", path):
-        found = loadmat(stream)
-    return tables(without_signals(_structure(found), path), path, expected, is_ordered=False)
+        found = matlab_variables(stream.read(), MOST_BYTES)
+    return tables(without_signals(found, path), path, expected, is_ordered=False)
 
 
 def variables(group: Any, stored: Callable[[Any], Any], depth: int = 0) -> dict[str, Any]:
-    """The variables in a group of a file of version 7.3, which is HDF5, as SciPy gives others.
+    """The variables in a group of a file of version 7.3, which is HDF5, as others are given.
 
     Arrays are made by `stored` of their datasets. They keep the order of their axes, the other way
     round.
@@ -94,21 +85,6 @@ def _columns(signals: list[Mapping[str, Any]], path: str) -> dict[str, Any]:
     if any(x.shape[:1] != (rows,) for x in upright):
         return {}
     return {"values": np.column_stack(upright)}
-
-
-def _structure(found: Mapping[str, Any]) -> dict[str, Any]:
-    """MATLAB's variables as SciPy gives them; structures as mappings, arrays of them as lists."""
-    plain: dict[str, Any] = {}
-    for name, x in found.items():
-        is_held = isinstance(x, np.ndarray) and x.dtype.kind in "OV"
-        items: list[Any] = list(x.ravel()) if is_held else []
-        structures = [y.flat[0] if isinstance(y, np.ndarray) and y.size else y for y in items]
-        if structures and all(isinstance(y, np.void) and y.dtype.names for y in structures):
-            each = [_structure({n: y[n] for n in y.dtype.names}) for y in structures]
-            plain[name] = each[0] if len(each) == 1 else each
-        elif isinstance(x, np.ndarray):
-            plain[name] = x
-    return plain
 
 
 def _word(x: Any) -> str:

@@ -2,7 +2,7 @@
 
 import sys
 import zlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, suppress
 from io import BytesIO
 from itertools import chain
@@ -10,11 +10,10 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, BinaryIO, cast
 
-import numpy as np
-
 from heyoka_bike.errors import InputError, printable
 from heyoka_bike.scoring.reading.assembly import assemble
-from heyoka_bike.scoring.reading.expected import Expected
+from heyoka_bike.scoring.reading.expected import ARGUMENT, OPTION, Expected
+from heyoka_bike.scoring.reading.frames import plain
 from heyoka_bike.scoring.reading.headings import told
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.reading.text_lines import encoding_of
@@ -74,8 +73,10 @@ def read_results(
     source : path, "-", array-like, mapping or data frame
         A text of rows of numbers, JSON, a NumPy, MATLAB, netCDF, HDF5, Parquet or Arrow file or a
         spreadsheet, any of them compressed with gzip; ``-`` is standard input. Or an array of shape
-        (n, 9), (n, 1 + 8 count) or (count, n, 9), a mapping of columns or a data frame. Columns are
-        the time [s] and the benchmark's eight, in its order or named.
+        (n, 9), (n, 1 + 8 count) or (count, n, 9), an array with named fields, a mapping of columns,
+        a data frame of pandas, polars or pyarrow, a dataset of xarray, what `simulate` returns, or
+        a mapping of maneuvers' numbers to any of these. Columns are the time [s], which may be the
+        index of a frame, and the benchmark's eight, in its order or named.
     maneuver
         Number of the maneuver, from 1, that columns belong to which do not tell.
     count
@@ -99,23 +100,18 @@ def read_results(
     """
     if maneuver is not None and not 1 <= maneuver <= count:
         raise InputError(f"found maneuver {maneuver}, expected 1 to {count}")
-    expected = Expected(count) if columns is None else told(columns, count)
-    if isinstance(source, str | PathLike):
+    is_file = isinstance(source, str | PathLike)
+    option = OPTION if is_file else ARGUMENT
+    expected = Expected(count, None, option) if columns is None else told(columns, count, option)
+    if is_file:
         path = printable(str(source))
         found, kind = _read_file(source, path, expected)
     else:
         from heyoka_bike.scoring.reading.array_tables import tables
 
         path, kind = "array", "array"
-        found = tables(_columns(source), path, expected)
+        found = tables(plain(source), path, expected)
     return assemble(found, kind, path, maneuver, expected)
-
-
-def _columns(source: Any) -> Any:
-    """A data frame as a mapping; it does not call itself one."""
-    if isinstance(source, Mapping) or not hasattr(source, "columns"):
-        return source
-    return {str(name): np.asarray(source[name]) for name in source.columns}
 
 
 def _read_file(

@@ -41,19 +41,23 @@ def render(scored: Report | Series) -> str:
     return text.getvalue()
 
 
+def values(report: Report) -> list[tuple[Any, ...]]:
+    """The `FIELDS` of each maneuver and column; None where one is unknown."""
+    return [_values(report.file.path, m, c) for m in report.maneuvers for c in m.columns]
+
+
 def _lines(report: Report) -> list[tuple[str, ...]]:
-    return [_line(report.file.path, m, c) for m in report.maneuvers for c in m.columns]
+    return [tuple(map(_cell, line)) for line in values(report)]
 
 
-def _line(path: str, m: ManeuverScore, c: ColumnScore) -> tuple[str, ...]:
+def _values(path: str, m: ManeuverScore, c: ColumnScore) -> tuple[Any, ...]:
     r = c.as_understood
     measures = (getattr(r.measures, name) for name in _MEASURES)
-    cells = (
+    return (
         path, m.maneuver, m.name, c.key, c.unit, r.definition, r.sign, r.unit, r.offset,
         *measures, c.floor, c.as_written.measures.max_abs_error, c.values, c.missing, m.rows,
         m.t_start, m.t_end, m.coverage, m.step, m.performance, 0,
     )  # fmt: skip
-    return tuple(_cell(x) for x in cells)
 
 
 def _cell(x: Any) -> str:

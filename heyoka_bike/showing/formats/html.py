@@ -64,7 +64,7 @@ def render(scored: Report | Series, made: Origin = UNKNOWN) -> str:
 def _report(report: Report, title: str) -> str:
     parts = [
         f'<header><p class="kicker">Uncontrolled bicycle: score of</p><h1>{escape(title)}</h1>',
-        *_verdict(report),
+        *verdict_parts(report),
         matrix_table.of_report(report),
         remark(report),
         _contents(report),
@@ -77,7 +77,7 @@ def _report(report: Report, title: str) -> str:
     return "\n".join(parts)
 
 
-def _verdict(report: Report) -> list[str]:
+def verdict_parts(report: Report) -> list[str]:
     """What the file is worth by its true error, then what it holds."""
     grade = file_grade(report)
     covered = coverage_words(report)

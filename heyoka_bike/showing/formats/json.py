@@ -16,8 +16,13 @@ SCHEMA_VERSION = 1
 
 def render(scored: Report | Series) -> str:
     """The report of a file or of a series as JSON; what is unknown is null."""
-    document = _report(scored) if isinstance(scored, Report) else _series(scored)
-    return json.dumps(_clean(document), indent=2, allow_nan=False) + "\n"
+    return json.dumps(document(scored), indent=2, allow_nan=False) + "\n"
+
+
+def document(scored: Report | Series) -> dict[str, Any]:
+    """What `render` writes, as lists and dictionaries."""
+    found = _report(scored) if isinstance(scored, Report) else _series(scored)
+    return {name: _clean(x) for name, x in found.items()}
 
 
 def _report(report: Report) -> dict[str, Any]:

@@ -30,8 +30,8 @@ class Origin:
 UNKNOWN = Origin()
 
 
-def origin(words: Sequence[str]) -> Origin:
-    """The origin of a report that a command makes now.
+def origin(words: Sequence[str] | None = None) -> Origin:
+    """The origin of a report that is made now.
 
     ``SOURCE_DATE_EPOCH`` gives another time [s since 1970], so that reports can be made again
     byte for byte (https://reproducible-builds.org/specs/source-date-epoch/).
@@ -39,12 +39,13 @@ def origin(words: Sequence[str]) -> Origin:
     Parameters
     ----------
     words
-        Of the command line, without the program.
+        Of the command line, without the program; None where there was no command.
     """
     given = os.environ.get("SOURCE_DATE_EPOCH", "")
     is_date = given.isascii() and given.isdigit() and len(given) <= 10
     now = datetime.fromtimestamp(int(given), UTC) if is_date else datetime.now(UTC)
-    return Origin(f"{now:%Y-%m-%d %H:%M} UTC", shlex.join(("heyoka-bike", *words)))
+    command = "" if words is None else shlex.join(("heyoka-bike", *words))
+    return Origin(f"{now:%Y-%m-%d %H:%M} UTC", command)
 
 
 def origin_words(report: Report, made: Origin) -> list[tuple[str, str]]:

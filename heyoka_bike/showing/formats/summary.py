@@ -112,6 +112,8 @@ def _next(report: Report) -> str:
         return "write 17 digits, to show what the program can do"
     digits = math.floor(min(filter(None, map(fewest_digits, report.maneuvers)), default=6.0))
     least = f"scd >= {min(digits, _MOST_REQUIRED)}"
+    if _is_of_python(report):
+        return f'keep it so, in a test: require=["{least}", "coverage >= 1"]'
     return f"keep it so, in a test: --require {shlex.quote(least)} --require 'coverage >= 1'"
 
 
@@ -122,6 +124,13 @@ def _next_of_series(series: Series) -> str:
     return f"the finest run by itself: {_command('score', best.report)}"
 
 
+def _is_of_python(report: Report) -> bool:
+    """Whether the results are no file that a command could read."""
+    return "array" in report.file.format.split(", ")
+
+
 def _command(name: str, report: Report) -> str:
+    if _is_of_python(report):
+        return f"heyoka_bike.{name}(...)"
     files = report.file.path.split(", ")
     return printable(shlex.join(["heyoka-bike", name, *files]))

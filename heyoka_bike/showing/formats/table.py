@@ -85,6 +85,13 @@ def render(scored: Report | Series, width: int | None, color: bool, made: Origin
     return page.text()
 
 
+def render_maneuver(m: ManeuverScore, width: int | None) -> str:
+    """What the report says of a maneuver, without colours."""
+    page = TextPage(width, color=False)
+    _print_maneuver(page, m)
+    return page.text()
+
+
 def _print_report(page: TextPage, report: Report) -> None:
     page.say(verdict(report), f"bold {text_color(file_grade(report))}", "  ")
     page.say(f"  {'; '.join(filter(None, (contents(report), warnings_words(report))))}")

@@ -136,48 +136,31 @@ def warnings_words(report: Report) -> str:
     return f"{count} warning{'s' if count > 1 else ''}" if count else ""
 
 
-def worst(report: Report) -> tuple[ManeuverScore, ColumnScore] | None:
-    """The column with the fewest correct digits; None if nothing was compared."""
-    found = [
-        (c.as_understood.measures.scd, m, c)
-        for m in report.maneuvers
-        for c in m.columns
-        if c.as_understood.measures.scd is not None
-    ]
-    if not found:
-        return None
-    _, m, c = min(found, key=lambda x: x[0])
-    return m, c
-
-
 def fewest_digits(m: ManeuverScore) -> float | None:
     """Correct digits of the worst column of a maneuver; None if nothing was compared."""
-    found = [c.as_understood.measures.scd for c in m.columns]
-    return min((scd for scd in found if scd is not None), default=None)
+    return None if m.worst is None else m.worst.scd
 
 
 def worst_place(report: Report) -> str:
     """Which column is the worst."""
-    found = worst(report)
-    return f"{label(found[1].key)} of maneuver {found[0].maneuver}" if found else "nothing compared"
+    found = report.worst
+    return f"{label(found.column)} of maneuver {found.maneuver}" if found else "nothing compared"
 
 
 def worst_words(report: Report) -> str:
     """How good the worst column is."""
-    found = worst(report)
+    found = report.worst
     if found is None:
         return "nothing could be compared"
-    m, c = found
-    where = f"maneuver {m.maneuver} {printable(c.key)}"
-    measures = c.as_understood.measures
-    assert measures.scd is not None
-    if measures.scd >= MOST_DIGITS:
+    c = report[found.maneuver][found.column]
+    where = f"maneuver {found.maneuver} {printable(c.key)}"
+    if found.scd >= MOST_DIGITS:
         return "no error in any column"
-    if measures.scd < 0:
-        wrong = f"{readable(measures.max_rel_error)} times its scale"
+    if found.scd < 0:
+        wrong = f"{readable(c.max_rel_error)} times its scale"
         return f"worst column without a correct digit ({where}, wrong by {wrong})"
     limit = ", all its digits allow" if c.is_at_floor() else ""
-    return f"worst column {measures.scd:.1f} correct digits ({where}{limit})"
+    return f"worst column {found.scd:.1f} correct digits ({where}{limit})"
 
 
 def coverage_words(report: Report) -> str:
@@ -268,18 +251,17 @@ def contents(report: Report) -> str:
 
 def worst_error_words(report: Report) -> str:
     """The largest error of the worst column, its time and its part of the scale."""
-    found = worst(report)
+    found = report.worst
     if found is None:
         return ""
-    m, c = found
-    measures = c.as_understood.measures
-    if not measures.max_abs_error:
+    c = report[found.maneuver][found.column]
+    if not c.max_abs_error:
         return ""
-    error = in_unit(readable(measures.max_abs_error), c.unit)
-    part = measures.max_rel_error
+    error = in_unit(readable(c.max_abs_error), c.unit)
+    part = c.max_rel_error
     of_scale = f", {readable(100 * part)} % of its largest value" if part else ""
-    where = f"{label(c.key)}, maneuver {m.maneuver}"
-    return f"{where}: off by {error} at {plain(measures.time_of_max)} s{of_scale}"
+    where = f"{label(c.key)}, maneuver {found.maneuver}"
+    return f"{where}: off by {error} at {plain(c.time_of_max)} s{of_scale}"
 
 
 def performance_remark(report: Report) -> str:
@@ -329,9 +311,8 @@ def chosen(series: Series) -> tuple[str, Run]:
         return "finest", series.runs[-1]
 
     def digits(run: Run) -> float:
-        found = worst(run.report)
-        scd = None if found is None else found[1].as_understood.measures.scd
-        return -math.inf if scd is None else scd
+        found = run.report.worst
+        return -math.inf if found is None else found.scd
 
     return "best", max(series.runs, key=digits)
 

@@ -55,8 +55,8 @@ class _Family:
     keys: Sequence[str] = tuple(DEFINITIONS)
 
 
-# What remains, measured (docs/diagnosis.md): of true orders 1e-4 to 0.17, of others and of adaptive
-# integrators 0.28 and more.
+# What remains, measured (docs/how-diagnosis-works.md): of true orders 1e-4 to 0.17, of others and
+# of adaptive integrators 0.28 and more.
 _PLAIN = _Family("one-step or multistep", {1: 0.2, 2: 0.2, 3: 0.2, 4: 0.2}, 2.5)
 # True ones up to 0.07; 13 terms of second order leave 0.07 of what they do not mean.
 _PARTITIONED = _Family("partitioned, such as symplectic Euler,", {1: 0.1, 2: 0.04}, 2.0)

@@ -1,0 +1,178 @@
+"""Numbers of the paper from long runs: what programs reach, what it costs, who falls."""
+
+import math
+from functools import cache
+
+from field_figures import PASSES, RIGHT
+from field_page import shown
+from paper_fact import among, document, fact, part, power, text_of
+
+from heyoka_bike.bench.race import CLASSES
+
+FIELD = "python data/peers/field.py --all -o docs/field.json"
+SPEED = "python docs/_site/speed_page.py --measure"
+ATLAS = "python docs/_site/atlas_page.py --store FOLDER"
+
+ROLLING = {
+    "multibody": "constraint",
+    "algorithms": "constraint, by hand",
+    "symbolic": "own equations",
+    "solver": "given equations",
+    "engine": "contact, friction",
+    "linear": "linearised",
+}
+BLIND = "‡"
+"""Beside an eq. (1) that is passed by a motion that is not right to a thousandth."""
+
+
+@cache
+def _programs():
+    return shown(document("docs/field.json"))
+
+
+def _runs():
+    return [r for p in _programs() for r in p.runs]
+
+
+def _passes(run):
+    return run["performance"][1] < PASSES
+
+
+def _is_blind(run):
+    return _passes(run) and run["digits"] < RIGHT
+
+
+@fact("docs/field.json", FIELD)
+def field(what):
+    """Counts: programs, runs, those that pass eq. (1), and those that pass it and are wrong."""
+    submitted = [r for p in _programs() for r in (p.best, p.default) if r]
+    blind = [(p.name, r) for p in _programs() for r in p.runs if _is_blind(r)]
+    return {
+        "programs": lambda: f"{len(_programs())}",
+        "runs": lambda: f"{len(_runs())}",
+        "passing": lambda: f"{sum(map(_passes, _runs()))}",
+        "blind": lambda: f"{len(blind)}",
+        "blind programs": lambda: f"{len({name for name, _ in blind})}",
+        "limit": lambda: f"$10^{{{round(math.log10(PASSES))}}}$",
+        "submitted": lambda: f"{len(submitted)}",
+    }[what]()
+
+
+@fact("docs/field.json", FIELD)
+def worst(column):
+    """Of how many best and default runs a column is the worst."""
+    submitted = [r for p in _programs() for r in (p.best, p.default) if r]
+    return str(sum(r["worst"]["column"] == column for r in submitted))
+
+
+@fact("docs/field.json", FIELD)
+def blind_in(column):
+    """Of the runs that pass eq. (1) and are wrong, how many are wrong in a column."""
+    return str(sum(r["scd"][column] < RIGHT for r in _runs() if _is_blind(r)))
+
+
+@fact("docs/field.json", FIELD)
+def reaches(program, kind="best"):
+    """Correct digits of a program at its best, or as it comes (default)."""
+    said = document("docs/field.json")["programs"][program]
+    return f"{getattr(next(p for p in _programs() if p.said is said), kind)['digits']:.1f}"
+
+
+@fact("docs/field.json", FIELD)
+def between(end):
+    """Digits between programs as they come and at their best: least or most."""
+    found = [p.best["digits"] - p.default["digits"] for p in _programs() if p.best and p.default]
+    return f"{(min if end == 'least' else max)(found):.1f}"
+
+
+@fact("docs/field.json", FIELD)
+def machine():
+    """On what the programs were timed."""
+    found = document("docs/field.json")["machine"]
+    return f"{found['cpu']}, {found['cores']} cores, {found['system']}"
+
+
+@fact("docs/field.json", FIELD)
+def programs():
+    """The programs in a table, the most right first."""
+    lines = [
+        "| program | rolling | digits: best | as it comes | eq. (1): best | as it comes | order |",
+        "|:--|:--|--:|--:|--:|--:|--:|",
+    ]
+    for p in _programs():
+        cells = [
+            f"{p.name} {p.said['version'].partition(',')[0]}", ROLLING[p.said["kind"]],
+            *(_digits(r) for r in (p.best, p.default)),
+            *(_drift(p, r) for r in (p.best, p.default)), _order(p),
+        ]  # fmt: skip
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def _digits(run):
+    return f"${run['digits']:.1f}$" if run else ""
+
+
+def _drift(program, run):
+    if not run:
+        return ""
+    found, least = run["performance"][1], program.least(run)
+    # A file of few digits shows no energy more constant than these.
+    words = f"below {power(least, 1)}" if found < least else power(found)
+    return f"{words} {BLIND}" if _is_blind(run) else words
+
+
+def _order(program):
+    if program.order is None:
+        return ""
+    base = "h" if program.said["measure"] == "step" else r"\varepsilon"
+    return f"${base}^{{{program.order:.1f}}}$"
+
+
+@fact("docs/speed.json", SPEED)
+def race(accuracy, code):
+    """Of maneuver 2 at an accuracy: time of `simulate` [µs], or how many times as long a code."""
+    run = document("docs/speed.json")
+    times = {
+        x["code"]: x["median_ms"] for x in run["results"]
+        if (x["maneuver"], x["class"]) == (run["maneuver"], accuracy)
+        and (x["status"], x["precision"]) == ("ok", "binary64")
+    }  # fmt: skip
+    ours = times["heyoka_bike simulate"]
+    if code == "simulate":
+        return f"{1e3 * ours:.0f}"
+    if code == "best in C":
+        return f"{min(x for name, x in times.items() if name.startswith('C ')) / ours:.1f}"
+    return f"{times[code] / ours:,.0f}"
+
+
+@fact("heyoka_bike/bench/race.py", "heyoka-bike bench --help")
+def accuracy(name):
+    """Limit of a class of the race."""
+    return power(among(CLASSES[name], r"under ([0-9e-]+)"))
+
+
+@fact("docs/speed.json", SPEED)
+def making(what):
+    """Making the reference: elapsed time [s], processors."""
+    run = document("docs/speed.json")
+    return f"{run['generate']['wall_s']:.0f}" if what == "time" else str(run["machine"]["cores"])
+
+
+@fact("docs/atlas.md", ATLAS)
+def atlas(what):
+    """Starts of the map, what falls in the stable range, what recovers from how much."""
+    page, inside, energy = (
+        text_of("docs/atlas.md"),
+        part("atlas.md", "inside"),
+        part("atlas.md", "energy"),
+    )
+    return {
+        "starts": lambda: f"{int(among(page, r'([0-9]+) × [0-9]+ of them')) ** 2:,}",
+        "duration": lambda: among(page, r"followed for ([0-9]+) s"),
+        "falls": lambda: among(inside, r"range ([0-9]+) %"),
+        "rate": lambda: among(inside, r"more than ([0-9.]+) rad/s"),
+        "lean": lambda: among(inside, r"\(([0-9]+)°\)"),
+        "push": lambda: among(energy, r"At ([0-9.]+) rad/s"),
+        "from": lambda: among(energy, r"from ([0-9.]+) m/s"),
+    }[what]()

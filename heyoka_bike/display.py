@@ -1,0 +1,39 @@
+"""Objects that show themselves: in some lines of text, and in notebooks.
+
+How they look is made in `showing`, above the wings that they belong to. So an object asks for its
+view by name, and only when somebody looks at it: it neither imports nor knows what shows it.
+"""
+
+from collections.abc import Mapping
+from importlib import import_module
+from typing import Any, ClassVar, TypeVar
+
+K = TypeVar("K")
+V = TypeVar("V", covariant=True)
+
+
+def shown_by(module: str) -> Any:
+    """A module of `heyoka_bike.showing`, by its name there."""
+    return import_module(f"heyoka_bike.showing.{module}")
+
+
+class Displayed:
+    """What a module of `showing.views`, which a class names as `_view`, makes text and HTML of."""
+
+    __slots__ = ()
+    _view: ClassVar[str]
+
+    def __repr__(self) -> str:
+        return str(shown_by(f"views.{self._view}").text(self))
+
+    def _repr_html_(self) -> str:
+        """For notebooks: HTML without a script."""
+        return str(shown_by(f"views.{self._view}").html(self))
+
+
+class Held(Mapping[K, V]):
+    """A mapping of what an object holds; two are equal only if they are the same object."""
+
+    __slots__ = ()
+    __eq__ = object.__eq__
+    __hash__ = object.__hash__

@@ -1,0 +1,82 @@
+"""Data frames, datasets and maneuvers by number as plain mappings of arrays.
+
+They are known by what they can do: none of the packages that make them is imported.
+"""
+
+from collections.abc import Mapping
+from numbers import Integral
+from typing import Any
+
+import numpy as np
+
+from heyoka_bike.errors import InputError
+from heyoka_bike.scoring.reading.column_names import TIME, recognise
+
+_DEEPEST = 4  # a mapping may contain itself
+
+
+def plain(source: Any, depth: int = 0) -> Any:
+    """What is given as an array, or as a mapping of names to arrays or to such mappings.
+
+    Raises
+    ------
+    InputError
+        Nothing that has columns.
+    """
+    if isinstance(source, Mapping):
+        members = {**_coordinates(source), **source}
+        return {_name(name): _inner(x, depth) for name, x in members.items()}
+    if callable(getattr(source, "table", None)):
+        return source.table()
+    if hasattr(source, "columns"):
+        # Those of pyarrow are the arrays themselves.
+        names = getattr(source, "column_names", source.columns)
+        frame = {str(name): np.asarray(source[name]) for name in names}
+        return _index(source, frame) | frame
+    if isinstance(source, list | tuple) and any(map(_has_columns, source)):
+        raise InputError(
+            f"found a list of {type(source[0]).__name__}, expected them by number, such as "
+            "{1: ..., 2: ...}"
+        )
+    array = source if hasattr(source, "dtype") else _array(source)
+    if array.dtype.kind == "O" and not array.shape:
+        raise InputError(
+            f"found a {type(source).__name__}, expected the path of a file, an array, columns by "
+            "name, or a data frame"
+        )
+    return source
+
+
+def _array(source: Any) -> Any:
+    try:
+        return np.asanyarray(source)
+    except (ValueError, TypeError, OverflowError):
+        return np.empty(1)  # what is wrong in it is said where it is read
+
+
+def _name(name: Any) -> str:
+    return f"maneuver_{name}" if isinstance(name, Integral) else str(name)
+
+
+def _inner(x: Any, depth: int) -> Any:
+    """A member of a mapping: a column, or what has columns itself."""
+    return plain(x, depth + 1) if depth < _DEEPEST and _has_columns(x) else x
+
+
+def _has_columns(x: Any) -> bool:
+    return isinstance(x, Mapping) or hasattr(x, "columns")
+
+
+def _coordinates(source: Mapping[Any, Any]) -> dict[str, Any]:
+    """Of a dataset of xarray, where the time is one."""
+    return {str(name): x for name, x in dict(getattr(source, "coords", {})).items()}
+
+
+def _index(source: Any, frame: Mapping[str, Any]) -> dict[str, Any]:
+    """The index of a frame of pandas, where that is the time and no column is."""
+    name = getattr(getattr(source, "index", None), "name", None)
+    if any(recognise(column) == (TIME, None) for column in frame):
+        return {}
+    if not isinstance(name, str) or recognise(name) != (TIME, None):
+        return {}
+    return {name: np.asarray(source.index)}

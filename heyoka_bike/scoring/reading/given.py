@@ -1,0 +1,105 @@
+"""What somebody has in Python, as results: files, arrays, columns by name, data frames."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from numbers import Integral
+from os import PathLike
+from typing import Any
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.errors import InputError, quoted
+from heyoka_bike.scoring.reading.column_names import TIME, nearest, recognise
+from heyoka_bike.scoring.reading.results import Results
+from heyoka_bike.scoring.reading.source import read_results
+from heyoka_bike.scoring.scored import Scored
+
+_FILES = (Results, str, PathLike)
+
+
+def results_of(
+    given: Any,
+    count: int,
+    *,
+    maneuver: int | None = None,
+    columns: str | Sequence[str] | None = None,
+    named: Mapping[str, Any] | None = None,
+) -> list[Results]:
+    """Results of one run, of anything that holds them.
+
+    Parameters
+    ----------
+    given
+        What `source.read_results` takes, or what it returned; a list of such files or results; a
+        mapping of maneuvers' numbers to any of these. With named columns the times [s], or nothing.
+    count
+        Number of maneuvers of the reference.
+    maneuver, columns
+        As in `source.read_results`; the columns also as one text, separated by commas.
+    named
+        Columns by name.
+
+    Raises
+    ------
+    InputError
+        It is none of that: what was found, and what was expected.
+    """
+    names = columns.split(",") if isinstance(columns, str) else columns
+
+    def read(one: Any, number: int | None) -> Results:
+        if isinstance(one, Results):
+            return one
+        return read_results(one, maneuver=number, count=count, columns=names)
+
+    number = None if maneuver is None else _number(maneuver, count)
+    if isinstance(given, Scored):
+        raise InputError(f"found a {type(given).__name__}, expected results that are to be scored")
+    if named:
+        given = _with_time(given, named)
+    if isinstance(given, list | tuple) and all(isinstance(x, _FILES) for x in given):
+        return [_of_maneuver(read(x, number), number) for x in given]
+    if isinstance(given, Mapping) and given and all(isinstance(k, Integral) for k in given):
+        if number is not None:
+            raise InputError(f"found maneuver={maneuver} beside results by maneuver")
+        numbers = [_number(key, count) for key in given]
+        if any(isinstance(x, _FILES) for x in given.values()):
+            found = zip(given.values(), numbers, strict=True)
+            return [_of_maneuver(read(one, n), n) for one, n in found]
+    return [_of_maneuver(read(given, number), number)]
+
+
+def _number(maneuver: Any, count: int) -> int:
+    is_number = isinstance(maneuver, Integral) and not isinstance(maneuver, bool)
+    if not (is_number and 1 <= maneuver <= count):
+        raise InputError(f"found maneuver {maneuver!r:.40}, expected 1 to {count}")
+    return int(maneuver)
+
+
+def _with_time(time: Any, named: Mapping[str, Any]) -> dict[str, Any]:
+    """Columns by name with their time; a word that is no column is not left out in silence."""
+    for name in named:
+        if recognise(name) is None and recognise(name.removesuffix("_lo")) is None:
+            like = nearest(name)
+            hint = f"; did you mean {like}?" if like else ""
+            raise InputError(
+                f"found a column {quoted(name)}, expected time, {', '.join(BENCHMARK_COLUMNS)}, or "
+                f"a column of motion.h5{hint}"
+            )
+    has_time = any(recognise(name) == (TIME, None) for name in named)
+    if has_time == (time is not None):
+        found = "times twice" if has_time else "columns without their times"
+        raise InputError(f"found {found}, expected score(t, roll_angle=...) or score(time=t, ...)")
+    return dict(named) if has_time else {TIME: time, **named}
+
+
+def _of_maneuver(results: Results, number: int | None) -> Results:
+    """The results, which are of this maneuver if one is told."""
+    held = [rows.maneuver for rows in results.maneuvers]
+    if number is None or held == [number]:
+        return results
+    if held == [None]:
+        return replace(results, maneuvers=(replace(results.maneuvers[0], maneuver=number),))
+    raise InputError(
+        f"found maneuver {number} for results that hold maneuver {', '.join(map(str, held))}, "
+        "expected it for those of one maneuver",
+        file=results.path,
+    )

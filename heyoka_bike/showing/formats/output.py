@@ -1,0 +1,87 @@
+"""A score in one of the formats, by its name or by the suffix of a file: text, or that file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import import_module
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from heyoka_bike.errors import InputError, quoted
+
+if TYPE_CHECKING:
+    from heyoka_bike.scoring.report import Report, Series
+    from heyoka_bike.showing.formats.origin import Origin
+
+FORMATS = ("table", "json", "csv", "junit", "html")
+SUFFIXES = {
+    ".txt": "table",
+    ".json": "json",
+    ".csv": "csv",
+    ".xml": "junit",
+    ".html": "html",
+    ".htm": "html",
+}
+WIDTH = 100
+"""Of a table that goes to a file or a pipe."""
+
+
+def render(
+    scored: Report | Series, name: str, made: Origin | None = None, *,
+    width: int | None = WIDTH, has_colors: bool = False,
+) -> str:  # fmt: skip
+    """The text of a score in a format, or its ``summary``.
+
+    Parameters
+    ----------
+    name
+        One of `FORMATS`, or ``summary``.
+    made
+        When and how; by default now.
+    width, has_colors
+        Of text, see `table.render`.
+    """
+    from heyoka_bike.showing.formats.origin import origin
+
+    made = origin() if made is None else made
+    module = import_module(f"heyoka_bike.showing.formats.{name}")
+    text: Callable[..., str] = module.render
+    if name in ("table", "summary"):
+        return text(scored, width, has_colors, made)
+    return text(scored, made) if name == "html" else text(scored)
+
+
+def save(scored: Report | Series, path: str | PathLike[str], name: str | None = None) -> Path:
+    """Write a score to a file, in the format of that name or of the suffix.
+
+    Raises
+    ------
+    InputError
+        No such format, a file that cannot be written, or one of the files that were scored.
+    """
+    from heyoka_bike.showing.formats.wording import reports
+    from heyoka_bike.system.files import refuse_overwriting, write_output
+
+    file = Path(path)
+    found = SUFFIXES.get(file.suffix.lower()) if name is None else name
+    if found is None:
+        raise InputError(
+            f"save: found {quoted(file.name)}, expected a name ending in {', '.join(SUFFIXES)}, or "
+            "its format beside it"
+        )
+    if found not in FORMATS:
+        some = ", ".join(FORMATS)
+        raise InputError(f"save: found format {quoted(found)}, expected one of {some}")
+    scored_files = [f for r in reports(scored) for f in r.file.path.split(", ")]
+    refuse_overwriting(scored_files, [file])
+    write_output(file, render(scored, found).encode())
+    return file
+
+
+def verdict(scored: Report | Series) -> str:
+    """One line that says what the results are worth."""
+    from heyoka_bike.scoring.report import Report
+    from heyoka_bike.showing.formats import wording
+
+    return wording.verdict(scored) if isinstance(scored, Report) else wording.series_verdict(scored)

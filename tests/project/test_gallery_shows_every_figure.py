@@ -1,0 +1,35 @@
+"""The gallery has every kind of figure, with a command that makes it, and pictures stay small."""
+
+import shlex
+
+import pytest
+
+pytest.importorskip("PIL")
+
+from gallery import IMAGES, PAGE, SHOTS, entries
+
+from heyoka_bike.showing.figures import FIGURES
+
+_LARGEST = 200e3  # of a picture in the repository [bytes]
+
+
+def test_every_figure_of_plot_is_there():
+    words = [shlex.split(line) for block in entries().values() for line in block.splitlines()]
+    drawn = {w[w.index("--figure") + 1] for w in words if "--figure" in w}
+    drawn |= {"maneuvers" for w in words if w[1] == "plot" and "--figure" not in w}
+    assert drawn == set(FIGURES)
+    assert {w[1] for w in words} >= {"plot", "score", "animate", "leaderboard"}
+
+
+def test_every_command_makes_the_picture_below_it():
+    for name, block in entries().items():
+        suffix = ".html" if name in SHOTS else ".png"
+        assert block.rstrip().endswith(f"-o {name}{suffix}")
+
+
+def test_pictures_are_those_of_the_page_and_small():
+    pictures = {p.stem: p.stat().st_size for p in IMAGES.iterdir()}
+    assert pictures.keys() == entries().keys()
+    assert max(pictures.values()) < _LARGEST
+    shown = PAGE.read_text(encoding="utf-8").count("](images/gallery/")
+    assert shown == len(pictures)

@@ -1,0 +1,228 @@
+"""MATLAB's files are read as SciPy reads them, without it; they unpack to no more than allowed."""
+
+import io
+import shutil
+import struct
+import subprocess
+import zlib
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+import scipy.io
+from support.without_packages import python
+
+from heyoka_bike.errors import InputError
+from heyoka_bike.scoring.reading import matlab_files, read_results
+from heyoka_bike.scoring.reading.matlab_bytes import matlab_variables
+
+MOST = 10**7
+RECORDS = np.array([(1, 2.5), (3, 4.5)], dtype=[("p", int), ("q", float)])
+KINDS = {
+    "matrix": np.arange(12.0).reshape(3, 4) / 7,
+    "long": np.arange(30000.0),
+    "cube": np.arange(24.0).reshape(2, 3, 4),
+    "complex": np.array([[1 + 2j, 3 - 4j]]),
+    "integers": np.arange(5, dtype="u2"),
+    "single": np.float32(0.1),
+    "truth": np.array([True, False]),
+    "empty": np.zeros((0, 5)),
+    "text": "hello",
+    "lines": np.array(["abc", "def"]),
+    "accents": "lean φ, ü",
+    "structure": {"x": np.arange(3), "y": "abc", "inner": {"m": np.eye(2)}},
+    "structures": RECORDS,
+    "cells": np.array([1.5, "b", np.eye(2)], dtype=object),
+}
+OCTAVE = """
+a = reshape(1:24, 4, 6) / 7; b = int16([1 -2; 3 4]); c = 'hello'; d = ['abc'; 'def']; e = {};
+f = {1, 'two', [3 4 5]}; g.x = 1:3; g.y = 'text'; g.z = {1, 2}; g.w.deep = eye(3); h(1).k = 1;
+h(2).k = [2 3]; i1 = 1 + 2i; j1 = single(pi); k1 = true(2, 3); l1 = []; m1 = zeros(0, 5);
+o1 = uint64(2)^53; p1 = zeros(2, 3, 4); p1(:) = 1:24; s1 = 1:100; u1 = NaN;
+w1 = {struct('q', 1), struct('q', 2)};
+"""
+
+
+def written(version="5", packed=False, **values):
+    buffer = io.BytesIO()
+    scipy.io.savemat(buffer, values, format=version, do_compression=packed)
+    return buffer.getvalue()
+
+
+def by_scipy(data):
+    found = scipy.io.loadmat(io.BytesIO(data))
+    return {name: plain(x) for name, x in found.items() if not name.startswith("__")}
+
+
+def plain(x):
+    """What SciPy gives, in mappings and lists."""
+    if x.dtype.names:
+        each = [{n: plain(y[n]) for n in x.dtype.names} for y in x.ravel()]
+        return each[0] if len(each) == 1 else each
+    if x.dtype == object:
+        found = [plain(y) for y in x.ravel(order="F")]
+        return found[0] if len(found) == 1 and isinstance(found[0], Mapping) else found
+    return x
+
+
+def assert_same(found, expected, where=""):
+    if isinstance(expected, Mapping):
+        assert found.keys() == expected.keys(), where
+        for name, x in expected.items():
+            assert_same(found[name], x, f"{where}.{name}")
+    elif isinstance(expected, list):
+        assert len(found) == len(expected), where
+        for i, x in enumerate(expected):
+            assert_same(found[i], x, f"{where}[{i}]")
+    elif expected.dtype.kind == "U":
+        assert [*found.ravel()] == [*expected.ravel()], where
+    else:
+        assert found.shape == expected.shape, where
+        assert np.array_equal(found, expected, equal_nan=True), where
+
+
+@pytest.mark.parametrize("packed", [False, True])
+def test_every_kind_is_read(packed):
+    data = written(packed=packed, **KINDS)
+    found = matlab_variables(data, MOST)
+    assert set(found) == set(KINDS)
+    assert_same(found, by_scipy(data))
+    assert found["single"].dtype == "f4"
+
+
+def test_version_4_is_read():
+    names = ("matrix", "complex", "integers", "text", "lines")
+    data = written("4", **{name: KINDS[name] for name in names})
+    found = matlab_variables(data, MOST)
+    assert set(found) == set(names)
+    assert_same(found, by_scipy(data))
+
+
+@pytest.mark.skipif(not shutil.which("octave-cli"), reason="octave is not installed")
+@pytest.mark.parametrize("version", ["-v6", "-v7", "-v4"])
+def test_what_octave_writes_is_read(version, tmp_path):
+    path = tmp_path / "o.mat"
+    left = "clear b e f g h k1 l1 m1 o1 p1 j1 w1;" if version == "-v4" else ""
+    subprocess.run(
+        ["octave-cli", "-q", "--eval", f"{OCTAVE} {left} save('{version}', '{path}')"],
+        check=True, timeout=120,
+    )  # fmt: skip
+    found = matlab_variables(path.read_bytes(), MOST)
+    assert len(found) == (6 if version == "-v4" else 18)
+    assert_same(found, by_scipy(path.read_bytes()))
+
+
+def element(order, kind, data):
+    return struct.pack(f"{order}II", kind, len(data)) + data + b"\0" * (-len(data) % 8)
+
+
+def matrix(order, name, flags, shape, *parts):
+    body = [
+        element(order, 6, struct.pack(f"{order}II", flags, 0)),
+        element(order, 5, struct.pack(f"{order}{len(shape)}i", *shape)),
+        element(order, 1, name),
+        *parts,
+    ]
+    return element(order, 14, b"".join(body))
+
+
+def file_of(*elements, order="<"):
+    end = b"\x00\x01IM" if order == "<" else b"\x01\x00MI"
+    return b"MATLAB".ljust(124) + end + b"".join(elements)
+
+
+def test_files_of_the_other_byte_order():
+    numbers = element(">", 9, struct.pack(">6d", *range(6)))
+    small = struct.pack(">HH4s", 3, 1, b"\1\2\3\0")
+    data = file_of(
+        matrix(">", b"x", 6, (2, 3), numbers), matrix(">", b"y", 6, (1, 3), small), order=">"
+    )
+    found = matlab_variables(data, MOST)
+    assert np.array_equal(found["x"], np.arange(6.0).reshape(3, 2).T)
+    assert np.array_equal(found["y"], [[1.0, 2.0, 3.0]])
+    old = struct.pack(">5i2s2d", 1000, 1, 2, 0, 2, b"a\0", 1.5, 2.5)
+    assert np.array_equal(matlab_variables(old, MOST)["a"], [[1.5, 2.5]])
+
+
+NINE = element("<", 9, struct.pack("<9d", *range(9)))
+DAMAGED = {
+    "a size that lies": file_of(element("<", 14, b"x" * 64)[:-8]),
+    "fewer numbers than the shape says": file_of(matrix("<", b"x", 6, (10, 25), NINE)),
+    "more numbers than the shape says": file_of(matrix("<", b"x", 6, (1, 8), NINE)),
+    "a negative shape": file_of(matrix("<", b"x", 6, (-1, -9), NINE)),
+    "no numbers": file_of(matrix("<", b"x", 6, (1, 9))),
+    "cells that are not there": file_of(matrix("<", b"x", 1, (2**31 - 1, 2**31 - 1))),
+    "fields that are not there": file_of(
+        matrix("<", b"x", 2, (2**31 - 1, 2**31 - 1),
+               element("<", 5, b"\2\0\0\0"), element("<", 1, b"a\0"))
+    ),
+    "fields of no length": file_of(
+        matrix("<", b"x", 2, (1, 1), element("<", 5, b"\0\0\0\0"), element("<", 1, b"a\0"))
+    ),
+    "more lines than characters": file_of(
+        matrix("<", b"x", 4, (2**31 - 1, 1), element("<", 4, b"a\0"))
+    ),
+    "an unknown type": file_of(matrix("<", b"x", 6, (1, 9), element("<", 99, bytes(72)))),
+    "arrays in too many others": file_of(*[struct.pack("<II", 14, 10**6)] * 9999),
+    "bytes that do not unpack": file_of(element("<", 15, b"x\x9c" * 9)),
+    "packed bytes that go on": file_of(
+        element("<", 15, zlib.compress(struct.pack("<II", 14, 8) + bytes(9999)))
+    ),
+    "packed bytes that end": file_of(
+        element("<", 15, zlib.compress(struct.pack("<II", 14, 9999) + bytes(8)))
+    ),
+    "an old matrix that is not there": struct.pack("<5i", 0, 2**31 - 1, 2**31 - 1, 0, 2),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("what", DAMAGED)
+def test_damage_is_one_line(what, tmp_path, monkeypatch):
+    monkeypatch.setattr(matlab_files, "MOST_BYTES", MOST)
+    path = tmp_path / "r.mat"
+    path.write_bytes(DAMAGED[what])
+    with pytest.raises(InputError, match=r"found a damaged file .*, expected a MATLAB file"):
+        read_results(path)
+
+
+def zeros(kind, count):
+    numbers = matrix("<", b"x", kind, (1, count), element("<", 2, bytes(count)))
+    return element("<", 15, zlib.compress(numbers, 9))
+
+
+@pytest.mark.parametrize(
+    "bomb",
+    [
+        zeros(9, MOST),  # one that is too large
+        zeros(9, MOST // 4) * 4,  # four that are
+        zeros(6, MOST // 4),  # bytes that become double precision
+        zeros(4, MOST // 4),  # characters
+        # Cells that are nothing each.
+        element("<", 15, zlib.compress(
+            matrix("<", b"x", 1, (1, MOST // 16), struct.pack("<II", 14, 0) * (MOST // 16)), 9)
+        ),
+    ],
+    ids=["one", "four", "numbers", "text", "cells"],
+)  # fmt: skip
+def test_a_small_file_that_unpacks_to_a_large_one(bomb):
+    data = file_of(bomb)
+    assert len(data) < MOST / 90
+    with pytest.raises(ValueError, match="unpacks to too many bytes"):
+        matlab_variables(data, MOST)
+
+
+def test_what_is_left_out():
+    """A sparse matrix, a function and an object of MATLAB beside a matrix."""
+    odd = [matrix("<", b"s", kind, (1, 9), NINE) for kind in (5, 16, 17)]
+    found = matlab_variables(file_of(*odd, matrix("<", b"x", 6, (1, 9), NINE)), MOST)
+    assert list(found) == ["x"]
+
+
+def test_without_scipy(tmp_path):
+    rows = np.column_stack([np.arange(5.0), np.ones((5, 8))])
+    (tmp_path / "r.mat").write_bytes(written(packed=True, results=rows))
+    code = f"""
+from heyoka_bike import read_results
+print(read_results({str(tmp_path / "r.mat")!r}, maneuver=2).maneuvers[0].time)
+"""
+    run = python(code, {"scipy"})
+    assert run.stdout.split() == ["[0.", "1.", "2.", "3.", "4.]"], run.stderr
