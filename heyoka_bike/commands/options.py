@@ -2,7 +2,7 @@
 
 import os
 from argparse import Action, ArgumentParser, Namespace
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 
 from heyoka_bike.errors import InputError, unknown_word
@@ -81,6 +81,13 @@ def add_format(parser: ArgumentParser, formats: Sequence[str]) -> None:
     parser.add_argument(
         "--format", metavar="FORMAT", choices=formats, default=formats[0], help=said
     )
+
+
+def print_json(document: Mapping[str, object]) -> None:
+    """Print one document, the only text on standard output."""
+    import json
+
+    print(json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False))
 
 
 def check_format(found: str, formats: Sequence[str]) -> None:
