@@ -20,7 +20,7 @@ from heyoka_bike.version import __version__
 
 _COMMANDS = (
     "generate", "score", "diagnose", "verify", "certify", "linear", "plot", "animate", "export",
-    "bench", "atlas", "leaderboard", "selfcheck",
+    "bench", "atlas", "leaderboard", "serve", "selfcheck",
 )  # fmt: skip
 
 # These spread their work over threads themselves; those of the linear algebra would only spin.

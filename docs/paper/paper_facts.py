@@ -185,11 +185,13 @@ def level(error):
     return power(among(part("reference/mistakes.md", "recognised"), rf"\| ({error}) \| \d+ of"))
 
 
-@fact("docs/proof.md", "grep -o 'H[0-9]*' docs/proof.md")
+@fact("docs/proof.md", "grep -c '^- ..H' docs/proof.md")
 def hypotheses():
     """How many the whole proof has."""
-    found = {int(n) for n in re.findall(r"\*\*H(\d+)\*\*", text_of("docs/proof.md"))}
-    if found != set(range(1, len(found) + 1)):
+    found = {
+        int(n) for n in re.findall(r"^- \*\*H(\d+)\. ", text_of("docs/proof.md"), re.MULTILINE)
+    }
+    if not found or found != set(range(1, len(found) + 1)):
         raise ValueError(f"docs/proof.md: found hypotheses {sorted(found)}, expected no gap")
     return str(len(found))
 

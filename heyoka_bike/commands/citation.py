@@ -39,7 +39,12 @@ _DEVELOPERS = ("The heyoka_bike developers",)
 
 def works() -> tuple[Work, ...]:
     """The program and its data in this version, and what they rest on."""
-    from heyoka_bike.reference.manifest import DATASET_VERSION, PUBLISHED_MANIFEST_SHA256
+    from heyoka_bike.reference.description.facts import CREATOR, TITLE
+    from heyoka_bike.reference.manifest import (
+        DATASET_DATE,
+        DATASET_VERSION,
+        PUBLISHED_MANIFEST_SHA256,
+    )
 
     return (
         Work(
@@ -49,9 +54,9 @@ def works() -> tuple[Work, ...]:
             {"version": __version__},
         ),
         Work(
-            "its data", "misc", "uncontrolled_bicycle_reference", _DEVELOPERS,
-            "Reference solutions of the IFToMM benchmark Uncontrolled bicycle",
+            "its data", "misc", "heyoka_bike_data", (CREATOR,), TITLE,
             {
+                "year": DATASET_DATE[:4],
                 "howpublished": f"Dataset, version {DATASET_VERSION}",
                 "note": f"SHA-256 of its manifest {PUBLISHED_MANIFEST_SHA256}",
             },

@@ -14,6 +14,8 @@ CERTIFICATE = "certificate.json"
 SENSITIVITIES = "sensitivities.h5"
 MOTION = "motion.h5"
 AFTER = "after-ten-seconds.json"
+CARD = "README.md"
+CRATE = "ro-crate-metadata.json"
 
 FILTERS = {"compression": "gzip", "compression_opts": 9, "shuffle": True, "fletcher32": True}
 

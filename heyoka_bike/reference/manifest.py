@@ -21,12 +21,15 @@ from heyoka_bike.system.resources import reference_folder
 MANIFEST = "manifest.json"
 SCHEMA_VERSION = 1
 
-DATASET_VERSION = "1.4.0"
+DATASET_VERSION = "1.5.0"
 """Version of the published set that this package makes."""
 
-_VALUES_VERSION = "1.3.0"
+DATASET_DATE = "2026-11-23"
+"""Day of that version. It belongs to the version, not to a run: whoever makes the set writes it."""
 
-PUBLISHED_MANIFEST_SHA256 = "8ec0d7570157b423d758a1b56d39b4e42f7797d0654aacb1a265a48bd1f31dbb"
+_HDF5_VERSION = "1.5.0"
+
+PUBLISHED_MANIFEST_SHA256 = "3e9932273ab002f51f8af1ba3eaa515d9d1870108c02df7c5bce745550230255"
 """Hash of the manifest of the published set."""
 
 CUSTOM = "custom"
@@ -41,6 +44,8 @@ class Manifest:
     ----------
     dataset_version, content_sha256
         Version of the set, and the hash of its numbers.
+    made_by : mapping
+        Digits of the integration, and versions of the packages.
     inputs : mapping
         Bicycle and maneuvers, as exact text.
     files : mapping of str to (int, str)
@@ -51,17 +56,18 @@ class Manifest:
 
     dataset_version: str
     content_sha256: str
+    made_by: Mapping[str, Any]
     inputs: Mapping[str, Any]
     files: Mapping[str, tuple[int, str]]
     sha256: str
 
 
-def values_version(dataset_version: str) -> str:
-    """The version that first had the values of a set: it is written beside them.
+def hdf5_version(dataset_version: str) -> str:
+    """The version that last changed the HDF5 files of a set: they name it.
 
-    Files that a minor version adds thus leave the bytes of the older ones as they are.
+    What a later version adds thus leaves their bytes as they are.
     """
-    return _VALUES_VERSION if dataset_version == DATASET_VERSION else dataset_version
+    return _HDF5_VERSION if dataset_version == DATASET_VERSION else dataset_version
 
 
 def render(
@@ -101,6 +107,17 @@ def read_manifest(folder: str | Path) -> Manifest:
         ) from None
     except OSError as e:
         raise DatasetError(f"{path}: cannot be read: {e.strerror or e}") from None
+    return parse(raw, path)
+
+
+def parse(raw: bytes, path: str | Path = MANIFEST) -> Manifest:
+    """Parse the bytes of a manifest; `path` is for errors.
+
+    Raises
+    ------
+    DatasetError
+        They are not a manifest this version understands.
+    """
     try:
         document = json.loads(raw)
         version = document["schema_version"]
@@ -113,6 +130,7 @@ def read_manifest(folder: str | Path) -> Manifest:
         return Manifest(
             dataset_version=str(document["dataset_version"]),
             content_sha256=str(document["content_sha256"]),
+            made_by=dict(document["made_by"]),
             inputs=dict(document["inputs"]),
             files={str(f["file"]): (int(f["bytes"]), str(f["sha256"])) for f in document["files"]},
             sha256=sha256(raw),

@@ -12,7 +12,8 @@ from typing import Any, TypeVar
 
 from heyoka_bike.bicycle.column import Column
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
-from heyoka_bike.reference.layout import NODES
+from heyoka_bike.reference.description.facts import CONVENTIONS, attributes_of
+from heyoka_bike.reference.layout import CANDIDATE, HDF5, MOTION, NODES, SENSITIVITIES
 from heyoka_bike.reference.sensitivities import UNKNOWNS
 
 T = TypeVar("T")
@@ -84,8 +85,8 @@ def by_maneuver(items: Iterable[T]) -> dict[str, T]:
 def about_reference(inputs: Mapping[str, Any], version: str, content: str) -> dict[str, str]:
     """Attributes of uncontrolled-bicycle.h5; `inputs` here and below as in the manifest."""
     return {
-        "title": "Reference solution of the multibody benchmark Uncontrolled bicycle",
-        "Conventions": "CF-1.8",
+        **attributes_of(HDF5, version),
+        "Conventions": CONVENTIONS,
         "dataset_version": version,
         "content_sha256": content,
         **_bicycle(inputs),
@@ -94,11 +95,11 @@ def about_reference(inputs: Mapping[str, Any], version: str, content: str) -> di
     }
 
 
-def about_motion(inputs: Mapping[str, Any], content: str) -> dict[str, str]:
+def about_motion(inputs: Mapping[str, Any], version: str, content: str) -> dict[str, str]:
     """Attributes of motion.h5."""
     return {
-        "title": "The whole motion of the reference solution: configuration and forces",
-        "Conventions": "CF-1.8",
+        **attributes_of(MOTION, version),
+        "Conventions": CONVENTIONS,
         "content_sha256": content,
         **_bicycle(inputs),
         "comment": "Each value is the correctly rounded exact one, or zero where an enclosure as "
@@ -108,10 +109,10 @@ def about_motion(inputs: Mapping[str, Any], content: str) -> dict[str, str]:
     }
 
 
-def about_sensitivities(inputs: Mapping[str, Any], content: str) -> dict[str, str]:
+def about_sensitivities(inputs: Mapping[str, Any], version: str, content: str) -> dict[str, str]:
     """Attributes of sensitivities.h5."""
     return {
-        "title": "Sensitivities of the reference solution: d column / d unknown",
+        **attributes_of(SENSITIVITIES, version),
         "comment": "On the piece [a, b] of breaks the derivative of a column with respect to "
         "unknown u is sum_k c[piece, k, u] T_k(x), c_0 not halved, x = 2 (t - a) / (b - a) - 1; a "
         "break belongs to the piece on its right. The pitch at the start follows from roll and "
@@ -124,10 +125,10 @@ def about_sensitivities(inputs: Mapping[str, Any], content: str) -> dict[str, st
     }
 
 
-def about_candidate(inputs: Mapping[str, Any]) -> dict[str, str]:
+def about_candidate(inputs: Mapping[str, Any], version: str) -> dict[str, str]:
     """Attributes of candidate.h5."""
     return {
-        "title": "Candidate solutions: exact piecewise polynomials",
+        **attributes_of(CANDIDATE, version),
         "comment": "On the piece [a, b] of breaks a state variable is sum_k n_k 2^-grid s^k, "
         "s = (t - a) / (b - a); coefficients[piece, state, k] holds n_k as a little-endian "
         "two's complement integer. Angles in rad, rates in rad/s.",
@@ -149,7 +150,7 @@ def table(inputs: Mapping[str, str], columns: Sequence[Column], rows: int, piece
 def sensitivity(inputs: Mapping[str, str], pieces: int, orders: int, rows: int) -> Group:
     """Derivatives of the columns along a maneuver, and of the benchmark's columns at some rows."""
     count = len(UNKNOWNS)
-    dense = [Dataset("breaks", (pieces + 1,), {"units": "s"})]
+    dense = [Dataset("breaks", (pieces + 1,), _BREAKS)]
     certified = "certified: largest distance of the piece from the exact derivative"
     for c in COLUMNS:
         dense += _derivatives(c, (pieces, orders, count), c.meaning, (pieces, count), certified)
@@ -180,8 +181,10 @@ def trajectory(
 ) -> Group:
     """A candidate: what it says of itself by `STATED`, and integers of so many bytes."""
     shape = (pieces, 7, int(stated["taylor_order"]) + 1, width)
-    datasets = Dataset("breaks", (pieces + 1,)), Dataset("coefficients", shape, kind="u1")
-    return Group({**inputs, **stated}, datasets)
+    said = "by piece, state, power and byte: little-endian two's complement integers"
+    about = _described("1", "coefficients of the states", said)
+    breaks = Dataset("breaks", (pieces + 1,), _BREAKS)
+    return Group({**inputs, **stated}, (breaks, Dataset("coefficients", shape, about, kind="u1")))
 
 
 def _bicycle(inputs: Mapping[str, Any]) -> dict[str, str]:
@@ -193,10 +196,12 @@ def _described(unit: str, long_name: str, definition: str) -> dict[str, str]:
     return {"units": unit, "long_name": long_name, "definition": definition}
 
 
+_BREAKS = _described("s", "ends of the pieces", "exact")
+
+
 def _rows(columns: Sequence[Column], rows: int) -> Iterator[Dataset]:
     said = "standard time of the rows, a multiple of the spacing"
-    about = {**_described("s", "time", said), "axis": "T"}
-    yield Dataset("time", (rows,), about, is_scale=True)
+    yield Dataset("time", (rows,), _described("s", "time", said), is_scale=True)
     about = _described("s", "time, low part", "exact time minus time")
     yield Dataset("time_lo", (rows,), about, ("time",))
     for c in columns:
@@ -216,10 +221,13 @@ def _rows(columns: Sequence[Column], rows: int) -> Iterator[Dataset]:
 
 
 def _dense(columns: Sequence[Column], pieces: int) -> Iterator[Dataset]:
-    about = _described("s", "ends of the pieces", "exact")
-    yield Dataset("breaks", (pieces + 1,), about, is_scale=True)
-    yield Dataset("piece", (pieces,), is_scale=True, kind=INDEX)
-    yield Dataset("order", (NODES,), is_scale=True, kind=INDEX)
+    yield Dataset("breaks", (pieces + 1,), _BREAKS, is_scale=True)
+    for name, length, counted in (
+        ("piece", pieces, "number of the piece"),
+        ("order", NODES, "degree of the Chebyshev polynomial"),
+    ):
+        about = _described("1", counted, "from 0")
+        yield Dataset(name, (length,), about, is_scale=True, kind=INDEX)
     for c in columns:
         if not c.is_dense:
             continue

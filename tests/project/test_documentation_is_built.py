@@ -46,6 +46,10 @@ def test_the_pages_that_start_install_as_the_readme_does(page):
     shared = install.removesuffix(" && . .venv/bin/activate")
     assert shared != install
     assert f"{shared} && .venv/bin/heyoka-bike score" in readme
+    # Scoring needs less.
+    more = shared.replace(" -e .", " -e '.[generate]'")
+    assert more != shared
+    assert f"{more} && .venv/bin/heyoka-bike generate" in readme
 
 
 @pytest.mark.slow

@@ -17,8 +17,8 @@ def test_every_figure_of_plot_is_there():
     words = [shlex.split(line) for block in entries().values() for line in block.splitlines()]
     drawn = {w[w.index("--figure") + 1] for w in words if "--figure" in w}
     drawn |= {"maneuvers" for w in words if w[1] == "plot" and "--figure" not in w}
-    assert drawn == set(FIGURES)
-    assert {w[1] for w in words} >= {"plot", "score", "animate", "leaderboard"}
+    assert drawn == {*FIGURES, "atlas"}
+    assert {w[1] for w in words} >= {"plot", "score", "animate", "leaderboard", "atlas"}
 
 
 def test_every_command_makes_the_picture_below_it():

@@ -116,14 +116,16 @@ def test_the_files_themselves_are_results_that_can_be_scored(form, maneuver, tmp
 def test_netcdf_opens_in_xarray(tmp_path, reference):
     export(tmp_path, "netcdf", "--columns", "all")
     with xarray.open_dataset(tmp_path / f"{STEM}.nc", engine="h5netcdf") as data:
-        assert dict(data.sizes) == {"maneuver": 3, "time": 1001}
-        assert data.attrs["Conventions"] == "CF-1.8"
+        assert dict(data.sizes) == {"maneuver": 3, "row": 1001}
+        assert set(data.coords) == {"maneuver", "time"}
+        assert data.attrs["Conventions"] == "CF-1.8, ACDD-1.3"
+        assert data.attrs["license"].startswith("MIT")
         assert data.attrs["content_sha256"] == reference.content_sha256
         assert np.array_equal(data["time"], reference[1].time)
         assert np.array_equal(data["time_lo"], reference[1].time_lo)
         for column in COLUMNS:
             found = data[column.name]
-            assert found.dims == ("maneuver", "time")
+            assert found.dims == ("maneuver", "row")
             assert found.attrs["units"] == column.unit
             assert found.attrs["definition"] == column.meaning
             for n, m in reference.items():
@@ -135,8 +137,8 @@ def test_netcdf_opens_in_xarray(tmp_path, reference):
 def test_netcdf_is_read_by_its_own_library(tmp_path):
     export(tmp_path, "netcdf", "--maneuver", "2", "--columns", "yaw")
     shown = run([need("ncdump"), "-v", "maneuver", f"{STEM}.nc"], tmp_path)
-    assert "double yaw(maneuver, time)" in shown
-    assert "time = 1001" in shown
+    assert "double yaw(maneuver, row)" in shown
+    assert "row = 1001" in shown
     assert "maneuver = 2 ;" in shown
     assert run([need("ncdump"), "-k", f"{STEM}.nc"], tmp_path).strip() == "netCDF-4"
 

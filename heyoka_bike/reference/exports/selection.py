@@ -8,13 +8,12 @@ from fractions import Fraction
 from heyoka_bike.bicycle.column import Column
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.errors import InputError, quoted
+from heyoka_bike.reference.description.facts import COPYRIGHT, TITLE
 from heyoka_bike.reference.load import Reference, ReferenceManeuver
 from heyoka_bike.version import __version__
 
 ALL = "all"
 
-TITLE = 'Reference solutions of the IFToMM multibody benchmark "Uncontrolled bicycle"'
-LICENCE = "MIT, Copyright (c) 2026 The heyoka_bike developers"
 AXES = (
     "SI units. Axes: x forward, y to the right, z down; roll, steer and yaw positive to the right."
 )
@@ -93,7 +92,7 @@ def about(selection: Selection, content: str, use: str) -> list[str]:
         f"{TITLE}: {content}.",
         f"Dataset version {reference.dataset_version}, bicycle {quoted(reference.bicycle)}.",
         f"content_sha256 {reference.content_sha256}",
-        f"Written by heyoka-bike export {__version__}. Licence: {LICENCE}.",
+        f"Written by heyoka-bike export {__version__}. Licence: {COPYRIGHT}.",
         AXES,
         use,
         "Maneuvers:",

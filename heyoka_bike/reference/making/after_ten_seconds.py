@@ -18,6 +18,9 @@ from heyoka_bike.reference.proof.after_file import prove_facts, render_facts
 from heyoka_bike.system.parallel import Progress
 from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
 
+_VERSION = "after-ten-seconds"
+"""Stands where files of the set have its version: the folder has none of its own."""
+
 _DIGITS = 50
 """Of the candidates: the 30 that are published are then decided, with errors grown 10^12-fold."""
 
@@ -61,5 +64,5 @@ def generate_after(folder: str | Path, *, progress: Progress | None = None) -> t
     facts = prove_facts(cycle, fall, progress)
     runs = (cycle, fall)
     inputs = describe_inputs(bicycle, [run.maneuver for run in runs])
-    files = {CANDIDATE: candidate.render(runs, inputs), AFTER: render_facts(facts)}
+    files = {CANDIDATE: candidate.render(runs, inputs, _VERSION), AFTER: render_facts(facts)}
     return tuple(write_files(folder, files))

@@ -7,17 +7,20 @@
 - ``certificate.json``: what is proved
 - ``sensitivities.h5``: derivatives of every column with respect to parameters and start
 - ``motion.h5``: the whole configuration and all forces, hi + lo
+- ``README.md``, ``ro-crate-metadata.json``: what the published set is, for people and machines
 - ``manifest.json``
 """
 
 import os
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from heyoka_bike.bicycle.parameters import Bicycle, describe_inputs
 from heyoka_bike.errors import DatasetError, InputError
 from heyoka_bike.reference import manifest as manifest_file
+from heyoka_bike.reference.description.describe import describe
 from heyoka_bike.reference.layout import CANDIDATE, CERTIFICATE
 from heyoka_bike.reference.making.hdf5_files import render_hdf5
 from heyoka_bike.reference.making.tabulate import Table
@@ -40,10 +43,11 @@ def write_dataset(
         The folder cannot be written.
     """
     inputs = describe_inputs(bicycle, [t.maneuver for t in tables])
-    hdf5, content = render_hdf5(tables, inputs, manifest_file.values_version(dataset_version))
+    hdf5_version = manifest_file.hdf5_version(dataset_version)
+    hdf5, content = render_hdf5(tables, inputs, hdf5_version)
     files = {
         **hdf5,
-        CANDIDATE: candidate.render([t.trajectory for t in tables], inputs),
+        CANDIDATE: candidate.render([t.trajectory for t in tables], inputs, hdf5_version),
         **render_texts([t.maneuver for t in tables], [t.rows for t in tables]),
         CERTIFICATE: render_certificate(
             [
@@ -61,14 +65,15 @@ def write_dataset(
             inputs,
         ),
     }
-    document = manifest_file.render(
+    manifest_of = partial(
+        manifest_file.render,
         dataset_version=dataset_version,
         content_sha256=content,
         inputs=inputs,
         made_by={"digits": digits, "packages": _packages()},
-        files=files,
     )
-    return manifest_file.write_set(folder, files, document)
+    files |= describe(manifest_file.parse(manifest_of(files=files)))
+    return manifest_file.write_set(folder, files, manifest_of(files=files))
 
 
 def check_overwrite(

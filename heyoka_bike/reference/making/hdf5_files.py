@@ -22,7 +22,7 @@ Data = dict[str, Any]
 
 
 def render_hdf5(
-    tables: Sequence[Table], inputs: Mapping[str, Any], dataset_version: str
+    tables: Sequence[Table], inputs: Mapping[str, Any], version: str
 ) -> tuple[dict[str, bytes], str]:
     """The HDF5 files by name, and the hash of the numbers of the reference.
 
@@ -31,8 +31,8 @@ def render_hdf5(
     tables
     inputs
         As in the manifest.
-    dataset_version
-        The one that first had these values.
+    version
+        The one that last changed these files.
     """
     core = [_table(t, t.rows, t.dense) for t in tables]
     motion = [_table(t, t.motion_rows, t.motion_dense) for t in tables]
@@ -44,12 +44,14 @@ def render_hdf5(
         structure.sensitivity(m, len(t.breaks) - 1, t.orders, len(t.time))
         for m, t in zip(inputs["maneuvers"], (t.sensitivity for t in tables), strict=True)
     ]
-    about = structure.about_reference(inputs, dataset_version, content)
+    about = structure.about_reference(inputs, version, content)
     return {
         HDF5: _file(about, _groups(inputs, COLUMNS, core), core),
-        SENSITIVITIES: _file(structure.about_sensitivities(inputs, of_varied), derivatives, varied),
+        SENSITIVITIES: _file(
+            structure.about_sensitivities(inputs, version, of_varied), derivatives, varied
+        ),
         MOTION: _file(
-            structure.about_motion(inputs, of_motion),
+            structure.about_motion(inputs, version, of_motion),
             _groups(inputs, MOTION_COLUMNS, motion),
             motion,
         ),

@@ -18,23 +18,29 @@ from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
 from heyoka_bike.motion.trajectory import Trajectory
 from heyoka_bike.reference import manifest as manifest_file
 from heyoka_bike.reference.layout import CANDIDATE, FILTERS
-from heyoka_bike.reference.structure import STATED, about_candidate
+from heyoka_bike.reference.structure import STATED, about_candidate, trajectory
 
 
-def render(trajectories: Sequence[Trajectory], inputs: Mapping[str, Any]) -> bytes:
-    """Bytes of candidate.h5; `inputs` as in the manifest."""
+def render(trajectories: Sequence[Trajectory], inputs: Mapping[str, Any], version: str) -> bytes:
+    """Bytes of candidate.h5; `inputs` as in the manifest, `version` of the dataset."""
     buffer = io.BytesIO()
     with h5py.File(buffer, "w", libver=("v110", "v110"), track_order=True) as f:
-        f.attrs.update(about_candidate(inputs))
+        f.attrs.update(about_candidate(inputs, version))
         for i, run in enumerate(trajectories, start=1):
             group = f.create_group(f"maneuver_{i}", track_order=True)
             form = "regular" if run.is_regular else "few_products"
             values = (json.dumps(run.states), form, run.grid, run.order, run.precision, run.bits)
-            group.attrs.update(inputs["maneuvers"][i - 1])
-            group.attrs.update(zip(STATED, values, strict=True))
-            breaks = np.array([float(t) for t in run.breaks])
-            group.create_dataset("breaks", data=breaks, **FILTERS)
-            group.create_dataset("coefficients", data=_to_bytes(run.pieces), **FILTERS)
+            data = {
+                "breaks": np.array([float(t) for t in run.breaks]),
+                "coefficients": _to_bytes(run.pieces),
+            }
+            stated = dict(zip(STATED, values, strict=True))
+            pieces, _, _, width = data["coefficients"].shape
+            layout = trajectory(inputs["maneuvers"][i - 1], stated, pieces, width)
+            group.attrs.update(layout.attributes)
+            for item in layout.datasets:
+                dataset = group.create_dataset(item.name, data=data[item.name], **FILTERS)
+                dataset.attrs.update(item.attributes)
     return buffer.getvalue()
 
 

@@ -21,6 +21,7 @@ from heyoka_bike.errors import DatasetError, NotCertifiedError
 from heyoka_bike.motion.trajectory import Certificate, Trajectory
 from heyoka_bike.reference import manifest as manifest_file
 from heyoka_bike.reference import structure
+from heyoka_bike.reference.description.describe import describe
 from heyoka_bike.reference.layout import (
     CANDIDATE,
     CERTIFICATE,
@@ -152,7 +153,8 @@ def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
         raise DatasetError(f"{folder}: candidate.h5 holds no maneuver")
     maneuvers = [run.maneuver for run in runs]
     inputs = describe_inputs(runs[0].bicycle, maneuvers)
-    _nothing_else(raw, maneuvers)
+    about = describe(manifest)
+    _nothing_else({name: data for name, data in raw.items() if name not in about}, maneuvers)
     try:
         with h5py.File(io.BytesIO(raw[HDF5]), "r") as f:
             content = content_sha256(f)

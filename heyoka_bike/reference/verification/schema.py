@@ -24,7 +24,7 @@ from heyoka_bike.bicycle.parameters import Maneuver
 from heyoka_bike.numbers.precision import Precision
 from heyoka_bike.reference import structure
 from heyoka_bike.reference.layout import content_sha256
-from heyoka_bike.reference.manifest import Manifest, values_version
+from heyoka_bike.reference.manifest import MANIFEST, Manifest, hdf5_version
 from heyoka_bike.reference.proof.certificate_file import COMPUTED, PROVED, STATEMENT, TRUSTED
 from heyoka_bike.reference.proof.rows import TEXT_DIGITS
 from heyoka_bike.reference.sensitivities import ROWS_APART, read_group
@@ -85,7 +85,7 @@ def problems_of(look: Callable[..., Iterator[str]], *arguments: Any) -> list[str
 
 def of_hdf5(raw: bytes, manifest: Manifest, maneuvers: Sequence[Maneuver]) -> Iterator[str]:
     """Problems of the file of rows and dense output."""
-    version = values_version(manifest.dataset_version)
+    version = hdf5_version(manifest.dataset_version)
     about = structure.about_reference(manifest.inputs, version, manifest.content_sha256)
     with h5py.File(io.BytesIO(raw), "r") as f:
         yield from _groups(f, about, partial(_table, columns=COLUMNS), manifest, maneuvers)
@@ -94,13 +94,14 @@ def of_hdf5(raw: bytes, manifest: Manifest, maneuvers: Sequence[Maneuver]) -> It
 def of_motion(raw: bytes, manifest: Manifest, maneuvers: Sequence[Maneuver]) -> Iterator[str]:
     """Problems of the file of the whole motion; its hash must be that of its numbers."""
     with h5py.File(io.BytesIO(raw), "r") as f:
-        about = structure.about_motion(manifest.inputs, content_sha256(f))
+        version = hdf5_version(manifest.dataset_version)
+        about = structure.about_motion(manifest.inputs, version, content_sha256(f))
         yield from _groups(f, about, partial(_table, columns=MOTION_COLUMNS), manifest, maneuvers)
 
 
 def of_candidate(raw: bytes, manifest: Manifest, maneuvers: Sequence[Maneuver]) -> Iterator[str]:
     """Problems of the file of trajectories."""
-    about = structure.about_candidate(manifest.inputs)
+    about = structure.about_candidate(manifest.inputs, hdf5_version(manifest.dataset_version))
     with h5py.File(io.BytesIO(raw), "r") as f:
         yield from _groups(f, about, _trajectory, manifest, maneuvers)
 
@@ -111,7 +112,8 @@ def of_sensitivities(
     """Problems of the file of sensitivities: the structure, the hash, and sums of the energies."""
     with h5py.File(io.BytesIO(raw), "r") as f:
         said = f.attrs["content_sha256"]
-        about = structure.about_sensitivities(manifest.inputs, said)
+        version = hdf5_version(manifest.dataset_version)
+        about = structure.about_sensitivities(manifest.inputs, version, said)
         yield from _groups(f, about, _sensitivity, manifest, maneuvers)
         if said != content_sha256(f):
             yield "attribute content_sha256: is not that of the numbers"
@@ -335,6 +337,14 @@ def of_certificate(raw: bytes, manifest: Manifest, maneuvers: Sequence[Maneuver]
             for x in bounds.values():
                 if not _BOUND.fullmatch(x):
                     raise _UnusableError(f"{maneuver.name}: {key}: found {x!r:.40} for a bound")
+
+
+def of_description(
+    raw: bytes, manifest: Manifest, _: Sequence[Maneuver], *, expected: bytes
+) -> Iterator[str]:
+    """A file about the set that says something else."""
+    if raw != expected:
+        yield f"does not follow from {MANIFEST}"
 
 
 def of_text(

@@ -24,6 +24,7 @@ from heyoka_bike.bicycle.parameters import (
 )
 from heyoka_bike.motion.expressions import require_heyoka
 from heyoka_bike.numbers.arithmetic import Balls
+from heyoka_bike.reference.description.describe import describe
 from heyoka_bike.reference.layout import CANDIDATE, CERTIFICATE, HDF5, MOTION, SENSITIVITIES
 from heyoka_bike.reference.load import load_motion, load_reference
 from heyoka_bike.reference.manifest import MANIFEST, Manifest
@@ -196,6 +197,9 @@ def read_content(
     motion = None
     if MOTION in manifest.files and look(MOTION, schema.of_motion):
         motion = load_motion(folder)
+    for name, expected in describe(manifest).items():
+        if name in manifest.files:
+            look(name, partial(schema.of_description, expected=expected))
     parts = []
     for i, maneuver in enumerate(maneuvers):
         stored = None
@@ -245,8 +249,8 @@ def _inputs(manifest: Manifest) -> tuple[Bicycle, tuple[Maneuver, ...]]:
 
 def _file_list(manifest: Manifest, expected: Sequence[str]) -> Check:
     missing = [name for name in expected if name not in manifest.files]
-    # Sets of older versions have no sensitivities and no whole motion.
-    known = {*expected, SENSITIVITIES, MOTION}
+    # Sets of older versions have no sensitivities, no whole motion and no description.
+    known = {*expected, SENSITIVITIES, MOTION, *describe(manifest)}
     extra = [n for n in manifest.files if n not in known]
     message = "lists the files of a set"
     if missing or extra:

@@ -9,11 +9,9 @@ from warnings import catch_warnings, simplefilter
 import numpy as np
 from numpy.typing import NDArray
 
-from heyoka_bike.errors import InputError
+from heyoka_bike.errors import InputError, printable
 from heyoka_bike.scoring.reading.array_columns import MOST_BYTES
-from heyoka_bike.scoring.reading.array_shapes import is_time
 from heyoka_bike.scoring.reading.array_tables import DEEPEST, tables
-from heyoka_bike.scoring.reading.column_names import is_maneuver
 from heyoka_bike.scoring.reading.damage import any_damage, damage, missing
 from heyoka_bike.scoring.reading.expected import Expected
 from heyoka_bike.scoring.reading.written import WrittenTable
@@ -112,6 +110,12 @@ class _Dataset:
     """An array in an HDF5 file, read when it is wanted."""
 
     def __init__(self, dataset: Any, path: str) -> None:
+        if dataset.is_virtual or dataset.external:
+            # Whose name the file chooses: that of a stranger must not open ours.
+            raise InputError(
+                f"found {printable(dataset.name)} kept in another file, expected it in this one",
+                file=path,
+            )
         self.dtype = dataset.dtype
         self.shape = dataset.shape
         self._dataset = dataset
@@ -134,16 +138,16 @@ def _datasets(group: Any, path: str, depth: int = 0) -> dict[str, Any]:
         if isinstance(x, h5py.Group) and x.keys() == {"type", "value"}:
             # As Octave writes a variable.
             x = x["value"]
-        if isinstance(x, h5py.Dataset) and x.shape is not None and not _is_a_length(name, x):
+        if isinstance(x, h5py.Dataset) and x.shape is not None and not _is_a_length(x):
             found[name] = _Dataset(x, path)
         elif isinstance(x, h5py.Group) and depth < DEEPEST:
             found[name] = _datasets(x, path, depth + 1)
     return found
 
 
-def _is_a_length(name: str, dataset: Any) -> bool:
-    """Whether a dataset stands for times or maneuvers that were not given, as netCDF puts it."""
-    what = dataset.attrs.get("NAME", b"") if is_time(name) or is_maneuver(name) else b""
+def _is_a_length(dataset: Any) -> bool:
+    """Whether a dataset stands for an axis of which no values were given, as netCDF puts it."""
+    what = dataset.attrs.get("NAME", b"")
     return isinstance(what, bytes) and what.startswith(b"This is a netCDF dimension but not")
 
 
