@@ -1,0 +1,29 @@
+# docker build -t heyoka_bike .                            scores, diagnoses, verifies, proves
+# docker build -t heyoka_bike:generate --target generate . integrates too
+# docker run --rm -v "$PWD:/data" heyoka_bike score my-results.txt -o report.html
+FROM python:3.12-slim AS build
+WORKDIR /source
+COPY . .
+RUN pip wheel --no-cache-dir --no-deps --wheel-dir /wheels .
+
+FROM python:3.12-slim AS generate
+COPY constraints.txt /etc/heyoka_bike-constraints.txt
+RUN --mount=type=bind,from=build,source=/wheels,target=/wheels \
+    wheel=$(echo /wheels/*.whl) && \
+    pip install --no-cache-dir -c /etc/heyoka_bike-constraints.txt "${wheel}[generate,plot]"
+RUN useradd --uid 1000 --create-home user
+USER 1000
+WORKDIR /data
+ENTRYPOINT ["heyoka-bike"]
+CMD ["--help"]
+
+# The last one is built by default.
+FROM python:3.12-slim AS score
+COPY constraints.txt /etc/heyoka_bike-constraints.txt
+RUN --mount=type=bind,from=build,source=/wheels,target=/wheels \
+    pip install --no-cache-dir -c /etc/heyoka_bike-constraints.txt /wheels/*.whl
+RUN useradd --uid 1000 --create-home user
+USER 1000
+WORKDIR /data
+ENTRYPOINT ["heyoka-bike"]
+CMD ["--help"]
