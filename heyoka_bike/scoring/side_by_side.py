@@ -11,10 +11,11 @@ from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.errors import InputError
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring.alignment import Alignment, merge
+from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.reading.given import results_of
 from heyoka_bike.scoring.reading.source import ARRAY
-from heyoka_bike.scoring.report import ColumnScore, Convergence, Run, Series
+from heyoka_bike.scoring.report import Convergence, Run, Series
 from heyoka_bike.scoring.score import aligned, scored
 
 _ARRAYS = repeat(ARRAY)
