@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 
 import numpy as np
@@ -16,7 +16,7 @@ from heyoka_bike.reference.layout import MOTION
 from heyoka_bike.reference.load import Reference, ReferenceManeuver
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.reading.results import Quantum, Results, Rows
-from heyoka_bike.scoring.units import UNITS, factor
+from heyoka_bike.scoring.units import factor, tried
 
 SUMMED = 1e-10
 """Of the duration: how late a million steps summed in binary64 may be. The reference is continued
@@ -71,6 +71,8 @@ class Part:
     values, lo : mapping of str to ndarray, shape (n,)
         As written; NaN where there is no usable number.
     quantum : mapping of str to Quantum
+    units : mapping of str to str
+        Named in the headings of columns.
     """
 
     number: int
@@ -80,6 +82,7 @@ class Part:
     values: Mapping[str, Array]
     lo: Mapping[str, Array]
     quantum: Mapping[str, Quantum]
+    units: Mapping[str, str] = field(default_factory=dict)
 
     def only(self, keys: Collection[str]) -> Part:
         """The part with these columns alone."""
@@ -287,7 +290,7 @@ def _distance(part: Part) -> float:
         scale = part.reference.scale(key) if key in BENCHMARK_COLUMNS else float(np.ptp(rows))
         if not good.any() or not scale:
             continue
-        units = [factor(unit)[0] for unit in UNITS[COMPARED[key][0].unit]]
+        units = [factor(unit)[0] for unit in tried(COMPARED[key][0].unit, part.units.get(key))]
         taken = np.multiply.outer([*units, *(-u for u in units)], values[good])
         nearest = float(np.min(median(np.abs(taken - expected[key][good]))))
         # Nothing is nearer than binary64 can tell, or farther than not at all.
@@ -353,6 +356,7 @@ def _within(
         values=values,
         lo={key: kept_of(rest) for key, rest in rows.lo.items()},
         quantum=rows.quantum,
+        units=rows.units,
     )
     return part, findings
 

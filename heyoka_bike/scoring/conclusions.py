@@ -24,6 +24,8 @@ _VISIBLE = 1e-2
 _ROUNDED = 4.0
 # An error of up to this many floors is that of the digits written.
 _LIMITED = 2.0
+# Units differ by more than that, so that a column nearer than this tells its own.
+_UNIT_TOLD = 0.05
 # As many columns as the benchmark has.
 _NAMED = 8
 
@@ -95,6 +97,16 @@ def _understood(report: Report) -> Iterator[Finding]:
                 "unit",
                 f"{key} is in {understood.unit}, not {written.unit}: errors {errors} in the latter",
                 evidence={**evidence, "unit": understood.unit},
+            )
+        named = scores[0][0].part.units.get(key, understood.unit)
+        far = [c.as_understood.measures.max_rel_error for _, c in scores]
+        if named != understood.unit and all(x is not None and x < _UNIT_TOLD for x in far):
+            yield Finding(
+                "unit_contradicted",
+                f"{key}: its heading says {named}, but its values are in {understood.unit}. One of "
+                "them is wrong; here they are taken as what they fit",
+                Severity.WARNING,
+                {"column": key, "named": named, "unit": understood.unit},
             )
         if understood.offset:
             yield Finding(

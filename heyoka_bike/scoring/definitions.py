@@ -31,7 +31,7 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED, RATE_OF
 from heyoka_bike.numbers.double import Array, median
 from heyoka_bike.scoring.alignment import HALF, Part
 from heyoka_bike.scoring.measures import rms
-from heyoka_bike.scoring.units import UNITS, factor
+from heyoka_bike.scoring.units import UNITS, factor, tried
 
 # An error curve counts as so many independent values. Those of programs have about five (the
 # participation ratio of their spectra); with three, odds claimed against the truth are rarer than
@@ -152,6 +152,7 @@ class Sample:
             expected = part.reference.approximate(part.time[rows], names)
         self.values, self.expected, self.scale, self.floor = {}, {}, {}, {}
         self.at_start: set[str] = set()
+        self.units = part.units
         for key, values in present.items():
             good = np.isfinite(values) & np.isfinite(expected[key])
             if not good.any():
@@ -241,9 +242,10 @@ def _choose(key: str, samples: Sequence[Sample], expected: Sequence[Column]) -> 
         # varies the least, and means none of them.
         columns = columns[:1]
     signs = (1,) if key in _UNSIGNED else (1, -1)
+    named = next((s.units[key] for s in samples if key in s.units), None)
     candidates = [
         Understanding(c, unit, sign)
-        for unit in UNITS[columns[0].unit]
+        for unit in tried(columns[0].unit, named)
         for sign in signs
         for c in columns
     ]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.findings import Finding, Severity
-from heyoka_bike.scoring.reading.column_names import TIME, left_out
+from heyoka_bike.scoring.reading.column_names import TIME, left_out, named_unit
 from heyoka_bike.scoring.reading.expected import Expected
 from heyoka_bike.scoring.reading.headings import Layout, layout
 from heyoka_bike.scoring.reading.long_tables import by_maneuver
@@ -80,7 +80,8 @@ def assemble(
         said = (*table.findings, *places.findings, *times.findings)
         findings += [f for f in said if f not in findings]
         for number, columns in places.maneuvers.items():
-            maneuvers[number] = _rows(table, times, number, places.time, columns, bad)
+            names = expected.names or table.names or ()
+            maneuvers[number] = _rows(table, names, times, number, places.time, columns, bad)
             used = [table.columns[j].digits for j in columns.values()]
             digits += [d for d in used if d is not None]
     findings += bad.findings()
@@ -102,11 +103,12 @@ def _times(table: WrittenTable, places: Layout, path: str) -> Times:
 
 
 def _rows(
-    table: WrittenTable, times: Times, number: int | None, time: int, columns: Mapping[str, int],
-    bad: _NotFinite,
+    table: WrittenTable, names: Sequence[str], times: Times, number: int | None, time: int,
+    columns: Mapping[str, int], bad: _NotFinite,
 ) -> Rows:  # fmt: skip
     values: dict[str, Array] = {}
     lo: dict[str, Array] = {}
+    units: dict[str, str] = {}
     for key, j in columns.items():
         v, rest = table.columns[j].values, table.columns[j].lo
         is_bad = ~np.isfinite(v)
@@ -117,11 +119,13 @@ def _rows(
             v = v[times.order]
             rest = None if rest is None else rest[times.order]
         values[key] = v
+        if j < len(names) and (unit := named_unit(names[j], key)):
+            units[key] = unit
         if rest is not None:
             lo[key] = rest
     quantum = {TIME: table.columns[time].quantum}
     quantum |= {key: table.columns[j].quantum for key, j in columns.items()}
-    return Rows(number, times.hi, times.lo, values, lo, quantum)
+    return Rows(number, times.hi, times.lo, values, lo, quantum, units)
 
 
 class _NotFinite:

@@ -8,7 +8,13 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
 from heyoka_bike.errors import quoted
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.reading.expected import OPTION, how_to_tell, widths_in_words
-from heyoka_bike.scoring.reading.heading_units import quantities, split_ending, split_unit
+from heyoka_bike.scoring.reading.heading_units import (
+    quantities,
+    split_ending,
+    split_unit,
+    unit_of,
+    unknown_unit,
+)
 
 TIME = "time"
 _SECONDS = "s"
@@ -99,6 +105,12 @@ def unit_in(name: str) -> tuple[str, str | None, bool]:
     return stem, unit, False
 
 
+def named_unit(name: str, key: str) -> str | None:
+    """The unit that the name of a column tells, if the column can have it, as `units` has it."""
+    unit = unit_in(name)[1]
+    return None if unit is None else unit_of(unit, COMPARED[key][0].unit)
+
+
 def _by_words(name: str) -> tuple[str, str | None, int | None]:
     """The word for the column, its key if it is known, and the number of the maneuver."""
     plain = _BREAKS.sub("_", _BRACKETS.sub(_number_in_brackets, name.lower())).strip("_\"'")
@@ -170,6 +182,24 @@ def set_aside(names: Sequence[str], option: str) -> Finding:
         Severity.WARNING,
         {"names": [quoted(name)[1:-1] for name in names[:100]], "count": len(names)},
     )
+
+
+def unknown_units(names: Mapping[str, str]) -> list[Finding]:
+    """That units in the names of columns, here with their keys, are not known; for each."""
+    findings = []
+    for name, key in names.items():
+        if (unit := unknown_unit(name)) is None:
+            continue
+        taken = "it is taken for seconds" if key == TIME else "only the usual units are tried"
+        findings.append(
+            Finding(
+                "unit_unknown",
+                f"The unit {quoted(unit)} of the column {quoted(name)} is not known, so {taken}.",
+                Severity.WARNING,
+                {"name": quoted(name)[1:-1], "unit": quoted(unit)[1:-1], "column": key},
+            )
+        )
+    return findings[:_SHOWN]
 
 
 def listed(names: Sequence[str], like: float | None = None) -> str:

@@ -17,6 +17,7 @@ from heyoka_bike.scoring.reading.column_names import (
     recognise,
     set_aside,
     unit_in,
+    unknown_units,
 )
 from heyoka_bike.scoring.reading.expected import (
     LEFT_OUT,
@@ -181,6 +182,7 @@ def _by_name(
         raise fail(f"found columns of maneuver {others.pop()}, expected maneuver {alone}")
     findings = [set_aside(known, option)] if known else []
     findings += [left_out(unknown)] if unknown else []
+    findings += unknown_units({names[i]: key for (key, _), i in first.items()})
     time = first[TIME, None]
     return Layout(time, maneuvers, tuple(findings), is_millisecond(unit_in(names[time])[1]))
 

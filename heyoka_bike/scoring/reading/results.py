@@ -58,6 +58,8 @@ class Rows:
         The rest beyond binary64, for columns with more digits than that.
     quantum : mapping of str to Quantum
         How finely each column is written, ``time`` included.
+    units : mapping of str to str
+        The unit that the heading of a column names, as `units` has it, where it names one.
     """
 
     maneuver: int | None
@@ -66,6 +68,7 @@ class Rows:
     values: Mapping[str, Array]
     lo: Mapping[str, Array] = field(default_factory=dict)
     quantum: Mapping[str, Quantum] = field(default_factory=dict)
+    units: Mapping[str, str] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         what = "unknown maneuver" if self.maneuver is None else f"maneuver {self.maneuver}"
