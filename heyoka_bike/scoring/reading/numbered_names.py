@@ -16,6 +16,12 @@ Found = tuple[str, int | None] | None
 """Key of a column and number of its maneuver; None if it is not known."""
 
 _ENERGY = "J"
+# The small letter, what the capital means alone, and what beside that.
+_CAPITALS: Mapping[str, tuple[str, str, str]] = {
+    "V": ("v", "forward_speed", "potential_energy"),
+    "T": ("t", TIME, "kinetic_energy"),
+}
+_ENERGIES = frozenset({"T", "H", "kinetic_energy", "potential_energy", "mechanical_energy"})
 _COORDINATE = "q"
 # One letter, and perhaps a number.
 _LETTER = re.compile(r"\W*([^\W\d_])[\W_]*[0-9]*\W*")
@@ -65,16 +71,21 @@ def _letter(stem: str) -> str:
 
 
 def _with_capitals(names: Sequence[str], found: list[Found]) -> list[Found]:
-    """The same with T and V as energies, where t and v are time and speed."""
-    parts = [split_unit(name) for name in names]
-    plain = [stem.strip() for stem, _ in parts]
-    capitals = {"T": ("t", "kinetic_energy"), "V": ("v", "potential_energy")}
-    return [
-        (capitals[name][1], None)
-        if name in capitals and capitals[name][0] in plain and unit is None
-        else f
-        for name, (_, unit), f in zip(plain, parts, found, strict=True)
-    ]
+    """The same with T and V as energies, as mechanics writes them beside a time and a speed.
+
+    They are where t and v stand beside them, or where each is a second column of its meaning and
+    other energies are there.
+    """
+    plain = [stem.strip() if unit is None else "" for stem, unit in map(split_unit, names)]
+    bare = [split_unit(name)[0].strip() for name in names]
+    others = [f for name, f in zip(plain, found, strict=True) if f and name not in _CAPITALS]
+    meant = list(found)
+    for name, (small, alone, energy) in _CAPITALS.items():
+        is_second = (alone, None) in others and (energy, None) not in others
+        words = {*plain, *(f[0] for f in meant if f)} - {name, energy}
+        if small in bare or (is_second and words & _ENERGIES):
+            meant = [(energy, None) if x == name else f for x, f in zip(plain, meant, strict=True)]
+    return meant
 
 
 def _from_one(found: list[Found], count: int) -> list[Found]:

@@ -1,0 +1,64 @@
+"""T and V are the energies of mechanics wherever a time and a speed stand beside them."""
+
+import numpy as np
+import pytest
+
+from heyoka_bike.errors import InputError
+from heyoka_bike.scoring.reading import read_results
+
+ROWS = np.arange(9.0)
+
+
+def keys_of(names):
+    """Column j is j above the row, so that its first value tells its place."""
+    (rows,) = read_results({name: ROWS + j for j, name in enumerate(names)}).maneuvers
+    return {int(values[0]): key for key, values in rows.values.items()}
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ["time", "roll", "rollRate", "speed", "V", "T", "E", "steer", "steerRate"],
+        ["time", "roll", "rollRate", "velocity", "V", "T", "H", "steer", "steerRate"],
+        ["t", "roll", "rollRate", "v", "V", "T", "E", "steer", "steerRate"],
+    ],
+)
+def test_capitals_beside_other_energies(names):
+    found = keys_of(names)
+    assert (found[3], found[4], found[5]) == ("forward_speed", "potential_energy", "kinetic_energy")
+
+
+def test_a_structure_of_matlab_is_read(tmp_path):
+    scipy_io = pytest.importorskip("scipy.io")
+    names = ["time", "roll", "speed", "V", "T", "E"]
+    results = {name: ROWS + j for j, name in enumerate(names)}
+    scipy_io.savemat(tmp_path / "r.mat", {"results": results})
+    (rows,) = read_results(tmp_path / "r.mat").maneuvers
+    assert (rows.values["potential_energy"][0], rows.values["kinetic_energy"][0]) == (3, 4)
+
+
+@pytest.mark.parametrize(
+    ("names", "found"),
+    [
+        (["time", "roll", "V"], {1: "roll_angle", 2: "forward_speed"}),
+        (["T", "roll", "V"], {1: "roll_angle", 2: "forward_speed"}),
+        (["T", "roll", "E"], {1: "roll_angle", 2: "mechanical_energy"}),
+        (["time", "V", "Epot", "Ekin"],
+         {1: "forward_speed", 2: "potential_energy", 3: "kinetic_energy"}),
+    ],
+)  # fmt: skip
+def test_capitals_alone_are_time_and_speed(names, found):
+    assert keys_of(names) == found
+
+
+@pytest.mark.parametrize("names", [["time", "speed", "V"], ["time", "speed", "V", "Epot", "Ekin"]])
+def test_two_columns_of_one_meaning_are_refused_with_what_to_do(names):
+    with pytest.raises(
+        InputError, match=r"found 'speed' and 'V'.*; columns=.* tells what they are"
+    ):
+        keys_of(names)
+
+
+def test_a_v_that_is_a_speed_makes_no_energy_of_t():
+    with pytest.raises(InputError, match="found 'time' and 'T', expected one column of time"):
+        keys_of(["time", "roll", "V", "T"])
