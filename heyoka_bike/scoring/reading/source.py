@@ -15,6 +15,7 @@ from heyoka_bike.scoring.reading.assembly import assemble
 from heyoka_bike.scoring.reading.expected import ARGUMENT, OPTION, Expected
 from heyoka_bike.scoring.reading.frames import plain
 from heyoka_bike.scoring.reading.headings import told
+from heyoka_bike.scoring.reading.octave_text import holds_variables, variables
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.reading.text_lines import encoding_of
 from heyoka_bike.scoring.reading.text_table import read_text
@@ -142,6 +143,11 @@ def _read_file(
         name, mark = encoding
         if _begins_with_bracket(head[mark : mark + _SIGNATURE], name):
             return _read_json(head[mark:] + _read(file, -1, path), name, path, expected)
+        if holds_variables(head):
+            from heyoka_bike.scoring.reading.array_tables import tables
+
+            members = variables(head + _read(file, -1, path), path)
+            return tables(members, path, expected, is_ordered=False), "text"
         chunks = chain((head[mark:],), _chunks(file, path))
         return [read_text(chunks, name, path, expected)], "text"
 
