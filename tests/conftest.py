@@ -102,19 +102,18 @@ def made_once(tmp_path_factory: pytest.TempPathFactory, worker_id: str) -> MadeO
     """What many tests need and is long in the making: a folder by its name, and what fills it."""
 
     def make(name: str, fill: Callable[[Path], object]) -> Path:
-        import fcntl  # where heyoka is, that is on Linux
+        from filelock import FileLock  # where heyoka is
 
         # The first of the processes that run the tests makes it, the others wait for it.
         base = tmp_path_factory.getbasetemp()
         place = (base if worker_id == "master" else base.parent) / name
-        with place.with_name(f"{name}.made").open("a+") as f:
-            fcntl.flock(f, fcntl.LOCK_EX)
-            f.seek(0)
-            if not f.read():
+        made = place.with_name(f"{name}.made")
+        with FileLock(f"{made}.lock"):
+            if not made.exists():
                 shutil.rmtree(place, ignore_errors=True)
                 place.mkdir()
                 fill(place)
-                f.write("made")
+                made.touch()
         return place
 
     return make

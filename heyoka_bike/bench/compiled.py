@@ -129,7 +129,8 @@ def _built(source: str, equations: str, *libraries: str) -> ctypes.CDLL:
     compiler = os.environ.get("CC") or shutil.which("gcc") or shutil.which("cc")
     if compiler is None:
         raise NoCompilerError("no C compiler")
-    with TemporaryDirectory(prefix="heyoka_bike-") as folder:
+    # On Windows a library that is loaded cannot be removed.
+    with TemporaryDirectory(prefix="heyoka_bike-", ignore_cleanup_errors=True) as folder:
         Path(folder, "equations.h").write_text(equations, encoding="utf-8")
         library = Path(folder) / "peers.so"
         command = [

@@ -98,7 +98,7 @@ def write_rows(stem: Path, rows: int) -> None:
     table = np.column_stack(columns)
     np.save(f"{stem}.npy", table)
     line = " ".join(["%.17g"] * len(columns)) + "\n"
-    with Path(f"{stem}.txt").open("w") as file:
+    with Path(f"{stem}.txt").open("w", encoding="ascii") as file:
         for start in range(0, rows, _BLOCK):
             file.writelines(line % tuple(row) for row in table[start : start + _BLOCK].tolist())
 

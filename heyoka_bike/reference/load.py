@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 from collections import ChainMap
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -27,6 +28,8 @@ from heyoka_bike.reference.friction import with_friction
 from heyoka_bike.reference.layout import HDF5, MOTION
 from heyoka_bike.reference.on_demand import on_demand, read_array
 from heyoka_bike.reference.values import Dense, Numbered, Values
+
+_log = logging.getLogger(__name__)
 
 if TYPE_CHECKING:
     from heyoka_bike.reference.sensitivities import Sensitivities
@@ -321,6 +324,7 @@ def load_reference(folder: Reference | str | PathLike[str] | None = None) -> Ref
     where, manifest, raw = manifest_file.load_file(None if folder is None else Path(folder), HDF5)
     with manifest_file.reading(where / HDF5, "a reference file"):
         f, maneuvers = _read_maneuvers(raw, manifest, COLUMNS)
+        _log.info("%s: %d maneuvers, data %s", where, len(maneuvers), manifest.dataset_version)
         return Reference(
             dataset_version=manifest.dataset_version,
             content_sha256=str(f.attrs["content_sha256"]),

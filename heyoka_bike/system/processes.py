@@ -190,6 +190,10 @@ def _start(queue: Any) -> None:
     global _queue
     _queue = queue
     Thread(target=_end_with_parent, daemon=True).start()
+    if level := os.environ.get("HEYOKA_BIKE_LOG"):
+        from heyoka_bike.system.log import shown
+
+        shown(level).__enter__()
     # An interrupt from the keyboard reaches all processes; the parent answers it.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 

@@ -42,7 +42,9 @@ def unfinished(folder: Path) -> Iterator[Unfinished]:
                 yield kept
             finally:
                 if not len(kept):
-                    (place / _LOCK).unlink()
+                    # Windows lets nobody remove a file that is open: there the lock does it.
+                    with suppress(PermissionError):
+                        (place / _LOCK).unlink()
         with suppress(OSError):
             place.rmdir()
     except Timeout:

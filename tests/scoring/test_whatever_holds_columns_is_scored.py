@@ -185,6 +185,14 @@ def test_what_cannot_be_compared_is_refused(arguments, named, says):
     assert says in str(raised.value)
 
 
+def test_a_column_never_filled_in_is_left_out_side_by_side_too():
+    empty = TABLE.copy()
+    empty[:, 15] = 0.0
+    alone = hb.score(empty)
+    assert "steer_angle" not in alone[2] or alone[2]["steer_angle"].scd is None
+    assert digits(hb.compare(a=empty, b=TABLE)["a"]) == digits(alone)
+
+
 def test_runs_may_be_arrays():
     coarse = np.loadtxt(FILE.with_name("exudyn-h0.01.txt"))
     found = hb.score_series([coarse, TABLE], steps=[0.01, 0.001])

@@ -167,6 +167,7 @@ def test_only_names_that_were_told_are_answered(serving):
     assert client.get("/").status_code == 400
     for name, code in (("bicycle.example", 200), ("Bicycle.Example:80", 200), ("[::1]:80", 400)):
         assert client.get("/", headers={"host": name}).status_code == code
+    assert client.get("/health").status_code == 200
     local = serving(hosts=["::1", "localhost"])
     for name, code in (("[::1]:8000", 200), ("localhost:1", 200), ("localhost.evil", 400)):
         assert local.get("/", headers={"host": name}).status_code == code
