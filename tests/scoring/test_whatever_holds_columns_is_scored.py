@@ -87,6 +87,13 @@ def test_one_maneuver(kind, expected):
     assert digits(ONE[kind]()) == {(n, key): x for (n, key), x in expected.items() if n == 2}
 
 
+def test_results_that_do_not_tell_their_maneuver_are_told():
+    upright = hb.read_results({"time": TIME[:1], "roll_angle": ROLL[:1]})
+    with pytest.raises(BicycleError, match="say which with maneuver=N"):
+        hb.score(upright)
+    assert list(hb.score(upright, maneuver=2)) == [2]
+
+
 def test_columns_by_any_of_their_names():
     by_key = digits(hb.score(TIME, roll_angle=ROLL, maneuver=2))
     assert by_key == digits(hb.score(t=TIME, phi=ROLL, maneuver=2))
