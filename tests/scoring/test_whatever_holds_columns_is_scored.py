@@ -1,6 +1,7 @@
 """A path, an array, columns by name, a frame, a dataset: all give the score of the same numbers."""
 
 import io
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -65,6 +66,17 @@ def test_a_file_by_its_name_or_path(expected):
         assert found.keys() == expected.keys()
         # Its times are the decimals that are written, here and in an array of even steps.
         assert found == pytest.approx(expected, abs=1e-6)
+
+
+def test_columns_of_any_kind_of_array(expected):
+    pandas = pytest.importorskip("pandas")
+    one = {(n, key): x for (n, key), x in expected.items() if n == 2}
+    series = {name: pandas.Series(x) for name, x in MANEUVERS[2].items()}
+    assert digits(hb.score(series, maneuver=2)) == one
+    assert digits(hb.score(**series, maneuver=2)) == one
+    with pytest.warns(PendingDeprecationWarning, match="matrix"):
+        matrix = np.matrix(TABLE)
+    assert digits(hb.score(matrix)) == expected
 
 
 ONE = {
@@ -144,6 +156,52 @@ REFUSED = {
     "another reference": (lambda: hb.score(TABLE, TABLE), "reference: found a ndarray"),
     "a requirement": (lambda: hb.score(TABLE, require="scd"), "require: found 'scd'"),
 }  # fmt: skip
+
+
+class Odd:
+    """An object that looks as if it had columns."""
+
+    def __init__(self, columns):
+        self.columns = columns
+
+
+def loop():
+    found = {"time": TIME}
+    found["again"] = found
+    return found
+
+
+ODD = {
+    "None": None, "a number": 3.0, "a large number": 10**400, "a boolean": True, "bytes": b"x",
+    "a function": len, "a class": Odd, "no columns": Odd(None),
+    "columns that are not there": Odd(["time"]), "an iterator": iter([1]), "a loop": loop(),
+    "objects": np.array([None] * 9), "dates": np.array(["2020-01-01"] * 9, "datetime64[s]"),
+    "no rows": np.empty((0, 9)), "ragged rows": [[1.0], [1.0, 2.0]], "an empty row": [[]],
+    "decimals that are none": [["x"] * 9], "a column that is none": {"time": TIME, "roll": None},
+    "numbers as names": {0: TIME, 1: ROLL}, "numbers and names": {1: TIME, "time": ROLL},
+    "maneuvers without columns": {1: None, 2: []}, "nothing by name": {}, "nothing": [],
+    "times that are infinite": {"time": TIME * np.nan, "roll": ROLL}, "a folder": "/", "": "",
+    "a name that cannot be": "a\0b", "a name and a number": ["a", 3],
+    "no numbers": np.zeros(3, "V8"), "masked": np.ma.masked_all((5, 9)),
+    "one value": {"time": 1.0, "roll": 0.1},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", ODD)
+def test_whatever_is_given_an_error_is_one_of_the_package(kind):
+    odd = ODD[kind]
+    calls = (
+        lambda: hb.score(odd), lambda: hb.score(odd, maneuver=2), lambda: hb.compare(odd),
+        lambda: hb.score(odd, roll_angle=ROLL), lambda: hb.compare(a=TABLE, b=odd),
+        lambda: hb.score_series(odd), lambda: hb.score(TABLE, columns=odd),
+        lambda: hb.score(TABLE, maneuver=odd), lambda: hb.score(TABLE, require=odd),
+    )  # fmt: skip
+    accepted = 0
+    for call in calls:
+        with suppress(BicycleError):
+            call()
+            accepted += 1
+    assert accepted < len(calls)
 
 
 @pytest.mark.parametrize("kind", REFUSED)
