@@ -43,8 +43,8 @@ def test_every_cell_runs(monkeypatch, tmp_path, capsys):
         shown("".join(c["source"]), number, namespace) for number, c in enumerate(cells(), start=1)
     ]
     reports = [x for x in results if hasattr(x, "_repr_html_")]
-    assert len(reports) == 4
-    file, own, diagnosed, mine = reports
+    assert len(reports) == 5
+    file, own, series, diagnosed, mine = reports
     assert all("<table" in x._repr_html_() for x in reports)
     assert file.worst.scd < 3 < own.worst.scd
     assert mine.worst.scd > 10
@@ -52,7 +52,8 @@ def test_every_cell_runs(monkeypatch, tmp_path, capsys):
     ((changed,), *_) = explained.evidence["changes"]
     assert changed["unknown"] == "xB"
     assert round(changed["value"], 6) == 0.33
+    (order,) = (f.message for f in series.findings if "order" in f.message)
+    assert "observed order of convergence 4.0" in order
     said = capsys.readouterr().out
-    assert "order [3.9" in said
     assert "benchmark: from 4.292382536 to 6.024262015 m/s" in said
     assert {p.name for p in DOCS.iterdir()} == before
