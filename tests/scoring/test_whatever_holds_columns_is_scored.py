@@ -79,6 +79,13 @@ def test_columns_of_any_kind_of_array(expected):
     assert digits(hb.score(matrix)) == expected
 
 
+class Simulated:
+    """What `simulate` returns has a table."""
+
+    def table(self):
+        return np.transpose([*MANEUVERS[2].values()])
+
+
 ONE = {
     "columns": lambda: hb.score(MANEUVERS[2], maneuver=2),
     "a frame": lambda: hb.score(frame(MANEUVERS[2]), maneuver=2),
@@ -90,6 +97,7 @@ ONE = {
     "not told which": lambda: hb.score(MANEUVERS[2]),
     "columns in another order": lambda: hb.score(
         TABLE[:, [0, *range(16, 8, -1)]], maneuver=2, columns=",".join(("time", *KEYS[::-1]))),
+    "a simulation": lambda: hb.score({2: Simulated()}),
     "results told later": lambda: hb.score(hb.read_results(MANEUVERS[2]), maneuver=2),
 }  # fmt: skip
 

@@ -27,7 +27,7 @@ def plain(source: Any, depth: int = 0) -> Any:
     if isinstance(source, Mapping):
         members = {**_coordinates(source), **source}
         return {_name(name): _inner(x, depth) for name, x in members.items()}
-    if callable(getattr(source, "table", None)):
+    if _is_simulation(source):
         return source.table()
     if _is_frame(source):
         # Those of pyarrow are the arrays themselves.
@@ -70,7 +70,11 @@ def _inner(x: Any, depth: int) -> Any:
 
 
 def _has_columns(x: Any) -> bool:
-    return isinstance(x, Mapping) or _is_frame(x)
+    return isinstance(x, Mapping) or _is_simulation(x) or _is_frame(x)
+
+
+def _is_simulation(x: Any) -> bool:
+    return not isinstance(x, type) and callable(getattr(x, "table", None))
 
 
 def _is_frame(x: Any) -> bool:
