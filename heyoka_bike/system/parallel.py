@@ -238,7 +238,10 @@ class _Work:
                 self.submit(hands, i)
                 return
             else:
-                said = f"{job.words}: its process ended every time, out of memory or from outside"
+                said = (
+                    f"{job.words}: its process ended every time, out of memory, from outside, or "
+                    'as it read a script that begins this outside of: if __name__ == "__main__"'
+                )
                 outcome = Outcome(None, error=WorkerLostError(said))
         if outcome.error is None and job.kept is not None:
             job.kept.put(outcome)

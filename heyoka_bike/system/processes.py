@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
-from multiprocessing import get_context, parent_process
+from multiprocessing import current_process, get_context, parent_process
 from queue import Empty
 from typing import Any
 
@@ -30,6 +30,9 @@ class Processes:
         if min(count, self.count) == 1:
             yield _Here(told)
             return
+        if getattr(current_process(), "_inheriting", False):
+            # It still reads the script that began it, and would begin others, which would, too.
+            os._exit(1)
         slots = _Slots(min(count, self.count), told)
         try:
             yield slots
