@@ -64,7 +64,7 @@ def test_options_count_in_the_query_and_in_the_form(client, example):
         assert not said["passed"]
         assert [r["met"] for r in said["requirements"]] == [False, True]
     for query, message in (
-        ("manuever=2", "; did you mean maneuver?"),
+        ("maneuvre=2", "; did you mean maneuver?"),
         ("maneuver=7", "maneuver: found '7', expected 1 to 3"),
         ("maneuver=1&maneuver=2", "found maneuver twice, expected it once"),
         ("require=nonsense > 1", "nonsense"),
