@@ -15,28 +15,43 @@ from typing import Any, NoReturn
 
 from heyoka_bike.commands.citation import Cite
 from heyoka_bike.commands.completion import SHELLS, PrintCompletion
-from heyoka_bike.commands.options import using_workers
+from heyoka_bike.commands.options import add_verbose, telling, using_workers
 from heyoka_bike.errors import BicycleError, Exit, InputError, did_you_mean, printable, unknown_word
 from heyoka_bike.version import __version__
 
 _COMMANDS = (
     "generate", "score", "diagnose", "verify", "certify", "linear", "plot", "animate", "export",
-    "bench", "atlas", "leaderboard", "selfcheck",
+    "bench", "atlas", "leaderboard", "serve", "selfcheck",
 )  # fmt: skip
 
 # These spread their work over threads themselves; those of the linear algebra would only spin.
 _THREADED = ("score", "diagnose")
 
-_EPILOG = """\
-exit codes:
-  0  fine
-  1  usage, unreadable input or unwritable output
-  2  nothing could be scored
-  3  a check failed
-  4  stopped early, the partial result kept and marked
-  70 internal error
-  130 interrupted
-"""
+EXIT_CODES = {
+    Exit.OK: "fine",
+    Exit.INPUT: "usage, unreadable input or unwritable output",
+    Exit.NOTHING_SCORED: "nothing could be scored",
+    Exit.CHECK_FAILED: "a check failed",
+    Exit.STOPPED_EARLY: "stopped early, the partial result kept and marked",
+    Exit.INTERNAL: "internal error",
+    Exit.INTERRUPTED: "interrupted",
+}
+ENVIRONMENT = {
+    "CC": "the C compiler of 'bench'",
+    "FORCE_COLOR": "if it is set, colours even where there is no terminal",
+    "HEYOKA_BIKE_LOG": "info or debug: as -v or -vv of every command",
+    "HEYOKA_BIKE_TRACEBACK": "if it is set, an internal error is shown with its traceback",
+    "NO_COLOR": "if it is set, no colours",
+    "OPENBLAS_NUM_THREADS": "threads of the linear algebra; 1 in 'score' and 'diagnose' if not set",
+    "SOURCE_DATE_EPOCH": "time of reports [s since 1970], so that they can be made again",
+}
+"""What the program reads from its environment."""
+
+
+def _epilog() -> str:
+    codes = "".join(f"  {code:<3} {said}\n" for code, said in EXIT_CODES.items())
+    variables = "".join(f"  {name:<21} {said}\n" for name, said in ENVIRONMENT.items())
+    return f"exit codes:\n{codes}\nenvironment:\n{variables}"
 
 
 class _Parser(argparse.ArgumentParser):
@@ -66,7 +81,7 @@ def parser(commands: Sequence[str] = _COMMANDS) -> argparse.ArgumentParser:
     top = _Parser(
         prog="heyoka-bike",
         description='Reference solutions for the IFToMM benchmark "Uncontrolled bicycle".',
-        epilog=_EPILOG,
+        epilog=_epilog(),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     top.add_argument("--version", action="version", version=f"heyoka-bike {__version__}")
@@ -81,6 +96,7 @@ def parser(commands: Sequence[str] = _COMMANDS) -> argparse.ArgumentParser:
     subparsers = top.add_subparsers(title="commands", metavar="COMMAND", required=True)
     for name in commands:
         import_module(f"heyoka_bike.commands.{name}").add_parser(subparsers)
+        add_verbose(subparsers.choices[name])
     return top
 
 
@@ -103,7 +119,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     try:
         if sys.stdout is None:
             raise InputError("standard output is closed")
-        with using_workers(arguments):
+        with telling(arguments), using_workers(arguments):
             code: int = arguments.run(arguments)
         sys.stdout.flush()
         return code

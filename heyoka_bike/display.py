@@ -18,7 +18,10 @@ def shown_by(module: str) -> Any:
 
 
 class Displayed:
-    """What a module of `showing.views`, which a class names as `_view`, makes text and HTML of."""
+    """What a module of `showing.views`, which a class names as `_view`, makes text and HTML of.
+
+    A class whose text is one line has it as its own ``__repr__``.
+    """
 
     __slots__ = ()
     _view: ClassVar[str]

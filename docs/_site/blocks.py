@@ -27,23 +27,18 @@ def carry_out(
     HangError
         The block, or something that it started, still writes after so many seconds.
     """
-    process = subprocess.Popen(
+    with subprocess.Popen(
         program, cwd=folder, env=dict(environment), text=True, errors="replace",
         stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
         start_new_session=True,
-    )  # fmt: skip
-    try:
-        output, _ = process.communicate(block, timeout=seconds)
-    except subprocess.TimeoutExpired:
-        _kill(process)
-        written, _ = process.communicate()
-        raise HangError(f"no end after {seconds:g} s; killed. It wrote:\n{written}") from None
-    finally:
-        _kill(process)
+    ) as process:  # fmt: skip
+        try:
+            output, _ = process.communicate(block, timeout=seconds)
+        except subprocess.TimeoutExpired as late:
+            # Bytes, though the pipe is one of text.
+            text = (late.output or b"").decode(errors="replace")
+            raise HangError(f"no end after {seconds:g} s; killed. It wrote:\n{text}") from None
+        finally:
+            with suppress(ProcessLookupError):
+                os.killpg(process.pid, signal.SIGKILL)
     return process.returncode, output
-
-
-def _kill(process: subprocess.Popen[str]) -> None:
-    with suppress(ProcessLookupError):
-        os.killpg(process.pid, signal.SIGKILL)
-    process.wait()

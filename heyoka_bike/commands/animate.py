@@ -3,20 +3,16 @@
 from __future__ import annotations
 
 import argparse
+from contextlib import nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from heyoka_bike.commands.options import add_reference
 from heyoka_bike.errors import Exit, InputError
+from heyoka_bike.showing.replay import FORMATS, SUFFIXES
 from heyoka_bike.system.console import progress_bar
 
-if TYPE_CHECKING:
-    from heyoka_bike.reference.load import Reference
-    from heyoka_bike.scoring.reading.results import Results
-
 _DEFAULT = "uncontrolled-bicycle"
-_FORMATS = ("html", "gif", "mp4")
-_SUFFIXES = {".html": "html", ".htm": "html", ".gif": "gif", ".mp4": "mp4"}
 
 
 def add_parser(subparsers: Any) -> None:
@@ -45,7 +41,7 @@ def add_parser(subparsers: Any) -> None:
         help=f"file to write, its format by the suffix (default ./{_DEFAULT}.html)",
     )
     p.add_argument(
-        "--format", metavar="FORMAT", choices=_FORMATS, help=f"one of {', '.join(_FORMATS)}"
+        "--format", metavar="FORMAT", choices=FORMATS, help=f"one of {', '.join(FORMATS)}"
     )
     p.add_argument(
         "--maneuver",
@@ -62,8 +58,9 @@ def run(args: argparse.Namespace) -> int:
     from heyoka_bike.commands.result_files import maneuvers_of
     from heyoka_bike.reference.load import load_reference
     from heyoka_bike.scoring.reading import read_results
-    from heyoka_bike.showing.replay.page import render
-    from heyoka_bike.showing.replay.scenes import replay
+    from heyoka_bike.showing.replay.animate import rendered
+    from heyoka_bike.showing.replay.film import RATES
+    from heyoka_bike.showing.replay.scenes import RATE, replay
     from heyoka_bike.system.files import refuse_overwriting, write_output
 
     path, file_format = _output(args)
@@ -75,10 +72,9 @@ def run(args: argparse.Namespace) -> int:
     if args.file is not None:
         results = read_results(args.file, maneuver=maneuver, count=len(reference))
     name = "standard input" if args.file == "-" else args.file or ""
-    if file_format == "html":
-        data = render(replay(reference, results, maneuver), name).encode()
-    else:
-        data = _film(reference, results, maneuver, file_format, name)
+    found = replay(reference, results, maneuver, RATES.get(file_format, RATE))
+    with progress_bar("drawing frames") if file_format in RATES else nullcontext() as progress:
+        data = rendered(found, file_format, name, progress)
     write_output(path, data)
     print(path)
     return Exit.OK
@@ -87,27 +83,14 @@ def run(args: argparse.Namespace) -> int:
 def _output(args: argparse.Namespace) -> tuple[Path, str]:
     """The file to write, and its format."""
     if args.output is None:
-        chosen = args.format or _FORMATS[0]
+        chosen = args.format or FORMATS[0]
         return Path(f"{_DEFAULT}.{chosen}"), chosen
     path = Path(args.output)
-    by_suffix = _SUFFIXES.get(path.suffix.lower())
+    by_suffix = SUFFIXES.get(path.suffix.lower())
     if args.format is None and by_suffix is None:
         raise InputError(
-            f"--output: found '{path.name}', expected a name ending in {', '.join(_SUFFIXES)}"
+            f"--output: found '{path.name}', expected a name ending in {', '.join(SUFFIXES)}"
         )
     if args.format is not None and by_suffix not in (None, args.format):
         raise InputError(f"--format: found {args.format} for the file '{path.name}'")
-    return path, args.format or by_suffix or _FORMATS[0]
-
-
-def _film(
-    reference: Reference, results: Results | None, maneuver: int | None, file_format: str,
-    name: str,
-) -> bytes:  # fmt: skip
-    """The bytes of a film, with a progress bar on a terminal."""
-    from heyoka_bike.showing.replay.film import RATES, render
-    from heyoka_bike.showing.replay.scenes import replay
-
-    found = replay(reference, results, maneuver, RATES[file_format])
-    with progress_bar("drawing frames") as progress:
-        return render(found, file_format, name, progress)
+    return path, args.format or by_suffix or FORMATS[0]

@@ -1,11 +1,14 @@
 """``heyoka-bike certify``: prove the published digits again, from the published files."""
 
 import argparse
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
-from heyoka_bike.commands.options import add_folder, add_workers
+from heyoka_bike.commands.options import add_folder, add_format, add_workers, print_json
 from heyoka_bike.errors import Exit
 from heyoka_bike.system.console import print_table, progress_bars, table
+from heyoka_bike.version import __version__
 
 _SHARES = {"certify": 0.2, "rows": 0.02, "dense": 0.03, "motion": 0.15, "vary": 0.6}
 
@@ -22,7 +25,8 @@ def add_parser(subparsers: Any) -> None:
             "its forces too, and that the derivatives by parameters and start keep theirs; and "
             "compare with the files and certificate.json. Says which files are proved; what a set "
             "does not have is refused. Needs python-flint, not heyoka. Six minutes of processor "
-            "time for the published set."
+            "time for the published set. If anything is not proved, one line says so, and nothing "
+            "else is printed."
         ),
         epilog="example: heyoka-bike certify my-reference",
     )
@@ -33,38 +37,48 @@ def add_parser(subparsers: Any) -> None:
         help="prove what is said of the motions after their ten seconds instead: the folder is one "
         "with after-ten-seconds.json (default: the published one); two minutes of processor time",
     )
+    add_format(p, ("table", "json"))
     add_workers(p)
     p.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
-    return _after(args.folder) if args.after_ten_seconds else _set(args)
+    return _after(args) if args.after_ten_seconds else _set(args)
 
 
-def _after(folder: str | None) -> int:
+def _after(args: argparse.Namespace) -> int:
     from heyoka_bike.reference.layout import AFTER
     from heyoka_bike.reference.proof.after_file import certify_after
     from heyoka_bike.system.resources import after_folder
 
     with progress_bars({"certify": 1.0}) as progress:
-        facts = certify_after(folder or None, progress=progress)
+        facts = certify_after(args.folder or None, progress=progress)
+    folder = args.folder or after_folder()
+    if args.format == "json":
+        said = [{"about": fact.about, "statement": fact.statement} for fact in facts]
+        print_json(_document(folder, {AFTER: []}, {}, facts=said))
+        return Exit.OK
     for fact in facts:
         print(f"{fact.about}: {fact.statement}")
     numbers = sum(len(fact.numbers) for fact in facts)
-    print(f"{folder or after_folder()}: proved: {AFTER}, {numbers} numbers and these sentences")
+    print(f"{folder}: proved: {AFTER}, {numbers} numbers and these sentences")
     return Exit.OK
 
 
 def _set(args: argparse.Namespace) -> int:
     from heyoka_bike.numbers.rounding import decimal_above
-    from heyoka_bike.reference.proof.certificate_file import COMPUTED, PROVED
+    from heyoka_bike.reference.proof.certificate_file import COMPUTED, PROVED, entry
     from heyoka_bike.reference.proof.prove_again import certify
     from heyoka_bike.system.resources import reference_folder
 
     folder = args.folder or reference_folder()
     with progress_bars(_SHARES) as progress:
         proofs = certify(args.folder or None, progress=progress)
+    if args.format == "json":
+        said = [{**entry(proof), "cpu_seconds": proof.cpu} for proof in proofs]
+        print_json(_document(folder, PROVED, COMPUTED, maneuvers=said))
+        return Exit.OK
     headings = (
         "maneuver", "steps", "bound over the interval", "bound at the end", "entries",
         "ambiguous", "dense, relative", "derivatives, relative", "CPU [s]",
@@ -87,3 +101,14 @@ def _set(args: argparse.Namespace) -> int:
     for name, how in COMPUTED.items():
         print(f"{folder}: computed, not proved: {name} ({how})")
     return Exit.OK
+
+
+def _document(
+    folder: str | Path, proved: Mapping[str, Sequence[str]], computed: Mapping[str, str],
+    *, maneuvers: Sequence[Mapping[str, Any]] = (), facts: Sequence[Mapping[str, str]] = (),
+) -> dict[str, Any]:  # fmt: skip
+    """What ``certify-1.schema.json`` describes."""
+    return {
+        "schema_version": 1, "version": __version__, "folder": str(folder), "proved": dict(proved),
+        "computed": dict(computed), "maneuvers": list(maneuvers), "facts": list(facts),
+    }  # fmt: skip

@@ -20,7 +20,7 @@ class PrintCompletion(argparse.Action):
         try:
             print(completion(parser, values))
         except ModuleNotFoundError:
-            said = "shtab is not installed; completion needs it (pip install shtab)"
+            said = "shtab is not installed, expected it: pip install 'heyoka_bike[completion]'"
             parser.exit(Exit.INPUT, f"{parser.prog}: {said}\n")
         parser.exit(Exit.OK)
 

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from heyoka_bike.commands.options import add_workers
+from heyoka_bike.commands.options import add_format, add_workers, print_json
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.system.console import print_table, progress_bars, table
+from heyoka_bike.version import __version__
 
 if TYPE_CHECKING:
+    from heyoka_bike.motion.endings import Ending
+    from heyoka_bike.reference.making.generate import Generated
     from heyoka_bike.reference.making.tabulate import Table
 
 _DIGITS = 70
@@ -93,6 +96,7 @@ def add_parser(subparsers: Any) -> None:
     p.add_argument(
         "--force", action="store_true", help="replace a set of another version or of other inputs"
     )
+    add_format(p, ("table", "json"))
     add_workers(p)
     p.set_defaults(run=run)
 
@@ -101,21 +105,10 @@ def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
     if args.after_ten_seconds:
         return _after(args)
-    from heyoka_bike.reference.making.generate import Generated, generate_sets
+    from heyoka_bike.reference.making.generate import generate_sets
 
     sets = _folders(args)
-    rows: list[Sequence[str]] = []
-    said: list[str] = []
-    codes = []
-
-    def made(found: Generated) -> None:
-        place = f"{found.folder.name}, " if len(sets) > 1 else ""
-        rows.extend(_row(place, table) for table in found.tables)
-        written = f"written: {', '.join(found.changed)}"
-        what = written if found.changed else "already up to date, nothing written"
-        said.append(f"{found.folder}: dataset version {found.dataset_version}, {what}")
-        if any(end.is_early for end in found.endings):
-            codes.append(Exit.STOPPED_EARLY)
+    sets_made: list[Generated] = []
 
     with progress_bars(_SHARES) as progress:
         failed = generate_sets(
@@ -126,15 +119,76 @@ def run(args: argparse.Namespace) -> int:
             force=args.force,
             say=lambda text: print(f"heyoka-bike: {text}", file=sys.stderr),
             progress=progress,
-            made=made,
+            made=sets_made.append,
         )
-    if rows:
-        print_table(table(_HEADINGS, rows, title="reference solution"))
-    print("\n".join(sorted(said)))
+    sets_made.sort(key=lambda found: found.folder)
+    if args.format == "json":
+        print_json(_document([_set(found) for found in sets_made], failed))
+    else:
+        _print_sets(sets_made, is_one=len(sets) == 1)
+    codes = [_code(error) for error in failed.values()]
     for folder, error in failed.items():
         print(f"heyoka-bike: {folder}: not written: {error}", file=sys.stderr)
-        codes.insert(0, getattr(error, "exit_code", Exit.INTERNAL))
+    if any(end.is_early for found in sets_made for end in found.endings):
+        codes.append(Exit.STOPPED_EARLY)
     return codes[0] if codes else Exit.OK
+
+
+def _print_sets(made: Sequence[Generated], *, is_one: bool) -> None:
+    rows = [
+        _row("" if is_one else f"{found.folder.name}, ", table)
+        for found in made for table in found.tables
+    ]  # fmt: skip
+    if rows:
+        print_table(table(_HEADINGS, rows, title="reference solution"))
+    for found in made:
+        written = f"written: {', '.join(found.changed)}"
+        what = written if found.changed else "already up to date, nothing written"
+        print(f"{found.folder}: dataset version {found.dataset_version}, {what}")
+
+
+def _code(error: Exception) -> int:
+    return int(getattr(error, "exit_code", Exit.INTERNAL))
+
+
+def _document(sets: Sequence[Any], failed: Mapping[Path, Exception]) -> dict[str, Any]:
+    """What ``generate-1.schema.json`` describes."""
+    left = [
+        {"folder": str(folder), "message": str(error), "exit_code": _code(error)}
+        for folder, error in failed.items()
+    ]
+    return {"schema_version": 1, "version": __version__, "sets": sets, "failed": left}
+
+
+def _set(made: Generated) -> dict[str, Any]:
+    return {
+        "folder": str(made.folder),
+        "dataset_version": made.dataset_version,
+        "written": list(made.changed),
+        "maneuvers": [
+            _maneuver(table, end) for table, end in zip(made.tables, made.endings, strict=True)
+        ],
+    }
+
+
+def _maneuver(made: Table, end: Ending) -> dict[str, Any]:
+    from heyoka_bike.numbers.rounding import decimal_above
+
+    run, drift = made.trajectory, made.drift
+    return {
+        "maneuver": run.maneuver.name,
+        "duration": str(run.maneuver.duration),
+        "ended_early": end.is_early,
+        "ending": end.said,
+        "steps": run.steps,
+        "order": run.order,
+        "precision": run.precision,
+        "bits": run.bits,
+        "energy_drift": drift.energy * 2.0**-run.bits,
+        "performance_percent": drift.performance,
+        "bound": decimal_above(made.certificate.worst),
+        "cpu_seconds": made.cpu,
+    }
 
 
 def _folders(args: argparse.Namespace) -> dict[Path, str]:
@@ -177,6 +231,10 @@ def _after(args: argparse.Namespace) -> int:
     out = "reference/after-ten-seconds" if args.out is None else args.out
     with progress_bars({"certify": 1.0}) as progress:
         changed = generate_after(out, progress=progress)
+    if args.format == "json":
+        made = {"folder": out, "dataset_version": None, "written": list(changed), "maneuvers": []}
+        print_json(_document([made], {}))
+        return Exit.OK
     what = f"written: {', '.join(changed)}" if changed else "already up to date, nothing written"
     print(f"{out}: {what}")
     return Exit.OK

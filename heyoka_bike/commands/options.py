@@ -1,7 +1,8 @@
 """Options that several commands have."""
 
+import os
 from argparse import Action, ArgumentParser, Namespace
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 
 from heyoka_bike.errors import InputError, unknown_word
@@ -57,12 +58,36 @@ def lists(action: Action, words: Iterable[str]) -> None:
     vars(action)["words"] = tuple(words)
 
 
+def add_verbose(parser: ArgumentParser) -> None:
+    """Add ``--verbose``, which `telling` takes."""
+    said = "say on standard error what is done; twice, why so"
+    parser.add_argument("-v", "--verbose", action="count", default=0, help=said)
+
+
+def telling(args: Namespace) -> AbstractContextManager[None]:
+    """For the time of a command, what ``--verbose`` or ``HEYOKA_BIKE_LOG`` asks for."""
+    asked = ("info", "debug")[min(args.verbose, 2) - 1] if args.verbose else ""
+    level = asked or os.environ.get("HEYOKA_BIKE_LOG", "")
+    if not level:
+        return nullcontext()
+    from heyoka_bike.system.log import shown
+
+    return shown(level)
+
+
 def add_format(parser: ArgumentParser, formats: Sequence[str]) -> None:
     """Add ``--format``, by default the first."""
     said = f"{' or '.join(formats)} (default {formats[0]})"
     parser.add_argument(
         "--format", metavar="FORMAT", choices=formats, default=formats[0], help=said
     )
+
+
+def print_json(document: Mapping[str, object]) -> None:
+    """Print one document, the only text on standard output."""
+    import json
+
+    print(json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False))
 
 
 def check_format(found: str, formats: Sequence[str]) -> None:

@@ -12,7 +12,6 @@ from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.showing.figures import ALL, ATLAS, DEFAULT, FIGURES, plates
 
 _DEFAULT_FOLDER = "figures"
-_DEFAULT_FORMATS = ("png", "svg")
 _PAGES = (".html", ".htm")
 
 
@@ -142,23 +141,7 @@ def _check_formats(args: argparse.Namespace) -> None:
 
 def _paths(args: argparse.Namespace, names: Sequence[str]) -> list[list[Path]]:
     """Files to write of each figure."""
-    from heyoka_bike.showing.figures.style import FORMATS
+    from heyoka_bike.showing.figures.plot import paths_of
 
-    out = Path(args.output)
-    if out.is_dir() or not out.suffix or args.output.endswith("/"):
-        formats = dict.fromkeys(args.formats or _DEFAULT_FORMATS)
-        return [[out / f"{name}.{f}" for f in formats] for name in names]
-    if out.suffix.removeprefix(".").lower() not in FORMATS:
-        raise InputError(
-            f"--output: found '{out.name}', expected a file ending in "
-            f"{', '.join(f'.{f}' for f in FORMATS)}, or a folder (with a final / if it has a dot)"
-        )
-    if args.formats is not None:
-        raise InputError("--format: expected only with a folder, a file's suffix is its format")
-    if len(names) > 1:
-        hint = ", or --maneuver N" if args.figure == DEFAULT else ""
-        raise InputError(
-            f"--output: found the file '{out.name}' for {len(names)} figures, expected a "
-            f"folder{hint}"
-        )
-    return [[out]]
+    hint = ", or --maneuver N" if args.figure == DEFAULT else ""
+    return paths_of(args.output, names, args.formats, option="--output", hint=hint)

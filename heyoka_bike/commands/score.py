@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 from heyoka_bike.commands.options import add_reference, check_format, lists
 from heyoka_bike.commands.result_files import STANDARD_INPUT, add_columns, maneuvers_of, read
 from heyoka_bike.errors import Exit, InputError, quoted
-from heyoka_bike.showing.formats.output import FORMATS, SUFFIXES, render
-from heyoka_bike.system.console import progress_bar
+from heyoka_bike.showing.formats.output import FORMATS, SUFFIXES, WIDTH, render
+from heyoka_bike.system.console import has_colors, progress_bar
 
 if TYPE_CHECKING:
     from heyoka_bike.reference.load import Reference
@@ -264,10 +263,9 @@ def _numbers(option: str, text: str | None) -> _Numbers:
 
 
 def _on_screen(scored: Report | Series, name: str, made: Origin) -> str:
-    if not sys.stdout.isatty():
-        return render(scored, name, made)
-    # https://no-color.org
-    return render(scored, name, made, width=None, has_colors=not os.environ.get("NO_COLOR"))
+    is_terminal = sys.stdout.isatty()
+    width = None if is_terminal else WIDTH
+    return render(scored, name, made, width=width, has_colors=has_colors(is_terminal))
 
 
 def _print(text: str) -> None:

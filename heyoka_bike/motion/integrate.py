@@ -8,6 +8,7 @@ their sum is not (compensated summation), so roundoff does not accumulate with t
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Callable, Sequence
 from fractions import Fraction
@@ -29,6 +30,8 @@ GUARD_BITS = 16
 _BREAK_BITS = 6  # a step loses at most 2^-6 of its length to the rounding of its end
 _MIN_STEP = 2.0**-30  # [s]; a Taylor step is a fixed part of the distance to a singularity
 LEAST_TRAIL = 0.02  # of the front wheel radius; below it the regular form takes over
+
+_log = logging.getLogger(__name__)
 
 Progress = Callable[[float], None]
 """Called with the time reached [s]."""
@@ -141,6 +144,10 @@ def _integrate(
         watch.check([x / 2**grid for x in state], float(t + h))
         if progress is not None:
             progress(float(min(t + h, maneuver.duration)))
+    _log.info(
+        "%s: %d steps of order %d to %g s, %s, %s form", maneuver.name, len(pieces), adaptive.order,
+        float(breaks[-1]), precision.name, "regular" if is_regular else "few-product",
+    )  # fmt: skip
     return Trajectory(
         bicycle=bicycle, maneuver=maneuver, precision=precision.name, bits=precision.bits,
         is_regular=is_regular, order=adaptive.order, grid=grid,

@@ -12,20 +12,18 @@ from bisect import bisect_right
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import Any, ClassVar
 
 import flint
 
 from heyoka_bike.bicycle.equations.kinematics import state_names
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
+from heyoka_bike.display import Displayed
 from heyoka_bike.numbers.arithmetic import exact_ball
 
-if TYPE_CHECKING:
-    pass
 
-
-@dataclass(frozen=True)
-class Trajectory:
+@dataclass(frozen=True, repr=False)
+class Trajectory(Displayed):
     """The motion of one maneuver.
 
     Attributes
@@ -58,8 +56,10 @@ class Trajectory:
     breaks: tuple[Fraction, ...]
     pieces: tuple[tuple[tuple[int, ...], ...], ...]
     _polynomials: dict[int, list[flint.arb_poly]] = field(
-        default_factory=dict, init=False, repr=False, compare=False
+        default_factory=dict, init=False, compare=False
     )
+
+    _view: ClassVar[str] = "trajectory"
 
     def __getstate__(self) -> dict[str, Any]:
         """For pickling: all but the polynomials in flint's form, which are made again when used."""
@@ -77,6 +77,19 @@ class Trajectory:
     @property
     def steps(self) -> int:
         return len(self.pieces)
+
+    @property
+    def words(self) -> tuple[str, str]:
+        """What it is of, and how it was computed."""
+        form = "regular" if self.is_regular else "with few products"
+        return (
+            f"trajectory of {self.bicycle.name}, {self.maneuver.name}",
+            f"{self.steps} steps of order {self.order} in {self.precision} ({self.bits} bits), "
+            f"{float(self.breaks[-1]):.6g} s, equations {form}",
+        )
+
+    def __repr__(self) -> str:
+        return f"<{': '.join(self.words)}>"
 
     def piece(self, i: int) -> Piece:
         """Piece i."""

@@ -31,7 +31,7 @@ _SMALLEST, _LARGEST = Fraction(1, 10**300), Fraction(10**300)
 _EXAMPLE = 'expected a decimal number or an expression such as "pi/10"'
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, repr=False, slots=True)
 class Exact:
     """The number ``rational + pi_multiple * pi``.
 
@@ -117,6 +117,9 @@ class Exact:
     def __float__(self) -> float:
         """Nearest-ish binary64, for display only, never for the model."""
         return float(self.rational) + float(self.pi_multiple) * pi
+
+    def __repr__(self) -> str:
+        return f"Exact.parse({str(self)!r})"
 
     def __str__(self) -> str:
         if self.is_rational:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 from collections import ChainMap
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -10,7 +11,7 @@ from fractions import Fraction
 from functools import cached_property
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import h5py
 import numpy as np
@@ -18,6 +19,7 @@ import numpy as np
 from heyoka_bike.bicycle.column import Column
 from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
+from heyoka_bike.display import Displayed
 from heyoka_bike.errors import InputError, unknown_word
 from heyoka_bike.numbers.double import Array, Double
 from heyoka_bike.reference import manifest as manifest_file
@@ -27,12 +29,14 @@ from heyoka_bike.reference.layout import HDF5, MOTION
 from heyoka_bike.reference.on_demand import on_demand, read_array
 from heyoka_bike.reference.values import Dense, Numbered, Values
 
+_log = logging.getLogger(__name__)
+
 if TYPE_CHECKING:
     from heyoka_bike.reference.sensitivities import Sensitivities
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ReferenceManeuver:
+class ReferenceManeuver(Displayed):
     """The reference of one maneuver; ``maneuver["roll_angle"]`` are the values at its rows.
 
     Attributes
@@ -59,6 +63,8 @@ class ReferenceManeuver:
     dense: Dense
     units: Mapping[str, str]
     more: tuple[Dense, ...] = ()
+
+    _view: ClassVar[str] = "reference_maneuver"
 
     def __getitem__(self, name: str) -> Array:
         return self.rows[name]
@@ -111,6 +117,7 @@ class ReferenceManeuver:
         return Values(
             hi={name: v.reshape(shape) for name, v in found.hi.items()},
             lo={name: v.reshape(shape) for name, v in found.lo.items()},
+            time=hi,
         )
 
     def continued(self, times: Double, names: Sequence[str]) -> Values:
@@ -202,7 +209,7 @@ class ReferenceManeuver:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Reference(Numbered[ReferenceManeuver]):
+class Reference(Displayed, Numbered[ReferenceManeuver]):
     """A reference set: ``reference[2]`` is its second maneuver.
 
     Attributes
@@ -223,6 +230,8 @@ class Reference(Numbered[ReferenceManeuver]):
     parameters: Mapping[str, str]
     maneuvers: tuple[ReferenceManeuver, ...]
     folder: Path
+
+    _view: ClassVar[str] = "reference"
 
     @cached_property
     def motion(self) -> Motion:
@@ -315,6 +324,7 @@ def load_reference(folder: Reference | str | PathLike[str] | None = None) -> Ref
     where, manifest, raw = manifest_file.load_file(None if folder is None else Path(folder), HDF5)
     with manifest_file.reading(where / HDF5, "a reference file"):
         f, maneuvers = _read_maneuvers(raw, manifest, COLUMNS)
+        _log.info("%s: %d maneuvers, data %s", where, len(maneuvers), manifest.dataset_version)
         return Reference(
             dataset_version=manifest.dataset_version,
             content_sha256=str(f.attrs["content_sha256"]),
@@ -326,7 +336,7 @@ def load_reference(folder: Reference | str | PathLike[str] | None = None) -> Ref
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Motion(Numbered[ReferenceManeuver]):
+class Motion(Displayed, Numbered[ReferenceManeuver]):
     """The whole motion of all maneuvers of a set; ``motion[2]`` is its second.
 
     Its columns are those of `motion_columns.MOTION_COLUMNS`.
@@ -343,6 +353,8 @@ class Motion(Numbered[ReferenceManeuver]):
     maneuvers: tuple[ReferenceManeuver, ...]
     content_sha256: str
     folder: Path
+
+    _view: ClassVar[str] = "reference"
 
     def __repr__(self) -> str:
         return f"<whole motion of {len(self)} maneuvers>"

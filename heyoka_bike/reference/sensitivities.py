@@ -35,7 +35,7 @@ ROWS_APART = 10
 """Rows of the maneuver from one row of derivatives to the next."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Sensitivity:
     """Derivatives of the columns of a maneuver, as piecewise Chebyshev polynomials.
 
@@ -65,6 +65,9 @@ class Sensitivity:
     values: Mapping[str, Array] = field(default_factory=dict)
     values_bound: Mapping[str, Array] = field(default_factory=dict)
     ambiguous: int = 0
+
+    def __repr__(self) -> str:
+        return f"<derivatives of {len(self.coefficients)} columns, {len(self.breaks) - 1} pieces>"
 
     @property
     def orders(self) -> int:
@@ -110,7 +113,7 @@ class Sensitivity:
         return found
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Sensitivities(Numbered[Sensitivity]):
     """Of all maneuvers of a set; ``sensitivities[2]`` is maneuver 2.
 
@@ -120,6 +123,9 @@ class Sensitivities(Numbered[Sensitivity]):
     """
 
     maneuvers: tuple[Sensitivity, ...]
+
+    def __repr__(self) -> str:
+        return f"<derivatives of {len(self)} maneuvers>"
 
 
 def load_sensitivities(folder: str | Path | None = None) -> Sensitivities:

@@ -5,21 +5,27 @@ Evaluating needs NumPy only. `Numbered` is what holds them, by the numbers of th
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TypeVar
+from typing import TYPE_CHECKING, ClassVar, TypeVar
 
 import numpy as np
 
+from heyoka_bike.display import Displayed, Held, shown_by
 from heyoka_bike.errors import unknown_word
 from heyoka_bike.numbers.chebyshev import argument, clenshaw, locate
 from heyoka_bike.numbers.chebyshev_products import double_sums, plain_sums
 from heyoka_bike.numbers.double import Array, Double
 
+if TYPE_CHECKING:
+    import pandas
+
 T = TypeVar("T")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Values:
+class Values(Displayed, Held[str, Array]):
     """Columns at some times: ``values["roll_angle"]`` is hi, ``values.lo["roll_angle"]`` the rest.
+
+    Printed they are a table; ``{"time": values.time, **values}`` are their arrays.
 
     Attributes
     ----------
@@ -28,23 +34,41 @@ class Values:
     bound : mapping of str to ndarray
         Certified bound on abs(exact - (hi + lo)) of a row, or on the distance of a dense piece from
         the exact column; empty for evaluated values, and before it is proved.
+    time : ndarray or None
+        The times, to binary64 [s], of evaluated values.
     """
 
     hi: Mapping[str, Array]
     lo: Mapping[str, Array]
     bound: Mapping[str, Array] = field(default_factory=dict)
+    time: Array | None = field(default=None, kw_only=True)
+
+    _view: ClassVar[str] = "values"
 
     def __getitem__(self, name: str) -> Array:
         if name not in self.hi:
             raise KeyError(unknown_word(name, list(self.hi), "column "))
         return self.hi[name]
 
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.hi)
+
+    def __len__(self) -> int:
+        return len(self.hi)
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """Hi of each column by time.
+
+        Raises
+        ------
+        MissingPackageError
+            pandas is not installed.
+        """
+        return shown_by("formats.frame").of_columns(self.time, self.hi)
+
     def scale(self, name: str) -> float:
         """Largest absolute value of a column."""
         return float(np.max(np.abs(self[name])))
-
-    def __repr__(self) -> str:
-        return f"<values of {len(self.hi)} columns>"
 
 
 @dataclass(frozen=True, eq=False, repr=False, kw_only=True)
@@ -108,8 +132,8 @@ def _named(names: Sequence[str], hi: Array, lo: Array) -> Values:
     return Values(dict(zip(names, hi, strict=True)), dict(zip(names, lo, strict=True)))
 
 
-class Numbered(Mapping[int, T]):
-    """A mapping of the numbers of maneuvers; two are equal only if they are the same object.
+class Numbered(Held[int, T]):
+    """A mapping of the numbers of maneuvers.
 
     Attributes
     ----------
@@ -123,9 +147,6 @@ class Numbered(Mapping[int, T]):
         if number not in self:
             raise KeyError(f"found maneuver {number!r}, expected 1 to {len(self.maneuvers)}")
         return self.maneuvers[number - 1]
-
-    __eq__ = object.__eq__
-    __hash__ = object.__hash__
 
     def __contains__(self, number: object) -> bool:
         return isinstance(number, int) and 1 <= number <= len(self.maneuvers)

@@ -4,9 +4,10 @@ import numpy as np
 
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import Part
+from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.measures import rms
-from heyoka_bike.scoring.report import ColumnScore, Report
+from heyoka_bike.scoring.report import Report
 
 _BITS = 24
 _FEW_ROWS = 50

@@ -8,10 +8,11 @@ import numpy as np
 from heyoka_bike.numbers.double import median
 from heyoka_bike.scoring.alignment import MOST_SAMPLED, spread
 from heyoka_bike.scoring.arithmetic import single_precision
+from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.conventions import conventions, odds
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.measures import TOLERANCE
-from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Report
+from heyoka_bike.scoring.report import ManeuverScore, Report
 from heyoka_bike.scoring.signs import contradictions
 from heyoka_bike.scoring.time_shift import time_shift
 

@@ -8,9 +8,10 @@ from heyoka_bike.bicycle.columns import DEFINITIONS, RATE_OF
 from heyoka_bike.numbers.double import median, two_sum
 from heyoka_bike.reference.load import ReferenceManeuver
 from heyoka_bike.scoring.alignment import Part
+from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.comparison import FEW
 from heyoka_bike.scoring.measures import rms
-from heyoka_bike.scoring.report import ColumnScore, Consistency
+from heyoka_bike.scoring.report import Consistency
 
 # The angle's own error must explain less than this part of what its rate is wrong by: an error of
 # the integrator moves both alike, differences of a good angle do not.

@@ -3,8 +3,9 @@
 from collections.abc import Iterator, Mapping, Sequence
 from math import floor
 
+from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.findings import Finding
-from heyoka_bike.scoring.report import ColumnScore, Report
+from heyoka_bike.scoring.report import Report
 
 DEFAULT = (
     "The file follows the conventions that are taken by default: SI units, roll and steer positive "

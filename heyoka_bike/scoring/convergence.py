@@ -7,7 +7,8 @@ from math import log
 import numpy as np
 
 from heyoka_bike.bicycle.columns import COMPARED
-from heyoka_bike.scoring.report import ColumnScore, Convergence, Run
+from heyoka_bike.scoring.column_score import ColumnScore
+from heyoka_bike.scoring.report import Convergence, Run
 
 # An error this close to its floor is rounding, not the integrator's.
 _AT_FLOOR = 4.0

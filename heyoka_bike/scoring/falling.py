@@ -13,9 +13,10 @@ from math import log
 import numpy as np
 
 from heyoka_bike.numbers.double import median
+from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.measures import rms
-from heyoka_bike.scoring.report import ColumnScore, Convergence, Run
+from heyoka_bike.scoring.report import Convergence, Run
 
 ROUNDING = 1e-11
 """Of the scale: what binary64 arithmetic may leave of a run. 1e-16 in each of a million operations

@@ -19,7 +19,7 @@ from math import isfinite, log10, sqrt
 import numpy as np
 
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.report import Growth, Measures
+from heyoka_bike.scoring.column_score import Growth, Measures
 
 MOST_DIGITS = 32.0
 """Correct digits are not counted beyond this."""

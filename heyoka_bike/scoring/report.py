@@ -7,227 +7,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 from heyoka_bike.display import Displayed, Held
+from heyoka_bike.errors import unknown_word
 from heyoka_bike.numbers.double import Array
+from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.findings import Finding
 from heyoka_bike.scoring.scored import Scored
 
 if TYPE_CHECKING:
     from heyoka_bike.scoring.alignment import FileInfo, Part
-
-
-@dataclass(frozen=True, slots=True)
-class Measures:
-    """How far a column is from the reference; None where nothing could be compared.
-
-    Formulas and sources are in docs/measures.md.
-
-    Attributes
-    ----------
-    max_abs_error
-        Largest absolute error over the rows [SI unit of the column].
-    time_of_max
-        When it occurs [s].
-    rms_error
-        Root of the mean squared error of the rows [SI unit].
-    max_rel_error
-        Largest absolute error divided by the column's scale, the largest absolute value of the
-        reference over its whole run.
-    scd
-        Significant correct digits, -log10 of the former, at most 32.
-    mescd
-        Mixed-error significant correct digits, -log10 max abs(e) / (1 + abs(reference)) in SI
-        units, at most 32.
-    time_to_tolerance
-        First time at which the error exceeds 1e-3 of the scale [s]; None if it never does.
-    """
-
-    max_abs_error: float | None
-    time_of_max: float | None
-    rms_error: float | None
-    max_rel_error: float | None
-    scd: float | None
-    mescd: float | None
-    time_to_tolerance: float | None
-
-
-@dataclass(frozen=True, slots=True)
-class Reading:
-    """One way to take a written column, and the errors that follow.
-
-    Attributes
-    ----------
-    definition
-        Which definition of the quantity it is compared with.
-    sign
-        1, or -1 if the written values have the other sign.
-    unit
-        Unit of the written values.
-    offset
-        What the written values have too much, in the SI unit of the column.
-    measures : Measures
-    """
-
-    definition: str
-    sign: int
-    unit: str
-    offset: float
-    measures: Measures
-
-
-@dataclass(frozen=True, slots=True)
-class Alternative:
-    """Another definition of a column, and how far the file is from it.
-
-    Attributes
-    ----------
-    definition
-    max_abs_error
-        [SI unit]
-    log10_odds
-        Odds of the definition that the column turned out to have against this one, over all
-        maneuvers of the file together, as a decimal logarithm; below zero if this one is likelier,
-        but not enough to give up the default. None where nothing tells.
-    """
-
-    definition: str
-    max_abs_error: float | None
-    log10_odds: float | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Growth:
-    """Largest error in one part of the run.
-
-    Attributes
-    ----------
-    t_start, t_end
-        The part [s].
-    max_abs_error
-        [SI unit]; None without rows there.
-    """
-
-    t_start: float
-    t_end: float
-    max_abs_error: float | None
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Trace:
-    """A column over time, for figures; SI units, as understood.
-
-    Attributes
-    ----------
-    time, value, error : ndarray, shape (n,)
-        Rows with a finite value only; the error is exact to a few digits even where it is far
-        below the last digit of the value.
-    """
-
-    time: Array
-    value: Array
-    error: Array
-
-    @property
-    def reference(self) -> Array:
-        """The reference, to binary64."""
-        return self.value - self.error
-
-
-@dataclass(frozen=True, eq=False, repr=False, slots=True)
-class ColumnScore:
-    """Verdict on one column of one maneuver: ``column.scd``, ``column.max_abs_error``.
-
-    Its measures are those as understood.
-
-    Attributes
-    ----------
-    key
-        Name of the column (``roll_angle``).
-    unit
-        SI unit of all errors, UDUNITS spelling.
-    as_written : Reading
-        Taken as the default definition in SI units, with the default sign and zero.
-    as_understood : Reading
-        Taken as the definition, sign, unit and offset that fit.
-    floor
-        What the digits written and the times written allow at best [SI unit]: the largest error of
-        correctly rounded values; None if unknown.
-    alternatives : tuple of Alternative
-        The other definitions, with the same sign, unit and offset.
-    indistinguishable : tuple of str
-        Definitions that fit as well, so that none is claimed.
-    growth : tuple of Growth
-        Largest error in each tenth of the reference's run.
-    values, missing
-        How many values were compared, and how many were not finite.
-    trace : Trace
-    is_known
-        False if none of the definitions gives this column, while the motion of the file is right:
-        the one that it is compared with is the nearest.
-    """
-
-    key: str
-    unit: str
-    as_written: Reading
-    as_understood: Reading
-    floor: float | None
-    alternatives: tuple[Alternative, ...]
-    indistinguishable: tuple[str, ...]
-    growth: tuple[Growth, ...]
-    values: int
-    missing: int
-    trace: Trace
-    is_known: bool = True
-
-    @property
-    def definition(self) -> str:
-        """The definition that the column turned out to have."""
-        return self.as_understood.definition
-
-    @property
-    def scd(self) -> float | None:
-        """Significant correct digits, see `Measures`."""
-        return self.as_understood.measures.scd
-
-    @property
-    def mescd(self) -> float | None:
-        """Mixed-error significant correct digits, see `Measures`."""
-        return self.as_understood.measures.mescd
-
-    @property
-    def max_abs_error(self) -> float | None:
-        """Largest absolute error [SI unit]."""
-        return self.as_understood.measures.max_abs_error
-
-    @property
-    def time_of_max(self) -> float | None:
-        """When it occurs [s]."""
-        return self.as_understood.measures.time_of_max
-
-    @property
-    def rms_error(self) -> float | None:
-        """Root of the mean squared error [SI unit]."""
-        return self.as_understood.measures.rms_error
-
-    @property
-    def max_rel_error(self) -> float | None:
-        """Largest absolute error divided by the column's scale."""
-        return self.as_understood.measures.max_rel_error
-
-    @property
-    def time_to_tolerance(self) -> float | None:
-        """First time at which the error exceeds 1e-3 of the scale [s]; None if it never does."""
-        return self.as_understood.measures.time_to_tolerance
-
-    def __repr__(self) -> str:
-        if self.scd is None:
-            return f"<{self.key}: nothing compared>"
-        found = f"{self.scd:.1f} correct digits, largest error {self.max_abs_error:.2g} {self.unit}"
-        return f"<{self.key} ({self.definition}): {found}>"
-
-    def is_at_floor(self, times: float = 1.0) -> bool:
-        """Whether the error is no more than so many times what the digits written allow."""
-        error = self.as_understood.measures.max_abs_error
-        return error is not None and self.floor is not None and error <= times * self.floor
 
 
 @dataclass(frozen=True, slots=True)
@@ -325,7 +112,7 @@ class ManeuverScore(Displayed, Held[str, ColumnScore]):
         for column in self.columns:
             if column.key == key:
                 return column
-        raise KeyError(f"found column {key!r}, expected one of {', '.join(self)}")
+        raise KeyError(unknown_word(str(key), list(self), "column "))
 
     def __iter__(self) -> Iterator[str]:
         return (column.key for column in self.columns)
@@ -543,8 +330,8 @@ class Series(Scored):
         for run in self.runs:
             if run.name == which:
                 return run.report
-        names = ", ".join(run.name for run in self.runs if run.name) or "a number"
-        raise KeyError(f"found program {which!r}, expected one of {names}")
+        names = [run.name for run in self.runs if run.name] or ["the number of a run"]
+        raise KeyError(unknown_word(which, names, "program "))
 
     def __iter__(self) -> Iterator[Report]:
         return (run.report for run in self.runs)

@@ -18,20 +18,14 @@ from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.reference.manifest import CUSTOM
 from heyoka_bike.scoring import measures
 from heyoka_bike.scoring.alignment import SUMMED, Alignment, Part, align, merge
+from heyoka_bike.scoring.column_score import Alternative, ColumnScore, Reading, Trace
 from heyoka_bike.scoring.comparison import Candidate, errors, is_small, largest_errors
 from heyoka_bike.scoring.conclusions import explain
 from heyoka_bike.scoring.consistency import consistency
 from heyoka_bike.scoring.definitions import Understanding, plain, understand
 from heyoka_bike.scoring.reading.given import results_of
 from heyoka_bike.scoring.reading.results import Results
-from heyoka_bike.scoring.report import (
-    Alternative,
-    ColumnScore,
-    ManeuverScore,
-    Reading,
-    Report,
-    Trace,
-)
+from heyoka_bike.scoring.report import ManeuverScore, Report
 from heyoka_bike.scoring.requirements import check
 from heyoka_bike.scoring.unfilled import without_unfilled
 from heyoka_bike.scoring.units import factor, to_si

@@ -14,7 +14,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from math import inf
-from typing import NamedTuple
+from os import PathLike
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -22,16 +23,16 @@ from heyoka_bike.bicycle.column import Column
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import median
 from heyoka_bike.reference.load import Reference, load_reference
-from heyoka_bike.scoring.alignment import Alignment, Part, align, merge
+from heyoka_bike.scoring.alignment import Alignment, Part, merge
 from heyoka_bike.scoring.convergence import converge
 from heyoka_bike.scoring.definitions import Understanding, understand
 from heyoka_bike.scoring.falling import falling
 from heyoka_bike.scoring.findings import Finding, Severity
+from heyoka_bike.scoring.reading.given import results_of
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.report import Convergence, Report, Run, Series
-from heyoka_bike.scoring.score import scored
+from heyoka_bike.scoring.score import aligned, scored
 from heyoka_bike.scoring.side_by_side import check_names, side_by_side
-from heyoka_bike.scoring.unfilled import without_unfilled
 
 # Steps that differ by less than this are the same for a program.
 _SAME_STEP = 1e-6
@@ -40,23 +41,23 @@ _SHORTEST, _LONGEST = 1e-9, 1e9
 
 
 def score_series(
-    results: Sequence[Results],
-    reference: Reference | None = None,
+    results: Sequence[Any],
+    reference: Reference | str | PathLike[str] | None = None,
     *,
     steps: Sequence[float | None] | None = None,
     tolerances: Sequence[float | None] | None = None,
     cpu: Sequence[float | None] | None = None,
-    require: Sequence[str] = (),
+    require: str | Sequence[str] = (),
 ) -> Series:
     """Compare several runs of one program, at different steps or tolerances, with the reference.
 
     Parameters
     ----------
     results
-        One for each run or file; files of different maneuvers and the same step or tolerance make
-        one run.
+        One for each run or file, what `score` takes; files of different maneuvers and the same step
+        or tolerance make one run.
     reference
-        From `load_reference`; the published one by default.
+        From `load_reference`, or the folder of a set; the published one by default.
     steps
         Step size of each file [s], None where unknown; by default the median distance of its rows
         if there are no tolerances either.
@@ -65,7 +66,7 @@ def score_series(
     cpu
         Processor time of each file [s], None where unknown.
     require
-        Requirements that every run has to meet, see `requirements`.
+        A requirement that every run has to meet, or several, see `requirements`.
 
     Returns
     -------
@@ -77,7 +78,7 @@ def score_series(
     InputError, NothingScoredError
         See `scoring.score`; or steps or times that do not match the files.
     """
-    known = load_reference() if reference is None else reference
+    known = load_reference(reference)
     files = _files(results, known, steps, tolerances, cpu)
     return _series(files, known, steps, tolerances, cpu, require)
 
@@ -95,11 +96,11 @@ def score_files(
 ) -> Report | Series:
     """A `Report` if the files hold different maneuvers of one run, a `Series` otherwise.
 
-    Parameters and errors are those of `score_series` and `side_by_side.score_programs`. The series
+    Parameters and errors are those of `score_series` and `side_by_side.compare`. The series
     is of runs of one program if that is said, by default if there are steps or tolerances, and of
     programs side by side otherwise.
     """
-    known = load_reference() if reference is None else reference
+    known = load_reference(reference)
     check_names(names, len(results))
     files = _files(results, known, steps, tolerances, cpu)
     held = [p.number for a in files for p in a.parts]
@@ -115,7 +116,7 @@ def score_files(
 
 
 def _files(
-    results: Sequence[Results],
+    results: Sequence[Any],
     reference: Reference,
     steps: Sequence[float | None] | None,
     tolerances: Sequence[float | None] | None,
@@ -134,7 +135,7 @@ def _files(
                 f"{name}: found {list(given)}, expected positive numbers of seconds, "
                 f"{_SHORTEST:g} to {_LONGEST:g}"
             )
-    return [without_unfilled(align(r, reference)) for r in results]
+    return [aligned(results_of(r, len(reference)), reference) for r in results]
 
 
 def _series(
@@ -143,7 +144,7 @@ def _series(
     steps: Sequence[float | None] | None,
     tolerances: Sequence[float | None] | None,
     cpu: Sequence[float | None] | None,
-    require: Sequence[str],
+    require: str | Sequence[str],
 ) -> Series:
     unknown: list[float | None] = [None] * len(files)
     if steps is None:
@@ -278,7 +279,7 @@ def _score(
     runs: Sequence[_Sized],
     understood: Sequence[Mapping[str, Understanding]],
     reference: Reference,
-    require: Sequence[str],
+    require: str | Sequence[str],
 ) -> tuple[Run, ...]:
     """The runs, with the definitions that the clearest of `understood` has."""
     clearest = _clearest(understood)

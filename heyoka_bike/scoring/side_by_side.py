@@ -1,38 +1,50 @@
 """Several programs side by side: each judged by itself, their errors in one table."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from itertools import repeat
+from os import PathLike
 from pathlib import Path
+from typing import Any
 
 from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.errors import InputError
 from heyoka_bike.reference.load import Reference, load_reference
-from heyoka_bike.scoring.alignment import Alignment, align, merge
+from heyoka_bike.scoring.alignment import Alignment, merge
+from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.findings import Finding, Severity
-from heyoka_bike.scoring.reading.results import Results
-from heyoka_bike.scoring.report import ColumnScore, Convergence, Run, Series
-from heyoka_bike.scoring.score import scored
+from heyoka_bike.scoring.reading.given import results_of
+from heyoka_bike.scoring.reading.source import ARRAY
+from heyoka_bike.scoring.report import Convergence, Run, Series
+from heyoka_bike.scoring.score import aligned, scored
+
+_ARRAYS = repeat(ARRAY)
 
 
-def score_programs(
-    results: Sequence[Results],
-    reference: Reference | None = None,
+def compare(
+    programs: Mapping[str, Any] | Sequence[Any] | None = None,
+    /,
     *,
-    names: Sequence[str] | None = None,
-    require: Sequence[str] = (),
+    reference: Reference | str | PathLike[str] | None = None,
+    require: str | Sequence[str] = (),
+    cpu: Mapping[str, float] | None = None,
+    **named: Any,
 ) -> Series:
-    """Compare the results of several programs with the reference, side by side.
+    """Several programs side by side, as the command ``score`` shows several files.
 
     Parameters
     ----------
-    results
-        One for each file.
+    programs
+        Results by name of the program, or a list of files, which are named like these. Results are
+        what `score` takes.
     reference
-        From `load_reference`; the published one by default.
-    names
-        Of the programs, one for each file; files of one name hold different maneuvers of one
-        program. By default the files' names.
+        From `load_reference`, or the folder of a set; the published one by default.
     require
-        Requirements that every program has to meet, see `requirements`.
+        A requirement that every program has to meet, or several, see `requirements`.
+    cpu
+        Processor times by name of the program [s].
+    named
+        Results by name: ``compare(mine=x, theirs="theirs.txt")``.
 
     Returns
     -------
@@ -43,11 +55,42 @@ def score_programs(
     Raises
     ------
     InputError, NothingScoredError
-        See `scoring.score`; or names that do not match the files.
+        See `score`; or fewer than two programs.
     """
-    known = load_reference() if reference is None else reference
-    check_names(names, len(results))
-    return side_by_side([align(r, known) for r in results], known, names=names, require=require)
+    known = load_reference(reference)
+    if programs is None or isinstance(programs, Mapping):
+        given = {**(programs or {}), **named}
+        names, every = list(map(str, given)), list(given.values())
+    elif named:
+        raise InputError("found programs with and without names, expected names for all or none")
+    else:
+        names, every = None, list(programs)
+    if len(every) < 2:
+        count = f"{len(every)} program{'s' if len(every) != 1 else ''}"
+        raise InputError(f"found {count}, expected two or more; score() judges one")
+    check_names(names, len(every))
+    files = [_beside(x, name, known) for x, name in zip(every, names or _ARRAYS, strict=False)]
+    times = None if cpu is None else _by_name(cpu, names or _file_names(files))
+    return side_by_side(files, known, names=names, cpu=times, require=require)
+
+
+def _beside(given: Any, name: str, reference: Reference) -> Alignment:
+    """Results beside the reference; of arrays with the name of the program."""
+    try:
+        found = results_of(given, len(reference))
+    except InputError as e:
+        if e.file not in (None, ARRAY):
+            raise
+        raise InputError(e.message, file=name, line=e.line, column=e.column) from None
+    named = [replace(r, path=name) if r.format == ARRAY else r for r in found]
+    return aligned(named, reference)
+
+
+def _by_name(cpu: Mapping[str, float], names: Sequence[str]) -> list[float | None]:
+    unknown = [name for name in cpu if name not in names]
+    if unknown:
+        raise InputError(f"cpu: found {unknown[0]!r:.60}, expected some of {', '.join(names)}")
+    return [cpu.get(name) for name in names]
 
 
 def check_names(names: Sequence[str] | None, count: int) -> None:
@@ -66,9 +109,9 @@ def side_by_side(
     *,
     names: Sequence[str] | None = None,
     cpu: Sequence[float | None] | None = None,
-    require: Sequence[str] = (),
+    require: str | Sequence[str] = (),
 ) -> Series:
-    """`score_programs` of files that lie beside the reference; cpu is that of each file [s]."""
+    """`compare` of files that lie beside the reference; cpu is that of each file [s]."""
     groups: dict[str, list[int]] = {}
     for i, name in enumerate(_file_names(files) if names is None else names):
         groups.setdefault(name, []).append(i)

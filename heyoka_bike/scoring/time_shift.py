@@ -44,6 +44,9 @@ def time_shift(parts: Sequence[Part]) -> float | None:
     if not motions or any(m.error(0.0) < _WRONG for m in motions):
         return None
     longest = max(float(m.time[-1]) for m in motions)
+    if longest <= 0.0:
+        # All rows are of the start, which fits any motion.
+        return None
     grid = np.arange(-longest, longest, _GRID)
     first = min(grid, key=lambda shift: _joint(motions, shift, exact=False))
     best = _refined(motions, float(first))

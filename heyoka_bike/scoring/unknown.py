@@ -13,8 +13,9 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import COMPARED, LATERAL
 from heyoka_bike.numbers.double import median
+from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.measures import rms
-from heyoka_bike.scoring.report import ColumnScore, ManeuverScore
+from heyoka_bike.scoring.report import ManeuverScore
 
 # Columns of one motion are wrong by parts of their scales that differ by up to 100: the steer rate
 # follows the fastest mode, the energies hardly move.

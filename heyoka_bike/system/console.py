@@ -5,6 +5,7 @@ rich draws them, and is imported when there is something to draw.
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
@@ -55,6 +56,19 @@ def table(
     for i, row in enumerate(rows, start=1):
         view.add_row(*map(text, row), end_section=group > 0 and i % group == 0)
     return view
+
+
+def has_colors(is_terminal: bool) -> bool:
+    """Whether text may be coloured, as ``NO_COLOR`` (https://no-color.org) or ``FORCE_COLOR`` says.
+
+    Parameters
+    ----------
+    is_terminal
+        Whether it goes to one, which decides if neither is set.
+    """
+    if os.environ.get("NO_COLOR"):
+        return False
+    return is_terminal or bool(os.environ.get("FORCE_COLOR"))
 
 
 def print_table(view: Table, width: int = 0) -> None:

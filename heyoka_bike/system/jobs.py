@@ -56,6 +56,12 @@ class Job:
     stages: tuple[str, ...] = ()
     kept: Kept | None = None
 
+    @property
+    def words(self) -> str:
+        """The job in words."""
+        name = self.work.__name__.lstrip("_").replace("_", " ")
+        return f"{name} of {self.name}" if self.name else name
+
 
 @dataclass(frozen=True, slots=True)
 class Outcome:

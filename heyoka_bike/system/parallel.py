@@ -6,6 +6,7 @@ are the same to the bit whoever does: one job at a time runs in a process.
 
 from __future__ import annotations
 
+import logging
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
@@ -26,7 +27,7 @@ WAITING = "waiting"
 """Stage of a motion of which no job has begun."""
 
 _LOOK = 0.1  # [s]
-
+_log = logging.getLogger(__name__)
 
 _crew: ContextVar[Crew | None] = ContextVar("crew", default=None)
 
@@ -211,6 +212,7 @@ class _Work:
             if found is None:
                 self.submit(hands, i)
             else:
+                _log.info("%s: is there from before, or cannot be", job.words)
                 self.end(job, found)
 
     def submit(self, hands: Hands, i: int) -> None:
@@ -219,26 +221,32 @@ class _Work:
             self.outcomes[x].value if isinstance(x, Job) else x for x in job.arguments
         )
         self.tries[i] += 1
+        _log.info("%s: begins", job.words)
         self.running[hands.submit(i, job.work, arguments)] = i
 
     def finish(self, hands: Hands, future: Future[Any]) -> None:
         i = self.running.pop(future)
         job = self.jobs[i]
-        where = f"{job.work.__name__} of {job.name}" if job.name else job.work.__name__
         try:
             outcome: Outcome = future.result()
         except Exception as e:
             if not hands.is_lost(e):
-                e.add_note(f"in {where}")
+                e.add_note(f"in {job.words}")
                 outcome = Outcome(None, error=e)
             elif self.tries[i] < hands.tries:
+                _log.info("%s: its process ended", job.words)
                 self.submit(hands, i)
                 return
             else:
-                said = f"{where}: its process ended every time, out of memory or from outside"
+                said = (
+                    f"{job.words}: its process ended every time, out of memory, from outside, or "
+                    'as it read a script that begins this outside of: if __name__ == "__main__"'
+                )
                 outcome = Outcome(None, error=WorkerLostError(said))
         if outcome.error is None and job.kept is not None:
             job.kept.put(outcome)
+        how = "failed" if outcome.error else f"done, {outcome.seconds:.2f} s of processor time"
+        _log.info("%s: %s", job.words, how)
         self.end(job, outcome)
 
     def end(self, job: Job, outcome: Outcome) -> None:

@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
 from contextlib import contextmanager
-from multiprocessing import get_context, parent_process
+from multiprocessing import current_process, get_context, parent_process
 from queue import Empty
 from typing import Any
 
@@ -30,6 +30,9 @@ class Processes:
         if min(count, self.count) == 1:
             yield _Here(told)
             return
+        if getattr(current_process(), "_inheriting", False):
+            # It still reads the script that began it, and would begin others, which would, too.
+            os._exit(1)
         slots = _Slots(min(count, self.count), told)
         try:
             yield slots
@@ -187,6 +190,10 @@ def _start(queue: Any) -> None:
     global _queue
     _queue = queue
     Thread(target=_end_with_parent, daemon=True).start()
+    if level := os.environ.get("HEYOKA_BIKE_LOG"):
+        from heyoka_bike.system.log import shown
+
+        shown(level).__enter__()
     # An interrupt from the keyboard reaches all processes; the parent answers it.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
 

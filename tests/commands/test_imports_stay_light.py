@@ -40,6 +40,7 @@ def test_commands_work_without_heyoka(arguments):
 
 
 def test_fast_runs_work_without_heyoka():
+    pytest.importorskip("llvmlite")
     code = """
 from heyoka_bike import Ensemble, simulate
 print(simulate(2)["roll_angle"][-1], Ensemble().ends([[0, 0, 0.5, 0, 4.6]], 10.0)[0, 0])

@@ -9,8 +9,8 @@ from heyoka_bike.errors import did_you_mean
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["scroe", "x.txt"], "heyoka-bike: COMMAND: found 'scroe', expected one of generate, "),
-        (["scroe", "x.txt"], "; did you mean score? (see heyoka-bike --help)"),
+        (["scorre", "x.txt"], "heyoka-bike: COMMAND: found 'scorre', expected one of generate, "),
+        (["scorre", "x.txt"], "; did you mean score? (see heyoka-bike --help)"),
         (
             ["score", "x.txt", "--fromat", "json"],
             "heyoka-bike score: unrecognized arguments: --fromat json; did you mean --format? "
@@ -21,7 +21,7 @@ from heyoka_bike.errors import did_you_mean
         (["export", "--format", "jsn"], "did you mean json?"),
         (["verify", "--format", "jsno"], "expected table or json; did you mean json?"),
         (["plot", "--figure", "overveiw"], "did you mean overview?"),
-        (["score", "x.txt", "--format", "tabel"], "did you mean table?"),
+        (["score", "x.txt", "--format", "tableau"], "did you mean table?"),
         (["score", "x.txt", "--require", "max_abs_eror < 1"], "did you mean max_abs_error?"),
         (["score", "x.txt", "--require", "roll_agle.scd > 1"], "did you mean roll_angle?"),
     ],

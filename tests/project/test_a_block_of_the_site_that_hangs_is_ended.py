@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -39,6 +40,14 @@ def test_a_block_that_hangs_is_ended_with_what_it_started(block, tmp_path):
     with pytest.raises(HangError, match=r"(?s)no end after 2 s; killed\. It wrote:\nbegun"):
         carry_out(SHELL, block, tmp_path, os.environ, SECONDS)
     assert not is_there(tmp_path)
+
+
+@pytest.mark.timeout(60)
+def test_a_program_that_leaves_the_group_holds_nothing_up(tmp_path):
+    block = "setsid sleep 1000 & echo $! > pid; echo begun"
+    with pytest.raises(HangError, match="begun"):
+        carry_out(SHELL, block, tmp_path, os.environ, SECONDS)
+    os.kill(int((tmp_path / "pid").read_text()), signal.SIGKILL)
 
 
 def test_what_a_block_leaves_in_the_background_is_ended(tmp_path):

@@ -318,16 +318,18 @@ def test_a_column_that_nobody_proves_is_refused(copy, capsys, file, place):
     assert f"{file}: found {name}, and nothing proves it" in error
 
 
-def test_a_file_that_nobody_proves_is_refused(copy, capsys):
-    (copy / "more.h5").write_bytes(b"anything")
+@pytest.mark.parametrize("name", ["more.h5", "README.md"])
+def test_a_file_that_nobody_proves_is_refused(copy, capsys, name):
+    """Only the published set has a card, which `verify` compares with the manifest."""
+    (copy / name).write_bytes(b"anything")
     path = copy / MANIFEST
     document = json.loads(path.read_text())
-    document["files"].append(document["files"][0] | {"file": "more.h5"})
+    document["files"].append(document["files"][0] | {"file": name})
     path.write_text(json.dumps(document))
-    accept(copy, "more.h5")
+    accept(copy, name)
     code, error = certify(copy, capsys)
     assert code == 3
-    assert "more.h5: found in the manifest, and nothing proves it" in error
+    assert f"{name}: found in the manifest, and nothing proves it" in error
 
 
 def next_up(x):

@@ -6,6 +6,7 @@ The judge is the 110-digit run evaluated by mpmath, which shares neither digits 
 
 import math
 from fractions import Fraction
+from functools import reduce
 
 import mpmath
 import numpy as np
@@ -27,8 +28,10 @@ def states(run, a, times):
     for t in times:
         i = run.piece_at(t)
         s = a.number((t - run.breaks[i]) / (run.breaks[i + 1] - run.breaks[i]))
-        yield [mp.ldexp(mp.polyval([mp.mpf(n) for n in reversed(c)], s), -run.grid)
-               for c in run.pieces[i]]  # fmt: skip
+        yield [
+            mp.ldexp(reduce(lambda y, n: y * s + n, reversed(c), mp.mpf(0)), -run.grid)
+            for c in run.pieces[i]
+        ]
 
 
 def nearest(x):

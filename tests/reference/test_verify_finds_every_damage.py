@@ -125,8 +125,10 @@ def test_a_byte_of_the_manifest_of_a_published_set(copy, capsys):
     path.write_bytes(path.read_bytes().replace(b'"digits": 70', b'"digits": 71'))
     code, lines = run(copy, capsys)
     assert code == 3
-    assert len(lines) == 1
+    assert len(lines) == 2
     assert "manifest.json: manifest_hash: found sha256" in lines[0]
+    # Which says the digits too.
+    assert "ro-crate-metadata.json: schema: does not follow from manifest.json" in lines[1]
 
 
 def test_a_truncated_file_an_empty_one_and_one_that_is_missing(small, capsys):

@@ -14,8 +14,9 @@ import pytest
 from support.made_sets import accept, accept_numbers, make, manifest
 
 from heyoka_bike.cli import main
-from heyoka_bike.reference.layout import content_sha256
-from heyoka_bike.reference.verification.verify import verify
+from heyoka_bike.reference.layout import CARD, CRATE, content_sha256
+from heyoka_bike.reference.verification.hashes import check_files
+from heyoka_bike.reference.verification.verify import read_content, verify
 
 pytestmark = pytest.mark.proof
 
@@ -80,6 +81,29 @@ def other_digit(text, place):
 def test_the_whole_set_passes(whole):
     assert failed(whole) == set()
     assert all(c.passed for c in verify(whole).checks)
+
+
+def test_a_card_and_a_crate_that_say_something_else(folder, tmp_path):
+    """Of the published set, which alone has them."""
+    copy = shutil.copytree(folder, tmp_path / "copy")
+    for name, old, new in ((CARD, b"32 digits", b"33 digits"), (CRATE, b"MIT", b"BSD")):
+        data = (copy / name).read_bytes()
+        assert old in data
+        (copy / name).write_bytes(data.replace(old, new))
+    accept(copy)
+    files, _ = check_files(copy)
+    _, checks = read_content(copy, files.manifest, files.data)
+    found = {c.file: c.message for c in checks if c.passed is False}
+    assert found == dict.fromkeys((CARD, CRATE), "does not follow from manifest.json")
+
+
+def test_a_card_in_a_set_of_ones_own(copy):
+    (copy / CARD).write_text("anything")
+    document = json.loads((copy / "manifest.json").read_text())
+    first = {"file": CARD, "bytes": 0, "sha256": ""}
+    manifest(copy, files=[first, *document["files"]])
+    accept(copy)
+    assert failed(copy) == {("file_list", "manifest.json")}
 
 
 # The texts.

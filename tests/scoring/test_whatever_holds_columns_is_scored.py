@@ -155,6 +155,43 @@ def test_a_folder_without_a_set_is_refused(tmp_path):
         hb.score(TABLE, tmp_path)
 
 
+def test_programs_are_compared_by_name(expected):
+    found = hb.compare(mine=TABLE, theirs=FILE, part={2: MANEUVERS[2]}, cpu={"theirs": 0.5})
+    assert [run.name for run in found.runs] == ["mine", "theirs", "part"]
+    assert [run.cpu for run in found.runs] == [None, 0.5, None]
+    assert digits(found["mine"]) == expected
+    assert [r.file.path for r in found] == ["mine", str(FILE), "part"]
+    assert list(found["part"]) == [2]
+    assert digits(hb.compare({"My code, v2": TABLE, "other": FILE})["My code, v2"]) == expected
+    coarse = FILE.with_name("exudyn-h0.01.txt")
+    assert [run.name for run in hb.compare([FILE, coarse]).runs] == [FILE.name, coarse.name]
+    assert not hb.compare(a=TABLE, b=coarse, require="scd >= 3").passed
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named", "says"),
+    [
+        ([], {}, "found 0 programs, expected two or more"),
+        ([], {"a": TABLE}, "found 1 program, expected two or more; score() judges one"),
+        ([[FILE]], {"b": FILE}, "found programs with and without names"),
+        ([], {"a": TABLE, "b": TABLE[:, :7]}, "b: found 7 columns, expected 9 or 25"),
+        ([], {"a": TABLE, "b": TABLE, "cpu": {"c": 1.0}}, "cpu: found 'c', expected some of a, b"),
+        ([{"": TABLE, "b": TABLE}], {}, "name: found an empty one"),
+    ],
+)
+def test_what_cannot_be_compared_is_refused(arguments, named, says):
+    with pytest.raises(InputError) as raised:
+        hb.compare(*arguments, **named)
+    assert says in str(raised.value)
+
+
+def test_runs_may_be_arrays():
+    coarse = np.loadtxt(FILE.with_name("exudyn-h0.01.txt"))
+    found = hb.score_series([coarse, TABLE], steps=[0.01, 0.001])
+    assert [run.step for run in found.runs] == [0.01, 0.001]
+    assert 1.9 < found.convergence[0].orders[0] < 2.1, "Exudyn's solver is of order 2"
+
+
 def test_the_diagnosis_takes_the_same(monkeypatch):
     """What is diagnosed is what is scored; the search itself is tested elsewhere."""
     from heyoka_bike.scoring.diagnosis import diagnose as module

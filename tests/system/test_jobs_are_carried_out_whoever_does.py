@@ -139,6 +139,21 @@ def test_a_job_that_always_ends_its_process_is_given_up_and_named():
         found["deadly"].get()
 
 
+def test_a_script_that_begins_processes_as_it_is_read_is_told_so(tmp_path):
+    script = tmp_path / "script.py"
+    script.write_text(
+        "from support import jobs\nfrom heyoka_bike.system.jobs import Job\n"
+        "from heyoka_bike.system.parallel import all_of, using\n"
+        "with using(2):\n    all_of([Job(jobs.add, (1, 2), ''), Job(jobs.add, (3, 4), '')])\n"
+    )
+    run = subprocess.run(
+        [sys.executable, str(script)], env=os.environ | {"PYTHONPATH": str(TESTS)},
+        capture_output=True, text=True, timeout=120,
+    )  # fmt: skip
+    assert run.stderr.count("Traceback") == 1, "only the process that began it says something"
+    assert 'outside of: if __name__ == "__main__"' in run.stderr.splitlines()[-1]
+
+
 def test_the_first_exception_ends_the_others(tmp_path):
     both = [Job(jobs.begin, (str(tmp_path), 600.0)), Job(jobs.fail, ())]
     with using(2), pytest.raises(ZeroDivisionError):

@@ -15,7 +15,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from functools import cache, cached_property
+from functools import cache, cached_property, reduce
+from inspect import signature
 from itertools import pairwise, zip_longest
 
 import mpmath
@@ -92,7 +93,7 @@ class Linearisation:
             p = self._quartic.at(_sqrt(x), 1)
             slope = [power * c for power, c in zip((4, 3, 2, 1), p, strict=False)]
             real = [s.real for s in _roots(slope, self.digits) if s.imag == 0]
-            _, value = min((abs(s.context.polyval(p, s)), s) for s in real)
+            _, value = min((abs(reduce(lambda y, c: y * s + c, p)), s) for s in real)
             found.append((self._speed(x), self._eigenvalue(value)))
         return tuple(found)
 
@@ -260,10 +261,13 @@ def _roots(coefficients: Sequence[mpmath.mpf], digits: int) -> list[mpmath.mpc]:
     spread = int(mp.log10(size * inverse_size))
     coarse = Multiprecision(digits + _GUARD + spread).context
     # A double root comes out with half of the digits, at one bit a step.
-    found = coarse.polyroots(
-        [q / (p[0] * size**i) for i, q in enumerate(p)],
-        maxsteps=50 + 4 * mp.prec + coarse.prec, cleanup=False, extraprec=mp.prec,
-    )  # fmt: skip
+    scaled = [q / (p[0] * size**i) for i, q in enumerate(p)]
+    options = {"maxsteps": 50 + 4 * mp.prec + coarse.prec, "cleanup": False, "extraprec": mp.prec}
+    if "asc" in signature(coarse.polyroots).parameters:
+        # Later than 1.3 mpmath asks which coefficient is the first.
+        found = coarse.polyroots(scaled[::-1], asc=True, **options)
+    else:
+        found = coarse.polyroots(scaled, **options)
     residue = mp.mpf(10) ** -(digits + 5)
     upper = [z for z in found if z.imag > residue * abs(z)]
     real = sorted(found, key=lambda z: abs(z.imag))[: len(found) - 2 * len(upper)]

@@ -14,6 +14,7 @@ from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, lru_cache
+from typing import ClassVar
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver, read_bicycle, read_maneuvers
+from heyoka_bike.display import Displayed
 from heyoka_bike.errors import InputError, SingularMotionError
 from heyoka_bike.motion.fast.accuracies import choose
 from heyoka_bike.motion.fast.model_code import STATE
@@ -55,8 +57,8 @@ _KEPT = 32  # prepared runs
 _DRIFT, _ROUNDING, _SHARPER, _LEAST_TOLERANCE = 10.0, 1e-11, 1e-2, 1e-13
 
 
-@dataclass(frozen=True, slots=True)
-class Simulation:
+@dataclass(frozen=True, repr=False, slots=True)
+class Simulation(Displayed):
     """Rows of one maneuver or several.
 
     Attributes
@@ -69,6 +71,12 @@ class Simulation:
 
     time: Array
     values: Array
+
+    _view: ClassVar[str] = "simulation"
+
+    def __repr__(self) -> str:
+        count = f"{len(self.values)} maneuver{'s' if len(self.values) != 1 else ''}"
+        return f"<simulation of {count}: {len(self.time)} rows to {self.time[-1]:g} s>"
 
     def __getitem__(self, name: str) -> Array:
         """A column by name: shape (rows,) for one maneuver, else (maneuvers, rows)."""

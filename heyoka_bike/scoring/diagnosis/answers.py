@@ -9,6 +9,7 @@ from heyoka_bike.bicycle.parameters import PARAMETERS
 from heyoka_bike.errors import GENERATE
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.reference.sensitivities import UNKNOWNS
+from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.diagnosis import plain
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
 from heyoka_bike.scoring.diagnosis.numerical import causes as numerical
@@ -16,7 +17,7 @@ from heyoka_bike.scoring.diagnosis.programs.applied import FORCES
 from heyoka_bike.scoring.diagnosis.ranking import Diagnosis, Hypothesis
 from heyoka_bike.scoring.diagnosis.unknowns.estimation import Fit, Unknown
 from heyoka_bike.scoring.findings import Finding, Severity
-from heyoka_bike.scoring.report import ColumnScore, Explanation, ManeuverScore, Report
+from heyoka_bike.scoring.report import Explanation, ManeuverScore, Report
 
 # Classes of hypotheses worth a sentence.
 _MOST = 3

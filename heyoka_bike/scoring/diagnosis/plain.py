@@ -9,8 +9,9 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from heyoka_bike.reference.load import Reference
+from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.findings import Finding, Severity
-from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Report
+from heyoka_bike.scoring.report import ManeuverScore, Report
 from heyoka_bike.scoring.unknown import RIGHT, far_worse, is_far
 
 _FEW_ROWS = 10

@@ -9,7 +9,7 @@ from warnings import catch_warnings, simplefilter
 import numpy as np
 from numpy.typing import NDArray
 
-from heyoka_bike.errors import InputError
+from heyoka_bike.errors import InputError, printable
 from heyoka_bike.scoring.reading.array_columns import MOST_BYTES
 from heyoka_bike.scoring.reading.array_tables import DEEPEST, tables
 from heyoka_bike.scoring.reading.damage import any_damage, damage, missing
@@ -110,6 +110,12 @@ class _Dataset:
     """An array in an HDF5 file, read when it is wanted."""
 
     def __init__(self, dataset: Any, path: str) -> None:
+        if dataset.is_virtual or dataset.external:
+            # Whose name the file chooses: that of a stranger must not open ours.
+            raise InputError(
+                f"found {printable(dataset.name)} kept in another file, expected it in this one",
+                file=path,
+            )
         self.dtype = dataset.dtype
         self.shape = dataset.shape
         self._dataset = dataset

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -17,6 +18,8 @@ from heyoka_bike.scoring.reading.long_tables import by_maneuver
 from heyoka_bike.scoring.reading.results import Results, Rows
 from heyoka_bike.scoring.reading.times import Times, settle
 from heyoka_bike.scoring.reading.written import WrittenTable
+
+_log = logging.getLogger(__name__)
 
 
 def assemble(
@@ -67,6 +70,12 @@ def assemble(
         places = layout(
             table.names, len(table.columns), expected, alone, fail, ordered=table.ordered, rows=size
         )
+        for number, columns in places.maneuvers.items():
+            _log.info(
+                "%s: %s, %d rows, maneuver %s: time is column %d, %s", path, kind, size,
+                number or "not told", places.time + 1,
+                ", ".join(f"{key} {j + 1}" for key, j in columns.items()),
+            )  # fmt: skip
         times = _times(table, places, path)
         said = (*table.findings, *places.findings, *times.findings)
         findings += [f for f in said if f not in findings]

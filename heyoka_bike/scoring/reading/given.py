@@ -23,6 +23,7 @@ def results_of(
     maneuver: int | None = None,
     columns: str | Sequence[str] | None = None,
     named: Mapping[str, Any] | None = None,
+    is_only: bool = True,
 ) -> list[Results]:
     """Results of one run, of anything that holds them.
 
@@ -37,6 +38,8 @@ def results_of(
         As in `source.read_results`; the columns also as one text, separated by commas.
     named
         Columns by name.
+    is_only
+        Whether results that hold other maneuvers than the one told are refused.
 
     Raises
     ------
@@ -46,9 +49,9 @@ def results_of(
     names = columns.split(",") if isinstance(columns, str) else columns
 
     def read(one: Any, number: int | None) -> Results:
-        if isinstance(one, Results):
-            return one
-        return read_results(one, maneuver=number, count=count, columns=names)
+        if not isinstance(one, Results):
+            one = read_results(one, maneuver=number, count=count, columns=names)
+        return _of_maneuver(one, number, is_only)
 
     number = None if maneuver is None else _number(maneuver, count)
     if isinstance(given, Scored):
@@ -56,15 +59,14 @@ def results_of(
     if named:
         given = _with_time(given, named)
     if isinstance(given, list | tuple) and all(isinstance(x, _FILES) for x in given):
-        return [_of_maneuver(read(x, number), number) for x in given]
+        return [read(x, number) for x in given]
     if isinstance(given, Mapping) and given and all(isinstance(k, Integral) for k in given):
         if number is not None:
             raise InputError(f"found maneuver={maneuver} beside results by maneuver")
         numbers = [_number(key, count) for key in given]
         if any(isinstance(x, _FILES) for x in given.values()):
-            found = zip(given.values(), numbers, strict=True)
-            return [_of_maneuver(read(one, n), n) for one, n in found]
-    return [_of_maneuver(read(given, number), number)]
+            return [read(one, n) for one, n in zip(given.values(), numbers, strict=True)]
+    return [read(given, number)]
 
 
 def _number(maneuver: Any, count: int) -> int:
@@ -91,10 +93,10 @@ def _with_time(time: Any, named: Mapping[str, Any]) -> dict[str, Any]:
     return dict(named) if has_time else {TIME: time, **named}
 
 
-def _of_maneuver(results: Results, number: int | None) -> Results:
+def _of_maneuver(results: Results, number: int | None, is_only: bool) -> Results:
     """The results, which are of this maneuver if one is told."""
     held = [rows.maneuver for rows in results.maneuvers]
-    if number is None or held == [number]:
+    if number is None or held == [number] or (number in held and not is_only):
         return results
     if held == [None]:
         return replace(results, maneuvers=(replace(results.maneuvers[0], maneuver=number),))

@@ -3,15 +3,22 @@
 import re
 from collections.abc import Mapping
 
+_NEWTON_METRE = (
+    "nm", "n m", "n-m", "newton meter", "newton metre", "newton-meter", "newton-metre",
+    "newton meters", "newton metres",
+)  # fmt: skip
+_IN_BASE_UNITS = (
+    "kg m^2/s^2", "kg m2/s2", "kg m^2 s^-2", "kg m2 s-2", "kgm^2/s^2", "kgm2/s2",
+)  # fmt: skip
 _SI: Mapping[str, tuple[str, ...]] = {
     "s": ("s", "sec", "secs", "second", "seconds"),
     "rad": ("rad", "radian", "radians"),
     "rad s-1": ("rad/s", "radian/s", "radians/s", "/s", "1/s", "rads"),
-    "m s-1": ("m/s", "mps"),
-    "J": ("j", "joule", "joules", "nm", "n m"),
+    "m s-1": ("m/s", "mps", "meter/s", "metre/s", "meters/s", "metres/s"),
+    "J": ("j", "joule", "joules", *_NEWTON_METRE, *_IN_BASE_UNITS),
     "m": ("m", "meter", "meters", "metre", "metres"),
     "N": ("n", "newton", "newtons"),
-    "N m": ("nm", "n m"),
+    "N m": _NEWTON_METRE,
 }
 _OTHERS: Mapping[str, tuple[str, ...]] = {
     "s": ("ms", "msec", "millisecond", "milliseconds"),

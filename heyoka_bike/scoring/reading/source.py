@@ -41,6 +41,9 @@ _ARRAYS = (
     (b"CDF\1", "netcdf"),
     (b"CDF\2", "netcdf"),
 )
+ARRAY = "array"
+"""Name and format of results that are no file."""
+
 _FORMATS = "text, JSON, .npy, .npz, .mat, netCDF, HDF5, Parquet or xlsx"
 _SPREADSHEETS = (".xls", ".xlsx", ".xlsm", ".xlsb", ".ods")
 _BRACKETS = ("{", "[")
@@ -109,7 +112,7 @@ def read_results(
     else:
         from heyoka_bike.scoring.reading.array_tables import tables
 
-        path, kind = "array", "array"
+        path, kind = ARRAY, ARRAY
         found = tables(plain(source), path, expected)
     return assemble(found, kind, path, maneuver, expected)
 

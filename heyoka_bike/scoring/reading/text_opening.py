@@ -1,5 +1,6 @@
 """The opening of a text: its dialect, its heading, and where its rows begin."""
 
+import logging
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -26,6 +27,12 @@ _SAMPLE_ROWS = 40
 _HEADING_LINES = 100
 _FEWEST_COUNTED = 9
 
+_log = logging.getLogger(__name__)
+
+# Around a unit.
+_MARKS = "[](){}<>\"' "
+# What stands before a line of units, in the place of that of the time.
+_CALLED_UNITS = ("unit", "units", "unit:", "units:")
 _COMMENT_SIGNS = re.compile(r"[#%!/;*\s]+")
 _TWO_BLANKS = re.compile(r"\s{2,}")
 _BRACKETS = re.compile(r"[ \t]?(?:\[[^\[\]]*\]|\([^()]*\))")
@@ -112,6 +119,11 @@ def find_opening(text: bytes, path: str, expected: Expected) -> Opening:
     known = [] if names is None else [recognise(name) for name in names]
     time = next((i for i, k in enumerate(known) if k and k[0] == TIME), 0)
     columns = [[row[j] for row in numbers] for j in range(width)]
+    _log.debug(
+        "%s: rows of %d numbers from line %d, separator %r, decimal %r; names %s", path, width,
+        first + 1, dialect.separator, dialect.decimal,
+        f"in line {heading}" if heading else "told" if names else "none",
+    )  # fmt: skip
     return Opening(
         dialect,
         width,
@@ -153,7 +165,7 @@ def _headings(line: str) -> Iterator[list[str]]:
         yield DIALECTS[0].split(line)
     text = _COMMENT_SIGNS.sub("", line, count=1) if _COMMENT_SIGNS.match(line) else line
     text = text.strip()
-    if not (text[:1].isalpha() or text[:1] in "\"',;[("):
+    if not (text[:1].isalpha() or text[:1] in "\"',;[({<\u00b0"):
         return
     for dialect in DIALECTS[::2]:
         if dialect.separator in text:
@@ -173,14 +185,23 @@ def _heading(lines: Sequence[bytes], width: int) -> tuple[list[str] | None, int 
             if len(names) != width:
                 continue
             if are_names(names) or (below and are_names(_with_units(names, below))):
-                return _with_units(names, below), i + 1
+                units = below or (_units(lines[i - 1], width) if i else [])
+                return _with_units(names, units), i + 1
             if not below and _are_units(names):
                 below = names
     return None, None
 
 
+def _units(line: bytes, width: int) -> list[str]:
+    """The units in a line above the names; none if it has something else."""
+    found = (x for x in _headings(plain_text(line)) if len(x) == width and _are_units(x))
+    return next(found, [])
+
+
 def _are_units(names: Sequence[str]) -> bool:
-    units = [name.strip("[](){} ") for name in names]
+    units = [name.strip(_MARKS) for name in names]
+    if units[0].lower() in _CALLED_UNITS:
+        units[0] = ""
     return any(map(quantities, units)) and all(u in ("", "-", "1") or quantities(u) for u in units)
 
 
@@ -189,7 +210,7 @@ def _with_units(names: Sequence[str], units: Sequence[str]) -> list[str]:
     if not units:
         return plain
     return [
-        f"{name} [{u}]" if quantities(u := unit.strip("[](){} ")) else name
+        f"{name} [{u}]" if quantities(u := unit.strip(_MARKS)) else name
         for name, unit in zip(plain, units, strict=True)
     ]
 

@@ -108,7 +108,9 @@ class Plate:
         return import_module(f"{__name__}.{self.kind.module}").draw(reference, self.numbers)
 
 
-def plates(reference: Reference, name: str = DEFAULT, maneuver: int | None = None) -> list[Plate]:
+def plates(
+    reference: Reference, name: str = DEFAULT, maneuver: int | None = None, *, dashes: str = "--"
+) -> list[Plate]:
     """Figures to draw for a name of `FIGURES`, or for ``all``.
 
     Parameters
@@ -117,6 +119,8 @@ def plates(reference: Reference, name: str = DEFAULT, maneuver: int | None = Non
     name
     maneuver
         Only this one, in figures of motions.
+    dashes
+        What stands before the name of an argument in a message; on the command line two.
 
     Raises
     ------
@@ -126,9 +130,9 @@ def plates(reference: Reference, name: str = DEFAULT, maneuver: int | None = Non
     from heyoka_bike.reference.manifest import CUSTOM
 
     if name not in FIGURES and name != ALL:
-        raise InputError(f"--figure: {unknown_word(name, [*FIGURES, ATLAS, ALL])}")
+        raise InputError(f"{dashes}figure: {unknown_word(name, [*FIGURES, ATLAS, ALL])}")
     if maneuver is not None and maneuver not in reference:
-        raise InputError(f"--maneuver: found {maneuver}, expected 1 to {len(reference)}")
+        raise InputError(f"{dashes}maneuver: found {maneuver}, expected 1 to {len(reference)}")
     is_benchmark = reference.dataset_version != CUSTOM
     if name == ALL:
         has_heyoka = _has_heyoka()
@@ -140,10 +144,13 @@ def plates(reference: Reference, name: str = DEFAULT, maneuver: int | None = Non
     kind = FIGURES[name]
     if kind.is_of_benchmark and not is_benchmark:
         raise InputError(
-            f"--figure: found '{name}' for a set of one's own, expected a set of the benchmark"
+            f"{dashes}figure: found '{name}' for a set of one's own, expected a set of the "
+            "benchmark"
         )
     if kind.shows == "none" and maneuver is not None:
-        raise InputError(f"--maneuver: found {maneuver}, expected none: '{name}' shows no motion")
+        raise InputError(
+            f"{dashes}maneuver: found {maneuver}, expected none: '{name}' shows no motion"
+        )
     return _plates(kind, reference, maneuver)
 
 

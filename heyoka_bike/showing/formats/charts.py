@@ -7,8 +7,9 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.numbers.double import Array
+from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.measures import TOLERANCE
-from heyoka_bike.scoring.report import ColumnScore, Curve, Explanation, ManeuverScore
+from heyoka_bike.scoring.report import Curve, Explanation, ManeuverScore
 from heyoka_bike.showing.formats import axis
 from heyoka_bike.showing.formats.chart import Level, Line, Notch, chart
 from heyoka_bike.showing.formats.decimate import envelope, highest

@@ -5,7 +5,8 @@ import io
 import math
 from typing import Any
 
-from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Report, Series
+from heyoka_bike.scoring.column_score import ColumnScore
+from heyoka_bike.scoring.report import ManeuverScore, Report, Series
 
 _MEASURES = (
     "max_abs_error", "time_of_max", "rms_error", "max_rel_error", "scd", "mescd",

@@ -1,8 +1,10 @@
-"""The scores as a data frame of pandas: a row for each maneuver and column, SI units."""
+"""Scores and columns as data frames of pandas, SI units."""
 
+from collections.abc import Mapping
 from typing import Any
 
 from heyoka_bike.errors import MissingPackageError
+from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.report import Report, Series
 from heyoka_bike.showing.formats.csv import FIELDS, RUN_FIELDS, values
 
@@ -15,12 +17,7 @@ def frame(scored: Report | Series) -> Any:
     MissingPackageError
         pandas is not installed.
     """
-    try:
-        import pandas
-    except ImportError:
-        raise MissingPackageError(
-            "pandas is not installed; to_pandas needs it (pip install pandas)"
-        ) from None
+    pandas = _pandas()
     index = ["maneuver", "column"]
     if isinstance(scored, Report):
         return pandas.DataFrame(values(scored), columns=FIELDS).set_index(index)
@@ -30,3 +27,19 @@ def frame(scored: Report | Series) -> Any:
         for line in values(run.report)
     ]
     return pandas.DataFrame(rows, columns=[*RUN_FIELDS, *FIELDS]).set_index([RUN_FIELDS[0], *index])
+
+
+def of_columns(time: Array | None, columns: Mapping[str, Array]) -> Any:
+    """Columns with the times [s], if there are any, as index; see `frame`."""
+    index = None if time is None else _pandas().Index(time.ravel(), name="time")
+    return _pandas().DataFrame({k: x.ravel() for k, x in columns.items()}, index=index)
+
+
+def _pandas() -> Any:
+    try:
+        import pandas
+    except ImportError:
+        raise MissingPackageError(
+            "pandas is not installed; to_pandas needs it (pip install pandas)"
+        ) from None
+    return pandas

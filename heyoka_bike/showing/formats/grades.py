@@ -8,8 +8,9 @@ from collections.abc import Iterable
 from enum import IntEnum
 from math import log10
 
+from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.measures import TOLERANCE
-from heyoka_bike.scoring.report import ColumnScore, Report
+from heyoka_bike.scoring.report import Report
 
 _RIGHT = 6.0  # correct digits: what the examples of `--require` ask for
 _CLOSE = -log10(TOLERANCE)

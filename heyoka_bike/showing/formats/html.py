@@ -35,7 +35,8 @@ from heyoka_bike.showing.formats.wording import (
     worst_error_words,
 )
 
-_SCRIPT = Path(__file__).with_name("page.js")
+SCRIPT = Path(__file__).with_name("page.js").read_text(encoding="utf-8")
+"""Of every report."""
 
 
 def render(scored: Report | Series, made: Origin = UNKNOWN) -> str:
@@ -57,7 +58,7 @@ def render(scored: Report | Series, made: Origin = UNKNOWN) -> str:
     first = reports(scored)[0]
     return page(
         f"{title} – uncontrolled bicycle", body, origin_words(first, made),
-        styles=(PAGE_STYLE,), script=_SCRIPT.read_text(encoding="utf-8"),
+        styles=(PAGE_STYLE,), script=SCRIPT,
     )  # fmt: skip
 
 

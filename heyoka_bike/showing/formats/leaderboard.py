@@ -4,12 +4,12 @@ import json
 from collections.abc import Sequence
 from html import escape
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 from heyoka_bike.scoring.leaderboard import Entry, Leaderboard
 from heyoka_bike.showing.formats import axis
 from heyoka_bike.showing.formats.chart import Guide, Mark, chart
+from heyoka_bike.showing.formats.html import SCRIPT
 from heyoka_bike.showing.formats.markup import PAGE_STYLE, page, prose
 from heyoka_bike.showing.formats.origin import Origin, reference_words
 from heyoka_bike.showing.formats.wording import label, number, readable
@@ -29,7 +29,6 @@ ABOUT = (
     "they rank nothing."
 )
 
-_SCRIPT = Path(__file__).with_name("page.js")
 # What a submission says of itself, in the order in which it is shown.
 _SAID = ("program", "version", "method", "step", "tolerance", "coordinates", "precision",
          "steps", "calls", "machine", "wall_time", "model", "licence", "contact")  # fmt: skip
@@ -90,7 +89,7 @@ def render_html(board: Leaderboard, made: Origin) -> str:
     origin += reference_words("benchmark bicycle", board.dataset_version)
     return page(
         "Leaderboard – uncontrolled bicycle", "\n".join(body), origin,
-        styles=(PAGE_STYLE,), script=_SCRIPT.read_text(encoding="utf-8"),
+        styles=(PAGE_STYLE,), script=SCRIPT,
     )  # fmt: skip
 
 

@@ -1,12 +1,11 @@
 """Text as HTML, and the page that all of it stands in."""
 
 import re
+from base64 import b64encode
 from collections.abc import Sequence
+from hashlib import sha256
 from html import escape
 from pathlib import Path
-
-# The page says itself that it loads nothing, and a browser keeps it to that.
-_POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src 'unsafe-inline'"
 
 # A line must not end within 1e-05, nor before a unit.
 _NUMBER = re.compile(r"-?[0-9.]+(?:e[-+]?[0-9]+)?(?: (?:%|s\b|J\b|rad\b(?:/s)?|m/s))?")
@@ -33,11 +32,25 @@ def _parts(text: str) -> list[tuple[str, bool]]:
     return [*parts, (text[end:], False)]
 
 
+def policy(*scripts: str) -> str:
+    """Content security policy of pages: they load nothing, and run nothing but these scripts.
+
+    References
+    ----------
+    Content Security Policy Level 3, https://www.w3.org/TR/CSP3/.
+    """
+    hashes = (b64encode(sha256(f"\n{script}".encode()).digest()).decode() for script in scripts)
+    allowed = " ".join(f"'sha256-{x}'" for x in hashes)
+    return f"default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src {allowed}"
+
+
 def page(
     title: str, body: str, origin: Sequence[tuple[str, str]], *, styles: Sequence[Path],
     script: str, data: str | None = None,
 ) -> str:  # fmt: skip
     """A page that needs nothing else.
+
+    It says itself what it loads and runs, and a browser keeps it to that: see `policy`.
 
     Parameters
     ----------
@@ -63,7 +76,7 @@ def page(
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <meta name="color-scheme" content="light dark">
-<meta http-equiv="Content-Security-Policy" content="{_POLICY}">
+<meta http-equiv="Content-Security-Policy" content="{policy(script)}">
 <link rel="icon" href="data:,">
 <title>{escape(title)}</title>
 <style>

@@ -4,7 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from heyoka_bike.errors import printable
-from heyoka_bike.scoring.report import ColumnScore, Report
+from heyoka_bike.scoring.column_score import ColumnScore
+from heyoka_bike.scoring.report import Report
 from heyoka_bike.showing.formats.grades import Grade, grade
 from heyoka_bike.showing.formats.wording import is_default, one_decimal, plain, unit_text
 

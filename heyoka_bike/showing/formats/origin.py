@@ -10,8 +10,6 @@ from heyoka_bike.errors import printable
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.version import __version__
 
-_EPOCH = "SOURCE_DATE_EPOCH"
-
 
 @dataclass(frozen=True, slots=True)
 class Origin:
@@ -43,7 +41,7 @@ def origin(words: Sequence[str] | None = None) -> Origin:
     words
         Of the command line, without the program; None where there was no command.
     """
-    given = os.environ.get(_EPOCH, "")
+    given = os.environ.get("SOURCE_DATE_EPOCH", "")
     is_date = given.isascii() and given.isdigit() and len(given) <= 10
     now = datetime.fromtimestamp(int(given), UTC) if is_date else datetime.now(UTC)
     command = "" if words is None else shlex.join(("heyoka-bike", *words))

@@ -8,7 +8,7 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from heyoka_bike.errors import InputError, quoted
+from heyoka_bike.errors import InputError, quoted, unknown_word
 
 if TYPE_CHECKING:
     from heyoka_bike.scoring.report import Report, Series
@@ -71,8 +71,7 @@ def save(scored: Report | Series, path: str | PathLike[str], name: str | None = 
             "its format beside it"
         )
     if found not in FORMATS:
-        some = ", ".join(FORMATS)
-        raise InputError(f"save: found format {quoted(found)}, expected one of {some}")
+        raise InputError(f"save: {unknown_word(found, FORMATS, 'format ')}")
     scored_files = [f for r in reports(scored) for f in r.file.path.split(", ")]
     refuse_overwriting(scored_files, [file])
     write_output(file, render(scored, found).encode())

@@ -6,8 +6,9 @@ from html import escape
 
 import numpy as np
 
+from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.measures import TOLERANCE
-from heyoka_bike.scoring.report import ColumnScore, Convergence, Run, Series
+from heyoka_bike.scoring.report import Convergence, Run, Series
 from heyoka_bike.showing.formats import axis
 from heyoka_bike.showing.formats.chart import Guide, Level, Line, Notch, chart
 from heyoka_bike.showing.formats.charts import legend, style_of

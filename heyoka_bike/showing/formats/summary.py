@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from heyoka_bike.errors import printable
 from heyoka_bike.scoring.findings import Severity
+from heyoka_bike.scoring.reading.source import ARRAY
 from heyoka_bike.scoring.report import Report, Run, Series
 from heyoka_bike.showing.formats.grades import Grade, file_grade, is_part, text_color
 from heyoka_bike.showing.formats.matrix import conventions
@@ -35,18 +36,26 @@ _Entry = tuple[str, str, int]
 """Name, text, and how many lines it may have."""
 
 
-def render(scored: Report | Series, width: int | None, color: bool, made: Origin = UNKNOWN) -> str:
+def render(
+    scored: Report | Series, width: int | None, color: bool, made: Origin = UNKNOWN, *,
+    in_python: bool = False,
+) -> str:  # fmt: skip
     """Ten lines at most; what does not fit is cut, the table has all of it.
 
-    Parameters are those of `table.render`.
+    Parameters
+    ----------
+    width, color, made
+        See `table.render`.
+    in_python
+        Whether what to do next is said for Python, not for the command line.
     """
     page = TextPage(width, color)
     if isinstance(scored, Report):
         page.brief("", _verdict(scored), 2, f"bold {text_color(file_grade(scored))}")
-        entries = _report(scored)
+        entries = [*_report(scored), ("next", _next(scored, in_python), 1)]
     else:
         page.brief("", series_verdict(scored), 2, "bold")
-        entries = _series(scored)
+        entries = [*_series(scored), ("next", _next_of_series(scored, in_python), 1)]
     for name, text, lines in entries:
         if text:
             page.brief(f"  {name:<{_NAMES - 2}}", text, lines)
@@ -63,7 +72,6 @@ def _report(report: Report) -> Iterator[_Entry]:
     yield "eq. (1)", ", ".join(judged), 1
     yield "required", _unmet(report), 1
     yield "warnings", _warnings(report), 1
-    yield "next", _next(report), 1
 
 
 def _series(series: Series) -> Iterator[_Entry]:
@@ -77,7 +85,6 @@ def _series(series: Series) -> Iterator[_Entry]:
     yield "required", requirement_words(series), 1
     found = by_severity(series.findings)
     yield "found", sentence(found[0].message) if found else "", 2
-    yield "next", _next_of_series(series), 1
 
 
 def _verdict(report: Report) -> str:
@@ -97,7 +104,7 @@ def _warnings(report: Report) -> str:
     return f"{warnings_words(report)}: {sentence(first.message)}" if first else ""
 
 
-def _next(report: Report) -> str:
+def _next(report: Report, in_python: bool) -> str:
     """What to do with the result."""
     if report.diagnosis:
         return sentence(report.diagnosis[0].message)
@@ -105,32 +112,34 @@ def _next(report: Report) -> str:
     if found == Grade.UNKNOWN:
         return "look at the headings and the times of the file: nothing in it could be compared"
     if found in (Grade.WRONG, Grade.CLOSE):
-        return f"why it differs: {_command('diagnose', report)}"
+        return f"why it differs: {_call(report) if in_python else _command('diagnose', report)}"
     if is_part(report):
         return "write rows over the whole run, as dense as the motion is fast"
     if found == Grade.ROUNDED:
         return "write 17 digits, to show what the program can do"
     digits = math.floor(min(filter(None, map(fewest_digits, report.maneuvers)), default=6.0))
     least = f"scd >= {min(digits, _MOST_REQUIRED)}"
-    if _is_of_python(report):
+    if in_python:
         return f'keep it so, in a test: require=["{least}", "coverage >= 1"]'
     return f"keep it so, in a test: --require {shlex.quote(least)} --require 'coverage >= 1'"
 
 
-def _next_of_series(series: Series) -> str:
+def _next_of_series(series: Series, in_python: bool) -> str:
     if not series.is_one_program:
-        return "all of it, with charts: -o report.html"
+        save = 'save("report.html")' if in_python else "-o report.html"
+        return f"all of it, with charts: {save}"
     best: Run = series.runs[-1]
+    if in_python:
+        return "the finest run by itself: series[-1]"
     return f"the finest run by itself: {_command('score', best.report)}"
 
 
-def _is_of_python(report: Report) -> bool:
-    """Whether the results are no file that a command could read."""
-    return "array" in report.file.format.split(", ")
+def _call(report: Report) -> str:
+    """The diagnosis in Python, of what may have no name."""
+    is_file = report.file.format != ARRAY and ", " not in report.file.path
+    return f"diagnose({report.file.path!r})" if is_file else "diagnose(...) of the same"
 
 
 def _command(name: str, report: Report) -> str:
-    if _is_of_python(report):
-        return f"heyoka_bike.{name}(...)"
     files = report.file.path.split(", ")
     return printable(shlex.join(["heyoka-bike", name, *files]))

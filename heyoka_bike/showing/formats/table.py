@@ -3,7 +3,8 @@
 from collections.abc import Callable
 
 from heyoka_bike.errors import printable
-from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Report, Series
+from heyoka_bike.scoring.column_score import ColumnScore
+from heyoka_bike.scoring.report import ManeuverScore, Report, Series
 from heyoka_bike.showing.formats.grades import ASCII_SIGNS, file_grade, meanings, text_color
 from heyoka_bike.showing.formats.matrix import matrix
 from heyoka_bike.showing.formats.origin import UNKNOWN, Origin, origin_words

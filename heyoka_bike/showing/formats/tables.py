@@ -3,7 +3,8 @@
 from collections.abc import Iterable, Sequence
 from html import escape
 
-from heyoka_bike.scoring.report import ColumnScore, Convergence, ManeuverScore, Series
+from heyoka_bike.scoring.column_score import ColumnScore
+from heyoka_bike.scoring.report import Convergence, ManeuverScore, Series
 from heyoka_bike.showing.formats.wording import (
     first_above,
     label,

@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from heyoka_bike.errors import printable
+from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.measures import MOST_DIGITS
-from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Report, Run, Series
+from heyoka_bike.scoring.report import ManeuverScore, Report, Run, Series
 from heyoka_bike.showing.formats.grades import WHOLE, judgement
 
 

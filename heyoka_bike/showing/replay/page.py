@@ -40,7 +40,8 @@ _SHORT = {
     "roll_angle": "roll", "steer_angle": "steer", "forward_speed": "speed",
     "roll_rate": "roll_rate", "steer_rate": "steer_rate",
 }  # fmt: skip
-_START = 'replay(JSON.parse(document.getElementById("data").textContent));\n'
+START = 'replay(JSON.parse(document.getElementById("data").textContent));\n'
+"""After `SCRIPT`, where nothing else begins it."""
 _COUNTED = ("rear_wheel", "front_wheel", "track")
 # Digits after the point [m, rad, m/s]: less than a pixel, however near the camera is and however
 # much roll and steer are exaggerated.
@@ -63,7 +64,7 @@ def render(replay: Replay, name: str = "") -> str:
         body,
         reference_words(replay.bicycle.name, replay.dataset_version),
         styles=(PAGE_STYLE, STYLE),
-        script=SCRIPT.read_text(encoding="utf-8") + _START,
+        script=SCRIPT.read_text(encoding="utf-8") + START,
         data=_data(replay),
     )
 

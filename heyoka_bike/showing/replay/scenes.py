@@ -124,7 +124,7 @@ class Replay:
 
 def replay(
     reference: Reference,
-    results: Results | None = None,
+    results: Results | Sequence[Results] | None = None,
     maneuver: int | None = None,
     rate: float = RATE,
 ) -> Replay:
@@ -133,7 +133,7 @@ def replay(
     Parameters
     ----------
     reference : Reference
-    results : Results, optional
+    results : Results or sequence of Results, optional
     maneuver
         Only this one; by default all.
     rate
@@ -156,7 +156,7 @@ def replay(
     scenes = [_beside(scene, scored, k) for scene in scenes]
     if all(scene.result is None for scene in scenes):
         said = dict.fromkeys(note for scene in scenes for note in scene.notes)
-        raise NothingScoredError(f"{results.path}: nothing can be shown: {' '.join(said)}")
+        raise NothingScoredError(f"{scored.file.path}: nothing can be shown: {' '.join(said)}")
     return Replay(bicycle, reference.dataset_version, tuple(scenes), scored)
 
 

@@ -39,11 +39,17 @@ def folded(title: str, content: str, *, is_open: bool = False) -> str:
 
 def head(title: str, facts: str = "") -> str:
     """What it is, and some words on it."""
-    said = f'<p class="facts">{escape(printable(facts))}</p>' if facts else ""
-    return f"<p><b>{escape(printable(title))}</b></p>{said}"
+    return f"<p><b>{escape(printable(title))}</b></p>{remark(facts)}"
 
 
-def plain_table(names: Sequence[str], rows: Iterable[Sequence[str]], about: str) -> str:
-    """A table of text."""
+def remark(words: str) -> str:
+    """Some words, if there are any."""
+    return f'<p class="facts">{escape(printable(words))}</p>' if words else ""
+
+
+def plain_table(
+    names: Sequence[str], rows: Iterable[Sequence[str]], about: str, style: str = "scores"
+) -> str:
+    """A table of text, in the style of `tables.table`."""
     cells = ([escape(printable(cell)) for cell in row] for row in rows)
-    return table([escape(printable(name)) for name in names], cells, about)
+    return table([escape(printable(name)) for name in names], cells, about, style)

@@ -1,7 +1,7 @@
 """A report, a diagnosis or a series: what its summary says, and in a notebook its tables."""
 
 from heyoka_bike.scoring.report import Report, Series
-from heyoka_bike.showing.formats import diagnosis, matrix_table, tables
+from heyoka_bike.showing.formats import diagnosis, matrix_table, summary, tables
 from heyoka_bike.showing.formats.html import verdict_parts
 from heyoka_bike.showing.formats.html_parts import (
     asked,
@@ -11,7 +11,7 @@ from heyoka_bike.showing.formats.html_parts import (
     requirement_list,
 )
 from heyoka_bike.showing.formats.markup import prose
-from heyoka_bike.showing.formats.output import render
+from heyoka_bike.showing.formats.output import WIDTH
 from heyoka_bike.showing.formats.wording import heading, run_name, series_verdict
 from heyoka_bike.showing.views import maneuver
 from heyoka_bike.showing.views.card import card, folded
@@ -21,7 +21,7 @@ def text(scored: Report | Series) -> str:
     """Ten lines at most; of a diagnosis what the command of that name prints."""
     if isinstance(scored, Report) and scored.diagnosis:
         return diagnosis.render(scored)
-    return render(scored, "summary").rstrip("\n")
+    return summary.render(scored, WIDTH, False, in_python=True).rstrip("\n")
 
 
 def html(scored: Report | Series) -> str:

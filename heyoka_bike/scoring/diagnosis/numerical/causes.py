@@ -9,6 +9,7 @@ from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.alignment import HALF
 from heyoka_bike.scoring.arithmetic import single_precision
+from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.diagnosis.numerical.height import Heights
 from heyoka_bike.scoring.diagnosis.numerical.roughness import (
     SMOOTH,
@@ -20,7 +21,7 @@ from heyoka_bike.scoring.diagnosis.numerical.step_order import Order, order_of
 from heyoka_bike.scoring.falling import ROUNDING
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.measures import rms
-from heyoka_bike.scoring.report import ColumnScore, ManeuverScore, Report
+from heyoka_bike.scoring.report import ManeuverScore, Report
 
 # A correct file's error is its floor; sums and conversions may double it.
 _AT_FLOOR = 2.0

@@ -14,8 +14,9 @@ from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.load import Reference
+from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.measures import rms
-from heyoka_bike.scoring.report import ColumnScore, ManeuverScore
+from heyoka_bike.scoring.report import ManeuverScore
 
 # Fewer rows show no course of anything.
 _FEWEST = 10

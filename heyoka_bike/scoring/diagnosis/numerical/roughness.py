@@ -10,7 +10,8 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.report import ColumnScore, ManeuverScore
+from heyoka_bike.scoring.column_score import ColumnScore
+from heyoka_bike.scoring.report import ManeuverScore
 
 # Fourth differences of white noise are so many times as large as the noise: sqrt(1+16+36+16+1).
 _GAIN = 70**0.5

@@ -16,11 +16,12 @@ from heyoka_bike.bicycle.columns import DEFINITIONS, LATERAL
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.alignment import spread
+from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.diagnosis.numerical.body_coordinates import BodyCoordinates
 from heyoka_bike.scoring.diagnosis.numerical.elementary import differentials
 from heyoka_bike.scoring.diagnosis.numerical.variation import POSITIONS, VELOCITIES, Variations
 from heyoka_bike.scoring.measures import rms
-from heyoka_bike.scoring.report import ColumnScore, Report
+from heyoka_bike.scoring.report import Report
 
 # Rows of a maneuver that are fitted.
 _FITTED = 501

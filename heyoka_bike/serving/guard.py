@@ -1,0 +1,80 @@
+"""What holds for every request: its host, headers for browsers, no foreign forms, a line of log."""
+
+from collections.abc import Callable, Collection
+from time import perf_counter
+
+from starlette.datastructures import Headers, MutableHeaders
+from starlette.responses import JSONResponse
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+_SAFE = {
+    "x-content-type-options": "nosniff",
+    "referrer-policy": "no-referrer",
+    "cross-origin-opener-policy": "same-origin",
+    "cross-origin-resource-policy": "same-origin",
+    "x-frame-options": "DENY",
+    "permissions-policy": "camera=(), geolocation=(), microphone=()",
+}
+_HEALTH = "/health"
+# Where a browser says that a page of another site sent the form.
+_FOREIGN = ("cross-site", "same-site")
+
+
+class Guard:
+    """An ASGI application inside these rules.
+
+    Parameters
+    ----------
+    app
+    hosts
+        Names under which it may be asked for, without ports; ``*`` for any. A page of another site
+        whose name is made to lead here is not one of them.
+    log
+        Called with one line for each request: no address of a result, no names, no contents.
+    """
+
+    def __init__(self, app: ASGIApp, hosts: Collection[str], log: Callable[[str], None]) -> None:
+        self._app, self._hosts, self._log = app, hosts, log
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer a request."""
+        if scope["type"] != "http":
+            await self._app(scope, receive, send)
+            return
+        start, status, size = perf_counter(), 500, 0
+
+        async def guarded(message: Message) -> None:
+            nonlocal status, size
+            if message["type"] == "http.response.start":
+                status = message["status"]
+                MutableHeaders(scope=message).update(_SAFE)
+            size += len(message.get("body", b""))
+            await send(message)
+
+        app = self._app
+        headers = Headers(scope=scope)
+        # Whoever watches over the server asks by whatever name it has inside.
+        is_told = "*" in self._hosts or _host(headers) in self._hosts or scope["path"] == _HEALTH
+        if not is_told:
+            app = JSONResponse({"error": "found another host, expected one told by --name"}, 400)
+        elif scope["method"] == "POST" and _is_foreign(headers):
+            app = JSONResponse({"error": "found a form of another site"}, 403)
+        try:
+            await app(scope, receive, guarded)
+        finally:
+            place = "/" + scope["path"].lstrip("/").partition("/")[0][:20]
+            place = place if place.isascii() and place.isprintable() else "/?"
+            milliseconds = 1e3 * (perf_counter() - start)
+            self._log(f"{scope['method'][:8]} {place} {status} {size} B {milliseconds:.0f} ms")
+
+
+def _host(headers: Headers) -> str:
+    """The host that is asked for, without its port and the brackets of IPv6."""
+    host = headers.get("host", "").lower()
+    if host.startswith("["):
+        return host[1:].partition("]")[0]
+    return host.partition(":")[0]
+
+
+def _is_foreign(headers: Headers) -> bool:
+    return headers.get("sec-fetch-site", "") in _FOREIGN

@@ -1,0 +1,78 @@
+"""What a server gives to one request, and how a process is kept to it."""
+
+from dataclasses import dataclass
+
+_MB = 1_000_000
+
+# A report of all columns has some hundred kB; a replay 3 MB at most.
+_LARGEST_OUTPUT = 100 * _MB
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """What is given to one request and kept of it.
+
+    Attributes
+    ----------
+    upload : int
+        Of all that one request holds [bytes].
+    files
+        Result files in one request.
+    score_seconds, diagnose_seconds : float
+        For a piece of work, processor time and time on the clock [s].
+    upload_seconds : float
+        For a request to arrive [s].
+    memory : int
+        Of the process of a piece of work [bytes].
+    workers
+        Pieces of work at once.
+    waiting
+        That wait for one of them.
+    kept_seconds : float
+        How long a result is kept [s].
+    kept
+        Results at once; the oldest make room.
+    kept_bytes : int
+        Of all results and their files [bytes].
+    has_diagnosis
+        Whether ``diagnose`` is offered.
+    """
+
+    upload: int = 100 * _MB
+    files: int = 20
+    score_seconds: float = 60.0
+    diagnose_seconds: float = 180.0
+    upload_seconds: float = 600.0
+    memory: int = 2000 * _MB
+    workers: int = 2
+    waiting: int = 100
+    kept_seconds: float = 86400.0
+    kept: int = 1000
+    kept_bytes: int = 4000 * _MB
+    has_diagnosis: bool = True
+
+
+def keep_to(seconds: float, memory: int) -> None:
+    """Keep this process to so much time [s] and memory [bytes], where the system can do that."""
+    try:
+        import resource
+    except ImportError:
+        return
+    bounds = {
+        "RLIMIT_CPU": int(seconds) + 2,
+        "RLIMIT_AS": memory,
+        "RLIMIT_FSIZE": _LARGEST_OUTPUT,
+        "RLIMIT_CORE": 0,
+    }
+    for name, bound in bounds.items():
+        kind = getattr(resource, name, None)
+        if kind is None:
+            continue
+        try:
+            _, most = resource.getrlimit(kind)
+            if most != resource.RLIM_INFINITY:
+                bound = min(bound, most)
+            resource.setrlimit(kind, (bound, bound))
+        except (OSError, ValueError):
+            # macOS refuses some of them; the clock of the parent still holds.
+            continue

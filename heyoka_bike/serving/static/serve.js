@@ -1,0 +1,89 @@
+"use strict";
+// The pages work without this; it adds dropping, a check of the size before anything is sent, and progress.
+
+const form = document.querySelector("form.upload");
+if (form) upload(form);
+const progress = document.querySelector("[data-state]");
+if (progress) follow(progress);
+
+function upload(form) {
+  const area = form.querySelector(".drop"), input = form.querySelector("input[type=file]");
+  const list = area.querySelector("ul"), error = form.querySelector(".error"), busy = form.querySelector(".busy");
+  const most = Number(form.dataset.most), count = Number(form.dataset.files);
+
+  const size = (bytes) => bytes < 1e6 ? `${Math.max(1, Math.round(bytes / 1e3))} kB` : `${(bytes / 1e6).toFixed(1)} MB`;
+  const complain = (text) => { error.textContent = text; if (text) error.focus(); };
+
+  function check() {
+    const files = [...input.files], all = files.reduce((sum, file) => sum + file.size, 0);
+    list.replaceChildren(...files.map((file) => {
+      const item = document.createElement("li");
+      item.textContent = `${file.name}, ${size(file.size)}`;
+      return item;
+    }));
+    complain(files.length > count ? `Found ${files.length} files, expected ${count} at most.`
+      : all > most ? `Found ${size(all)}, expected ${size(most)} at most. Fewer rows will do: 1001 are usual. Nothing was sent.` : "");
+    return !error.textContent;
+  }
+
+  input.addEventListener("change", check);
+  for (const name of ["dragenter", "dragover"]) {
+    document.addEventListener(name, (event) => { event.preventDefault(); area.classList.add("over"); });
+  }
+  document.addEventListener("dragleave", (event) => { if (!event.relatedTarget) area.classList.remove("over"); });
+  document.addEventListener("drop", (event) => {
+    event.preventDefault();
+    area.classList.remove("over");
+    if (!event.dataTransfer.files.length) return;
+    input.files = event.dataTransfer.files;
+    if (check()) form.requestSubmit();
+  });
+
+  form.addEventListener("submit", (event) => {
+    event.preventDefault();
+    if (!check()) return;
+    if (!input.files.length && !form.elements.pasted.value.trim()) {
+      complain("Choose a file or paste rows first.");
+      return;
+    }
+    const button = form.querySelector("button.main");
+    const bar = document.createElement("progress"), said = document.createElement("span");
+    const request = new XMLHttpRequest();
+    const end = (text) => { busy.replaceChildren(); button.disabled = false; complain(text); };
+    busy.replaceChildren(bar, " ", said);
+    button.disabled = true;
+    said.textContent = "sending";
+    request.upload.addEventListener("progress", (sent) => {
+      if (!sent.lengthComputable) return;
+      bar.max = sent.total;
+      bar.value = sent.loaded;
+      said.textContent = sent.loaded < sent.total ? `sent ${size(sent.loaded)} of ${size(sent.total)}` : "scoring";
+      if (sent.loaded === sent.total) bar.removeAttribute("value");
+    });
+    request.addEventListener("load", () => {
+      let found = {};
+      try { found = JSON.parse(request.responseText); } catch { /* no answer of ours */ }
+      if (found.location) location.assign(found.location);
+      else end(found.error || `The server answered ${request.status}.`);
+    });
+    request.addEventListener("error", () => end("The connection broke, or the server refused the size. Nothing is kept; try again."));
+    request.open("POST", form.action);
+    request.setRequestHeader("Accept", "application/json");
+    request.send(new FormData(form));
+  });
+  // The browser may bring back what was chosen, and a button that was pressed.
+  window.addEventListener("pageshow", () => { form.querySelector("button.main").disabled = false; busy.replaceChildren(); check(); });
+}
+
+function follow(place) {
+  const bar = place.querySelector("progress"), said = place.querySelector(".share");
+  const look = async () => {
+    try {
+      const found = await (await fetch(place.dataset.state, { headers: { Accept: "application/json" } })).json();
+      if (!["waiting", "working"].includes(found.state)) { location.reload(); return; }
+      if (found.progress > 0) { bar.value = found.progress; said.textContent = `${Math.round(100 * found.progress)} %`; }
+    } catch { said.textContent = "no answer from the server, trying again"; }
+    setTimeout(look, 500);
+  };
+  setTimeout(look, 500);
+}

@@ -1,0 +1,190 @@
+"""Result files as a request brings them: by a form, or as its body."""
+
+import asyncio
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from starlette.datastructures import FormData, UploadFile
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+from starlette.types import Message
+
+from heyoka_bike.errors import InputError, quoted
+from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.serving.limits import Limits
+from heyoka_bike.serving.store import drop, file_name
+from heyoka_bike.serving.tasks import FILES, Kind, Task
+
+_FILE_FIELD, _PASTED_FIELD = "file", "pasted"
+OPTIONS = ("maneuver", "columns", "step", "tolerance", "name")
+"""Fields beside the files; as the options of the command of this name."""
+
+# Around and between the files of a form [bytes].
+_BESIDE = 100_000
+_MANEUVERS = 3
+_CHUNK = 1 << 20
+
+
+class TooLargeError(Exception):
+    """More than one request may hold."""
+
+
+@dataclass(frozen=True, slots=True)
+class Upload:
+    """The files of a request, written to a folder.
+
+    Attributes
+    ----------
+    folder : Path
+    files
+        Their names in it.
+    options
+        What was told beside them, by names of `OPTIONS`.
+    """
+
+    folder: Path
+    files: tuple[str, ...]
+    options: Mapping[str, str]
+
+    def task(self, kind: Kind) -> Task:
+        """What is to be done with them.
+
+        Raises
+        ------
+        InputError
+            An option that cannot be understood.
+        """
+        count = len(self.files)
+        columns = self.options.get("columns")
+        name = self.options.get("name")
+        return Task(
+            kind, self.folder, self.files, _maneuver(self.options.get("maneuver")),
+            None if columns is None else tuple(columns.split(",")),
+            _numbers("step", self.options.get("step"), count),
+            _numbers("tolerance", self.options.get("tolerance"), count),
+            None if name is None else tuple(x.strip() for x in name.split(",")),
+        )  # fmt: skip
+
+
+async def receive(request: Request, folder: Path, limits: Limits) -> Upload:
+    """Write the files of a request to a folder; if they cannot be taken, the folder is removed.
+
+    Raises
+    ------
+    InputError
+        No file, an empty one, too many, or a form that is none.
+    TooLargeError
+        More bytes than `limits` allows; as soon as it is known, which may be before any arrives.
+    ClientDisconnect
+        The client went away.
+    TimeoutError
+        It took too long.
+    """
+    try:
+        async with asyncio.timeout(limits.upload_seconds):
+            return await _receive(request, folder, limits)
+    except BaseException:
+        drop(folder)
+        raise
+
+
+async def _receive(request: Request, folder: Path, limits: Limits) -> Upload:
+    told = request.headers.get("content-length", "")
+    most = limits.upload + _BESIDE
+    if told and (not told.isascii() or not told.isdigit() or int(told[:18]) > most):
+        raise TooLargeError
+    kind = request.headers.get("content-type", "").partition(";")[0].strip().lower()
+    _count(request, most)
+    if kind == "multipart/form-data":
+        return await _of_form(request, folder, limits)
+    if kind == "application/x-www-form-urlencoded":
+        raise InputError(
+            "found a form without files, expected multipart/form-data or the file as the body "
+            "(curl -F file=@FILE)"
+        )
+    options = {key: request.query_params[key] for key in OPTIONS if key in request.query_params}
+    name = file_name(request.query_params.get("filename", ""), set())
+    path = folder / FILES / name
+    with path.open("wb") as out:
+        async for chunk in request.stream():
+            out.write(chunk)
+    if not path.stat().st_size:
+        raise InputError("found an empty request, expected a result file as its body")
+    return Upload(folder, (name,), options)
+
+
+def _count(request: Request, most: int) -> None:
+    """Stop the request where more arrives than it may hold, whatever it said before."""
+    get, arrived = request._receive, 0
+
+    async def counted() -> Message:
+        nonlocal arrived
+        message = await get()
+        arrived += len(message.get("body", b""))
+        if arrived > most:
+            raise TooLargeError
+        return message
+
+    request._receive = counted
+
+
+async def _of_form(request: Request, folder: Path, limits: Limits) -> Upload:
+    try:
+        async with request.form(
+            max_files=limits.files, max_fields=len(OPTIONS) + 2, max_part_size=limits.upload
+        ) as form:
+            return await asyncio.to_thread(_written, form, folder)
+    except HTTPException as e:
+        raise InputError(f"found a form that cannot be read ({e.detail})") from None
+
+
+def _written(form: FormData, folder: Path) -> Upload:
+    taken: set[str] = set()
+    files = []
+    for given in form.getlist(_FILE_FIELD):
+        # A browser sends a file without name and content where none was chosen.
+        if isinstance(given, UploadFile) and (given.filename or given.size):
+            name = file_name(given.filename or "", taken)
+            with (folder / FILES / name).open("wb") as out:
+                while chunk := given.file.read(_CHUNK):
+                    out.write(chunk)
+            files.append(name)
+    pasted = form.get(_PASTED_FIELD)
+    if isinstance(pasted, str) and pasted.strip():
+        name = file_name("pasted.txt", taken)
+        (folder / FILES / name).write_text(pasted, encoding="utf-8", newline="")
+        files.append(name)
+    if not files:
+        raise InputError("found no file and no pasted rows, expected one of them")
+    options = {}
+    for key in OPTIONS:
+        text = form.get(key)
+        if isinstance(text, str) and text.strip():
+            options[key] = text.strip()
+    return Upload(folder, tuple(files), options)
+
+
+def _maneuver(text: str | None) -> int | None:
+    if text is None:
+        return None
+    if text not in map(str, range(1, _MANEUVERS + 1)):
+        raise InputError(f"maneuver: found {quoted(text)}, expected 1 to {_MANEUVERS}")
+    return int(text)
+
+
+def _numbers(name: str, text: str | None, count: int) -> tuple[float, ...] | None:
+    if text is None:
+        return None
+    found = []
+    for part in text.split(","):
+        try:
+            value = float(Exact.parse(part))
+        except ValueError as e:
+            raise InputError(f"{name}: {e}") from None
+        if value <= 0:
+            raise InputError(f"{name}: found {quoted(part)}, expected more than zero")
+        found.append(value)
+    if len(found) != count:
+        raise InputError(f"{name}: found {len(found)} for {count} files, expected one for each")
+    return tuple(found)

@@ -1,0 +1,137 @@
+"""Figures in Python, as the command ``plot`` draws them: to look at, or as files."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from heyoka_bike.errors import InputError
+from heyoka_bike.reference.load import Reference, load_reference
+from heyoka_bike.showing.figures import ATLAS, DEFAULT, plates
+from heyoka_bike.showing.figures.style import FORMATS, render, save
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+DEFAULT_FORMATS = ("png", "svg")
+
+
+def plot(
+    figure: str = DEFAULT,
+    path: str | PathLike[str] | None = None,
+    *,
+    maneuver: int | None = None,
+    reference: Reference | str | PathLike[str] | None = None,
+) -> Figure | tuple[Figure, ...] | tuple[Path, ...]:
+    """Draw a figure of a reference set, or write it to files.
+
+    Parameters
+    ----------
+    figure
+        What to draw: ``maneuvers``, ``stability``, ``phase``, ``errors``, ``definitions``,
+        ``certificate``, ``after``, ``bicycle``, ``overview``, or ``all``; ``atlas`` of an atlas.
+    path
+        A file (.png, .svg, .pdf) for one figure, or a folder, which gets PNG and SVG. By default
+        nothing is written.
+    maneuver
+        Draw this one; by default all, in errors and definitions the first.
+    reference
+        From `load_reference`, or the folder of a set, of the figure ``atlas`` that of an atlas; the
+        published set by default.
+
+    Returns
+    -------
+    matplotlib.figure.Figure, or tuple of Figure or Path
+        The figure, several if there is one for each maneuver; the files if they are written.
+
+    Raises
+    ------
+    InputError
+        No such figure or maneuver, or a path that cannot be written.
+    MissingPackageError
+        matplotlib is not installed, or heyoka, if the figure needs it.
+    """
+    drawn = _drawn(figure, maneuver, reference, None if path is None else str(path))
+    if path is None:
+        figures = tuple(_for_notebooks(one) for one, _ in drawn)
+        return figures[0] if len(figures) == 1 else figures
+    for one, files in drawn:
+        for file in files:
+            save(one, file)
+    return tuple(file for _, files in drawn for file in files)
+
+
+def _drawn(
+    figure: str, maneuver: int | None, reference: Any, path: str | None
+) -> list[tuple[Figure, list[Path]]]:
+    """Each figure with its files; a path that does not do is refused before anything is drawn."""
+
+    def files(names: Sequence[str]) -> list[list[Path]]:
+        if path is None:
+            return [[] for _ in names]
+        hint = ", or maneuver=N" if figure == DEFAULT else ""
+        return paths_of(path, names, None, option="path", hint=hint)
+
+    if not isinstance(figure, str):
+        raise InputError(f"figure: found a {type(figure).__name__}, expected the name of a figure")
+    if figure == ATLAS:
+        from heyoka_bike.motion.atlas.store import load_atlas
+        from heyoka_bike.showing.figures.atlas import draw
+
+        if not isinstance(reference, str | PathLike) or maneuver is not None:
+            raise InputError("reference, maneuver: expected the folder of an atlas, and none")
+        (one,) = files([ATLAS])
+        return [(draw(load_atlas(Path(reference))), one)]
+    known = load_reference(reference)
+    chosen = plates(known, figure, maneuver, dashes="")
+    every = files([plate.name for plate in chosen])
+    return [(plate.draw(known), one) for plate, one in zip(chosen, every, strict=True)]
+
+
+def _for_notebooks(figure: Figure) -> Figure:
+    """The figure, which a notebook shows although pyplot does not know it."""
+    vars(figure)["_repr_png_"] = partial(render, figure, "png")
+    return figure
+
+
+def paths_of(
+    output: str, names: Sequence[str], formats: Sequence[str] | None, *, option: str, hint: str
+) -> list[list[Path]]:
+    """Files to write of each figure.
+
+    Parameters
+    ----------
+    output
+        A folder, or the file of a single figure.
+    names
+        Of the figures.
+    formats
+        For a folder; None if they are not told.
+    option, hint
+        What the output is called in a message, and what else would give a single figure.
+
+    Raises
+    ------
+    InputError
+        A file of another format, or for several figures.
+    """
+    out = Path(output)
+    if out.is_dir() or not out.suffix or output.endswith("/"):
+        chosen = dict.fromkeys(formats or DEFAULT_FORMATS)
+        return [[out / f"{name}.{f}" for f in chosen] for name in names]
+    if out.suffix.removeprefix(".").lower() not in FORMATS:
+        raise InputError(
+            f"{option}: found '{out.name}', expected a file ending in "
+            f"{', '.join(f'.{f}' for f in FORMATS)}, or a folder (with a final / if it has a dot)"
+        )
+    if formats is not None:
+        raise InputError("--format: expected only with a folder, a file's suffix is its format")
+    if len(names) > 1:
+        raise InputError(
+            f"{option}: found the file '{out.name}' for {len(names)} figures, expected a "
+            f"folder{hint}"
+        )
+    return [[out]]

@@ -1,0 +1,60 @@
+"""What the package says of its work on its way: shown to those who ask.
+
+The loggers of `logging` are called like the modules, below ``heyoka_bike``. INFO is what is done,
+DEBUG why so; a warning is none of them, it stands in the result.
+"""
+
+import logging
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from heyoka_bike.errors import InputError, unknown_word
+
+VARIABLE = "HEYOKA_BIKE_LOG"
+_LEVELS = {"info": logging.INFO, "debug": logging.DEBUG}
+_NAME = "heyoka_bike"
+
+
+@contextmanager
+def shown(level: str) -> Iterator[None]:
+    """Print it on standard error inside the ``with``, that of the processes of workers too.
+
+    Parameters
+    ----------
+    level
+        ``info`` or ``debug``.
+
+    Raises
+    ------
+    InputError
+        Another level.
+    """
+    if level not in _LEVELS:
+        raise InputError(f"{VARIABLE}: {unknown_word(level, list(_LEVELS))}")
+    logger = logging.getLogger(_NAME)
+    before, given = logger.level, os.environ.get(VARIABLE)
+    # Processes that begin inside inherit it.
+    os.environ[VARIABLE] = level
+    handler = _Printed()
+    logger.addHandler(handler)
+    logger.setLevel(_LEVELS[level])
+    try:
+        yield
+    finally:
+        logger.removeHandler(handler)
+        logger.setLevel(before)
+        if given is None:
+            del os.environ[VARIABLE]
+        else:
+            os.environ[VARIABLE] = given
+
+
+class _Printed(logging.Handler):
+    """A line on standard error, whatever that is by then: bars put another in its place."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        where = record.name.removeprefix(f"{_NAME}.")
+        said = f"{record.relativeCreated / 1000:8.2f} s  {where}: {record.getMessage()}"
+        print(said, file=sys.stderr, flush=True)
