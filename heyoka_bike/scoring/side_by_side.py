@@ -13,7 +13,7 @@ from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring.alignment import Alignment, merge
 from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.findings import Finding, Severity
-from heyoka_bike.scoring.reading.given import results_of
+from heyoka_bike.scoring.reading.given import results_of, several
 from heyoka_bike.scoring.reading.source import ARRAY
 from heyoka_bike.scoring.report import Convergence, Run, Series
 from heyoka_bike.scoring.score import aligned, scored
@@ -64,7 +64,7 @@ def compare(
     elif named:
         raise InputError("found programs with and without names, expected names for all or none")
     else:
-        names, every = None, list(programs)
+        names, every = None, several(programs)
     if len(every) < 2:
         count = f"{len(every)} program{'s' if len(every) != 1 else ''}"
         raise InputError(f"found {count}, expected two or more; score() judges one")

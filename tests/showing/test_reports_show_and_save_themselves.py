@@ -106,6 +106,9 @@ def test_the_worst_column_is_the_one_with_fewest_digits(report):
     every = {(n, k): c.scd for n, m in report.items() for k, c in m.items()}
     assert report.worst.scd == min(every.values())
     assert every[report.worst.maneuver, report.worst.column] == report.worst.scd
+    sizes = (1e-7, 1e-3, 1e-5)
+    mixed = tuple(sample_reports.sample(s)[n] for n, s in enumerate(sizes, start=1))
+    assert replace(report, maneuvers=mixed).worst.maneuver == 2
     assert report[1].worst.scd == min(c.scd for c in report[1].values())
     assert sample_reports.no_maneuvers().worst is None
     assert sample_reports.nothing().worst is None
