@@ -65,7 +65,21 @@ class Motion:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Ready:
-    """A motion in the numbers of the compiled code."""
+    """A motion in the numbers of the compiled code.
+
+    Attributes
+    ----------
+    constants : ndarray
+        Of the equations.
+    parameters
+        These, and the amounts of what is altered.
+    state
+        At t = 0.
+    grid : ndarray
+        Ascending times from 0 on, each once [s].
+    back : ndarray of int
+        Where in it each of the times is that were asked for.
+    """
 
     constants: Array
     parameters: Sequence[float]
