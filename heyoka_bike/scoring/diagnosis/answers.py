@@ -11,7 +11,6 @@ from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.reference.sensitivities import UNKNOWNS
 from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.diagnosis import plain
-from heyoka_bike.scoring.diagnosis.beside import named
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
 from heyoka_bike.scoring.diagnosis.numerical import causes as numerical
 from heyoka_bike.scoring.diagnosis.programs.applied import FORCES
@@ -19,6 +18,9 @@ from heyoka_bike.scoring.diagnosis.ranking import Diagnosis, Hypothesis
 from heyoka_bike.scoring.diagnosis.unknowns.estimation import Fit, Unknown
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.report import Explanation, ManeuverScore, Report
+
+NOTHING_WRONG = "nothing_to_explain"
+"""Code of the finding that all that is diagnosed is right."""
 
 # Classes of hypotheses worth a sentence.
 _MOST = 3
@@ -43,20 +45,15 @@ _COUNTS = {1: "One parameter explains", 2: "Two parameters explain", 3: "Three p
 
 
 def findings(
-    diagnosis: Diagnosis, report: Report, reference: Reference | None = None, *,
-    is_whole: bool = True,
-) -> tuple[Finding, ...]:  # fmt: skip
+    diagnosis: Diagnosis, report: Report, reference: Reference | None = None
+) -> tuple[Finding, ...]:
     """What explains the file, or what its error looks like if nothing does.
 
-    The reference is that of the report, by default the published one. The columns are all of the
-    file, or those that are diagnosed.
+    The reference is that of the report, by default the published one.
     """
     columns = [(m, c) for m in report.maneuvers for c in m.columns if c.values]
     if all(c.is_at_floor(_AT_FLOOR) for _, c in columns):
-        keys = list(dict.fromkeys(c.key for _, c in columns))
-        which = "every column" if is_whole else f"{named(keys)}: each"
-        said = f"{which} is as right as the digits written can tell"
-        return (Finding("nothing_to_explain", said),)
+        return (nothing_wrong("every column"),)
     if 2 * sum(not c.trace.value.any() for _, c in columns) > len(columns):
         return (Finding("cannot_tell", "Most columns hold nothing but zeros", Severity.WARNING),)
     if diagnosis.classes and diagnosis.classes[0][0].codes == (LINEARISED,):
@@ -77,6 +74,11 @@ def findings(
     if diagnosis.untried:
         found.append(_without_heyoka(diagnosis))
     return (*first, *found)
+
+
+def nothing_wrong(which: str) -> Finding:
+    """Columns that are right."""
+    return Finding(NOTHING_WRONG, f"{which} is as right as the digits written can tell")
 
 
 def _without_cause(

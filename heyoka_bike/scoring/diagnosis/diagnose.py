@@ -11,8 +11,13 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.numbers.double import two_sum
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring.alignment import Alignment
-from heyoka_bike.scoring.diagnosis.answers import explanation, findings
-from heyoka_bike.scoring.diagnosis.beside import beside
+from heyoka_bike.scoring.diagnosis.answers import (
+    NOTHING_WRONG,
+    explanation,
+    findings,
+    nothing_wrong,
+)
+from heyoka_bike.scoring.diagnosis.beside import beside, named
 from heyoka_bike.scoring.diagnosis.mistakes.in_output import OUTPUT_MISTAKES
 from heyoka_bike.scoring.diagnosis.ranking import rank
 from heyoka_bike.scoring.findings import Finding, Severity
@@ -87,10 +92,17 @@ def diagnosed(
     keys = [key for key in BENCHMARK_COLUMNS if key not in unknown]
     found = _of_columns(report, reference, keys, progress)
     more = () if NOTHING in found.diagnosis else beside(report, unknown)
-    if found.diagnosis[0].code == "nothing_to_explain":
+    if found.diagnosis[0].code == NOTHING_WRONG:
         # What is wrong comes first.
-        return replace(found, diagnosis=(*more, *found.diagnosis))
+        return replace(found, diagnosis=(*more, _right(report, keys)))
     return replace(found, diagnosis=(*found.diagnosis, *more))
+
+
+def _right(report: Report, keys: Sequence[str]) -> Finding:
+    """All columns that are diagnosed are right; they are named where there are others."""
+    every = dict.fromkeys(c.key for m in report.maneuvers for c in m.columns if c.values)
+    told = [key for key in every if key in keys]
+    return nothing_wrong("every column" if len(told) == len(every) else f"{named(told)}: each")
 
 
 def diagnosed_elsewhere(report: Report, reference: Reference, told: jobs.Report) -> Report:
@@ -122,8 +134,7 @@ def _of_columns(
     if not any(part.has_values() for part in parts):
         return replace(report, diagnosis=(NOTHING,))
     found = rank(parts, reference, progress=progress or (lambda _: None))
-    is_whole = all(c.key in keys for m in report.maneuvers for c in m.columns if c.values)
-    said = findings(found, replace(report, maneuvers=maneuvers), reference, is_whole=is_whole)
+    said = findings(found, replace(report, maneuvers=maneuvers), reference)
     return replace(report, diagnosis=said, explanation=explanation(found, said))
 
 
