@@ -136,7 +136,7 @@ REFUSED = {
     "nothing": (lambda: hb.score(), "found a NoneType, expected the path of a file, an array"),
     "a set": (lambda: hb.score({1, 2}), "found a set, expected the path of a file"),
     "bytes in memory": (lambda: hb.score(io.BytesIO()), "found a BytesIO, expected the path"),
-    "a report": (lambda: hb.score(hb.score(TABLE)), "found a Report, expected results"),
+    "a report": (lambda: hb.score(hb.score(TABLE)), "found a Report, which is a score already"),
     "no such file": (lambda: hb.score("none.txt"), "none.txt: cannot be read (No such file"),
     "seven columns": (lambda: hb.score(TABLE[:, :7]), "array: found 7 columns, expected 9 or 25"),
     "a column's name": (lambda: hb.score(TIME, rol_angle=ROLL), "did you mean roll_angle?"),
@@ -237,7 +237,8 @@ def test_programs_are_compared_by_name(expected):
     assert list(found["part"]) == [2]
     assert digits(hb.compare({"My code, v2": TABLE, "other": FILE})["My code, v2"]) == expected
     coarse = FILE.with_name("exudyn-h0.01.txt")
-    assert [run.name for run in hb.compare([FILE, coarse]).runs] == [FILE.name, coarse.name]
+    for several in (hb.compare([FILE, coarse]), hb.compare(FILE, coarse)):
+        assert [run.name for run in several.runs] == [FILE.name, coarse.name]
     assert not hb.compare(a=TABLE, b=coarse, require="scd >= 3").passed
 
 

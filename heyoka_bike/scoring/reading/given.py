@@ -55,7 +55,10 @@ def results_of(
 
     number = None if maneuver is None else _number(maneuver, count)
     if isinstance(given, Scored):
-        raise InputError(f"found a {type(given).__name__}, expected results that are to be scored")
+        raise InputError(
+            f"found a {type(given).__name__}, which is a score already; expected the results, as "
+            "they were given to score"
+        )
     if named:
         given = _with_time(given, named)
     if isinstance(given, list | tuple) and all(isinstance(x, _FILES) for x in given):
