@@ -6,6 +6,9 @@ from dataclasses import dataclass
 
 from heyoka_bike.numbers.double import Array
 
+RIGHT_DIGITS = 6.0
+"""Correct digits of what is called right: what the examples of ``--require`` ask for."""
+
 
 @dataclass(frozen=True, slots=True)
 class Measures:
@@ -209,6 +212,11 @@ class ColumnScore:
     def time_to_tolerance(self) -> float | None:
         """First time at which the error exceeds 1e-3 of the scale [s]; None if it never does."""
         return self.as_understood.measures.time_to_tolerance
+
+    @property
+    def is_right(self) -> bool:
+        """Whether it has six correct digits, as they are shown, or all that it was written with."""
+        return self.scd is not None and (round(self.scd, 1) >= RIGHT_DIGITS or self.is_at_floor())
 
     def __repr__(self) -> str:
         if self.scd is None:

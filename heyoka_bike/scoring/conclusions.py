@@ -9,11 +9,11 @@ from heyoka_bike.numbers.double import median
 from heyoka_bike.scoring.alignment import MOST_SAMPLED, spread
 from heyoka_bike.scoring.arithmetic import single_precision
 from heyoka_bike.scoring.column_score import ColumnScore
-from heyoka_bike.scoring.conventions import conventions, odds
+from heyoka_bike.scoring.conventions import ODD_SIGNS, conventions, odds
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.measures import TOLERANCE
 from heyoka_bike.scoring.report import ManeuverScore, Report
-from heyoka_bike.scoring.signs import contradictions
+from heyoka_bike.scoring.signs import contradictions, opposed
 from heyoka_bike.scoring.time_shift import time_shift
 
 # Fewer digits than binary64 holds are worth mentioning where they are what limits the score.
@@ -33,9 +33,7 @@ _NAMED = 8
 def explain(report: Report) -> tuple[Finding, ...]:
     """What is worth saying about a report: its conventions, then in the order of its columns."""
     understood = tuple(_understood(report))
-    contradicted = [
-        key for f in understood if f.code == "signs_disagree" for key in f.evidence["columns"]
-    ]
+    contradicted = [key for f in understood if f.code in ODD_SIGNS for key in f.evidence["columns"]]
     general = conventions(report, contradicted)
     single = single_precision(report)
     return (
@@ -115,13 +113,24 @@ def _understood(report: Report) -> Iterator[Finding]:
                 "constant",
                 evidence={**evidence, "offset": understood.offset},
             )
-    for keys in contradictions({k: s for k, s in signs.items() if _has_sign(columns[k])}):
+    told = {k: s for k, s in signs.items() if _has_sign(columns[k])}
+    for keys in contradictions(told):
         if len(keys) == 2:
             what = f"{keys[0]} and {keys[1]} have opposite signs: one of them is turned round"
         else:
             what = f"{_names(keys)} have signs that no axes give together: some are turned round"
             what += ", or they are of an inverse attitude" if "frame_" in keys[0] else ""
         yield Finding("signs_disagree", what, Severity.WARNING, {"columns": list(keys)})
+    if keys := opposed(told):
+        yield Finding(
+            "senses_opposed",
+            "roll and steer have opposite senses: roll is positive to the left, steer to the "
+            "right. Right-handed axes give this only if one points backward and another down (with "
+            "x forward and z up it is steer that turns round): if yours are not so, one of the two "
+            "has a sign error",
+            Severity.WARNING,
+            {"columns": list(keys)},
+        )
 
 
 def _unknown(report: Report) -> Iterator[Finding]:

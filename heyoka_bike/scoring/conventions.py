@@ -12,6 +12,9 @@ DEFAULT = (
     "to the right, potential energy from the floor, and the first definition of each column"
 )
 
+ODD_SIGNS = ("signs_disagree", "senses_opposed")
+"""Findings about signs that may be errors: those columns' signs are not called conventions."""
+
 # Decimal logarithm of the odds that are put into words: nobody has tried more files than that.
 _SUREST = 6
 _SIDES: Mapping[str, tuple[str, ...]] = {
@@ -30,7 +33,7 @@ def conventions(report: Report, contradicted: Sequence[str] = ()) -> Finding | N
     Parameters
     ----------
     contradicted
-        Columns whose signs contradict each other: those are no convention.
+        Columns whose signs may be errors: those are no convention.
     """
     columns = {c.key: c for m in reversed(report.maneuvers) for c in m.columns if c.values}
     turned = [k for k, c in columns.items() if c.as_understood.sign < 0 and k not in contradicted]
@@ -54,10 +57,11 @@ def conventions(report: Report, contradicted: Sequence[str] = ()) -> Finding | N
     ]  # fmt: skip
     if not said:
         return None
+    others = "else but the signs that are warned of" if contradicted else "else"
     return Finding(
         "conventions",
         f"The file follows conventions of its own, which are no errors: {'; '.join(said)}. All "
-        "else is as by default, and every error is that after these are taken into account",
+        f"{others} is as by default, and every error is that after these are taken into account",
         evidence={
             "signs": turned,
             "units": units,

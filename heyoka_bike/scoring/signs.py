@@ -79,6 +79,33 @@ def contradictions(signs: Mapping[str, int]) -> list[tuple[str, ...]]:
     return found + _impossible([key for key in signs if key not in told], signs)
 
 
+def opposed(signs: Mapping[str, int]) -> tuple[str, ...]:
+    """Columns of roll, positive to the left, beside a steer that is positive to the right.
+
+    A right-handed turn about an axis that points forward leans to the right, and about one that
+    points down steers to the right, about one that points up to the left. So steer alone is
+    positive to the left in the usual axes with z up, and roll alone where one axis points backward
+    and one down, or in left-handed axes: rare enough to be worth a question.
+
+    Parameters
+    ----------
+    signs
+        1 or -1 of each column against the reference, by key.
+
+    Returns
+    -------
+    tuple of str
+        Keys, first those of roll; empty if this is not so, or not told.
+    """
+    roll = [key for key in ("roll_angle", "roll_rate") if key in signs]
+    steer = [key for key in ("steer_angle", "steer_rate") if key in signs]
+    is_left = [signs[key] < 0 for key in roll]
+    is_right = [signs[key] > 0 for key in steer]
+    if not (roll and steer and all(is_left) and all(is_right)):
+        return ()
+    return (*roll, *steer)
+
+
 def _impossible(keys: Iterable[str], signs: Mapping[str, int]) -> list[tuple[str, ...]]:
     """Gauss's elimination: sums of equations whose left side vanishes and whose right side is 1."""
     keys = list(keys)

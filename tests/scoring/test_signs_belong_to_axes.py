@@ -4,8 +4,15 @@ import numpy as np
 import pytest
 from support.game_files import MOTION
 from support.honest_files import signs
+from support.made_results import made
 
-from heyoka_bike.scoring.signs import CHOICES, contradictions
+from heyoka_bike.bicycle.columns import LATERAL
+from heyoka_bike.scoring.conventions import DEFAULT
+from heyoka_bike.scoring.findings import Severity
+from heyoka_bike.scoring.score import score
+from heyoka_bike.scoring.signs import CHOICES, contradictions, opposed
+from heyoka_bike.showing.formats import diagnosis
+from heyoka_bike.showing.formats.output import render
 
 BEYOND = ("pitch", "yaw", "yaw_rate")
 KEYS = ["roll_angle", "roll_rate", "forward_speed", "steer_angle", "steer_rate", *BEYOND, *MOTION]
@@ -51,3 +58,47 @@ def test_a_reflection_is_no_rotation(turned):
 def test_every_column_with_a_sign_is_known():
     assert set(KEYS) - set(UNSIGNED) == set(CHOICES)
     assert contradictions({"rear_friction": -1}) == [("rear_friction",)]
+
+
+@pytest.mark.parametrize("forward", [1, -1])
+@pytest.mark.parametrize("down", [1, -1])
+def test_roll_alone_turned_round_needs_axes_backward_and_down(forward, down):
+    """Senses of lean and steer as right-handed turns about such axes give them."""
+    told = {"roll_angle": forward, "roll_rate": forward, "steer_angle": down, "steer_rate": down}
+    assert bool(opposed(told)) == ((forward, down) == (-1, 1))
+
+
+def turned(*keys):
+    return lambda key, values, number: -values if key in keys else values
+
+
+def test_roll_alone_turned_round_is_warned_of_and_judged_as_before(reference):
+    report = score(made(reference, turned("roll_angle", "roll_rate")), reference)
+    (found,) = (f for f in report.findings if f.severity == Severity.WARNING)
+    assert found.code == "senses_opposed"
+    assert "see the warning" in report.verdict
+    assert not any(f.code == "conventions" for f in report.findings)
+    right = score(made(reference), reference)
+    assert report.worst.scd == right.worst.scd
+    assert score(made(reference, turned("roll_angle", "roll_rate")), reference, "scd >= 6").passed
+    for text in ("summary", "html", "table"):
+        assert "opposite senses" in render(report, text)
+
+
+@pytest.mark.parametrize("keys", [("steer_angle", "steer_rate"), LATERAL, ()])
+def test_usual_axes_are_not_warned_of(reference, keys):
+    report = score(made(reference, turned(*keys)), reference)
+    assert not [f for f in report.findings if f.severity == Severity.WARNING]
+    assert "senses" not in report.verdict
+
+
+def test_signs_that_contradict_are_in_the_verdict(reference):
+    report = score(made(reference, turned("roll_rate")), reference)
+    assert "signs contradict each other, see the warning" in report.verdict
+
+
+def test_a_diagnosis_does_not_say_that_signs_are_as_by_default(reference):
+    report = score(made(reference, turned("roll_angle", "roll_rate")), reference)
+    said = diagnosis.render(report)
+    assert DEFAULT not in " ".join(said.split())
+    assert "has a sign error" in " ".join(said.split())

@@ -245,7 +245,7 @@ def test_a_set_without_them_says_so(older, exact, reference, tmp_path, capsys):
 
 
 @pytest.mark.proof
-def test_only_the_eight_are_diagnosed(reference, exact):
+def test_mistakes_are_simulated_for_the_eight_only(reference, exact):
     # Exact, but for a force.
     keys = (*BENCHMARK_COLUMNS, "rear_normal_force")
 
@@ -254,7 +254,9 @@ def test_only_the_eight_are_diagnosed(reference, exact):
 
     wrong = results(reference, exact, change, keys)
     report = diagnose(wrong, reference)
-    assert report.diagnosis[0].code == "nothing_to_explain"
+    assert [f.code for f in report.diagnosis] == ["column_beside", "nothing_to_explain"]
+    assert report.diagnosis[0].evidence["factor"] == pytest.approx(1.01)
+    assert "every column" not in report.diagnosis[1].message
     assert column(report, 2, "rear_normal_force").as_understood.measures.scd < 2.1
 
 

@@ -6,6 +6,7 @@ from typing import Any
 
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.bicycle.parameters import PARAMETERS
+from heyoka_bike.errors import GENERATE
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.reference.sensitivities import UNKNOWNS
 from heyoka_bike.scoring.column_score import ColumnScore
@@ -17,6 +18,9 @@ from heyoka_bike.scoring.diagnosis.ranking import Diagnosis, Hypothesis
 from heyoka_bike.scoring.diagnosis.unknowns.estimation import Fit, Unknown
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.report import Explanation, ManeuverScore, Report
+
+NOTHING_WRONG = "nothing_to_explain"
+"""Code of the finding that all that is diagnosed is right."""
 
 # Classes of hypotheses worth a sentence.
 _MOST = 3
@@ -49,12 +53,7 @@ def findings(
     """
     columns = [(m, c) for m in report.maneuvers for c in m.columns if c.values]
     if all(c.is_at_floor(_AT_FLOOR) for _, c in columns):
-        return (
-            Finding(
-                "nothing_to_explain",
-                "every column is as right as the digits written can tell",
-            ),
-        )
+        return (nothing_wrong("every column"),)
     if 2 * sum(not c.trace.value.any() for _, c in columns) > len(columns):
         return (Finding("cannot_tell", "Most columns hold nothing but zeros", Severity.WARNING),)
     if diagnosis.classes and diagnosis.classes[0][0].codes == (LINEARISED,):
@@ -75,6 +74,11 @@ def findings(
     if diagnosis.untried:
         found.append(_without_heyoka(diagnosis))
     return (*first, *found)
+
+
+def nothing_wrong(which: str) -> Finding:
+    """Columns that are right."""
+    return Finding(NOTHING_WRONG, f"{which} is as right as the digits written can tell")
 
 
 def _without_cause(
@@ -310,8 +314,9 @@ def _as_evidence(fit: Fit, values: Mapping[Unknown, float]) -> list[dict[str, An
 def _without_heyoka(diagnosis: Diagnosis) -> Finding:
     return Finding(
         "not_tried",
-        f"heyoka is not installed: {diagnosis.untried} hypotheses could not be simulated, only "
-        "mistakes in the output and small changes of parameters were tried",
+        f"heyoka is not installed: {diagnosis.untried} equations that lack a term were not tried, "
+        f"nor forces, and parameters only as far as they change little ({GENERATE} on Linux, or "
+        "conda install heyoka.py)",
         evidence={"untried": diagnosis.untried},
     )
 

@@ -11,7 +11,13 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.numbers.double import two_sum
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring.alignment import Alignment
-from heyoka_bike.scoring.diagnosis.answers import explanation, findings
+from heyoka_bike.scoring.diagnosis.answers import (
+    NOTHING_WRONG,
+    explanation,
+    findings,
+    nothing_wrong,
+)
+from heyoka_bike.scoring.diagnosis.beside import beside, named
 from heyoka_bike.scoring.diagnosis.mistakes.in_output import OUTPUT_MISTAKES
 from heyoka_bike.scoring.diagnosis.ranking import rank
 from heyoka_bike.scoring.findings import Finding, Severity
@@ -51,8 +57,9 @@ def diagnose(
     -------
     Report
         As from `score`, with a `diagnosis`: the mistakes or the parameters whose simulation
-        explains the results, or what their error looks like. Only the columns of the benchmark are
-        diagnosed. Without them, or without heyoka, little or nothing can be said; this is said.
+        explains the results, or what their error looks like. Mistakes are simulated for the columns
+        of the benchmark only; of others a factor, an offset or the same number in every row is
+        seen. Without the former, or without heyoka, little or nothing can be said; this is said.
 
     Raises
     ------
@@ -83,7 +90,19 @@ def diagnosed(
             return replace(whole, findings=others)
     # A column of unknown meaning shows its meaning, not what the program does.
     keys = [key for key in BENCHMARK_COLUMNS if key not in unknown]
-    return _of_columns(report, reference, keys, progress)
+    found = _of_columns(report, reference, keys, progress)
+    more = () if NOTHING in found.diagnosis else beside(report, unknown)
+    if found.diagnosis[0].code == NOTHING_WRONG:
+        # What is wrong comes first.
+        return replace(found, diagnosis=(*more, _right(report, keys)))
+    return replace(found, diagnosis=(*found.diagnosis, *more))
+
+
+def _right(report: Report, keys: Sequence[str]) -> Finding:
+    """All columns that are diagnosed are right; they are named where there are others."""
+    every = dict.fromkeys(c.key for m in report.maneuvers for c in m.columns if c.values)
+    told = [key for key in every if key in keys]
+    return nothing_wrong("every column" if len(told) == len(every) else f"{named(told)}: each")
 
 
 def diagnosed_elsewhere(report: Report, reference: Reference, told: jobs.Report) -> Report:

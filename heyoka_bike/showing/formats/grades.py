@@ -8,11 +8,10 @@ from collections.abc import Iterable
 from enum import IntEnum
 from math import log10
 
-from heyoka_bike.scoring.column_score import ColumnScore
+from heyoka_bike.scoring.column_score import RIGHT_DIGITS, ColumnScore
 from heyoka_bike.scoring.measures import TOLERANCE
 from heyoka_bike.scoring.report import Report
 
-_RIGHT = 6.0  # correct digits: what the examples of `--require` ask for
 _CLOSE = -log10(TOLERANCE)
 
 WHOLE = 0.99
@@ -44,9 +43,9 @@ SIGNS = {Grade.RIGHT: "✓", Grade.ROUNDED: "=", Grade.CLOSE: "≈", Grade.WRONG
 ASCII_SIGNS = {Grade.RIGHT: "+", Grade.ROUNDED: "=", Grade.CLOSE: "o", Grade.WRONG: "x"}
 _TEXT_COLORS = {Grade.CLOSE: "yellow", Grade.WRONG: "red", Grade.UNKNOWN: ""}
 MEANINGS = {
-    Grade.RIGHT: f"right: {_RIGHT:g} correct digits or more",
+    Grade.RIGHT: f"right: {RIGHT_DIGITS:g} correct digits or more",
     Grade.ROUNDED: "right to the digits written: they allow no more",
-    Grade.CLOSE: f"close: {_CLOSE:g} to {_RIGHT:g} digits",
+    Grade.CLOSE: f"close: {_CLOSE:g} to {RIGHT_DIGITS:g} digits",
     Grade.WRONG: f"wrong: fewer than {_CLOSE:g} digits, off by more than a thousandth of the "
     "column's largest value",
 }
@@ -63,10 +62,8 @@ def grade(column: ColumnScore) -> Grade:
     if scd is None:
         return Grade.UNKNOWN
     digits = round(scd, 1)
-    if digits >= _RIGHT:
-        return Grade.RIGHT
-    if column.is_at_floor():
-        return Grade.ROUNDED
+    if column.is_right:
+        return Grade.RIGHT if digits >= RIGHT_DIGITS else Grade.ROUNDED
     return Grade.CLOSE if digits >= _CLOSE else Grade.WRONG
 
 

@@ -25,8 +25,8 @@ from heyoka_bike.showing.formats.markup import PAGE_STYLE, page, prose
 from heyoka_bike.showing.formats.origin import UNKNOWN, Origin, origin_words
 from heyoka_bike.showing.formats.series_page import series_body
 from heyoka_bike.showing.formats.wording import (
+    caveats,
     contents,
-    coverage_words,
     graded,
     reports,
     run_name,
@@ -81,8 +81,7 @@ def _report(report: Report, title: str) -> str:
 def verdict_parts(report: Report) -> list[str]:
     """What the file is worth by its true error, then what it holds."""
     grade = file_grade(report)
-    covered = coverage_words(report)
-    text = capital(graded(report)) + (f"; {covered}" if covered else "")
+    text = capital("; ".join([graded(report), *caveats(report)]))
     sign = SIGNS.get(grade, "")
     parts = [
         f'<p class="verdict {style_of(report)}">'

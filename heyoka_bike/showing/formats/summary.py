@@ -14,7 +14,7 @@ from heyoka_bike.showing.formats.origin import UNKNOWN, Origin
 from heyoka_bike.showing.formats.text_page import TextPage
 from heyoka_bike.showing.formats.wording import (
     by_severity,
-    coverage_words,
+    caveats,
     fewest_digits,
     graded,
     is_judged,
@@ -89,8 +89,7 @@ def _series(series: Series) -> Iterator[_Entry]:
 
 def _verdict(report: Report) -> str:
     """The verdict without the requirements, which have a line of their own."""
-    said = [graded(report), coverage_words(report)]
-    return f"{printable(report.file.path)}: {'; '.join(filter(None, said))}"
+    return f"{printable(report.file.path)}: {'; '.join([graded(report), *caveats(report)])}"
 
 
 def _unmet(report: Report) -> str:

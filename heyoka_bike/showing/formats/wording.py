@@ -174,6 +174,17 @@ def coverage_words(report: Report) -> str:
     return f"covers {percent(m.coverage)} of maneuver {m.maneuver}"
 
 
+def caveats(report: Report) -> list[str]:
+    """What is to be known beside the digits: how much is covered, and signs that may be wrong."""
+    codes = {f.code for f in report.findings}
+    signs = ""
+    if "signs_disagree" in codes:
+        signs = "signs contradict each other, see the warning"
+    elif "senses_opposed" in codes:
+        signs = "roll and steer have opposite senses, see the warning"
+    return [said for said in (coverage_words(report), signs) if said]
+
+
 def percent(part: float) -> str:
     """A part of the whole, rounded down: 100 % is all of it."""
     return f"{math.floor(1000 * part) / 10:g} %"
@@ -239,7 +250,7 @@ def graded(report: Report) -> str:
 
 def verdict(report: Report) -> str:
     """One line that says what the file is worth."""
-    parts = [graded(report), coverage_words(report), requirement_words(report)]
+    parts = [graded(report), *caveats(report), requirement_words(report)]
     return f"{printable(report.file.path)}: {'; '.join(p for p in parts if p)}"
 
 

@@ -1,0 +1,86 @@
+"""A wrong column beside the benchmark's is never called right, and plain errors are seen."""
+
+import numpy as np
+import pytest
+
+from heyoka_bike.cli import main
+from heyoka_bike.scoring.diagnosis.beside import beside
+from heyoka_bike.scoring.score import score
+
+HEADINGS = {"roll_angle": "phi", "steer_angle": "delta", "yaw": "psi", "yaw_rate": "yaw_rate"}
+
+
+def report_of(reference, tmp_path, numbers=(2,), keys=("yaw",), **changes):
+    """Of files with a time, roll, steer and more, of 15 digits, with some columns changed."""
+    files = {}
+    for n in numbers:
+        rows = reference[n].rows
+        every = ("roll_angle", "steer_angle", *keys)
+        changed = [changes.get(key, lambda x: x)(rows[key]) for key in every]
+        columns = [reference[n].time, *changed]
+        head = ",".join(["t", *(HEADINGS[key] for key in every)])
+        files[n] = tmp_path / f"m{n}.csv"
+        table = np.column_stack(columns)
+        np.savetxt(files[n], table, fmt="%.15g", delimiter=",", header=head, comments="")
+    return score(files, reference)
+
+
+@pytest.mark.parametrize(
+    ("change", "evidence", "said"),
+    [
+        (lambda x: 1.1 * x, {"factor": 1.1, "offset": 0.0}, "is 1.1 times the right one, "),
+        (lambda x: x + 0.25, {"factor": 1.0, "offset": 0.25}, "is the right one plus 0.25 rad, "),
+        (lambda x: 2 * x - 0.5, {"factor": 2.0, "offset": -0.5},
+         "is 2 times the right one minus 0.5 rad, "),
+        (lambda x: 0 * x, {"constant": [0.0]}, "holds the same number in every row, 0 rad, "),
+        (lambda x: 0 * x + 0.1, {"constant": [0.1]}, "the same number in every row, 0.1 rad, "),
+    ],
+)  # fmt: skip
+def test_one_number_that_explains_a_column_is_found(reference, tmp_path, change, evidence, said):
+    (found,) = beside(report_of(reference, tmp_path, yaw=change))
+    assert found.code == "column_beside"
+    assert {key: found.evidence[key] for key in evidence} == {
+        key: pytest.approx(value, abs=1e-12) for key, value in evidence.items()
+    }
+    assert said in found.message
+
+
+def test_a_factor_is_the_same_in_all_maneuvers(reference, tmp_path):
+    (found,) = beside(report_of(reference, tmp_path, (1, 2, 3), yaw=lambda x: 1.1 * x))
+    assert found.evidence["maneuvers"] == [1, 2, 3]
+    assert found.evidence["factor"] == pytest.approx(1.1)
+    factors = iter((1.1, 1.2, 1.3))
+    (other,) = beside(report_of(reference, tmp_path, (1, 2, 3), yaw=lambda x: next(factors) * x))
+    assert "factor" not in other.evidence
+
+
+def test_what_one_number_does_not_explain_is_wrong_all_the_same(reference, tmp_path):
+    (found,) = beside(report_of(reference, tmp_path, yaw=lambda x: x + 0.1 * x**2))
+    assert found.code == "column_beside"
+    assert "neither a factor nor an offset explains it" in found.message
+
+
+def test_right_columns_are_not_mentioned(reference, tmp_path):
+    keys = ("yaw", "yaw_rate")
+    assert beside(report_of(reference, tmp_path, keys=keys)) == ()
+    (found,) = beside(report_of(reference, tmp_path, keys=keys, yaw=lambda x: 1.1 * x))
+    assert found.evidence["column"] == "yaw"
+
+
+def test_beside_a_wrong_motion_nothing_is_made_of_it(reference, tmp_path):
+    """A yaw with a factor says little where roll is wrong, too."""
+    wrong = report_of(
+        reference, tmp_path, yaw=lambda x: 1.1 * x, roll_angle=lambda x: x + 0.1 * np.sin(80 * x)
+    )
+    (found,) = beside(wrong)
+    assert (found.code, found.evidence) == ("not_diagnosed", {"columns": ["yaw"]})
+
+
+@pytest.mark.proof
+def test_a_diagnosis_does_not_contradict_its_verdict(reference, tmp_path, capsys):
+    report_of(reference, tmp_path, yaw=lambda x: 1.1 * x)
+    assert main(["diagnose", str(tmp_path / "m2.csv")]) == 0
+    verdict, *_, wrong, right = capsys.readouterr().out.strip().split("\n\n")
+    assert "wrong, worst column 1.0 correct digits (maneuver 2 yaw)" in " ".join(verdict.split())
+    assert wrong.startswith("yaw of maneuver 2 is 1.1 times the right one")
+    assert right == "roll_angle, steer_angle: each is as right as the digits written can tell"
