@@ -51,7 +51,11 @@ def found(results):
         ("maneuver_1/roll_angle", "roll_angle", 1),
         ("speed.1", "forward_speed", 1), ("roll_angle_zyx", None, None), ("tilt", None, None),
         ("", None, None), ("2", None, None), ("x", None, None), ("roll_angle_lo", None, None),
-        ("rol", None, None), ("٣", None, None),
+        ("rol", None, None), ("٣", None, None), ("φ", "roll_angle", None),
+        ("φ̇", "roll_rate", None), ("Δt", None, None), ("δ̇ [rad/s]", "steer_rate", None),
+        (r"\phi", "roll_angle", None), (r"\dot\delta", "steer_rate", None),
+        ("RollAngle_deg_", "roll_angle", None), ("RollRate_deg_s_", "roll_rate", None),
+        ("Tilt_deg_", None, None),
     ],
 )  # fmt: skip
 def test_names_are_recognised(name, key, number):

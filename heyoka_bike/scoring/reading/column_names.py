@@ -22,22 +22,23 @@ _NAMES = ", ".join((TIME, *BENCHMARK_COLUMNS))
 
 _ALIASES: Mapping[str, tuple[str, ...]] = {
     TIME: ("t", "times", "timestamp", "sec", "seconds", "simulationtime", "tout"),
-    "roll_angle": ("roll", "phi", "lean", "leanangle"),
+    "roll_angle": ("roll", "phi", "\u03c6", "\u03d5", "lean", "leanangle"),
     "roll_rate": (
         "rollangularvelocity", "rollvelocity", "angularrollvelocity", "phidot", "dphi", "phid",
-        "leanrate", "leanangularvelocity", "rolldot",
+        "leanrate", "leanangularvelocity", "rolldot", "dotphi", "\u03c6\u0307", "\u03d5\u0307",
     ),
     "forward_speed": ("speed", "velocity", "v", "forwardvelocity"),
     "potential_energy": ("potential", "epot", "ep", "pe", "u"),
     "kinetic_energy": ("kinetic", "ekin", "ek", "ke"),
     "mechanical_energy": ("mechanical", "energy", "total", "totalenergy", "emech", "etot", "e"),
-    "steer_angle": ("steer", "steering", "steeringangle", "delta"),
+    "steer_angle": ("steer", "steering", "steeringangle", "delta", "\u03b4"),
     "steer_rate": (
         "steerangularvelocity", "steeringangularvelocity", "steervelocity", "steeringvelocity",
         "steeringrate", "angularsteervelocity", "deltadot", "ddelta", "deltad", "steerdot",
+        "dotdelta", "\u03b4\u0307",
     ),
     "pitch": ("pitchangle",),
-    "yaw": ("yawangle", "heading", "headingangle", "psi"),
+    "yaw": ("yawangle", "heading", "headingangle", "psi", "\u03c8"),
     "yaw_rate": ("yawangularvelocity", "yawvelocity", "headingrate", "psidot", "dpsi", "yawdot"),
 }  # fmt: skip
 _KEYS: Mapping[str, str] = {
@@ -61,7 +62,7 @@ _MANEUVER = r"(?:m|man|maneuver|manoeuvre)"
 _BRACKETS = re.compile(r"\[([^\[\]]*)\]|\(([^()]*)\)|\{([^{}]*)\}")
 _ONE = re.compile(r"[\[({]\s*1\s*[\])}]")
 _NUMBERED = re.compile(rf"[\s_-]*{_MANEUVER}?[\s_-]*([0-9]{{1,3}})\s*")
-_BREAKS = re.compile(r"[\s_.:/-]+")
+_BREAKS = re.compile(r"[\s_.:/\\-]+")
 _PREFIX = re.compile(rf"{_MANEUVER}_?([0-9]{{1,3}})_(.+)")
 _SUFFIX = re.compile(rf"(.+?)_?(?:{_MANEUVER}_?)?([0-9]{{1,3}})")
 _GROUP = re.compile(rf"{_MANEUVER}_?([0-9]{{1,3}})")

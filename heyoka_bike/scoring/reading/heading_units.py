@@ -149,7 +149,8 @@ def split_unit(name: str) -> tuple[str, str | None]:
 
 def split_ending(name: str) -> tuple[str, str] | None:
     """Name and unit of ``roll_angle_rad``; None if it does not end in a unit."""
-    match = _ENDING.fullmatch(name.strip().lower())
+    # MATLAB makes underscores of brackets.
+    match = _ENDING.fullmatch(name.strip().lower().rstrip("_"))
     if match is None:
         return None
     unit = match[2].replace("_per_", "/").replace("_", "/")

@@ -72,7 +72,8 @@ def told(columns: Sequence[str], count: int, option: str = OPTION) -> Expected:
             hint = f"; did you mean {like}?" if like else ""
             raise InputError(
                 f"{where}: found {quoted(name)}, expected time, {', '.join(BENCHMARK_COLUMNS)}, "
-                f"a column of motion.h5, or - for one that is left out{hint}"
+                "a column of motion.h5, a short name such as t, phi, v or delta, or - for one that "
+                f"is left out{hint}"
             )
         if known is not None:
             found.append(known[0])
