@@ -10,8 +10,8 @@ from heyoka_bike.errors import printable
 from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.measures import MOST_DIGITS
-from heyoka_bike.scoring.report import ManeuverScore, Report, Run, Series
-from heyoka_bike.showing.formats.grades import WHOLE, judgement
+from heyoka_bike.scoring.report import WHOLE, ManeuverScore, Report, Run, Series
+from heyoka_bike.showing.formats.grades import judgement
 
 
 def sentence(text: str) -> str:
