@@ -305,6 +305,8 @@ def series_verdict(series: Series) -> str:
     name, run = chosen(series)
     if not series.is_one_program:
         best = f"{run_name(series, run)} is the best of {len(series.runs)} programs"
+        if any(f.code == "maneuvers_differ" for f in series.findings):
+            best += ", which cover different maneuvers"
         parts = [f"{best}: {graded(run.report)}", requirement_words(series)]
         return "; ".join(p for p in parts if p)
     steps = [r.step for r in series.runs if r.step is not None]
