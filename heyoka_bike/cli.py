@@ -115,7 +115,15 @@ def main(argv: Sequence[str] | None = None) -> int:
     # Of one command the others need not be imported.
     asked = [word for word in words[:1] if word in _COMMANDS]
     top = parser(asked or _COMMANDS)
-    arguments = top.parse_args(words, argparse.Namespace(words=words))
+    try:
+        try:
+            arguments = top.parse_args(words or ["--help"], argparse.Namespace(words=words))
+        except SystemExit:
+            if sys.stdout is not None:
+                sys.stdout.flush()
+            raise
+    except BrokenPipeError:
+        return _unread()
     try:
         if sys.stdout is None:
             raise InputError("standard output is closed")
@@ -133,9 +141,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         _complain(f"the package '{e.name}' is not installed, expected it with heyoka_bike")
         return Exit.INPUT
     except BrokenPipeError:
-        # The reader of our output went away (head, less): not an error.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return Exit.OK
+        return _unread()
     except OSError as e:
         _complain(f"{e.filename or 'standard output'}: cannot be written: {e.strerror or e}")
         return Exit.INPUT
@@ -154,6 +160,12 @@ def main(argv: Sequence[str] | None = None) -> int:
             "details)"
         )
         return Exit.INTERNAL
+
+
+def _unread() -> Exit:
+    """The reader of our output went away (head, less): not an error."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return Exit.OK
 
 
 def _complain(message: str) -> None:

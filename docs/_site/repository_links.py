@@ -1,7 +1,8 @@
 """Links of the pages to folders and Markdown files of the repository, shown as plain names.
 
 On GitHub such a link opens the folder or file; on the site there is nothing behind it. Links to
-other files need no help: Sphinx copies the file.
+other files need no help: Sphinx copies the file. Files of the repository that a page includes, such
+as the changelog, have links from its root.
 """
 
 from __future__ import annotations
@@ -22,7 +23,8 @@ def _plain(app: Sphinx, document: nodes.document) -> None:
         is_elsewhere = (
             link.get("refdomain") == "doc" and link["reftarget"] not in app.env.found_docs
         )
-        if is_elsewhere or (folder / link["reftarget"]).is_dir():
+        is_from_root = (Path(app.srcdir).parent / link["reftarget"]).is_file()
+        if is_elsewhere or is_from_root or (folder / link["reftarget"]).is_dir():
             link.replace_self(nodes.literal("", link.astext()))
 
 

@@ -28,9 +28,10 @@ def add_parser(subparsers: Any) -> None:
             "and name those that explain the file; else the one, two or three parameters whose "
             "other values do; else what the error looks like: a step size and its order, damping, "
             "noise, interpolation. Files are read as by 'score'. Takes 4 to 14 seconds; without "
-            "heyoka little can be simulated, and the answer says so. The same is part of 'score "
-            "--diagnose', with a figure in its HTML. The first lines say which conventions the "
-            "file follows (axes, units, zero of the energy, definitions), which are no errors."
+            "heyoka some three times as long, and forces and equations that lack a term are not "
+            "tried, which the answer says. The same is part of 'score --diagnose', with a figure "
+            "in its HTML. The first lines say which conventions the file follows (axes, units, "
+            "zero of the energy, definitions), which are no errors."
         ),
         epilog="example: heyoka-bike diagnose my-results.txt",
     )

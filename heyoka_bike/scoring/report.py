@@ -11,6 +11,7 @@ from heyoka_bike.errors import unknown_word
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.findings import Finding
+from heyoka_bike.scoring.reading.column_names import recognise
 from heyoka_bike.scoring.scored import Scored
 
 if TYPE_CHECKING:
@@ -116,6 +117,10 @@ class ManeuverScore(Displayed, Held[str, ColumnScore]):
         for column in self.columns:
             if column.key == key:
                 return column
+        # As people write it in a file: roll, phi.
+        meant = recognise(str(key))
+        if meant is not None and meant[0] != key and meant[0] in list(self):
+            return self[meant[0]]
         raise KeyError(unknown_word(str(key), list(self), "column "))
 
     def __iter__(self) -> Iterator[str]:

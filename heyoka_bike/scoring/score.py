@@ -23,7 +23,7 @@ from heyoka_bike.scoring.comparison import Candidate, errors, is_small, largest_
 from heyoka_bike.scoring.conclusions import explain
 from heyoka_bike.scoring.consistency import consistency
 from heyoka_bike.scoring.definitions import Understanding, plain, understand
-from heyoka_bike.scoring.reading.given import results_of
+from heyoka_bike.scoring.reading.given import results_of, words
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.report import ManeuverScore, Report
 from heyoka_bike.scoring.requirements import check
@@ -127,7 +127,7 @@ def scored(
         reference_sha256=reference.content_sha256,
     )
     found = replace(found, findings=alignment.findings + explain(found))
-    asked = (require,) if isinstance(require, str) else require
+    asked = [require] if isinstance(require, str) else words(require, "require")
     return replace(found, requirements=tuple(check(text, found) for text in asked))
 
 

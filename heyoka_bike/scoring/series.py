@@ -28,7 +28,7 @@ from heyoka_bike.scoring.convergence import converge
 from heyoka_bike.scoring.definitions import Understanding, understand
 from heyoka_bike.scoring.falling import falling
 from heyoka_bike.scoring.findings import Finding, Severity
-from heyoka_bike.scoring.reading.given import results_of
+from heyoka_bike.scoring.reading.given import results_of, several
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.report import Convergence, Report, Run, Series
 from heyoka_bike.scoring.score import aligned, scored
@@ -79,7 +79,7 @@ def score_series(
         See `scoring.score`; or steps or times that do not match the files.
     """
     known = load_reference(reference)
-    files = _files(results, known, steps, tolerances, cpu)
+    files = _files(several(results), known, steps, tolerances, cpu)
     return _series(files, known, steps, tolerances, cpu, require)
 
 

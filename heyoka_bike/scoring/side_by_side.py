@@ -13,7 +13,7 @@ from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring.alignment import Alignment, merge
 from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.findings import Finding, Severity
-from heyoka_bike.scoring.reading.given import results_of
+from heyoka_bike.scoring.reading.given import results_of, several
 from heyoka_bike.scoring.reading.source import ARRAY
 from heyoka_bike.scoring.report import Convergence, Run, Series
 from heyoka_bike.scoring.score import aligned, scored
@@ -22,9 +22,7 @@ _ARRAYS = repeat(ARRAY)
 
 
 def compare(
-    programs: Mapping[str, Any] | Sequence[Any] | None = None,
-    /,
-    *,
+    *programs: Any,
     reference: Reference | str | PathLike[str] | None = None,
     require: str | Sequence[str] = (),
     cpu: Mapping[str, float] | None = None,
@@ -35,8 +33,8 @@ def compare(
     Parameters
     ----------
     programs
-        Results by name of the program, or a list of files, which are named like these. Results are
-        what `score` takes.
+        Results by name of the program, or files, one by one or as a list, which are named like
+        these. Results are what `score` takes.
     reference
         From `load_reference`, or the folder of a set; the published one by default.
     require
@@ -58,13 +56,14 @@ def compare(
         See `score`; or fewer than two programs.
     """
     known = load_reference(reference)
-    if programs is None or isinstance(programs, Mapping):
-        given = {**(programs or {}), **named}
+    one = programs[0] if len(programs) == 1 else None
+    if not programs or isinstance(one, Mapping):
+        given = {**(one or {}), **named}
         names, every = list(map(str, given)), list(given.values())
     elif named:
         raise InputError("found programs with and without names, expected names for all or none")
     else:
-        names, every = None, list(programs)
+        names, every = None, several(list(programs) if len(programs) > 1 else one)
     if len(every) < 2:
         count = f"{len(every)} program{'s' if len(every) != 1 else ''}"
         raise InputError(f"found {count}, expected two or more; score() judges one")

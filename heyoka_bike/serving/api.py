@@ -71,6 +71,8 @@ def description(limits: Limits) -> dict[str, Any]:
         "step": "Step size of each file [s], separated by commas: runs of one program.",
         "tolerance": "Tolerance of each file, separated by commas.",
         "name": "Name of the program of each file, separated by commas.",
+        "require": "Requirement such as scd >= 6; passed and requirements of the report say what "
+        "came of it. May be repeated.",
     }
     form = {
         "type": "object",

@@ -17,7 +17,7 @@ from typing import Any, Literal
 
 from heyoka_bike.errors import BicycleError, Exit, InputError, printable
 from heyoka_bike.reference.load import Reference, load_reference
-from heyoka_bike.scoring.reading import read_results
+from heyoka_bike.scoring.reading.given import results_of
 from heyoka_bike.scoring.report import Report, Series
 from heyoka_bike.scoring.series import score_files
 from heyoka_bike.serving.limits import Limits, keep_to
@@ -53,6 +53,8 @@ class Task:
         Of runs of one program, one for each file.
     names
         Of the programs, one for each file.
+    require
+        Requirements that are judged, too.
     """
 
     kind: Kind
@@ -63,6 +65,7 @@ class Task:
     steps: tuple[float, ...] | None = None
     tolerances: tuple[float, ...] | None = None
     names: tuple[str, ...] | None = None
+    require: tuple[str, ...] = ()
 
 
 def stem(kind: Kind) -> str:
@@ -124,12 +127,9 @@ def _reference() -> Reference:
 
 def _carry_out(task: Task, progress: Callable[[float], None]) -> dict[str, Any]:
     reference = _reference()
-    results = [
-        read_results(
-            name, maneuver=task.maneuver, count=len(reference), columns=task.columns
-        )
-        for name in task.files
-    ]  # fmt: skip
+    results = results_of(
+        list(task.files), len(reference), maneuver=task.maneuver, columns=task.columns
+    )
     if task.kind == "replay":
         if len(results) > 1:
             raise InputError(f"found {len(results)} files, expected one to replay")
@@ -140,7 +140,12 @@ def _carry_out(task: Task, progress: Callable[[float], None]) -> dict[str, Any]:
         _write(task, ".html", page)
         return {}
     scored = score_files(
-        results, reference, steps=task.steps, tolerances=task.tolerances, names=task.names
+        results,
+        reference,
+        steps=task.steps,
+        tolerances=task.tolerances,
+        names=task.names,
+        require=task.require,
     )
     if task.kind == "diagnose":
         if isinstance(scored, Series):

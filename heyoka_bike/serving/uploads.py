@@ -1,7 +1,7 @@
 """Result files as a request brings them: by a form, or as its body."""
 
 import asyncio
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,19 +10,23 @@ from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.types import Message
 
-from heyoka_bike.errors import InputError, quoted
+from heyoka_bike.errors import InputError, quoted, unknown_word
 from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.scoring import requirements
 from heyoka_bike.serving.limits import Limits
 from heyoka_bike.serving.store import drop, file_name
 from heyoka_bike.serving.tasks import FILES, Kind, Task
 
-_FILE_FIELD, _PASTED_FIELD = "file", "pasted"
-OPTIONS = ("maneuver", "columns", "step", "tolerance", "name")
-"""Fields beside the files; as the options of the command of this name."""
+_FILE_FIELD, _PASTED_FIELD, _NAME = "file", "pasted", "filename"
+OPTIONS = ("maneuver", "columns", "step", "tolerance", "name", "require")
+"""Fields beside the files, or parts of the query; as the options of the command of this name."""
 
 # Around and between the files of a form [bytes].
 _BESIDE = 100_000
 _MANEUVERS = 3
+# The option of which there may be several, and fields in all.
+_REPEATED = "require"
+_MOST_FIELDS = 50
 _CHUNK = 1 << 20
 
 
@@ -45,7 +49,7 @@ class Upload:
 
     folder: Path
     files: tuple[str, ...]
-    options: Mapping[str, str]
+    options: Mapping[str, Sequence[str]]
 
     def task(self, kind: Kind) -> Task:
         """What is to be done with them.
@@ -56,14 +60,17 @@ class Upload:
             An option that cannot be understood.
         """
         count = len(self.files)
-        columns = self.options.get("columns")
-        name = self.options.get("name")
+        told = {key: texts[0] for key, texts in self.options.items()}
+        columns, name = told.get("columns"), told.get("name")
+        require = tuple(self.options.get(_REPEATED, ()))
+        for text in require:
+            requirements.parse(text)
         return Task(
-            kind, self.folder, self.files, _maneuver(self.options.get("maneuver")),
+            kind, self.folder, self.files, _maneuver(told.get("maneuver")),
             None if columns is None else tuple(columns.split(",")),
-            _numbers("step", self.options.get("step"), count),
-            _numbers("tolerance", self.options.get("tolerance"), count),
-            None if name is None else tuple(x.strip() for x in name.split(",")),
+            _numbers("step", told.get("step"), count),
+            _numbers("tolerance", told.get("tolerance"), count),
+            None if name is None else tuple(x.strip() for x in name.split(",")), require,
         )  # fmt: skip
 
 
@@ -96,15 +103,16 @@ async def _receive(request: Request, folder: Path, limits: Limits) -> Upload:
         raise TooLargeError
     kind = request.headers.get("content-type", "").partition(";")[0].strip().lower()
     _count(request, most)
+    query = request.query_params.multi_items()
     if kind == "multipart/form-data":
-        return await _of_form(request, folder, limits)
+        return await _of_form(request, query, folder, limits)
     if kind == "application/x-www-form-urlencoded":
         raise InputError(
             "found a form without files, expected multipart/form-data or the file as the body "
             "(curl -F file=@FILE)"
         )
-    options = {key: request.query_params[key] for key in OPTIONS if key in request.query_params}
-    name = file_name(request.query_params.get("filename", ""), set())
+    options = _options([item for item in query if item[0] != _NAME])
+    name = file_name(request.query_params.get(_NAME, ""), set())
     path = folder / FILES / name
     with path.open("wb") as out:
         async for chunk in request.stream():
@@ -129,17 +137,19 @@ def _count(request: Request, most: int) -> None:
     request._receive = counted
 
 
-async def _of_form(request: Request, folder: Path, limits: Limits) -> Upload:
+async def _of_form(
+    request: Request, query: Sequence[tuple[str, str]], folder: Path, limits: Limits
+) -> Upload:
     try:
         async with request.form(
-            max_files=limits.files, max_fields=len(OPTIONS) + 2, max_part_size=limits.upload
+            max_files=limits.files, max_fields=_MOST_FIELDS, max_part_size=limits.upload
         ) as form:
-            return await asyncio.to_thread(_written, form, folder)
+            return await asyncio.to_thread(_written, form, query, folder)
     except HTTPException as e:
         raise InputError(f"found a form that cannot be read ({e.detail})") from None
 
 
-def _written(form: FormData, folder: Path) -> Upload:
+def _written(form: FormData, query: Sequence[tuple[str, str]], folder: Path) -> Upload:
     taken: set[str] = set()
     files = []
     for given in form.getlist(_FILE_FIELD):
@@ -156,13 +166,35 @@ def _written(form: FormData, folder: Path) -> Upload:
         (folder / FILES / name).write_text(pasted, encoding="utf-8", newline="")
         files.append(name)
     if not files:
-        raise InputError("found no file and no pasted rows, expected one of them")
-    options = {}
-    for key in OPTIONS:
-        text = form.get(key)
-        if isinstance(text, str) and text.strip():
-            options[key] = text.strip()
-    return Upload(folder, tuple(files), options)
+        raise InputError(
+            f"found no file and no pasted rows, expected one of them in the field {_FILE_FIELD} or "
+            f"{_PASTED_FIELD}"
+        )
+    fields = [
+        (key, text.strip())
+        for key, text in form.multi_items()
+        if key not in (_FILE_FIELD, _PASTED_FIELD) and isinstance(text, str)
+    ]
+    # A form has all of its fields, and those that nobody filled are empty.
+    return Upload(folder, tuple(files), _options([*query, *(f for f in fields if f[1])]))
+
+
+def _options(told: Sequence[tuple[str, str]]) -> dict[str, list[str]]:
+    """What is told beside the files, by option.
+
+    Raises
+    ------
+    InputError
+        A name that is no option, or one that is told twice.
+    """
+    found: dict[str, list[str]] = {}
+    for key, text in told:
+        if key not in OPTIONS:
+            raise InputError(unknown_word(key, OPTIONS, "the option "))
+        if key in found and key != _REPEATED:
+            raise InputError(f"found {key} twice, expected it once")
+        found.setdefault(key, []).append(text)
+    return found
 
 
 def _maneuver(text: str | None) -> int | None:

@@ -27,7 +27,7 @@ _REQUIRED = (
 # The extra `generate`: without it everything but integrating works.
 _INTEGRATE = (
     ("filelock", "filelock", "generate"),
-    ("heyoka", "heyoka", "generate, bench, atlas, verify --rerun, most of diagnose"),
+    ("heyoka", "heyoka", "generate, bench, atlas, verify --rerun, all of diagnose"),
     ("llvmlite", "llvmlite", "simulate, Ensemble, bench"),
 )
 _OPTIONAL = (("matplotlib", "matplotlib", "plot"), ("scipy", "scipy", "bench, netCDF 3 files"))

@@ -68,6 +68,8 @@ def test_output_that_cannot_be_written_is_no_internal_error():
     for shell, code in (
         (f"{command} > /dev/full", 1), (f"{command} >&-", 1),
         (f"set -o pipefail; {command} | head -n 1", 0),
+        (f"set -o pipefail; {sys.executable} -m heyoka_bike --cite | true", 0),
+        (f"set -o pipefail; {sys.executable} -u -m heyoka_bike --help | true", 0),
     ):  # fmt: skip
         run = subprocess.run(["bash", "-c", shell], capture_output=True, text=True, timeout=60)
         assert run.returncode == code, shell

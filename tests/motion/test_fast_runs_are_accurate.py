@@ -58,7 +58,7 @@ def test_error_is_below_what_was_asked_for(reference, accuracy):
 
 
 def test_eq1_is_kept(reference):
-    result = simulate()
+    result = simulate(accuracy="eq1")
     assert 1e-5 < eq1(result) < 1e-3
     found = errors(result, reference)
     assert all(found[name] < 1e-3 for name in STATE_COLUMNS)  # what docs/speed.md says of it

@@ -7,6 +7,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+import tomllib
 
 import pytest
 
@@ -50,6 +51,14 @@ def test_the_pages_that_start_install_as_the_readme_does(page):
     more = shared.replace(" -e .", " -e '.[generate]'")
     assert more != shared
     assert f"{more} && .venv/bin/heyoka-bike generate" in readme
+
+
+def test_every_extra_is_named_where_installation_is_explained():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    table = (DOCS / "installation.md").read_text(encoding="utf-8")
+    first_cells = [line.split(" | ")[0] for line in table.splitlines() if line.startswith("| `")]
+    named = set(re.findall(r"`(\w+)`", " ".join(first_cells)))
+    assert set(project["optional-dependencies"]) <= named
 
 
 @pytest.mark.slow

@@ -98,7 +98,7 @@ def test_it_scores_and_says_what_it_cannot(site):
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["diagnose", FILE], "None of"),
+        (["diagnose", FILE], "No usual mistake"),
         (["verify"], "0 failed"),
         (["linear"], "6.02426201538836"),
         (["animate", "-o", "replay.html"], "replay.html"),

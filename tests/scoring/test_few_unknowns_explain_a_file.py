@@ -19,6 +19,7 @@ from heyoka_bike.numbers.arithmetic import Arrays, Multiprecision
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.scoring.alignment import align
 from heyoka_bike.scoring.diagnosis.answers import findings
+from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.scoring.diagnosis.ranking import rank
 from heyoka_bike.scoring.diagnosis.unknowns.linear_fits import best_subsets, blocks, solve
@@ -195,7 +196,7 @@ def without_heyoka(file, reference, tmp_path):
     table = [parts[0].time, *(p.values[key] for p in parts for key in BENCHMARK_COLUMNS)]
     np.savetxt(tmp_path / "file.txt", np.array(table).T, "%.17g")
     command = [sys.executable, "-c", NO_HEYOKA, str(tmp_path / "file.txt")]
-    run = subprocess.run(command, capture_output=True, text=True, check=True, timeout=300)
+    run = subprocess.run(command, capture_output=True, text=True, check=True, timeout=600)
     assert run.stderr == ""
     return {f["code"]: f for f in json.loads(run.stdout)["findings"]}
 
@@ -208,7 +209,14 @@ def test_without_heyoka_small_changes_are_found_to_first_order(reference, tmp_pa
     # What is left out is of second order.
     assert change["value"] == pytest.approx(85.05, abs=1e-3)
     assert found["parameters"]["evidence"]["is_first_order"]
-    assert found["not_tried"]["evidence"]["untried"] > 20
+    assert found["not_tried"]["evidence"]["untried"] == len(EQUATION_MISTAKES)
+
+
+def test_without_heyoka_mistakes_of_the_model_are_found(reference, tmp_path):
+    made = {m.code: m for m in MISTAKES}["trail_normal"]
+    found = without_heyoka(results_of(reference, [made], 1e-6), reference, tmp_path)
+    assert found["mistake"]["evidence"]["mistakes"] == ["trail_normal"]
+    assert "not_tried" not in found
 
 
 def test_without_heyoka_mistakes_of_the_output_are_found(reference, tmp_path):

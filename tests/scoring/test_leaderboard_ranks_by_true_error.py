@@ -130,10 +130,12 @@ def test_the_page_escapes_what_a_submission_says(folder, tmp_path):
 
 
 def test_bad_folders_and_outputs_are_one_line(tmp_path, capsys):
-    for words in ([str(tmp_path)], [str(tmp_path / "none")], [str(RESULTS), "-o", "x.txt"],
-                  [str(RESULTS), "--format", "csv"]):  # fmt: skip
+    for words in ([str(tmp_path)], [str(tmp_path / "none")], [str(RESULTS), "-o", "x.txt"]):
         assert main(["leaderboard", *words]) == 1
         assert capsys.readouterr().err.count("\n") == 1
+    with pytest.raises(SystemExit, match="1"):
+        main(["leaderboard", str(RESULTS), "--format", "csv"])
+    assert "found 'csv', expected one of table, json, html" in capsys.readouterr().err
 
 
 def test_every_problem_has_its_inputs():

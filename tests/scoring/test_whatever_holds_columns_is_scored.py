@@ -1,6 +1,7 @@
 """A path, an array, columns by name, a frame, a dataset: all give the score of the same numbers."""
 
 import io
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -67,6 +68,24 @@ def test_a_file_by_its_name_or_path(expected):
         assert found == pytest.approx(expected, abs=1e-6)
 
 
+def test_columns_of_any_kind_of_array(expected):
+    pandas = pytest.importorskip("pandas")
+    one = {(n, key): x for (n, key), x in expected.items() if n == 2}
+    series = {name: pandas.Series(x) for name, x in MANEUVERS[2].items()}
+    assert digits(hb.score(series, maneuver=2)) == one
+    assert digits(hb.score(**series, maneuver=2)) == one
+    with pytest.warns(PendingDeprecationWarning, match="matrix"):
+        matrix = np.matrix(TABLE)
+    assert digits(hb.score(matrix)) == expected
+
+
+class Simulated:
+    """What `simulate` returns has a table."""
+
+    def table(self):
+        return np.transpose([*MANEUVERS[2].values()])
+
+
 ONE = {
     "columns": lambda: hb.score(MANEUVERS[2], maneuver=2),
     "a frame": lambda: hb.score(frame(MANEUVERS[2]), maneuver=2),
@@ -78,6 +97,7 @@ ONE = {
     "not told which": lambda: hb.score(MANEUVERS[2]),
     "columns in another order": lambda: hb.score(
         TABLE[:, [0, *range(16, 8, -1)]], maneuver=2, columns=",".join(("time", *KEYS[::-1]))),
+    "a simulation": lambda: hb.score({2: Simulated()}),
     "results told later": lambda: hb.score(hb.read_results(MANEUVERS[2]), maneuver=2),
 }  # fmt: skip
 
@@ -85,6 +105,13 @@ ONE = {
 @pytest.mark.parametrize("kind", ONE)
 def test_one_maneuver(kind, expected):
     assert digits(ONE[kind]()) == {(n, key): x for (n, key), x in expected.items() if n == 2}
+
+
+def test_results_that_do_not_tell_their_maneuver_are_told():
+    upright = hb.read_results({"time": TIME[:1], "roll_angle": ROLL[:1]})
+    with pytest.raises(BicycleError, match="say which with maneuver=N"):
+        hb.score(upright)
+    assert list(hb.score(upright, maneuver=2)) == [2]
 
 
 def test_columns_by_any_of_their_names():
@@ -109,7 +136,7 @@ REFUSED = {
     "nothing": (lambda: hb.score(), "found a NoneType, expected the path of a file, an array"),
     "a set": (lambda: hb.score({1, 2}), "found a set, expected the path of a file"),
     "bytes in memory": (lambda: hb.score(io.BytesIO()), "found a BytesIO, expected the path"),
-    "a report": (lambda: hb.score(hb.score(TABLE)), "found a Report, expected results"),
+    "a report": (lambda: hb.score(hb.score(TABLE)), "found a Report, which is a score already"),
     "no such file": (lambda: hb.score("none.txt"), "none.txt: cannot be read (No such file"),
     "seven columns": (lambda: hb.score(TABLE[:, :7]), "array: found 7 columns, expected 9 or 25"),
     "a column's name": (lambda: hb.score(TIME, rol_angle=ROLL), "did you mean roll_angle?"),
@@ -139,6 +166,52 @@ REFUSED = {
 }  # fmt: skip
 
 
+class Odd:
+    """An object that looks as if it had columns."""
+
+    def __init__(self, columns):
+        self.columns = columns
+
+
+def loop():
+    found = {"time": TIME}
+    found["again"] = found
+    return found
+
+
+ODD = {
+    "None": None, "a number": 3.0, "a large number": 10**400, "a boolean": True, "bytes": b"x",
+    "a function": len, "a class": Odd, "no columns": Odd(None),
+    "columns that are not there": Odd(["time"]), "an iterator": iter([1]), "a loop": loop(),
+    "objects": np.array([None] * 9), "dates": np.array(["2020-01-01"] * 9, "datetime64[s]"),
+    "no rows": np.empty((0, 9)), "ragged rows": [[1.0], [1.0, 2.0]], "an empty row": [[]],
+    "decimals that are none": [["x"] * 9], "a column that is none": {"time": TIME, "roll": None},
+    "numbers as names": {0: TIME, 1: ROLL}, "numbers and names": {1: TIME, "time": ROLL},
+    "maneuvers without columns": {1: None, 2: []}, "nothing by name": {}, "nothing": [],
+    "times that are infinite": {"time": TIME * np.nan, "roll": ROLL}, "a folder": "/", "": "",
+    "a name that cannot be": "a\0b", "a name and a number": ["a", 3],
+    "no numbers": np.zeros(3, "V8"), "masked": np.ma.masked_all((5, 9)),
+    "one value": {"time": 1.0, "roll": 0.1},
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", ODD)
+def test_whatever_is_given_an_error_is_one_of_the_package(kind):
+    odd = ODD[kind]
+    calls = (
+        lambda: hb.score(odd), lambda: hb.score(odd, maneuver=2), lambda: hb.compare(odd),
+        lambda: hb.score(odd, roll_angle=ROLL), lambda: hb.compare(a=TABLE, b=odd),
+        lambda: hb.score_series(odd), lambda: hb.score(TABLE, columns=odd),
+        lambda: hb.score(TABLE, maneuver=odd), lambda: hb.score(TABLE, require=odd),
+    )  # fmt: skip
+    accepted = 0
+    for call in calls:
+        with suppress(BicycleError):
+            call()
+            accepted += 1
+    assert accepted < len(calls)
+
+
 @pytest.mark.parametrize("kind", REFUSED)
 def test_anything_else_is_refused_in_one_clear_line(kind, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
@@ -164,7 +237,8 @@ def test_programs_are_compared_by_name(expected):
     assert list(found["part"]) == [2]
     assert digits(hb.compare({"My code, v2": TABLE, "other": FILE})["My code, v2"]) == expected
     coarse = FILE.with_name("exudyn-h0.01.txt")
-    assert [run.name for run in hb.compare([FILE, coarse]).runs] == [FILE.name, coarse.name]
+    for several in (hb.compare([FILE, coarse]), hb.compare(FILE, coarse)):
+        assert [run.name for run in several.runs] == [FILE.name, coarse.name]
     assert not hb.compare(a=TABLE, b=coarse, require="scd >= 3").passed
 
 
@@ -183,6 +257,14 @@ def test_what_cannot_be_compared_is_refused(arguments, named, says):
     with pytest.raises(InputError) as raised:
         hb.compare(*arguments, **named)
     assert says in str(raised.value)
+
+
+def test_a_column_never_filled_in_is_left_out_side_by_side_too():
+    empty = TABLE.copy()
+    empty[:, 15] = 0.0
+    alone = hb.score(empty)
+    assert "steer_angle" not in alone[2] or alone[2]["steer_angle"].scd is None
+    assert digits(hb.compare(a=empty, b=TABLE)["a"]) == digits(alone)
 
 
 def test_runs_may_be_arrays():

@@ -54,6 +54,33 @@ def test_a_body_is_a_file_and_the_query_its_options(client, example):
     }
 
 
+def test_options_count_in_the_query_and_in_the_form(client, example):
+    files = {"file": (example.name, example.read_bytes())}
+    for asked in (
+        client.post("/score?require=scd >= 6&require=1.coverage > 0.9", files=files),
+        client.post("/score", files=files, data={"require": ["scd >= 6", "1.coverage > 0.9"]}),
+    ):
+        said = asked.json()
+        assert not said["passed"]
+        assert [r["met"] for r in said["requirements"]] == [False, True]
+    for query, message in (
+        ("maneuvre=2", "; did you mean maneuver?"),
+        ("maneuver=7", "maneuver: found '7', expected 1 to 3"),
+        ("maneuver=1&maneuver=2", "found maneuver twice, expected it once"),
+        ("require=nonsense > 1", "nonsense"),
+        ("units=deg", "found the option 'units', expected one of maneuver, columns"),
+    ):
+        for answer in (
+            client.post(f"/score?{query}", files=files),
+            client.post(f"/score?{query}", content=example.read_bytes()),
+        ):
+            assert answer.status_code == 400
+            assert message in answer.json()["error"]
+    whole = client.post("/score?maneuver=2", files=files)
+    assert whole.status_code == 422
+    assert "found maneuver 2 for results that hold maneuver 1, 2, 3" in whole.json()["error"]
+
+
 def test_a_browser_gets_the_report_with_links_to_more(client, example):
     place, found = page(client, sent(client, example))
     assert "1.6 correct digits" in found.text

@@ -98,14 +98,18 @@ def test_numbers_are_found_by_maneuver_and_column(report):
     assert {(n, k): c for n, m in report.items() for k, c in m.items()}[2, "roll_angle"] is column
     with pytest.raises(KeyError, match="found maneuver 4, expected one of 1, 2, 3"):
         report[4]
+    assert report[2]["phi"] is report[2]["Roll (deg)"] is report[2]["roll_angle"]
     with pytest.raises(KeyError, match=r"expected one of roll_angle, .*; did you mean roll"):
-        report[2]["roll"]
+        report[2]["roll_angel"]
 
 
 def test_the_worst_column_is_the_one_with_fewest_digits(report):
     every = {(n, k): c.scd for n, m in report.items() for k, c in m.items()}
     assert report.worst.scd == min(every.values())
     assert every[report.worst.maneuver, report.worst.column] == report.worst.scd
+    sizes = (1e-7, 1e-3, 1e-5)
+    mixed = tuple(sample_reports.sample(s)[n] for n, s in enumerate(sizes, start=1))
+    assert replace(report, maneuvers=mixed).worst.maneuver == 2
     assert report[1].worst.scd == min(c.scd for c in report[1].values())
     assert sample_reports.no_maneuvers().worst is None
     assert sample_reports.nothing().worst is None

@@ -29,7 +29,7 @@ ENDS = "ends"
 
 Row = Mapping[int, float]
 
-_STAGES: tuple[Row, ...] = (
+STAGES: tuple[Row, ...] = (
     {0: 0.05260015195876773},
     {0: 0.0197250569845379, 1: 0.0591751709536137},
     {0: 0.02958758547680685, 2: 0.08876275643042054},
@@ -61,7 +61,7 @@ _STAGES: tuple[Row, ...] = (
     },
 )  # fmt: skip
 """Of the slopes of the stages before, those that each state of a stage is made of."""
-_STEP: Row = {
+STEP: Row = {
     0: 0.054293734116568765, 5: 4.450312892752409, 6: 1.8915178993145003, 7: -5.801203960010585,
     8: 0.3111643669578199, 9: -0.1521609496625161, 10: 0.20136540080403034,
     11: 0.04471061572777259,
@@ -71,12 +71,12 @@ _THIRD: Row = {
     8: -0.4226823213237919, 9: -0.1521609496625161, 10: 0.20136540080403034,
     11: 0.02265179219836082,
 }  # fmt: skip
-_FIFTH: Row = {
+FIFTH: Row = {
     0: 0.01312004499419488, 5: -1.2251564463762044, 6: -0.4957589496572502,
     7: 1.6643771824549864, 8: -0.35032884874997366, 9: 0.3341791187130175,
     10: 0.08192320648511571, 11: -0.022355307863886294,
 }  # fmt: skip
-_CALLS = len(_STAGES) + 1
+_CALLS = len(STAGES) + 1
 _SAFETY, _LEAST, _MOST = 0.9, 1 / 3, 6.0  # of a change of the step
 _SHORTEST = 2.0**-30  # [s]
 _FIRST = 0.1  # [s], of the tolerance's root: the first step
@@ -126,7 +126,7 @@ def _ends(equations: Equations) -> str:
     to = _select(c, is_last, duration, c.operation("+", "%t", "%wish"))
     # The step is what the clock goes on by; none where the end is reached.
     h = c.operation("-", to, "%t")
-    for number, row in enumerate(_STAGES, start=1):
+    for number, row in enumerate(STAGES, start=1):
         for i in range(STATE):
             c.store(c.fused(h, _combined(c, k, row, i), c.load(y, i)), stage, i)
         c.do(f"call void @rates(ptr {stage}, ptr {c.at(k, STATE * number, WHOLE)})")
@@ -134,12 +134,12 @@ def _ends(equations: Equations) -> str:
     rests = []
     for i in range(STATE):
         before = c.load(y, i)
-        x = c.fused(h, _combined(c, k, _STEP, i), c.load(rest, i))
+        x = c.fused(h, _combined(c, k, STEP, i), c.load(rest, i))
         after = c.operation("+", before, x)
         # What rounding takes is added with the next step.
         rests.append(c.operation("-", x, c.operation("-", after, before)))
         c.store(after, end, i)
-        e5 = c.operation("*", _combined(c, k, _FIFTH, i), over)
+        e5 = c.operation("*", _combined(c, k, FIFTH, i), over)
         e3 = c.operation("*", _combined(c, k, _THIRD, i), over)
         fifth, third = c.fused(e5, e5, fifth), c.fused(e3, e3, third)
     both = c.fused(third, constant(WHOLE, 0.01), fifth)

@@ -90,7 +90,7 @@ class Simulation(Displayed):
 
 def simulate(
     maneuvers: Maneuvers = None, *, bicycle: Bicycle | None = None,
-    accuracy: str | float = "eq1", rows: int | None = None,
+    accuracy: str | float = 1e-12, rows: int | None = None,
     spacing: Fraction | float | str | None = None,
 ) -> Simulation:  # fmt: skip
     """The columns of one maneuver or several, fast.
@@ -103,7 +103,8 @@ def simulate(
     bicycle : Bicycle
         By default the benchmark's.
     accuracy
-        ``eq1``, ``roundoff`` or the largest error wanted, 1e-13 or more; see `ACCURACIES`.
+        The largest error wanted, 1e-13 or more, ``roundoff``, or ``eq1``, which is fastest and no
+        more than eq. (1) asks for; see `ACCURACIES`.
     rows, spacing
         Number of rows, or time between them [s]; by default as the maneuvers say.
 
@@ -139,7 +140,7 @@ _PREPARED: dict[Hashable, Prepared] = {}
 
 def prepare(
     maneuvers: Maneuvers = None, *, bicycle: Bicycle | None = None,
-    accuracy: str | float = "eq1", rows: int | None = None,
+    accuracy: str | float = 1e-12, rows: int | None = None,
     spacing: Fraction | float | str | None = None, tolerance: float | None = None,
 ) -> Prepared:  # fmt: skip
     """A run that is ready to be called, again and again; see `simulate` for the parameters.

@@ -6,6 +6,7 @@ from typing import Any
 
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.bicycle.parameters import PARAMETERS
+from heyoka_bike.errors import GENERATE
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.reference.sensitivities import UNKNOWNS
 from heyoka_bike.scoring.column_score import ColumnScore
@@ -329,8 +330,9 @@ def _as_evidence(fit: Fit, values: Mapping[Unknown, float]) -> list[dict[str, An
 def _without_heyoka(diagnosis: Diagnosis) -> Finding:
     return Finding(
         "not_tried",
-        f"heyoka is not installed: {diagnosis.untried} hypotheses could not be simulated, only "
-        "mistakes in the output and small changes of parameters were tried",
+        f"heyoka is not installed: {diagnosis.untried} equations that lack a term were not tried, "
+        f"nor forces, and parameters only as far as they change little ({GENERATE} on Linux, or "
+        "conda install heyoka.py)",
         evidence={"untried": diagnosis.untried},
     )
 

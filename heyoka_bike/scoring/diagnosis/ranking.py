@@ -31,9 +31,10 @@ from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKE
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, Mistake
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import has_constant_speed
-from heyoka_bike.scoring.diagnosis.mistakes.search import Search
+from heyoka_bike.scoring.diagnosis.mistakes.search import ROUNDOFF, Search
 from heyoka_bike.scoring.diagnosis.programs.applied import FORCES
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
+from heyoka_bike.scoring.diagnosis.programs.stepping import Stepping
 from heyoka_bike.scoring.diagnosis.unknowns import estimation
 from heyoka_bike.scoring.diagnosis.unknowns.estimation import Estimate, Fit, Place, Unknown
 from heyoka_bike.scoring.diagnosis.unknowns.fitting import Fitting
@@ -64,7 +65,7 @@ _LEADERS = 3
 _LEADING = 1.1
 # Single mistakes that are tried in the place of either of the best pair.
 _RIVALS = 12
-# Hypotheses that are simulated together.
+# Hypotheses that are simulated together, at least.
 _TOGETHER = 16
 # A fit of parameters must explain so many times more than the best class to come first.
 _FURTHER = 3.0
@@ -91,7 +92,7 @@ class Diagnosis:
         Where nothing explains it: the class that goes farthest that way, but leaves more than an
         integrator does.
     tried, untried
-        How many hypotheses were simulated, and how many could not be without heyoka.
+        How many hypotheses were tried; how many that might explain it were not, without heyoka.
     estimate : Estimate or None
         What changed parameters or starts explain; its fits explain far more than any class. None
         where the set has no sensitivities, or a class leaves nothing worth a fit.
@@ -122,20 +123,24 @@ def rank(
 ) -> Diagnosis:  # fmt: skip
     """Search the mistakes, alone and in pairs, and the parameters that explain a file.
 
-    Without heyoka only what needs no simulation is tried, and small changes to first order.
+    Without heyoka neither equations that lack a term nor forces are tried, and changes of
+    parameters to first order only.
     """
     if simulator is None:
-        with suppress(MissingPackageError):
+        try:
             simulator = Simulator()
+        except MissingPackageError:
+            simulator = Stepping()
     sensitivities = None
     with suppress(DatasetError):
         sensitivities = reference.sensitivities
-    search = Search(parts, reference, simulator, sensitivities)
+    search = Search(parts, reference, simulator)
+    together = max(_TOGETHER, simulator.lanes // len(parts))
     singles: list[Hypothesis] = []
     mistakes = [*MISTAKES, *search.proposals()]
     for i, mistake in enumerate(mistakes):
-        if i % _TOGETHER == 0:
-            search.prepare((m,) for m in mistakes[i : i + _TOGETHER])
+        if i % together == 0:
+            search.prepare((m,) for m in mistakes[i : i + together])
         if search.is_new((mistake,)):
             singles.append(search.judge((mistake,)))
         progress(0.5 * (i + 1) / len(mistakes))
@@ -152,8 +157,8 @@ def rank(
     chosen += [] if is_enough else search.promising_pairs(singles)
     pairs: list[Hypothesis] = []
     for i, pair in enumerate(chosen):
-        if i % _TOGETHER == 0:
-            search.prepare(chosen[i : i + _TOGETHER])
+        if i % together == 0:
+            search.prepare(chosen[i : i + together])
         if search.is_new(pair):
             pairs.append(search.judge(pair))
         progress(0.5 + 0.35 * (i + 1) / len(chosen))
@@ -163,16 +168,15 @@ def rank(
     pairs += [search.judge(pair) for pair in near if search.is_new(pair)]
     classes, towards = _classes(search, singles, pairs)
     # A term that is left out of the equations shows; what is as right as this has them all.
-    if simulator and not classes and search.largest > _SHOWN:
+    if simulator.is_quick and not classes and search.largest > _SHOWN:
         search.prepare((mistake,) for mistake in EQUATION_MISTAKES)
         singles += [search.judge((mistake,)) for mistake in EQUATION_MISTAKES]
         classes, towards = _classes(search, singles, pairs)
-    untried = 0 if simulator else sum(h.gain == 0.0 for h in (*singles, *pairs))
     found = Diagnosis(
         classes=classes,
         towards=towards,
-        tried=len(singles) + len(pairs) - untried,
-        untried=untried,
+        tried=len(singles) + len(pairs),
+        untried=0 if classes or simulator.is_quick else len(EQUATION_MISTAKES),
         energy_level=search.energy_level,
         curves=search.curves(classes[0][0]) if classes else (),
     )
@@ -180,7 +184,7 @@ def rank(
         return found
     estimated = _with_estimate(found, search, sensitivities, simulator)
     if (
-        simulator
+        simulator.is_quick
         and search.largest > _SHOWN
         and not estimated.classes
         and not _is_fitted(estimated)
@@ -201,25 +205,25 @@ def _is_fitted(found: Diagnosis) -> bool:
 
 
 def _with_estimate(
-    found: Diagnosis, search: Search, sensitivities: Sensitivities, simulator: Simulator | None,
+    found: Diagnosis, search: Search, sensitivities: Sensitivities, simulator: Simulator,
     *, has_forces: bool = False,
 ) -> Diagnosis:  # fmt: skip
     """The same with the parameters that explain far more, and forces that are applied."""
     rival = next((c[0].gain for c in (*found.classes, found.towards) if c), None)
     fitting, unexplained = search.fitting(), None
     for _ in range(_UNDERSTOOD):
-        errors = fitting.errors if simulator else None
+        errors = fitting.errors if simulator.is_quick else None
         problem = fitting.problem(sensitivities, errors if has_forces else None)
 
         def is_enough(fit: Fit, fitting: Fitting = fitting) -> bool:
-            return simulator is not None and search.is_kept(fitting.columns(fit.changes))
+            return simulator.is_quick and search.is_kept(fitting.columns(fit.changes))
 
         worth = _FURTHER * rival if rival else 1.0
         estimate = estimation.estimate(problem, errors, worth, is_enough)
         if not estimate.fits:
             return replace(found, estimate=estimate)
         best = estimate.fits[0]
-        if simulator is None:
+        if not simulator.is_quick:
             left = estimation.left_by(problem, errors, best)
             unexplained = search.too_large(estimation.in_scales(problem, left))
             break
@@ -289,7 +293,9 @@ def _classes(
             and h.relief**maneuvers > _CLAIMED
             and h.gain > 1.0
             and (h.relief > _FITTED or not any(m.is_fitted for m in h.mistakes))
-            and all(h.after[k] < _WORSE * h.before[k] for k in h.after if k in h.before)
+            and all(
+                h.after[k] < _WORSE * max(h.before[k], ROUNDOFF) for k in h.after if k in h.before
+            )
             and sum(x > HALF for x in h.after.values()) <= _STRANGE * len(h.after)
         )
 

@@ -33,6 +33,7 @@ from heyoka_bike.scoring.reading.column_names import (
     recognise,
 )
 from heyoka_bike.scoring.reading.expected import Expected, what_may_be_wrong, widths_in_words
+from heyoka_bike.scoring.reading.numbered_names import is_coordinate
 from heyoka_bike.scoring.reading.quanta import evened
 from heyoka_bike.scoring.reading.written import Written, WrittenTable
 
@@ -211,7 +212,8 @@ class _Arrays:
         names = list(known)
         rows = length(arrays[next(n for n in names if is_time(n))])
         for name, x in arrays.items():
-            if is_maneuver(name) and is_vector(x) and length(x) == rows:
+            is_told = is_maneuver(name) or is_coordinate(name)
+            if is_told and is_vector(x) and length(x) == rows:
                 names.append(name)
             elif is_maneuver(name) and maneuver is None and np.prod(x.shape) == 1:
                 number = read_maneuvers(x, self.path, f"{where}{name}: ")[0]

@@ -160,6 +160,18 @@ def left_out(names: Sequence[str]) -> Finding:
     )
 
 
+def set_aside(names: Sequence[str], option: str) -> Finding:
+    """That columns are not used although their names are known."""
+    return Finding(
+        "known_columns_left_out",
+        f"Columns that are known by name are left out: {listed(names)}. A number in a name is that "
+        "of a maneuver only if the other names have one, and if the reference has that maneuver; "
+        f"{how_to_tell(option)}.",
+        Severity.WARNING,
+        {"names": [quoted(name)[1:-1] for name in names[:100]], "count": len(names)},
+    )
+
+
 def listed(names: Sequence[str], like: float | None = None) -> str:
     """The names in quotes, not too many of them; with what they are like, if they are so much."""
     found = [
@@ -173,9 +185,10 @@ def listed(names: Sequence[str], like: float | None = None) -> str:
     return f"{shown} and {more} more" if more > 0 else shown
 
 
-def not_understood(names: Sequence[str]) -> str:
-    """What to say of a line of names of which too few are known."""
-    unknown = [name for name in names if not recognise(name)]
+def not_understood(names: Sequence[str], found: Sequence[object] | None = None) -> str:
+    """What to say of a line of names of which too few are known, or mean what is found."""
+    known = [recognise(name) for name in names] if found is None else found
+    unknown = [name for name, k in zip(names, known, strict=True) if not k]
     shown = f"{listed(unknown, LIKE)} not understood" if unknown else listed(names)
     return f"found column names {shown}, expected {_NAMES}; {how_to_tell(OPTION)}"
 

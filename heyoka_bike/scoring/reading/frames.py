@@ -3,11 +3,12 @@
 They are known by what they can do: none of the packages that make them is imported.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from numbers import Integral
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from heyoka_bike.errors import InputError
 from heyoka_bike.scoring.reading.column_names import TIME, recognise
@@ -26,9 +27,9 @@ def plain(source: Any, depth: int = 0) -> Any:
     if isinstance(source, Mapping):
         members = {**_coordinates(source), **source}
         return {_name(name): _inner(x, depth) for name, x in members.items()}
-    if callable(getattr(source, "table", None)):
+    if _is_simulation(source):
         return source.table()
-    if hasattr(source, "columns"):
+    if _is_frame(source):
         # Those of pyarrow are the arrays themselves.
         names = getattr(source, "column_names", source.columns)
         frame = {str(name): np.asarray(source[name]) for name in names}
@@ -38,18 +39,20 @@ def plain(source: Any, depth: int = 0) -> Any:
             f"found a list of {type(source[0]).__name__}, expected them by number, such as "
             "{1: ..., 2: ...}"
         )
-    array = source if hasattr(source, "dtype") else _array(source)
+    array = _array(source)
     if array.dtype.kind == "O" and not array.shape:
         raise InputError(
             f"found a {type(source).__name__}, expected the path of a file, an array, columns by "
             "name, or a data frame"
         )
-    return source
+    return array if hasattr(source, "__array__") else source
 
 
-def _array(source: Any) -> Any:
+def _array(source: Any) -> NDArray[Any]:
     try:
-        return np.asanyarray(source)
+        array = np.asanyarray(source)
+        # Of a matrix every part is a matrix, too.
+        return np.asarray(array) if isinstance(array, np.matrix) else array
     except (ValueError, TypeError, OverflowError):
         return np.empty(1)  # what is wrong in it is said where it is read
 
@@ -60,11 +63,23 @@ def _name(name: Any) -> str:
 
 def _inner(x: Any, depth: int) -> Any:
     """A member of a mapping: a column, or what has columns itself."""
-    return plain(x, depth + 1) if depth < _DEEPEST and _has_columns(x) else x
+    if depth < _DEEPEST and _has_columns(x):
+        return plain(x, depth + 1)
+    # A column of a frame is indexed by names, not as an array is.
+    return _array(x) if hasattr(x, "__array__") else x
 
 
 def _has_columns(x: Any) -> bool:
-    return isinstance(x, Mapping) or hasattr(x, "columns")
+    return isinstance(x, Mapping) or _is_simulation(x) or _is_frame(x)
+
+
+def _is_simulation(x: Any) -> bool:
+    return not isinstance(x, type) and callable(getattr(x, "table", None))
+
+
+def _is_frame(x: Any) -> bool:
+    names = getattr(x, "columns", None)
+    return not isinstance(x, type) and hasattr(x, "__getitem__") and isinstance(names, Iterable)
 
 
 def _coordinates(source: Mapping[Any, Any]) -> dict[str, Any]:

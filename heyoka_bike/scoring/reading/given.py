@@ -46,7 +46,7 @@ def results_of(
     InputError
         It is none of that: what was found, and what was expected.
     """
-    names = columns.split(",") if isinstance(columns, str) else columns
+    names = None if columns is None else words(columns, "columns")
 
     def read(one: Any, number: int | None) -> Results:
         if not isinstance(one, Results):
@@ -55,7 +55,10 @@ def results_of(
 
     number = None if maneuver is None else _number(maneuver, count)
     if isinstance(given, Scored):
-        raise InputError(f"found a {type(given).__name__}, expected results that are to be scored")
+        raise InputError(
+            f"found a {type(given).__name__}, which is a score already; expected the results, as "
+            "they were given to score"
+        )
     if named:
         given = _with_time(given, named)
     if isinstance(given, list | tuple) and all(isinstance(x, _FILES) for x in given):
@@ -67,6 +70,35 @@ def results_of(
         if any(isinstance(x, _FILES) for x in given.values()):
             return [read(one, n) for one, n in zip(given.values(), numbers, strict=True)]
     return [read(given, number)]
+
+
+def words(given: str | Sequence[str], what: str) -> list[str]:
+    """Words that are given as one text, separated by commas, or as several.
+
+    Raises
+    ------
+    InputError
+        Anything else.
+    """
+    if isinstance(given, str):
+        return given.split(",")
+    if isinstance(given, list | tuple) and all(isinstance(x, str) for x in given):
+        return list(given)
+    raise InputError(f"{what}: found {given!r:.40}, expected a text, or a list of texts")
+
+
+def several(given: Any) -> list[Any]:
+    """Results of several runs or programs.
+
+    Raises
+    ------
+    InputError
+        Not a list of them.
+    """
+    if not isinstance(given, Sequence) or isinstance(given, str) or not given:
+        found = "none" if isinstance(given, list | tuple) else f"a {type(given).__name__}"
+        raise InputError(f"found {found}, expected a list of results")
+    return list(given)
 
 
 def _number(maneuver: Any, count: int) -> int:

@@ -9,26 +9,27 @@ from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.reading.column_names import (
     TIME,
     arrays_not_understood,
-    in_brackets,
     is_maneuver,
     left_out,
     listed,
     nearest,
     not_understood,
     recognise,
+    set_aside,
     unit_in,
 )
-from heyoka_bike.scoring.reading.expected import LEFT_OUT, OPTION, Expected, wrong_width
-from heyoka_bike.scoring.reading.heading_units import is_millisecond, is_si, split_unit
+from heyoka_bike.scoring.reading.expected import (
+    LEFT_OUT,
+    OPTION,
+    Expected,
+    how_to_tell,
+    wrong_width,
+)
+from heyoka_bike.scoring.reading.heading_units import is_millisecond, is_si
+from heyoka_bike.scoring.reading.numbered_names import Found, meanings
 
 Fail = Callable[[str], InputError]
 """Makes the error for a message, with the file and the line of the names."""
-
-# Mechanics writes T and V for the energies, and t and v for time and speed.
-_CAPITALS: Mapping[str, tuple[str, str]] = {
-    "T": ("t", "kinetic_energy"),
-    "V": ("v", "potential_energy"),
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,72 +116,23 @@ def layout(
     if expected.names is not None:
         if len(expected.names) != width:
             raise fail(wrong_width(width, rows, expected))
-        return _by_name(expected.names, _known(expected.names, count), alone, fail)
-    found = [] if names is None else _known(names, count)
+        found = meanings(expected.names, count)
+        return _by_name(expected.names, found, alone, fail, expected.option)
+    found = [] if names is None else meanings(names, count)
     # The benchmark's order has no place for what is not of the benchmark.
     is_beyond = any(f and f[0] not in (TIME, *BENCHMARK_COLUMNS) for f in found)
     is_beyond = is_beyond or any(map(is_maneuver, names or ()))
     is_named = any(f and f[0] == TIME for f in found) and sum(f is not None for f in found) > 1
     places = _by_place(width, count, alone) if ordered else None
     if names is not None and is_named and (places is None or None not in found or is_beyond):
-        return _by_name(names, found, alone, fail)
+        return _by_name(names, found, alone, fail, expected.option)
     if places is not None:
         return places if names is None else _with_names_unused(places, names, found)
     if not ordered:
         raise fail(arrays_not_understood(names or (), expected.widths, expected.option))
     if names:
-        raise fail(not_understood(names))
+        raise fail(not_understood(names, found))
     raise fail(wrong_width(width, rows, expected))
-
-
-def _known(names: Sequence[str], count: int) -> list[tuple[str, int | None] | None]:
-    # With other numbers in brackets, all of them are maneuvers.
-    brackets = [b for name in names for b in in_brackets(name)]
-    are_numbers = any(b.strip().isdecimal() and int(b) != 1 for b in brackets)
-    found = [recognise(name, one_is_a_unit=not are_numbers) for name in names]
-    parts = [split_unit(name) for name in names]
-    plain = [stem.strip() for stem, _ in parts]
-    for i, name in enumerate(plain):
-        if name in _CAPITALS and _CAPITALS[name][0] in plain and parts[i][1] is None:
-            found[i] = _CAPITALS[name][1], None
-    found = _from_one(found, count)
-    # The eight names once for each maneuver mean the maneuvers in order.
-    if not any(f and f[1] is not None for f in found):
-        seen: dict[str, int] = {}
-        for f in found:
-            if f:
-                seen[f[0]] = seen.get(f[0], 0) + 1
-        times = {n for key, n in seen.items() if key != TIME}
-        if count > 1 and times == {count} and seen.get(TIME) == 1:
-            turn: dict[str, int] = {}
-            for i, f in enumerate(found):
-                if f and f[0] != TIME:
-                    turn[f[0]] = turn.get(f[0], 0) + 1
-                    found[i] = f[0], turn[f[0]]
-        return found
-    # Beside numbered columns one without a number tells nothing, and no reference has others.
-    return [
-        f if f is None or f[0] == TIME or (f[1] is not None and 1 <= f[1] <= count) else None
-        for f in found
-    ]
-
-
-def _from_one(
-    found: list[tuple[str, int | None] | None], count: int
-) -> list[tuple[str, int | None] | None]:
-    """The same with numbers from 1, where those of every column are from 0.
-
-    Instead of 0 the first of all may have none: so pandas makes equal names differ.
-    """
-    numbers: dict[str, set[int | None]] = {}
-    for f in found:
-        if f and f[0] != TIME:
-            numbers.setdefault(f[0], set()).add(f[1])
-    are_from_zero = all(0 in n for n in numbers.values())
-    are_of_pandas = count > 1 and all(n == {None, *range(1, count)} for n in numbers.values())
-    if not numbers or not (are_from_zero or are_of_pandas):
-        return found
-    return [f if f is None or f[0] == TIME else (f[0], (f[1] or 0) + 1) for f in found]
 
 
 def _by_place(width: int, count: int, alone: int | None) -> Layout | None:
@@ -200,13 +152,15 @@ def _by_place(width: int, count: int, alone: int | None) -> Layout | None:
 
 
 def _by_name(
-    names: Sequence[str], found: Sequence[tuple[str, int | None] | None], alone: int | None,
-    fail: Fail,
+    names: Sequence[str], found: Sequence[Found], alone: int | None,
+    fail: Fail, option: str,
 ) -> Layout:  # fmt: skip
     first: dict[tuple[str, int | None], int] = {}
-    unknown = []
+    unknown, known = [], []
     for i, f in enumerate(found):
-        if f is None:
+        if f is None and recognise(names[i]):
+            known.append(names[i])
+        elif f is None:
             unknown += [] if names[i] in LEFT_OUT or is_maneuver(names[i]) else [names[i]]
         elif f in first and (plainer := _plainer(names, first[f], i)) is not None:
             unknown.append(names[first[f] if plainer == i else i])
@@ -214,7 +168,8 @@ def _by_name(
         elif f in first:
             raise fail(
                 f"found {quoted(names[first[f]])} and {quoted(names[i])}, expected one column of "
-                f"{f[0].replace('_', ' ')}{'' if f[1] is None else f' for maneuver {f[1]}'}"
+                f"{f[0].replace('_', ' ')}{'' if f[1] is None else f' for maneuver {f[1]}'}; "
+                f"{how_to_tell(option)}"
             )
         else:
             first[f] = i
@@ -224,9 +179,10 @@ def _by_name(
             maneuvers.setdefault(alone if number is None else number, {})[key] = i
     if alone is not None and (others := set(maneuvers) - {alone}) and len(maneuvers) == 1:
         raise fail(f"found columns of maneuver {others.pop()}, expected maneuver {alone}")
-    findings = (left_out(unknown),) if unknown else ()
+    findings = [set_aside(known, option)] if known else []
+    findings += [left_out(unknown)] if unknown else []
     time = first[TIME, None]
-    return Layout(time, maneuvers, findings, is_millisecond(unit_in(names[time])[1]))
+    return Layout(time, maneuvers, tuple(findings), is_millisecond(unit_in(names[time])[1]))
 
 
 def _plainer(names: Sequence[str], *twice: int) -> int | None:
@@ -238,9 +194,7 @@ def _plainer(names: Sequence[str], *twice: int) -> int | None:
     return None if ranks[0] == ranks[1] else twice[ranks.index(min(ranks))]
 
 
-def _with_names_unused(
-    places: Layout, names: Sequence[str], found: Sequence[tuple[str, int | None] | None]
-) -> Layout:
+def _with_names_unused(places: Layout, names: Sequence[str], found: Sequence[Found]) -> Layout:
     """Say so if a name that is known contradicts the place of its column."""
     meant = {places.time: TIME}
     for columns in places.maneuvers.values():

@@ -54,6 +54,8 @@ def plot(
     MissingPackageError
         matplotlib is not installed, or heyoka, if the figure needs it.
     """
+    if path is not None and not isinstance(path, str | PathLike):
+        raise InputError(f"path: found a {type(path).__name__}, expected the name of a file")
     drawn = _drawn(figure, maneuver, reference, None if path is None else str(path))
     if path is None:
         figures = tuple(_for_notebooks(one) for one, _ in drawn)
@@ -76,7 +78,10 @@ def _drawn(
         return paths_of(path, names, None, option="path", hint=hint)
 
     if not isinstance(figure, str):
-        raise InputError(f"figure: found a {type(figure).__name__}, expected the name of a figure")
+        raise InputError(
+            f"figure: found a {type(figure).__name__}, expected the name of a figure of the "
+            'reference; score(...).save("report.html") draws results'
+        )
     if figure == ATLAS:
         from heyoka_bike.motion.atlas.store import load_atlas
         from heyoka_bike.showing.figures.atlas import draw

@@ -15,7 +15,6 @@ from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.load import Reference
-from heyoka_bike.reference.sensitivities import Sensitivities
 from heyoka_bike.scoring.alignment import Part, spread
 from heyoka_bike.scoring.definitions import Sample, Understanding, understand_samples
 from heyoka_bike.scoring.diagnosis.mistakes.first_row import contradicted
@@ -27,7 +26,6 @@ from heyoka_bike.scoring.diagnosis.mistakes.proposals import (
     columns_in_another_order,
     times_on_another_scale,
 )
-from heyoka_bike.scoring.diagnosis.programs.first_order import FirstOrder
 from heyoka_bike.scoring.diagnosis.programs.linear import linear_columns
 from heyoka_bike.scoring.diagnosis.programs.simulator import Motion, Simulator
 from heyoka_bike.scoring.diagnosis.programs.start import Start, initial_state
@@ -46,7 +44,7 @@ from heyoka_bike.scoring.units import factor
 _COMPARED = 251
 _SIMULATED = 2001
 # The simulation's relative roundoff, at most.
-_ROUNDOFF = 1e-11
+ROUNDOFF = 1e-11
 # A program whose motion ends cannot have written many more rows.
 _REACHED = 0.5
 # Errors of so many times the change of the energy are those of most methods of integration; a
@@ -62,10 +60,7 @@ _Indices = Sequence[NDArray[np.intp]]
 class Search:
     """The file, its rows that count, and the correct motion."""
 
-    def __init__(
-        self, parts: Sequence[Part], reference: Reference, simulator: Simulator | None,
-        sensitivities: Sensitivities | None = None,
-    ) -> None:  # fmt: skip
+    def __init__(self, parts: Sequence[Part], reference: Reference, simulator: Simulator) -> None:
         self._parts = parts
         bicycle = Bicycle.parse(reference.bicycle, reference.parameters)
         self._correct = Program(
@@ -73,9 +68,6 @@ class Search:
             starts={n: _start(reference[n].inputs) for n in reference},
         )
         self._simulator = simulator
-        self._first_order = [
-            FirstOrder(p.reference, sensitivities, p.number, bicycle) for p in parts
-        ]
         self._rows = [spread(len(p.time), _SIMULATED) for p in parts]
         self._picks = [spread(len(rows), _COMPARED) for rows in self._rows]
         self._times = [p.time[rows] for p, rows in zip(parts, self._rows, strict=True)]
@@ -176,7 +168,7 @@ class Search:
             # A column with another zero says nothing of its start.
             keys = [k for k in written if not understood[k].offset]
             floors = {
-                k: max(_ROUNDOFF, self._floors[part.number, k]) * part.reference.scale(k)
+                k: max(ROUNDOFF, self._floors[part.number, k]) * part.reference.scale(k)
                 for k in keys
                 if (part.number, k) in self._floors
             }
@@ -361,7 +353,7 @@ class Search:
         i = next(i for i, part in enumerate(self._parts) if part.number == number)
         distance = np.abs(one[i][key] - other[i][key])
         scale = float(np.max(np.abs(self._compared[i][key])))
-        return bool(np.fmax.reduce(distance, initial=0.0) > _ROUNDOFF * scale)
+        return bool(np.fmax.reduce(distance, initial=0.0) > ROUNDOFF * scale)
 
     def _motions(self, program: Program) -> list[dict[str, Array]]:
         """Columns of each part as the program computes them, at the times that it means."""
@@ -385,15 +377,10 @@ class Search:
                 amounts = dict.fromkeys(program.missing, 1.0)
                 if program.linear:
                     self._found[key] = linear_columns(program.bicycle, state, meant, program.linear)
-                elif self._simulator is None:
-                    self._found[key] = self._first_order[i].run(
-                        program.bicycle, state, meant, amounts
-                    )
                 else:
                     asked[key] = Motion(program.bicycle, state, meant, amounts)
-        if self._simulator is not None:
-            found = self._simulator.run_all(list(asked.values()))
-            self._found.update(zip(asked, found, strict=True))
+        found = self._simulator.run_all(list(asked.values()))
+        self._found.update(zip(asked, found, strict=True))
         return keys
 
     def _typical(

@@ -28,14 +28,12 @@ from heyoka_bike.scoring.diagnosis.programs.incomplete import TERMS, rates_alter
 from heyoka_bike.system.resources import benchmark_bicycle
 
 # Rotations and products of the constants keep binary64 with some digits to spare.
-_DIGITS = 25
+DIGITS = 25
 _TOLERANCE = 1e-14
 # The maneuvers take 50 to 150 steps of such a tolerance; several times as many are a singularity.
 _MOST_STEPS = 500
 # Bicycles whose constants are kept: the maneuvers of a file follow each other.
-_KEPT = 64
-# Motions that are stepped together: two vectors of four, or one of eight.
-_LANES = 8
+KEPT = 64
 # Angular velocities of frame and fork along e1, e2, e3 (see `kinematics`), absolute ones of the
 # wheels about their axles, all in rad/s.
 _RATES = ("w1", "q", "w3", "w1_f", "q_f", "w3_f", "spin_R", "spin_F")
@@ -66,8 +64,22 @@ class Motion:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class _Ready:
-    """A motion in the numbers of the compiled code."""
+class Ready:
+    """A motion in the numbers of the compiled code.
+
+    Attributes
+    ----------
+    constants : ndarray
+        Of the equations.
+    parameters
+        These, and the amounts of what is altered.
+    state
+        At t = 0.
+    grid : ndarray
+        Ascending times from 0 on, each once [s].
+    back : ndarray of int
+        Where in it each of the times is that were asked for.
+    """
 
     constants: Array
     parameters: Sequence[float]
@@ -79,15 +91,26 @@ class _Ready:
 class Simulator:
     """A compiled integrator and its outputs; building it takes seconds.
 
+    Attributes
+    ----------
+    lanes : int
+        Motions that are stepped together.
+    is_quick : bool
+        Whether a motion alone takes little time, so that parameters can be fitted by many.
+
     Raises
     ------
     MissingPackageError
         heyoka is not installed.
     """
 
+    # Two vectors of four, or one of eight.
+    lanes = 8
+    is_quick = True
+
     def __init__(self) -> None:
         self._hy = hy = require_heyoka()
-        self._arithmetic = Multiprecision(_DIGITS)
+        self._arithmetic = Multiprecision(DIGITS)
         count = 0
 
         def parameter(_: Number) -> Number:
@@ -95,25 +118,18 @@ class Simulator:
             count += 1
             return hy.par[count - 1]
 
-        # Of any bicycle: only which constants there are is taken from it.
-        exact = Equations.of(read_bicycle(benchmark_bicycle()), self._arithmetic)
+        exact = any_bicycle(self._arithmetic)
         self._equations = equations = exact.convert(parameter, Expressions())
         self._count = count
         self._state = state = list(hy.make_vars(*equations.states))
         self._rates = equations.rates_with_yaw(state)
-        found = equations.columns(state)
-        _, u = equations.unfold(state)
-        k = equations.k
-        rates = [u.w1, u.q, u.w3, u.w1_f, u.q_f, u.w3_f, u.v / k.rear.r, u.v_f / k.front.r]
-        self._outputs: Any = hy.cfunc(
-            [*(found[c.name] for c in COLUMNS), *rates], state, compact_mode=True
-        )
+        self._outputs: Any = hy.cfunc(outputs(equations, state), state, compact_mode=True)
         self._integrator = lru_cache(self._compile)
-        self._constants = lru_cache(_KEPT)(self._compute_constants)
+        self._constants = lru_cache(KEPT)(self._compute_constants)
 
     def _compile(self, altered: tuple[str, ...], in_lanes: bool) -> Any:
         """An integrator of the equations, with amounts of what is altered."""
-        rates, shape = self._rates, (len(self._state), _LANES)
+        rates, shape = self._rates, (len(self._state), self.lanes)
         if altered:
             amounts: dict[str, Any] = dict.fromkeys(_ALTERED, 0.0)
             amounts |= {name: self._hy.par[self._count + _ALTERED.index(name)] for name in altered}
@@ -167,8 +183,8 @@ class Simulator:
             for m, r in zip(motions, ready, strict=True)
         ]
         for (altered, _), members in alike.items():
-            for k in range(0, len(members), _LANES):
-                together = members[k : k + _LANES]
+            for k in range(0, len(members), self.lanes):
+                together = members[k : k + self.lanes]
                 chosen = [r for i in together if (r := ready[i]) is not None]
                 for i, r, states in zip(
                     together, chosen, self._states(chosen, altered), strict=True
@@ -176,7 +192,7 @@ class Simulator:
                     found[i] = self._columns(motions[i], r, states)
         return found
 
-    def _states(self, ready: Sequence[_Ready], altered: tuple[str, ...]) -> list[Array]:
+    def _states(self, ready: Sequence[Ready], altered: tuple[str, ...]) -> list[Array]:
         """States of motions at their grids, as many of each; NaN from where one ends."""
         found: dict[int, Array] = {}
         left = list(range(len(ready)))
@@ -189,14 +205,14 @@ class Simulator:
         return [found[i] for i in range(len(ready))]
 
     def _together(
-        self, ready: Sequence[_Ready], altered: tuple[str, ...]
+        self, ready: Sequence[Ready], altered: tuple[str, ...]
     ) -> tuple[list[Array], list[bool]]:
         """States of motions, and which of them have come to an end."""
         ta = self._integrator(altered, True)
         # Lanes that are left over repeat the last motion.
-        lanes = [*ready, *[ready[-1]] * (_LANES - len(ready))]
+        lanes = [*ready, *[ready[-1]] * (self.lanes - len(ready))]
         ta.pars[:] = np.array([r.parameters for r in lanes]).T[: len(ta.pars)]
-        ta.set_time(np.zeros(_LANES))
+        ta.set_time(np.zeros(self.lanes))
         ta.state[:] = np.array([r.state for r in lanes]).T
         grid = np.ascontiguousarray(np.array([r.grid for r in lanes]).T)
         states = ta.propagate_grid(grid, max_steps=_MOST_STEPS)[-1]
@@ -206,7 +222,7 @@ class Simulator:
             [outcome != self._hy.taylor_outcome.success for outcome in outcomes],
         )
 
-    def _alone(self, ready: _Ready, altered: tuple[str, ...]) -> Array:
+    def _alone(self, ready: Ready, altered: tuple[str, ...]) -> Array:
         ta = self._integrator(altered, False)
         ta.pars[:] = ready.parameters[: len(ta.pars)]
         ta.time = 0.0
@@ -216,17 +232,21 @@ class Simulator:
         states[: len(reached)] = reached
         return states
 
-    def _columns(self, motion: Motion, ready: _Ready, states: Array) -> dict[str, Array]:
-        used = ready.constants[: self._outputs.nparams, None]
-        parameters = np.broadcast_to(used, (len(used), len(states)))
-        found = self._outputs(np.ascontiguousarray(states.T), pars=np.ascontiguousarray(parameters))
-        wanted = found[:, ready.back]
+    def _columns(self, motion: Motion, ready: Ready, states: Array) -> dict[str, Array]:
+        wanted = self._evaluated(ready, states)[:, ready.back]
         rates = dict(zip(_RATES, wanted[len(COLUMNS) :], strict=True))
         made = dict(zip([c.name for c in COLUMNS], wanted, strict=False))
         p = {s: float(x) for s, x in motion.bicycle.values.items()}
         # A motion that meets a singularity may become very fast.
         with np.errstate(over="ignore"):
             return made | _energies(p, rates)
+
+    def _evaluated(self, ready: Ready, states: Array) -> Array:
+        """What is computed of the states on a grid."""
+        used = ready.constants[: self._outputs.nparams, None]
+        parameters = np.ascontiguousarray(np.broadcast_to(used, (len(used), len(states))))
+        found: Array = self._outputs(np.ascontiguousarray(states.T), pars=parameters)
+        return found
 
     def _compute_constants(
         self, values: tuple[tuple[str, Exact], ...]
@@ -242,7 +262,21 @@ class Simulator:
         return np.array(found), float(exact.k.length)
 
 
-def _prepared(motion: Motion, constants: tuple[Array, float] | None) -> _Ready | None:
+def any_bicycle(a: Multiprecision) -> Equations:
+    """Equations of which only matters what constants there are."""
+    return Equations.of(read_bicycle(benchmark_bicycle()), a)
+
+
+def outputs(equations: Equations, state: Sequence[Number]) -> list[Number]:
+    """Columns, and the rates that `_RATES` names."""
+    found = equations.columns(state)
+    _, u = equations.unfold(state)
+    k = equations.k
+    rates = [u.w1, u.q, u.w3, u.w1_f, u.q_f, u.w3_f, u.v / k.rear.r, u.v_f / k.front.r]
+    return [*(found[c.name] for c in COLUMNS), *rates]
+
+
+def _prepared(motion: Motion, constants: tuple[Array, float] | None) -> Ready | None:
     if constants is None:
         return None
     values, length = constants
@@ -251,7 +285,7 @@ def _prepared(motion: Motion, constants: tuple[Array, float] | None) -> _Ready |
     # Repeated times are not allowed; nor is a grid that does not begin at the present.
     grid, back = np.unique(np.concatenate([[0.0], motion.time]), return_inverse=True)
     state = [*angles_and_rates, speed / length, 0.0]
-    return _Ready(values, [*values, *amounts], state, grid, back[1:])
+    return Ready(values, [*values, *amounts], state, grid, back[1:])
 
 
 def _altered(amounts: Mapping[str, float]) -> tuple[str, ...]:

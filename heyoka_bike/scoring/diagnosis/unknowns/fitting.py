@@ -57,7 +57,7 @@ class Fitting:
         What the digits cannot tell [SI].
     program : Program
         The correct one.
-    simulator : Simulator or None
+    simulator : Simulator
         Without it nothing but `problem` and what is given can be asked for.
     """
 
@@ -65,7 +65,7 @@ class Fitting:
         self, numbers: Sequence[int], times: Sequence[Array],
         written: Sequence[Mapping[str, Array]], exact: Sequence[Mapping[str, Array]],
         names: Mapping[str, str], floors: Mapping[Place, float], program: Program,
-        simulator: Simulator | None,
+        simulator: Simulator,
     ) -> None:  # fmt: skip
         self._numbers, self._times, self.names = numbers, times, names
         self._exact, self._program = exact, program
@@ -158,7 +158,6 @@ class Fitting:
         self, several: Sequence[Mapping[Unknown, float]], window: float
     ) -> list[dict[int, Mapping[str, Array]]]:
         """Motions of changed programs, by maneuver; what is not known yet is simulated together."""
-        assert self._simulator is not None
         keys = [[(window, *self._key(n, changes)) for n in self._numbers] for changes in several]
         asked: dict[tuple[object, ...], Motion] = {}
         for changes, found in zip(several, keys, strict=True):

@@ -1,0 +1,143 @@
+"""What the names of a file mean beside each other: which of their numbers are those of maneuvers.
+
+A name may end in a digit for other reasons: `u1` and `u2` are the speeds of Kane's method, and `V2`
+is the potential energy of some body. So a number is that of a maneuver only if its word is longer
+than a letter, or if the numbers are those of all maneuvers; and where other columns have none, only
+if that is said in words.
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+
+from heyoka_bike.scoring.reading.column_names import TIME, in_brackets, recognise
+from heyoka_bike.scoring.reading.heading_units import quantities, split_unit
+
+Found = tuple[str, int | None] | None
+"""Key of a column and number of its maneuver; None if it is not known."""
+
+_ENERGY = "J"
+_COORDINATE = "q"
+# One letter, and perhaps a number.
+_LETTER = re.compile(r"\W*([^\W\d_])[\W_]*[0-9]*\W*")
+_IN_WORDS = re.compile(r"(?<![a-z])(?:m|man|maneuver|manoeuvre)[\s_.:-]*[0-9]")
+
+
+def meanings(names: Sequence[str], count: int) -> list[Found]:
+    """What each of the columns of a file is.
+
+    Parameters
+    ----------
+    names
+        Of all its columns.
+    count
+        Number of maneuvers of the reference.
+
+    Returns
+    -------
+    list of (str, int or None) or None
+        Key, and number of the maneuver if that is told; None if the name is not known, or if what
+        it means alone cannot be meant beside the others.
+    """
+    # With other numbers in brackets, all of them are maneuvers.
+    brackets = [b for name in names for b in in_brackets(name)]
+    are_numbers = any(b.strip().isdecimal() and int(b) != 1 for b in brackets)
+    found: list[Found] = [recognise(name, one_is_a_unit=not are_numbers) for name in names]
+    found = _with_capitals(names, found)
+    found = _without_indices(names, _from_one(found, count), count)
+    if not any(f and f[1] is not None for f in found):
+        return _in_turn(found, count)
+    # Beside numbered columns one without a number tells nothing, and no reference has others.
+    return [
+        f if f is None or f[0] == TIME or (f[1] is not None and 1 <= f[1] <= count) else None
+        for f in found
+    ]
+
+
+def is_coordinate(name: str) -> bool:
+    """Whether a column of this name is a coordinate, so that the u beside it is its speed."""
+    return _letter(split_unit(name)[0]) == _COORDINATE
+
+
+def _letter(stem: str) -> str:
+    """The letter that a name is but for a number; empty if it is a word."""
+    match = _LETTER.fullmatch(stem)
+    return match[1].lower() if match else ""
+
+
+def _with_capitals(names: Sequence[str], found: list[Found]) -> list[Found]:
+    """The same with T and V as energies, where t and v are time and speed."""
+    parts = [split_unit(name) for name in names]
+    plain = [stem.strip() for stem, _ in parts]
+    capitals = {"T": ("t", "kinetic_energy"), "V": ("v", "potential_energy")}
+    return [
+        (capitals[name][1], None)
+        if name in capitals and capitals[name][0] in plain and unit is None
+        else f
+        for name, (_, unit), f in zip(plain, parts, found, strict=True)
+    ]
+
+
+def _from_one(found: list[Found], count: int) -> list[Found]:
+    """The same with numbers from 1, where those of every column are from 0.
+
+    Instead of 0 the first of all may have none: so pandas makes equal names differ.
+    """
+    numbers = _numbers(dict(enumerate(found)))
+    are_from_zero = all(0 in n for n in numbers.values())
+    are_of_pandas = count > 1 and all(n == {None, *range(1, count)} for n in numbers.values())
+    if not numbers or not (are_from_zero or are_of_pandas):
+        return found
+    return [f if f is None or f[0] == TIME else (f[0], (f[1] or 0) + 1) for f in found]
+
+
+def _without_indices(names: Sequence[str], found: list[Found], count: int) -> list[Found]:
+    """The same without columns whose numbers are not those of maneuvers."""
+    stems, units = zip(*map(split_unit, names), strict=True) if names else ((), ())
+    letters = list(map(_letter, stems))
+    # Beside coordinates q the u are their speeds, and no potential energies.
+    out = {
+        i
+        for i, (letter, unit) in enumerate(zip(letters, units, strict=True))
+        if _COORDINATE in letters and letter == "u" and not (unit and _ENERGY in quantities(unit))
+    }
+    kept = {i: f for i, f in enumerate(found) if f and f[0] != TIME and i not in out}
+    numbered = {i: f for i, f in kept.items() if f[1] is not None}
+    plain = {f[0] for f in kept.values() if f[1] is None}
+    every = set(range(1, count + 1)) if count > 1 else None
+    of_words = {f[1] for i, f in numbered.items() if not letters[i]}
+    for i, (key, _) in numbered.items():
+        own = {f[1] for j, f in numbered.items() if f[0] == key and letters[j]}
+        if letters[i] and not (own <= of_words or (own == every and not plain)):
+            out.add(i)
+    numbered = {i: f for i, f in numbered.items() if i not in out}
+    are_in_words = any(_IN_WORDS.search(stems[i].lower()) for i in numbered)
+    numbers = _numbers(numbered)
+    are_maneuvers = are_in_words or every in numbers.values() or len(numbers) > len(plain)
+    if plain and not are_maneuvers:
+        out |= set(numbered)
+    return [None if i in out else f for i, f in enumerate(found)]
+
+
+def _in_turn(found: list[Found], count: int) -> list[Found]:
+    """The eight names once for each maneuver mean the maneuvers in order."""
+    keys = [f[0] for f in found if f]
+    times = {keys.count(key) for key in keys if key != TIME}
+    if count == 1 or times != {count} or keys.count(TIME) != 1:
+        return found
+    turn: dict[str, int] = {}
+    numbered: list[Found] = []
+    for f in found:
+        if f and f[0] != TIME:
+            turn[f[0]] = turn.get(f[0], 0) + 1
+            f = f[0], turn[f[0]]
+        numbered.append(f)
+    return numbered
+
+
+def _numbers(found: Mapping[int, Found]) -> dict[str, set[int | None]]:
+    """The numbers that each column but the time comes with, by key."""
+    numbers: dict[str, set[int | None]] = {}
+    for f in found.values():
+        if f and f[0] != TIME:
+            numbers.setdefault(f[0], set()).add(f[1])
+    return numbers
