@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     from heyoka_bike.scoring.alignment import FileInfo, Part
 
 
+WHOLE = 0.99
+"""Of the duration: a run without its first row is whole enough to be judged."""
+
+
 @dataclass(frozen=True, slots=True)
 class Consistency:
     """How well the file agrees with itself; None where that cannot be asked of it.
@@ -248,8 +252,26 @@ class Report(Scored, Held[int, ManeuverScore]):
 
     @property
     def passed(self) -> bool:
-        """Whether every requirement is met; true without any."""
+        """Whether every requirement is met: true without any, however wrong the file is.
+
+        Whether it is right is said by `is_right`.
+        """
         return all(r.met for r in self.requirements)
+
+    @property
+    def is_right(self) -> bool:
+        """Whether the verdict is that the file is right, over the whole run.
+
+        Every column that was compared has six correct digits, or all that it was written with, and
+        no signs contradict each other. Columns that are not in the file are not asked for.
+        """
+        compared = [c for m in self.maneuvers for c in m.columns if c.scd is not None]
+        return (
+            bool(compared)
+            and all(c.is_right for c in compared)
+            and all(m.coverage >= WHOLE for m in self.maneuvers)
+            and not any(f.code == "signs_disagree" for f in self.findings)
+        )
 
 
 @dataclass(frozen=True, slots=True)

@@ -124,7 +124,7 @@ def side_by_side(
         for name, group in groups.items()
     )
     errors = _errors(programs)
-    findings = (*_nothing_shared(errors), *_definitions(programs))
+    findings = (*_nothing_shared(errors), *_maneuvers(programs), *_definitions(programs))
     return Series(programs, errors, findings, is_one_program=False)
 
 
@@ -187,6 +187,25 @@ def _nothing_shared(errors: Sequence[Convergence]) -> list[Finding]:
             "no_shared_columns",
             "no maneuver has a column that two of the programs share: nothing is side by side",
             Severity.WARNING,
+        )
+    ]
+
+
+def _maneuvers(programs: Sequence[Run]) -> list[Finding]:
+    """Programs that hold different maneuvers: their worst columns do not compare."""
+    who: dict[str, list[str]] = {}
+    for program in programs:
+        who.setdefault(", ".join(map(str, program.report)), []).append(program.name)
+    if len(who) < 2:
+        return []
+    held = "; ".join(f"{', '.join(names)}: {numbers or 'none'}" for numbers, names in who.items())
+    return [
+        Finding(
+            "maneuvers_differ",
+            f"the programs cover different maneuvers ({held}), so that the digits of their worst "
+            "columns do not compare: look at the maneuvers that they share",
+            Severity.WARNING,
+            {"maneuvers": {program.name: list(program.report) for program in programs}},
         )
     ]
 

@@ -15,11 +15,10 @@ import numpy as np
 from heyoka_bike.errors import BicycleError, InputError
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.diagnosis.diagnose import diagnosed
-from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.report import WHOLE, Report
 from heyoka_bike.scoring.requirements import OF_COLUMN, OF_MANEUVER, check, parse
 from heyoka_bike.scoring.score import score
 from heyoka_bike.showing.formats import wording as words
-from heyoka_bike.showing.formats.grades import WHOLE
 from heyoka_bike.testing.failure import failure
 
 # Of these more is better; of all other metrics less.

@@ -49,6 +49,7 @@ def test_a_linear_program_is_told_as_such(reference, simulator, energies):
     (only,) = said(linear_run(reference, energies=energies), reference, simulator)
     assert only.code == "linearised"
     assert "linearised equations" in only.message
+    assert "Nothing else is wrong" in only.message
 
 
 @pytest.mark.parametrize("number", [1, 3])
@@ -57,6 +58,9 @@ def test_one_maneuver_of_default_tolerance_is_enough(reference, simulator, numbe
     one = replace(whole, maneuvers=(whole.maneuvers[number - 1],))
     (only,) = said(one, reference, simulator)
     assert only.code == "linearised"
+    # A tolerance of 1e-3 is seen.
+    assert f"of maneuver {number} and less in roll and steer elsewhere" in only.message
+    assert "Nothing else" not in only.message
 
 
 def test_the_energies_that_are_in_no_known_way_are_named(reference, simulator):
@@ -66,4 +70,4 @@ def test_the_energies_that_are_in_no_known_way_are_named(reference, simulator):
         for rows in whole.maneuvers
     )
     (only,) = said(replace(whole, maneuvers=odd), reference, simulator)
-    assert "but for kinetic_energy" in only.message
+    assert "Not compared: kinetic_energy" in only.message

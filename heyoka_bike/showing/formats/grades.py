@@ -10,12 +10,9 @@ from math import log10
 
 from heyoka_bike.scoring.column_score import RIGHT_DIGITS, ColumnScore
 from heyoka_bike.scoring.measures import TOLERANCE
-from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.report import WHOLE, Report
 
 _CLOSE = -log10(TOLERANCE)
-
-WHOLE = 0.99
-"""Of the duration: a run without its first row is whole enough to be judged."""
 
 
 class Grade(IntEnum):
@@ -77,13 +74,20 @@ def is_part(report: Report) -> bool:
     return any(m.coverage < WHOLE for m in report.maneuvers)
 
 
+def is_start(report: Report) -> bool:
+    """Whether all rows are at time 0."""
+    return not any(m.part.time.any() for m in report.maneuvers)
+
+
 def judgement(report: Report) -> str:
     """What a file is, in a word or a few; empty if nothing was compared."""
     found = file_grade(report)
     word = WORDS.get(found, "")
-    return (
-        f"{word}, as far as it goes" if is_part(report) and found < Grade.WRONG and word else word
-    )
+    if not word or found == Grade.WRONG or not is_part(report):
+        return word
+    if is_start(report):
+        return f"only the start is there, which the benchmark gives: {word}"
+    return f"{word}, as far as it goes"
 
 
 def style_of(report: Report) -> str:

@@ -38,6 +38,7 @@ def _report(report: Report) -> dict[str, Any]:
         "findings": [_finding(f) for f in report.said],
         "requirements": [asdict(r) for r in report.requirements],
         "passed": report.passed,
+        "is_right": report.is_right,
     }
 
 

@@ -10,8 +10,8 @@ from heyoka_bike.errors import printable
 from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.measures import MOST_DIGITS
-from heyoka_bike.scoring.report import ManeuverScore, Report, Run, Series
-from heyoka_bike.showing.formats.grades import WHOLE, judgement
+from heyoka_bike.scoring.report import WHOLE, ManeuverScore, Report, Run, Series
+from heyoka_bike.showing.formats.grades import judgement
 
 
 def sentence(text: str) -> str:
@@ -305,6 +305,8 @@ def series_verdict(series: Series) -> str:
     name, run = chosen(series)
     if not series.is_one_program:
         best = f"{run_name(series, run)} is the best of {len(series.runs)} programs"
+        if any(f.code == "maneuvers_differ" for f in series.findings):
+            best += ", which cover different maneuvers"
         parts = [f"{best}: {graded(run.report)}", requirement_words(series)]
         return "; ".join(p for p in parts if p)
     steps = [r.step for r in series.runs if r.step is not None]
