@@ -8,6 +8,7 @@ import shutil
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from importlib.util import find_spec
+from itertools import repeat
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -95,10 +96,6 @@ def candidate(folder: Path) -> tuple[Trajectory, ...]:
     return read_candidate(folder)
 
 
-def _run(job: tuple[Bicycle, Maneuver, int]) -> Trajectory:
-    return integrate(*job)
-
-
 @pytest.fixture(scope="session")
 def made_once(tmp_path_factory: pytest.TempPathFactory, worker_id: str) -> MadeOnce:
     """What many tests need and is long in the making: a folder by its name, and what fills it."""
@@ -131,7 +128,8 @@ def long_runs(
 
     def fill(place: Path) -> None:
         with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
-            runs = tuple(pool.map(_run, [(bicycle, m, 110) for m in maneuvers]))
+            # A function of the package: a spawned process finds none of "conftest", there are two.
+            runs = tuple(pool.map(integrate, repeat(bicycle), maneuvers, repeat(110)))
         (place / "runs").write_bytes(pickle.dumps(runs))
 
     found: tuple[Trajectory, ...] = pickle.loads(
