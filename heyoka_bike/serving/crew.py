@@ -118,6 +118,11 @@ class Crew:
             raise BusyError(self.patience()) from None
         return job
 
+    def check(self) -> None:
+        """Raise `BusyError` if a task could not be put there now."""
+        if self._queue.full():
+            raise BusyError(self.patience())
+
     def processes(self) -> list[int]:
         """Numbers of the processes that work now."""
         return [p.pid for p in list(self._working) if p.pid is not None]

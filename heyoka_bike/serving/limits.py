@@ -34,6 +34,8 @@ class Limits:
         Results at once; the oldest make room.
     kept_bytes : int
         Of all results and their files [bytes].
+    arriving_bytes : int
+        Of all requests that are not kept yet [bytes].
     has_diagnosis
         Whether ``diagnose`` is offered.
     """
@@ -49,6 +51,7 @@ class Limits:
     kept_seconds: float = 86400.0
     kept: int = 1000
     kept_bytes: int = 4000 * _MB
+    arriving_bytes: int = 2000 * _MB
     has_diagnosis: bool = True
 
 

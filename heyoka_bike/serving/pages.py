@@ -44,7 +44,7 @@ def shell(title: str, body: str, *, head: str = "", bar: str = "") -> str:
     return f"""{_HEAD}{head}<title>{escape(title)}</title>
 </head>
 <body>
-{bar or _bar_of_home()}
+{bar or bar_of_home()}
 <main>
 {body}
 </main>
@@ -56,7 +56,8 @@ throughout. <a href="/api">For programs</a></p></footer>
 """
 
 
-def _bar_of_home(links: str = "") -> str:
+def bar_of_home(links: str = "") -> str:
+    """Links of a page that is no result's."""
     return (
         '<nav class="bar" aria-label="Pages"><a class="home" href="/">Score a file</a>'
         f"{links}</nav>"
@@ -104,7 +105,7 @@ only you are given, so that the diagnosis and the links work; then they are remo
 them at once. Nothing is sent anywhere else; there are no cookies. The log has times and sizes, no
 names and no contents.</p>
 """
-    return shell("Score a file – uncontrolled bicycle", body, bar=_bar_of_home(board))
+    return shell("Score a file – uncontrolled bicycle", body, bar=bar_of_home(board))
 
 
 def waiting(kept: Kept, kind: Kind, job: Job, ahead: int) -> str:
@@ -166,7 +167,7 @@ def bar(kept: Kept, current: Kind, downloads: Sequence[str] = ()) -> str:
         if suffix in downloads
     ]  # fmt: skip
     parts.append(f'<form action="{root}/remove" method="post"><button>Remove</button></form>')
-    return _bar_of_home("".join(parts))
+    return bar_of_home("".join(parts))
 
 
 def _asked(kept: Kept, kind: Kind, said: str, current: Kind) -> str:

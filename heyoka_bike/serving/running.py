@@ -1,15 +1,19 @@
 """A server that runs until it is stopped."""
 
 import logging
+import os
+import shutil
 import signal
 import socket
 import sys
 import tempfile
 import webbrowser
 from collections.abc import Sequence
+from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from threading import Timer
+from time import time
 
 import uvicorn
 
@@ -22,6 +26,9 @@ _AT_ONCE = 1000
 _GRACE = 5  # [s]
 _BACKLOG = 2048
 _OPENED_AFTER = 0.5  # [s]
+# Of the folder of what is kept; one this old is held if its server lives [s].
+_PREFIX = "heyoka-bike-serve-"
+_NEW = 60.0
 
 
 def serve(
@@ -53,7 +60,9 @@ def serve(
     bound = _bound(host, port)
     shown = f"[{host}]" if ":" in host else host
     address = f"http://{shown}:{bound.getsockname()[1]}/"
-    with tempfile.TemporaryDirectory(prefix="heyoka-bike-", ignore_cleanup_errors=True) as folder:
+    _sweep()
+    with tempfile.TemporaryDirectory(prefix=_PREFIX, ignore_cleanup_errors=True) as folder:
+        held = _hold(folder)
         server = Server(Path(folder), limits, names, board, _log)
         config = uvicorn.Config(
             server.app, log_config=None, access_log=False, limit_concurrency=_AT_ONCE,
@@ -62,7 +71,37 @@ def serve(
         print(f"Drop result files on {address} (Ctrl-C ends it)", flush=True)
         if is_opened:
             Timer(_OPENED_AFTER, webbrowser.open, (address,)).start()
-        uvicorn.Server(config).run(sockets=[bound])
+        try:
+            uvicorn.Server(config).run(sockets=[bound])
+        finally:
+            if held is not None:
+                os.close(held)
+
+
+def _hold(folder: str) -> int | None:
+    """Show other servers that this one lives: an open file, if there is nobody who holds it."""
+    try:
+        import fcntl
+    except ImportError:
+        # Windows: nothing is removed of which it is not known whether it is used.
+        return None
+    found = os.open(folder, os.O_RDONLY)
+    try:
+        fcntl.flock(found, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        os.close(found)
+        return None
+    return found
+
+
+def _sweep() -> None:
+    """Remove what servers kept that were killed, or that the machine went down under."""
+    for folder in Path(tempfile.gettempdir()).glob(f"{_PREFIX}*"):
+        with suppress(OSError):
+            # A new one is about to be held.
+            if time() - folder.stat().st_mtime > _NEW and (held := _hold(str(folder))) is not None:
+                shutil.rmtree(folder, ignore_errors=True)
+                os.close(held)
 
 
 def _bound(host: str, port: int) -> socket.socket:

@@ -10,12 +10,14 @@ from pathlib import Path
 from time import time
 from unicodedata import normalize
 
-from heyoka_bike.serving.crew import Job
+from heyoka_bike.serving.crew import BusyError, Job
 from heyoka_bike.serving.limits import Limits
 from heyoka_bike.serving.tasks import FILES, MADE, Kind, Task
 
 _LONGEST_NAME = 80
 _NO_NAME = "results.txt"
+# When there is room for more requests, as a guess [s].
+_ROOM_IN = 5
 _UNUSUAL = re.compile(r"[^\w .()+=,@~-]")
 
 
@@ -67,6 +69,8 @@ class Store:
     def __init__(self, folder: Path, limits: Limits) -> None:
         self._folder, self._limits = folder, limits
         self._kept: dict[str, Kept] = {}
+        # Of what is there and not kept, by folder [bytes].
+        self._arrived: dict[Path, int] = {}
 
     def __len__(self) -> int:
         return len(self._kept)
@@ -77,14 +81,33 @@ class Store:
     def room(self) -> Path:
         """A new folder for the files of a request."""
         folder = self._folder / secrets.token_urlsafe(12)
+        self._arrived[folder] = 0
         (folder / FILES).mkdir(parents=True, mode=0o700)
         return folder
+
+    def grow(self, folder: Path, size: int) -> None:
+        """Count bytes that arrive for a folder from `room`.
+
+        Raises
+        ------
+        BusyError
+            All requests together hold more than they may.
+        """
+        self._arrived[folder] += size
+        if sum(self._arrived.values()) > self._limits.arriving_bytes:
+            raise BusyError(_ROOM_IN)
+
+    def drop(self, folder: Path) -> None:
+        """Remove a folder from `room` that is not kept."""
+        _remove(folder)
+        self._arrived.pop(folder, None)
 
     def keep(self, task: Task) -> Kept:
         """Keep a task whose folder is from `room`, until its time is over."""
         until = time() + self._limits.kept_seconds
         kept = Kept(task.folder.name, task.folder, until, task, self._limits.has_diagnosis)
         self._kept[kept.key] = kept
+        self._arrived.pop(task.folder, None)
         return kept
 
     def get(self, key: str) -> Kept | None:
@@ -97,7 +120,7 @@ class Store:
         for job in kept.jobs.values():
             job.is_unwanted = True
         self._kept.pop(kept.key, None)
-        drop(kept.folder)
+        _remove(kept.folder)
 
     def sweep(self) -> None:
         """Remove what is over, and the oldest of what is too much."""
@@ -114,16 +137,11 @@ class Store:
             self.remove(kept)
         # What a process wrote after its result was removed.
         for folder in self._folder.iterdir():
-            if folder.name not in self._kept and time() - _changed(folder) > _ABANDONED:
-                drop(folder)
+            if folder.name not in self._kept and folder not in self._arrived:
+                _remove(folder)
 
 
-# A folder without a result is a request that is still arriving, at most for so long [s].
-_ABANDONED = 3600.0
-
-
-def drop(folder: Path) -> None:
-    """Remove a folder with all that is in it."""
+def _remove(folder: Path) -> None:
     shutil.rmtree(folder, ignore_errors=True)
 
 
@@ -148,10 +166,3 @@ def _size(folder: Path) -> int:
         with suppress(OSError):
             size += path.stat().st_size
     return size
-
-
-def _changed(folder: Path) -> float:
-    try:
-        return folder.stat().st_mtime
-    except OSError:
-        return time()

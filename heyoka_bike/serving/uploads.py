@@ -1,7 +1,7 @@
 """Result files as a request brings them: by a form, or as its body."""
 
 import asyncio
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,7 +14,7 @@ from heyoka_bike.errors import InputError, quoted, unknown_word
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.scoring import requirements
 from heyoka_bike.serving.limits import Limits
-from heyoka_bike.serving.store import drop, file_name
+from heyoka_bike.serving.store import file_name
 from heyoka_bike.serving.tasks import FILES, Kind, Task
 
 _FILE_FIELD, _PASTED_FIELD, _NAME = "file", "pasted", "filename"
@@ -74,8 +74,18 @@ class Upload:
         )  # fmt: skip
 
 
-async def receive(request: Request, folder: Path, limits: Limits) -> Upload:
-    """Write the files of a request to a folder; if they cannot be taken, the folder is removed.
+async def receive(
+    request: Request, folder: Path, limits: Limits, arrived: Callable[[int], None]
+) -> Upload:
+    """Write the files of a request to a folder.
+
+    Parameters
+    ----------
+    request
+    folder
+    limits
+    arrived
+        Called with the size of each part as it arrives [bytes]; what it raises ends the request.
 
     Raises
     ------
@@ -88,21 +98,19 @@ async def receive(request: Request, folder: Path, limits: Limits) -> Upload:
     TimeoutError
         It took too long.
     """
-    try:
-        async with asyncio.timeout(limits.upload_seconds):
-            return await _receive(request, folder, limits)
-    except BaseException:
-        drop(folder)
-        raise
+    async with asyncio.timeout(limits.upload_seconds):
+        return await _receive(request, folder, limits, arrived)
 
 
-async def _receive(request: Request, folder: Path, limits: Limits) -> Upload:
+async def _receive(
+    request: Request, folder: Path, limits: Limits, arrived: Callable[[int], None]
+) -> Upload:
     told = request.headers.get("content-length", "")
     most = limits.upload + _BESIDE
     if told and (not told.isascii() or not told.isdigit() or int(told[:18]) > most):
         raise TooLargeError
     kind = request.headers.get("content-type", "").partition(";")[0].strip().lower()
-    _count(request, most)
+    _count(request, most, arrived)
     query = request.query_params.multi_items()
     if kind == "multipart/form-data":
         return await _of_form(request, query, folder, limits)
@@ -122,16 +130,18 @@ async def _receive(request: Request, folder: Path, limits: Limits) -> Upload:
     return Upload(folder, (name,), options)
 
 
-def _count(request: Request, most: int) -> None:
+def _count(request: Request, most: int, arrived: Callable[[int], None]) -> None:
     """Stop the request where more arrives than it may hold, whatever it said before."""
-    get, arrived = request._receive, 0
+    get, size = request._receive, 0
 
     async def counted() -> Message:
-        nonlocal arrived
+        nonlocal size
         message = await get()
-        arrived += len(message.get("body", b""))
-        if arrived > most:
+        part = len(message.get("body", b""))
+        size += part
+        if size > most:
             raise TooLargeError
+        arrived(part)
         return message
 
     request._receive = counted

@@ -1,16 +1,19 @@
 """``heyoka-bike serve`` starts, answers, ends when it is told to, and leaves nothing behind."""
 
+import json
 import os
 import re
 import signal
 import socket
 import subprocess
 import sys
+import time
 import urllib.request
 
 import pytest
 
 from heyoka_bike.cli import main
+from heyoka_bike.system.resources import data_folder
 
 
 def started(tmp_path, *options):
@@ -37,6 +40,54 @@ def test_it_answers_until_it_is_told_to_end(tmp_path, how):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.timeout(60)
+@pytest.mark.parametrize("share", [0.5, 1.0])
+def test_a_client_that_vanishes_leaves_nothing(tmp_path, share):
+    body = (data_folder() / "peers" / "exudyn-h0.01.txt").read_bytes()
+    head = f"POST /score HTTP/1.1\r\nHost: localhost\r\nContent-Length: {len(body)}\r\n\r\n"
+    with started(tmp_path) as server:
+        port = int(re.search(r":(\d+)/", server.stdout.readline())[1])
+        for _ in range(3):
+            with socket.create_connection(("127.0.0.1", port)) as client:
+                client.sendall(head.encode() + body[: int(share * len(body))])
+        # Who stays is answered, and a moment later nothing is left of the others.
+        address = f"http://127.0.0.1:{port}/"
+        asked = urllib.request.Request(f"{address}score", body, {"Content-Type": "text/plain"})
+        with urllib.request.urlopen(asked, timeout=30) as answer:
+            assert json.load(answer)["maneuvers"]
+        end = time.monotonic() + 20
+        while any(tmp_path.glob("heyoka-bike-serve-*/*")):
+            assert time.monotonic() < end
+            time.sleep(0.05)
+        server.terminate()
+        _, log = server.communicate()
+    assert log.count("POST /score") == 4, log
+    assert "Traceback" not in log
+
+
+@pytest.mark.timeout(60)
+def test_what_a_killed_server_kept_is_removed_by_the_next(tmp_path):
+    with started(tmp_path) as killed, started(tmp_path) as living:
+        killed.stdout.readline(), living.stdout.readline()
+        killed.kill()
+        killed.communicate()
+        left = sorted(tmp_path.glob("heyoka-bike-serve-*"))
+        assert len(left) == 2
+        for folder in left:
+            os.utime(folder, (0, 0))
+        with started(tmp_path) as following:
+            following.stdout.readline()
+            # Its own, and that of the one that lives.
+            assert len(set(tmp_path.glob("heyoka-bike-serve-*")) - set(left)) == 1
+            assert len(set(tmp_path.glob("heyoka-bike-serve-*")) & set(left)) == 1
+            following.terminate()
+            following.communicate()
+        living.terminate()
+        living.communicate()
+    assert not list(tmp_path.glob("heyoka-bike-serve-*"))
+
+
+@pytest.mark.timeout(60)
 def test_a_port_that_is_taken_is_said(capsys):
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))

@@ -9,12 +9,19 @@ import time
 import pytest
 import uvicorn
 
+from heyoka_bike.reference.load import load_reference
+from heyoka_bike.scoring.leaderboard import leaderboard
+from heyoka_bike.scoring.submission import read_submission
 from heyoka_bike.serving.app import Server
 from heyoka_bike.serving.limits import Limits
+from heyoka_bike.showing.formats.leaderboard import render_html
+from heyoka_bike.showing.formats.origin import origin
+from heyoka_bike.system.resources import data_folder
 
 pytestmark = [pytest.mark.proof, pytest.mark.timeout(300)]
 playwright = pytest.importorskip("playwright.sync_api")
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "chrome"))), None)
+RESULTS = data_folder() / "results"
 WIDTHS = {"phone": 400, "tablet": 820, "desk": 1280}
 
 # A file as a person drops it: the event that the browser makes of it.
@@ -28,13 +35,25 @@ DROP = """([name, text]) => {
 }"""
 
 
+def board(folder):
+    """The leaderboard of two of the published submissions."""
+    folder.mkdir()
+    for name in ("scipy-dop853.toml", "exudyn-trapezoidal.toml"):
+        shutil.copy(RESULTS / name, folder)
+        for file in read_submission(RESULTS / name).files:
+            shutil.copy(file.path, folder)
+    found = leaderboard(str(folder), [load_reference()], lambda share: None)
+    return render_html(found, origin(("leaderboard", "results")))
+
+
 @pytest.fixture(scope="module")
 def address(tmp_path_factory):
     """A server on this machine, on a port of its own."""
     bound = socket.socket()
     bound.bind(("127.0.0.1", 0))
     limits = Limits(workers=2, upload=2_000_000, files=4)
-    server = Server(tmp_path_factory.mktemp("store"), limits, log=lambda line: None)
+    store = tmp_path_factory.mktemp("store")
+    server = Server(store, limits, board=board(store.with_name("board")), log=lambda line: None)
     running = uvicorn.Server(uvicorn.Config(server.app, log_config=None))
     thread = threading.Thread(target=running.run, kwargs={"sockets": [bound]}, daemon=True)
     thread.start()
@@ -142,6 +161,31 @@ def test_what_is_refused_is_said_in_place(page, example):
     page.wait_for_url(re.compile("/results/.*/score"))
     assert "b_notes.txt" in page.inner_text("[role=alert]")
     assert "Failed to load" in "".join(page.complaints)  # the browser's own word for the answer 422
+
+
+def test_the_leaderboard_and_back(page):
+    page.get_by_role("link", name="Leaderboard").click()
+    page.wait_for_url(re.compile("/leaderboard"))
+    assert page.locator("#H1 table tbody tr").count() == 2
+    assert fits(page)
+    page.get_by_role("link", name="Score a file").click()
+    page.wait_for_selector("form.upload")
+    assert not page.complaints
+
+
+def test_a_slow_connection_shows_how_much_is_sent(chromium, address, example):
+    page = chromium.new_page()
+    page.goto(address)
+    slow = {"offline": False, "latency": 200, "downloadThroughput": -1}
+    page.context.new_cdp_session(page).send(
+        "Network.emulateNetworkConditions", slow | {"uploadThroughput": 200_000}
+    )
+    # A second of a slow line.
+    page.evaluate(DROP, [example.name, example.read_text()])
+    page.wait_for_function("/^sent .* of /.test(document.querySelector('.busy').textContent)")
+    page.wait_for_url(re.compile("/results/.*/score"))
+    assert "1.6 correct digits" in page.inner_text(".verdict")
+    page.close()
 
 
 def test_why_it_differs(chromium, address, example):

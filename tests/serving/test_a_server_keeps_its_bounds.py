@@ -3,7 +3,8 @@
 import os
 import signal
 import time
-from threading import Thread
+from concurrent.futures import ThreadPoolExecutor
+from threading import Event, Thread
 
 import pytest
 
@@ -44,6 +45,29 @@ def test_so_many_files_and_no_more(serving):
     client = serving(files=3)
     four = [("file", (f"{i}.txt", b"1 2")) for i in range(4)]
     assert "Too many files" in client.post("/score", files=four).json()["error"]
+    assert not list(client.folder.iterdir())
+
+
+def test_requests_together_hold_so_much_and_no_more(serving, example):
+    client = serving(upload=10_000, arriving_bytes=15_000)
+    begun, go_on = Event(), Event()
+
+    def slowly():
+        yield b"1 " * 4000
+        begun.set()
+        go_on.wait(10.0)
+        yield b"1 " * 100
+
+    with ThreadPoolExecutor(1) as pool:
+        first = pool.submit(client.post, "/score", content=slowly())
+        assert begun.wait(10.0)
+        second = client.post("/score", content=b"1 " * 4000)
+        go_on.set()
+    assert second.status_code == 503
+    assert second.json()["error"] == "busy, try again in 5 s"
+    # Refused as what it holds, not for its size; and its room is free again.
+    assert first.result().status_code == 422
+    assert client.post("/score", content=b"1 " * 4000).status_code == 422
     assert not list(client.folder.iterdir())
 
 

@@ -79,7 +79,9 @@ def test_a_killed_worker_and_a_killed_scheduler_cost_only_what_they_did(expected
     assert run.returncode == 70
     *where, last = said.splitlines()
     assert re.search("the scheduler at .* ended", last)
-    assert [line for line in where if "finished parts are kept in" not in line] == [], said
+    # A worker may come a moment later than the command.
+    usual = ("finished parts are kept in", "yet: waiting for one")
+    assert [line for line in where if not any(part in line for part in usual)] == [], said
     before = {p: p.stat().st_mtime_ns for p in kept(made)}
     assert len(before) >= 5
     (tmp_path / "again").mkdir()
