@@ -280,6 +280,21 @@ def test_links_to_other_files_and_to_themselves(tmp_path):
     assert_same(read_results(path), NUMBERS)
 
 
+def test_a_filter_that_is_not_here_is_named(tmp_path):
+    path = tmp_path / "x.h5"
+    with h5py.File(path, "w") as f:
+        made = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+        made.set_chunk(NUMBERS.shape)
+        # Registered with the HDF Group for LZO; optional, so that the file can be made without it.
+        made.set_filter(305, h5py.h5z.FLAG_OPTIONAL)
+        space = h5py.h5s.create_simple(NUMBERS.shape)
+        array = h5py.h5d.create(f.id, b"results", h5py.h5t.NATIVE_DOUBLE, space, made)
+        array.write_direct_chunk((0, 0), NUMBERS.astype("f8").tobytes())
+    said = "found /results compressed by filter 305, which is not installed here, expected gzip"
+    with pytest.raises(InputError, match=said):
+        read_results(path)
+
+
 def test_two_tables_are_one_too_many():
     with pytest.raises(InputError, match="found 'a', 'b', expected arrays named time"):
         read_results({"a": NUMBERS, "b": NUMBERS})

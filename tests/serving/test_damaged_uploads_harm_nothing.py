@@ -2,6 +2,8 @@
 
 import random
 import re
+from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -51,7 +53,7 @@ def damaged(content, rng):
 
 
 def sends(client, example, count, seed):
-    rng, found, answers = random.Random(seed), seeds(example), {}
+    rng, found, answers = random.Random(seed), seeds(example), Counter()
     for _ in range(count):
         name, content = rng.choice(found)
         body = damaged(content, rng)
@@ -63,14 +65,13 @@ def sends(client, example, count, seed):
             answer = client.post("/score", content=damaged(form, rng), headers=headers)
         else:
             answer = client.post("/score", files={"file": (name, body)})
-        answers[answer.status_code] = answers.get(answer.status_code, 0) + 1
+        answers[answer.status_code] += 1
         assert answer.status_code in ANSWERS, (name, answer.text)
         if answer.status_code != 200:
             line = answer.json()["error"]
             assert line
             assert "\n" not in line
             assert not re.search(r"Traceback|File \"|ended before it was done", line), (name, line)
-    assert not list(client.folder.iterdir())
     return answers
 
 
@@ -84,10 +85,17 @@ def test_hundreds_of_damaged_uploads(serving, example):
     answers = sends(client, example, 200, 1)
     assert answers[200]
     assert answers[422]
+    assert not list(client.folder.iterdir())
 
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
 @pytest.mark.slow
 @pytest.mark.timeout(7200)
 def test_ten_thousand_damaged_uploads(serving, example):
-    print(sends(serving(), example, 10_000, 2))
+    client = serving(workers=2)
+    with ThreadPoolExecutor(2) as pool:
+        halves = [pool.submit(sends, client, example, 5000, seed) for seed in (2, 3)]
+    answers = halves[0].result() + halves[1].result()
+    print(dict(answers))
+    assert answers.total() == 10_000
+    assert not list(client.folder.iterdir())

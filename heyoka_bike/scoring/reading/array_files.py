@@ -123,7 +123,26 @@ class _Dataset:
 
     def __getitem__(self, index: tuple[()]) -> Any:
         with damage("HDF5", self._path):
-            return self._dataset[index]
+            try:
+                return self._dataset[index]
+            except OSError:
+                self._check_filters()
+                raise
+
+    def _check_filters(self) -> None:
+        """Say it if the array was compressed by what is not here."""
+        import h5py
+
+        made = self._dataset.id.get_create_plist()
+        for i in range(made.get_nfilters()):
+            code, _, _, name = made.get_filter(i)
+            if not h5py.h5z.filter_avail(code):
+                raise InputError(
+                    f"found {printable(self._dataset.name)} compressed by "
+                    f"{printable(name.decode(errors='replace')) or f'filter {code}'}, which is not "
+                    "installed here, expected gzip or none (h5repack -f GZIP=6 changes it)",
+                    file=self._path,
+                )
 
 
 def _datasets(group: Any, path: str, depth: int = 0) -> dict[str, Any]:
