@@ -26,12 +26,7 @@ RESULTS = str(data_folder() / "peers" / "exudyn-h0.001.txt")
 
 @pytest.mark.parametrize(
     "arguments",
-    [
-        ["linear", "--speeds", "5"],
-        ["--help"],
-        ["score", RESULTS],
-        pytest.param(["verify"], marks=pytest.mark.proof),
-    ],
+    [["linear", "--speeds", "5"], ["--help"], ["score", RESULTS]],
 )
 def test_commands_work_without_heyoka(arguments):
     code = f"import sys; from heyoka_bike.cli import main; sys.exit(main({arguments!r}))"

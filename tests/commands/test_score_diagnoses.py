@@ -89,7 +89,11 @@ def zeros(t):
 
 @pytest.mark.parametrize(
     ("rows", "values", "said"),
-    [(1001, noise, "their error says nothing"), (1001, zeros, "nothing but zeros")],
+    [
+        # All that is tried is tried in vain.
+        pytest.param(1001, noise, "their error says nothing", marks=pytest.mark.slow),
+        (1001, zeros, "nothing but zeros"),
+    ],
 )
 def test_what_nobody_can_explain_is_not_explained(tmp_path, capsys, rows, values, said):
     t = np.arange(rows) / 100

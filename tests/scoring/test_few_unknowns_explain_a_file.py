@@ -201,6 +201,7 @@ def without_heyoka(file, reference, tmp_path):
     return {f["code"]: f for f in json.loads(run.stdout)["findings"]}
 
 
+@pytest.mark.slow
 def test_without_heyoka_small_changes_are_found_to_first_order(reference, tmp_path):
     file = file_of(reference, {"mB": "0.05"}, level=1e-7)
     found = without_heyoka(file, reference, tmp_path)
@@ -219,6 +220,7 @@ def test_without_heyoka_mistakes_of_the_model_are_found(reference, tmp_path):
     assert "not_tried" not in found
 
 
+@pytest.mark.slow
 def test_without_heyoka_mistakes_of_the_output_are_found(reference, tmp_path):
     late = {m.code: m for m in MISTAKES}["one_step_late"]
     found = without_heyoka(results_of(reference, [late], 1e-6), reference, tmp_path)
