@@ -63,6 +63,39 @@ def test_names_are_recognised(name, key, number):
 
 
 @pytest.mark.parametrize(
+    ("name", "key"),
+    [
+        # Modelica
+        ("bike.steer.phi", "steer_angle"), ("bike.steer.w", "steer_rate"),
+        ("der(bike.steer.phi)", "steer_rate"), ('"revRoll.phi"', "roll_angle"),
+        ("bicycle.rollAngle", "roll_angle"), ("bicycle.steeringRate", "steer_rate"),
+        ("bike.roll.phi [deg]", "roll_angle"),
+        # Simscape
+        ("Revolute_Roll.Rz.q", "roll_angle"), ("steer_joint.Rz.w", "steer_rate"),
+        # OpenSim
+        ("/jointset/fork/steer_angle/value", "steer_angle"),
+        ("/jointset/ground_frame/roll/speed", "roll_rate"),
+        # Of other parts, and accelerations.
+        ("rider.phi", None), ("rearWheel.w", None), ("rearWheel.speed", None), ("der(v)", None),
+        ("rider.kineticEnergy", None), ("der(bike.steer.w)", None), ("der(der(steer.phi))", None),
+        ("phi.roll", "roll_angle"), ("angle.phi", None),
+    ],
+)  # fmt: skip
+def test_names_of_joints(name, key):
+    assert recognise(name) == (None if key is None else (key, None))
+
+
+def test_joints_of_maneuvers_and_their_units(tmp_path):
+    assert recognise("maneuver2.roll.phi") == ("roll_angle", 2)
+    names = ["time", "bike.roll.phi [deg]", "der(bike.steer.phi)"]
+    assert found(read_results(written(tmp_path, names))) == {
+        "time": 0,
+        (None, "roll_angle"): 1,
+        (None, "steer_rate"): 2,
+    }
+
+
+@pytest.mark.parametrize(
     ("name", "number"),
     [("maneuver_2", 2), ("Maneuver 12", 12), ("m1", 1), ("maneuver", None), ("m1_x", None)],
 )  # fmt: skip

@@ -15,6 +15,7 @@ from heyoka_bike.scoring.reading.heading_units import (
     unit_of,
     unknown_unit,
 )
+from heyoka_bike.scoring.reading.joint_names import of_joint
 
 TIME = "time"
 _SECONDS = "s"
@@ -91,6 +92,8 @@ def recognise(name: str, *, one_is_a_unit: bool = True) -> tuple[str, int | None
             return found
     stem, unit, is_ending = unit_in(name)
     word, key, number = _by_words(stem)
+    if key is None:
+        key, number = of_joint(stem), group_number(stem.partition(".")[0])
     if key is not None and unit is not None:
         key = _in_unit(word, key, unit, is_ending)
     if key is None or (key == TIME and number is not None):
