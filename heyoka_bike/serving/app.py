@@ -386,7 +386,8 @@ async def _busy(request: Request, error: Exception) -> Response:
 
 
 async def _late(request: Request, error: Exception) -> Response:
-    return _answer(request, 408, "Too slow", "the files took too long to arrive")
+    message, headers = "the files took too long to arrive", {"connection": "close"}
+    return _answer(request, 408, "Too slow", message, headers)
 
 
 async def _gone(request: Request, error: Exception) -> Response:

@@ -15,7 +15,7 @@ from time import monotonic
 from typing import Any, Literal
 
 from heyoka_bike.serving.limits import Limits
-from heyoka_bike.serving.tasks import Task, work
+from heyoka_bike.serving.tasks import Task, fault, work
 
 State = Literal["waiting", "working", "done", "refused", "failed"]
 
@@ -154,7 +154,7 @@ class Crew:
             try:
                 self._carry_out(job)
             except Exception as e:
-                self._log(f"{job.task.kind}: {type(e).__name__} in the server")
+                self._log(f"{job.task.kind}: {fault(e)} in the server")
                 self._fail(job, "the server could not do it; this is a fault of the server")
             finally:
                 self._seconds.append(monotonic() - start)

@@ -7,6 +7,8 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from heyoka_bike.serving.tasks import fault
+
 _SAFE = {
     "x-content-type-options": "nosniff",
     "referrer-policy": "no-referrer",
@@ -41,7 +43,7 @@ class Guard:
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
-        start, status, size = perf_counter(), 500, 0
+        start, status, size = perf_counter(), 0, 0
 
         async def guarded(message: Message) -> None:
             nonlocal status, size
@@ -61,6 +63,13 @@ class Guard:
             app = JSONResponse({"error": "found a form of another site"}, 403)
         try:
             await app(scope, receive, guarded)
+        except Exception as e:
+            # Whoever raised it may have put names and places into it, which the log must not have.
+            self._log(f"{fault(e)} in the server")
+            if status:
+                raise RuntimeError("an answer was broken off") from None
+            said = {"error": "the server could not do it; this is a fault of the server"}
+            await JSONResponse(said, 500, {"connection": "close"})(scope, receive, guarded)
         finally:
             place = "/" + scope["path"].lstrip("/").partition("/")[0][:20]
             place = place if place.isascii() and place.isprintable() else "/?"

@@ -14,7 +14,8 @@ from heyoka_bike.serving.crew import BusyError, Job
 from heyoka_bike.serving.limits import Limits
 from heyoka_bike.serving.tasks import FILES, MADE, Kind, Task
 
-_LONGEST_NAME = 80
+# In characters; and in bytes, of which file systems take 255.
+_LONGEST_NAME, _MOST_NAME_BYTES = 80, 240
 _NO_NAME = "results.txt"
 # When there is room for more requests, as a guess [s].
 _ROOM_IN = 5
@@ -148,7 +149,8 @@ def _remove(folder: Path) -> None:
 def file_name(given: str, taken: set[str]) -> str:
     """A name for an uploaded file: as it was given, but without anything but a name."""
     name = normalize("NFC", given.replace("\\", "/").rsplit("/", 1)[-1])
-    name = _UNUSUAL.sub("_", name).strip(" .-_~")[-_LONGEST_NAME:].lstrip(" .-_~") or _NO_NAME
+    name = _UNUSUAL.sub("_", name).strip(" .-_~")[-_LONGEST_NAME:]
+    name = name.encode()[-_MOST_NAME_BYTES:].decode(errors="ignore").lstrip(" .-_~") or _NO_NAME
     stem, dot, suffix = name.rpartition(".")
     if not dot:
         stem, suffix = name, ""

@@ -216,6 +216,8 @@ def test_a_page_of_another_site_cannot_send_files(serving):
         ("a\0b\n<script>.txt", "a_b__script_.txt"),
         ("Ergebnis für Fahrrad.csv", "Ergebnis für Fahrrad.csv"),
         ("x" * 300 + ".npy", "x" * 76 + ".npy"),
+        # Of four bytes each.
+        ("\U00020000" * 90 + ".npy", "\U00020000" * 59 + ".npy"),
     ],
 )
 def test_a_name_is_a_name_and_no_place(given, kept):
@@ -273,5 +275,63 @@ def test_a_fault_of_the_program_is_said_without_its_insides(serving, monkeypatch
     answer = client.post("/score", files={"file": (example.name, example.read_bytes())})
     assert answer.status_code == 500
     assert "see" not in answer.json()["error"].replace("server", "")
-    assert any("RuntimeError in the server" in line for line in client.lines)
+    assert any("RuntimeError at" in line for line in client.lines)
     assert isinstance(client.server.crew, crew.Crew)
+
+
+def test_a_fault_of_the_server_has_no_names_in_its_log(serving, monkeypatch, example):
+    client = serving()
+
+    def told():
+        raise OSError(28, "No space left on device", "/store/secret-key/files/secret-name.txt")
+
+    monkeypatch.setattr(client.server.store, "room", told)
+    answer = client.post("/score", files={"file": (example.name, example.read_bytes())})
+    assert answer.status_code == 500
+    assert "fault of the server" in answer.json()["error"]
+    assert any(line.startswith("OSError at ") for line in client.lines)
+    assert "secret" not in "".join(client.lines)
+
+
+@pytest.mark.parametrize(
+    ("field", "text", "said"),
+    [
+        # A million steps, columns and digits: none of them is taken apart.
+        ("step", "0.1," * 1_000_000, "step: found 4000000 characters, expected at most 10000"),
+        ("columns", "," * 1_000_000, "columns: found 1000000 characters"),
+        ("require", "scd>=" + "1" * 100_000 + "x", "require: found 100006 characters"),
+        ("step", "1/3," * 1000, "step: found 1001 for 1 files, expected one for each"),
+    ],
+)
+def test_options_are_short(serving, field, text, said):
+    client = serving()
+    answer = client.post("/score", files={"file": ("a.txt", b"1 2")}, data={field: text})
+    assert answer.status_code == 400
+    assert answer.json()["error"].startswith(said)
+    # The query has the same bounds.
+    answer = client.post(f"/score?{'&'.join(['require=scd>1'] * 60)}", content=b"1 2")
+    assert answer.json()["error"] == "found 60 options, expected at most 50"
+
+
+@pytest.mark.parametrize("charset", ["punycode", "unicode_escape", "undefined", "zlib"])
+def test_a_form_is_in_utf_8(serving, charset):
+    client = serving()
+    form = b'--x\r\nContent-Disposition: form-data; name="pasted"\r\n\r\n1 \\ud800\r\n--x--\r\n'
+    headers = {"content-type": f"multipart/form-data; boundary=x; charset={charset}"}
+    answer = client.post("/score", content=form, headers=headers)
+    assert answer.status_code == 400
+    assert answer.json()["error"] == "found a form in another encoding, expected UTF-8"
+    headers = {"content-type": "multipart/form-data; boundary=x; charset=UTF-8"}
+    assert client.post("/score", content=form, headers=headers).status_code == 422
+    assert not list(client.folder.iterdir())
+
+
+def test_rows_that_are_pasted_are_bounded_for_they_are_in_memory(serving, monkeypatch):
+    monkeypatch.setattr("heyoka_bike.serving.uploads._LONGEST_FIELD", 10_000)
+    client = serving()
+    for field in ("pasted", "columns"):
+        answer = client.post("/score", files={"file": ("", b"")}, data={field: "1 " * 6000})
+        assert answer.status_code == 400
+        assert "Part exceeded maximum size of 9KB" in answer.json()["error"]
+    assert client.post("/score", files={"file": ("a", b"1 " * 60000)}).status_code == 422
+    assert not list(client.folder.iterdir())
