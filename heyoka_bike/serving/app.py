@@ -101,6 +101,8 @@ class Server:
                 ClientDisconnect: _gone,
             },
         )
+        # It would lead to the name and scheme that it is asked by, which may be those of a proxy.
+        self.app.router.redirect_slashes = False
 
     def _routes(self) -> list[Route]:
         def get(path: str, endpoint: Any) -> Route:
@@ -239,7 +241,7 @@ class Server:
         job = kept.jobs.get(kind)
         if job is None:
             raise HTTPException(404)
-        return JSONResponse(_said(kept, kind, job), headers={"cache-control": "no-store"})
+        return JSONResponse(_said(kept, kind, job))
 
     async def score(self, request: Request) -> Response:
         """Score files, for a program: the report is the answer, and nothing is kept."""
@@ -340,13 +342,11 @@ def _said(kept: Kept, kind: Kind, job: Job) -> dict[str, Any]:
 
 
 def _page(text: str, status: int = 200) -> Response:
-    headers = {"content-security-policy": _OWN, "cache-control": "no-store"}
-    return HTMLResponse(text, status, headers)
+    return HTMLResponse(text, status, {"content-security-policy": _OWN})
 
 
 def _report(text: str) -> Response:
-    headers = {"content-security-policy": _REPORTS, "cache-control": "no-store"}
-    return HTMLResponse(text, headers=headers)
+    return HTMLResponse(text, headers={"content-security-policy": _REPORTS})
 
 
 def _wants_json(request: Request) -> bool:

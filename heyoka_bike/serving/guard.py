@@ -11,12 +11,15 @@ from heyoka_bike.serving.tasks import fault
 
 _SAFE = {
     "x-content-type-options": "nosniff",
-    "referrer-policy": "no-referrer",
+    # Not to other sites, but with the origin in forms of our own.
+    "referrer-policy": "same-origin",
     "cross-origin-opener-policy": "same-origin",
     "cross-origin-resource-policy": "same-origin",
     "x-frame-options": "DENY",
     "permissions-policy": "camera=(), geolocation=(), microphone=()",
 }
+# What is not a file of the package is not kept by anybody on the way.
+_CACHE = ("cache-control", "no-store")
 _HEALTH = "/health"
 # Where a browser says that a page of another site sent the form.
 _FOREIGN = ("cross-site", "same-site")
@@ -49,7 +52,9 @@ class Guard:
             nonlocal status, size
             if message["type"] == "http.response.start":
                 status = message["status"]
-                MutableHeaders(scope=message).update(_SAFE)
+                found = MutableHeaders(scope=message)
+                found.update(_SAFE)
+                found.setdefault(*_CACHE)
             size += len(message.get("body", b""))
             await send(message)
 
@@ -59,7 +64,7 @@ class Guard:
         is_told = "*" in self._hosts or _host(headers) in self._hosts or scope["path"] == _HEALTH
         if not is_told:
             app = JSONResponse({"error": "found another host, expected one told by --name"}, 400)
-        elif scope["method"] == "POST" and _is_foreign(headers):
+        elif scope["method"] == "POST" and self._is_foreign(headers):
             app = JSONResponse({"error": "found a form of another site"}, 403)
         try:
             await app(scope, receive, guarded)
@@ -76,14 +81,25 @@ class Guard:
             milliseconds = 1e3 * (perf_counter() - start)
             self._log(f"{scope['method'][:8]} {place} {status} {size} B {milliseconds:.0f} ms")
 
+    def _is_foreign(self, headers: Headers) -> bool:
+        """Whether a browser says that a page of another site sent this."""
+        site = headers.get("sec-fetch-site")
+        if site is not None:
+            return site in _FOREIGN
+        # Browsers of before 2023, and all of them where there is no TLS, say less.
+        origin = headers.get("origin")
+        is_told = origin is not None and "*" not in self._hosts
+        return is_told and _name((origin or "").partition("://")[2]) not in self._hosts
+
 
 def _host(headers: Headers) -> str:
-    """The host that is asked for, without its port and the brackets of IPv6."""
-    host = headers.get("host", "").lower()
+    """The host that is asked for."""
+    return _name(headers.get("host", ""))
+
+
+def _name(host: str) -> str:
+    """A host without its port and the brackets of IPv6."""
+    host = host.lower()
     if host.startswith("["):
         return host[1:].partition("]")[0]
     return host.partition(":")[0]
-
-
-def _is_foreign(headers: Headers) -> bool:
-    return headers.get("sec-fetch-site", "") in _FOREIGN

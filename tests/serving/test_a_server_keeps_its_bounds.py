@@ -201,6 +201,26 @@ def test_a_page_of_another_site_cannot_send_files(serving):
     client = serving()
     answer = client.post("/example", headers={"sec-fetch-site": "cross-site"})
     assert answer.status_code == 403
+    # Without TLS browsers say the origin only; forms of our own have one, for they may say it.
+    client = serving(hosts=["bicycle.example", "::1"])
+    host = {"host": "bicycle.example"}
+    assert client.get("/", headers=host).headers["referrer-policy"] == "same-origin"
+    for origin, code in (
+        ("http://evil.example", 403), ("null", 403), ("https://bicycle.example.evil", 403),
+        ("http://bicycle.example:8000", 201), ("http://[::1]:8000", 201),
+    ):  # fmt: skip
+        assert client.post("/example", headers=host | {"origin": origin}).status_code == code
+    same = host | {"origin": "null", "sec-fetch-site": "same-origin"}
+    assert client.post("/example", headers=same).status_code == 201
+
+
+def test_nothing_is_kept_on_the_way_and_nobody_is_led_elsewhere(serving):
+    client = serving()
+    place = client.post("/example").json()["location"]
+    for address in (place, f"{place}.json", f"{place}.pdf", "/", "/nowhere", "/health"):
+        assert client.get(address).headers["cache-control"] == "no-store"
+    assert "max-age" in client.get("/static/serve.js").headers["cache-control"]
+    assert client.get("/health/", headers={"host": "evil.example"}).status_code == 404
 
 
 @pytest.mark.parametrize(
