@@ -30,7 +30,7 @@ from heyoka_bike.serving.crew import BusyError, Crew, Job
 from heyoka_bike.serving.guard import Guard
 from heyoka_bike.serving.limits import Limits
 from heyoka_bike.serving.store import Kept, Store
-from heyoka_bike.serving.tasks import FILES, RENDERED, Kind, Task, stem
+from heyoka_bike.serving.tasks import FILES, RENDERED, Kind, Task, fault, stem
 from heyoka_bike.serving.uploads import TooLargeError, receive
 from heyoka_bike.showing.formats.html import SCRIPT as REPORT_SCRIPT
 from heyoka_bike.showing.formats.markup import PAGE_STYLE, policy
@@ -141,7 +141,11 @@ class Server:
     async def _sweep(self) -> None:
         while True:
             await asyncio.sleep(_SWEEP)
-            await run_in_threadpool(self.store.sweep)
+            try:
+                await run_in_threadpool(self.store.sweep)
+            except Exception as e:
+                # The next one may find what this one did not.
+                self.log(f"sweep: {fault(e)} in the server")
 
     async def home(self, request: Request) -> Response:
         """The page to drop files on."""

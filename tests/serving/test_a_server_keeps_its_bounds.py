@@ -9,7 +9,8 @@ from threading import Event, Thread
 import pytest
 
 from heyoka_bike.serving import crew, tasks
-from heyoka_bike.serving.store import file_name
+from heyoka_bike.serving.limits import Limits
+from heyoka_bike.serving.store import Store, file_name
 
 BROWSER = {"accept": "text/html"}
 
@@ -158,6 +159,37 @@ def test_results_leave_when_their_time_is_over(serving):
     until(lambda: client.get(place).status_code == 404)
     client.server.store.sweep()
     assert not list(client.folder.iterdir())
+
+
+def test_a_sweep_that_fails_is_not_the_last(serving, monkeypatch):
+    swept = []
+
+    def sweep(self):
+        swept.append(self)
+        raise FileNotFoundError("secret")
+
+    monkeypatch.setattr("heyoka_bike.serving.app._SWEEP", 0.001)
+    monkeypatch.setattr(Store, "sweep", sweep)
+    client = serving()
+    until(lambda: len(swept) > 2)
+    assert client.lines[0].startswith("sweep: FileNotFoundError at ")
+    assert "secret" not in "".join(client.lines)
+
+
+def test_what_is_kept_in_the_middle_of_a_sweep_stays(tmp_path):
+    store = Store(tmp_path, Limits())
+
+    class Arrived(dict):
+        def __contains__(self, folder):
+            if dict.__contains__(self, folder):
+                store.keep(tasks.Task("score", folder, ("a.txt",)))
+            return dict.__contains__(self, folder)
+
+    store._arrived = Arrived()
+    folder = store.room()
+    store.sweep()
+    assert store.get(folder.name) is not None
+    assert folder.is_dir()
 
 
 def test_the_oldest_results_make_room(serving):
