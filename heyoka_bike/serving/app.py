@@ -270,7 +270,7 @@ class Server:
         return JSONResponse(said, 202, {"location": address})
 
     async def _received(self, request: Request, kind: Kind = "score") -> Task:
-        self.crew.check()
+        self.crew.check(kind)
         folder = self.store.room()
         try:
             arrived = partial(self.store.grow, folder)

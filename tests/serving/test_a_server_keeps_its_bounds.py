@@ -4,6 +4,7 @@ import os
 import signal
 import time
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from threading import Event, Thread
 
 import pytest
@@ -90,6 +91,34 @@ def test_a_full_queue_says_when_to_try_again(serving, example):
     assert int(busy.headers["retry-after"]) >= 1
     assert busy.json()["error"].startswith("busy, try again in")
     assert not list(client.folder.iterdir())
+
+
+def test_diagnoses_do_not_keep_files_waiting(monkeypatch, tmp_path):
+    go_on = Event()
+
+    def carry_out(self, job):
+        if job.is_long:
+            go_on.wait(20.0)
+        job.state = "done"
+
+    monkeypatch.setattr(crew.Crew, "_carry_out", carry_out)
+    found = crew.Crew(Limits(workers=2, waiting=6), lambda line: None)
+    task = tasks.Task("diagnose", tmp_path, ("a.txt",))
+    working = found.submit(task)
+    until(lambda: not found.waiting())
+    # One works, and half of the places are for those that wait.
+    waiting = [found.submit(task) for _ in range(3)]
+    for refused in (lambda: found.submit(task), lambda: found.check("diagnose")):
+        with pytest.raises(crew.BusyError):
+            refused()
+    found.check("score")
+    found.submit(replace(task, kind="score")).over.result(20.0)
+    assert not working.over.done()
+    go_on.set()
+    for job in (working, *waiting):
+        job.over.result(20.0)
+    found.close()
+    assert not any(thread.is_alive() for thread in found._threads)
 
 
 def test_what_takes_too_long_is_ended(serving, example):
