@@ -35,7 +35,7 @@ _OPERATORS: Mapping[str, Callable[[float, float], bool]] = {
 _FORM = re.compile(
     r"\s*(?:(?:maneuver_|m)?(?P<maneuver>[0-9]{1,4})\s*\.\s*)?"
     r"(?:(?P<column>[A-Za-z_][A-Za-z_0-9]*)\s*\.\s*)?(?P<metric>[A-Za-z_]+)\s*"
-    r"(?P<op><=|>=|<|>)\s*(?P<number>[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]{1,4})?)\s*",
+    r"(?P<op><=|>=|<|>)\s*(?P<number>[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]{1,4})?)\s*",
     re.ASCII,
 )
 _EXAMPLE = 'expected [maneuver.][column.]metric op number, such as "2.roll_angle.scd >= 6"'

@@ -30,7 +30,7 @@ from heyoka_bike.serving.crew import BusyError, Crew, Job
 from heyoka_bike.serving.guard import Guard
 from heyoka_bike.serving.limits import Limits
 from heyoka_bike.serving.store import Kept, Store
-from heyoka_bike.serving.tasks import FILES, RENDERED, Kind, Task, stem
+from heyoka_bike.serving.tasks import FILES, RENDERED, Kind, Task, fault, stem
 from heyoka_bike.serving.uploads import TooLargeError, receive
 from heyoka_bike.showing.formats.html import SCRIPT as REPORT_SCRIPT
 from heyoka_bike.showing.formats.markup import PAGE_STYLE, policy
@@ -101,6 +101,8 @@ class Server:
                 ClientDisconnect: _gone,
             },
         )
+        # It would lead to the name and scheme that it is asked by, which may be those of a proxy.
+        self.app.router.redirect_slashes = False
 
     def _routes(self) -> list[Route]:
         def get(path: str, endpoint: Any) -> Route:
@@ -139,7 +141,11 @@ class Server:
     async def _sweep(self) -> None:
         while True:
             await asyncio.sleep(_SWEEP)
-            await run_in_threadpool(self.store.sweep)
+            try:
+                await run_in_threadpool(self.store.sweep)
+            except Exception as e:
+                # The next one may find what this one did not.
+                self.log(f"sweep: {fault(e)} in the server")
 
     async def home(self, request: Request) -> Response:
         """The page to drop files on."""
@@ -239,7 +245,7 @@ class Server:
         job = kept.jobs.get(kind)
         if job is None:
             raise HTTPException(404)
-        return JSONResponse(_said(kept, kind, job), headers={"cache-control": "no-store"})
+        return JSONResponse(_said(kept, kind, job))
 
     async def score(self, request: Request) -> Response:
         """Score files, for a program: the report is the answer, and nothing is kept."""
@@ -264,7 +270,7 @@ class Server:
         return JSONResponse(said, 202, {"location": address})
 
     async def _received(self, request: Request, kind: Kind = "score") -> Task:
-        self.crew.check()
+        self.crew.check(kind)
         folder = self.store.room()
         try:
             arrived = partial(self.store.grow, folder)
@@ -340,13 +346,11 @@ def _said(kept: Kept, kind: Kind, job: Job) -> dict[str, Any]:
 
 
 def _page(text: str, status: int = 200) -> Response:
-    headers = {"content-security-policy": _OWN, "cache-control": "no-store"}
-    return HTMLResponse(text, status, headers)
+    return HTMLResponse(text, status, {"content-security-policy": _OWN})
 
 
 def _report(text: str) -> Response:
-    headers = {"content-security-policy": _REPORTS, "cache-control": "no-store"}
-    return HTMLResponse(text, headers=headers)
+    return HTMLResponse(text, headers={"content-security-policy": _REPORTS})
 
 
 def _wants_json(request: Request) -> bool:
@@ -386,7 +390,8 @@ async def _busy(request: Request, error: Exception) -> Response:
 
 
 async def _late(request: Request, error: Exception) -> Response:
-    return _answer(request, 408, "Too slow", "the files took too long to arrive")
+    message, headers = "the files took too long to arrive", {"connection": "close"}
+    return _answer(request, 408, "Too slow", message, headers)
 
 
 async def _gone(request: Request, error: Exception) -> Response:

@@ -9,13 +9,12 @@ from concurrent.futures import Future
 from contextlib import suppress
 from dataclasses import dataclass, field
 from multiprocessing import get_all_start_methods, get_context
-from queue import Full, Queue
-from threading import Thread
+from threading import Condition, Thread
 from time import monotonic
 from typing import Any, Literal
 
 from heyoka_bike.serving.limits import Limits
-from heyoka_bike.serving.tasks import Task, work
+from heyoka_bike.serving.tasks import Kind, Task, fault, work
 
 State = Literal["waiting", "working", "done", "refused", "failed"]
 
@@ -72,6 +71,11 @@ class Job:
     over: Future[None] = field(default_factory=Future)
 
     @property
+    def is_long(self) -> bool:
+        """Whether it may take minutes."""
+        return self.task.kind == "diagnose"
+
+    @property
     def has_ended(self) -> bool:
         """Whether it is known how it ended."""
         return self.state in ("done", "refused", "failed")
@@ -89,7 +93,8 @@ class Crew:
 
     def __init__(self, limits: Limits, log: Callable[[str], None]) -> None:
         self.limits, self._log = limits, log
-        self._queue: Queue[Job | None] = Queue(limits.waiting)
+        self._waiting: deque[Job] = deque()
+        self._changed = Condition()
         self._seconds: deque[float] = deque([_FIRST_GUESS], maxlen=50)
         self._is_open = True
         self._working: list[Any] = []
@@ -99,7 +104,11 @@ class Crew:
             self._context.set_forkserver_preload(["heyoka_bike.serving.warmed"])
         else:
             self._context = get_context("spawn")
-        self._threads = [Thread(target=self._serve, daemon=True) for _ in range(limits.workers)]
+        # One of several does no long work, so that a few diagnoses do not keep all files waiting.
+        self._threads = [
+            Thread(target=self._serve, args=(i > 0 or limits.workers == 1,), daemon=True)
+            for i in range(limits.workers)
+        ]
         for thread in self._threads:
             thread.start()
 
@@ -112,15 +121,19 @@ class Crew:
             So many wait already that one more would have to wait too long.
         """
         job = Job(task)
-        try:
-            self._queue.put_nowait(job)
-        except Full:
-            raise BusyError(self.patience()) from None
+        with self._changed:
+            self.check(task.kind)
+            self._waiting.append(job)
+            self._changed.notify_all()
         return job
 
-    def check(self) -> None:
-        """Raise `BusyError` if a task could not be put there now."""
-        if self._queue.full():
+    def check(self, kind: Kind) -> None:
+        """Raise `BusyError` if a task of this kind could not be put there now."""
+        most = self.limits.waiting
+        waiting = list(self._waiting)
+        # Half of the places at most are for diagnoses, each of which may take minutes.
+        is_full = kind == "diagnose" and 2 * sum(job.is_long for job in waiting) >= most
+        if is_full or len(waiting) >= most:
             raise BusyError(self.patience())
 
     def processes(self) -> list[int]:
@@ -129,32 +142,39 @@ class Crew:
 
     def waiting(self) -> int:
         """How many wait."""
-        return self._queue.qsize()
+        return len(self._waiting)
 
     def patience(self) -> int:
         """When a place will be free, by the last pieces of work [s]."""
         each = sum(self._seconds) / len(self._seconds)
-        return max(1, round(each * self._queue.qsize() / self.limits.workers / 2))
+        return max(1, round(each * len(self._waiting) / self.limits.workers / 2))
 
     def close(self) -> None:
         """End all work."""
-        self._is_open = False
-        for _ in self._threads:
-            with suppress(Full):
-                self._queue.put_nowait(None)
+        with self._changed:
+            self._is_open = False
+            self._changed.notify_all()
         for thread in self._threads:
             thread.join(timeout=5.0)
 
-    def _serve(self) -> None:
-        while self._is_open:
-            job = self._queue.get()
-            if job is None:
-                return
+    def _next(self, takes_long: bool) -> Job | None:
+        """The next piece of work, when there is one; None when there will be no more."""
+        with self._changed:
+            while self._is_open:
+                for job in self._waiting:
+                    if takes_long or not job.is_long or job.is_unwanted:
+                        self._waiting.remove(job)
+                        return job
+                self._changed.wait()
+        return None
+
+    def _serve(self, takes_long: bool) -> None:
+        while job := self._next(takes_long):
             start = monotonic()
             try:
                 self._carry_out(job)
             except Exception as e:
-                self._log(f"{job.task.kind}: {type(e).__name__} in the server")
+                self._log(f"{job.task.kind}: {fault(e)} in the server")
                 self._fail(job, "the server could not do it; this is a fault of the server")
             finally:
                 self._seconds.append(monotonic() - start)
@@ -182,8 +202,7 @@ class Crew:
 
     def _follow(self, job: Job, ours: Any) -> None:
         """Listen to a process until it has told how it ended."""
-        is_long = job.task.kind == "diagnose"
-        seconds = self.limits.diagnose_seconds if is_long else self.limits.score_seconds
+        seconds = self.limits.diagnose_seconds if job.is_long else self.limits.score_seconds
         end = monotonic() + seconds
         while not job.has_ended:
             if not self._is_open or job.is_unwanted:

@@ -19,10 +19,9 @@ import uvicorn
 
 from heyoka_bike.errors import InputError
 from heyoka_bike.serving.app import Server
+from heyoka_bike.serving.connections import Connection, most_requests
 from heyoka_bike.serving.limits import Limits
 
-# Requests at once, most of which wait: more are answered 503.
-_AT_ONCE = 1000
 _GRACE = 5  # [s]
 _BACKLOG = 2048
 _OPENED_AFTER = 0.5  # [s]
@@ -65,7 +64,9 @@ def serve(
         held = _hold(folder)
         server = Server(Path(folder), limits, names, board, _log)
         config = uvicorn.Config(
-            server.app, log_config=None, access_log=False, limit_concurrency=_AT_ONCE,
+            server.app, log_config=None, access_log=False, http=Connection,
+            # Most of them wait: more are answered 503.
+            limit_concurrency=most_requests(),
             timeout_graceful_shutdown=_GRACE, server_header=False,
         )  # fmt: skip
         print(f"Drop result files on {address} (Ctrl-C ends it)", flush=True)
@@ -85,7 +86,8 @@ def _hold(folder: str) -> int | None:
     except ImportError:
         # Windows: nothing is removed of which it is not known whether it is used.
         return None
-    found = os.open(folder, os.O_RDONLY)
+    # What somebody else put there under such a name may be a pipe, or lead elsewhere.
+    found = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
     try:
         fcntl.flock(found, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError:

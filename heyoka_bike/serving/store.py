@@ -14,7 +14,8 @@ from heyoka_bike.serving.crew import BusyError, Job
 from heyoka_bike.serving.limits import Limits
 from heyoka_bike.serving.tasks import FILES, MADE, Kind, Task
 
-_LONGEST_NAME = 80
+# In characters; and in bytes, of which file systems take 255.
+_LONGEST_NAME, _MOST_NAME_BYTES = 80, 240
 _NO_NAME = "results.txt"
 # When there is room for more requests, as a guess [s].
 _ROOM_IN = 5
@@ -117,27 +118,28 @@ class Store:
 
     def remove(self, kept: Kept) -> None:
         """Remove a result, and end what is done for it."""
-        for job in kept.jobs.values():
+        for job in list(kept.jobs.values()):
             job.is_unwanted = True
         self._kept.pop(kept.key, None)
         _remove(kept.folder)
 
     def sweep(self) -> None:
         """Remove what is over, and the oldest of what is too much."""
-        sizes = {kept.key: _size(kept.folder) for kept in self}
+        sizes = {kept: _size(kept.folder) for kept in self}
         size = sum(sizes.values())
-        for kept in sorted(self, key=lambda kept: kept.until):
+        for kept in sorted(sizes, key=lambda kept: kept.until):
             if (
                 kept.until >= time()
                 and len(self) <= self._limits.kept
                 and size <= self._limits.kept_bytes
             ):
                 break
-            size -= sizes[kept.key]
+            size -= sizes[kept]
             self.remove(kept)
         # What a process wrote after its result was removed.
         for folder in self._folder.iterdir():
-            if folder.name not in self._kept and folder not in self._arrived:
+            # In this order: one that has arrived is kept before it is no longer arriving.
+            if folder not in self._arrived and folder.name not in self._kept:
                 _remove(folder)
 
 
@@ -148,7 +150,8 @@ def _remove(folder: Path) -> None:
 def file_name(given: str, taken: set[str]) -> str:
     """A name for an uploaded file: as it was given, but without anything but a name."""
     name = normalize("NFC", given.replace("\\", "/").rsplit("/", 1)[-1])
-    name = _UNUSUAL.sub("_", name).strip(" .-_~")[-_LONGEST_NAME:].lstrip(" .-_~") or _NO_NAME
+    name = _UNUSUAL.sub("_", name).strip(" .-_~")[-_LONGEST_NAME:]
+    name = name.encode()[-_MOST_NAME_BYTES:].decode(errors="ignore").lstrip(" .-_~") or _NO_NAME
     stem, dot, suffix = name.rpartition(".")
     if not dot:
         stem, suffix = name, ""
@@ -162,7 +165,9 @@ def file_name(given: str, taken: set[str]) -> str:
 
 def _size(folder: Path) -> int:
     size = 0
-    for path in folder.rglob("*"):
-        with suppress(OSError):
-            size += path.stat().st_size
+    # It may be removed meanwhile.
+    with suppress(OSError):
+        for path in folder.rglob("*"):
+            with suppress(OSError):
+                size += path.stat().st_size
     return size

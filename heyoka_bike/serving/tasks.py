@@ -106,18 +106,23 @@ def work(connection: Connection, task: Task, limits: Limits) -> None:
             code=int(Exit.INPUT),
         )
     except Exception as e:
-        # Where, and nothing of what the file holds.
-        place = e.__traceback__
-        while place is not None and place.tb_next is not None:
-            place = place.tb_next
-        where = "" if place is None else f"{Path(place.tb_frame.f_code.co_filename).name}:"
-        where += "" if place is None else str(place.tb_lineno)
-        tell(failed=f"{type(e).__name__} at {where}")
+        tell(failed=fault(e))
     finally:
         connection.close()
         sys.stderr.flush()
         # Nothing that was begun in the process keeps it alive.
         os._exit(0)
+
+
+def fault(error: BaseException) -> str:
+    """What an error is and where it was raised: nothing of what a file holds or is called."""
+    place = error.__traceback__
+    if place is None:
+        return type(error).__name__
+    while place.tb_next is not None:
+        place = place.tb_next
+    file = Path(place.tb_frame.f_code.co_filename).name
+    return f"{type(error).__name__} at {file}:{place.tb_lineno}"
 
 
 @cache

@@ -2,9 +2,11 @@
 
 import asyncio
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
+from python_multipart.multipart import parse_options_header
 from starlette.datastructures import FormData, UploadFile
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
@@ -27,7 +29,13 @@ _MANEUVERS = 3
 # The option of which there may be several, and fields in all.
 _REPEATED = "require"
 _MOST_FIELDS = 50
+# Of an option [characters]; and of rows that are pasted, which stand in memory [bytes].
+_LONGEST_OPTION = 10_000
+_LONGEST_FIELD = 10_000_000
 _CHUNK = 1 << 20
+_UTF_8 = ("", "utf-8", "utf8", "us-ascii")
+# Forms are taken apart beside the loop that answers, and few at once: their fields are in memory.
+_FORMS = ThreadPoolExecutor(2, "forms")
 
 
 class TooLargeError(Exception):
@@ -121,13 +129,17 @@ async def _receive(
         )
     options = _options([item for item in query if item[0] != _NAME])
     name = file_name(request.query_params.get(_NAME, ""), set())
-    path = folder / FILES / name
+    if not await _saved(request, folder / FILES / name):
+        raise InputError("found an empty request, expected a result file as its body")
+    return Upload(folder, (name,), options)
+
+
+async def _saved(request: Request, path: Path) -> int:
+    """Write the body of a request to a file; its size [bytes]."""
     with path.open("wb") as out:
         async for chunk in request.stream():
             out.write(chunk)
-    if not path.stat().st_size:
-        raise InputError("found an empty request, expected a result file as its body")
-    return Upload(folder, (name,), options)
+        return out.tell()
 
 
 def _count(request: Request, most: int, arrived: Callable[[int], None]) -> None:
@@ -150,13 +162,35 @@ def _count(request: Request, most: int, arrived: Callable[[int], None]) -> None:
 async def _of_form(
     request: Request, query: Sequence[tuple[str, str]], folder: Path, limits: Limits
 ) -> Upload:
+    _, told = parse_options_header(request.headers["content-type"])
+    if told.get(b"charset", b"").decode("latin-1").lower() not in _UTF_8:
+        # It might name any codec of Python's, some of which take for ever.
+        raise InputError("found a form in another encoding, expected UTF-8")
+    body = folder / "form"
+    await _saved(request, body)
     try:
-        async with request.form(
-            max_files=limits.files, max_fields=_MOST_FIELDS, max_part_size=limits.upload
-        ) as form:
-            return await asyncio.to_thread(_written, form, query, folder)
+        return await asyncio.get_running_loop().run_in_executor(
+            _FORMS, lambda: asyncio.run(_parsed(request, body, query, folder, limits))
+        )
     except HTTPException as e:
         raise InputError(f"found a form that cannot be read ({e.detail})") from None
+    finally:
+        body.unlink(missing_ok=True)
+
+
+async def _parsed(
+    request: Request, body: Path, query: Sequence[tuple[str, str]], folder: Path, limits: Limits
+) -> Upload:
+    with body.open("rb") as file:
+
+        async def receive() -> Message:
+            chunk = file.read(_CHUNK)
+            return {"type": "http.request", "body": chunk, "more_body": bool(chunk)}
+
+        async with Request(request.scope, receive).form(
+            max_files=limits.files, max_fields=_MOST_FIELDS, max_part_size=_LONGEST_FIELD
+        ) as form:
+            return _written(form, query, folder)
 
 
 def _written(form: FormData, query: Sequence[tuple[str, str]], folder: Path) -> Upload:
@@ -195,12 +229,18 @@ def _options(told: Sequence[tuple[str, str]]) -> dict[str, list[str]]:
     Raises
     ------
     InputError
-        A name that is no option, or one that is told twice.
+        A name that is no option, one that is told twice, or too much.
     """
     found: dict[str, list[str]] = {}
+    if len(told) > _MOST_FIELDS:
+        raise InputError(f"found {len(told)} options, expected at most {_MOST_FIELDS}")
     for key, text in told:
         if key not in OPTIONS:
             raise InputError(unknown_word(key, OPTIONS, "the option "))
+        if len(text) > _LONGEST_OPTION:
+            raise InputError(
+                f"{key}: found {len(text)} characters, expected at most {_LONGEST_OPTION}"
+            )
         if key in found and key != _REPEATED:
             raise InputError(f"found {key} twice, expected it once")
         found.setdefault(key, []).append(text)
@@ -218,8 +258,11 @@ def _maneuver(text: str | None) -> int | None:
 def _numbers(name: str, text: str | None, count: int) -> tuple[float, ...] | None:
     if text is None:
         return None
-    found = []
-    for part in text.split(","):
+    found: list[float] = []
+    parts = text.split(",")
+    if len(parts) != count:
+        raise InputError(f"{name}: found {len(parts)} for {count} files, expected one for each")
+    for part in parts:
         try:
             value = float(Exact.parse(part))
         except ValueError as e:
@@ -227,6 +270,4 @@ def _numbers(name: str, text: str | None, count: int) -> tuple[float, ...] | Non
         if value <= 0:
             raise InputError(f"{name}: found {quoted(part)}, expected more than zero")
         found.append(value)
-    if len(found) != count:
-        raise InputError(f"{name}: found {len(found)} for {count} files, expected one for each")
     return tuple(found)

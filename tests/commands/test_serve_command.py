@@ -87,6 +87,24 @@ def test_what_a_killed_server_kept_is_removed_by_the_next(tmp_path):
     assert not list(tmp_path.glob("heyoka-bike-serve-*"))
 
 
+@pytest.mark.timeout(20)
+def test_what_others_put_in_its_place_is_left_alone(tmp_path, monkeypatch):
+    running = pytest.importorskip("heyoka_bike.serving.running")
+    monkeypatch.setattr(running.tempfile, "gettempdir", lambda: str(tmp_path))
+    monkeypatch.setattr(running, "_NEW", -1.0)
+    kept = tmp_path / "others" / "file"
+    kept.parent.mkdir()
+    kept.touch()
+    # Opened as a file the pipe waits for somebody who writes.
+    os.mkfifo(tmp_path / "heyoka-bike-serve-pipe")
+    (tmp_path / "heyoka-bike-serve-link").symlink_to(kept.parent)
+    (tmp_path / "heyoka-bike-serve-old").mkdir()
+    running._sweep()
+    assert kept.exists()
+    left = sorted(p.name for p in tmp_path.glob("heyoka*"))
+    assert left == ["heyoka-bike-serve-link", "heyoka-bike-serve-pipe"]
+
+
 @pytest.mark.timeout(60)
 def test_a_port_that_is_taken_is_said(capsys):
     with socket.socket() as taken:

@@ -179,3 +179,10 @@ def chosen(rows, pick):
     pick = list(pick)
     values = {key: v[pick] for key, v in rows.values.items()}
     return Rows(rows.maneuver, rows.time[pick], rows.time_lo[pick], values)
+
+
+@pytest.mark.timeout(20)
+def test_what_is_no_requirement_is_refused_at_once():
+    # The time must not grow with the square of the digits: a server reads them from strangers.
+    with pytest.raises(InputError, match="require: found 'scd>=1111"):
+        parse("scd>=" + "1" * 200_000 + "x")

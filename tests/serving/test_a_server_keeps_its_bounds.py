@@ -4,12 +4,14 @@ import os
 import signal
 import time
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from threading import Event, Thread
 
 import pytest
 
 from heyoka_bike.serving import crew, tasks
-from heyoka_bike.serving.store import file_name
+from heyoka_bike.serving.limits import Limits
+from heyoka_bike.serving.store import Store, file_name
 
 BROWSER = {"accept": "text/html"}
 
@@ -91,6 +93,34 @@ def test_a_full_queue_says_when_to_try_again(serving, example):
     assert not list(client.folder.iterdir())
 
 
+def test_diagnoses_do_not_keep_files_waiting(monkeypatch, tmp_path):
+    go_on = Event()
+
+    def carry_out(self, job):
+        if job.is_long:
+            go_on.wait(20.0)
+        job.state = "done"
+
+    monkeypatch.setattr(crew.Crew, "_carry_out", carry_out)
+    found = crew.Crew(Limits(workers=2, waiting=6), lambda line: None)
+    task = tasks.Task("diagnose", tmp_path, ("a.txt",))
+    working = found.submit(task)
+    until(lambda: not found.waiting())
+    # One works, and half of the places are for those that wait.
+    waiting = [found.submit(task) for _ in range(3)]
+    for refused in (lambda: found.submit(task), lambda: found.check("diagnose")):
+        with pytest.raises(crew.BusyError):
+            refused()
+    found.check("score")
+    found.submit(replace(task, kind="score")).over.result(20.0)
+    assert not working.over.done()
+    go_on.set()
+    for job in (working, *waiting):
+        job.over.result(20.0)
+    found.close()
+    assert not any(thread.is_alive() for thread in found._threads)
+
+
 def test_what_takes_too_long_is_ended(serving, example):
     client = serving(score_seconds=0.001)
     answer = client.post("/score", files={"file": (example.name, example.read_bytes())})
@@ -160,6 +190,37 @@ def test_results_leave_when_their_time_is_over(serving):
     assert not list(client.folder.iterdir())
 
 
+def test_a_sweep_that_fails_is_not_the_last(serving, monkeypatch):
+    swept = []
+
+    def sweep(self):
+        swept.append(self)
+        raise FileNotFoundError("secret")
+
+    monkeypatch.setattr("heyoka_bike.serving.app._SWEEP", 0.001)
+    monkeypatch.setattr(Store, "sweep", sweep)
+    client = serving()
+    until(lambda: len(swept) > 2)
+    assert client.lines[0].startswith("sweep: FileNotFoundError at ")
+    assert "secret" not in "".join(client.lines)
+
+
+def test_what_is_kept_in_the_middle_of_a_sweep_stays(tmp_path):
+    store = Store(tmp_path, Limits())
+
+    class Arrived(dict):
+        def __contains__(self, folder):
+            if dict.__contains__(self, folder):
+                store.keep(tasks.Task("score", folder, ("a.txt",)))
+            return dict.__contains__(self, folder)
+
+    store._arrived = Arrived()
+    folder = store.room()
+    store.sweep()
+    assert store.get(folder.name) is not None
+    assert folder.is_dir()
+
+
 def test_the_oldest_results_make_room(serving):
     client = serving(kept=2)
     places = [client.post("/example").json()["location"] for _ in range(3)]
@@ -201,6 +262,26 @@ def test_a_page_of_another_site_cannot_send_files(serving):
     client = serving()
     answer = client.post("/example", headers={"sec-fetch-site": "cross-site"})
     assert answer.status_code == 403
+    # Without TLS browsers say the origin only; forms of our own have one, for they may say it.
+    client = serving(hosts=["bicycle.example", "::1"])
+    host = {"host": "bicycle.example"}
+    assert client.get("/", headers=host).headers["referrer-policy"] == "same-origin"
+    for origin, code in (
+        ("http://evil.example", 403), ("null", 403), ("https://bicycle.example.evil", 403),
+        ("http://bicycle.example:8000", 201), ("http://[::1]:8000", 201),
+    ):  # fmt: skip
+        assert client.post("/example", headers=host | {"origin": origin}).status_code == code
+    same = host | {"origin": "null", "sec-fetch-site": "same-origin"}
+    assert client.post("/example", headers=same).status_code == 201
+
+
+def test_nothing_is_kept_on_the_way_and_nobody_is_led_elsewhere(serving):
+    client = serving()
+    place = client.post("/example").json()["location"]
+    for address in (place, f"{place}.json", f"{place}.pdf", "/", "/nowhere", "/health"):
+        assert client.get(address).headers["cache-control"] == "no-store"
+    assert "max-age" in client.get("/static/serve.js").headers["cache-control"]
+    assert client.get("/health/", headers={"host": "evil.example"}).status_code == 404
 
 
 @pytest.mark.parametrize(
@@ -216,6 +297,8 @@ def test_a_page_of_another_site_cannot_send_files(serving):
         ("a\0b\n<script>.txt", "a_b__script_.txt"),
         ("Ergebnis für Fahrrad.csv", "Ergebnis für Fahrrad.csv"),
         ("x" * 300 + ".npy", "x" * 76 + ".npy"),
+        # Of four bytes each.
+        ("\U00020000" * 90 + ".npy", "\U00020000" * 59 + ".npy"),
     ],
 )
 def test_a_name_is_a_name_and_no_place(given, kept):
@@ -273,5 +356,63 @@ def test_a_fault_of_the_program_is_said_without_its_insides(serving, monkeypatch
     answer = client.post("/score", files={"file": (example.name, example.read_bytes())})
     assert answer.status_code == 500
     assert "see" not in answer.json()["error"].replace("server", "")
-    assert any("RuntimeError in the server" in line for line in client.lines)
+    assert any("RuntimeError at" in line for line in client.lines)
     assert isinstance(client.server.crew, crew.Crew)
+
+
+def test_a_fault_of_the_server_has_no_names_in_its_log(serving, monkeypatch, example):
+    client = serving()
+
+    def told():
+        raise OSError(28, "No space left on device", "/store/secret-key/files/secret-name.txt")
+
+    monkeypatch.setattr(client.server.store, "room", told)
+    answer = client.post("/score", files={"file": (example.name, example.read_bytes())})
+    assert answer.status_code == 500
+    assert "fault of the server" in answer.json()["error"]
+    assert any(line.startswith("OSError at ") for line in client.lines)
+    assert "secret" not in "".join(client.lines)
+
+
+@pytest.mark.parametrize(
+    ("field", "text", "said"),
+    [
+        # A million steps, columns and digits: none of them is taken apart.
+        ("step", "0.1," * 1_000_000, "step: found 4000000 characters, expected at most 10000"),
+        ("columns", "," * 1_000_000, "columns: found 1000000 characters"),
+        ("require", "scd>=" + "1" * 100_000 + "x", "require: found 100006 characters"),
+        ("step", "1/3," * 1000, "step: found 1001 for 1 files, expected one for each"),
+    ],
+)
+def test_options_are_short(serving, field, text, said):
+    client = serving()
+    answer = client.post("/score", files={"file": ("a.txt", b"1 2")}, data={field: text})
+    assert answer.status_code == 400
+    assert answer.json()["error"].startswith(said)
+    # The query has the same bounds.
+    answer = client.post(f"/score?{'&'.join(['require=scd>1'] * 60)}", content=b"1 2")
+    assert answer.json()["error"] == "found 60 options, expected at most 50"
+
+
+@pytest.mark.parametrize("charset", ["punycode", "unicode_escape", "undefined", "zlib"])
+def test_a_form_is_in_utf_8(serving, charset):
+    client = serving()
+    form = b'--x\r\nContent-Disposition: form-data; name="pasted"\r\n\r\n1 \\ud800\r\n--x--\r\n'
+    headers = {"content-type": f"multipart/form-data; boundary=x; charset={charset}"}
+    answer = client.post("/score", content=form, headers=headers)
+    assert answer.status_code == 400
+    assert answer.json()["error"] == "found a form in another encoding, expected UTF-8"
+    headers = {"content-type": "multipart/form-data; boundary=x; charset=UTF-8"}
+    assert client.post("/score", content=form, headers=headers).status_code == 422
+    assert not list(client.folder.iterdir())
+
+
+def test_rows_that_are_pasted_are_bounded_for_they_are_in_memory(serving, monkeypatch):
+    monkeypatch.setattr("heyoka_bike.serving.uploads._LONGEST_FIELD", 10_000)
+    client = serving()
+    for field in ("pasted", "columns"):
+        answer = client.post("/score", files={"file": ("", b"")}, data={field: "1 " * 6000})
+        assert answer.status_code == 400
+        assert "Part exceeded maximum size of 9KB" in answer.json()["error"]
+    assert client.post("/score", files={"file": ("a", b"1 " * 60000)}).status_code == 422
+    assert not list(client.folder.iterdir())

@@ -1,7 +1,6 @@
 """Files of arrays: NumPy's, netCDF and HDF5."""
 
 from contextlib import ExitStack
-from functools import partial
 from pathlib import Path
 from typing import Any, BinaryIO
 from warnings import catch_warnings, simplefilter
@@ -9,11 +8,12 @@ from warnings import catch_warnings, simplefilter
 import numpy as np
 from numpy.typing import NDArray
 
-from heyoka_bike.errors import InputError, printable
+from heyoka_bike.errors import InputError
 from heyoka_bike.scoring.reading.array_columns import MOST_BYTES
 from heyoka_bike.scoring.reading.array_tables import DEEPEST, tables
 from heyoka_bike.scoring.reading.damage import any_damage, damage, missing
 from heyoka_bike.scoring.reading.expected import Expected
+from heyoka_bike.scoring.reading.own_arrays import OwnFile
 from heyoka_bike.scoring.reading.written import WrittenTable
 
 
@@ -95,72 +95,30 @@ def read_hdf5(
         with damage("HDF5", path):
             f = stack.enter_context(h5py.File(source, "r"))
             # MATLAB's arrays have their axes the other way round.
-            is_matlab = f.userblock_size > 0
+            is_matlab, own = f.userblock_size > 0, OwnFile(path)
             if is_matlab:
                 from heyoka_bike.scoring.reading.matlab_files import variables, without_signals
 
-                members = without_signals(variables(f, partial(_Dataset, path=path)), path)
+                members = without_signals(variables(f, own), path)
             else:
-                members = _datasets(f, path)
+                members = _datasets(f, own)
         found = tables(members, path, expected, is_ordered=False, is_transposed=is_matlab)
         return found, "mat" if is_matlab else "hdf5"
 
 
-class _Dataset:
-    """An array in an HDF5 file, read when it is wanted."""
-
-    def __init__(self, dataset: Any, path: str) -> None:
-        if dataset.is_virtual or dataset.external:
-            # Whose name the file chooses: that of a stranger must not open ours.
-            raise InputError(
-                f"found {printable(dataset.name)} kept in another file, expected it in this one",
-                file=path,
-            )
-        self.dtype = dataset.dtype
-        self.shape = dataset.shape
-        self._dataset = dataset
-        self._path = path
-
-    def __getitem__(self, index: tuple[()]) -> Any:
-        with damage("HDF5", self._path):
-            try:
-                return self._dataset[index]
-            except OSError:
-                self._check_filters()
-                raise
-
-    def _check_filters(self) -> None:
-        """Say it if the array was compressed by what is not here."""
-        import h5py
-
-        made = self._dataset.id.get_create_plist()
-        for i in range(made.get_nfilters()):
-            code, _, _, name = made.get_filter(i)
-            if not h5py.h5z.filter_avail(code):
-                raise InputError(
-                    f"found {printable(self._dataset.name)} compressed by "
-                    f"{printable(name.decode(errors='replace')) or f'filter {code}'}, which is not "
-                    "installed here, expected gzip or none (h5repack -f GZIP=6 changes it)",
-                    file=self._path,
-                )
-
-
-def _datasets(group: Any, path: str, depth: int = 0) -> dict[str, Any]:
-    """The arrays of a group and of those in it; links to other files are not followed."""
+def _datasets(group: Any, own: OwnFile, depth: int = 0) -> dict[str, Any]:
+    """The arrays of a group and of those in it."""
     import h5py
 
     found: dict[str, Any] = {}
-    for name in group:
-        if isinstance(group.get(name, getlink=True), h5py.ExternalLink):
-            continue
-        x = group.get(name)
+    for name, x in own.members(group):
         if isinstance(x, h5py.Group) and x.keys() == {"type", "value"}:
             # As Octave writes a variable.
-            x = x["value"]
+            x = dict(own.members(x)).get("value")
         if isinstance(x, h5py.Dataset) and x.shape is not None and not _is_a_length(x):
-            found[name] = _Dataset(x, path)
+            found[name] = own.array(x)
         elif isinstance(x, h5py.Group) and depth < DEEPEST:
-            found[name] = _datasets(x, path, depth + 1)
+            found[name] = _datasets(x, own, depth + 1)
     return found
 
 

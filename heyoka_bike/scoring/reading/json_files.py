@@ -17,6 +17,9 @@ from heyoka_bike.scoring.reading.written import WrittenTable
 # Names of the columns of rows, and of the rows.
 _NAMES = ("columns", "names", "header", "headers", "fields")
 _ROWS = ("data", "rows", "values")
+# Arrays in arrays: of programs, maneuvers, columns and what a format puts around them.
+_DEEPEST = 30
+_TOO_DEEP = "found arrays in too many others, expected rows"
 _NOT_BLANK = re.compile(r"\S")
 
 
@@ -85,7 +88,7 @@ def parse_json(text: bytes, encoding: str, path: str) -> Any:
     except UnicodeError:
         raise InputError(f"found damaged text, expected {encoding.upper()}", file=path) from None
     except RecursionError:
-        raise InputError("found arrays in too many others, expected rows", file=path) from None
+        raise InputError(_TOO_DEEP, file=path) from None
 
 
 def _lines(content: str, decoder: json.JSONDecoder) -> list[Any]:
@@ -97,22 +100,24 @@ def _lines(content: str, decoder: json.JSONDecoder) -> list[Any]:
     return found
 
 
-def _shaped(x: Any, path: str) -> Any:
+def _shaped(x: Any, path: str, depth: int = 0) -> Any:
     """Arrays and objects as NumPy's arrays and mappings; None if there is no number in it."""
+    if depth > _DEEPEST:
+        raise InputError(_TOO_DEEP, file=path)
     if isinstance(x, Mapping):
-        return _object(x, path)
+        return _object(x, path, depth + 1)
     if isinstance(x, list) and x:
-        return _array(x, path)
+        return _array(x, path, depth + 1)
     return None
 
 
-def _array(items: list[Any], path: str) -> Any:
+def _array(items: list[Any], path: str, depth: int) -> Any:
     if not any(isinstance(x, list | dict) for x in items):
         return _vector(items)
     if all(isinstance(x, list) for x in items):
         if not any(isinstance(y, list | dict) for x in items for y in x):
             return _rows(items, path)
-        parts = [_shaped(x, path) for x in items]
+        parts = [_shaped(x, path, depth) for x in items]
         shapes = {x.shape if isinstance(x, np.ndarray) else None for x in parts}
         if len(shapes) == 1 and None not in shapes:
             return np.stack(parts)
@@ -122,17 +127,17 @@ def _array(items: list[Any], path: str) -> Any:
             return _records(items)
         numbers = [_number(x) for x in items]
         if numbers == [None]:
-            return _shaped(items[0], path)
+            return _shaped(items[0], path, depth)
         # A number that is not told is the place.
         told = [n or i for i, n in enumerate(numbers, 1)]
         if len(set(told)) < len(told):
             told = list(range(1, len(items) + 1))
-        each = {f"maneuver_{n}": _shaped(x, path) for n, x in zip(told, items, strict=True)}
+        each = {f"maneuver_{n}": _shaped(x, path, depth) for n, x in zip(told, items, strict=True)}
         return {name: x for name, x in each.items() if x is not None} or None
     return None
 
 
-def _object(x: Mapping[str, Any], path: str) -> Any:
+def _object(x: Mapping[str, Any], path: str, depth: int) -> Any:
     names = next((x[k] for k in _NAMES if _is_list_of(x.get(k), (str, list))), None)
     rows = next((x[k] for k in _ROWS if _is_list_of(x.get(k), (list,))), None)
     if names and rows and len(names) == len(rows[0]):
@@ -151,11 +156,11 @@ def _object(x: Mapping[str, Any], path: str) -> Any:
         if recognise(name) and isinstance(y, Mapping) and len(lists) == 1:
             unit = y.get("unit", y.get("units"))
             label = f"{name} [{unit}]" if isinstance(unit, str) else name
-            found[label] = _shaped(lists[0], path)
+            found[label] = _shaped(lists[0], path, depth)
         elif is_maneuver(name) and isinstance(y, str):
             found[name] = np.array(y, dtype=object)
         else:
-            found[name] = _shaped(y, path)
+            found[name] = _shaped(y, path, depth)
     return {name: y for name, y in found.items() if y is not None} or None
 
 

@@ -1,6 +1,6 @@
 """MATLAB's and Simulink's files: variables, structures, and what blocks log."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from math import prod
 from typing import Any, BinaryIO
 
@@ -12,6 +12,7 @@ from heyoka_bike.scoring.reading.column_names import recognise
 from heyoka_bike.scoring.reading.damage import any_damage
 from heyoka_bike.scoring.reading.expected import Expected
 from heyoka_bike.scoring.reading.matlab_bytes import matlab_variables
+from heyoka_bike.scoring.reading.own_arrays import OwnFile
 from heyoka_bike.scoring.reading.written import WrittenTable
 
 
@@ -22,27 +23,26 @@ def read_mat(stream: BinaryIO, path: str, expected: Expected) -> list[WrittenTab
     return tables(without_signals(found, path), path, expected, is_ordered=False)
 
 
-def variables(group: Any, stored: Callable[[Any], Any], depth: int = 0) -> dict[str, Any]:
+def variables(group: Any, own: OwnFile, depth: int = 0) -> dict[str, Any]:
     """The variables in a group of a file of version 7.3, which is HDF5, as others are given.
 
-    Arrays are made by `stored` of their datasets. They keep the order of their axes, the other way
-    round.
+    They keep the order of their axes, the other way round.
     """
     import h5py
 
     found: dict[str, Any] = {}
-    for name in group:
-        x = group.get(name) if isinstance(group.get(name, getlink=True), h5py.HardLink) else None
+    for name, x in own.members(group):
         if isinstance(x, h5py.Group) and depth < DEEPEST and not name.startswith("#"):
-            fields = [y for y in x.values() if isinstance(y, h5py.Dataset)]
-            if fields and all(map(_has_references, fields)):
-                size = min(y.size for y in fields)
+            fields = {n: y for n, y in own.members(x) if isinstance(y, h5py.Dataset)}
+            if fields and all(map(_has_references, fields.values())):
+                each = {n: own.array(y)[()].ravel() for n, y in fields.items()}
                 found[name] = [
-                    {n: _referred(y, i, stored) for n, y in x.items()} for i in range(size)
+                    {n: _referred(x.file, y[i], own) for n, y in each.items()}
+                    for i in range(min(map(len, each.values())))
                 ]
             else:
-                found[name] = variables(x, stored, depth + 1)
-        elif isinstance(x, h5py.Dataset) and (value := _value(x, stored)) is not None:
+                found[name] = variables(x, own, depth + 1)
+        elif isinstance(x, h5py.Dataset) and (value := _value(x, own)) is not None:
             found[name] = value
     return found
 
@@ -100,20 +100,20 @@ def _has_references(dataset: Any) -> bool:
     return bool(h5py.check_ref_dtype(dataset.dtype) is h5py.Reference)
 
 
-def _referred(dataset: Any, i: int, stored: Callable[[Any], Any]) -> Any:
+def _referred(file: Any, reference: Any, own: OwnFile) -> Any:
     import h5py
 
-    reference = dataset[()].ravel()[i]
-    x = dataset.file[reference] if reference else None
+    x = file[reference] if reference else None
     if isinstance(x, h5py.Group):
-        return variables(x, stored, DEEPEST)
-    return _value(x, stored) if isinstance(x, h5py.Dataset) else None
+        return variables(x, own, DEEPEST)
+    return _value(x, own) if isinstance(x, h5py.Dataset) else None
 
 
-def _value(dataset: Any, stored: Callable[[Any], Any]) -> Any:
+def _value(dataset: Any, own: OwnFile) -> Any:
     """An array or a text; None if it is empty."""
     if dataset.shape is None or "MATLAB_empty" in dataset.attrs:
         return None
+    array = own.array(dataset)
     if dataset.attrs.get("MATLAB_class") == b"char":
-        return np.array("".join(map(chr, dataset[()].T.ravel())))
-    return stored(dataset)
+        return np.array("".join(map(chr, array[()].T.ravel())))
+    return array
