@@ -109,6 +109,8 @@ def test_drop_score_replay_and_back(page, example):
     page.wait_for_selector(".verdict")
     assert "1.6 correct digits" in page.inner_text(".verdict")
     assert fits(page)
+    # The page of the server has styles of its own above those of the report.
+    assert page.locator(".lines .error").first.is_visible()
     page.get_by_role("button", name="Replay").click()
     page.wait_for_selector("canvas")
     page.wait_for_function("document.querySelector('.clock').textContent !== ''")
