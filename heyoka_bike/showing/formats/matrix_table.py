@@ -75,7 +75,7 @@ def _table(first: str, heads: Sequence[str], last: str, rows: Sequence[_Row], ab
     )
     signs = _signs(c.grade for _, cells, _ in rows for c in cells)
     return (
-        f'<div class="scroll" tabindex="0" role="region" aria-label="{first}"><table '
+        f'<div class="scroll" tabindex="0" role="group" aria-label="{first}"><table '
         f'class="matrix"><thead><tr><th scope="col">{first}</th>{top}{end}</tr></thead>'
         f"<tbody>{body}</tbody></table></div>{signs}"
         + (f'<p class="facts">{about}</p>' if about else "")
