@@ -12,12 +12,12 @@ from heyoka_bike.version import __version__
 
 _SCHEMA = Path(formats.__path__[0]) / "score-1.schema.json"
 _EXAMPLES = (
-    ("curl", """curl -F file=@my-results.txt http://127.0.0.1:8000/score
-curl -F file=@my-results.txt http://127.0.0.1:8000/diagnose   # 202, then ask for "job" """),
-    ("MATLAB, Octave with urlwrite's kin: webwrite", """f = fileread('my-results.txt');
-o = weboptions('MediaType', 'text/plain', 'Timeout', 60);
-r = webwrite('http://127.0.0.1:8000/score', f, o);
-r.maneuvers(1).columns(1).scd"""),
+    ("curl", """curl -F file=@my-results.txt {address}score
+curl -F file=@my-results.txt {address}diagnose   # 202, then ask for "job" """),
+    ("MATLAB", """rows = fileread('my-results.txt');
+how = weboptions('MediaType', 'application/octet-stream', 'Timeout', 60);
+report = webwrite('{address}score', rows, how);
+report.maneuvers(1).columns(1).scd"""),
 )  # fmt: skip
 
 
@@ -139,10 +139,18 @@ def description(limits: Limits) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def api_page(limits: Limits) -> str:
-    """The interface for people."""
+def api_page(limits: Limits, address: str) -> str:
+    """The interface for people.
+
+    Parameters
+    ----------
+    address
+        At which this server was asked, with a slash at its end.
+    """
     examples = "".join(
-        f"<h2>{escape(name)}</h2><pre><code>{escape(text)}</code></pre>" for name, text in _EXAMPLES
+        f'<h2>{escape(name)}</h2><pre tabindex="0"><code>'
+        f"{escape(text.format(address=address))}</code></pre>"
+        for name, text in _EXAMPLES
     )
     body = f"""<h1>For programs</h1>
 <p><code>POST /score</code> with a file gives the JSON of <code>heyoka-bike score --format

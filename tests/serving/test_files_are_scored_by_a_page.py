@@ -150,7 +150,7 @@ def test_a_diagnosis_is_a_job_with_progress(client, example):
     codes = [f["code"] for f in client.get(said["result"]).json()["findings"]]
     assert "no_mistake_found" in codes or "integration_error" in codes
     shown = client.get(said["page"], headers=BROWSER).text
-    assert "Why it differs</h1>" in shown
+    assert '<main>\n<section class="answer"><h2>Why it differs</h2>' in shown
     assert "order" in shown
 
 
@@ -175,6 +175,23 @@ def test_what_cannot_be_scored_is_said_in_one_line(client, name, content, said):
     )
     assert found.status_code == 422
     assert 'role="alert"' in found.text
+
+
+def test_columns_that_are_not_understood_are_asked_for_in_the_form(client, example):
+    rows = b"Zeit;Rollwinkel\n0,0;0,0\n0,1;0,1\n"
+    _, found = page(
+        client, client.post("/results", files={"file": ("a.csv", rows)}, headers=BROWSER)
+    )
+    assert "Options are fields of the form" in found.text
+    _, found = page(
+        client, client.post("/results", files={"file": ("a.csv", b"")}, headers=BROWSER)
+    )
+    assert "Options are fields of the form" not in found.text
+
+
+def test_examples_name_the_address_that_was_asked(client):
+    found = client.get("/api", headers=BROWSER | {"host": "bicycle.example.org:8080"})
+    assert "webwrite(&#x27;http://bicycle.example.org:8080/score&#x27;" in found.text
 
 
 def test_a_request_without_a_file_says_what_is_expected(client):
