@@ -24,8 +24,9 @@ report.maneuvers(1).columns(1).scd"""),
 def description(limits: Limits) -> dict[str, Any]:
     """The interface as OpenAPI 3.1."""
     text = _SCHEMA.read_text(encoding="utf-8")
-    # Where the schema stands here.
-    schema = json.loads(text.replace('"#/$defs/', '"#/components/schemas/score/$defs/'))
+    # What it is made of stands beside it: generators of clients follow no deeper references.
+    schema = json.loads(text.replace('"#/$defs/', '"#/components/schemas/score_'))
+    parts = {f"score_{name}": part for name, part in schema.pop("$defs").items()}
     for key in ("$schema", "$id"):
         schema.pop(key, None)
     error: dict[str, Any] = {
@@ -135,7 +136,7 @@ def description(limits: Limits) -> dict[str, Any]:
         "info": {"title": "heyoka_bike", "version": __version__,
                  "description": "Scores results of the IFToMM benchmark Uncontrolled bicycle."},
         "paths": paths,
-        "components": {"schemas": {"score": schema, "job": job, "error": error}},
+        "components": {"schemas": {"score": schema, **parts, "job": job, "error": error}},
     }  # fmt: skip
 
 
