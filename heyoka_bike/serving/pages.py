@@ -34,9 +34,9 @@ _OPTIONS = (
     ("tolerance", "Tolerances", "1e-6,1e-8: the same, for a program that chooses its steps"),
 )  # fmt: skip
 
-_HINT = """<p>Options are fields of the form, under “What the file does not say”: Columns takes
-<code>time,roll_angle,steer_angle</code> in the order of the file, and <code>-</code> for one that
-is left out.</p>
+_HINT = """<p>Options are fields of the form. Go back and open “What the file does not say”: Columns
+takes <code>time,roll_angle,steer_angle</code> in the order of the file, and <code>-</code> for one
+that is left out.</p>
 """
 
 _SAID: dict[Kind, str] = {

@@ -7,6 +7,7 @@ import sys
 import time
 
 import jsonschema
+import numpy as np
 import pytest
 
 from heyoka_bike.serving.api import description
@@ -111,6 +112,14 @@ def test_several_files_are_several_programs(client, example):
     assert "Why it differs" not in found.text
     document = client.get(place + ".json").json()
     assert [run["name"] for run in document["runs"]] == ["Mine", "Theirs"]
+
+
+def test_programs_without_energies_have_no_measure_of_them(client, example):
+    rows = np.loadtxt(example)
+    text = "t,roll\n" + "".join(f"{t:.17g},{roll:.17g}\n" for t, roll in rows[:, :2])
+    files = [("file", (f"{name}.csv", text.encode())) for name in ("mine", "theirs")]
+    _, found = page(client, client.post("/results", files=files, headers=BROWSER))
+    assert "roll angle of maneuver 1</td>" in found.text
 
 
 def test_runs_of_one_program_show_its_order(client, example):
