@@ -87,7 +87,7 @@ column, which definitions and units your file follows, and why it differs.</p>
 <label class="drop"><b>Drop a result file here, or choose one</b>
 text, CSV, JSON, .npy, .npz, .mat, HDF5, netCDF, .xlsx, Parquet, gzip of these; {most} MB at most.
 Several files are compared side by side.
-<input type="file" name="file" multiple><ul aria-live="polite"></ul></label>
+<input type="file" name="file" multiple><span class="chosen" aria-live="polite"></span></label>
 <details><summary>or paste rows</summary>
 <label for="pasted">Rows of numbers, with or without headings</label>
 <textarea id="pasted" name="pasted" spellcheck="false"></textarea></details>
@@ -149,8 +149,8 @@ def with_bar(page: str, links: str, diagnosis: Sequence[str] = ()) -> str:
     said = "".join(f"<p>{prose(text)}</p>" for text in diagnosis)
     if said:
         said = f'<section class="answer"><h2>Why it differs</h2>{said}</section>\n'
-    above = f"<body>\n<style>\n{BAR_STYLE}</style>\n{links}\n<main>\n{said}"
-    return page.replace("<body>\n<main>\n", above, 1)
+    page = page.replace("</style>\n</head>", f"{BAR_STYLE}</style>\n</head>", 1)
+    return page.replace("<body>\n<main>\n", f"<body>\n{links}\n<main>\n{said}", 1)
 
 
 def bar(kept: Kept, current: Kind, downloads: Sequence[str] = ()) -> str:

@@ -86,6 +86,9 @@ def test_a_browser_gets_the_report_with_links_to_more(client, example):
     place, found = page(client, sent(client, example))
     assert "1.6 correct digits" in found.text
     assert f'action="{place.replace("score", "diagnose")}"' in found.text
+    # HTML has styles in its head only.
+    assert found.text.count("<style>") == 1
+    assert "Beside page.css" in found.text
     for suffix, kind in ((".json", "application/json"), (".csv", "text/csv"),
                          (".xml", "application/xml"), (".html", "text/html")):  # fmt: skip
         taken = client.get(place + suffix)

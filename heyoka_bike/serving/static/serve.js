@@ -8,7 +8,7 @@ if (progress) follow(progress);
 
 function upload(form) {
   const area = form.querySelector(".drop"), input = form.querySelector("input[type=file]");
-  const list = area.querySelector("ul"), error = form.querySelector(".error"), busy = form.querySelector(".busy");
+  const list = area.querySelector(".chosen"), error = form.querySelector(".error"), busy = form.querySelector(".busy");
   const most = Number(form.dataset.most), count = Number(form.dataset.files);
 
   const size = (bytes) => bytes < 1e6 ? `${Math.max(1, Math.round(bytes / 1e3))} kB` : `${(bytes / 1e6).toFixed(1)} MB`;
@@ -17,7 +17,7 @@ function upload(form) {
   function check() {
     const files = [...input.files], all = files.reduce((sum, file) => sum + file.size, 0);
     list.replaceChildren(...files.map((file) => {
-      const item = document.createElement("li");
+      const item = document.createElement("span");
       item.textContent = `${file.name}, ${size(file.size)}`;
       return item;
     }));
