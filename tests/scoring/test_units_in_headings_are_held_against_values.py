@@ -95,6 +95,7 @@ def test_a_heading_is_believed_of_a_motion_that_tells_nothing(written, reference
         ("v [furlong/h]", "furlong/h"), ("v (furlong/h)", "furlong/h"),
         ("t [fortnight]", "fortnight"),
         ("phi(t)", None), ("v [m/s]", None), ("roll [2]", None), ("roll [m2]", None),
+        (r"\dot{\phi}", None),
         ("roll (right positive)", None), ("roll [-]", None), ("roll [SI]", None), ("roll", None),
     ],
 )  # fmt: skip
