@@ -35,8 +35,8 @@ _OPTIONS = (
 )  # fmt: skip
 
 _HINT = """<p>Options are fields of the form. Go back and open “What the file does not say”: Columns
-takes <code>time,roll_angle,steer_angle</code> in the order of the file, and <code>-</code> for one
-that is left out.</p>
+takes <code>time,roll_deg,steer_deg</code>, or whatever they are, in the order of the file, and
+<code>-</code> for one that is left out.</p>
 """
 
 _SAID: dict[Kind, str] = {
