@@ -243,6 +243,8 @@ def _choose(key: str, samples: Sequence[Sample], expected: Sequence[Column]) -> 
         columns = columns[:1]
     signs = (1,) if key in _UNSIGNED else (1, -1)
     named = next((s.units[key] for s in samples if key in s.units), None)
+    # What a heading says is believed until the values say otherwise, of a wrong motion, too.
+    told = named or columns[0].unit
     candidates = [
         Understanding(c, unit, sign)
         for unit in tried(columns[0].unit, named)
@@ -262,12 +264,12 @@ def _choose(key: str, samples: Sequence[Sample], expected: Sequence[Column]) -> 
         ]
         return max(having, key=likely.__getitem__)
 
-    chosen, as_si = best(), best(columns[0].unit, 1)
+    chosen, as_told = best(), best(told, 1)
     typical = _typical(key, candidates[chosen], samples)
     if not _is_shown(key, typical, samples):
-        return plain(key)
-    if likely[chosen] - likely[as_si] < _CLAIMED or not _is_near(key, typical, samples):
-        chosen = as_si
+        return replace(plain(key), unit=told)
+    if likely[chosen] - likely[as_told] < _CLAIMED or not _is_near(key, typical, samples):
+        chosen = as_told
     taken = candidates[chosen]
     under = {
         u.column.definition: x

@@ -12,20 +12,21 @@ from heyoka_bike.version import __version__
 
 _SCHEMA = Path(formats.__path__[0]) / "score-1.schema.json"
 _EXAMPLES = (
-    ("curl", """curl -F file=@my-results.txt http://127.0.0.1:8000/score
-curl -F file=@my-results.txt http://127.0.0.1:8000/diagnose   # 202, then ask for "job" """),
-    ("MATLAB, Octave with urlwrite's kin: webwrite", """f = fileread('my-results.txt');
-o = weboptions('MediaType', 'text/plain', 'Timeout', 60);
-r = webwrite('http://127.0.0.1:8000/score', f, o);
-r.maneuvers(1).columns(1).scd"""),
+    ("curl", """curl -F file=@my-results.txt {address}score
+curl -F file=@my-results.txt {address}diagnose   # 202, then ask for "job" """),
+    ("MATLAB", """rows = fileread('my-results.txt');
+how = weboptions('MediaType', 'application/octet-stream', 'Timeout', 60);
+report = webwrite('{address}score', rows, how);
+report.maneuvers(1).columns(1).scd"""),
 )  # fmt: skip
 
 
 def description(limits: Limits) -> dict[str, Any]:
     """The interface as OpenAPI 3.1."""
     text = _SCHEMA.read_text(encoding="utf-8")
-    # Where the schema stands here.
-    schema = json.loads(text.replace('"#/$defs/', '"#/components/schemas/score/$defs/'))
+    # What it is made of stands beside it: generators of clients follow no deeper references.
+    schema = json.loads(text.replace('"#/$defs/', '"#/components/schemas/score_'))
+    parts = {f"score_{name}": part for name, part in schema.pop("$defs").items()}
     for key in ("$schema", "$id"):
         schema.pop(key, None)
     error: dict[str, Any] = {
@@ -135,14 +136,22 @@ def description(limits: Limits) -> dict[str, Any]:
         "info": {"title": "heyoka_bike", "version": __version__,
                  "description": "Scores results of the IFToMM benchmark Uncontrolled bicycle."},
         "paths": paths,
-        "components": {"schemas": {"score": schema, "job": job, "error": error}},
+        "components": {"schemas": {"score": schema, **parts, "job": job, "error": error}},
     }  # fmt: skip
 
 
-def api_page(limits: Limits) -> str:
-    """The interface for people."""
+def api_page(limits: Limits, address: str) -> str:
+    """The interface for people.
+
+    Parameters
+    ----------
+    address
+        At which this server was asked, with a slash at its end.
+    """
     examples = "".join(
-        f"<h2>{escape(name)}</h2><pre><code>{escape(text)}</code></pre>" for name, text in _EXAMPLES
+        f'<h2>{escape(name)}</h2><pre tabindex="0"><code>'
+        f"{escape(text.format(address=address))}</code></pre>"
+        for name, text in _EXAMPLES
     )
     body = f"""<h1>For programs</h1>
 <p><code>POST /score</code> with a file gives the JSON of <code>heyoka-bike score --format

@@ -171,7 +171,7 @@ class Server:
 
     async def api(self, request: Request) -> Response:
         """How programs use the server."""
-        return _page(api_page(self.limits))
+        return _page(api_page(self.limits, str(request.base_url)))
 
     async def openapi(self, request: Request) -> Response:
         """The same for programs."""

@@ -34,6 +34,11 @@ _OPTIONS = (
     ("tolerance", "Tolerances", "1e-6,1e-8: the same, for a program that chooses its steps"),
 )  # fmt: skip
 
+_HINT = """<p>Options are fields of the form. Go back and open “What the file does not say”: Columns
+takes <code>time,roll_deg,steer_deg</code>, or whatever they are, in the order of the file, and
+<code>-</code> for one that is left out.</p>
+"""
+
 _SAID: dict[Kind, str] = {
     "score": "Scoring", "diagnose": "Looking for the cause", "replay": "Drawing the replay",
 }  # fmt: skip
@@ -82,7 +87,7 @@ column, which definitions and units your file follows, and why it differs.</p>
 <label class="drop"><b>Drop a result file here, or choose one</b>
 text, CSV, JSON, .npy, .npz, .mat, HDF5, netCDF, .xlsx, Parquet, gzip of these; {most} MB at most.
 Several files are compared side by side.
-<input type="file" name="file" multiple><ul aria-live="polite"></ul></label>
+<input type="file" name="file" multiple><span class="chosen" aria-live="polite"></span></label>
 <details><summary>or paste rows</summary>
 <label for="pasted">Rows of numbers, with or without headings</label>
 <textarea id="pasted" name="pasted" spellcheck="false"></textarea></details>
@@ -97,8 +102,10 @@ example: Exudyn, step 0.01 s</button></form></div>
 <h2>What a file holds</h2>
 <p>One row for each time. 25 columns: the time, then for each of the three maneuvers roll angle,
 roll angular velocity, forward speed, potential, kinetic and mechanical energy, steer angle, steer
-angular velocity. Or 9 columns of one maneuver; or any columns with headings. Any separator, any
-times from 0 to 10 s. Write 17 digits.</p>
+angular velocity. Or 9 columns of one maneuver; or any columns with headings, such as
+<code>t,roll_deg,steer_deg</code>. Any separator, any times from 0 to 10 s. Write 17 digits.</p>
+<p>The bicycle starts upright and straight: maneuver 1 at 4.0 m/s with a roll rate of 0.05 rad/s,
+maneuver 2 at 4.6 m/s with 0.50 rad/s, maneuver 3 at 8.0 m/s with 0.05 rad/s.</p>
 <h2>What is kept</h2>
 <p>Your file and its result are kept for {_duration(limits.kept_seconds)} under an address that
 only you are given, so that the diagnosis and the links work; then they are removed. You can remove
@@ -115,8 +122,8 @@ def waiting(kept: Kept, kind: Kind, job: Job, ahead: int) -> str:
     queue = f"{ahead} wait for a free processor." if job.state == "waiting" and ahead else ""
     body = f"""<h1>{_SAID[kind]}: {escape(names)}</h1>
 <div data-state="/jobs/{kept.key}/{kind}">
-<p role="status"><progress aria-label="{_SAID[kind]}" max="1"></progress>
-<span class="share"></span> {queue}</p></div>
+<p><progress aria-label="{_SAID[kind]}" max="1"></progress> <span class="share"></span></p>
+<p role="status">{queue}</p></div>
 <p><a href="{place}">Look again</a></p>"""
     # Without script the page asks again by itself.
     head = '<noscript><meta http-equiv="refresh" content="2"></noscript>\n'
@@ -125,9 +132,11 @@ def waiting(kept: Kept, kind: Kind, job: Job, ahead: int) -> str:
 
 def error(title: str, message: str, *, kept: Kept | None = None, kind: Kind = "score") -> str:
     """A page that says what is wrong, in one line."""
+    # The message is the command's; here its options are fields.
+    hint = _HINT if "column names" in message or "--" in message else ""
     body = f"""<h1>{escape(title)}</h1>
 <p class="error" role="alert">{escape(message)}</p>
-<p><a href="/">Score another file</a></p>"""
+{hint}<p><a href="/">Score another file</a></p>"""
     links = "" if kept is None else bar(kept, kind)
     return shell(title, body, bar=links)
 
@@ -139,9 +148,9 @@ def with_bar(page: str, links: str, diagnosis: Sequence[str] = ()) -> str:
     """
     said = "".join(f"<p>{prose(text)}</p>" for text in diagnosis)
     if said:
-        said = f'<section class="answer"><h1>Why it differs</h1>{said}</section>'
-    above = f"<body>\n<style>\n{BAR_STYLE}</style>\n{links}\n{said}\n"
-    return page.replace("<body>\n", above, 1)
+        said = f'<section class="answer"><h2>Why it differs</h2>{said}</section>\n'
+    page = page.replace("</style>\n</head>", f"{BAR_STYLE}</style>\n</head>", 1)
+    return page.replace("<body>\n<main>\n", f"<body>\n{links}\n<main>\n{said}", 1)
 
 
 def bar(kept: Kept, current: Kind, downloads: Sequence[str] = ()) -> str:

@@ -54,6 +54,8 @@ def found(results):
         ("rol", None, None), ("٣", None, None), ("φ", "roll_angle", None),
         ("φ̇", "roll_rate", None), ("Δt", None, None), ("δ̇ [rad/s]", "steer_rate", None),
         (r"\phi", "roll_angle", None), (r"\dot\delta", "steer_rate", None),
+        (r"$\varphi$", "roll_angle", None), (r"$\dot{\varphi}$ [rad/s]", "roll_rate", None),
+        (r"\dot{\delta}", "steer_rate", None), (r"$\delta_{2}$", "steer_angle", 2),
         ("RollAngle_deg_", "roll_angle", None), ("RollRate_deg_s_", "roll_rate", None),
         ("Tilt_deg_", None, None),
     ],

@@ -74,12 +74,28 @@ def test_units_that_contradict_the_values_are_told(heading, factors, said, refer
     assert all(f.severity == "warning" for f in found)
 
 
+@pytest.mark.parametrize("written", [DEGREES, 1])
+def test_a_heading_is_believed_of_a_motion_that_tells_nothing(written, reference, tmp_path):
+    # As of the linearised equations at 4 m/s: a few times what it should be, and out of phase.
+    m = reference[1]
+    roll = -3 * written * np.roll(m.rows["roll_angle"], 60)
+    heading = "t,m1_roll_deg" if written == DEGREES else "t,m1_roll_rad"
+    path = tmp_path / "r.csv"
+    table = np.column_stack([m.time, roll])
+    np.savetxt(path, table, fmt="%.15g", delimiter=",", header=heading, comments="")
+    report = score(path, reference)
+    (column,) = report.maneuvers[0].columns
+    assert column.as_understood.unit == ("degree" if written == DEGREES else "rad")
+    assert column.as_understood.measures.max_abs_error < 1
+
+
 @pytest.mark.parametrize(
     ("name", "unit"),
     [
         ("v [furlong/h]", "furlong/h"), ("v (furlong/h)", "furlong/h"),
         ("t [fortnight]", "fortnight"),
         ("phi(t)", None), ("v [m/s]", None), ("roll [2]", None), ("roll [m2]", None),
+        (r"\dot{\phi}", None),
         ("roll (right positive)", None), ("roll [-]", None), ("roll [SI]", None), ("roll", None),
     ],
 )  # fmt: skip

@@ -77,6 +77,11 @@ def test_columns_are_told(columns, expected, heading, tmp_path):
     assert results.findings == ()
 
 
+def test_units_are_told_with_the_columns(tmp_path):
+    results = read_results(written(tmp_path, "Zeit,a,b"), columns=["t", "roll_deg", "steer [mrad]"])
+    assert results.maneuvers[0].units == {"roll_angle": "degree", "steer_angle": "mrad"}
+
+
 def test_columns_of_arrays_are_told(tmp_path):
     table = 100.0 * np.arange(COUNT)[:, None] + np.arange(3)
     told = ["time", "roll_angle", "steer_angle"]

@@ -7,6 +7,7 @@ import sys
 import time
 
 import jsonschema
+import numpy as np
 import pytest
 
 from heyoka_bike.serving.api import description
@@ -85,6 +86,9 @@ def test_a_browser_gets_the_report_with_links_to_more(client, example):
     place, found = page(client, sent(client, example))
     assert "1.6 correct digits" in found.text
     assert f'action="{place.replace("score", "diagnose")}"' in found.text
+    # HTML has styles in its head only.
+    assert found.text.count("<style>") == 1
+    assert "Beside page.css" in found.text
     for suffix, kind in ((".json", "application/json"), (".csv", "text/csv"),
                          (".xml", "application/xml"), (".html", "text/html")):  # fmt: skip
         taken = client.get(place + suffix)
@@ -111,6 +115,14 @@ def test_several_files_are_several_programs(client, example):
     assert "Why it differs" not in found.text
     document = client.get(place + ".json").json()
     assert [run["name"] for run in document["runs"]] == ["Mine", "Theirs"]
+
+
+def test_programs_without_energies_have_no_measure_of_them(client, example):
+    rows = np.loadtxt(example)
+    text = "t,roll\n" + "".join(f"{t:.17g},{roll:.17g}\n" for t, roll in rows[:, :2])
+    files = [("file", (f"{name}.csv", text.encode())) for name in ("mine", "theirs")]
+    _, found = page(client, client.post("/results", files=files, headers=BROWSER))
+    assert "roll angle of maneuver 1</td>" in found.text
 
 
 def test_runs_of_one_program_show_its_order(client, example):
@@ -150,7 +162,7 @@ def test_a_diagnosis_is_a_job_with_progress(client, example):
     codes = [f["code"] for f in client.get(said["result"]).json()["findings"]]
     assert "no_mistake_found" in codes or "integration_error" in codes
     shown = client.get(said["page"], headers=BROWSER).text
-    assert "Why it differs</h1>" in shown
+    assert '<main>\n<section class="answer"><h2>Why it differs</h2>' in shown
     assert "order" in shown
 
 
@@ -175,6 +187,23 @@ def test_what_cannot_be_scored_is_said_in_one_line(client, name, content, said):
     )
     assert found.status_code == 422
     assert 'role="alert"' in found.text
+
+
+def test_columns_that_are_not_understood_are_asked_for_in_the_form(client, example):
+    rows = b"Zeit;Rollwinkel\n0,0;0,0\n0,1;0,1\n"
+    _, found = page(
+        client, client.post("/results", files={"file": ("a.csv", rows)}, headers=BROWSER)
+    )
+    assert "Options are fields of the form" in found.text
+    _, found = page(
+        client, client.post("/results", files={"file": ("a.csv", b"")}, headers=BROWSER)
+    )
+    assert "Options are fields of the form" not in found.text
+
+
+def test_examples_name_the_address_that_was_asked(client):
+    found = client.get("/api", headers=BROWSER | {"host": "bicycle.example.org:8080"})
+    assert "webwrite(&#x27;http://bicycle.example.org:8080/score&#x27;" in found.text
 
 
 def test_a_request_without_a_file_says_what_is_expected(client):
@@ -204,6 +233,8 @@ def test_the_description_of_the_interface_is_true(client, example):
     assert found == description(Limits())
     validate = pytest.importorskip("openapi_spec_validator").validate
     validate(found)
+    # Generators of clients follow no deeper reference.
+    assert not re.findall(r'"#/components/schemas/\w+/', json.dumps(found))
     schemas = found["components"]["schemas"]
     answer = client.post("/score", files={"file": (example.name, example.read_bytes())})
     jsonschema.validate(answer.json(), {"$ref": "#/components/schemas/score", **found})

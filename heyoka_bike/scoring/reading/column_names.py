@@ -23,10 +23,11 @@ _NAMES = ", ".join((TIME, *BENCHMARK_COLUMNS))
 
 _ALIASES: Mapping[str, tuple[str, ...]] = {
     TIME: ("t", "times", "timestamp", "sec", "seconds", "simulationtime", "tout"),
-    "roll_angle": ("roll", "phi", "\u03c6", "\u03d5", "lean", "leanangle"),
+    "roll_angle": ("roll", "phi", "varphi", "\u03c6", "\u03d5", "lean", "leanangle"),
     "roll_rate": (
         "rollangularvelocity", "rollvelocity", "angularrollvelocity", "phidot", "dphi", "phid",
-        "leanrate", "leanangularvelocity", "rolldot", "dotphi", "\u03c6\u0307", "\u03d5\u0307",
+        "leanrate", "leanangularvelocity", "rolldot", "dotphi", "dotvarphi",
+        "\u03c6\u0307", "\u03d5\u0307",
     ),
     "forward_speed": ("speed", "velocity", "v", "forwardvelocity"),
     "potential_energy": ("potential", "epot", "ep", "pe", "u"),
@@ -60,10 +61,11 @@ _MANEUVERS = frozenset(
 )
 
 _MANEUVER = r"(?:m|man|maneuver|manoeuvre)"
-_BRACKETS = re.compile(r"\[([^\[\]]*)\]|\(([^()]*)\)|\{([^{}]*)\}")
+# The braces of TeX's \dot{\phi} hold no unit.
+_BRACKETS = re.compile(r"\[([^\[\]]*)\]|\(([^()]*)\)|(?<!\\dot)\{([^{}]*)\}")
 _ONE = re.compile(r"[\[({]\s*1\s*[\])}]")
 _NUMBERED = re.compile(rf"[\s_-]*{_MANEUVER}?[\s_-]*([0-9]{{1,3}})\s*")
-_BREAKS = re.compile(r"[\s_.:/\\-]+")
+_BREAKS = re.compile(r"[\s_.:/\\${}-]+")
 _PREFIX = re.compile(rf"{_MANEUVER}_?([0-9]{{1,3}})_(.+)")
 _SUFFIX = re.compile(rf"(.+?)_?(?:{_MANEUVER}_?)?([0-9]{{1,3}})")
 _GROUP = re.compile(rf"{_MANEUVER}_?([0-9]{{1,3}})")

@@ -77,7 +77,8 @@ _OTHERS: Mapping[str, Mapping[str, tuple[str, ...]]] = {
 }
 """By SI unit, the others as `units` has them; all in small letters but a mega that is no milli."""
 
-_BRACKETS = re.compile(r"\[([^\[\]]*)\]|\(([^()]*)\)|\{([^{}]*)\}")
+# The braces of TeX's \dot{\phi} hold no unit.
+_BRACKETS = re.compile(r"\[([^\[\]]*)\]|\(([^()]*)\)|(?<!\\dot)\{([^{}]*)\}")
 # A capital of a program that shouts its units is no mega.
 _MEGA = re.compile(r"\W*M(?:J|N|N ?m)\W*$")
 _NO_UNITS = ("si", "none", "n/a")

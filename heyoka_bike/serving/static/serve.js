@@ -8,7 +8,7 @@ if (progress) follow(progress);
 
 function upload(form) {
   const area = form.querySelector(".drop"), input = form.querySelector("input[type=file]");
-  const list = area.querySelector("ul"), error = form.querySelector(".error"), busy = form.querySelector(".busy");
+  const list = area.querySelector(".chosen"), error = form.querySelector(".error"), busy = form.querySelector(".busy");
   const most = Number(form.dataset.most), count = Number(form.dataset.files);
 
   const size = (bytes) => bytes < 1e6 ? `${Math.max(1, Math.round(bytes / 1e3))} kB` : `${(bytes / 1e6).toFixed(1)} MB`;
@@ -17,7 +17,7 @@ function upload(form) {
   function check() {
     const files = [...input.files], all = files.reduce((sum, file) => sum + file.size, 0);
     list.replaceChildren(...files.map((file) => {
-      const item = document.createElement("li");
+      const item = document.createElement("span");
       item.textContent = `${file.name}, ${size(file.size)}`;
       return item;
     }));
@@ -47,18 +47,24 @@ function upload(form) {
       return;
     }
     const button = form.querySelector("button.main");
-    const bar = document.createElement("progress"), said = document.createElement("span");
+    const bar = document.createElement("progress"), said = document.createElement("span"), much = document.createElement("span");
     const request = new XMLHttpRequest();
     const end = (text) => { busy.replaceChildren(); button.disabled = false; complain(text); };
-    busy.replaceChildren(bar, " ", said);
+    busy.replaceChildren(bar, " ", said, " ", much);
     button.disabled = true;
     said.textContent = "sending";
+    bar.setAttribute("aria-label", "Sent");
+    // A reader of the screen is not told every piece: the bar has it.
+    much.setAttribute("aria-hidden", "true");
     request.upload.addEventListener("progress", (sent) => {
       if (!sent.lengthComputable) return;
       bar.max = sent.total;
       bar.value = sent.loaded;
-      said.textContent = sent.loaded < sent.total ? `sent ${size(sent.loaded)} of ${size(sent.total)}` : "scoring";
-      if (sent.loaded === sent.total) bar.removeAttribute("value");
+      much.textContent = `${size(sent.loaded)} of ${size(sent.total)}`;
+      if (sent.loaded < sent.total) return;
+      said.textContent = "scoring";
+      much.textContent = "";
+      bar.removeAttribute("value");
     });
     request.addEventListener("load", () => {
       let found = {};

@@ -13,7 +13,7 @@ from heyoka_bike.showing.formats.wording import label, number, unit_text
 
 def definitions(m: ManeuverScore) -> str:
     """Errors of a maneuver's columns against each of their definitions; empty without a choice."""
-    tables = [_table(c) for c in m.columns if c.alternatives and c.values]
+    tables = [_table(c, m.maneuver) for c in m.columns if c.alternatives and c.values]
     if not tables:
         return ""
     return (
@@ -24,7 +24,7 @@ def definitions(m: ManeuverScore) -> str:
     )
 
 
-def _table(c: ColumnScore) -> str:
+def _table(c: ColumnScore, maneuver: int) -> str:
     r = c.as_understood
     found: list[tuple[str, float | None, float | None]]
     found = [(r.definition, r.measures.max_abs_error, None)]
@@ -36,8 +36,9 @@ def _table(c: ColumnScore) -> str:
     unit = escape(unit_text(c.unit))
     rows = "".join(_row(c, name, error, odds, low, high) for name, error, odds in found)
     return (
-        f'<div class="scroll" tabindex="0" role="region" aria-label="Definitions of the '
-        f'{escape(label(c.key))}"><table class="dots"><caption>{escape(label(c.key))}</caption>'
+        f'<div class="scroll" tabindex="0" role="group" aria-label="Definitions of the '
+        f'{escape(label(c.key))}, maneuver {maneuver}"><table class="dots">'
+        f"<caption>{escape(label(c.key))}</caption>"
         f'<thead><tr><th scope="col">definition</th><th scope="col">max error [{unit}]</th>'
         f'<th scope="col" class="ends"><span>1e{low}</span><span>1e{high}</span></th>'
         '<th scope="col">odds against</th><th scope="col">meaning</th></tr></thead>'

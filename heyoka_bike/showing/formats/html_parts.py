@@ -99,8 +99,9 @@ def maneuver(m: ManeuverScore, level: int, explained: bool) -> str:
 
 
 def capital(text: str) -> str:
-    """With a large first letter, unless that is of a name."""
-    is_name = "_" in text.partition(" ")[0]
+    """With a large first letter, unless that is of a name: of a column, or of a file."""
+    first = text.partition(" ")[0].rstrip(".:")
+    is_name = "_" in first or "." in first
     return text if is_name else text[:1].upper() + text[1:]
 
 

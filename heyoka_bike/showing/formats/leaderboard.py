@@ -109,7 +109,7 @@ def _table(entries: Sequence[Entry]) -> str:
             + "</tr>"
         )
     return (
-        '<div class="scroll" tabindex="0" role="region" aria-label="submissions"><table '
+        '<div class="scroll" tabindex="0" role="group" aria-label="submissions"><table '
         f'class="board"><thead><tr>{heads}</tr></thead><tbody>{"".join(body)}</tbody></table></div>'
     )
 

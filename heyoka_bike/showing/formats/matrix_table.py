@@ -38,8 +38,11 @@ def of_series(series: Series) -> str:
     for run in series.runs:
         held = {m.maneuver: m for m in run.report.maneuvers}
         cells = [worst_cell(held[n].columns if n in held else ()) for n in numbers]
-        drifts = (number(held[n].performance) for n in numbers if n in held)
-        words = f"{worst_place(run.report)}; eq. (1) {' / '.join(drifts)} %"
+        words = worst_place(run.report)
+        # Files without energies have nothing to say of it.
+        if any(m.performance is not None for m in held.values()):
+            drifts = (number(held[n].performance) for n in numbers if n in held)
+            words += f"; eq. (1) {' / '.join(drifts)} %"
         rows.append((escape(run_name(series, run)), cells, prose(words)))
     return _table(
         "Run" if series.is_one_program else "Program",
@@ -75,7 +78,7 @@ def _table(first: str, heads: Sequence[str], last: str, rows: Sequence[_Row], ab
     )
     signs = _signs(c.grade for _, cells, _ in rows for c in cells)
     return (
-        f'<div class="scroll" tabindex="0" role="region" aria-label="{first}"><table '
+        f'<div class="scroll" tabindex="0" role="group" aria-label="{first}"><table '
         f'class="matrix"><thead><tr><th scope="col">{first}</th>{top}{end}</tr></thead>'
         f"<tbody>{body}</tbody></table></div>{signs}"
         + (f'<p class="facts">{about}</p>' if about else "")

@@ -95,17 +95,15 @@
       (x) => x.dataset.name === name && !legend.contains(x));
     for (const [name, li] of entries) {
       if (!drawn(name).length) continue;
-      const toggle = () => {
-        const isShown = li.getAttribute("aria-pressed") !== "true";
-        li.setAttribute("aria-pressed", String(isShown));
+      const button = document.createElement("button"), value = li.querySelector("output");
+      button.type = "button";
+      button.append(...li.childNodes);
+      li.append(button, value);
+      button.setAttribute("aria-pressed", "true");
+      button.addEventListener("click", () => {
+        const isShown = button.getAttribute("aria-pressed") !== "true";
+        button.setAttribute("aria-pressed", String(isShown));
         for (const x of drawn(name)) x.classList.toggle("hidden", !isShown);
-      };
-      li.setAttribute("role", "button");
-      li.setAttribute("aria-pressed", "true");
-      li.tabIndex = 0;
-      li.addEventListener("click", toggle);
-      li.addEventListener("keydown", (event) => {
-        if (event.key === "Enter" || event.key === " ") { event.preventDefault(); toggle(); }
       });
     }
   }

@@ -60,7 +60,7 @@ def table(
         for first, *rest in rows
     )
     return (
-        f'<div class="scroll" tabindex="0" role="region" aria-label="{escape(about)}">'
+        f'<div class="scroll" tabindex="0" role="group" aria-label="{escape(about)}">'
         f'<table class="{style}"><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table></div>'
     )
 

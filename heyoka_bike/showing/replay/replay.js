@@ -476,7 +476,8 @@ const replay = (data) => {
     const head = made("tr", "", made("thead", "", table)), body = made("tbody", "", table);
     const hasResult = data.maneuvers.some((m) => m.result), kinds = hasResult ? ["reference", "result", "difference"] : ["reference"];
     const said = hasResult ? kinds : [data.heading || "reference"];
-    for (const text of ["", ...said]) made("th", text, head).scope = "col";
+    made("td", "", head);
+    for (const text of said) made("th", text, head).scope = "col";
     for (const kind of kinds) cells[kind] = [];
     for (const [, said, of] of COLUMNS) {
       const tr = made("tr", "", body);
