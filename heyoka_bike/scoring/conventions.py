@@ -15,6 +15,9 @@ DEFAULT = (
 ODD_SIGNS = ("signs_disagree", "senses_opposed")
 """Findings about signs that may be errors: those columns' signs are not called conventions."""
 
+UNITS_BESIDE = "units_beside"
+"""Finding of a diagnosis that the file has other units than those that were scored."""
+
 # Decimal logarithm of the odds that are put into words: nobody has tried more files than that.
 _SUREST = 6
 _SIDES: Mapping[str, tuple[str, ...]] = {

@@ -71,3 +71,17 @@ def test_the_energies_that_are_in_no_known_way_are_named(reference, simulator):
     )
     (only,) = said(replace(whole, maneuvers=odd), reference, simulator)
     assert "Not compared: kinetic_energy" in only.message
+
+
+def test_units_are_those_beside_the_linear_motion(reference, simulator):
+    """Maneuver 1 leaves the nonlinear motion so far that radians fit no worse than degrees."""
+    whole = linear_run(reference, energies="none")
+    (rows,) = (m for m in whole.maneuvers if m.maneuver == 1)
+    lateral = {key: np.rad2deg(rows.values[key]) for key in ("roll_angle", "steer_angle")}
+    one = replace(whole, maneuvers=(replace(rows, values=lateral),))
+    taken = {c.as_understood.unit for c in score(one, reference).maneuvers[0].columns if c.values}
+    assert taken == {"rad"}
+    linear, units = said(one, reference, simulator)
+    assert linear.code == "linearised"
+    assert units.code == "units_beside"
+    assert units.evidence["units"] == dict.fromkeys(("roll_angle", "steer_angle"), "degree")

@@ -10,6 +10,7 @@ from heyoka_bike.errors import GENERATE
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.reference.sensitivities import UNKNOWNS
 from heyoka_bike.scoring.column_score import ColumnScore
+from heyoka_bike.scoring.conventions import UNITS_BESIDE
 from heyoka_bike.scoring.diagnosis import plain
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
 from heyoka_bike.scoring.diagnosis.numerical import causes as numerical
@@ -59,13 +60,14 @@ def findings(
     if 2 * sum(not c.trace.value.any() for _, c in columns) > len(columns):
         return (Finding("cannot_tell", "Most columns hold nothing but zeros", Severity.WARNING),)
     if diagnosis.classes and diagnosis.classes[0][0].codes == (LINEARISED,):
-        return (_linearised(diagnosis.classes[0][0]),)
+        return (_linearised(diagnosis.classes[0][0]), *_units_beside(diagnosis))
     fits = diagnosis.estimate.fits if diagnosis.estimate else ()
     found = [_fitted(diagnosis, report)] if fits and not diagnosis.unexplained else []
     found += [
         _explained(rank, hypotheses)
         for rank, hypotheses in enumerate(diagnosis.classes[: _MOST - len(found)], len(found) + 1)
     ]
+    found += _units_beside(diagnosis) if found else []
     known = reference or load_reference()
     first = list(plain.shown(report, known))
     if found:
@@ -76,6 +78,25 @@ def findings(
     if diagnosis.untried:
         found.append(_without_heyoka(diagnosis))
     return (*first, *found)
+
+
+def _units_beside(diagnosis: Diagnosis) -> list[Finding]:
+    """That beside the motion that explains the file its units are others than were scored."""
+    if not diagnosis.units:
+        return []
+    said = [
+        f"{', '.join(key for key, u in diagnosis.units.items() if u == unit)} in {unit}"
+        for unit in dict.fromkeys(diagnosis.units.values())
+    ]
+    return [
+        Finding(
+            UNITS_BESIDE,
+            f"By that motion the file has {' and '.join(said)}: the score, which knows the right "
+            "motion only, took other units, and its errors are too large. A unit in a heading, or "
+            "in --columns (roll_angle_deg), decides it",
+            evidence={"units": dict(diagnosis.units)},
+        )
+    ]
 
 
 def nothing_wrong(which: str) -> Finding:

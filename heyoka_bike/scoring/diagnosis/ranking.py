@@ -104,6 +104,9 @@ class Diagnosis:
         Of the unknowns of the fits, in the correct program [SI].
     curves : tuple of Curve
         What the best of all leaves, in the column of each maneuver that it explains best.
+    units : mapping of str to str
+        Units that columns have if the best of all is true, where they seem to have others beside
+        the correct motion.
     """
 
     classes: tuple[tuple[Hypothesis, ...], ...]
@@ -115,6 +118,7 @@ class Diagnosis:
     energy_level: float | None = None
     values: Mapping[Unknown, float] = field(default_factory=dict)
     curves: tuple[Curve, ...] = ()
+    units: Mapping[str, str] = field(default_factory=dict)
 
 
 def rank(
@@ -179,6 +183,7 @@ def rank(
         untried=0 if classes or simulator.is_quick else len(EQUATION_MISTAKES),
         energy_level=search.energy_level,
         curves=search.curves(classes[0][0]) if classes else (),
+        units=search.units_beside(classes[0][0]) if classes else {},
     )
     if sensitivities is None or (classes and classes[0][0].gain > _EXPLAINED):
         return found
@@ -211,6 +216,7 @@ def _with_estimate(
     """The same with the parameters that explain far more, and forces that are applied."""
     rival = next((c[0].gain for c in (*found.classes, found.towards) if c), None)
     fitting, unexplained = search.fitting(), None
+    units: Mapping[str, str] = {}
     for _ in range(_UNDERSTOOD):
         errors = fitting.errors if simulator.is_quick else None
         problem = fitting.problem(sensitivities, errors if has_forces else None)
@@ -229,6 +235,7 @@ def _with_estimate(
             break
         # Beside the correct motion the file may have seemed to have other definitions.
         understood, unexplained = search.understood_beside(fitting.columns(best.changes))
+        units = search.other_units(understood)
         names = {key: u.column.name for key, u in understood.items()}
         if names == fitting.names:
             break
@@ -243,6 +250,7 @@ def _with_estimate(
         unexplained=unexplained,
         values={u: fitting.value(u) for fit in estimate.fits for u in fit.changes},
         curves=() if unexplained else fitting.curves(problem, errors, best),
+        units=units,
     )
 
 

@@ -2,7 +2,7 @@
 
 import textwrap
 
-from heyoka_bike.scoring.conventions import DEFAULT, ODD_SIGNS
+from heyoka_bike.scoring.conventions import DEFAULT, ODD_SIGNS, UNITS_BESIDE
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.showing.formats.wording import verdict
 
@@ -14,7 +14,9 @@ _BESIDE = ("definition_unknown", "never_filled", *ODD_SIGNS)
 def render(report: Report) -> str:
     """Paragraphs, the likeliest cause first."""
     said = {f.code: f.message for f in report.findings}
-    default = "" if any(code in said for code in ODD_SIGNS) else DEFAULT
+    is_usual = not any(code in said for code in ODD_SIGNS)
+    is_usual &= not any(f.code == UNITS_BESIDE for f in report.diagnosis)
+    default = DEFAULT if is_usual else ""
     paragraphs = [p for p in (verdict(report), said.get("conventions", default)) if p]
     paragraphs += [f.message for f in report.findings if f.code in _BESIDE]
     paragraphs += [f.message for f in report.diagnosis]

@@ -232,6 +232,15 @@ class Search:
         understood, after = self._typical(expected)
         return understood, self.too_large(after, expected)
 
+    def other_units(self, understood: Mapping[str, Understanding]) -> dict[str, str]:
+        """Units of the columns that are taken for others beside the correct motion."""
+        usual = self._understood[()]
+        return {key: u.unit for key, u in understood.items() if u.unit != usual[key].unit}
+
+    def units_beside(self, h: Hypothesis) -> dict[str, str]:
+        """The same if a hypothesis is true."""
+        return self.other_units(self._understood[h.codes])
+
     def is_kept(self, expected: _Expected) -> bool:
         """Whether no more is left than what the file's own energy is wrong by."""
         _, after = self._typical(expected)
