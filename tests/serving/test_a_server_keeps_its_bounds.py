@@ -4,7 +4,7 @@ import os
 import signal
 import time
 from dataclasses import replace
-from threading import Thread
+from threading import Event, Thread
 
 import pytest
 
