@@ -22,6 +22,7 @@ from heyoka_bike.serving.app import Server
 from heyoka_bike.serving.connections import Connection, most_requests
 from heyoka_bike.serving.limits import Limits
 
+_ANY = ("0.0.0.0", "::")
 _GRACE = 5  # [s]
 _BACKLOG = 2048
 _OPENED_AFTER = 0.5  # [s]
@@ -57,7 +58,9 @@ def serve(
     # Who asks it to end gets it ended as by the keyboard: what it keeps is removed.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     bound = _bound(host, port)
-    shown = f"[{host}]" if ":" in host else host
+    # On every address there is, it answers to its names only.
+    named = names[0] if host in _ANY and names[0] != "*" else host
+    shown = f"[{named}]" if ":" in named else named
     address = f"http://{shown}:{bound.getsockname()[1]}/"
     _sweep()
     with tempfile.TemporaryDirectory(prefix=_PREFIX, ignore_cleanup_errors=True) as folder:

@@ -106,6 +106,14 @@ def test_what_others_put_in_its_place_is_left_alone(tmp_path, monkeypatch):
 
 
 @pytest.mark.timeout(60)
+def test_on_every_address_it_tells_its_name(tmp_path):
+    with started(tmp_path, "--host", "0.0.0.0", "--name", "bicycle.example.org") as server:
+        assert " on http://bicycle.example.org:" in server.stdout.readline()
+        server.terminate()
+        server.communicate()
+
+
+@pytest.mark.timeout(60)
 def test_a_port_that_is_taken_is_said(capsys):
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))

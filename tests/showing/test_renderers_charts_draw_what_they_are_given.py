@@ -5,9 +5,12 @@ import re
 import numpy as np
 import pytest
 
+from heyoka_bike.scoring.score import score
 from heyoka_bike.showing.formats import axis
 from heyoka_bike.showing.formats.chart import Level, Line, chart
+from heyoka_bike.showing.formats.charts import run_time
 from heyoka_bike.showing.formats.decimate import envelope, highest
+from heyoka_bike.system.resources import data_folder
 
 
 def uneven(n):
@@ -142,3 +145,12 @@ def test_text_of_a_chart_is_escaped():
     assert not re.search(r"<[exb]>|a<b", text)
     assert 'aria-label="a&lt;b &amp; c"' in text
     assert "&lt;x&gt;" in text
+
+
+def test_a_column_that_ends_early_does_not_end_the_others():
+    """Once the figure ended with the first column: an error at 10 s lay beyond it."""
+    rows = np.loadtxt(data_folder() / "peers" / "exudyn-h0.01.txt")
+    rows[500:, 8] = np.nan
+    (maneuver, *_) = score(rows).maneuvers
+    time = run_time([maneuver])
+    assert (maneuver.t_end, time.low, time.high) == (4.99, 0.0, 10.0)

@@ -40,6 +40,15 @@ def style_of(key: str) -> str:
     return f"s{list(COMPARED).index(key) % _STYLES}"
 
 
+def run_time(maneuvers: Sequence[ManeuverScore]) -> axis.Axis:
+    """Axis of the time, over all that is compared; some columns may go further than others."""
+    runs = [c.trace.time for m in maneuvers for c in m.columns if len(c.trace.time)]
+    return axis.times(
+        min((float(t[0]) for t in runs), default=0.0),
+        max((float(t[-1]) for t in runs), default=0.0),
+    )
+
+
 def all_errors(m: ManeuverScore) -> str:
     """Errors of all columns over time, each relative to its scale."""
     lines, notches, items, peaks, floors = [], [], [], [], []
@@ -63,7 +72,7 @@ def all_errors(m: ManeuverScore) -> str:
         return _empty("The error is exactly 0 in every row of every column.")
     low, high = min(peaks + floors), max(*peaks, 2 * TOLERANCE)
     drawn = chart(
-        axis.times(m.t_start, m.t_end),
+        run_time([m]),
         axis.decades(low, high),
         lines,
         about=f"Errors of all columns of maneuver {m.maneuver} over time, relative to the scale of "
@@ -131,7 +140,7 @@ def one_column(m: ManeuverScore, c: ColumnScore) -> str:
     if not len(c.trace.time):
         said = "Nothing could be compared."
         return f"<figure><figcaption><b>{escape(name)}</b></figcaption>{_empty(said)}</figure>"
-    time = axis.times(m.t_start, m.t_end)
+    time = run_time([m])
     items = [("reference", "reference", ""), ("result", "result", "")]
     parts = [_overlay(time, c, name, unit), _error(time, c, name, unit)]
     items += [(x, x, "") for x in ("error", "floor") if f'class="{x}"' in parts[1]]

@@ -11,7 +11,7 @@ from heyoka_bike.scoring.measures import TOLERANCE
 from heyoka_bike.scoring.report import Convergence, Run, Series
 from heyoka_bike.showing.formats import axis
 from heyoka_bike.showing.formats.chart import Guide, Level, Line, Notch, chart
-from heyoka_bike.showing.formats.charts import legend, style_of
+from heyoka_bike.showing.formats.charts import legend, run_time, style_of
 from heyoka_bike.showing.formats.decimate import highest
 from heyoka_bike.showing.formats.wording import label, number, run_name, scale
 
@@ -47,7 +47,7 @@ def work_precision(series: Series, maneuver: int) -> str:
 def side_by_side(series: Series, maneuver: int) -> str:
     """Error over time of each column, a line for each program."""
     held = [m for run in series.runs for m in run.report.maneuvers if m.maneuver == maneuver]
-    time = axis.times(min(m.t_start for m in held), max(m.t_end for m in held))
+    time = run_time(held)
     figures = (
         _over_time(c.key, time, list(_error_lines(series, c)))
         for c in series.convergence
