@@ -121,7 +121,7 @@ def test_names_and_files_are_found_as_on_the_command_line(tmp_path, monkeypatch)
         assert until is None
 
 
-@pytest.mark.proof
+@pytest.mark.slow
 def test_early_ends_are_said(tmp_path, short):
     said = []
     falling = replace(
