@@ -10,7 +10,7 @@ from heyoka_bike.scoring.alignment import MOST_SAMPLED, spread
 from heyoka_bike.scoring.arithmetic import single_precision
 from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.conventions import ODD_SIGNS, conventions, odds
-from heyoka_bike.scoring.findings import Finding, Severity
+from heyoka_bike.scoring.findings import Finding, Severity, named
 from heyoka_bike.scoring.measures import TOLERANCE
 from heyoka_bike.scoring.report import ManeuverScore, Report
 from heyoka_bike.scoring.signs import contradictions, opposed
@@ -26,8 +26,6 @@ _ROUNDED = 4.0
 _LIMITED = 2.0
 # Units differ by more than that, so that a column nearer than this tells its own.
 _UNIT_TOLD = 0.05
-# As many columns as the benchmark has.
-_NAMED = 8
 
 
 def explain(report: Report) -> tuple[Finding, ...]:
@@ -96,15 +94,15 @@ def _understood(report: Report) -> Iterator[Finding]:
                 f"{key} is in {understood.unit}, not {written.unit}: errors {errors} in the latter",
                 evidence={**evidence, "unit": understood.unit},
             )
-        named = scores[0][0].part.units.get(key, understood.unit)
+        heading = scores[0][0].part.units.get(key, understood.unit)
         far = [c.as_understood.measures.max_rel_error for _, c in scores]
-        if named != understood.unit and all(x is not None and x < _UNIT_TOLD for x in far):
+        if heading != understood.unit and all(x is not None and x < _UNIT_TOLD for x in far):
             yield Finding(
                 "unit_contradicted",
-                f"{key}: its heading says {named}, but its values are in {understood.unit}. One of "
-                "them is wrong; here they are taken as what they fit",
+                f"{key}: its heading says {heading}, but its values are in {understood.unit}. One "
+                "of them is wrong; here they are taken as what they fit",
                 Severity.WARNING,
-                {"column": key, "named": named, "unit": understood.unit},
+                {"column": key, "named": heading, "unit": understood.unit},
             )
         if understood.offset:
             yield Finding(
@@ -118,7 +116,7 @@ def _understood(report: Report) -> Iterator[Finding]:
         if len(keys) == 2:
             what = f"{keys[0]} and {keys[1]} have opposite signs: one of them is turned round"
         else:
-            what = f"{_names(keys)} have signs that no axes give together: some are turned round"
+            what = f"{named(keys)} have signs that no axes give together: some are turned round"
             what += ", or they are of an inverse attitude" if "frame_" in keys[0] else ""
         yield Finding("signs_disagree", what, Severity.WARNING, {"columns": list(keys)})
     if keys := opposed(told):
@@ -276,16 +274,10 @@ def _digits(report: Report, single: Collection[str]) -> Iterator[Finding]:
     if limited:
         yield Finding(
             "digits_written",
-            f"{_names(limited)}: the error is that of the digits written ({digits} in the "
+            f"{named(limited)}: the error is that of the digits written ({digits} in the "
             "column with the fewest); write 17 to show what the program can do",
             evidence={"columns": limited, "significant_digits": digits},
         )
-
-
-def _names(keys: Sequence[str]) -> str:
-    """Columns of a sentence, not too many of them."""
-    more = len(keys) - _NAMED
-    return ", ".join(keys[:_NAMED]) + (f" and {more} more" if more > 0 else "")
 
 
 def _percent(part: float) -> str:

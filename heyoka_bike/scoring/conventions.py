@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from math import floor
 
 from heyoka_bike.scoring.column_score import ColumnScore
-from heyoka_bike.scoring.findings import Finding
+from heyoka_bike.scoring.findings import Finding, named
 from heyoka_bike.scoring.report import Report
 
 DEFAULT = (
@@ -53,7 +53,7 @@ def conventions(report: Report, contradicted: Sequence[str] = ()) -> Finding | N
     }
     said = [
         *_senses(turned),
-        *_units(units),
+        *in_units(units),
         *_zeros(zeros),
         *(f"{key} is {c.as_understood.definition}{_in_brackets(odds(c))}"
           for key, c in meant.items()),
@@ -104,25 +104,21 @@ def _senses(turned: Sequence[str]) -> Iterator[str]:
     yield from (text for key, text in _TURNED.items() if key in turned)
     known = {*_TURNED, *(key for keys in _SIDES.values() for key in keys)}
     if others := [key for key in turned if key not in known]:
-        yield f"{_names(others)} with the other sign, as in other axes"
+        yield f"{named(others, _MOST)} with the other sign, as in other axes"
 
 
-def _units(units: Mapping[str, str]) -> Iterator[str]:
+def in_units(units: Mapping[str, str]) -> Iterator[str]:
+    """Units of columns, as "roll_angle, steer_angle in degree"."""
     for unit in dict.fromkeys(units.values()):
         keys = [key for key, u in units.items() if u == unit]
-        yield f"{_names(keys)} in {unit}"
+        yield f"{named(keys, _MOST)} in {unit}"
 
 
 def _zeros(zeros: Mapping[str, float]) -> Iterator[str]:
     for offset in dict.fromkeys(zeros.values()):
         keys = [key for key, x in zeros.items() if x == offset]
         where = "above" if offset < 0 else "below"
-        yield f"the zero of {_names(keys)} is {abs(offset):.9g} J {where} that at the floor"
-
-
-def _names(keys: Sequence[str]) -> str:
-    more = len(keys) - _MOST
-    return ", ".join(keys[:_MOST]) + (f" and {more} more" if more > 0 else "")
+        yield f"the zero of {named(keys, _MOST)} is {abs(offset):.9g} J {where} that at the floor"
 
 
 def _in_brackets(text: str) -> str:

@@ -1,6 +1,6 @@
 """What is said about a result file besides numbers: one record each, the same in every format."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
@@ -34,3 +34,9 @@ class Finding:
     message: str
     severity: Severity = Severity.INFO
     evidence: Mapping[str, Any] = field(default_factory=dict)
+
+
+def named(keys: Sequence[str], most: int = 8) -> str:
+    """Columns of a sentence, not too many of them; by default as many as the benchmark has."""
+    more = len(keys) - most
+    return ", ".join(keys[:most]) + (f" and {more} more" if more > 0 else "")

@@ -30,7 +30,7 @@ from heyoka_bike.serving.crew import BusyError, Crew, Job
 from heyoka_bike.serving.guard import Guard
 from heyoka_bike.serving.limits import Limits
 from heyoka_bike.serving.store import Kept, Store
-from heyoka_bike.serving.tasks import FILES, RENDERED, Kind, Task, fault, stem
+from heyoka_bike.serving.tasks import FILES, MADE, RENDERED, Kind, Task, fault, stem
 from heyoka_bike.serving.uploads import TooLargeError, receive
 from heyoka_bike.showing.formats.html import SCRIPT as REPORT_SCRIPT
 from heyoka_bike.showing.formats.markup import PAGE_STYLE, policy
@@ -255,7 +255,7 @@ class Server:
             await _ended_or_left(request, job)
             if job.state != "done":
                 return JSONResponse({"error": job.message, "exit_code": job.code}, _status(job))
-            made = task.folder / "made" / f"{stem('score')}.json"
+            made = task.folder / MADE / f"{stem('score')}.json"
             return Response(await run_in_threadpool(made.read_bytes), media_type="application/json")
         finally:
             await run_in_threadpool(self.store.drop, task.folder)

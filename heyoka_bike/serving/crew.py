@@ -14,7 +14,7 @@ from time import monotonic
 from typing import Any, Literal
 
 from heyoka_bike.serving.limits import Limits
-from heyoka_bike.serving.tasks import Kind, Task, fault, work
+from heyoka_bike.serving.tasks import Kind, Task, fault, is_long, work
 
 State = Literal["waiting", "working", "done", "refused", "failed"]
 
@@ -69,11 +69,6 @@ class Job:
     answer: dict[str, Any] | None = None
     is_unwanted: bool = False
     over: Future[None] = field(default_factory=Future)
-
-    @property
-    def is_long(self) -> bool:
-        """Whether it may take minutes."""
-        return self.task.kind == "diagnose"
 
     @property
     def has_ended(self) -> bool:
@@ -132,7 +127,7 @@ class Crew:
         most = self.limits.waiting
         waiting = list(self._waiting)
         # Half of the places at most are for diagnoses, each of which may take minutes.
-        is_full = kind == "diagnose" and 2 * sum(job.is_long for job in waiting) >= most
+        is_full = is_long(kind) and 2 * sum(is_long(job.task.kind) for job in waiting) >= most
         if is_full or len(waiting) >= most:
             raise BusyError(self.patience())
 
@@ -162,7 +157,7 @@ class Crew:
         with self._changed:
             while self._is_open:
                 for job in self._waiting:
-                    if takes_long or not job.is_long or job.is_unwanted:
+                    if takes_long or not is_long(job.task.kind) or job.is_unwanted:
                         self._waiting.remove(job)
                         return job
                 self._changed.wait()
@@ -202,7 +197,7 @@ class Crew:
 
     def _follow(self, job: Job, ours: Any) -> None:
         """Listen to a process until it has told how it ended."""
-        seconds = self.limits.diagnose_seconds if job.is_long else self.limits.score_seconds
+        seconds = self.limits.seconds(is_long(job.task.kind))
         end = monotonic() + seconds
         while not job.has_ended:
             if not self._is_open or job.is_unwanted:

@@ -54,6 +54,10 @@ class Limits:
     arriving_bytes: int = 2000 * _MB
     has_diagnosis: bool = True
 
+    def seconds(self, is_long: bool) -> float:
+        """What a piece of work is given [s]; a diagnosis is long."""
+        return self.diagnose_seconds if is_long else self.score_seconds
+
 
 def keep_to(seconds: float, memory: int) -> None:
     """Keep this process to so much time [s] and memory [bytes], where the system can do that."""

@@ -1,14 +1,17 @@
 """Pages of the server. What comes from a file or a user is escaped; none of it is script."""
 
 from collections.abc import Sequence
+from functools import cache
 from html import escape
 from pathlib import Path
 
+from heyoka_bike.bicycle.parameters import read_maneuvers
 from heyoka_bike.serving.crew import Job
 from heyoka_bike.serving.limits import Limits
 from heyoka_bike.serving.store import Kept
 from heyoka_bike.serving.tasks import Kind
 from heyoka_bike.showing.formats.markup import prose
+from heyoka_bike.system.resources import benchmark_maneuvers
 from heyoka_bike.version import __version__
 
 STATIC = Path(__file__).with_name("static")
@@ -104,8 +107,7 @@ example: Exudyn, step 0.01 s</button></form></div>
 roll angular velocity, forward speed, potential, kinetic and mechanical energy, steer angle, steer
 angular velocity. Or 9 columns of one maneuver; or any columns with headings, such as
 <code>t,roll_deg,steer_deg</code>. Any separator, any times from 0 to 10 s. Write 17 digits.</p>
-<p>The bicycle starts upright and straight: maneuver 1 at 4.0 m/s with a roll rate of 0.05 rad/s,
-maneuver 2 at 4.6 m/s with 0.50 rad/s, maneuver 3 at 8.0 m/s with 0.05 rad/s.</p>
+<p>The bicycle starts upright and straight, with forward speed and roll rate: {_starts()}.</p>
 <h2>What is kept</h2>
 <p>Your file and its result are kept for {_duration(limits.kept_seconds)} under an address that
 only you are given, so that the diagnosis and the links work; then they are removed. You can remove
@@ -113,6 +115,14 @@ them at once. Nothing is sent anywhere else; there are no cookies. The log has t
 names and no contents.</p>
 """
     return shell("Score a file – uncontrolled bicycle", body, bar=bar_of_home(board))
+
+
+@cache
+def _starts() -> str:
+    return ", ".join(
+        f"{m.name} {float(m.speed):g} m/s and {float(m.roll_rate):g} rad/s"
+        for m in read_maneuvers(benchmark_maneuvers())
+    )
 
 
 def waiting(kept: Kept, kind: Kind, job: Job, ahead: int) -> str:

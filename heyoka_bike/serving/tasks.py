@@ -68,6 +68,11 @@ class Task:
     require: tuple[str, ...] = ()
 
 
+def is_long(kind: Kind) -> bool:
+    """Whether a piece of work of this kind may take minutes."""
+    return kind == "diagnose"
+
+
 def stem(kind: Kind) -> str:
     """Name of what a piece of work makes, without the suffix."""
     return {"score": "report", "diagnose": "diagnosis", "replay": "replay"}[kind]
@@ -88,8 +93,7 @@ def work(connection: Connection, task: Task, limits: Limits) -> None:
     if hasattr(os, "setsid"):
         # What it starts is ended with it.
         os.setsid()
-    is_long = task.kind == "diagnose"
-    keep_to(limits.diagnose_seconds if is_long else limits.score_seconds, limits.memory)
+    keep_to(limits.seconds(is_long(task.kind)), limits.memory)
 
     def tell(**said: Any) -> None:
         connection.send_bytes(json.dumps(said).encode())

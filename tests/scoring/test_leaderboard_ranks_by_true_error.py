@@ -7,6 +7,7 @@ import shutil
 from dataclasses import replace
 
 import pytest
+from support.submissions import RESULTS, SCIPY, copied
 
 from heyoka_bike.__main__ import main
 from heyoka_bike.reference.load import load_reference
@@ -19,20 +20,11 @@ from heyoka_bike.showing.formats.leaderboard import diagnosis
 from heyoka_bike.system.parallel import using
 from heyoka_bike.system.resources import data_folder
 
-RESULTS = data_folder() / "results"
-SCIPY = "scipy-dop853.toml"
-
 
 @pytest.fixture
 def folder(tmp_path):
     """A folder with two of the published submissions, SciPy's the better one."""
-    folder = tmp_path / "results"
-    folder.mkdir()
-    for name in (SCIPY, "exudyn-trapezoidal.toml"):
-        shutil.copy(RESULTS / name, folder)
-        for file in read_submission(RESULTS / name).files:
-            shutil.copy(file.path, folder)
-    return folder
+    return copied(tmp_path / "results")
 
 
 def entry(folder, change=lambda text: text, file=None):

@@ -8,20 +8,18 @@ import time
 
 import pytest
 import uvicorn
+from support.submissions import copied
 
 from heyoka_bike.reference.load import load_reference
 from heyoka_bike.scoring.leaderboard import leaderboard
-from heyoka_bike.scoring.submission import read_submission
 from heyoka_bike.serving.app import Server
 from heyoka_bike.serving.limits import Limits
 from heyoka_bike.showing.formats.leaderboard import render_html
 from heyoka_bike.showing.formats.origin import origin
-from heyoka_bike.system.resources import data_folder
 
 pytestmark = [pytest.mark.proof, pytest.mark.timeout(300)]
 playwright = pytest.importorskip("playwright.sync_api")
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "chrome"))), None)
-RESULTS = data_folder() / "results"
 WIDTHS = {"phone": 400, "tablet": 820, "desk": 1280}
 
 # A file as a person drops it: the event that the browser makes of it.
@@ -37,12 +35,7 @@ DROP = """([name, text]) => {
 
 def board(folder):
     """The leaderboard of two of the published submissions."""
-    folder.mkdir()
-    for name in ("scipy-dop853.toml", "exudyn-trapezoidal.toml"):
-        shutil.copy(RESULTS / name, folder)
-        for file in read_submission(RESULTS / name).files:
-            shutil.copy(file.path, folder)
-    found = leaderboard(str(folder), [load_reference()], lambda share: None)
+    found = leaderboard(str(copied(folder)), [load_reference()], lambda share: None)
     return render_html(found, origin(("leaderboard", "results")))
 
 

@@ -10,7 +10,7 @@ from heyoka_bike.errors import GENERATE
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.reference.sensitivities import UNKNOWNS
 from heyoka_bike.scoring.column_score import ColumnScore
-from heyoka_bike.scoring.conventions import UNITS_BESIDE
+from heyoka_bike.scoring.conventions import UNITS_BESIDE, in_units
 from heyoka_bike.scoring.diagnosis import plain
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
 from heyoka_bike.scoring.diagnosis.numerical import causes as numerical
@@ -84,14 +84,11 @@ def _units_beside(diagnosis: Diagnosis) -> list[Finding]:
     """That beside the motion that explains the file its units are others than were scored."""
     if not diagnosis.units:
         return []
-    said = [
-        f"{', '.join(key for key, u in diagnosis.units.items() if u == unit)} in {unit}"
-        for unit in dict.fromkeys(diagnosis.units.values())
-    ]
+    said = " and ".join(in_units(diagnosis.units))
     return [
         Finding(
             UNITS_BESIDE,
-            f"By that motion the file has {' and '.join(said)}: the score, which knows the right "
+            f"By that motion the file has {said}: the score, which knows the right "
             "motion only, took other units, and its errors are too large. A unit in a heading, or "
             "in --columns (roll_angle_deg), decides it",
             evidence={"units": dict(diagnosis.units)},

@@ -12,7 +12,7 @@ import numpy as np
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.column_score import ColumnScore
-from heyoka_bike.scoring.findings import Finding, Severity
+from heyoka_bike.scoring.findings import Finding, Severity, named
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.report import ManeuverScore, Report
 from heyoka_bike.scoring.unknown import RIGHT, is_far
@@ -20,7 +20,6 @@ from heyoka_bike.scoring.unknown import RIGHT, is_far
 # Worse than every column of the benchmark, and explained to a hundredth by one number or two.
 _WORSE, _MOSTLY = 10.0, 100.0
 _AT_FLOOR = 4.0
-_NAMED = 8
 _ADVICE = "look at how it is computed and written"
 
 Place = tuple[ManeuverScore, ColumnScore]
@@ -111,12 +110,6 @@ def _not_diagnosed(keys: Sequence[str]) -> Iterator[Finding]:
             "simulated for the benchmark's columns only; begin with those",
             evidence={"columns": list(keys)},
         )
-
-
-def named(keys: Sequence[str]) -> str:
-    """Columns of a sentence, not too many of them."""
-    more = len(keys) - _NAMED
-    return ", ".join(keys[:_NAMED]) + (f" and {more} more" if more > 0 else "")
 
 
 def _in(x: float, unit: str) -> str:

@@ -17,10 +17,10 @@ from heyoka_bike.scoring.diagnosis.answers import (
     findings,
     nothing_wrong,
 )
-from heyoka_bike.scoring.diagnosis.beside import beside, named
+from heyoka_bike.scoring.diagnosis.beside import beside
 from heyoka_bike.scoring.diagnosis.mistakes.in_output import OUTPUT_MISTAKES
 from heyoka_bike.scoring.diagnosis.ranking import rank
-from heyoka_bike.scoring.findings import Finding, Severity
+from heyoka_bike.scoring.findings import Finding, Severity, named
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.score import score, scored
 from heyoka_bike.system import jobs

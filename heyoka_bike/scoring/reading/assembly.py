@@ -77,10 +77,10 @@ def assemble(
                 ", ".join(f"{key} {j + 1}" for key, j in columns.items()),
             )  # fmt: skip
         times = _times(table, places, path)
+        names = expected.names or table.names or ()
         said = (*table.findings, *places.findings, *times.findings)
         findings += [f for f in said if f not in findings]
         for number, columns in places.maneuvers.items():
-            names = expected.names or table.names or ()
             maneuvers[number] = _rows(table, names, times, number, places.time, columns, bad)
             used = [table.columns[j].digits for j in columns.values()]
             digits += [d for d in used if d is not None]

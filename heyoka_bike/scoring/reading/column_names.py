@@ -9,6 +9,7 @@ from heyoka_bike.errors import quoted
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.reading.expected import OPTION, how_to_tell, widths_in_words
 from heyoka_bike.scoring.reading.heading_units import (
+    BRACKETS,
     quantities,
     split_ending,
     split_unit,
@@ -61,8 +62,6 @@ _MANEUVERS = frozenset(
 )
 
 _MANEUVER = r"(?:m|man|maneuver|manoeuvre)"
-# The braces of TeX's \dot{\phi} hold no unit.
-_BRACKETS = re.compile(r"\[([^\[\]]*)\]|\(([^()]*)\)|(?<!\\dot)\{([^{}]*)\}")
 _ONE = re.compile(r"[\[({]\s*1\s*[\])}]")
 _NUMBERED = re.compile(rf"[\s_-]*{_MANEUVER}?[\s_-]*([0-9]{{1,3}})\s*")
 _BREAKS = re.compile(r"[\s_.:/\\${}-]+")
@@ -119,7 +118,7 @@ def named_unit(name: str, key: str) -> str | None:
 
 def _by_words(name: str) -> tuple[str, str | None, int | None]:
     """The word for the column, its key if it is known, and the number of the maneuver."""
-    plain = _BREAKS.sub("_", _BRACKETS.sub(_number_in_brackets, name.lower())).strip("_\"'")
+    plain = _BREAKS.sub("_", BRACKETS.sub(_number_in_brackets, name.lower())).strip("_\"'")
     number = None
     if match := _PREFIX.fullmatch(plain):
         number, plain = int(match[1]), match[2]
@@ -243,7 +242,7 @@ def arrays_not_understood(names: Sequence[str], widths: Sequence[int], option: s
 
 def in_brackets(name: str) -> list[str]:
     """What stands in brackets."""
-    return [part for match in _BRACKETS.finditer(name) for part in match.groups() if part]
+    return [part for match in BRACKETS.finditer(name) for part in match.groups() if part]
 
 
 def _number_in_brackets(match: re.Match[str]) -> str:

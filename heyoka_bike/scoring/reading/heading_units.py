@@ -77,8 +77,8 @@ _OTHERS: Mapping[str, Mapping[str, tuple[str, ...]]] = {
 }
 """By SI unit, the others as `units` has them; all in small letters but a mega that is no milli."""
 
-# The braces of TeX's \dot{\phi} hold no unit.
-_BRACKETS = re.compile(r"\[([^\[\]]*)\]|\(([^()]*)\)|(?<!\\dot)\{([^{}]*)\}")
+BRACKETS = re.compile(r"\[([^\[\]]*)\]|\(([^()]*)\)|(?<!\\dot)\{([^{}]*)\}")
+"""What stands in brackets in a name; the braces of TeX's ``\\dot{\\phi}`` hold no unit."""
 # A capital of a program that shouts its units is no mega.
 _MEGA = re.compile(r"\W*M(?:J|N|N ?m)\W*$")
 _NO_UNITS = ("si", "none", "n/a")
@@ -121,7 +121,7 @@ def is_millisecond(unit: str | None) -> bool:
 
 def unknown_unit(name: str) -> str | None:
     """What stands in brackets in a name as a unit does, and is none that is known."""
-    for match in _BRACKETS.finditer(name):
+    for match in BRACKETS.finditer(name):
         unit = next(part for part in match.groups() if part is not None).strip()
         # In round brackets there may be anything, such as phi(t).
         is_unit = match[0][0] != "(" or "/" in unit
@@ -136,7 +136,7 @@ def split_unit(name: str) -> tuple[str, str | None]:
 
     What is no unit is left where it is.
     """
-    for match in _BRACKETS.finditer(name):
+    for match in BRACKETS.finditer(name):
         unit = next(part for part in match.groups() if part is not None)
         if quantities(unit):
             rest = name[: match.start()].rstrip(" /") + name[match.end() :]

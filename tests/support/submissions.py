@@ -1,0 +1,19 @@
+"""Submissions that are published, copied to where a test may change them."""
+
+import shutil
+
+from heyoka_bike.scoring.submission import read_submission
+from heyoka_bike.system.resources import data_folder
+
+RESULTS = data_folder() / "results"
+SCIPY, EXUDYN = "scipy-dop853.toml", "exudyn-trapezoidal.toml"
+
+
+def copied(folder, names=(SCIPY, EXUDYN)):
+    """A new folder with these submissions and their files, SciPy's the better one of two."""
+    folder.mkdir()
+    for name in names:
+        shutil.copy(RESULTS / name, folder)
+        for file in read_submission(RESULTS / name).files:
+            shutil.copy(file.path, folder)
+    return folder
