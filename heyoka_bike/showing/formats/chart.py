@@ -176,7 +176,7 @@ def _path(x: Axis, y: Axis, line: Line) -> str:
     """Points as steps from each to the next, in integers."""
     if not len(line.x):
         return ""
-    across = np.rint(np.clip(x.place(line.x), -0.05, 1.05) * _WIDTH).astype(int)
+    across = np.rint(x.place(line.x) * _WIDTH).astype(int)
     down = (1 - np.clip(y.place(line.y), -0.05, 1.05)) * _HEIGHT
     places = np.column_stack((across, np.rint(down).astype(int)))
     start, steps = places[0].tolist(), np.diff(places, axis=0).tolist()
