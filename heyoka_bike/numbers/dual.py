@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from typing import ClassVar
 
 from heyoka_bike.numbers.arithmetic import Arithmetic, Number
 from heyoka_bike.numbers.exact import Exact
@@ -16,6 +17,9 @@ from heyoka_bike.numbers.exact import Exact
 @dataclass(frozen=True, slots=True)
 class Dual:
     """A number with its derivatives by some variables."""
+
+    # An array times a dual number is a dual number of arrays, not an array of dual numbers.
+    __array_ufunc__: ClassVar[None] = None
 
     value: Number
     slopes: tuple[Number, ...]

@@ -12,12 +12,12 @@ Forces are added likewise, see `applied`.
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import reduce
-from typing import Any
 
 from heyoka_bike.bicycle.equations.axes import Axes
 from heyoka_bike.bicycle.equations.kinematics import Speeds
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.numbers.arithmetic import Number
+from heyoka_bike.numbers.dual import Dual, Duals
 from heyoka_bike.numbers.vectors import (
     Vector,
     cross,
@@ -41,16 +41,14 @@ _INDEPENDENT = range(3)
 
 
 def rates_altered(
-    hy: Any, equations: Equations, state: Sequence[Any], amounts: Mapping[str, Number]
+    equations: Equations, state: Sequence[Number], amounts: Mapping[str, Number]
 ) -> list[Number]:
     """Time derivatives of the regular form's state, the yaw included.
 
     Parameters
     ----------
-    hy
-        The module heyoka.
     equations
-        Of the regular form, over expressions.
+        Of the regular form, in any number type.
     state
         Its variables, with the yaw.
     amounts
@@ -62,12 +60,14 @@ def rates_altered(
     o, u = equations.unfold(state)
     axes = Axes.of(equations.b, o)
     now = _turning(equations, u)
+    # How these change with the angles alone.
+    biases = _slopes(_turning(*_moving(equations, state, rates)))
     by_speed = [_turning(equations, equations.unfold(unit)[1]) for unit in units]
     mass = _mass(equations, units)
     force = [
         x + y
         for x, y in zip(
-            _lifting(hy, equations, state, units, amounts[WHEELS_WEIGHT]),
+            _lifting(equations, state, units, amounts[WHEELS_WEIGHT]),
             powers(equations, state, units, mass, amounts),
             strict=True,
         )
@@ -81,9 +81,7 @@ def rates_altered(
         columns = [found[body] for found in by_speed]
         if not is_wheel:
             surplus = _surplus(equations, axes, state[6], body, own, amounts[TENSORS_TURNING])
-            angles = zip(state[:3], rates[:3], strict=True)
-            bias = _sum(scaled(rate, _slope(hy, w, q)) for q, rate in angles)
-            torque = _sum((torque, surplus(bias), cross(w, surplus(w))))
+            torque = _sum((torque, surplus(biases[body]), cross(w, surplus(w))))
             for k in _INDEPENDENT:
                 along = surplus(columns[k])
                 for i in _INDEPENDENT:
@@ -108,12 +106,25 @@ def _turning(equations: Equations, u: Speeds) -> dict[str, Vector]:
     return found
 
 
-def _slope(hy: Any, w: Vector, angle: Any) -> Vector:
-    return hy.diff(w[0], angle), hy.diff(w[1], angle), hy.diff(w[2], angle)
+def _moving(
+    equations: Equations, state: Sequence[Number], rates: Sequence[Number]
+) -> tuple[Equations, Speeds]:
+    """Speeds at the posture of a state, with their derivatives as its angles turn at these rates."""
+    dual = equations.over(Duals(equations.a))
+    angles = [Dual(q, (rate,)) for q, rate in zip(state[:3], rates[:3], strict=True)]
+    return dual, dual.unfold([*angles, *state[3:]])[1]
+
+
+def _slopes(turning: Mapping[str, Vector]) -> dict[str, Vector]:
+    return {body: (_slope(w[0]), _slope(w[1]), _slope(w[2])) for body, w in turning.items()}
+
+
+def _slope(x: Number) -> Number:
+    return x.slopes[0] if isinstance(x, Dual) else 0.0
 
 
 def _surplus(
-    equations: Equations, axes: Axes, yaw: Any, body: str, own: Callable[[Vector], Vector],
+    equations: Equations, axes: Axes, yaw: Number, body: str, own: Callable[[Vector], Vector],
     missing: Number,
 ) -> Callable[[Vector], Vector]:  # fmt: skip
     """The tensor that turns with the body, less that which stays as it is at the start."""
@@ -128,24 +139,26 @@ def _surplus(
 
 
 def _lifting(
-    hy: Any, equations: Equations, state: Sequence[Any], units: Sequence[Sequence[Any]],
+    equations: Equations, state: Sequence[Number], units: Sequence[Sequence[Number]],
     missing: Number,
 ) -> list[Number]:  # fmt: skip
     """By how much the potential energy of the wheels grows at unit speeds [W]."""
-    b, o = equations.b, equations.unfold(state)[0]
+    b = equations.b
     rear, front = (half.wheel_m * half.wheel_r for half in (b.rear, b.front))
-    energy = missing * b.g * o.cos_roll * (rear + front * o.kappa)
-    slopes = [hy.diff(energy, q) for q in state[:3]]
-    return [
-        sum(slope * rate for slope, rate in zip(slopes, equations.rates(unit)[:3], strict=True))
-        for unit in units
-    ]
+    found = []
+    for unit in units:
+        dual = equations.over(Duals(equations.a))
+        rates = equations.rates(unit)[:3]
+        angles = [Dual(q, (rate,)) for q, rate in zip(state[:3], rates, strict=True)]
+        o = dual.unfold([*angles, *state[3:]])[0]
+        found.append(_slope(missing * b.g * o.cos_roll * (rear + front * o.kappa)))
+    return found
 
 
-def _mass(equations: Equations, units: Sequence[Sequence[Any]]) -> list[list[Number]]:
+def _mass(equations: Equations, units: Sequence[Sequence[Number]]) -> list[list[Number]]:
     """The mass matrix, from the kinetic energies of unit speeds and of their sums [kg m^2]."""
 
-    def kinetic(speeds: Sequence[Any]) -> Number:
+    def kinetic(speeds: Sequence[Number]) -> Number:
         return equations.energies(speeds).kinetic
 
     alone = [kinetic(unit) for unit in units]

@@ -133,7 +133,7 @@ class Simulator:
         if altered:
             amounts: dict[str, Any] = dict.fromkeys(_ALTERED, 0.0)
             amounts |= {name: self._hy.par[self._count + _ALTERED.index(name)] for name in altered}
-            rates = rates_altered(self._hy, self._equations, self._state, amounts)
+            rates = rates_altered(self._equations, self._state, amounts)
         make = self._hy.taylor_adaptive_batch if in_lanes else self._hy.taylor_adaptive
         # Compact code is slower by half but compiles several times faster.
         return make(

@@ -1,0 +1,191 @@
+"""The motion that a file shows: its states, their derivatives, and how well these are known.
+
+Between rows the file is an interpolating spline. What is said of it is said of averages over
+windows, smooth bumps that overlap by half: the mean of a derivative over a bump is known far better
+than the derivative at a row, and as well at any spacing that resolves the motion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import make_interp_spline
+
+from heyoka_bike.bicycle.equations.initial import pitch_on_the_floor
+from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.numbers.double import Array
+from heyoka_bike.scoring.alignment import Part, spread
+from heyoka_bike.scoring.definitions import Understanding
+from heyoka_bike.scoring.units import factor
+
+STATE = ("roll_angle", "steer_angle", "roll_rate", "steer_rate", "forward_speed")
+"""Keys of the columns that the equations of motion need."""
+
+_DEGREE, _LOWER = 7, 5
+_MOST_ROWS = 2001
+_FEWEST_ROWS = 12
+# Half the width of a window: [s], and in rows.
+_WIDTH, _IN_ROWS = 0.15, 4.0
+_ROUNDS = 30
+# [SI]
+_CONVERGED = 1e-15
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Observed:
+    """One maneuver of a file.
+
+    Attributes
+    ----------
+    number
+        Of the maneuver.
+    time : ndarray, shape (n,)
+        [s]
+    roll, steer, roll_rate, steer_rate, speed, yaw : ndarray, shape (n,)
+        SI, in the default definitions.
+    windows : ndarray, shape (w, n)
+        Weights of rows in averages, each of sum one.
+    accelerations : ndarray, shape (3, w)
+        Averages of the derivatives of roll rate, steer rate and speed.
+    uncertain : ndarray, shape (3, w)
+        By how much they are wrong, as far as the file shows it.
+    kinematic : ndarray, shape (2, w)
+        Averages of the derivative of roll and steer, less their rates.
+    kinematic_uncertain : ndarray, shape (2, w)
+    """
+
+    number: int
+    time: Array
+    roll: Array
+    steer: Array
+    roll_rate: Array
+    steer_rate: Array
+    speed: Array
+    yaw: Array
+    windows: Array
+    accelerations: Array
+    uncertain: Array
+    kinematic: Array
+    kinematic_uncertain: Array
+
+
+def observe(
+    part: Part, understood: Mapping[str, Understanding], equations: Equations
+) -> Observed | None:
+    """The motion of a part; None where the columns or rows do not show it."""
+    if any(key not in part.values or key not in understood for key in STATE):
+        return None
+    columns = {k: _si(part, understood, k) for k in STATE}
+    good = np.all([np.isfinite(x) for x in columns.values()], axis=0)
+    rows = np.flatnonzero(good)
+    if len(rows) < _FEWEST_ROWS:
+        return None
+    rows = rows[spread(len(rows), _MOST_ROWS)]
+    time = part.time[rows]
+    names = {k: understood[k].column.name for k in STATE}
+    state, yaw = _default_definitions(
+        {k: x[rows] for k, x in columns.items()}, names, time, equations
+    )
+    windows = _windows(time)
+    if windows is None:
+        return None
+    digits = {k: _digits(part, understood, k) for k in STATE}
+    roll, steer, roll_rate, steer_rate, speed = (state[k] for k in STATE)
+    found = [_mean_slope(time, x, windows, digits[k]) for k, x in state.items()]
+    (d_roll, u_roll), (d_steer, u_steer), *accelerations = found
+    return Observed(
+        number=part.number,
+        time=time,
+        roll=roll,
+        steer=steer,
+        roll_rate=roll_rate,
+        steer_rate=steer_rate,
+        speed=speed,
+        yaw=yaw,
+        windows=windows,
+        accelerations=np.array([a for a, _ in accelerations]),
+        uncertain=np.array([u for _, u in accelerations]),
+        kinematic=np.array([d_roll - windows @ roll_rate, d_steer - windows @ steer_rate]),
+        kinematic_uncertain=np.array([u_roll, u_steer]),
+    )
+
+
+def _si(part: Part, understood: Mapping[str, Understanding], key: str) -> Array:
+    u = understood[key]
+    values: Array = u.sign * factor(u.unit)[0] * part.values[key] - u.offset
+    return values
+
+
+def _digits(part: Part, understood: Mapping[str, Understanding], key: str) -> float:
+    """Standard deviation of the last digit written [SI]."""
+    quantum, values = part.quantum.get(key), part.values[key]
+    values = values[np.isfinite(values)]
+    unit = factor(understood[key].unit)[0]
+    least = float(np.finfo(np.float64).eps) * float(np.max(np.abs(values), initial=0.0))
+    if quantum is None:
+        return least * unit
+    return max(float(np.sqrt(np.mean(quantum.at(values) ** 2) / 12)), least) * unit
+
+
+def _windows(time: Array) -> Array | None:
+    """Bumps over the run; None where there is no room for some."""
+    spacing = float(np.max(np.diff(time))) if len(time) > 1 else np.inf
+    half = max(_WIDTH, _IN_ROWS * spacing)
+    count = int((time[-1] - time[0]) / half) - 1
+    if count < 1:
+        return None
+    centres = np.linspace(time[0] + half, time[-1] - half, count)
+    x = (time[None] - centres[:, None]) / half
+    bumps = np.where(np.abs(x) < 1.0, (1.0 - np.minimum(x * x, 1.0)) ** 3, 0.0)
+    weights = bumps * np.gradient(time)
+    found: Array = weights / weights.sum(axis=1, keepdims=True)
+    return found
+
+
+def _mean_slope(time: Array, x: Array, windows: Array, digits: float) -> tuple[Array, Array]:
+    """Averages of a derivative, and how far those of a spline of lower degree are off.
+
+    What digits leave of an average is that of random ones.
+    """
+    middle = x - np.mean(x)
+    slope, lower = (
+        windows @ make_interp_spline(time, middle, k=k)(time, nu=1) for k in (_DEGREE, _LOWER)
+    )
+    # The mean of a derivative is minus that over the slope of the bump.
+    per_row = np.gradient(windows, time, axis=1)
+    rounding = digits * np.sqrt(np.sum(per_row**2, axis=1))
+    return slope, np.hypot(slope - lower, rounding)
+
+
+def _default_definitions(
+    columns: Mapping[str, Array], names: Mapping[str, str], time: Array, equations: Equations
+) -> tuple[dict[str, Array], Array]:
+    """The columns in the default definitions, and the yaw.
+
+    Definitions are near one another: the motion is that whose columns are those written.
+    """
+    state = dict(columns)
+    is_default = all(names[k] == k for k in columns)
+    yaw = np.zeros_like(time)
+    for _ in range(_ROUNDS):
+        vector = state_vector(equations, *(state[k] for k in STATE), yaw)
+        found = equations.columns(vector)
+        yaw = make_interp_spline(time, found["yaw_rate"], k=_LOWER).antiderivative()(time)
+        if is_default:
+            break
+        off = {k: columns[k] - found[names[k]] for k in columns}
+        state = {k: state[k] + off[k] for k in columns}
+        if max(float(np.max(np.abs(x))) for x in off.values()) < _CONVERGED:
+            break
+    return state, yaw
+
+
+def state_vector(
+    equations: Equations, roll: Array, steer: Array, roll_rate: Array, steer_rate: Array,
+    speed: Array, yaw: Array,
+) -> Sequence[Array]:  # fmt: skip
+    """The state of the regular form, with both wheels on the floor."""
+    pitch = pitch_on_the_floor(equations.k, roll, np.zeros_like(roll), steer)
+    return [roll, pitch, steer, roll_rate, steer_rate, speed / equations.k.length, yaw]
