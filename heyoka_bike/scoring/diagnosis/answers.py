@@ -1,12 +1,11 @@
 """A diagnosis in words: ranked findings, each with its evidence, and "cannot tell" where so."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from math import floor, log10
 from typing import Any
 
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.bicycle.parameters import PARAMETERS
-from heyoka_bike.errors import GENERATE
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.reference.sensitivities import UNKNOWNS
 from heyoka_bike.scoring.column_score import ColumnScore
@@ -15,8 +14,8 @@ from heyoka_bike.scoring.diagnosis import plain
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
 from heyoka_bike.scoring.diagnosis.numerical import causes as numerical
 from heyoka_bike.scoring.diagnosis.programs.applied import FORCES
+from heyoka_bike.scoring.diagnosis.programs.program import Found
 from heyoka_bike.scoring.diagnosis.ranking import Diagnosis, Hypothesis
-from heyoka_bike.scoring.diagnosis.unknowns.estimation import Fit, Unknown
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.report import Explanation, ManeuverScore, Report
 
@@ -27,8 +26,6 @@ NOTHING_WRONG = "nothing_to_explain"
 _MOST = 3
 # A correct file's error is its floor; sums and conversions make it a few times that.
 _AT_FLOOR = 4.0
-# All parameters and starts together explain up to a factor of 80 of an integrator's error.
-_ALL = 300.0
 # Methods that all but conserve energy are wrong by up to 2000 times what they change of it.
 _KEPT = 1e5
 # What is seen at once and is the whole cause.
@@ -61,11 +58,9 @@ def findings(
         return (Finding("cannot_tell", "Most columns hold nothing but zeros", Severity.WARNING),)
     if diagnosis.classes and diagnosis.classes[0][0].codes == (LINEARISED,):
         return (_linearised(diagnosis.classes[0][0]), *_units_beside(diagnosis))
-    fits = diagnosis.estimate.fits if diagnosis.estimate else ()
-    found = [_fitted(diagnosis, report)] if fits and not diagnosis.unexplained else []
-    found += [
-        _explained(rank, hypotheses)
-        for rank, hypotheses in enumerate(diagnosis.classes[: _MOST - len(found)], len(found) + 1)
+    found = [
+        _fitted(rank, hypotheses, report) if hypotheses[0].found else _explained(rank, hypotheses)
+        for rank, hypotheses in enumerate(diagnosis.classes[:_MOST], 1)
     ]
     found += _units_beside(diagnosis) if found else []
     known = reference or load_reference()
@@ -75,8 +70,6 @@ def findings(
         first = [f for f in first if f.code != "another_start"]
     else:
         found += _without_cause(diagnosis, report, known, columns, first)
-    if diagnosis.untried:
-        found.append(_without_heyoka(diagnosis))
     return (*first, *found)
 
 
@@ -166,37 +159,20 @@ def _linearised(found: Hypothesis) -> Finding:
 
 def _towards(diagnosis: Diagnosis) -> list[Finding]:
     """What makes the error smaller, but leaves more of it than an integrator does."""
-    fits = diagnosis.estimate.fits if diagnosis.estimate else ()
-    fits = tuple(f for f in fits if _is_possible(f, diagnosis.values))
-    if fits and diagnosis.unexplained:
-        best = fits[0]
-        says, relief, place = _changed(best, diagnosis.values), best.relief, diagnosis.unexplained
-        evidence: dict[str, Any] = {"changes": _as_evidence(best, diagnosis.values)}
-    elif diagnosis.towards:
-        first = diagnosis.towards[0]
-        lateral = {k: x for k, x in first.after.items() if k[1] in LATERAL} or first.after
-        place = first.unexplained or max(lateral, key=lateral.__getitem__)
-        says, relief = _said(first), first.relief
-        evidence = {"mistakes": list(first.codes), "after": _evidence(first.after)}
-    else:
+    if not diagnosis.towards:
         return []
+    first = diagnosis.towards[0]
+    lateral = {k: x for k, x in first.after.items() if k[1] in LATERAL} or first.after
+    place = first.unexplained or max(lateral, key=lateral.__getitem__)
+    evidence: dict[str, Any] = {"mistakes": list(first.codes), "after": _evidence(first.after)}
     number, key = place
     text = (
-        f"It goes in the direction of this, which does not explain it: {says}; the typical error "
-        f"is smaller by a factor of {relief:.2g}, but {key} of maneuver {number} keeps more than "
-        "an integrator leaves, by what the file shows of it elsewhere"
+        f"It goes in the direction of this, which does not explain it: {_said(first)}; the "
+        f"typical error is smaller by a factor of {first.relief:.2g}, but {key} of maneuver "
+        f"{number} keeps more than an integrator leaves, by what the file shows of it elsewhere"
     )
-    evidence |= {"relief": relief, "maneuver": number, "column": key}
+    evidence |= {"relief": first.relief, "maneuver": number, "column": key}
     return [Finding("direction", text, evidence=evidence)]
-
-
-def _is_possible(fit: Fit, values: Mapping[Unknown, float]) -> bool:
-    """Whether masses, lengths and moments of inertia keep their signs."""
-    return all(
-        values[u] * (values[u] + change) > 0.0
-        for u, change in fit.changes.items()
-        if u[1] is None and u[0][0] in "mIrwg" and not u[0].endswith("xz")
-    )
 
 
 def _not_the_integrator(
@@ -220,7 +196,7 @@ def _not_the_integrator(
 
 
 def _said(h: Hypothesis) -> str:
-    return ", and ".join(m.says for m in h.mistakes)
+    return ", and ".join(_changed(m.found) if m.found else m.says for m in h.mistakes)
 
 
 def _explained(rank: int, hypotheses: Sequence[Hypothesis]) -> Finding:
@@ -253,106 +229,84 @@ def _explained(rank: int, hypotheses: Sequence[Hypothesis]) -> Finding:
     )
 
 
-def _written_as_given(best: Fit, report: Report) -> Iterator[str]:
+def _written_as_given(found: Sequence[Found], report: Report) -> Iterator[str]:
     """Columns whose first rows have the start that is given, not the one that is fitted."""
     columns = {(m.maneuver, c.key): c for m in report.maneuvers for c in m.columns if c.values}
-    for (name, number), change in best.changes.items():
-        key = _STARTS.get(name)
-        if number is None or key is None or (number, key) not in columns:
+    for x in found:
+        key = _STARTS.get(x.name)
+        if x.maneuver is None or key is None or (x.maneuver, key) not in columns:
             continue
-        trace = columns[number, key].trace
-        if trace.time[0] == 0.0 and abs(float(trace.error[0])) < _AS_GIVEN * abs(change):
-            yield f"{key} of maneuver {number}"
+        trace = columns[x.maneuver, key].trace
+        is_first = trace.time[0] == 0.0
+        if is_first and abs(float(trace.error[0])) < _AS_GIVEN * abs(x.value - x.right):
+            yield f"{key} of maneuver {x.maneuver}"
 
 
-def _fitted(diagnosis: Diagnosis, report: Report) -> Finding:
-    """The fewest parameters that explain the file."""
-    estimate = diagnosis.estimate
-    assert estimate is not None
-    best, *others = estimate.fits
+def _fitted(rank: int, hypotheses: Sequence[Hypothesis], report: Report) -> Finding:
+    """The fewest parameters, forces or starts that explain the file."""
+    best, *others = hypotheses
     text = (
-        f"{_COUNTS[len(best.changes)]} it: {_changed(best, diagnosis.values)}; with that, the "
-        f"error is smaller by a factor of {best.relief:.2g} in what this changes"
+        f"{_COUNTS.get(len(best.found), 'These explain')} it: {_changed(best.found)}; with that, "
+        f"the error is smaller by a factor of {best.relief:.2g} in what this changes"
     )
-    if estimate.is_first_order:
-        text += ", to first order"
-    if any(name in FORCES for name, _ in best.changes):
+    if any(x.name in FORCES for x in best.found):
         text += (
             "; the benchmark has no dampers, springs, drag or friction: check what your program "
             "applies beside gravity, by default or in its joints"
         )
-    elif as_given := list(_written_as_given(best, report)):
+    elif as_given := list(_written_as_given(best.found, report)):
         text += (
             f"; but the first row has {' and '.join(as_given)} as given: the motion is another "
             "from the second row on, so look at the first step, not at the input"
         )
     else:
-        text += "; check " + ("it" if len(best.changes) == 1 else "them") + " in your input"
+        text += f"; check {best.mistakes[0].check}"
     if others:
-        text += "; the file cannot tell this from " + "; or ".join(
-            _changed(fit, diagnosis.values) for fit in others[:_MOST]
-        )
+        text += "; the file cannot tell this from " + "; or ".join(map(_said, others[:_MOST]))
+    fits = [h.found for h in hypotheses if h.found]
     return Finding(
         "parameters",
-        text,
-        Severity.WARNING,
+        text if rank == 1 else "or, less likely: " + text,
+        Severity.WARNING if rank == 1 else Severity.INFO,
         {
-            "rank": 1,
-            "changes": [_as_evidence(fit, diagnosis.values) for fit in estimate.fits],
+            "rank": rank,
+            "changes": [[_as_evidence(x) for x in found] for found in fits],
             "gain": best.gain,
             "relief": best.relief,
-            "is_first_order": estimate.is_first_order,
-            "singular_values": list(estimate.singular_values),
         },
     )
 
 
-def _changed(fit: Fit, values: Mapping[Unknown, float]) -> str:
+def _changed(found: Sequence[Found]) -> str:
     parts = []
-    for unknown, change in fit.changes.items():
-        uncertain, before = fit.uncertain[unknown], values[unknown]
+    for x in found:
         # So many digits as the uncertainty allows, its first one among them.
-        decimals = min(max(1, 1 - floor(log10(uncertain))), _MOST_DECIMALS) if uncertain else 1
-        after = f"{before + change:.{decimals}f}".rstrip("0").rstrip(".")
+        decimals = min(max(1, 1 - floor(log10(x.uncertain))), _MOST_DECIMALS) if x.uncertain else 1
+        after = f"{x.value:.{decimals}f}".rstrip("0").rstrip(".")
         # What changes next to nothing of what is left is not known at all.
-        within = f" (+- {uncertain:.1g})" if uncertain < abs(before) + abs(change) else ""
-        parts.append(
-            f"{_named(unknown)} is {after} {_UNITS[unknown[0]]}{within} instead of {before:.10g}"
-        )
+        is_known = x.uncertain < abs(x.right) + abs(x.value - x.right)
+        within = f" (+- {x.uncertain:.1g})" if is_known else ""
+        parts.append(f"{_named(x)} is {after} {_UNITS[x.name]}{within} instead of {x.right:.10g}")
     return ", and ".join(parts)
 
 
-def _named(unknown: Unknown) -> str:
-    name, number = unknown
-    if name in FORCES:
-        return f"the {FORCES[name].says}"
-    if number is None:
-        return f"the {PARAMETERS[name].description} ({name})"
-    return f"the {name.replace('_', ' ')} of maneuver {number}"
+def _named(x: Found) -> str:
+    if x.name in FORCES:
+        return f"the {FORCES[x.name].says}"
+    if x.maneuver is None:
+        return f"the {PARAMETERS[x.name].description} ({x.name})"
+    return f"the {x.name.replace('_', ' ')} of maneuver {x.maneuver}"
 
 
-def _as_evidence(fit: Fit, values: Mapping[Unknown, float]) -> list[dict[str, Any]]:
-    return [
-        {
-            "unknown": name,
-            "maneuver": number,
-            "value": values[name, number] + change,
-            "uncertain": fit.uncertain[name, number],
-            "instead_of": values[name, number],
-            "unit": _UNITS[name],
-        }
-        for (name, number), change in fit.changes.items()
-    ]
-
-
-def _without_heyoka(diagnosis: Diagnosis) -> Finding:
-    return Finding(
-        "not_tried",
-        f"heyoka is not installed: {diagnosis.untried} equations that lack a term were not tried, "
-        f"nor forces, and parameters only as far as they change little ({GENERATE} on Linux, or "
-        "conda install heyoka.py)",
-        evidence={"untried": diagnosis.untried},
-    )
+def _as_evidence(x: Found) -> dict[str, Any]:
+    return {
+        "unknown": x.name,
+        "maneuver": x.maneuver,
+        "value": x.value,
+        "uncertain": x.uncertain,
+        "instead_of": x.right,
+        "unit": _UNITS[x.name],
+    }
 
 
 def _evidence(typical: Any) -> dict[str, float]:
@@ -371,14 +325,9 @@ def _no_mistake(
         f"explains the difference (largest {worst:.2g} of the scale, {where})"
     )
     evidence: dict[str, Any] = {"tried": diagnosis.tried, "max_rel_error": worst}
-    estimate = diagnosis.estimate
-    if estimate is not None:
-        text += ", nor do one, two or three parameters or starts that differ"
-        evidence["gain_of_all_parameters"] = estimate.gain_of_all
-        evidence["singular_values"] = list(estimate.singular_values)
-        if estimate.gain_of_all > _ALL:
-            text += (
-                "; more of them together would, by a factor of "
-                f"{estimate.gain_of_all:.2g}, but the file cannot tell which"
-            )
+    if diagnosis.causes is not None and diagnosis.causes.is_shown:
+        text += (
+            ", nor do one, two or three parameters, forces or starts that differ: put into the "
+            "equations of motion, the file's own motion shows none of these"
+        )
     return Finding("no_mistake_found", text, evidence=evidence)

@@ -1,43 +1,38 @@
-"""Why a result differs: the mistakes whose simulation explains the file.
+"""Why a result differs: which force is missing, which mistake explains the file.
 
-A hypothesis is a program that makes one or two of the usual `mistakes`. Its motion is simulated,
-and the file is compared with that motion as it is with the reference, with the definitions, signs
-and units that then fit best. The *gain* of a hypothesis is the geometric mean, over maneuvers and
-columns, of the factor by which the typical error (see `definitions`) falls from the correct
-program to it: the likelihood ratio if the size of what remains, an unknown smooth error of
-the integrator and the digits written, is unknown in each column. Motions are compared through their
-difference from the simulated correct one, so that the simulation's own error cancels.
+First the file's own motion is put into the exact equations (`residual`): what remains says which
+mistakes of the model, which parameters and which forces can be the cause, without any simulation.
+These are then simulated, with mistakes of the start and of what is written, which leave nothing in
+the equations, and the file is compared with each motion as it is with the reference, with the
+definitions, signs and units that then fit best. Where a file does not show its motion (columns are
+missing, rows are few) all mistakes of the library are simulated.
 
-The *relief* is the same mean over the columns that the mistakes change at all: a wrong rate alone
-changes two of eight. Hypotheses are ranked by their gain; those that the columns in which they
-differ tell apart by less than a factor of 2 form a class.
-
-Every mistake is tried alone; then the best one with all others, of the other pairs those that
-`pairs` finds promising, and the best pair with one of the two replaced. If nothing explains a
-motion that is clearly wrong, equations are tried that lack a term or have a force more: these take
-seconds to compile.
+The *gain* of a hypothesis is the geometric mean, over maneuvers and columns, of the factor by which
+the typical error (see `definitions`) falls from the correct program to it: the likelihood ratio if
+the size of what remains, an unknown smooth error of the integrator and the digits written, is
+unknown in each column. Motions are compared through their difference from the simulated correct
+one, so that the simulation's own error cancels. The *relief* is the same mean over the columns
+that the mistakes change at all: a wrong rate alone changes two of eight. Hypotheses are ranked by
+their gain; those that the columns in which they differ tell apart by less than a factor of 2 form a
+class.
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
-from heyoka_bike.errors import DatasetError, MissingPackageError
+from heyoka_bike.errors import MissingPackageError
 from heyoka_bike.reference.load import Reference
-from heyoka_bike.reference.sensitivities import Sensitivities
 from heyoka_bike.scoring.alignment import HALF, Part
 from heyoka_bike.scoring.diagnosis.mistakes.hypothesis import Hypothesis
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
-from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, Mistake
+from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, Mistake, in_order
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
-from heyoka_bike.scoring.diagnosis.mistakes.linearised import has_constant_speed
+from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS, has_constant_speed
 from heyoka_bike.scoring.diagnosis.mistakes.search import ROUNDOFF, Search
-from heyoka_bike.scoring.diagnosis.programs.applied import FORCES
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.scoring.diagnosis.programs.stepping import Stepping
-from heyoka_bike.scoring.diagnosis.unknowns import estimation
-from heyoka_bike.scoring.diagnosis.unknowns.estimation import Estimate, Fit, Place, Unknown
-from heyoka_bike.scoring.diagnosis.unknowns.fitting import Fitting
+from heyoka_bike.scoring.diagnosis.residual.causes import Causes
+from heyoka_bike.scoring.diagnosis.residual.fitted import other_values
 from heyoka_bike.scoring.report import Curve
 
 __all__ = ["Diagnosis", "Hypothesis", "rank"]
@@ -59,7 +54,7 @@ _FITTED = 10.0
 _WORSE = 2.0
 # What leaves so many times more than the best where the two differ is not less likely, but refuted.
 _REFUTED = 100.0
-# The best single mistakes, which are tried with others whatever superposition says.
+# The best single mistakes, which are tried with others.
 _LEADERS = 3
 # ... if they explain anything: two rates of eight columns that get better by a factor of 1.5.
 _LEADING = 1.1
@@ -67,14 +62,11 @@ _LEADING = 1.1
 _RIVALS = 12
 # Hypotheses that are simulated together, at least.
 _TOGETHER = 16
-# A fit of parameters must explain so many times more than the best class to come first.
-_FURTHER = 3.0
-# No combination of parameters explains so much by chance; nor does a class: no fit is needed.
-_EXPLAINED = 100.0
-# Fits after which the definitions of the columns are looked at again.
-_UNDERSTOOD = 2
-# Typical error of roll or steer, in scales, for which other equations are tried.
-_SHOWN = 0.01
+# Causes that are simulated, of each kind.
+_SIMULATED = 6
+
+_OF_MODEL = (*(m for m in MISTAKES if m.kind == "model"), *EQUATION_MISTAKES)
+_LINEAR = {m.code for m in LINEAR_PROGRAMS}
 
 Progress = Callable[[float], None]
 """Called with the part of the work that is done, 0 to 1."""
@@ -91,17 +83,12 @@ class Diagnosis:
     towards : tuple of Hypothesis
         Where nothing explains it: the class that goes farthest that way, but leaves more than an
         integrator does.
-    tried, untried
-        How many hypotheses were tried; how many that might explain it were not, without heyoka.
-    estimate : Estimate or None
-        What changed parameters or starts explain; its fits explain far more than any class. None
-        where the set has no sensitivities, or a class leaves nothing worth a fit.
-    unexplained : (int, str) or None
-        Maneuver and column in which the best fit leaves more than an integrator does.
+    tried
+        How many hypotheses were tried.
+    causes : Causes or None
+        What the equations of motion say of the file's own motion; None where it does not show it.
     energy_level : float or None
         Change of the file's own energy, see `remainder.energy_level`.
-    values : mapping of Unknown to float
-        Of the unknowns of the fits, in the correct program [SI].
     curves : tuple of Curve
         What the best of all leaves, in the column of each maneuver that it explains best.
     units : mapping of str to str
@@ -112,11 +99,8 @@ class Diagnosis:
     classes: tuple[tuple[Hypothesis, ...], ...]
     towards: tuple[Hypothesis, ...]
     tried: int
-    untried: int = 0
-    estimate: Estimate | None = None
-    unexplained: Place | None = None
+    causes: Causes | None = None
     energy_level: float | None = None
-    values: Mapping[Unknown, float] = field(default_factory=dict)
     curves: tuple[Curve, ...] = ()
     units: Mapping[str, str] = field(default_factory=dict)
 
@@ -125,164 +109,126 @@ def rank(
     parts: Sequence[Part], reference: Reference, *, simulator: Simulator | None = None,
     progress: Progress = lambda _: None,
 ) -> Diagnosis:  # fmt: skip
-    """Search the mistakes, alone and in pairs, and the parameters that explain a file.
-
-    Without heyoka neither equations that lack a term nor forces are tried, and changes of
-    parameters to first order only.
-    """
+    """Find the mistakes, alone and in pairs, and the parameters and forces that explain a file."""
     if simulator is None:
         try:
             simulator = Simulator()
         except MissingPackageError:
             simulator = Stepping()
-    sensitivities = None
-    with suppress(DatasetError):
-        sensitivities = reference.sensitivities
-    search = Search(parts, reference, simulator)
-    together = max(_TOGETHER, simulator.lanes // len(parts))
-    singles: list[Hypothesis] = []
-    mistakes = [*MISTAKES, *search.proposals()]
-    for i, mistake in enumerate(mistakes):
-        if i % together == 0:
-            search.prepare((m,) for m in mistakes[i : i + together])
-        if search.is_new((mistake,)):
-            singles.append(search.judge((mistake,)))
-        progress(0.5 * (i + 1) / len(mistakes))
+    tried = _Tried(Search(parts, reference, simulator), progress)
+    equations = [m for m in _OF_MODEL if m.code not in _LINEAR]
+    causes = tried.search.causes(equations)
+    progress(0.2)
+    proposed = _of_causes(causes, tried.search) if causes else []
+    if not (causes and causes.is_shown):
+        proposed = [*dict.fromkeys([*proposed, *((m,) for m in equations)])]
+    singles = tried.judged(
+        [
+            *(p for p in proposed if len(p) == 1),
+            *((m,) for m in LINEAR_PROGRAMS),
+            *((m,) for m in MISTAKES if m.kind != "model"),
+            *((m,) for m in tried.search.proposals()),
+        ],
+        0.6,
+    )
     ranked = sorted(singles, key=lambda h: -h.gain)
-    is_enough = search.is_enough(ranked[0])
     leaders = [h for h in ranked[:_LEADERS] if h.gain > _LEADING]
     for leader in leaders:
-        order = search.order_beside(leader)
-        if order is not None and (order.code,) not in {h.codes for h in singles}:
-            singles.append(search.judge((order,)))
-    # What linear programs have in common, whatever else is wrong with them.
-    linear = [h for h in singles if h.codes == (LINEARISED,) and has_constant_speed(parts)]
-    chosen = [] if is_enough else _beside(leaders, singles, [*leaders[:1], *linear])
-    chosen += [] if is_enough else search.promising_pairs(singles)
-    pairs: list[Hypothesis] = []
-    for i, pair in enumerate(chosen):
-        if i % together == 0:
-            search.prepare(chosen[i : i + together])
-        if search.is_new(pair):
-            pairs.append(search.judge(pair))
-        progress(0.5 + 0.35 * (i + 1) / len(chosen))
-    best = max([*singles, *pairs], key=lambda h: h.gain)
-    near = _with_one_replaced(best, ranked[:_RIVALS], mistakes)
-    search.prepare(near)
-    pairs += [search.judge(pair) for pair in near if search.is_new(pair)]
-    classes, towards = _classes(search, singles, pairs)
-    # A term that is left out of the equations shows; what is as right as this has them all.
-    if simulator.is_quick and not classes and search.largest > _SHOWN:
-        search.prepare((mistake,) for mistake in EQUATION_MISTAKES)
-        singles += [search.judge((mistake,)) for mistake in EQUATION_MISTAKES]
-        classes, towards = _classes(search, singles, pairs)
-    found = Diagnosis(
+        order = tried.search.order_beside(leader)
+        if order is not None:
+            singles += tried.judged([(order,)])
+    pairs = tried.judged([p for p in proposed if len(p) > 1])
+    if not (ranked and tried.search.is_enough(ranked[0])):
+        # What linear programs have in common, whatever else is wrong with them.
+        linearised = [h for h in singles if h.codes == (LINEARISED,) and has_constant_speed(parts)]
+        of_model = [h for h in singles if h.codes in [tuple(m.code for m in p) for p in proposed]]
+        best = max(of_model, key=lambda h: h.gain, default=None)
+        widely = [*leaders[:1], *linearised, *([best] if best and causes else [])]
+        pairs += tried.judged(_beside(leaders, singles, widely), 0.9)
+        if pairs:
+            best = max([*singles, *pairs], key=lambda h: h.gain)
+            pairs += tried.judged(_with_one_replaced(best, ranked[:_RIVALS]))
+    classes, towards = _classes(tried.search, singles, pairs)
+    if not classes and causes:
+        start = tried.search.start(causes.motions)
+        if start is not None:
+            singles += tried.judged([(start,)])
+            classes, towards = _classes(tried.search, singles, pairs)
+    progress(1.0)
+    return Diagnosis(
         classes=classes,
         towards=towards,
-        tried=len(singles) + len(pairs),
-        untried=0 if classes or simulator.is_quick else len(EQUATION_MISTAKES),
-        energy_level=search.energy_level,
-        curves=search.curves(classes[0][0]) if classes else (),
-        units=search.units_beside(classes[0][0]) if classes else {},
+        tried=len(singles) + len(pairs) + (len(equations) if causes else 0),
+        causes=causes,
+        energy_level=tried.search.energy_level,
+        curves=tried.search.curves(classes[0][0]) if classes else (),
+        units=tried.search.units_beside(classes[0][0]) if classes else {},
     )
-    if sensitivities is None or (classes and classes[0][0].gain > _EXPLAINED):
+
+
+def _of_causes(causes: Causes, search: Search) -> list[tuple[Mistake, ...]]:
+    """Programs that the equations of motion speak for."""
+    known = [c for c in causes.known if c.relief > causes.least]
+    fitted = [c for c in causes.fitted if c.relief > causes.least]
+    named = [c.mistakes for c in known[:_SIMULATED]]
+    # Each of two mistakes is tried alone, too.
+    return [
+        *dict.fromkeys((m,) for mistakes in named for m in mistakes),
+        *(mistakes for mistakes in named if len(mistakes) > 1),
+        *(
+            (other_values(search.refined(c, causes.motions), causes.program),)
+            for c in fitted[:_SIMULATED]
+        ),
+    ]
+
+
+class _Tried:
+    """Hypotheses that are simulated, each once."""
+
+    def __init__(self, search: Search, progress: Progress) -> None:
+        self.search = search
+        self._progress, self._done = progress, 0.2
+        self._together = max(_TOGETHER, search.lanes)
+
+    def judged(
+        self, several: Sequence[tuple[Mistake, ...]], done: float | None = None
+    ) -> list[Hypothesis]:
+        """Those that are new; so much of all work is done then."""
+        found = []
+        for i, mistakes in enumerate(several):
+            if i % self._together == 0:
+                self.search.prepare(several[i : i + self._together])
+            if self.search.is_new(mistakes):
+                found.append(self.search.judge(mistakes))
+            if done is not None:
+                self._progress(self._done + (done - self._done) * (i + 1) / len(several))
+        self._done = done or self._done
         return found
-    estimated = _with_estimate(found, search, sensitivities, simulator)
-    if (
-        simulator.is_quick
-        and search.largest > _SHOWN
-        and not estimated.classes
-        and not _is_fitted(estimated)
-    ):
-        forced = _with_estimate(found, search, sensitivities, simulator, has_forces=True)
-        return forced if _is_fitted(forced) else estimated
-    return estimated
-
-
-def _is_fitted(found: Diagnosis) -> bool:
-    """Whether unknowns explain the file, with forces that do not drive what should be braked."""
-    fits = found.estimate.fits if found.estimate else ()
-    return (
-        bool(fits)
-        and found.unexplained is None
-        and all(change > 0.0 for (name, _), change in fits[0].changes.items() if name in FORCES)
-    )
-
-
-def _with_estimate(
-    found: Diagnosis, search: Search, sensitivities: Sensitivities, simulator: Simulator,
-    *, has_forces: bool = False,
-) -> Diagnosis:  # fmt: skip
-    """The same with the parameters that explain far more, and forces that are applied."""
-    rival = next((c[0].gain for c in (*found.classes, found.towards) if c), None)
-    fitting, unexplained = search.fitting(), None
-    units: Mapping[str, str] = {}
-    for _ in range(_UNDERSTOOD):
-        errors = fitting.errors if simulator.is_quick else None
-        problem = fitting.problem(sensitivities, errors if has_forces else None)
-
-        def is_enough(fit: Fit, fitting: Fitting = fitting) -> bool:
-            return simulator.is_quick and search.is_kept(fitting.columns(fit.changes))
-
-        worth = _FURTHER * rival if rival else 1.0
-        estimate = estimation.estimate(problem, errors, worth, is_enough)
-        if not estimate.fits:
-            return replace(found, estimate=estimate)
-        best = estimate.fits[0]
-        if not simulator.is_quick:
-            left = estimation.left_by(problem, errors, best)
-            unexplained = search.too_large(estimation.in_scales(problem, left))
-            break
-        # Beside the correct motion the file may have seemed to have other definitions.
-        understood, unexplained = search.understood_beside(fitting.columns(best.changes))
-        units = search.other_units(understood)
-        names = {key: u.column.name for key, u in understood.items()}
-        if names == fitting.names:
-            break
-        fitting = search.fitting(understood)
-    if unexplained is not None and found.classes:
-        return replace(found, estimate=replace(estimate, fits=()))
-    return replace(
-        found,
-        classes=tuple(c for c in found.classes if _REFUTED * c[0].gain > best.gain),
-        towards=(),
-        estimate=estimate,
-        unexplained=unexplained,
-        values={u: fitting.value(u) for fit in estimate.fits for u in fit.changes},
-        curves=() if unexplained else fitting.curves(problem, errors, best),
-        units=units,
-    )
 
 
 def _beside(
     leaders: Sequence[Hypothesis], singles: Sequence[Hypothesis], best: Sequence[Hypothesis]
 ) -> list[tuple[Mistake, ...]]:
     """The best mistakes with every other one, the next best with those that need no new motion."""
-    place = {h.codes: i for i, h in enumerate(singles)}
-    found = []
     widely = {h.codes for h in best}
-    for leader in {h.codes: h for h in (*best, *leaders)}.values():
-        for h in singles:
-            if h is not leader and (leader.codes in widely or h.mistakes[0].kind == "output"):
-                first, second = sorted((leader, h), key=lambda x: place[x.codes])
-                found.append((*first.mistakes, *second.mistakes))
-    return found
+    return [
+        in_order((*leader.mistakes, *h.mistakes))
+        for leader in {h.codes: h for h in (*best, *leaders)}.values()
+        for h in singles
+        if h is not leader and (leader.codes in widely or h.mistakes[0].kind == "output")
+    ]
 
 
-def _with_one_replaced(
-    best: Hypothesis, rivals: Sequence[Hypothesis], order: Sequence[Mistake]
-) -> list[tuple[Mistake, ...]]:
+def _with_one_replaced(best: Hypothesis, rivals: Sequence[Hypothesis]) -> list[tuple[Mistake, ...]]:
     """Pairs that differ from the best one in one mistake; none if that is not a pair."""
     if len(best.mistakes) == 1:
         return []
-    place = {m.code: i for i, m in enumerate(order)}
-    pairs = [
-        (kept, *rival.mistakes)
+    return [
+        in_order((kept, *rival.mistakes))
         for kept in best.mistakes
         for rival in rivals
         if rival.codes[0] not in best.codes
     ]
-    return [tuple(sorted(pair, key=lambda m: place.get(m.code, len(order)))) for pair in pairs]
 
 
 def _classes(

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from heyoka_bike.scoring.diagnosis.programs.program import Mistake
+from heyoka_bike.scoring.diagnosis.programs.program import Found, Mistake
 from heyoka_bike.scoring.diagnosis.remainder import Place
 
 
@@ -39,3 +39,9 @@ class Hypothesis:
     def codes(self) -> tuple[str, ...]:
         """Codes of the mistakes."""
         return tuple(m.code for m in self.mistakes)
+
+    @property
+    def found(self) -> tuple[Found, ...]:
+        """Values that were found in the file, if it is explained by nothing else."""
+        each = [m.found for m in self.mistakes]
+        return tuple(x for found in each for x in found) if all(each) else ()

@@ -37,7 +37,8 @@ def _with(code: str, says: str, terms: Terms) -> Mistake:
     )
 
 
-WRONGLY_LINEARISED = (
+LINEAR_PROGRAMS = (
+    LINEARISED,
     _with("c1_without_v", "C1 is not multiplied by the speed", Terms(c1=0)),
     _with("no_c1", "the term with C1 is missing", Terms(c1=None)),
     _with("k2_times_v", "K2 is multiplied by the speed, not by its square", Terms(k2=1)),
@@ -46,7 +47,7 @@ WRONGLY_LINEARISED = (
     _with("k0_without_g", "K0 is not multiplied by gravity", Terms(k0=0)),
     _with("no_k0", "the term with K0 is missing", Terms(k0=None)),
 )
-"""Usual slips in these equations, in no particular order."""
+"""The right one, and usual slips in these equations, in no particular order."""
 
 _CLEARLY = 2.0
 # Of a speed that a program only repeats, or computes again.

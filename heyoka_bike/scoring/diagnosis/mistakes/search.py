@@ -4,13 +4,15 @@ Motions are compared through their difference from the simulated correct one, so
 simulation's own error cancels.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from heyoka_bike.bicycle.columns import COLUMNS, LATERAL
-from heyoka_bike.bicycle.parameters import Bicycle
+from heyoka_bike.bicycle.columns import COLUMNS, COMPARED, LATERAL
+from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.bicycle.parameters import START, Bicycle
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
@@ -21,14 +23,14 @@ from heyoka_bike.scoring.diagnosis.mistakes.first_row import contradicted
 from heyoka_bike.scoring.diagnosis.mistakes.hypothesis import Hypothesis
 from heyoka_bike.scoring.diagnosis.mistakes.library import Mistake, Program, apply
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import with_energies
-from heyoka_bike.scoring.diagnosis.mistakes.pairs import Alone, promising
 from heyoka_bike.scoring.diagnosis.mistakes.proposals import (
     columns_in_another_order,
     times_on_another_scale,
 )
 from heyoka_bike.scoring.diagnosis.programs.linear import linear_columns
+from heyoka_bike.scoring.diagnosis.programs.program import changed
 from heyoka_bike.scoring.diagnosis.programs.simulator import Motion, Simulator
-from heyoka_bike.scoring.diagnosis.programs.start import Start, initial_state
+from heyoka_bike.scoring.diagnosis.programs.start import STATE, Start, initial_state, on_the_floor
 from heyoka_bike.scoring.diagnosis.remainder import (
     Place,
     energy_level,
@@ -36,7 +38,14 @@ from heyoka_bike.scoring.diagnosis.remainder import (
     too_large,
     written_wrongly,
 )
-from heyoka_bike.scoring.diagnosis.unknowns.fitting import Fitting, best_explained
+from heyoka_bike.scoring.diagnosis.residual.causes import Cause, Causes, find_causes
+from heyoka_bike.scoring.diagnosis.residual.fitted import other_start
+from heyoka_bike.scoring.diagnosis.residual.observed import STATE as KEYS
+from heyoka_bike.scoring.diagnosis.residual.observed import Observed, observe
+from heyoka_bike.scoring.diagnosis.residual.shooting import Errors, shoot, size_of, uncertain
+from heyoka_bike.scoring.diagnosis.residual.starts import find_start
+from heyoka_bike.scoring.diagnosis.residual.terms import Accelerations
+from heyoka_bike.scoring.diagnosis.residual.terms import size_of as size_of_unknown
 from heyoka_bike.scoring.report import Curve
 from heyoka_bike.scoring.units import factor
 
@@ -47,9 +56,6 @@ _SIMULATED = 2001
 ROUNDOFF = 1e-11
 # A program whose motion ends cannot have written many more rows.
 _REACHED = 0.5
-# Errors of so many times the change of the energy are those of most methods of integration; a
-# parameter that is typed in four digits moves more than so much.
-_KEPT, _FINE = 5.0, 3e-4
 
 _Expected = Sequence[Mapping[str, Array]]
 """Of each part, columns by name."""
@@ -90,6 +96,11 @@ class Search:
         self._understood[()], self._correct_typical = self._typical(self._compared)
         self._floors = self._floors_in_scales()
         self.energy_level = energy_level(parts, self._understood[()])
+
+    @property
+    def lanes(self) -> int:
+        """Hypotheses whose motions are simulated together."""
+        return self._simulator.lanes // len(self._parts)
 
     @property
     def largest(self) -> float:
@@ -198,20 +209,6 @@ class Search:
         """Another order of the columns that explains what another mistake leaves."""
         return columns_in_another_order(self._as_written(), self._expected[other.codes])
 
-    def promising_pairs(self, singles: Sequence[Hypothesis]) -> list[tuple[Mistake, ...]]:
-        """Pairs that are worth a simulation."""
-        possible = [h for h in singles if h.gain > 0.0]
-        alone = [
-            Alone(
-                expected=self._expected[h.codes],
-                names={key: u.column.name for key, u in self._understood[h.codes].items()},
-                written=self._as_understood(self._understood[h.codes]),
-            )
-            for h in possible
-        ]
-        found = promising(self._compared, alone, self._compared_times())
-        return [(*possible[i].mistakes, *possible[j].mistakes) for i, j in found]
-
     def _known_floors(self) -> dict[Place, float]:
         """What the digits of each column cannot tell [SI]."""
         understood, floors = self._understood[()], {}
@@ -225,46 +222,95 @@ class Search:
         scales = {(p.number, key): p.reference.scale(key) for p in self._parts for key in p.values}
         return {k: x / (scales[k] or 1.0) for k, x in self._known_floors().items()}
 
-    def understood_beside(
-        self, expected: _Expected
-    ) -> tuple[Mapping[str, Understanding], Place | None]:
-        """How the file is taken if this is expected, and what then keeps too much of its error."""
-        understood, after = self._typical(expected)
-        return understood, self.too_large(after, expected)
-
-    def other_units(self, understood: Mapping[str, Understanding]) -> dict[str, str]:
-        """Units of the columns that are taken for others beside the correct motion."""
-        usual = self._understood[()]
+    def units_beside(self, h: Hypothesis) -> dict[str, str]:
+        """Units that columns have if a hypothesis is true, where they seemed to have others."""
+        usual, understood = self._understood[()], self._understood[h.codes]
         return {key: u.unit for key, u in understood.items() if u.unit != usual[key].unit}
 
-    def units_beside(self, h: Hypothesis) -> dict[str, str]:
-        """The same if a hypothesis is true."""
-        return self.other_units(self._understood[h.codes])
+    def causes(self, library: Sequence[Mistake]) -> Causes | None:
+        """What explains the file's accelerations; None where it does not show its motion."""
+        bicycle = self._correct.bicycle
+        usual = self._understood[()]
+        # Beside the correct motion a file of another may seem to have other definitions.
+        readings = [usual, {key: replace(u, column=COMPARED[key][0]) for key, u in usual.items()}]
+        found: list[Causes] = []
+        for understood in readings[: 1 if readings[0] == readings[1] else 2]:
+            seen = [observe(p, understood, Equations.binary64(bicycle)) for p in self._parts]
+            motions = [m for m in seen if m is not None]
+            if motions:
+                found.append(find_causes(Accelerations(motions, self._correct), library, motions))
+        return max(found, key=lambda c: c.most, default=None)
 
-    def is_kept(self, expected: _Expected) -> bool:
-        """Whether no more is left than what the file's own energy is wrong by."""
-        _, after = self._typical(expected)
-        worst = max((x for (_, key), x in after.items() if key in LATERAL), default=np.inf)
-        return self.energy_level is not None and worst <= min(_KEPT * self.energy_level, _FINE)
+    def start(self, motions: Sequence[Observed]) -> Mistake | None:
+        """The start that the file has, if it is another one, by the right equations."""
+        found = []
+        for motion in motions:
+            state = self._start_of(self._correct, motion.number)
+            given = {name: state[STATE.index(name)] for name in START}
+            number = motion.number
 
-    def fitting(self, understood: Mapping[str, Understanding] | None = None) -> Fitting:
-        """The file as `estimation` takes it, by default understood as a correct one."""
-        if understood is None:
-            understood = self._understood[()]
-        floors = self._known_floors()
-        return Fitting(
-            numbers=[part.number for part in self._parts],
-            times=self._compared_times(),
-            written=[
-                {key: v for key, v in columns.items() if (part.number, key) in floors}
-                for part, columns in zip(self._parts, self._as_understood(understood), strict=True)
-            ],
-            exact=self._compared,
-            names={key: u.column.name for key, u in understood.items()},
-            floors=floors,
-            program=self._correct,
-            simulator=self._simulator,
+            def program(x: Array, number: int = number) -> Program:
+                added = tuple(zip((STATE.index(n) for n in START), x.tolist(), strict=True))
+                starts = self._correct.starts
+                changed_start = replace(starts[number], added=added)
+                return replace(self._correct, starts={**starts, number: changed_start})
+
+            found += find_start(motion, given, self._errors([motion], program))
+        return other_start(found) if found else None
+
+    def refined(self, cause: Cause, motions: Sequence[Observed]) -> Cause:
+        """A cause with values whose simulated motions are nearest to the file's."""
+        names = list(cause.changes)
+
+        def program(x: Array) -> Program:
+            return changed(self._correct, dict(zip(names, x.tolist(), strict=True)))
+
+        sizes = np.array([size_of_unknown(self._correct.bicycle, name) for name in names])
+        errors = self._errors(motions, program)
+        (before,) = errors([np.array(list(cause.changes.values()))])
+        x, left, slopes = shoot(errors, np.array(list(cause.changes.values())), sizes)
+        if not size_of(left) < size_of(before):
+            return cause
+        off = uncertain(left, slopes)
+        return replace(
+            cause,
+            changes=dict(zip(names, x.tolist(), strict=True)),
+            uncertain=dict(zip(names, off.tolist(), strict=True)),
         )
+
+    def _errors(self, motions: Sequence[Observed], program: Callable[[Array], Program]) -> Errors:
+        """What programs leave of the file's states, in the scales of each column."""
+        rows = [spread(len(m.time), _COMPARED) for m in motions]
+        written = [
+            np.array([m.state[k][r] for k in KEYS]) for m, r in zip(motions, rows, strict=True)
+        ]
+        scales = [np.sqrt(np.mean(w**2, axis=1, keepdims=True)) for w in written]
+
+        def errors(several: Sequence[Array]) -> list[Array]:
+            asked = []
+            for p in map(program, several):
+                for m, r in zip(motions, rows, strict=True):
+                    start = self._start_of(p, m.number)
+                    asked.append(Motion(p.bicycle, start, m.time[r], dict(p.amounts)))
+            made = iter(self._simulator.run_all(asked))
+            return [
+                np.concatenate(
+                    [
+                        np.pad(
+                            np.nan_to_num((np.array([x[k] for k in KEYS]) - w) / s, nan=1.0),
+                            ((0, 0), (0, _COMPARED - w.shape[1])),
+                        )
+                        for w, s, x in zip(written, scales, made, strict=False)
+                    ]
+                )
+                for _ in several
+            ]
+
+        return errors
+
+    def _start_of(self, program: Program, number: int) -> tuple[float, ...]:
+        p = {s: float(x) for s, x in program.bicycle.values.items()}
+        return on_the_floor(program.bicycle, initial_state(p, program.starts[number]))
 
     def curves(self, h: Hypothesis) -> tuple[Curve, ...]:
         """What a hypothesis leaves, in the column of each maneuver that it explains best."""
@@ -314,7 +360,7 @@ class Search:
         """Equal for programs that do the same as far as the file shows it."""
         starts = tuple(program.starts[part.number] for part in self._parts)
         bicycle = self._number(program.bicycle)
-        return bicycle, starts, program.clock, program.rows, program.missing, program.linear
+        return bicycle, starts, program.clock, program.rows, program.amounts, program.linear
 
     def _number(self, bicycle: Bicycle) -> int:
         """The same for bicycles of the same parameters."""
@@ -377,13 +423,13 @@ class Search:
             values = self._number(program.bicycle)
             for i, part in enumerate(self._parts):
                 start = program.starts[part.number]
-                key = values, start, program.clock, program.missing, program.linear, i
+                key = values, start, program.clock, program.amounts, program.linear, i
                 keys.append(key)
                 if key in self._found or key in asked:
                     continue
                 meant = program.clock(self._times[i], self._steps[i])
-                state = initial_state(p, start)
-                amounts = dict.fromkeys(program.missing, 1.0)
+                state = on_the_floor(program.bicycle, initial_state(p, start))
+                amounts = dict(program.amounts)
                 if program.linear:
                     self._found[key] = linear_columns(program.bicycle, state, meant, program.linear)
                 else:
@@ -412,6 +458,16 @@ class Search:
 
 def _largest(values: Array) -> float:
     return float(np.fmax.reduce(np.abs(values), initial=0.0))
+
+
+def best_explained(
+    relief: Mapping[Place, float], curve: Callable[[int, str], Curve]
+) -> tuple[Curve, ...]:
+    """In each maneuver the column whose error falls by the largest factor."""
+    ranked = sorted(relief, key=relief.__getitem__, reverse=True)
+    # The first in the ranking is the last to be put into its place.
+    best = dict(reversed(ranked))
+    return tuple(curve(number, key) for number, key in sorted(best.items()))
 
 
 def _start(inputs: Mapping[str, str]) -> Start:

@@ -55,7 +55,7 @@ def rates_altered(
         Of each of `TERMS`, 1 where it is left out and 0 where it is not; of each of
         `applied.FORCES`, its coefficient [SI].
     """
-    units = [[*state[:3], *(float(i == j) for j in _INDEPENDENT), state[6]] for i in _INDEPENDENT]
+    units = _units(state)
     rates = equations.rates_with_yaw(state)
     o, u = equations.unfold(state)
     axes = Axes.of(equations.b, o)
@@ -93,6 +93,23 @@ def rates_altered(
     return [*rates[:3], *(x + y for x, y in zip(right, change, strict=True)), rates[6]]
 
 
+def rates_by_force(
+    equations: Equations, state: Sequence[Number], amounts: Mapping[str, Number]
+) -> list[Number]:
+    """What forces add to the rates of the independent speeds; see `rates_altered`."""
+    units = _units(state)
+    mass = _mass(equations, units)
+    return _solved(mass, powers(equations, state, units, mass, amounts))
+
+
+def _units(state: Sequence[Number]) -> list[list[Number]]:
+    """The posture of a state with one of the independent speeds 1 and the others 0."""
+    still = 0.0 * state[0]
+    return [
+        [*state[:3], *(still + float(i == j) for j in _INDEPENDENT), state[6]] for i in _INDEPENDENT
+    ]
+
+
 def _turning(equations: Equations, u: Speeds) -> dict[str, Vector]:
     """Angular velocities of the bodies, each in the axes of the frame that it is in."""
     k, b = equations.k, equations.b
@@ -109,7 +126,7 @@ def _turning(equations: Equations, u: Speeds) -> dict[str, Vector]:
 def _moving(
     equations: Equations, state: Sequence[Number], rates: Sequence[Number]
 ) -> tuple[Equations, Speeds]:
-    """Speeds at the posture of a state, with their derivatives as its angles turn at these rates."""
+    """Speeds in a posture, with their derivatives as its angles turn at these rates."""
     dual = equations.over(Duals(equations.a))
     angles = [Dual(q, (rate,)) for q, rate in zip(state[:3], rates[:3], strict=True)]
     return dual, dual.unfold([*angles, *state[3:]])[1]

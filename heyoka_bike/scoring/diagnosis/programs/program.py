@@ -51,8 +51,9 @@ class Program:
     clock : Clock
     rows
         Changes of the columns, in order.
-    missing
-        Terms that the equations are without, see `incomplete`.
+    amounts
+        Of terms that the equations are without, see `incomplete`, and of forces, see `applied`: by
+        name, each once.
     linear : Terms or None
         Of the equations linearised about the upright straight motion; None if they are not.
     """
@@ -61,8 +62,31 @@ class Program:
     starts: Mapping[int, Start]
     clock: Clock = Clock()
     rows: tuple[Change, ...] = ()
-    missing: frozenset[str] = frozenset()
+    amounts: tuple[tuple[str, float], ...] = ()
     linear: Terms | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """A value that explains a file.
+
+    Attributes
+    ----------
+    name
+        A parameter, a force, or ``initial_`` and what of the start it is.
+    maneuver
+        Whose start it is, or None.
+    value, right
+        Found, and in the correct program [SI].
+    uncertain
+        A further change by so much would leave twice the error [SI].
+    """
+
+    name: str
+    maneuver: int | None
+    value: float
+    right: float
+    uncertain: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,6 +107,8 @@ class Mistake:
         Makes it.
     is_fitted
         Whether it has a number that was fitted to the file.
+    found : tuple of Found
+        Values that were found in the file, if the mistake is nothing else.
     """
 
     code: str
@@ -91,6 +117,7 @@ class Mistake:
     kind: str
     change: Callable[[Program], Program]
     is_fitted: bool = False
+    found: tuple[Found, ...] = ()
 
 
 def apply(program: Program, mistakes: Iterable[Mistake]) -> Program:
@@ -121,9 +148,28 @@ def missing_term(code: str, says: str, check: str, *terms: str) -> Mistake:
     """Equations without some terms, of `incomplete.TERMS`."""
 
     def make(program: Program) -> Program:
-        return replace(program, missing=program.missing | frozenset(terms))
+        return _with_amounts(program, dict.fromkeys(terms, 1.0))
 
     return Mistake(code, says, check, "model", make)
+
+
+def changed(program: Program, changes: Mapping[str, float]) -> Program:
+    """The program with changes of parameters and of forces added, by name [SI]."""
+    values = dict(program.bicycle.values)
+    for symbol, change in changes.items():
+        if symbol in values:
+            x = values[symbol]
+            values[symbol] = replace(x, rational=x.rational + Fraction(change))
+    bicycle = Bicycle(program.bicycle.name, values)
+    amounts = {name: x for name, x in changes.items() if name not in values}
+    return _with_amounts(replace(program, bicycle=bicycle), amounts)
+
+
+def _with_amounts(program: Program, amounts: Mapping[str, float]) -> Program:
+    found = dict(program.amounts)
+    for name, x in amounts.items():
+        found[name] = found.get(name, 0.0) + x
+    return replace(program, amounts=tuple(sorted(found.items())))
 
 
 def start_mistake(code: str, says: str, check: str, change: Callable[[Start], Start]) -> Mistake:

@@ -8,16 +8,22 @@ steer rate and speed, u = (J^T M J)^-1 J^T M v. An admissible start is left as i
 All of it at the upright straight position, axes x forward, y right, z down.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import cos, sin
 
 import numpy as np
 
+from heyoka_bike.bicycle.equations.initial import pitch_on_the_floor
+from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.double import Array
 
 BODIES = "RBHF"
 """Rear wheel, frame with rider, fork with handlebar, front wheel."""
+
+STATE = ("roll", "pitch", "steer", "roll_rate", "steer_rate", "speed")
+"""What `initial_state` returns."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,6 +46,8 @@ class Start:
         Whether the centres of mass move sideways, as the roll makes them.
     steer_rate
         Of fork and front wheel against the rear frame, as rolling allows it [rad/s].
+    added
+        To the state that follows, as `STATE` has it: pairs of a place in it and a change [SI].
     """
 
     speed: float
@@ -50,6 +58,7 @@ class Start:
     speed_of_centre: bool = False
     falling: bool = True
     steer_rate: float = 0.0
+    added: tuple[tuple[int, float], ...] = ()
 
 
 def initial_state(p: Mapping[str, float], start: Start) -> tuple[float, ...]:
@@ -79,7 +88,18 @@ def initial_state(p: Mapping[str, float], start: Start) -> tuple[float, ...]:
     mass = np.array([[_product(masses, inertias, a, b) for b in admissible] for a in admissible])
     momentum = np.array([_product(masses, inertias, a, given) for a in admissible])
     roll_rate, steer_rate, forward = np.linalg.lstsq(mass, momentum, rcond=None)[0]
-    return 0.0, 0.0, 0.0, float(roll_rate), float(steer_rate) + start.steer_rate, float(forward)
+    state = [0.0, 0.0, 0.0, float(roll_rate), float(steer_rate) + start.steer_rate, float(forward)]
+    for place, change in start.added:
+        state[place] += change
+    return tuple(state)
+
+
+def on_the_floor(bicycle: Bicycle, state: Sequence[float]) -> tuple[float, ...]:
+    """The state with the pitch that puts both wheels on the floor."""
+    roll, pitch, steer, *rates = state
+    if steer != 0.0:
+        pitch = float(pitch_on_the_floor(Equations.binary64(bicycle).k, roll, 0.0, steer))
+    return roll, pitch, steer, *rates
 
 
 _Velocities = Mapping[str, tuple[Array, Array]]

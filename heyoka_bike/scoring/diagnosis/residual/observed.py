@@ -7,7 +7,7 @@ than the derivative at a row, and as well at any spacing that resolves the motio
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,7 +24,7 @@ STATE = ("roll_angle", "steer_angle", "roll_rate", "steer_rate", "forward_speed"
 """Keys of the columns that the equations of motion need."""
 
 _DEGREE, _LOWER = 7, 5
-_MOST_ROWS = 2001
+_MOST_ROWS = 1001
 _FEWEST_ROWS = 12
 # Half the width of a window: [s], and in rows.
 _WIDTH, _IN_ROWS = 0.15, 4.0
@@ -43,8 +43,8 @@ class Observed:
         Of the maneuver.
     time : ndarray, shape (n,)
         [s]
-    roll, steer, roll_rate, steer_rate, speed, yaw : ndarray, shape (n,)
-        SI, in the default definitions.
+    state : mapping of str to ndarray, shape (n,)
+        Columns of `STATE` and the yaw, SI, in the default definitions.
     windows : ndarray, shape (w, n)
         Weights of rows in averages, each of sum one.
     accelerations : ndarray, shape (3, w)
@@ -58,17 +58,21 @@ class Observed:
 
     number: int
     time: Array
-    roll: Array
-    steer: Array
-    roll_rate: Array
-    steer_rate: Array
-    speed: Array
-    yaw: Array
+    state: Mapping[str, Array]
     windows: Array
     accelerations: Array
     uncertain: Array
     kinematic: Array
     kinematic_uncertain: Array
+
+    def inconsistency(self) -> float:
+        """By how much the rates are off from the slopes of the angles, in parts of them."""
+        rates = np.array([self.windows @ self.state[key] for key in ("roll_rate", "steer_rate")])
+        least = float(np.finfo(np.float64).tiny)
+        size = np.sqrt(np.mean(rates**2, axis=1)) + least
+        off = np.sqrt(np.mean(self.kinematic**2, axis=1))
+        known = np.median(self.kinematic_uncertain, axis=1)
+        return float(np.max(np.maximum(off, known) / size))
 
 
 def observe(
@@ -85,29 +89,23 @@ def observe(
     rows = rows[spread(len(rows), _MOST_ROWS)]
     time = part.time[rows]
     names = {k: understood[k].column.name for k in STATE}
-    state, yaw = _default_definitions(
-        {k: x[rows] for k, x in columns.items()}, names, time, equations
-    )
+    state = _default_definitions({k: x[rows] for k, x in columns.items()}, names, time, equations)
     windows = _windows(time)
     if windows is None:
         return None
     digits = {k: _digits(part, understood, k) for k in STATE}
-    roll, steer, roll_rate, steer_rate, speed = (state[k] for k in STATE)
-    found = [_mean_slope(time, x, windows, digits[k]) for k, x in state.items()]
+    found = [_mean_slope(time, state[k], windows, digits[k]) for k in STATE]
     (d_roll, u_roll), (d_steer, u_steer), *accelerations = found
     return Observed(
         number=part.number,
         time=time,
-        roll=roll,
-        steer=steer,
-        roll_rate=roll_rate,
-        steer_rate=steer_rate,
-        speed=speed,
-        yaw=yaw,
+        state=state,
         windows=windows,
         accelerations=np.array([a for a, _ in accelerations]),
         uncertain=np.array([u for _, u in accelerations]),
-        kinematic=np.array([d_roll - windows @ roll_rate, d_steer - windows @ steer_rate]),
+        kinematic=np.array(
+            [d_roll - windows @ state["roll_rate"], d_steer - windows @ state["steer_rate"]]
+        ),
         kinematic_uncertain=np.array([u_roll, u_steer]),
     )
 
@@ -161,31 +159,33 @@ def _mean_slope(time: Array, x: Array, windows: Array, digits: float) -> tuple[A
 
 def _default_definitions(
     columns: Mapping[str, Array], names: Mapping[str, str], time: Array, equations: Equations
-) -> tuple[dict[str, Array], Array]:
+) -> dict[str, Array]:
     """The columns in the default definitions, and the yaw.
 
     Definitions are near one another: the motion is that whose columns are those written.
     """
-    state = dict(columns)
+    state = {**columns, "yaw": np.zeros_like(time)}
     is_default = all(names[k] == k for k in columns)
-    yaw = np.zeros_like(time)
     for _ in range(_ROUNDS):
-        vector = state_vector(equations, *(state[k] for k in STATE), yaw)
-        found = equations.columns(vector)
-        yaw = make_interp_spline(time, found["yaw_rate"], k=_LOWER).antiderivative()(time)
+        with np.errstate(all="ignore"):
+            found = equations.columns(state_vector(equations, state.__getitem__))
+        turning = np.nan_to_num(found["yaw_rate"])
+        state["yaw"] = make_interp_spline(time, turning, k=_LOWER).antiderivative()(time)
         if is_default:
             break
-        off = {k: columns[k] - found[names[k]] for k in columns}
-        state = {k: state[k] + off[k] for k in columns}
+        off = {k: np.nan_to_num(columns[k] - found[names[k]]) for k in columns}
+        state |= {k: state[k] + x for k, x in off.items()}
         if max(float(np.max(np.abs(x))) for x in off.values()) < _CONVERGED:
             break
-    return state, yaw
+    return state
 
 
 def state_vector(
-    equations: Equations, roll: Array, steer: Array, roll_rate: Array, steer_rate: Array,
-    speed: Array, yaw: Array,
-) -> Sequence[Array]:  # fmt: skip
-    """The state of the regular form, with both wheels on the floor."""
-    pitch = pitch_on_the_floor(equations.k, roll, np.zeros_like(roll), steer)
-    return [roll, pitch, steer, roll_rate, steer_rate, speed / equations.k.length, yaw]
+    equations: Equations, column: Callable[[str], Array], pitch: Array | None = None
+) -> list[Array]:
+    """The state of the regular form from columns by key, with both wheels on the floor."""
+    roll, steer, roll_rate, steer_rate, speed = (column(key) for key in STATE)
+    if pitch is None:
+        pitch = pitch_on_the_floor(equations.k, roll, np.zeros_like(roll), steer)
+    spin = speed / equations.k.length
+    return [roll, pitch, steer, roll_rate, steer_rate, spin, column("yaw")]

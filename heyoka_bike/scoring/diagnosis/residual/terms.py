@@ -2,50 +2,33 @@
 
 Along a motion, equations of another program give other accelerations. Their difference from the
 right ones is a *term*: of a known mistake exactly, of a parameter or a force its derivative, whose
-coefficient is to be found.
+coefficient is to be found. No motion is simulated for it.
 """
 
-from __future__ import annotations
-
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from fractions import Fraction
+from collections.abc import Sequence
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import PARAMETERS, Bicycle
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.scoring.diagnosis.programs.applied import FORCES
-from heyoka_bike.scoring.diagnosis.programs.incomplete import TERMS, rates_altered
-from heyoka_bike.scoring.diagnosis.programs.program import Program
+from heyoka_bike.scoring.diagnosis.programs.incomplete import TERMS, rates_altered, rates_by_force
+from heyoka_bike.scoring.diagnosis.programs.program import Program, changed
 from heyoka_bike.scoring.diagnosis.residual.observed import Observed, state_vector
 
-# Of a parameter; central differences over it are derivatives to some 9 digits.
-_STEP = 1e-4
-# Bicycles whose constants are kept: those of the library, and of all parameters' derivatives.
+UNKNOWNS = (*PARAMETERS, *FORCES)
+"""Whose coefficients can be found."""
+
+# Of a parameter or a force; differences over it are derivatives to some 6 digits.
+_STEP = 1e-6
+_ABSENT = dict.fromkeys((*TERMS, *FORCES), 0.0)
+_Values = tuple[tuple[str, Exact], ...]
+# Bicycles whose constants are kept: those of the library, and of the derivatives.
 _KEPT = 256
-_NONE: Mapping[str, float] = {}
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Term:
-    """A difference of accelerations.
-
-    Attributes
-    ----------
-    code
-    accelerations : ndarray, shape (n,)
-        In the order of `Accelerations`.
-    size
-        A usual size of the coefficient; zero if it is one exactly.
-    """
-
-    code: str
-    accelerations: Array
-    size: float = 0.0
 
 
 class Accelerations:
@@ -53,85 +36,100 @@ class Accelerations:
 
     Attributes
     ----------
+    program : Program
+        The right one.
     block : ndarray of int, shape (n,)
         Three blocks of each maneuver, in order: roll, steer, speed.
+    observed, uncertain : ndarray, shape (n,)
+        Of the file, and by how much that is wrong, as far as it shows it.
     """
 
     def __init__(self, motions: Sequence[Observed], program: Program) -> None:
         self._motions = motions
-        self._program = program
+        self._found: dict[object, Array] = {}
+        self._pitch: dict[object, Array] = {}
+        self.program = program
         self._ends = np.cumsum([len(m.time) for m in motions])[:-1]
-        self.block = np.concatenate(
-            [
-                np.full(len(m.windows), 3 * i + k)
-                for i, m in enumerate(motions)
-                for k in range(3)
-            ]
+        self.block: NDArray[np.intp] = np.concatenate(
+            [np.repeat(3 * i + np.arange(3), len(m.windows)) for i, m in enumerate(motions)]
         )
-        self.right = self.of(program.bicycle)
+        self.observed = np.concatenate([m.accelerations.ravel() for m in motions])
+        self.uncertain = np.concatenate([m.uncertain.ravel() for m in motions])
 
-    def observed(self) -> tuple[Array, Array]:
-        """The accelerations of the file, and how uncertain they are."""
-        return (
-            np.concatenate([m.accelerations.ravel() for m in self._motions]),
-            np.concatenate([m.uncertain.ravel() for m in self._motions]),
+    def of(self, program: Program) -> Array:
+        """By the equations of a program, shape (n,); NaN where it has none."""
+        values = tuple(program.bicycle.values.items())
+        amounts = dict(program.amounts)
+        is_altered = bool(amounts.keys() & set(TERMS))
+        try:
+            found = self._by_equations(values, program.amounts if is_altered else ())
+            forces = {} if is_altered else amounts
+            return sum((x * self._by_force(values, k) for k, x in forces.items()), start=found)
+        except ZeroDivisionError:
+            return np.full(len(self.block), np.nan)
+
+    def _by_equations(self, values: _Values, amounts: tuple[tuple[str, float], ...]) -> Array:
+        key = values, amounts
+        if key not in self._found:
+            equations = _equations(values)
+            state = self._state(equations)
+            with np.errstate(all="ignore"):
+                rates = (
+                    rates_altered(equations, state, _ABSENT | dict(amounts))
+                    if amounts
+                    else equations.rates(state[:6])
+                )
+            self._found[key] = self._averages(equations, rates[3:6])
+        return self._found[key]
+
+    def _by_force(self, values: _Values, name: str) -> Array:
+        """What a unit force adds."""
+        key = values, name
+        if key not in self._found:
+            equations = _equations(values)
+            with np.errstate(all="ignore"):
+                rates = rates_by_force(equations, self._state(equations), _ABSENT | {name: 1.0})
+            self._found[key] = self._averages(equations, rates)
+        return self._found[key]
+
+    def _state(self, equations: Equations) -> list[Array]:
+        k = equations.k
+        key = k.tilt, k.d1, k.d2, k.d3, k.h0, k.h1, k.h2, k.h3
+        if key not in self._pitch:
+            with np.errstate(all="ignore"):
+                self._pitch[key] = state_vector(equations, self._column)[1]
+        return state_vector(equations, self._column, self._pitch[key])
+
+    def _averages(self, equations: Equations, rates: Sequence[Array]) -> Array:
+        each = np.array([rates[0], rates[1], rates[2] * equations.k.length])
+        parts = np.split(each, self._ends, axis=1)
+        return np.concatenate(
+            [(x @ m.windows.T).ravel() for x, m in zip(parts, self._motions, strict=True)]
         )
 
-    def of(self, bicycle: Bicycle, amounts: Mapping[str, float] = _NONE) -> Array:
-        """By the equations of a bicycle, with amounts of `TERMS` left out and of `FORCES`."""
-        equations = _equations(tuple(bicycle.values.items()))
-        with np.errstate(all="ignore"):
-            state = state_vector(
-                equations,
-                *(
-                    np.concatenate([getattr(m, name) for m in self._motions])
-                    for name in ("roll", "steer", "roll_rate", "steer_rate", "speed", "yaw")
-                ),
-            )
-            if amounts:
-                every = {**dict.fromkeys((*TERMS, *FORCES), 0.0), **amounts}
-                rates = rates_altered(equations, state, every)
-            else:
-                rates = equations.rates(state[:6])
-            each = np.array([rates[3], rates[4], rates[5] * equations.k.length])
-            parts = np.split(each, self._ends, axis=1)
-            return np.concatenate(
-                [(x @ m.windows.T).ravel() for x, m in zip(parts, self._motions, strict=True)]
-            )
+    def _column(self, key: str) -> Array:
+        return np.concatenate([m.state[key] for m in self._motions])
 
-    def of_program(self, code: str, program: Program) -> Term:
-        """What a program with known mistakes adds."""
-        amounts = dict.fromkeys(program.missing, 1.0)
-        return Term(code, self.of(program.bicycle, amounts) - self.right)
-
-    def of_parameters(self) -> list[Term]:
-        """Derivatives by each of the parameters."""
+    def slopes(self, program: Program, names: Sequence[str] = UNKNOWNS) -> Array:
+        """Derivatives by parameters and forces at a program, shape (n, U)."""
         found = []
-        for symbol in PARAMETERS:
-            value = float(self._program.bicycle[symbol])
-            step = _STEP * (abs(value) or 1.0)
-            low, high = (self.of(changed(self._program.bicycle, {symbol: s * step})) for s in (-1, 1))
-            found.append(Term(symbol, (high - low) / (2 * step), abs(value) or 1.0))
-        return found
+        here = self.of(program)
+        for name in names:
+            step = _STEP * size_of(self.program.bicycle, name)
+            found.append((self.of(changed(program, {name: step})) - here) / step)
+        return np.nan_to_num(np.array(found).T)
 
-    def of_forces(self) -> list[Term]:
-        """Accelerations by unit forces."""
-        none = self.of(self._program.bicycle, {next(iter(FORCES)): 0.0})
-        return [
-            Term(name, self.of(self._program.bicycle, {name: 1.0}) - none, force.size)
-            for name, force in FORCES.items()
-        ]
+
+def size_of(bicycle: Bicycle, name: str) -> float:
+    """Size of an unknown; one for parameters that are zero."""
+    return FORCES[name].size if name in FORCES else abs(float(bicycle[name])) or 1.0
+
+
+def blocks_of(block: NDArray[np.intp], rows: Array) -> list[Array]:
+    """Rows of each block."""
+    return [rows[block == b] for b in range(int(block[-1]) + 1)]
 
 
 @lru_cache(_KEPT)
-def _equations(values: tuple[tuple[str, Exact], ...]) -> Equations:
+def _equations(values: _Values) -> Equations:
     return Equations.binary64(Bicycle("", dict(values)))
-
-
-def changed(bicycle: Bicycle, changes: Mapping[str, float]) -> Bicycle:
-    """The bicycle with changes of some parameters added."""
-    values = dict(bicycle.values)
-    for symbol, change in changes.items():
-        x = values[symbol]
-        values[symbol] = replace(x, rational=x.rational + Fraction(change))
-    return Bicycle(bicycle.name, values)

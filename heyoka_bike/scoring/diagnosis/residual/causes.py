@@ -1,0 +1,304 @@
+"""Which terms explain what remains when a file's own motion is put into the exact equations.
+
+What remains of an equation of motion in a maneuver is a *block*. Its size is unknown, so what is
+minimised is the sum of the logarithms of what is left in the blocks, as in `linear_fits`. The
+*relief* of a cause is the factor by which the blocks fall, as a geometric mean. Causes are the
+mistakes of the library, alone and two together, which have no number to be found, and one, two or
+three parameters and forces whose values are fitted. "None of these" has a relief of one: what
+correct programs leave, errors of integrators and the digits written, is explained by nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from heyoka_bike.numbers.double import Array
+from heyoka_bike.scoring.diagnosis.programs.program import Mistake, Program, apply, changed
+from heyoka_bike.scoring.diagnosis.residual.linear_fits import Blocks, best_subsets, blocks, solve
+from heyoka_bike.scoring.diagnosis.residual.observed import Observed
+from heyoka_bike.scoring.diagnosis.residual.terms import UNKNOWNS, Accelerations, blocks_of
+
+
+@dataclass(frozen=True, slots=True)
+class _Thresholds:
+    """What is asked of a cause, each with the experiment that gave it.
+
+    Attributes
+    ----------
+    least, least_of_one
+        Relief of a cause in a file of several maneuvers, and of one: of 24 and 24 files of correct
+        programs the most is 1.4 and 3.0.
+    further
+        Each further unknown must explain so many times more: of correct programs the second and
+        third explain up to 1.6 times more.
+    spacing
+        Rows so near to each other show all of a motion [s]: the castering mode decays at 25 1/s.
+    shows
+        What remains must be so many times what the digits leave, or these so small a part of the
+        accelerations, for the equations to be judged at all: a missing term of the library is 1e-4
+        of them or more.
+    kept
+        Causes that explain less than this part of what the best one does are no rivals.
+    rivals
+        Causes alone that are joined with others.
+    promise
+        To first order an unknown must explain so much, be its change large: of correct programs of
+        three maneuvers the best explains up to 1.4 times.
+    steps
+        Of Gauss and Newton's method: changes of a fifth are found in four.
+    """
+
+    least: float = 2.0
+    least_of_one: float = 4.0
+    further: float = 3.0
+    spacing: float = 0.03
+    shows: tuple[float, float] = (30.0, 1e-5)
+    kept: float = 0.1
+    rivals: int = 6
+    promise: float = 1.5
+    steps: int = 4
+
+
+_T = _Thresholds()
+
+
+@dataclass(frozen=True, slots=True)
+class Cause:
+    """What explains the accelerations of a file.
+
+    Attributes
+    ----------
+    mistakes : tuple of Mistake
+        Of the library.
+    changes : mapping of str to float
+        Of parameters, and of forces from zero [SI].
+    uncertain : mapping of str to float
+        A further change by so much would leave twice as much [SI].
+    relief
+        Factor by which what remains falls.
+    """
+
+    mistakes: tuple[Mistake, ...]
+    changes: Mapping[str, float]
+    uncertain: Mapping[str, float]
+    relief: float
+
+
+@dataclass(frozen=True, slots=True)
+class Causes:
+    """Causes, those that explain most first.
+
+    Attributes
+    ----------
+    known : tuple of Cause
+        Of the library, alone and two together.
+    fitted : tuple of Cause
+        Of one, two and three unknowns, the fewest that each explain far more; the file cannot
+        tell the others from the first. Empty if none explains anything.
+    motions : sequence of Observed
+        Of the file, as they were understood.
+    program : Program
+        The right one.
+    above
+        How much more remains than the file's own rates are off from the slopes of its angles, both
+        in parts of what they are: errors of integrators are in both.
+    most
+        The largest relief times how little then remains, to compare ways to understand a file.
+    is_shown
+        Whether the rows are near enough and have digits enough to judge the equations.
+    """
+
+    known: tuple[Cause, ...]
+    fitted: tuple[Cause, ...]
+    motions: Sequence[Observed]
+    program: Program
+    above: float
+    most: float
+    is_shown: bool
+
+    @property
+    def least(self) -> float:
+        """The relief that a cause must have to be one: errors of correct programs have less."""
+        return _T.least if len(self.motions) > 1 else _T.least_of_one
+
+
+def find_causes(
+    accelerations: Accelerations, library: Sequence[Mistake], motions: Sequence[Observed]
+) -> Causes:
+    """The causes that explain most.
+
+    Parameters
+    ----------
+    accelerations : Accelerations
+    library
+        Mistakes of the model.
+    motions : sequence of Observed
+        Those of the accelerations.
+    """
+    remainder = _Remainder(accelerations)
+    known = _known(remainder, library)
+    worth = known[0].relief if known else 1.0
+    fitted = _fitted(remainder, worth)
+    most = max([worth, *(c.relief for c in fitted)])
+    size = float(np.exp(np.mean(np.log(remainder.before)) / 2))
+    return Causes(
+        known=known,
+        fitted=fitted,
+        motions=motions,
+        program=accelerations.program,
+        above=_above(remainder, motions),
+        most=most / size,
+        is_shown=remainder.is_shown()
+        and all(float(np.median(np.diff(m.time))) <= _T.spacing for m in motions),
+    )
+
+
+def _above(remainder: _Remainder, motions: Sequence[Observed]) -> float:
+    blocks = blocks_of(remainder.accelerations.block, remainder.accelerations.observed)
+    shares = np.sqrt(remainder.before) / np.array([_rms(x) for x in blocks])
+    # Those of roll and steer: where the speed hardly changes it says little.
+    return float(
+        max(
+            np.sqrt(shares[3 * i] * shares[3 * i + 1]) / m.inconsistency()
+            for i, m in enumerate(motions)
+        )
+    )
+
+
+def _rms(x: Array) -> float:
+    return float(np.sqrt(np.mean(np.square(x)))) or float(np.finfo(np.float64).tiny)
+
+
+class _Remainder:
+    """What remains of the equations, in blocks."""
+
+    def __init__(self, accelerations: Accelerations) -> None:
+        self.accelerations = a = accelerations
+        self.right = a.of(a.program)
+        uncertain = blocks_of(a.block, a.uncertain)
+        self.floors = [float(np.median(x)) for x in uncertain]
+        # Windows that the rows do not resolve count for little.
+        shares = [f**2 / (f**2 + x**2) for f, x in zip(self.floors, uncertain, strict=True)]
+        self._weights = np.concatenate([np.sqrt(x / np.mean(x)) for x in shares])
+        self.rows = self.weighted(a.observed - self.right)
+        self.before = self.squares(self.rows)
+
+    def weighted(self, rows: Array) -> Array:
+        """Rows, shape (n,) or (n, U), each with its weight."""
+        found: Array = (rows.T * self._weights).T
+        return found
+
+    def squares(self, rows: Array) -> Array:
+        """Mean square of each block, that of the digits included."""
+        parts = blocks_of(self.accelerations.block, rows)
+        return np.array([np.mean(x**2) for x in parts]) + np.square(self.floors)
+
+    def relief(self, rows: Array) -> float:
+        """Factor by which the blocks fall if so much remains."""
+        with np.errstate(all="ignore"):
+            found = float(np.exp(np.mean(np.log(self.before / self.squares(rows))) / 2))
+        return found if np.isfinite(found) else 0.0
+
+    def left_by(self, accelerations: Array) -> Array:
+        """What remains if a program has these accelerations."""
+        return self.weighted(self.accelerations.observed - accelerations)
+
+    def normal(self, rows: Array, slopes: Array) -> Blocks:
+        """Normal equations of terms, shape (n, U)."""
+        block = self.accelerations.block
+        return blocks(blocks_of(block, rows), blocks_of(block, slopes), self.floors)
+
+    def is_shown(self) -> bool:
+        """Whether digits and spacing leave little enough to judge the equations."""
+        sizes = [
+            float(np.sqrt(np.mean(x**2)))
+            for x in blocks_of(self.accelerations.block, self.accelerations.observed)
+        ]
+        above, share = _T.shows
+        floors = np.array(self.floors)
+        resolved = np.exp(np.mean(np.log(np.sqrt(self.before) / floors))) > above
+        return bool(resolved or np.median(floors / np.maximum(sizes, floors)) < share)
+
+
+def _known(remainder: _Remainder, library: Sequence[Mistake]) -> tuple[Cause, ...]:
+    """Mistakes of the library, alone and two together."""
+    a = remainder.accelerations
+    alone = {m.code: a.of(apply(a.program, (m,))) for m in library}
+    relief = {m.code: remainder.relief(remainder.left_by(alone[m.code])) for m in library}
+    ranked = sorted((m for m in library if relief[m.code] > 1.0), key=lambda m: -relief[m.code])
+    singles = [Cause((m,), {}, {}, relief[m.code]) for m in ranked]
+    pairs = []
+    for i, first in enumerate(ranked[: _T.rivals]):
+        for second in ranked[i + 1 :]:
+            # What two mistakes add is nearly the sum of what each does.
+            both = alone[first.code] + alone[second.code] - remainder.right
+            about = remainder.relief(remainder.left_by(both))
+            if about > _T.further * relief[first.code]:
+                pairs.append((about, first, second))
+    pairs.sort(key=lambda x: -x[0])
+    together = []
+    for _, first, second in pairs[: _T.rivals]:
+        pair = tuple(m for m in library if m in (first, second))
+        exact = remainder.relief(remainder.left_by(a.of(apply(a.program, pair))))
+        if exact > _T.further * max(relief[first.code], relief[second.code]):
+            together.append(Cause(pair, {}, {}, exact))
+    found = sorted([*singles, *together], key=lambda c: -c.relief)
+    least = _T.kept * found[0].relief if found else 0.0
+    return tuple(c for c in found if c.relief > least)
+
+
+def _fitted(remainder: _Remainder, worth: float) -> tuple[Cause, ...]:
+    """The fewest unknowns that explain far more than the library does."""
+    a = remainder.accelerations
+    slopes = remainder.weighted(a.slopes(a.program))
+    normal = remainder.normal(remainder.rows, slopes)
+    best: list[Cause] = []
+    for size in (1, 2, 3):
+        first = best_subsets(normal, size, _T.rivals // size)
+        known = max(best[0].relief if best else 1.0, worth)
+        if first.gains[0] < (_T.promise if size == 1 else _T.further * known):
+            continue
+        found = [
+            _refined(remainder, [UNKNOWNS[i] for i in members], x)
+            for members, x in zip(first.members, first.changes, strict=True)
+        ]
+        found.sort(key=lambda c: -c.relief)
+        if not found or found[0].relief < _T.further * known:
+            continue
+        best = [c for c in found if 2.0 * c.relief > found[0].relief]
+    return tuple(best)
+
+
+def _refined(remainder: _Remainder, names: Sequence[str], start: Array) -> Cause:
+    """By Gauss and Newton's method, from changes to first order."""
+    a = remainder.accelerations
+    best, x = Cause((), {}, {}, 0.0), start
+    for _ in range(_T.steps):
+        program = changed(a.program, dict(zip(names, x.tolist(), strict=True)))
+        rows = remainder.left_by(a.of(program))
+        relief = remainder.relief(rows)
+        if relief <= best.relief:
+            break
+        slopes = remainder.weighted(a.slopes(program, names))
+        normal = remainder.normal(rows, slopes)
+        uncertain = _uncertain(normal, remainder.squares(rows))
+        best = Cause(
+            (),
+            dict(zip(names, x.tolist(), strict=True)),
+            dict(zip(names, uncertain.tolist(), strict=True)),
+            relief,
+        )
+        x = x + solve(normal, np.arange(len(names))[None])[0][0]
+    return best
+
+
+def _uncertain(normal: Blocks, left: Array) -> Array:
+    """Changes that would leave twice as much, whatever the others."""
+    weighted = np.einsum("b,bij->ij", 1.0 / left, normal.products) / len(left)
+    size = np.sqrt(np.maximum(np.diagonal(weighted), np.finfo(np.float64).tiny))
+    inverse = np.linalg.pinv(weighted / np.outer(size, size), hermitian=True)
+    found: Array = np.sqrt(3.0 * np.diagonal(inverse)) / size
+    return found

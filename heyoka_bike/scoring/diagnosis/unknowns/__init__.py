@@ -1,1 +1,0 @@
-"""Parameters and starts whose other values explain a file."""
