@@ -1,6 +1,6 @@
 """The command line: ``heyoka-bike`` and ``python -m heyoka_bike``.
 
-Each command is a module of `commands` with ``add_parser`` and ``run``; heavy imports happen in
+Each command is a module, see `registry`, with ``add_parser`` and ``run``; heavy imports happen in
 ``run``, so that ``--help`` is quick.
 """
 
@@ -8,8 +8,7 @@ import argparse
 import gc
 import os
 import sys
-from collections.abc import Sequence
-from importlib import import_module
+from collections.abc import Iterable, Sequence
 from io import TextIOWrapper
 from typing import Any, NoReturn
 
@@ -17,12 +16,8 @@ from heyoka_bike.commands.citation import Cite
 from heyoka_bike.commands.completion import SHELLS, PrintCompletion
 from heyoka_bike.commands.options import add_verbose, telling, using_workers
 from heyoka_bike.errors import BicycleError, Exit, InputError, did_you_mean, printable, unknown_word
+from heyoka_bike.registry import COMMANDS, command
 from heyoka_bike.version import __version__
-
-_COMMANDS = (
-    "generate", "score", "diagnose", "verify", "certify", "linear", "plot", "animate", "export",
-    "bench", "atlas", "leaderboard", "serve", "selfcheck",
-)  # fmt: skip
 
 # These spread their work over threads themselves; those of the linear algebra would only spin.
 _THREADED = ("score", "diagnose")
@@ -76,7 +71,7 @@ class _Parser(argparse.ArgumentParser):
             raise argparse.ArgumentError(action, message)
 
 
-def parser(commands: Sequence[str] = _COMMANDS) -> argparse.ArgumentParser:
+def parser(commands: Iterable[str] = COMMANDS) -> argparse.ArgumentParser:
     """The parser of the command line, of all commands or of some."""
     top = _Parser(
         prog="heyoka-bike",
@@ -95,7 +90,7 @@ def parser(commands: Sequence[str] = _COMMANDS) -> argparse.ArgumentParser:
     )
     subparsers = top.add_subparsers(title="commands", metavar="COMMAND", required=True)
     for name in commands:
-        import_module(f"heyoka_bike.commands.{name}").add_parser(subparsers)
+        command(name).add_parser(subparsers)
         add_verbose(subparsers.choices[name])
     return top
 
@@ -113,8 +108,8 @@ def main(argv: Sequence[str] | None = None) -> int:
             # Read when NumPy is imported.
             os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     # Of one command the others need not be imported.
-    asked = [word for word in words[:1] if word in _COMMANDS]
-    top = parser(asked or _COMMANDS)
+    asked = [word for word in words[:1] if word in COMMANDS]
+    top = parser(asked or COMMANDS)
     try:
         try:
             arguments = top.parse_args(words or ["--help"], argparse.Namespace(words=words))
