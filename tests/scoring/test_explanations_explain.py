@@ -14,7 +14,6 @@ from heyoka_bike.scoring.diagnosis.remainder import (
     too_large,
     written_wrongly,
 )
-from heyoka_bike.scoring.diagnosis.unknowns.estimation import _distinct
 
 PLACES = [(n, key) for n in (1, 2, 3) for key in LATERAL]
 
@@ -107,8 +106,3 @@ def test_a_first_row_contradicts_what_starts_otherwise(written, expected):
     assert found == expected
     # A file that begins later says nothing.
     assert contradicted(time + 1, columns(*written), right, wrong, {"roll_rate": 1e-9}) is None
-
-
-def test_a_set_of_unknowns_is_refined_once_whatever_its_order():
-    starts = {(3, 7, 1): np.array([1.0, 2.0, 3.0]), (1, 3, 7): np.zeros(3), (1, 3): np.zeros(2)}
-    assert [members for members, _ in _distinct(starts)] == [(3, 7, 1), (1, 3)]

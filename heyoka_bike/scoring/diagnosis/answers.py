@@ -6,6 +6,7 @@ from typing import Any
 
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.bicycle.parameters import PARAMETERS
+from heyoka_bike.errors import GENERATE
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.reference.sensitivities import UNKNOWNS
 from heyoka_bike.scoring.column_score import ColumnScore
@@ -70,6 +71,8 @@ def findings(
         first = [f for f in first if f.code != "another_start"]
     else:
         found += _without_cause(diagnosis, report, known, columns, first)
+    if diagnosis.unsimulated:
+        found.insert(0, _without_heyoka(diagnosis))
     return (*first, *found)
 
 
@@ -110,6 +113,7 @@ def _without_cause(
     if not any(f.code == numerical.TOO_FAR for f in shape):
         # What has hardly anything of the motion left has no direction either.
         found += _towards(diagnosis)
+    found += _open(diagnosis)
     wrong_model = _not_the_integrator(diagnosis, columns)
     if any(f.code == "interpolated_output" for f in shape):
         wrong_model = []
@@ -155,6 +159,28 @@ def _linearised(found: Hypothesis) -> Finding:
             "after": _evidence(found.after),
         },
     )
+
+
+def _open(diagnosis: Diagnosis) -> list[Finding]:
+    """That there is a force or a term which nothing explains."""
+    causes = diagnosis.causes
+    if causes is None or not causes.is_open or causes.is_blown_up:
+        return []
+    names = {"roll": 0.0, "steer": 0.0, "speed": 0.0} | dict(causes.shares)
+    where = max(names, key=names.__getitem__)
+    return [
+        Finding(
+            "term_unexplained",
+            "A force or a term is missing, or one too many, and it is none that is known here: in "
+            "the exact equations of motion the file's own motion leaves "
+            f"{100 * names['roll']:.2g} % of the roll acceleration and "
+            f"{100 * names['steer']:.2g} % of the steer acceleration, {causes.above:.2g} times "
+            "what its rates are off from the slopes of its angles, where errors of integrators are "
+            f"as large. Look at the equation of {where} first, and at what acts beside gravity",
+            Severity.WARNING,
+            {"shares": names, "above": causes.above},
+        )
+    ]
 
 
 def _towards(diagnosis: Diagnosis) -> list[Finding]:
@@ -307,6 +333,17 @@ def _as_evidence(x: Found) -> dict[str, Any]:
         "instead_of": x.right,
         "unit": _UNITS[x.name],
     }
+
+
+def _without_heyoka(diagnosis: Diagnosis) -> Finding:
+    said = ", and ".join(_changed(m.found) if m.found else m.says for m in diagnosis.unsimulated)
+    return Finding(
+        "not_tried",
+        f"The equations of motion speak for this: {said}. Programs that do so were not simulated, "
+        f"as heyoka is not installed ({GENERATE} on Linux, or conda install heyoka.py)",
+        Severity.WARNING,
+        {"mistakes": [m.code for m in diagnosis.unsimulated]},
+    )
 
 
 def _evidence(typical: Any) -> dict[str, float]:

@@ -25,7 +25,7 @@ from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.alignment import HALF, Part
 from heyoka_bike.scoring.diagnosis.mistakes.hypothesis import Hypothesis
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
-from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, Mistake, in_order
+from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, Mistake, apply, in_order
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS, has_constant_speed
 from heyoka_bike.scoring.diagnosis.mistakes.search import ROUNDOFF, Search
@@ -33,6 +33,7 @@ from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.scoring.diagnosis.programs.stepping import Stepping
 from heyoka_bike.scoring.diagnosis.residual.causes import Causes
 from heyoka_bike.scoring.diagnosis.residual.fitted import other_values
+from heyoka_bike.scoring.diagnosis.residual.shooting import FURTHER
 from heyoka_bike.scoring.report import Curve
 
 __all__ = ["Diagnosis", "Hypothesis", "rank"]
@@ -87,6 +88,8 @@ class Diagnosis:
         How many hypotheses were tried.
     causes : Causes or None
         What the equations of motion say of the file's own motion; None where it does not show it.
+    unsimulated : tuple of Mistake
+        What the equations of motion speak for most, if no simulator here has such forces.
     energy_level : float or None
         Change of the file's own energy, see `remainder.energy_level`.
     curves : tuple of Curve
@@ -100,6 +103,7 @@ class Diagnosis:
     towards: tuple[Hypothesis, ...]
     tried: int
     causes: Causes | None = None
+    unsimulated: tuple[Mistake, ...] = ()
     energy_level: float | None = None
     curves: tuple[Curve, ...] = ()
     units: Mapping[str, str] = field(default_factory=dict)
@@ -148,9 +152,10 @@ def rank(
         if pairs:
             best = max([*singles, *pairs], key=lambda h: h.gain)
             pairs += tried.judged(_with_one_replaced(best, ranked[:_RIVALS]))
+    singles = _with_fewest_values(singles)
     classes, towards = _classes(tried.search, singles, pairs)
-    if not classes and causes:
-        start = tried.search.start(causes.motions)
+    if not classes and causes and tried.search.is_quick:
+        start = tried.search.shooting(causes.motions).start()
         if start is not None:
             singles += tried.judged([(start,)])
             classes, towards = _classes(tried.search, singles, pairs)
@@ -160,26 +165,47 @@ def rank(
         towards=towards,
         tried=len(singles) + len(pairs) + (len(equations) if causes else 0),
         causes=causes,
+        unsimulated=_unsimulated(causes, simulator) if causes and not classes else (),
         energy_level=tried.search.energy_level,
         curves=tried.search.curves(classes[0][0]) if classes else (),
         units=tried.search.units_beside(classes[0][0]) if classes else {},
     )
 
 
+def _with_fewest_values(singles: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Without fits that explain less than three times what fits of fewer values do."""
+    gain: dict[int, float] = {}
+    for h in singles:
+        gain[len(h.found)] = max(gain.get(len(h.found), 0.0), h.gain)
+    return [
+        h for h in singles if all(h.gain > FURTHER * gain[n] for n in gain if 0 < n < len(h.found))
+    ]
+
+
 def _of_causes(causes: Causes, search: Search) -> list[tuple[Mistake, ...]]:
     """Programs that the equations of motion speak for."""
     known = [c for c in causes.known if c.relief > causes.least]
     fitted = [c for c in causes.fitted if c.relief > causes.least]
+    shooting = search.shooting(causes.motions)
     named = [c.mistakes for c in known[:_SIMULATED]]
     # Each of two mistakes is tried alone, too.
     return [
         *dict.fromkeys((m,) for mistakes in named for m in mistakes),
         *(mistakes for mistakes in named if len(mistakes) > 1),
         *(
-            (other_values(search.refined(c, causes.motions), causes.program),)
+            (other_values(shooting.refined(c) if search.is_quick else c, causes.program),)
             for c in fitted[:_SIMULATED]
         ),
     ]
+
+
+def _unsimulated(causes: Causes, simulator: Simulator) -> tuple[Mistake, ...]:
+    """The cause that explains most, if it is a force or a term and these are not simulated."""
+    best = max((*causes.known, *causes.fitted), key=lambda c: c.relief, default=None)
+    if best is None or simulator.has_forces or best.relief < causes.least:
+        return ()
+    made = best.mistakes or (other_values(best, causes.program),)
+    return made if apply(causes.program, made).amounts else ()
 
 
 class _Tried:

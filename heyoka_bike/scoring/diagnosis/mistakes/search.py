@@ -5,14 +5,13 @@ simulation's own error cancels.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from heyoka_bike.bicycle.columns import COLUMNS, COMPARED, LATERAL
+from heyoka_bike.bicycle.columns import COLUMNS, LATERAL
 from heyoka_bike.bicycle.equations.reduced import Equations
-from heyoka_bike.bicycle.parameters import START, Bicycle
+from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
@@ -28,9 +27,8 @@ from heyoka_bike.scoring.diagnosis.mistakes.proposals import (
     times_on_another_scale,
 )
 from heyoka_bike.scoring.diagnosis.programs.linear import linear_columns
-from heyoka_bike.scoring.diagnosis.programs.program import changed
 from heyoka_bike.scoring.diagnosis.programs.simulator import Motion, Simulator
-from heyoka_bike.scoring.diagnosis.programs.start import STATE, Start, initial_state, on_the_floor
+from heyoka_bike.scoring.diagnosis.programs.start import Start, initial_state, on_the_floor
 from heyoka_bike.scoring.diagnosis.remainder import (
     Place,
     energy_level,
@@ -38,14 +36,10 @@ from heyoka_bike.scoring.diagnosis.remainder import (
     too_large,
     written_wrongly,
 )
-from heyoka_bike.scoring.diagnosis.residual.causes import Cause, Causes, find_causes
-from heyoka_bike.scoring.diagnosis.residual.fitted import other_start
-from heyoka_bike.scoring.diagnosis.residual.observed import STATE as KEYS
-from heyoka_bike.scoring.diagnosis.residual.observed import Observed, observe
-from heyoka_bike.scoring.diagnosis.residual.shooting import Errors, shoot, size_of, uncertain
-from heyoka_bike.scoring.diagnosis.residual.starts import find_start
+from heyoka_bike.scoring.diagnosis.residual.causes import Causes, find_causes
+from heyoka_bike.scoring.diagnosis.residual.observed import Observed, observe, readings
+from heyoka_bike.scoring.diagnosis.residual.shooting import Shooting
 from heyoka_bike.scoring.diagnosis.residual.terms import Accelerations
-from heyoka_bike.scoring.diagnosis.residual.terms import size_of as size_of_unknown
 from heyoka_bike.scoring.report import Curve
 from heyoka_bike.scoring.units import factor
 
@@ -96,6 +90,11 @@ class Search:
         self._understood[()], self._correct_typical = self._typical(self._compared)
         self._floors = self._floors_in_scales()
         self.energy_level = energy_level(parts, self._understood[()])
+
+    @property
+    def is_quick(self) -> bool:
+        """Whether a few motions take milliseconds."""
+        return self._simulator.has_forces
 
     @property
     def lanes(self) -> int:
@@ -229,88 +228,24 @@ class Search:
 
     def causes(self, library: Sequence[Mistake]) -> Causes | None:
         """What explains the file's accelerations; None where it does not show its motion."""
-        bicycle = self._correct.bicycle
-        usual = self._understood[()]
-        # Beside the correct motion a file of another may seem to have other definitions.
-        readings = [usual, {key: replace(u, column=COMPARED[key][0]) for key, u in usual.items()}]
+        equations = Equations.binary64(self._correct.bicycle)
         found: list[Causes] = []
-        for understood in readings[: 1 if readings[0] == readings[1] else 2]:
-            seen = [observe(p, understood, Equations.binary64(bicycle)) for p in self._parts]
+        tried: list[Mapping[str, Understanding]] = []
+        for understood in readings(self._parts, self._understood[()]):
+            if understood in tried:
+                continue
+            tried.append(understood)
+            seen = [observe(p, understood, equations) for p in self._parts]
             motions = [m for m in seen if m is not None]
             if motions:
                 found.append(find_causes(Accelerations(motions, self._correct), library, motions))
+                if not found[-1].is_open:
+                    break
         return max(found, key=lambda c: c.most, default=None)
 
-    def start(self, motions: Sequence[Observed]) -> Mistake | None:
-        """The start that the file has, if it is another one, by the right equations."""
-        found = []
-        for motion in motions:
-            state = self._start_of(self._correct, motion.number)
-            given = {name: state[STATE.index(name)] for name in START}
-            number = motion.number
-
-            def program(x: Array, number: int = number) -> Program:
-                added = tuple(zip((STATE.index(n) for n in START), x.tolist(), strict=True))
-                starts = self._correct.starts
-                changed_start = replace(starts[number], added=added)
-                return replace(self._correct, starts={**starts, number: changed_start})
-
-            found += find_start(motion, given, self._errors([motion], program))
-        return other_start(found) if found else None
-
-    def refined(self, cause: Cause, motions: Sequence[Observed]) -> Cause:
-        """A cause with values whose simulated motions are nearest to the file's."""
-        names = list(cause.changes)
-
-        def program(x: Array) -> Program:
-            return changed(self._correct, dict(zip(names, x.tolist(), strict=True)))
-
-        sizes = np.array([size_of_unknown(self._correct.bicycle, name) for name in names])
-        errors = self._errors(motions, program)
-        (before,) = errors([np.array(list(cause.changes.values()))])
-        x, left, slopes = shoot(errors, np.array(list(cause.changes.values())), sizes)
-        if not size_of(left) < size_of(before):
-            return cause
-        off = uncertain(left, slopes)
-        return replace(
-            cause,
-            changes=dict(zip(names, x.tolist(), strict=True)),
-            uncertain=dict(zip(names, off.tolist(), strict=True)),
-        )
-
-    def _errors(self, motions: Sequence[Observed], program: Callable[[Array], Program]) -> Errors:
-        """What programs leave of the file's states, in the scales of each column."""
-        rows = [spread(len(m.time), _COMPARED) for m in motions]
-        written = [
-            np.array([m.state[k][r] for k in KEYS]) for m, r in zip(motions, rows, strict=True)
-        ]
-        scales = [np.sqrt(np.mean(w**2, axis=1, keepdims=True)) for w in written]
-
-        def errors(several: Sequence[Array]) -> list[Array]:
-            asked = []
-            for p in map(program, several):
-                for m, r in zip(motions, rows, strict=True):
-                    start = self._start_of(p, m.number)
-                    asked.append(Motion(p.bicycle, start, m.time[r], dict(p.amounts)))
-            made = iter(self._simulator.run_all(asked))
-            return [
-                np.concatenate(
-                    [
-                        np.pad(
-                            np.nan_to_num((np.array([x[k] for k in KEYS]) - w) / s, nan=1.0),
-                            ((0, 0), (0, _COMPARED - w.shape[1])),
-                        )
-                        for w, s, x in zip(written, scales, made, strict=False)
-                    ]
-                )
-                for _ in several
-            ]
-
-        return errors
-
-    def _start_of(self, program: Program, number: int) -> tuple[float, ...]:
-        p = {s: float(x) for s, x in program.bicycle.values.items()}
-        return on_the_floor(program.bicycle, initial_state(p, program.starts[number]))
+    def shooting(self, motions: Sequence[Observed]) -> Shooting:
+        """Whole runs of changed programs, compared with the motions of the file."""
+        return Shooting(motions, self._correct, self._simulator)
 
     def curves(self, h: Hypothesis) -> tuple[Curve, ...]:
         """What a hypothesis leaves, in the column of each maneuver that it explains best."""

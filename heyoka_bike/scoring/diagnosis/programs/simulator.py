@@ -95,8 +95,8 @@ class Simulator:
     ----------
     lanes : int
         Motions that are stepped together.
-    is_quick : bool
-        Whether a motion alone takes little time, so that parameters can be fitted by many.
+    has_forces : bool
+        Whether it has motions of equations without a term, and with other forces.
 
     Raises
     ------
@@ -106,7 +106,7 @@ class Simulator:
 
     # Two vectors of four, or one of eight.
     lanes = 8
-    is_quick = True
+    has_forces = True
 
     def __init__(self) -> None:
         self._hy = hy = require_heyoka()

@@ -38,7 +38,7 @@ class Stepping(Simulator):
     """
 
     lanes = 300
-    is_quick = False
+    has_forces = False
 
     def __init__(self) -> None:
         self._arithmetic = Multiprecision(DIGITS)

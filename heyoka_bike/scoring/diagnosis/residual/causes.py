@@ -31,19 +31,18 @@ class _Thresholds:
     least, least_of_one
         Relief of a cause in a file of several maneuvers, and of one: of 24 and 24 files of correct
         programs the most is 1.4 and 3.0.
+    above
+        What remains of the equations is so many times what the rates are off from the slopes of the
+        angles where a force is missing: in files of correct programs up to 152 (IDA, which solves
+        for the rates), in those of engines that slip and yield up to 662.
+    explained
+        A cause that leaves more of it is not the whole one.
+    blown_up
+        Where the rates are off by more than so much of themselves.
     further
-        Each further unknown must explain so many times more: of correct programs the second and
-        third explain up to 1.6 times more.
-    spacing
-        Rows so near to each other show all of a motion [s]: the castering mode decays at 25 1/s.
-    shows
-        What remains must be so many times what the digits leave, or these so small a part of the
-        accelerations, for the equations to be judged at all: a missing term of the library is 1e-4
-        of them or more.
-    kept
-        Causes that explain less than this part of what the best one does are no rivals.
-    rivals
-        Causes alone that are joined with others.
+        What is fitted must explain so many times more than the library does, each further unknown
+        so many times more, and two mistakes than each of them. Errors of correct programs in one
+        maneuver (explicit Euler, h = 0.005) are explained by two unknowns up to 4.8 times.
     promise
         To first order an unknown must explain so much, be its change large: of correct programs of
         three maneuvers the best explains up to 1.4 times.
@@ -53,6 +52,9 @@ class _Thresholds:
 
     least: float = 2.0
     least_of_one: float = 4.0
+    above: float = 1000.0
+    explained: float = 10.0
+    blown_up: float = 0.3
     further: float = 3.0
     spacing: float = 0.03
     shows: tuple[float, float] = (30.0, 1e-5)
@@ -63,6 +65,9 @@ class _Thresholds:
 
 
 _T = _Thresholds()
+
+EQUATIONS = ("roll", "steer", "speed")
+"""Whose accelerations the blocks of a maneuver are, in order."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,12 +101,15 @@ class Causes:
     known : tuple of Cause
         Of the library, alone and two together.
     fitted : tuple of Cause
-        Of one, two and three unknowns, the fewest that each explain far more; the file cannot
-        tell the others from the first. Empty if none explains anything.
+        Of one, two and three unknowns, the fewest that explain far more; the file cannot tell the
+        others from the first. Empty if none explains more than the library does.
     motions : sequence of Observed
         Of the file, as they were understood.
     program : Program
         The right one.
+    shares : mapping of str to float
+        What remains of the accelerations of roll, steer and speed, in parts of them: the largest
+        of the maneuvers.
     above
         How much more remains than the file's own rates are off from the slopes of its angles, both
         in parts of what they are: errors of integrators are in both.
@@ -115,9 +123,21 @@ class Causes:
     fitted: tuple[Cause, ...]
     motions: Sequence[Observed]
     program: Program
+    shares: Mapping[str, float]
     above: float
     most: float
     is_shown: bool
+
+    @property
+    def is_blown_up(self) -> bool:
+        """Whether rates and angles have nothing to do with each other."""
+        return max(m.inconsistency() for m in self.motions) > _T.blown_up
+
+    @property
+    def is_open(self) -> bool:
+        """Whether there is a force or a term that no cause explains, and no integrator makes."""
+        explained = max((c.relief for c in (*self.known, *self.fitted)), default=1.0)
+        return self.above > _T.above and explained < _T.explained
 
     @property
     def least(self) -> float:
@@ -141,7 +161,7 @@ def find_causes(
     remainder = _Remainder(accelerations)
     known = _known(remainder, library)
     worth = known[0].relief if known else 1.0
-    fitted = _fitted(remainder, worth)
+    fitted = _fitted(remainder, worth, several=len(motions) > 1)
     most = max([worth, *(c.relief for c in fitted)])
     size = float(np.exp(np.mean(np.log(remainder.before)) / 2))
     return Causes(
@@ -149,6 +169,7 @@ def find_causes(
         fitted=fitted,
         motions=motions,
         program=accelerations.program,
+        shares={name: float(np.max(remainder.shares[k::3])) for k, name in enumerate(EQUATIONS)},
         above=_above(remainder, motions),
         most=most / size,
         is_shown=remainder.is_shown()
@@ -157,8 +178,7 @@ def find_causes(
 
 
 def _above(remainder: _Remainder, motions: Sequence[Observed]) -> float:
-    blocks = blocks_of(remainder.accelerations.block, remainder.accelerations.observed)
-    shares = np.sqrt(remainder.before) / np.array([_rms(x) for x in blocks])
+    shares = remainder.shares
     # Those of roll and steer: where the speed hardly changes it says little.
     return float(
         max(
@@ -185,6 +205,8 @@ class _Remainder:
         self._weights = np.concatenate([np.sqrt(x / np.mean(x)) for x in shares])
         self.rows = self.weighted(a.observed - self.right)
         self.before = self.squares(self.rows)
+        sizes = [_rms(x) for x in blocks_of(a.block, a.observed)]
+        self.shares = np.sqrt(self.before) / sizes
 
     def weighted(self, rows: Array) -> Array:
         """Rows, shape (n,) or (n, U), each with its weight."""
@@ -213,14 +235,11 @@ class _Remainder:
 
     def is_shown(self) -> bool:
         """Whether digits and spacing leave little enough to judge the equations."""
-        sizes = [
-            float(np.sqrt(np.mean(x**2)))
-            for x in blocks_of(self.accelerations.block, self.accelerations.observed)
-        ]
         above, share = _T.shows
-        floors = np.array(self.floors)
-        resolved = np.exp(np.mean(np.log(np.sqrt(self.before) / floors))) > above
-        return bool(resolved or np.median(floors / np.maximum(sizes, floors)) < share)
+        resolved = np.sqrt(self.before) / self.floors
+        return bool(
+            np.exp(np.mean(np.log(resolved))) > above or np.median(self.shares / resolved) < share
+        )
 
 
 def _known(remainder: _Remainder, library: Sequence[Mistake]) -> tuple[Cause, ...]:
@@ -250,25 +269,29 @@ def _known(remainder: _Remainder, library: Sequence[Mistake]) -> tuple[Cause, ..
     return tuple(c for c in found if c.relief > least)
 
 
-def _fitted(remainder: _Remainder, worth: float) -> tuple[Cause, ...]:
-    """The fewest unknowns that explain far more than the library does."""
+def _fitted(remainder: _Remainder, worth: float, *, several: bool) -> tuple[Cause, ...]:
+    """The fewest unknowns that explain far more than the library does.
+
+    Told whether there are several maneuvers: errors in one alone resemble more.
+    """
     a = remainder.accelerations
     slopes = remainder.weighted(a.slopes(a.program))
     normal = remainder.normal(remainder.rows, slopes)
     best: list[Cause] = []
     for size in (1, 2, 3):
         first = best_subsets(normal, size, _T.rivals // size)
-        known = max(best[0].relief if best else 1.0, worth)
+        # Numbers that are fitted always fit something, the more the more of them there are.
+        chance = _T.further ** (size - 1) * (1.0 if several else _T.further)
+        known = max([worth, chance, *(c.relief for c in best)])
         if first.gains[0] < (_T.promise if size == 1 else _T.further * known):
             continue
         found = [
             _refined(remainder, [UNKNOWNS[i] for i in members], x)
             for members, x in zip(first.members, first.changes, strict=True)
         ]
-        found.sort(key=lambda c: -c.relief)
-        if not found or found[0].relief < _T.further * known:
-            continue
-        best = [c for c in found if 2.0 * c.relief > found[0].relief]
+        most = max(c.relief for c in found)
+        if most > _T.further * known:
+            best = [c for c in found if 2.0 * c.relief > most]
     return tuple(best)
 
 

@@ -7,12 +7,13 @@ than the derivative at a row, and as well at any spacing that resolves the motio
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import make_interp_spline
 
+from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.bicycle.equations.initial import pitch_on_the_floor
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.numbers.double import Array
@@ -73,6 +74,37 @@ class Observed:
         off = np.sqrt(np.mean(self.kinematic**2, axis=1))
         known = np.median(self.kinematic_uncertain, axis=1)
         return float(np.max(np.maximum(off, known) / size))
+
+
+def readings(
+    parts: Sequence[Part], understood: Mapping[str, Understanding]
+) -> Iterator[Mapping[str, Understanding]]:
+    """Ways to understand a file, the likeliest by the correct motion first.
+
+    Beside the correct motion the file of another one may seem to have other definitions and signs.
+    Rates follow their angles.
+    """
+    yield understood
+    plain = {key: replace(u, column=COMPARED[key][0]) for key, u in understood.items()}
+    yield plain
+    for angle, rate in (("roll_angle", "roll_rate"), ("steer_angle", "steer_rate")):
+        if angle in plain and rate in plain and _turns_back(parts, plain, angle, rate):
+            plain = plain | {rate: replace(plain[rate], sign=-plain[rate].sign)}
+    yield plain
+    turned = [key for key in ("steer_angle", "steer_rate") if key in plain]
+    yield plain | {key: replace(plain[key], sign=-plain[key].sign) for key in turned}
+
+
+def _turns_back(
+    parts: Sequence[Part], understood: Mapping[str, Understanding], angle: str, rate: str
+) -> bool:
+    """Whether an angle mostly falls where its rate says that it grows."""
+    total = 0.0
+    for part in parts:
+        if angle in part.values and rate in part.values and len(part.time) > 1:
+            slope = np.gradient(_si(part, understood, angle), part.time)
+            total += float(np.nansum(np.sign(slope) * np.sign(_si(part, understood, rate))))
+    return total < 0.0
 
 
 def observe(

@@ -1,59 +1,206 @@
 """Values whose simulated motions are those of a file: Gauss and Newton's method on whole runs.
 
 The values are those of a few parameters and forces, which the equations of motion gave along the
-file's own motion, or the starts of the maneuvers, of which a file's equations say nothing. What is
-minimised is the sum of the logarithms of what is left in the columns of each maneuver.
+file's own motion, or the start of a maneuver, of which its equations say nothing. What is minimised
+is the sum of the logarithms of what is left in roll, steer, their rates and the speed of each
+maneuver, each in parts of its size.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
+from heyoka_bike.bicycle.parameters import PARAMETERS, START
 from heyoka_bike.numbers.double import Array
+from heyoka_bike.scoring.alignment import spread
+from heyoka_bike.scoring.diagnosis.programs.program import Found, Mistake, Program, changed
+from heyoka_bike.scoring.diagnosis.programs.simulator import Motion, Simulator
+from heyoka_bike.scoring.diagnosis.programs.start import STATE, initial_state, on_the_floor
+from heyoka_bike.scoring.diagnosis.residual.causes import Cause
+from heyoka_bike.scoring.diagnosis.residual.fitted import other_start
+from heyoka_bike.scoring.diagnosis.residual.linear_fits import Blocks, best_subsets, blocks, solve
+from heyoka_bike.scoring.diagnosis.residual.observed import STATE as KEYS
+from heyoka_bike.scoring.diagnosis.residual.observed import Observed
+from heyoka_bike.scoring.diagnosis.residual.terms import size_of
 
-Errors = Callable[[Sequence[Array]], list[Array]]
-"""From several sets of values to what each leaves, shape (blocks, rows), in the blocks' scales."""
-
+# Each further value must explain so many times more, and there are so many at the most.
+FURTHER, _MOST = 3.0, 3
+# By how much the right start of one maneuver must be better than the one that is given: errors of
+# correct programs are explained by a factor of up to 9 by one value of it, and 30 by three.
+_START = 25.0
 _STEPS = 4
+_COMPARED = 251
 # Of a value's size, for derivatives by differences.
 _SHIFT = 1e-6
-# Blocks are told from zero down to here; a step that is smaller changes nothing.
-_SMALL = 1e-12
+# Nothing is seen of a column, or of a step, below this part.
+_NOTHING = 1e-12
+# The start is read off these rows, by a cubic: the first may be as given, whatever was computed.
+_BEGINNING = slice(1, 5)
+
+Errors = Callable[[Sequence[Array]], list[Array]]
+"""From several sets of values to what each leaves, shape (blocks, rows)."""
 
 
-def shoot(errors: Errors, x: Array, sizes: Array) -> tuple[Array, Array, Array]:
+class Shooting:
+    """Whole runs of changed programs, compared with the motions of a file."""
+
+    def __init__(self, motions: Sequence[Observed], right: Program, simulator: Simulator) -> None:
+        self._motions, self._right, self._simulator = motions, right, simulator
+
+    def refined(self, cause: Cause) -> Cause:
+        """A cause with the values that whole runs show, and further ones if they show more."""
+        best, left = self._of_values(cause.changes)
+        while len(best.changes) < _MOST:
+            tried = [self._of_values(changes) for changes in self._further(best.changes)]
+            further, rest = min(tried, key=lambda x: x[1], default=(best, left))
+            if not FURTHER * rest < left:
+                break
+            best, left = further, rest
+        return replace(best, relief=cause.relief)
+
+    def _of_values(self, changes: Mapping[str, float]) -> tuple[Cause, float]:
+        """Values nearby that leave least, and how much that is."""
+        names, start = list(changes), np.array(list(changes.values()))
+        x, left, slopes = _shoot(self._errors(names), start, self._sizes(names))
+        found = dict(zip(names, x.tolist(), strict=True))
+        off = dict(zip(names, _uncertain(left, slopes).tolist(), strict=True))
+        return Cause((), found, off, 0.0), _size(left)
+
+    def _further(self, changes: Mapping[str, float]) -> list[dict[str, float]]:
+        """Values with one more, that most promise to explain what these leave."""
+        names = [*changes, *(name for name in PARAMETERS if name not in changes)]
+        known = np.arange(len(changes))
+        x = np.array([changes.get(name, 0.0) for name in names])
+        left, slopes = _derivatives(self._errors(names), x, self._sizes(names))
+        subsets = np.array([[*known, i] for i in range(len(changes), len(names))])
+        steps, gains = solve(_normal(left, slopes), subsets)
+        found = []
+        for i in np.argsort(-gains, kind="stable")[:_MOST]:
+            members = subsets[i]
+            values = zip(members, x[members] + steps[i], strict=True)
+            found.append({names[k]: float(value) for k, value in values})
+        return found
+
+    def _sizes(self, names: Sequence[str]) -> Array:
+        return np.array([size_of(self._right.bicycle, name) for name in names])
+
+    def _errors(self, names: Sequence[str]) -> Errors:
+        return self._left_by(
+            self._motions,
+            lambda x: changed(self._right, dict(zip(names, x.tolist(), strict=True))),
+        )
+
+    def start(self) -> Mistake | None:
+        """The start that the file has, if it is another one, by the right equations."""
+        found = [x for motion in self._motions for x in self._start_of(motion)]
+        return other_start(found) if found else None
+
+    def _start_of(self, motion: Observed) -> list[Found]:
+        """What differs in the start of a maneuver from what is given."""
+        time, n = motion.time, motion.number
+        if time[0] > 2 * (time[1] - time[0]):
+            return []
+        places = [STATE.index(name) for name in START]
+        state = _initial(self._right, n)
+        given = np.array([state[i] for i in places])
+
+        def program(x: Array) -> Program:
+            added = tuple(zip(places, x.tolist(), strict=True))
+            started = replace(self._right.starts[n], added=added)
+            return replace(self._right, starts={**self._right.starts, n: started})
+
+        errors = self._left_by([motion], program)
+        weights = np.linalg.solve(
+            np.vander(time[_BEGINNING], increasing=True).T, np.eye(len(time[_BEGINNING]))[0]
+        )
+        read = np.array([weights @ motion.state[key][_BEGINNING] for key in KEYS])
+        x, left, slopes = _shoot(errors, read - given, np.ones(len(START)))
+        (before,) = errors([np.zeros(len(START))])
+        if not _size(before) > _START * _size(left):
+            return []
+        # As few as will do, to first order around the start that was found.
+        rest = left - slopes @ x
+        normal = _normal(rest, slopes)
+        known, found = _START / FURTHER, []
+        for size in range(1, _MOST + 1):
+            best = best_subsets(normal, size, 1)
+            if best.gains[0] > FURTHER * known:
+                known, members = float(best.gains[0]), best.members[0]
+                part = slopes[:, :, members]
+                off = _uncertain(rest + part @ best.changes[0], part)
+                found = [
+                    Found(f"initial_{START[i]}", n, float(given[i] + dx), float(given[i]), float(u))
+                    for i, dx, u in zip(members, best.changes[0], off, strict=True)
+                ]
+        return found
+
+    def _left_by(self, motions: Sequence[Observed], program: Callable[[Array], Program]) -> Errors:
+        """What programs leave of the states of motions, in parts of each column."""
+        rows = [spread(len(m.time), _COMPARED) for m in motions]
+        written = [_states(m.state, r) for m, r in zip(motions, rows, strict=True)]
+
+        def errors(several: Sequence[Array]) -> list[Array]:
+            asked = [
+                Motion(p.bicycle, _initial(p, m.number), m.time[r], dict(p.amounts))
+                for p in map(program, several)
+                for m, r in zip(motions, rows, strict=True)
+            ]
+            made = iter(self._simulator.run_all(asked))
+            return [np.concatenate([_parts(next(made), w) for w in written]) for _ in several]
+
+        return errors
+
+
+def _initial(program: Program, number: int) -> tuple[float, ...]:
+    p = {s: float(x) for s, x in program.bicycle.values.items()}
+    return on_the_floor(program.bicycle, initial_state(p, program.starts[number]))
+
+
+def _states(columns: Mapping[str, Array], rows: Array | slice = slice(None)) -> Array:
+    return np.array([columns[key][rows] for key in KEYS])
+
+
+def _parts(columns: Mapping[str, Array], written: Array) -> Array:
+    """Errors in parts of each column, shape (5, compared); those after its end are whole."""
+    size = np.sqrt(np.mean(written**2, axis=1, keepdims=True)) + np.finfo(np.float64).tiny
+    error = np.nan_to_num((_states(columns) - written) / size, nan=1.0, posinf=1.0, neginf=1.0)
+    return np.pad(error, ((0, 0), (0, _COMPARED - error.shape[1])))
+
+
+def _shoot(errors: Errors, x: Array, sizes: Array) -> tuple[Array, Array, Array]:
     """Values that leave least, what they leave, and its derivatives, shape (blocks, rows, n)."""
-    best: tuple[Array, Array, Array] | None = None
+    left, slopes = _derivatives(errors, x, sizes)
     for _ in range(_STEPS):
-        here, *moved = errors(
-            [x, *(x + _SHIFT * s * e for s, e in zip(sizes, np.eye(len(x)), strict=True))]
-        )
-        if best is not None and size_of(here) > size_of(best[1]):
-            break
-        slopes = np.stack(
-            [(m - here) / (_SHIFT * s) for m, s in zip(moved, sizes, strict=True)], -1
-        )
-        best = x, here, slopes
-        weights = 1.0 / (np.sqrt(np.mean(here**2, axis=1)) + _SMALL)
+        weights = 1.0 / (np.sqrt(np.mean(left**2, axis=1)) + _NOTHING)
         matrix = (slopes * sizes * weights[:, None, None]).reshape(-1, len(x))
-        step = np.linalg.lstsq(matrix, -(here * weights[:, None]).ravel(), rcond=None)[0]
-        if np.all(np.abs(step) < _SMALL):
+        step = np.linalg.lstsq(matrix, -(left * weights[:, None]).ravel(), rcond=None)[0]
+        rest, there = _derivatives(errors, x + step * sizes, sizes)
+        if not _size(rest) < _size(left):
             break
-        x = x + step * sizes
-    assert best is not None
-    return best
+        x, left, slopes = x + step * sizes, rest, there
+    return x, left, slopes
 
 
-def size_of(left: Array) -> float:
+def _derivatives(errors: Errors, x: Array, sizes: Array) -> tuple[Array, Array]:
+    here, *moved = errors([x, *(x + np.diag(_SHIFT * sizes))])
+    return here, (np.stack(moved, -1) - here[..., None]) / (_SHIFT * sizes)
+
+
+def _normal(left: Array, slopes: Array) -> Blocks:
+    return blocks(list(left), [-j for j in slopes], [_NOTHING] * len(left))
+
+
+def _size(left: Array) -> float:
     """Geometric mean over the blocks of the root mean square that is left."""
-    return float(np.exp(np.mean(np.log(np.mean(left**2, axis=1) + _SMALL**2)) / 2))
+    return float(np.exp(np.mean(np.log(np.mean(left**2, axis=1) + _NOTHING**2)) / 2))
 
 
-def uncertain(left: Array, slopes: Array) -> Array:
+def _uncertain(left: Array, slopes: Array) -> Array:
     """Changes that would leave twice as much, whatever the others are."""
-    squares = np.mean(left**2, axis=1) + _SMALL**2
-    rows = slopes.shape[1]
-    products = np.einsum("bri,brj,b->ij", slopes, slopes, 1.0 / squares) / (rows * len(left))
+    squares = np.mean(left**2, axis=1) + _NOTHING**2
+    rows = slopes.shape[1] * len(left)
+    products = np.einsum("bri,brj,b->ij", slopes, slopes, 1.0 / squares) / rows
     size = np.sqrt(np.maximum(np.diagonal(products), np.finfo(np.float64).tiny))
     inverse = np.linalg.pinv(products / np.outer(size, size), hermitian=True)
     found: Array = np.sqrt(3.0 * np.diagonal(inverse)) / size

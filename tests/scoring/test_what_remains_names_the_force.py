@@ -1,0 +1,158 @@
+"""In the exact equations a right motion leaves nothing, and a wrong one what it lacks."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from support.correct_programs import adaptive, fixed_step
+from support.fixed_steps import Equations as Discretised
+from support.made_results import made
+from support.mistaken_programs import correct, results_of
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.scoring.alignment import align
+from heyoka_bike.scoring.definitions import understand
+from heyoka_bike.scoring.diagnosis.diagnose import diagnose
+from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
+from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
+from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS
+from heyoka_bike.scoring.diagnosis.programs.applied import FORCES
+from heyoka_bike.scoring.diagnosis.programs.incomplete import TERMS, rates_altered, rates_by_force
+from heyoka_bike.scoring.diagnosis.programs.start import initial_state
+from heyoka_bike.scoring.diagnosis.residual.causes import find_causes
+from heyoka_bike.scoring.diagnosis.residual.observed import observe
+from heyoka_bike.scoring.diagnosis.residual.terms import Accelerations
+from heyoka_bike.scoring.reading.results import Results, Rows
+
+LINEAR = {m.code for m in LINEAR_PROGRAMS}
+LIBRARY = [m for m in MISTAKES if m.kind == "model" and m.code not in LINEAR]
+BY_CODE = {m.code: m for m in MISTAKES}
+
+
+@pytest.fixture(scope="module")
+def equations(reference):
+    return Equations.binary64(correct(reference).bicycle)
+
+
+def causes_of(results, reference, equations, *, understood=None):
+    parts = align(results, reference).parts
+    known = understood or understand(parts)
+    motions = [observe(part, known, equations) for part in parts]
+    library = [*LIBRARY, *EQUATION_MISTAKES]
+    return find_causes(Accelerations(motions, correct(reference)), library, motions)
+
+
+def test_the_reference_leaves_nothing(reference, equations):
+    found = causes_of(made(reference), reference, equations)
+    # The derivative of binary64 rows 0.01 s apart, averaged over 0.3 s.
+    assert max(found.shares["roll"], found.shares["steer"]) < 1e-9
+    assert found.is_shown
+    assert not found.is_open
+    assert found.fitted == ()
+    assert all(c.relief < found.least for c in found.known)
+
+
+@pytest.mark.parametrize("code", ["sign_IHxz", "gravity_9.80665", "offset_d1_by_front_radius"])
+def test_a_mistake_of_the_model_is_what_remains(reference, equations, code):
+    found = causes_of(results_of(reference, [BY_CODE[code]]), reference, equations)
+    assert [m.code for m in found.known[0].mistakes] == [code]
+    # Nothing but roundoff of what is seen in six digits or more.
+    assert found.known[0].relief > 1e5
+    assert all(c.relief < 1e-2 * found.known[0].relief for c in found.known[1:])
+    assert found.fitted == ()
+
+
+@pytest.mark.parametrize("code", ["steer_rate_as_roll_rate", "speed_by_front_radius"])
+def test_another_start_leaves_nothing(reference, equations, code):
+    results = results_of(reference, [BY_CODE[code]])
+    found = causes_of(results, reference, equations)
+    assert all(c.relief < found.least for c in found.known)
+    assert not found.is_open
+
+
+@pytest.mark.parametrize("alone", [False, True])
+@pytest.mark.parametrize(
+    ("method", "step"),
+    [
+        ("explicit Euler", 0.005),
+        ("Heun", 0.01),
+        ("RK4", 0.01),
+        ("trapezoidal", 0.01),
+        ("RK23", 1e-4),
+        ("LSODA", 1e-4),
+    ],
+)
+def test_errors_of_integrators_are_explained_by_nothing(reference, equations, method, step, alone):
+    program = Discretised(reference, is_regular=True)
+    is_adaptive = step < 1e-3
+    run = adaptive(program, method, step) if is_adaptive else fixed_step(program, method, step)
+    if alone:
+        run = replace(run, maneuvers=run.maneuvers[1:2])
+    found = causes_of(run, reference, equations)
+    assert found.fitted == ()
+    assert all(c.relief < found.least for c in found.known)
+    # They are in the rates as they are in their derivatives.
+    assert found.above < 10
+
+
+def test_digits_that_were_not_written_are_no_force(reference, equations):
+    def rounded(key, v, number):
+        return np.array([float(f"{x:.6g}") for x in v])
+
+    found = causes_of(made(reference, rounded), reference, equations)
+    assert found.fitted == ()
+    assert all(c.relief < found.least for c in found.known)
+
+
+def test_other_definitions_of_the_columns_are_other_motions_no_forces(reference, equations):
+    """Speed of the contact point along x, roll rate along the tilted axis: the yaw is needed."""
+    names = {
+        "forward_speed": "forward_speed_contact_global_x",
+        "roll_rate": "roll_rate_steer_axes_x",
+    }
+
+    def written(key, v, number):
+        return reference[number].rows[names.get(key, key)]
+
+    found = causes_of(made(reference, written), reference, equations)
+    assert max(found.shares["roll"], found.shares["steer"]) < 1e-8
+
+
+@pytest.mark.parametrize("name", FORCES)
+def test_forces_add_what_the_altered_equations_have(equations, name):
+    random = np.random.default_rng(7)
+    angles, rates = random.uniform(-0.2, 0.2, (3, 5)), random.uniform(-0.5, 0.5, (2, 5))
+    state = [*angles, *rates, np.full(5, 15.0), 0.0]
+    absent = dict.fromkeys((*TERMS, *FORCES), 0.0)
+    right = equations.rates_with_yaw(state)[3:6]
+    altered = rates_altered(equations, state, absent | {name: 0.7})[3:6]
+    added = rates_by_force(equations, state, absent | {name: 0.7})
+    for r, a, x in zip(right, altered, added, strict=True):
+        # Differences of accelerations of some hundred.
+        assert a - r == pytest.approx(x, rel=1e-8, abs=1e-10)
+
+
+def test_a_term_that_nobody_knows_is_told_as_such(reference, equations):
+    """A steer spring that stiffens with the cube of the angle."""
+    program = correct(reference)
+    p = {s: float(x) for s, x in program.bicycle.values.items()}
+    start = np.array(initial_state(p, program.starts[2]))
+    start[5] /= equations.k.length
+    absent = dict.fromkeys((*TERMS, *FORCES), 0.0)
+
+    def slope(t, y):
+        state = list(y)
+        rates = equations.rates_with_yaw(state)
+        added = rates_by_force(equations, state, absent | {"steer_stiffness": 4e3 * y[2] ** 2})
+        return [*rates[:3], *(r + x for r, x in zip(rates[3:6], added, strict=True)), rates[6]]
+
+    time = np.arange(151) / 100
+    run = solve_ivp(slope, (0, 1.5), [*start, 0.0], "DOP853", t_eval=time, rtol=1e-8, atol=1e-11)
+    columns = equations.columns(list(run.y))
+    rows = Rows(2, time, 0 * time, {key: columns[key] for key in BENCHMARK_COLUMNS})
+    said = diagnose(Results("made", "text", (rows,), 17), reference).diagnosis
+    told = next(f for f in said if f.code == "term_unexplained")
+    assert "equation of steer" in told.message
+    assert not {"mistake", "parameters"} & {f.code for f in said}
