@@ -66,8 +66,12 @@ _TOGETHER = 16
 # Causes that are simulated, of each kind.
 _SIMULATED = 6
 
-_OF_MODEL = (*(m for m in MISTAKES if m.kind == "model"), *EQUATION_MISTAKES)
+# Typical error of roll or steer, in scales, for which equations without a term are tried where the
+# file does not show its motion: to compile them takes seconds.
+_SHOWN = 0.01
+
 _LINEAR = {m.code for m in LINEAR_PROGRAMS}
+_OF_MODEL = [m for m in MISTAKES if m.kind == "model" and m.code not in _LINEAR]
 
 Progress = Callable[[float], None]
 """Called with the part of the work that is done, 0 to 1."""
@@ -120,12 +124,12 @@ def rank(
         except MissingPackageError:
             simulator = Stepping()
     tried = _Tried(Search(parts, reference, simulator), progress)
-    equations = [m for m in _OF_MODEL if m.code not in _LINEAR]
-    causes = tried.search.causes(equations)
+    library = [*_OF_MODEL, *EQUATION_MISTAKES]
+    causes = tried.search.causes(library)
     progress(0.2)
     proposed = _of_causes(causes, tried.search) if causes else []
     if not (causes and causes.is_shown):
-        proposed = [*dict.fromkeys([*proposed, *((m,) for m in equations)])]
+        proposed = [*dict.fromkeys([*proposed, *((m,) for m in _OF_MODEL)])]
     singles = tried.judged(
         [
             *(p for p in proposed if len(p) == 1),
@@ -154,6 +158,9 @@ def rank(
             pairs += tried.judged(_with_one_replaced(best, ranked[:_RIVALS]))
     singles = _with_fewest_values(singles)
     classes, towards = _classes(tried.search, singles, pairs)
+    if not classes and not causes and tried.search.is_quick and tried.search.largest > _SHOWN:
+        singles += tried.judged([(m,) for m in EQUATION_MISTAKES])
+        classes, towards = _classes(tried.search, singles, pairs)
     if not classes and causes and tried.search.is_quick:
         start = tried.search.shooting(causes.motions).start()
         if start is not None:
@@ -163,7 +170,7 @@ def rank(
     return Diagnosis(
         classes=classes,
         towards=towards,
-        tried=len(singles) + len(pairs) + (len(equations) if causes else 0),
+        tried=len(singles) + len(pairs) + (len(library) if causes else 0),
         causes=causes,
         unsimulated=_unsimulated(causes, simulator) if causes and not classes else (),
         energy_level=tried.search.energy_level,

@@ -1,7 +1,7 @@
 """Which few unknowns explain an error, to first order: every one, two and three of them.
 
-The error of each column of each maneuver is a *block*. With the sensitivities it is, to first
-order, J x for changes x of the unknowns. What is minimised is the sum of the logarithms of what is
+The errors of a column or an equation in a maneuver are a *block*. They are, to first order, J x
+for changes x of the unknowns. What is minimised is the sum of the logarithms of what is
 left in the blocks, the likelihood if the size of the rest is unknown in each: least squares, with
 each block weighted by the inverse of what it has left, repeated. A thousand subsets are solved at
 once from the blocks' normal equations.
