@@ -10,6 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from heyoka_bike.bicycle.parameters import PARAMETERS, START
 from heyoka_bike.numbers.double import Array
@@ -157,7 +158,7 @@ def _initial(program: Program, number: int) -> tuple[float, ...]:
     return on_the_floor(program.bicycle, initial_state(p, program.starts[number]))
 
 
-def _states(columns: Mapping[str, Array], rows: Array | slice = slice(None)) -> Array:
+def _states(columns: Mapping[str, Array], rows: NDArray[np.intp] | slice = slice(None)) -> Array:
     return np.array([columns[key][rows] for key in KEYS])
 
 
