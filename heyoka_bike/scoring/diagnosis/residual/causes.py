@@ -32,11 +32,9 @@ class _Thresholds:
         Relief of a cause in a file of several maneuvers, and of one: of 24 and 24 files of correct
         programs the most is 1.4 and 3.0.
     above
-        What remains of the equations is so many times what the rates are off from the slopes of the
-        angles where a force is missing: in files of correct programs up to 152 (IDA, which solves
+        What the best cause leaves of the equations is so many times what the rates are off from the
+        slopes of the angles where a force is missing: in files of correct programs up to 152 (IDA, which solves
         for the rates), in those of engines that slip and yield up to 662.
-    explained
-        A cause that leaves more of it is not the whole one.
     blown_up
         Where the rates are off by more than so much of themselves.
     further
@@ -53,7 +51,6 @@ class _Thresholds:
     least: float = 2.0
     least_of_one: float = 4.0
     above: float = 1000.0
-    explained: float = 10.0
     blown_up: float = 0.3
     further: float = 3.0
     spacing: float = 0.03
@@ -137,7 +134,7 @@ class Causes:
     def is_open(self) -> bool:
         """Whether there is a force or a term that no cause explains, and no integrator makes."""
         explained = max((c.relief for c in (*self.known, *self.fitted)), default=1.0)
-        return self.above > _T.above and explained < _T.explained
+        return self.above > _T.above * explained
 
     @property
     def least(self) -> float:
