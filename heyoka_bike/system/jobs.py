@@ -1,11 +1,10 @@
-"""Jobs, and who may carry them out."""
+"""Jobs: work that depends on its arguments alone, for any executor of `concurrent.futures`."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from concurrent.futures import Future
-from contextlib import AbstractContextManager
+from contextvars import ContextVar
 from dataclasses import dataclass
 from threading import Lock
 from typing import Any, Protocol
@@ -13,13 +12,14 @@ from typing import Any, Protocol
 Report = Callable[[str, float], None]
 """Called by a job with its stage, and the time that it has reached in the motion [s]."""
 
-Told = Callable[[int, str, float], None]
-"""Called with the number of a job, its stage and the time that it has reached [s]."""
+reporting: ContextVar[Report] = ContextVar("reporting", default=lambda stage, t: None)
+"""Where the progress of a job goes: an executor that can pass it on sets it in its workers."""
 
+_INTERVAL = 0.1  # [s]
 _one_at_a_time = Lock()
 
 
-class Kept(Protocol):
+class Cache(Protocol):
     """A place for the result of one job, which outlives the run."""
 
     def get(self) -> Outcome | None:
@@ -45,7 +45,7 @@ class Job:
         Of that motion [s], for its progress.
     stages
         Those that are over when it is.
-    kept : Kept or None
+    cache : Cache or None
         Where its result is looked for, and put.
     """
 
@@ -54,7 +54,7 @@ class Job:
     name: str = ""
     duration: float = 1.0
     stages: tuple[str, ...] = ()
-    kept: Kept | None = None
+    cache: Cache | None = None
 
     @property
     def words(self) -> str:
@@ -88,40 +88,23 @@ class Outcome:
         return self.value
 
 
-class Hands(Protocol):
-    """Where jobs run now.
-
-    Attributes
-    ----------
-    tries : int
-        How often a job is begun whose worker is lost.
-    """
-
-    tries: int
-
-    def free(self) -> bool:
-        """Whether one more job can be taken."""
-
-    def submit(self, i: int, work: Callable[..., Any], arguments: tuple[Any, ...]) -> Future[Any]:
-        """Begin job number `i`, as `carried_out` does it."""
-
-    def look(self) -> None:
-        """Pass on what jobs have told since, and see which have ended."""
-
-    def is_lost(self, error: Exception) -> bool:
-        """Whether this says that a worker ended, and nothing about its job."""
-
-
-class Crew(Protocol):
-    """Who carries out jobs."""
-
-    def at_work(self, count: int, told: Told) -> AbstractContextManager[Hands]:
-        """For so many jobs; where an exception is raised, what was begun is ended."""
-
-
-def carried_out(work: Callable[..., Any], arguments: tuple[Any, ...], report: Report) -> Outcome:
-    """A job, where it runs: precision is a setting of the whole process, so one at a time."""
+def run_job(work: Callable[..., Any], arguments: tuple[Any, ...]) -> Outcome:
+    """Carry out a job: precision is a setting of the whole process, so one at a time."""
     with _one_at_a_time:
         start = time.process_time()
-        value = work(*arguments, report)
+        value = work(*arguments, reporting.get())
         return Outcome(value, time.process_time() - start)
+
+
+class Throttle:
+    """A report that passes on each new stage, and ten times a second at most how far it is."""
+
+    def __init__(self, report: Report) -> None:
+        self._report = report
+        self._last, self._at = "", 0.0
+
+    def __call__(self, stage: str, t: float) -> None:
+        now = time.monotonic()
+        if stage != self._last or now > self._at + _INTERVAL:
+            self._last, self._at = stage, now
+            self._report(stage, t)

@@ -37,11 +37,11 @@ def unfinished(folder: Path) -> Iterator[Unfinished]:
     try:
         place.mkdir(parents=True, exist_ok=True)
         with FileLock(place / _LOCK, timeout=0):
-            kept = Unfinished(place)
+            results = Unfinished(place)
             try:
-                yield kept
+                yield results
             finally:
-                if not len(kept):
+                if not len(results):
                     # Windows lets nobody remove a file that is open: there the lock does it.
                     with suppress(PermissionError):
                         (place / _LOCK).unlink()
@@ -61,11 +61,11 @@ class Unfinished:
     def __init__(self, place: Path) -> None:
         self.place = place
 
-    def at(self, *parts: Any) -> KeptFile:
+    def at(self, *parts: Any) -> CachedOutcome:
         """The place of a result that follows from these parts, which JSON can write."""
         # And from versions.
         text = json.dumps([versions(), *parts], sort_keys=True)
-        return KeptFile(self.place / _HASH(text.encode()).hexdigest())
+        return CachedOutcome(self.place / _HASH(text.encode()).hexdigest())
 
     def clear(self) -> None:
         """Nothing of it is needed any more, nor what other inputs or versions have left."""
@@ -79,14 +79,14 @@ class Unfinished:
         return sum(file.name != _LOCK for file in self.place.iterdir())
 
 
-class KeptFile:
+class CachedOutcome:
     """A result in a file whose first bytes are the hash of the others."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
 
     def get(self) -> Outcome | None:
-        """See `jobs.Kept`; what is not whole is not there."""
+        """See `jobs.Cache`; what is not whole is not there."""
         with suppress(OSError):
             data = self.path.read_bytes()
             size = _HASH().digest_size
@@ -96,7 +96,7 @@ class KeptFile:
         return None
 
     def put(self, outcome: Outcome) -> None:
-        """See `jobs.Kept`; where there is no room for it, it is made again another time."""
+        """See `jobs.Cache`; where there is no room for it, it is made again another time."""
         data = pickle.dumps(outcome)
         with suppress(OSError):
             replace_file(self.path, _HASH(data).digest() + data)

@@ -101,7 +101,7 @@ def test_what_is_kept_is_not_made_again():
     there.put(Outcome("kept"))
     with using(1):
         found = outcomes([
-            Job(jobs.fail, (), "there", kept=there), Job(jobs.add, (1, 2), "empty", kept=empty),
+            Job(jobs.fail, (), "there", cache=there), Job(jobs.add, (1, 2), "empty", cache=empty),
         ])  # fmt: skip
     assert found["there"].value == "kept"
     assert [x.value for x in empty.kept] == [3]
