@@ -28,7 +28,8 @@ from heyoka_bike.system.log import VARIABLE, fault, shown
 
 _TRIES = 3
 _LOOK = 0.05  # [s]
-# Of one message of a process with limits, and of a file that it writes [bytes].
+# Of one message of a process with limits, and of a file that it writes [bytes]. A report of all
+# columns has some hundred kB; a replay 3 MB at most.
 _LONGEST_MESSAGE = 1 << 16
 _LARGEST_FILE = 100_000_000
 _log = logging.getLogger(__name__)

@@ -28,14 +28,15 @@ from heyoka_bike.showing.formats.html import SCRIPT as REPORT_SCRIPT
 from heyoka_bike.showing.formats.markup import PAGE_STYLE, policy
 from heyoka_bike.showing.replay.page import SCRIPT as REPLAY_SCRIPT
 from heyoka_bike.showing.replay.page import START
+from heyoka_bike.system.log import fault
 from heyoka_bike.system.resources import data_folder
 from heyoka_bike.workbench.serving import pages
 from heyoka_bike.workbench.serving.api import api_page, description
-from heyoka_bike.workbench.serving.crew import BusyError, Crew, Job
 from heyoka_bike.workbench.serving.guard import Guard
 from heyoka_bike.workbench.serving.limits import Limits
-from heyoka_bike.workbench.serving.store import Kept, Store
-from heyoka_bike.workbench.serving.tasks import FILES, MADE, RENDERED, Kind, Task, fault, stem
+from heyoka_bike.workbench.serving.queue import BusyError, QueuedTask, TaskQueue
+from heyoka_bike.workbench.serving.store import ResultStore, StoredResult
+from heyoka_bike.workbench.serving.tasks import FILES, MADE, RENDERED, Ending, Kind, Task, stem
 from heyoka_bike.workbench.serving.uploads import TooLargeError, receive
 
 _KINDS: tuple[Kind, ...] = ("score", "diagnose", "replay")
@@ -84,8 +85,8 @@ class Server:
         board: str | None = None, log: Any = print,
     ) -> None:  # fmt: skip
         self.limits, self.board, self.log = limits, board, log
-        self.store = Store(folder, limits)
-        self.crew = Crew(limits, log)
+        self.store = ResultStore(folder, limits)
+        self.queue = TaskQueue(limits, log)
         self.app = Starlette(
             routes=self._routes(),
             lifespan=self._lifespan,
@@ -105,12 +106,7 @@ class Server:
         self.app.router.redirect_slashes = False
 
     def _routes(self) -> list[Route]:
-        def get(path: str, endpoint: Any) -> Route:
-            return Route(path, endpoint, methods=["GET"])
-
-        def post(path: str, endpoint: Any) -> Route:
-            return Route(path, endpoint, methods=["POST"])
-
+        get, post = partial(Route, methods=["GET"]), partial(Route, methods=["POST"])
         return [
             get("/", self.home),
             get("/static/{name}", self.static),
@@ -136,7 +132,7 @@ class Server:
             yield
         finally:
             sweeping.cancel()
-            await run_in_threadpool(self.crew.close)
+            await self.queue.close()
 
     async def _sweep(self) -> None:
         while True:
@@ -160,7 +156,7 @@ class Server:
 
     async def health(self, request: Request) -> Response:
         """Whether it works, and how much it has to do."""
-        said = {"status": "ok", "waiting": self.crew.waiting(), "kept": len(self.store)}
+        said = {"status": "ok", "waiting": self.queue.waiting(), "kept": len(self.store)}
         return JSONResponse(said)
 
     async def leaderboard(self, request: Request) -> Response:
@@ -188,9 +184,9 @@ class Server:
         return await self._begun(request, Task("score", folder, (_EXAMPLE,)))
 
     async def _begun(self, request: Request, task: Task) -> Response:
-        kept = self._kept(task)
-        await _ended(kept.jobs["score"], _AT_ONCE)
-        address = f"/results/{kept.key}/score"
+        result = self._stored(task)
+        await asyncio.wait([result.jobs["score"].over], timeout=_AT_ONCE)
+        address = f"/results/{result.key}/score"
         if _wants_json(request):
             return JSONResponse({"location": address}, 201, {"location": address})
         return RedirectResponse(address, 303)
@@ -201,60 +197,62 @@ class Server:
 
     async def remove(self, request: Request) -> Response:
         """Remove a result at once."""
-        kept = self._found(request)
-        await run_in_threadpool(self.store.remove, kept)
+        result = self._found(request)
+        await run_in_threadpool(self.store.remove, result)
         return RedirectResponse("/", 303)
 
     async def ask(self, request: Request) -> Response:
         """Begin a diagnosis or a replay of a result."""
-        kept, kind = self._found(request), _kind(request.path_params["kind"])
+        result, kind = self._found(request), _kind(request.path_params["kind"])
         self._check_offered(kind)
-        if kind not in kept.jobs:
-            kept.jobs[kind] = self.crew.submit(kept.of(kind))
-        await _ended(kept.jobs[kind], _AT_ONCE)
-        return RedirectResponse(f"/results/{kept.key}/{kind}", 303)
+        if kind not in result.jobs:
+            result.jobs[kind] = self.queue.submit(result.of(kind))
+        await asyncio.wait([result.jobs[kind].over], timeout=_AT_ONCE)
+        return RedirectResponse(f"/results/{result.key}/{kind}", 303)
 
     async def show(self, request: Request) -> Response:
         """A result as a page, or as a file to take away: ``score``, ``score.json`` ..."""
-        kept, path = self._found(request), Path(request.path_params["name"])
+        result, path = self._found(request), Path(request.path_params["name"])
         kind, suffix = _kind(path.stem), path.suffix
-        job = kept.jobs.get(kind)
+        job = result.jobs.get(kind)
         if job is None or suffix not in ("", *RENDERED.values()):
             raise HTTPException(404)
-        if not job.has_ended:
+        if job.ending is None:
             if suffix:
                 raise HTTPException(404, "not done yet")
-            return _page(pages.waiting(kept, kind, job, self.crew.waiting()))
+            return _page(pages.waiting(result, kind, job, self.queue.waiting()))
         if job.state != "done":
             title = "Cannot be scored" if kind == "score" else "Cannot be done"
-            return _page(pages.error(title, job.message, kept=kept, kind=kind), _status(job))
-        made = kept.made(f"{stem(kind)}{suffix or '.html'}")
+            text = pages.error(title, job.ending.message, result=result, kind=kind)
+            return _page(text, _status(job.ending))
+        made = result.made(f"{stem(kind)}{suffix or '.html'}")
         if not made.is_file():
             raise HTTPException(404)
         if suffix:
-            name = f"{Path(kept.task.files[0]).stem}-{stem(kind)}{suffix}"
+            name = f"{Path(result.task.files[0]).stem}-{stem(kind)}{suffix}"
             return FileResponse(made, filename=name, media_type=_TYPES.get(suffix, "text/html"))
         text = await run_in_threadpool(made.read_text, encoding="utf-8")
-        suffixes = [x for x in RENDERED.values() if kept.made(stem(kind) + x).is_file()]
-        diagnosis = (job.answer or {}).get("diagnosis", ())
-        return _report(pages.with_bar(text, pages.bar(kept, kind, suffixes), diagnosis))
+        suffixes = [x for x in RENDERED.values() if result.made(stem(kind) + x).is_file()]
+        return _report(
+            pages.with_bar(text, pages.bar(result, kind, suffixes), job.ending.diagnosis)
+        )
 
     async def job(self, request: Request) -> Response:
         """How far a piece of work is."""
-        kept, kind = self._found(request), _kind(request.path_params["kind"])
-        job = kept.jobs.get(kind)
+        result, kind = self._found(request), _kind(request.path_params["kind"])
+        job = result.jobs.get(kind)
         if job is None:
             raise HTTPException(404)
-        return JSONResponse(_said(kept, kind, job))
+        return JSONResponse(_said(result, kind, job))
 
     async def score(self, request: Request) -> Response:
-        """Score files, for a program: the report is the answer, and nothing is kept."""
+        """Score files, for a program: the report is the answer, and nothing is result."""
         task = await self._received(request)
         try:
-            job = self.crew.submit(task)
-            await _ended_or_left(request, job)
-            if job.state != "done":
-                return JSONResponse({"error": job.message, "exit_code": job.code}, _status(job))
+            job = self.queue.submit(task)
+            ending = await _ended_or_left(request, job)
+            if ending.state != "done":
+                return JSONResponse(_error(ending), _status(ending))
             made = task.folder / MADE / f"{stem('score')}.json"
             return Response(await run_in_threadpool(made.read_bytes), media_type="application/json")
         finally:
@@ -264,13 +262,13 @@ class Server:
         """Begin a diagnosis, for a program."""
         self._check_offered("diagnose")
         task = await self._received(request, "diagnose")
-        kept = self._kept(task)
-        address = f"/jobs/{kept.key}/diagnose"
-        said = _said(kept, "diagnose", kept.jobs["diagnose"])
+        result = self._stored(task)
+        address = f"/jobs/{result.key}/diagnose"
+        said = _said(result, "diagnose", result.jobs["diagnose"])
         return JSONResponse(said, 202, {"location": address})
 
     async def _received(self, request: Request, kind: Kind = "score") -> Task:
-        self.crew.check(kind)
+        self.queue.check(kind)
         folder = self.store.room()
         try:
             arrived = partial(self.store.grow, folder)
@@ -279,22 +277,22 @@ class Server:
             self.store.drop(folder)
             raise
 
-    def _kept(self, task: Task) -> Kept:
+    def _stored(self, task: Task) -> StoredResult:
         """Keep a task once it has a place in the queue."""
         try:
-            job = self.crew.submit(task)
+            job = self.queue.submit(task)
         except BusyError:
             self.store.drop(task.folder)
             raise
-        kept = self.store.keep(task)
-        kept.jobs[task.kind] = job
-        return kept
+        result = self.store.keep(task)
+        result.jobs[task.kind] = job
+        return result
 
-    def _found(self, request: Request) -> Kept:
-        kept = self.store.get(request.path_params["key"])
-        if kept is None:
+    def _found(self, request: Request) -> StoredResult:
+        result = self.store.get(request.path_params["key"])
+        if result is None:
             raise HTTPException(404, "There is no such result, or its time is over.")
-        return kept
+        return result
 
     async def _too_large(self, request: Request, error: Exception) -> Response:
         most = self.limits.upload // 1_000_000
@@ -314,34 +312,34 @@ def _kind(text: str) -> Kind:
     raise HTTPException(404)
 
 
-async def _ended(job: Job, seconds: float | None = None) -> None:
-    """Wait for the end of a job, at most so long."""
-    await asyncio.wait([asyncio.wrap_future(job.over)], timeout=seconds)
+async def _ended_or_left(request: Request, job: QueuedTask) -> Ending:
+    """The end of a job; if the client goes away before it, nobody wants it any more."""
+    while job.ending is None:
+        await asyncio.wait([job.over], timeout=_LOOK)
+        if job.ending is None and await request.is_disconnected():
+            job.cancel()
+    return job.ending
 
 
-async def _ended_or_left(request: Request, job: Job) -> None:
-    """Wait for the end of a job; if the client goes away, nobody wants it any more."""
-    over = asyncio.wrap_future(job.over)
-    while not (await asyncio.wait([over], timeout=_LOOK))[0]:
-        if await request.is_disconnected():
-            job.is_unwanted = True
-
-
-def _status(job: Job) -> int:
+def _status(ending: Ending) -> int:
     """Of the answer, for how a job ended."""
-    return 422 if job.state == "refused" else 500
+    return 422 if ending.state == "refused" else 500
 
 
-def _said(kept: Kept, kind: Kind, job: Job) -> dict[str, Any]:
-    root = f"/results/{kept.key}/{kind}"
+def _error(ending: Ending) -> dict[str, Any]:
+    return {"error": ending.message, "exit_code": ending.code}
+
+
+def _said(result: StoredResult, kind: Kind, job: QueuedTask) -> dict[str, Any]:
+    root = f"/results/{result.key}/{kind}"
     said: dict[str, Any] = {
-        "id": kept.key, "kind": kind, "state": job.state, "progress": job.share,
-        "job": f"/jobs/{kept.key}/{kind}",
+        "id": result.key, "kind": kind, "state": job.state, "progress": job.share,
+        "job": f"/jobs/{result.key}/{kind}",
     }  # fmt: skip
     if job.state == "done":
         said |= {"page": root, "result": f"{root}.{'html' if kind == 'replay' else 'json'}"}
-    elif job.has_ended:
-        said |= {"error": job.message, "exit_code": job.code}
+    elif job.ending is not None:
+        said |= _error(job.ending)
     return said
 
 

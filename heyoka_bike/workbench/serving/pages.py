@@ -9,9 +9,9 @@ from heyoka_bike.bicycle.parameters import read_maneuvers
 from heyoka_bike.showing.formats.markup import prose
 from heyoka_bike.system.resources import benchmark_maneuvers
 from heyoka_bike.version import __version__
-from heyoka_bike.workbench.serving.crew import Job
 from heyoka_bike.workbench.serving.limits import Limits
-from heyoka_bike.workbench.serving.store import Kept
+from heyoka_bike.workbench.serving.queue import QueuedTask
+from heyoka_bike.workbench.serving.store import StoredResult
 from heyoka_bike.workbench.serving.tasks import Kind
 
 STATIC = Path(__file__).with_name("static")
@@ -125,29 +125,31 @@ def _starts() -> str:
     )
 
 
-def waiting(kept: Kept, kind: Kind, job: Job, ahead: int) -> str:
+def waiting(result: StoredResult, kind: Kind, job: QueuedTask, ahead: int) -> str:
     """The page while something is done."""
-    names = ", ".join(kept.task.files)
-    place = f"/results/{kept.key}/{kind}"
+    names = ", ".join(result.task.files)
+    place = f"/results/{result.key}/{kind}"
     queue = f"{ahead} wait for a free processor." if job.state == "waiting" and ahead else ""
     body = f"""<h1>{_SAID[kind]}: {escape(names)}</h1>
-<div data-state="/jobs/{kept.key}/{kind}">
+<div data-state="/jobs/{result.key}/{kind}">
 <p><progress aria-label="{_SAID[kind]}" max="1"></progress> <span class="share"></span></p>
 <p role="status">{queue}</p></div>
 <p><a href="{place}">Look again</a></p>"""
     # Without script the page asks again by itself.
     head = '<noscript><meta http-equiv="refresh" content="2"></noscript>\n'
-    return shell(_SAID[kind], body, head=head, bar=bar(kept, kind))
+    return shell(_SAID[kind], body, head=head, bar=bar(result, kind))
 
 
-def error(title: str, message: str, *, kept: Kept | None = None, kind: Kind = "score") -> str:
+def error(
+    title: str, message: str, *, result: StoredResult | None = None, kind: Kind = "score"
+) -> str:
     """A page that says what is wrong, in one line."""
     # The message is the command's; here its options are fields.
     hint = _HINT if "column names" in message or "--" in message else ""
     body = f"""<h1>{escape(title)}</h1>
 <p class="error" role="alert">{escape(message)}</p>
 {hint}<p><a href="/">Score another file</a></p>"""
-    links = "" if kept is None else bar(kept, kind)
+    links = "" if result is None else bar(result, kind)
     return shell(title, body, bar=links)
 
 
@@ -163,7 +165,7 @@ def with_bar(page: str, links: str, diagnosis: Sequence[str] = ()) -> str:
     return page.replace("<body>\n<main>\n", f"<body>\n{links}\n<main>\n{said}", 1)
 
 
-def bar(kept: Kept, current: Kind, downloads: Sequence[str] = ()) -> str:
+def bar(result: StoredResult, current: Kind, downloads: Sequence[str] = ()) -> str:
     """Links of a result.
 
     Parameters
@@ -171,13 +173,15 @@ def bar(kept: Kept, current: Kind, downloads: Sequence[str] = ()) -> str:
     downloads
         Suffixes of what can be taken away of this page.
     """
-    root = f"/results/{kept.key}"
-    is_one_run = any((job.answer or {}).get("is_one_run") for job in kept.jobs.values())
-    parts = [_asked(kept, "score", "Report", current)]
-    if is_one_run and kept.has_diagnosis:
-        parts.append(_asked(kept, "diagnose", "Why it differs", current))
-    if is_one_run and len(kept.task.files) == 1:
-        parts.append(_asked(kept, "replay", "Replay", current))
+    root = f"/results/{result.key}"
+    is_one_run = any(
+        job.ending is not None and job.ending.is_one_run for job in result.jobs.values()
+    )
+    parts = [_asked(result, "score", "Report", current)]
+    if is_one_run and result.has_diagnosis:
+        parts.append(_asked(result, "diagnose", "Why it differs", current))
+    if is_one_run and len(result.task.files) == 1:
+        parts.append(_asked(result, "replay", "Replay", current))
     parts += [
         f'<a href="{root}/{current}{suffix}" download>{said}</a>'
         for suffix, said in (
@@ -189,9 +193,9 @@ def bar(kept: Kept, current: Kind, downloads: Sequence[str] = ()) -> str:
     return bar_of_home("".join(parts))
 
 
-def _asked(kept: Kept, kind: Kind, said: str, current: Kind) -> str:
-    root = f"/results/{kept.key}/{kind}"
-    if kind in kept.jobs:
+def _asked(result: StoredResult, kind: Kind, said: str, current: Kind) -> str:
+    root = f"/results/{result.key}/{kind}"
+    if kind in result.jobs:
         return _link(root, said, current == kind)
     return f'<form action="{root}" method="post"><button>{said}</button></form>'
 
