@@ -22,6 +22,7 @@ from threading import Thread
 from time import monotonic
 from traceback import format_exc
 from typing import Any
+from weakref import WeakSet
 
 from heyoka_bike.system.jobs import Throttle, reporting
 from heyoka_bike.system.log import VARIABLE, fault, shown
@@ -105,26 +106,33 @@ class ProcessLimits:
             with suppress(AttributeError, OSError, ValueError):
                 kind = getattr(resource, name)
                 _, most = resource.getrlimit(kind)
-                if most != resource.RLIM_INFINITY:
-                    bound = min(bound, most)
-                resource.setrlimit(kind, (bound, bound))
+                found = bound if most == resource.RLIM_INFINITY else min(bound, most)
+                resource.setrlimit(kind, (found, found))
 
 
 class ProcessExecutor(Executor):
     """At most so many processes, begun as calls come.
 
-    A call whose process ends is begun again, three times in all, then it raises `BrokenExecutor`.
+    A call whose process ends by itself is begun again, three times in all, then it raises
+    `BrokenExecutor`.
 
     Parameters
     ----------
     max_workers
+    limits : ProcessLimits or None
+        If given, each call has a process of its own, which ends with it or at its limits, and is
+        not begun twice. It must return what JSON can write, so that nothing is unpickled here that
+        a damaged file brought about in the process. That it takes too long is a `TimeoutError`; of
+        another exception only kind and place come back, as a `RemoteError`.
     preload
         Modules that are imported once, in the process that all others are forked from, where the
         system can do that. Without them each process is a fresh interpreter: forking one that
         holds threads and a JIT compiler is unsafe.
     """
 
-    def __init__(self, max_workers: int, preload: Sequence[str] = ()) -> None:
+    def __init__(
+        self, max_workers: int, limits: ProcessLimits | None = None, preload: Sequence[str] = ()
+    ) -> None:
         if getattr(current_process(), "_inheriting", False):
             # It still reads the script that began it, and would begin others, which would, too.
             os._exit(1)
@@ -132,25 +140,17 @@ class ProcessExecutor(Executor):
         self._context: Any = get_context("forkserver" if forks else "spawn")
         if forks:
             self._context.set_forkserver_preload(list(preload))
+        self._limits = limits
         self._threads = ThreadPoolExecutor(max_workers)
+        self._futures: WeakSet[ProgressFuture] = WeakSet()
         self._idle: list[_Worker] = []
-        self._is_ended = False
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> ProgressFuture:
         """Begin a call as soon as a process is free."""
-        return self._submit(None, (fn, args, kwargs))
-
-    def submit_limited(
-        self, limits: ProcessLimits, fn: Callable[..., Any], /, *args: Any
-    ) -> ProgressFuture:
-        """Begin a call in a process of its own, which ends with it or at its limits.
-
-        The call must return what JSON can write, so that nothing is unpickled here that a damaged
-        file brought about in the process. It is not begun twice. That it takes too long is a
-        `TimeoutError`; if its process ends by itself, as for its memory, it is `BrokenExecutor`. Of
-        any other exception only kind and place come back, as a `RemoteError`.
-        """
-        return self._submit(limits, (fn, args, {}))
+        future = ProgressFuture()
+        self._futures.add(future)
+        self._threads.submit(self._run, future, (fn, args, kwargs))
+        return future
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """End the processes once all calls are over.
@@ -160,60 +160,45 @@ class ProcessExecutor(Executor):
         wait
             Until then; else the processes end with this one.
         cancel_futures
-            Do not wait for calls, also not for those that run.
+            End the calls that wait, and those that run.
         """
-        self._is_ended |= cancel_futures
-        self._threads.shutdown(wait, cancel_futures=False)
-        if wait:
-            while self._idle:
-                self._idle.pop().end()
+        if cancel_futures:
+            for future in list(self._futures):
+                future.cancel()
+        self._threads.shutdown(wait)
+        while wait and self._idle:
+            self._idle.pop().end()
 
-    def _submit(self, limits: ProcessLimits | None, call: _Call) -> ProgressFuture:
-        future = ProgressFuture()
-        self._threads.submit(self._run, future, limits, call)
-        return future
-
-    def _run(self, future: ProgressFuture, limits: ProcessLimits | None, call: _Call) -> None:
+    def _run(self, future: ProgressFuture, call: _Call) -> None:
         """Carry out a call, in a thread of its own."""
-        if self._is_ended:
-            future.cancel()
         if not future.set_running_or_notify_cancel():
             return
         try:
-            for _ in range(_TRIES if limits is None else 1):
+            for _ in range(_TRIES if self._limits is None else 1):
                 with suppress(BrokenExecutor):
-                    future.set_result(self._result(future, limits, call))
+                    future.set_result(self._result(future, call))
                     return
                 _log.info("a process ended before its call was over")
             raise BrokenExecutor("its process ended")
         except Exception as e:
             future.set_exception(e)
 
-    def _result(self, future: ProgressFuture, limits: ProcessLimits | None, call: _Call) -> Any:
+    def _result(self, future: ProgressFuture, call: _Call) -> Any:
         """What a call returns, from a process that is free, or else from a new one."""
-        worker = None
-        with suppress(IndexError):
-            worker = self._idle.pop() if limits is None else None
-        worker = worker or _Worker(self._context, limits)
-        is_free = False
         try:
-            worker.begin(call)
-            end = monotonic() + (limits.seconds if limits else inf)
-            while not (future.is_unwanted or self._is_ended):
-                if monotonic() > end:
-                    raise TimeoutError
-                kind, said = worker.hear()
-                if kind == "result":
-                    is_free = limits is None
-                    return said
-                if kind == "progress":
-                    future.progress = said
-            raise CancelledError
-        finally:
-            if is_free:
-                self._idle.append(worker)
-            else:
-                worker.end()
+            worker = self._idle.pop()
+        except IndexError:
+            worker = _Worker(self._context, self._limits)
+        try:
+            result = worker.result(future, call)
+        except BaseException:
+            worker.end()
+            raise
+        if self._limits is None:
+            self._idle.append(worker)
+        else:
+            worker.end()
+        return result
 
 
 class _Worker:
@@ -226,27 +211,31 @@ class _Worker:
         self._process.start()
         theirs.close()
 
-    def begin(self, call: _Call) -> None:
+    def result(self, future: ProgressFuture, call: _Call) -> Any:
+        """What a call returns, or raises; its progress goes to the future on the way."""
+        end = monotonic() + (self._limits.seconds if self._limits else inf)
         try:
             self._pipe.send(call)
-        except OSError as e:
-            raise BrokenExecutor from e
-
-    def hear(self) -> tuple[str, Any]:
-        """What the process says, if it says something now; the exception of a call is raised."""
-        try:
-            if not self._pipe.poll(_LOOK):
-                return "", None
-            if self._limits is None:
-                kind, said = self._pipe.recv()
-            else:
-                kind, said = json.loads(self._pipe.recv_bytes(_LONGEST_MESSAGE))
+            kind, said = self._heard()
+            while kind in ("", "progress") and not future.is_unwanted and monotonic() < end:
+                future.progress = said or future.progress
+                kind, said = self._heard()
         except (EOFError, OSError) as e:
             raise BrokenExecutor from e
+        if kind == "result":
+            return said
         if kind == "error":
             error, text = said
             raise (error or RemoteError(text)) from RemoteError(text)
-        return kind, said
+        raise CancelledError if future.is_unwanted else TimeoutError
+
+    def _heard(self) -> tuple[str, Any]:
+        """What the process says, if it says something soon."""
+        if not self._pipe.poll(_LOOK):
+            return "", None
+        if self._limits is None:
+            return self._pipe.recv()
+        return json.loads(self._pipe.recv_bytes(_LONGEST_MESSAGE))
 
     def end(self) -> None:
         """End the process and what it started."""

@@ -2,7 +2,7 @@
 
 import asyncio
 import shutil
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import AsyncIterator, Mapping, Sequence
 from contextlib import asynccontextmanager
 from functools import partial
 from pathlib import Path
@@ -37,7 +37,7 @@ from heyoka_bike.workbench.serving.limits import Limits
 from heyoka_bike.workbench.serving.queue import BusyError, QueuedTask, TaskQueue
 from heyoka_bike.workbench.serving.store import ResultStore, StoredResult
 from heyoka_bike.workbench.serving.tasks import FILES, MADE, RENDERED, Ending, Kind, Task, stem
-from heyoka_bike.workbench.serving.uploads import TooLargeError, receive
+from heyoka_bike.workbench.serving.uploads import receive
 
 _KINDS: tuple[Kind, ...] = ("score", "diagnose", "replay")
 # A page waits so long for its work before it says that it waits [s].
@@ -51,6 +51,12 @@ _STATIC = {
     "page.css": (PAGE_STYLE, "text/css"),
     "serve.css": (pages.STATIC / "serve.css", "text/css"),
     "serve.js": (pages.STATIC / "serve.js", "text/javascript"),
+}
+_TITLES = {400: "Cannot be scored", 408: "Too slow", 413: "Too large", 503: "Busy"}
+# What Starlette says, in more words.
+_USUAL = {
+    "Not Found": "There is no such page.",
+    "Method Not Allowed": "This address does not take such a request.",
 }
 _NEVER = "frame-ancestors 'none'; base-uri 'none'; form-action 'self'"
 # Only files of this package are styles and scripts.
@@ -94,14 +100,9 @@ class Server:
                 Middleware(Guard, hosts=[name.lower() for name in hosts], log=log),
             ],
             exception_handlers={
-                HTTPException: _refused,
-                InputError: _unreadable,
-                TooLargeError: self._too_large,
-                BusyError: _busy,
-                TimeoutError: _late,
-                ClientDisconnect: _gone,
+                HTTPException: _refused, InputError: _unreadable, ClientDisconnect: _gone,
             },
-        )
+        )  # fmt: skip
         # It would lead to the name and scheme that it is asked by, which may be those of a proxy.
         self.app.router.redirect_slashes = False
 
@@ -246,7 +247,7 @@ class Server:
         return JSONResponse(_said(result, kind, job))
 
     async def score(self, request: Request) -> Response:
-        """Score files, for a program: the report is the answer, and nothing is result."""
+        """Score files, for a program: the report is the answer, and nothing is kept."""
         task = await self._received(request)
         try:
             job = self.queue.submit(task)
@@ -272,7 +273,12 @@ class Server:
         folder = self.store.room()
         try:
             arrived = partial(self.store.grow, folder)
-            return (await receive(request, folder, self.limits, arrived)).task(kind)
+            async with asyncio.timeout(self.limits.upload_seconds):
+                return (await receive(request, folder, self.limits, arrived)).task(kind)
+        except TimeoutError:
+            self.store.drop(folder)
+            close = {"connection": "close"}
+            raise HTTPException(408, "the files took too long to arrive", close) from None
         except BaseException:
             self.store.drop(folder)
             raise
@@ -293,12 +299,6 @@ class Server:
         if result is None:
             raise HTTPException(404, "There is no such result, or its time is over.")
         return result
-
-    async def _too_large(self, request: Request, error: Exception) -> Response:
-        most = self.limits.upload // 1_000_000
-        message = f"found more than {most} MB, expected less; 1001 rows of a maneuver are usual"
-        # The rest of it is not read.
-        return _answer(request, 413, "Too large", message, {"connection": "close"})
 
     def _check_offered(self, kind: Kind) -> None:
         if kind == "diagnose" and not self.limits.has_diagnosis:
@@ -357,39 +357,24 @@ def _wants_json(request: Request) -> bool:
 
 
 def _answer(
-    request: Request, status: int, title: str, message: str, headers: dict[str, str] | None = None
+    request: Request, status: int, message: str, headers: Mapping[str, str] | None = None
 ) -> Response:
     """An error as the client reads it."""
     if _wants_json(request):
         return JSONResponse({"error": message}, status, headers)
-    found = _page(pages.error(title, message), status)
+    found = _page(pages.error(_TITLES.get(status, "Not found"), message), status)
     found.headers.update(headers or {})
     return found
 
 
 async def _refused(request: Request, error: Exception) -> Response:
     assert isinstance(error, HTTPException)
-    said = {404: "There is no such page.", 405: "This address does not take such a request."}
-    is_own = error.detail and error.detail not in ("Not Found", "Method Not Allowed")
-    message = error.detail if is_own else said.get(error.status_code, error.detail)
-    headers = dict(error.headers or {})
-    return _answer(request, error.status_code, "Not found", message, headers)
+    said = _USUAL.get(error.detail, error.detail)
+    return _answer(request, error.status_code, said, error.headers)
 
 
 async def _unreadable(request: Request, error: Exception) -> Response:
-    return _answer(request, 400, "Cannot be scored", str(error))
-
-
-async def _busy(request: Request, error: Exception) -> Response:
-    assert isinstance(error, BusyError)
-    # What has not arrived of it is not read.
-    headers = {"retry-after": str(error.seconds), "connection": "close"}
-    return _answer(request, 503, "Busy", str(error), headers)
-
-
-async def _late(request: Request, error: Exception) -> Response:
-    message, headers = "the files took too long to arrive", {"connection": "close"}
-    return _answer(request, 408, "Too slow", message, headers)
+    return _answer(request, 400, str(error))
 
 
 async def _gone(request: Request, error: Exception) -> Response:

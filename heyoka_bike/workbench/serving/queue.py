@@ -9,7 +9,9 @@ from contextlib import nullcontext
 from time import monotonic
 from typing import Literal
 
-from heyoka_bike.system.executors import ProcessExecutor, ProcessLimits, ProgressFuture, RemoteError
+from starlette.exceptions import HTTPException
+
+from heyoka_bike.system.executors import ProcessExecutor, ProgressFuture, RemoteError
 from heyoka_bike.system.log import fault
 from heyoka_bike.workbench.serving.limits import Limits
 from heyoka_bike.workbench.serving.tasks import Ending, Kind, Task, is_long, work
@@ -19,8 +21,8 @@ _PRELOAD = ("heyoka_bike.workbench.serving.tasks", "heyoka_bike.workbench.servin
 _FIRST_GUESS = 1.0
 
 
-class BusyError(Exception):
-    """The queue is full.
+class BusyError(HTTPException):
+    """There is too much to do.
 
     Parameters
     ----------
@@ -29,8 +31,9 @@ class BusyError(Exception):
     """
 
     def __init__(self, seconds: int) -> None:
-        self.seconds = seconds
-        super().__init__(f"busy, try again in {seconds} s")
+        # What has not arrived of the request is not read.
+        headers = {"retry-after": str(seconds), "connection": "close"}
+        super().__init__(503, f"busy, try again in {seconds} s", headers)
 
 
 class QueuedTask:
@@ -92,7 +95,11 @@ class TaskQueue:
         self._tasks: list[QueuedTask] = []
         self._seconds: deque[float] = deque([_FIRST_GUESS], maxlen=50)
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-        self._executor = ProcessExecutor(limits.workers, _PRELOAD)
+        # By whether a task is long.
+        self._executors = {
+            is_long: ProcessExecutor(limits.workers, limits.of_process(is_long), _PRELOAD)
+            for is_long in (False, True)
+        }
         self._places = asyncio.Semaphore(limits.workers)
         # One of several does no long work, so that a few diagnoses do not keep all files waiting.
         self._long_places = asyncio.Semaphore(max(1, limits.workers - 1))
@@ -130,23 +137,25 @@ class TaskQueue:
         for queued in self._tasks:
             queued.cancel()
         await asyncio.gather(*(queued.over for queued in self._tasks))
-        await asyncio.to_thread(self._executor.shutdown)
+        for executor in self._executors.values():
+            await asyncio.to_thread(executor.shutdown)
 
     async def _carry_out(self, queued: QueuedTask) -> None:
         kind = queued.task.kind
         async with self._long_places if is_long(kind) else nullcontext(), self._places:
             start = monotonic()
-            queued.ending = await self._ending(queued, self._limits.of_process(is_long(kind)))
+            queued.ending = await self._ending(queued)
             self._tasks.remove(queued)
             self._seconds.append(monotonic() - start)
 
-    async def _ending(self, queued: QueuedTask, limits: ProcessLimits) -> Ending:
+    async def _ending(self, queued: QueuedTask) -> Ending:
         """How a task ended, for its user; the log has what is not for users."""
         task, kind = queued.task, queued.task.kind
+        limits = self._limits.of_process(is_long(kind))
         try:
             if queued.is_unwanted:
                 raise CancelledError
-            queued.future = self._executor.submit_limited(limits, work, task, limits.memory)
+            queued.future = self._executors[is_long(kind)].submit(work, task, limits.memory)
             if queued.is_unwanted:
                 # Said by another thread meanwhile.
                 queued.future.cancel()

@@ -13,7 +13,7 @@ from starlette.requests import Request
 from starlette.types import Message
 
 from heyoka_bike.errors import InputError, quoted, unknown_word
-from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.numbers.exact import positive_numbers
 from heyoka_bike.scoring import requirements
 from heyoka_bike.workbench.serving.limits import Limits
 from heyoka_bike.workbench.serving.store import file_name
@@ -38,8 +38,14 @@ _UTF_8 = ("", "utf-8", "utf8", "us-ascii")
 _FORMS = ThreadPoolExecutor(2, "forms")
 
 
-class TooLargeError(Exception):
-    """More than one request may hold."""
+class TooLargeError(HTTPException):
+    """More bytes than one request may hold."""
+
+    def __init__(self, limits: Limits) -> None:
+        most = limits.upload // 1_000_000
+        said = f"found more than {most} MB, expected less; 1001 rows of a maneuver are usual"
+        # The rest of it is not read.
+        super().__init__(413, said, {"connection": "close"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,22 +109,13 @@ async def receive(
         More bytes than `limits` allows; as soon as it is known, which may be before any arrives.
     ClientDisconnect
         The client went away.
-    TimeoutError
-        It took too long.
     """
-    async with asyncio.timeout(limits.upload_seconds):
-        return await _receive(request, folder, limits, arrived)
-
-
-async def _receive(
-    request: Request, folder: Path, limits: Limits, arrived: Callable[[int], None]
-) -> Upload:
     told = request.headers.get("content-length", "")
     most = limits.upload + _BESIDE
     if told and (not told.isascii() or not told.isdigit() or int(told[:18]) > most):
-        raise TooLargeError
+        raise TooLargeError(limits)
     kind = request.headers.get("content-type", "").partition(";")[0].strip().lower()
-    _count(request, most, arrived)
+    _count(request, limits, arrived)
     query = request.query_params.multi_items()
     if kind == "multipart/form-data":
         return await _of_form(request, query, folder, limits)
@@ -142,7 +139,7 @@ async def _saved(request: Request, path: Path) -> int:
         return out.tell()
 
 
-def _count(request: Request, most: int, arrived: Callable[[int], None]) -> None:
+def _count(request: Request, limits: Limits, arrived: Callable[[int], None]) -> None:
     """Stop the request where more arrives than it may hold, whatever it said before."""
     get, size = request._receive, 0
 
@@ -151,8 +148,8 @@ def _count(request: Request, most: int, arrived: Callable[[int], None]) -> None:
         message = await get()
         part = len(message.get("body", b""))
         size += part
-        if size > most:
-            raise TooLargeError
+        if size > limits.upload + _BESIDE:
+            raise TooLargeError(limits)
         arrived(part)
         return message
 
@@ -258,16 +255,6 @@ def _maneuver(text: str | None) -> int | None:
 def _numbers(name: str, text: str | None, count: int) -> tuple[float, ...] | None:
     if text is None:
         return None
-    found: list[float] = []
-    parts = text.split(",")
-    if len(parts) != count:
-        raise InputError(f"{name}: found {len(parts)} for {count} files, expected one for each")
-    for part in parts:
-        try:
-            value = float(Exact.parse(part))
-        except ValueError as e:
-            raise InputError(f"{name}: {e}") from None
-        if value <= 0:
-            raise InputError(f"{name}: found {quoted(part)}, expected more than zero")
-        found.append(value)
-    return tuple(found)
+    if (found := text.count(",") + 1) != count:
+        raise InputError(f"{name}: found {found} for {count} files, expected one for each")
+    return positive_numbers(name, text)

@@ -94,7 +94,7 @@ def test_diagnoses_do_not_keep_files_waiting(tmp_path):
     calls = []
 
     class Calls:
-        def submit_limited(self, limits, work, task, memory):
+        def submit(self, work, task, memory):
             calls.append(ProgressFuture())
             return calls[-1]
 
@@ -103,7 +103,7 @@ def test_diagnoses_do_not_keep_files_waiting(tmp_path):
 
     async def work():
         found = TaskQueue(Limits(workers=2, waiting=6), lambda line: None)
-        found._executor = Calls()
+        found._executors = {True: Calls(), False: Calls()}
         diagnose = tasks.Task("diagnose", tmp_path, ("a.txt",))
         working = found.submit(diagnose)
         await asyncio.sleep(0.01)
@@ -367,7 +367,7 @@ def test_a_fault_of_the_program_is_said_without_its_insides(serving, monkeypatch
     def submit(*_):
         raise RuntimeError("what nobody should see")
 
-    monkeypatch.setattr(client.server.queue._executor, "submit_limited", submit)
+    monkeypatch.setattr(client.server.queue._executors[False], "submit", submit)
     answer = client.post("/score", files={"file": (example.name, example.read_bytes())})
     assert answer.status_code == 500
     assert "see" not in answer.json()["error"].replace("server", "")
