@@ -274,14 +274,13 @@ class Server:
         try:
             arrived = partial(self.store.grow, folder)
             async with asyncio.timeout(self.limits.upload_seconds):
-                return (await receive(request, folder, self.limits, arrived)).task(kind)
-        except TimeoutError:
+                return await receive(request, kind, folder, self.limits, arrived)
+        except BaseException as e:
             self.store.drop(folder)
-            close = {"connection": "close"}
-            raise HTTPException(408, "the files took too long to arrive", close) from None
-        except BaseException:
-            self.store.drop(folder)
-            raise
+            if not isinstance(e, TimeoutError):
+                raise
+            said, close = "the files took too long to arrive", {"connection": "close"}
+            raise HTTPException(408, said, close) from None
 
     def _stored(self, task: Task) -> StoredResult:
         """Keep a task once it has a place in the queue."""
