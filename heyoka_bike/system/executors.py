@@ -234,8 +234,10 @@ class _Worker:
         if not self._pipe.poll(_LOOK):
             return "", None
         if self._limits is None:
-            return self._pipe.recv()
-        return json.loads(self._pipe.recv_bytes(_LONGEST_MESSAGE))
+            kind, said = self._pipe.recv()
+        else:
+            kind, said = json.loads(self._pipe.recv_bytes(_LONGEST_MESSAGE))
+        return kind, said
 
     def end(self) -> None:
         """End the process and what it started."""

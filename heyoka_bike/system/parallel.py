@@ -30,10 +30,8 @@ WAITING = "waiting"
 _LOOK = 0.1  # [s]
 _log = logging.getLogger(__name__)
 
-# An executor for so many jobs, which ends with them or not.
-_executor_for: ContextVar[Callable[[int], AbstractContextManager[Executor]] | None] = ContextVar(
-    "executor_for", default=None
-)
+# An executor, or how many processes of this machine.
+_chosen: ContextVar[Executor | int | None] = ContextVar("chosen", default=None)
 
 
 @contextmanager
@@ -80,17 +78,19 @@ def using(
 
         connection = connected(cluster)
     with connection as found:
-        local = partial(_processes, workers) if workers else None
-        token = _executor_for.set(local if found is None else lambda count: nullcontext(found))
+        token = _chosen.set(workers if found is None else found)
         try:
             yield
         finally:
-            _executor_for.reset(token)
+            _chosen.reset(token)
 
 
-def _processes(most: int, count: int) -> Executor:
-    """An executor of this machine for so many jobs: a single one runs in this process."""
-    workers = min(most, count)
+def _executor(count: int) -> AbstractContextManager[Executor]:
+    """Who carries out so many jobs: of this machine, a single one runs in this process."""
+    chosen = _chosen.get() or processors()
+    if isinstance(chosen, Executor):
+        return nullcontext(chosen)
+    workers = min(chosen, count)
     return ProcessExecutor(workers) if workers > 1 else InlineExecutor()
 
 
@@ -161,9 +161,8 @@ def carry_out(
         Called with each job as it ends. What it returns is carried out too; an exception that it
         raises ends all. One that a job raised is its outcome, and of those that need it.
     """
-    executor_for = _executor_for.get() or partial(_processes, processors())
     work = _Schedule(jobs, ended, progress)
-    with executor_for(len(work.waiting)) as executor:
+    with _executor(len(work.waiting)) as executor:
         try:
             while work.waiting or work.running:
                 work.begin(executor)

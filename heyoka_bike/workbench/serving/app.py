@@ -313,11 +313,10 @@ def _kind(text: str) -> Kind:
 
 async def _ended_or_left(request: Request, job: QueuedTask) -> Ending:
     """The end of a job; if the client goes away before it, nobody wants it any more."""
-    while job.ending is None:
-        await asyncio.wait([job.over], timeout=_LOOK)
-        if job.ending is None and await request.is_disconnected():
+    while not (await asyncio.wait([job.over], timeout=_LOOK))[0]:
+        if await request.is_disconnected():
             job.cancel()
-    return job.ending
+    return job.over.result()
 
 
 def _status(ending: Ending) -> int:

@@ -6,6 +6,7 @@ from collections import deque
 from collections.abc import Callable
 from concurrent.futures import BrokenExecutor, CancelledError
 from contextlib import nullcontext
+from threading import Event
 from time import monotonic
 from typing import Literal
 
@@ -45,17 +46,17 @@ class QueuedTask:
     ending : Ending or None
         None until it has ended.
     over : asyncio.Task
-        Done then.
-    is_unwanted : bool
-        Whether nobody waits for it any more.
+        Gives the ending.
+    unwanted : threading.Event
+        Set once nobody waits for it any more.
     """
 
-    over: asyncio.Task[None]
+    over: asyncio.Task[Ending]
 
     def __init__(self, task: Task) -> None:
         self.task = task
         self.ending: Ending | None = None
-        self.is_unwanted = False
+        self.unwanted = Event()
         self.future: ProgressFuture | None = None
 
     @property
@@ -75,7 +76,7 @@ class QueuedTask:
 
     def cancel(self) -> None:
         """Nobody waits for it any more: it ends, from whichever thread that is said."""
-        self.is_unwanted = True
+        self.unwanted.set()
         if self.future is not None:
             self.future.cancel()
 
@@ -140,23 +141,24 @@ class TaskQueue:
         for executor in self._executors.values():
             await asyncio.to_thread(executor.shutdown)
 
-    async def _carry_out(self, queued: QueuedTask) -> None:
+    async def _carry_out(self, queued: QueuedTask) -> Ending:
         kind = queued.task.kind
         async with self._long_places if is_long(kind) else nullcontext(), self._places:
             start = monotonic()
             queued.ending = await self._ending(queued)
             self._tasks.remove(queued)
             self._seconds.append(monotonic() - start)
+            return queued.ending
 
     async def _ending(self, queued: QueuedTask) -> Ending:
         """How a task ended, for its user; the log has what is not for users."""
         task, kind = queued.task, queued.task.kind
         limits = self._limits.of_process(is_long(kind))
         try:
-            if queued.is_unwanted:
+            if queued.unwanted.is_set():
                 raise CancelledError
             queued.future = self._executors[is_long(kind)].submit(work, task, limits.memory)
-            if queued.is_unwanted:
+            if queued.unwanted.is_set():
                 # Said by another thread meanwhile.
                 queued.future.cancel()
             over = asyncio.wrap_future(queued.future)

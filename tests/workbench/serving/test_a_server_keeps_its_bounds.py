@@ -192,7 +192,7 @@ def test_a_client_that_leaves_frees_its_place(serving, example, monkeypatch):
     monkeypatch.setattr("starlette.requests.Request.is_disconnected", left)
     monkeypatch.setattr("heyoka_bike.workbench.serving.app._LOOK", 0.001)
     client.post("/score", files={"file": (example.name, example.read_bytes())})
-    assert begun[0].is_unwanted
+    assert begun[0].unwanted.is_set()
     assert begun[0].state == "failed"
     assert not list(client.folder.iterdir())
 
