@@ -91,10 +91,6 @@ class ProcessLimits:
 
     def apply(self) -> None:
         """Hold this process to them, where the system can do that."""
-        try:
-            import resource
-        except ImportError:
-            return
         bounds = {
             "RLIMIT_CPU": int(self.seconds) + 2,
             "RLIMIT_AS": self.memory,
@@ -103,7 +99,9 @@ class ProcessLimits:
         }
         for name, bound in bounds.items():
             # macOS has not all of them and refuses some; the clock of the parent still holds.
-            with suppress(AttributeError, OSError, ValueError):
+            with suppress(ImportError, AttributeError, OSError, ValueError):
+                import resource
+
                 kind = getattr(resource, name)
                 _, most = resource.getrlimit(kind)
                 found = bound if most == resource.RLIM_INFINITY else min(bound, most)

@@ -1,25 +1,15 @@
-"""What the server offers to programs: for people, and as OpenAPI."""
+"""What the server offers to programs, as OpenAPI."""
 
 import json
-from html import escape
 from pathlib import Path
 from typing import Any
 
 from heyoka_bike.showing import formats
 from heyoka_bike.version import __version__
-from heyoka_bike.workbench.serving import pages
 from heyoka_bike.workbench.serving.limits import Limits
 
 _SCHEMA = Path(formats.__path__[0]) / "score-1.schema.json"
 _OPENAPI = Path(__file__).with_name("openapi.json")
-_EXAMPLES = (
-    ("curl", """curl -F file=@my-results.txt {address}score
-curl -F file=@my-results.txt {address}diagnose   # 202, then ask for "job" """),
-    ("MATLAB", """rows = fileread('my-results.txt');
-how = weboptions('MediaType', 'application/octet-stream', 'Timeout', 60);
-report = webwrite('{address}score', rows, how);
-report.maneuvers(1).columns(1).scd"""),
-)  # fmt: skip
 
 
 def description(limits: Limits) -> dict[str, Any]:
@@ -44,26 +34,3 @@ def description(limits: Limits) -> dict[str, Any]:
     else:
         del paths["/diagnose"]
     return found
-
-
-def api_page(limits: Limits, address: str) -> str:
-    """The interface for people.
-
-    Parameters
-    ----------
-    address
-        At which this server was asked, with a slash at its end.
-    """
-    examples = "".join(
-        f'<h2>{escape(name)}</h2><pre tabindex="0"><code>'
-        f"{escape(text.format(address=address))}</code></pre>"
-        for name, text in _EXAMPLES
-    )
-    body = f"""<h1>For programs</h1>
-<p><code>POST /score</code> with a file gives the JSON of <code>heyoka-bike score --format
-json</code>, and keeps nothing. <code>POST /diagnose</code> begins a diagnosis and answers 202 with
-the address to ask. All of it: <a href="/openapi.json">OpenAPI</a>. A file that cannot be scored
-gives 422 and one line, {limits.upload // 1_000_000} MB or more 413, a full queue 503 with
-<code>Retry-After</code>.</p>
-{examples}"""
-    return pages.shell("For programs", body)

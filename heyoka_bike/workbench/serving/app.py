@@ -31,12 +31,12 @@ from heyoka_bike.showing.replay.page import START
 from heyoka_bike.system.log import fault
 from heyoka_bike.system.resources import data_folder
 from heyoka_bike.workbench.serving import pages
-from heyoka_bike.workbench.serving.api import api_page, description
+from heyoka_bike.workbench.serving.api import description
 from heyoka_bike.workbench.serving.guard import Guard
 from heyoka_bike.workbench.serving.limits import Limits
 from heyoka_bike.workbench.serving.queue import BusyError, QueuedTask, TaskQueue
 from heyoka_bike.workbench.serving.store import ResultStore, StoredResult
-from heyoka_bike.workbench.serving.tasks import FILES, MADE, RENDERED, Ending, Kind, Task, stem
+from heyoka_bike.workbench.serving.tasks import FILES, RENDERED, Ending, Kind, Task
 from heyoka_bike.workbench.serving.uploads import receive
 
 _KINDS: tuple[Kind, ...] = ("score", "diagnose", "replay")
@@ -168,7 +168,7 @@ class Server:
 
     async def api(self, request: Request) -> Response:
         """How programs use the server."""
-        return _page(api_page(self.limits, str(request.base_url)))
+        return _page(pages.api(self.limits, str(request.base_url)))
 
     async def openapi(self, request: Request) -> Response:
         """The same for programs."""
@@ -226,14 +226,14 @@ class Server:
             title = "Cannot be scored" if kind == "score" else "Cannot be done"
             text = pages.error(title, job.ending.message, result=result, kind=kind)
             return _page(text, _status(job.ending))
-        made = result.made(f"{stem(kind)}{suffix or '.html'}")
+        made = job.task.made(suffix or ".html")
         if not made.is_file():
             raise HTTPException(404)
         if suffix:
-            name = f"{Path(result.task.files[0]).stem}-{stem(kind)}{suffix}"
+            name = f"{Path(job.task.files[0]).stem}-{made.name}"
             return FileResponse(made, filename=name, media_type=_TYPES.get(suffix, "text/html"))
         text = await run_in_threadpool(made.read_text, encoding="utf-8")
-        suffixes = [x for x in RENDERED.values() if result.made(stem(kind) + x).is_file()]
+        suffixes = [x for x in RENDERED.values() if job.task.made(x).is_file()]
         return _report(
             pages.with_bar(text, pages.bar(result, kind, suffixes), job.ending.diagnosis)
         )
@@ -254,8 +254,8 @@ class Server:
             ending = await _ended_or_left(request, job)
             if ending.state != "done":
                 return JSONResponse(_error(ending), _status(ending))
-            made = task.folder / MADE / f"{stem('score')}.json"
-            return Response(await run_in_threadpool(made.read_bytes), media_type="application/json")
+            made = await run_in_threadpool(task.made(".json").read_bytes)
+            return Response(made, media_type="application/json")
         finally:
             await run_in_threadpool(self.store.drop, task.folder)
 
@@ -289,9 +289,7 @@ class Server:
         except BusyError:
             self.store.drop(task.folder)
             raise
-        result = self.store.keep(task)
-        result.jobs[task.kind] = job
-        return result
+        return self.store.keep(job)
 
     def _found(self, request: Request) -> StoredResult:
         result = self.store.get(request.path_params["key"])

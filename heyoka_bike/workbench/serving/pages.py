@@ -18,9 +18,9 @@ from heyoka_bike.workbench.serving.tasks import Kind
 STATIC = Path(__file__).with_name("static")
 BAR_STYLE = (STATIC / "serve.css").read_text(encoding="utf-8")
 
-_SHELL, _HOME = (
+_SHELL, _HOME, _API = (
     Template(Path(__file__).with_name("templates").joinpath(name).read_text(encoding="utf-8"))
-    for name in ("shell.html", "home.html")
+    for name in ("shell.html", "home.html", "api.html")
 )
 
 _HINT = """<p>Options are fields of the form. Go back and open “What the file does not say”: Columns
@@ -57,6 +57,18 @@ def home(limits: Limits, has_leaderboard: bool) -> str:
         starts=_starts(), kept=_duration(limits.kept_seconds),
     )  # fmt: skip
     return shell("Score a file – uncontrolled bicycle", body, bar=bar_of_home(board))
+
+
+def api(limits: Limits, address: str) -> str:
+    """The page about the interface for programs.
+
+    Parameters
+    ----------
+    address
+        At which this server was asked, with a slash at its end.
+    """
+    body = _API.substitute(most=limits.upload // 1_000_000, address=escape(address))
+    return shell("For programs", body)
 
 
 @cache
@@ -138,13 +150,9 @@ def bar(result: StoredResult, current: Kind, downloads: Sequence[str] = ()) -> s
 def _asked(result: StoredResult, kind: Kind, said: str, current: Kind) -> str:
     root = f"/results/{result.key}/{kind}"
     if kind in result.jobs:
-        return _link(root, said, current == kind)
+        mark = ' aria-current="page"' if current == kind else ""
+        return f'<a href="{root}"{mark}>{said}</a>'
     return f'<form action="{root}" method="post"><button>{said}</button></form>'
-
-
-def _link(address: str, said: str, is_here: bool) -> str:
-    mark = ' aria-current="page"' if is_here else ""
-    return f'<a href="{address}"{mark}>{said}</a>'
 
 
 def _duration(seconds: float) -> str:

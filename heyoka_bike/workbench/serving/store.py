@@ -3,16 +3,15 @@
 import re
 import secrets
 import shutil
-from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from time import time
 from unicodedata import normalize
 
 from heyoka_bike.workbench.serving.limits import Limits
 from heyoka_bike.workbench.serving.queue import BusyError, QueuedTask
-from heyoka_bike.workbench.serving.tasks import FILES, MADE, Kind, Task
+from heyoka_bike.workbench.serving.tasks import FILES, Kind, Task
 
 # In characters; and in bytes, of which file systems take 255.
 _LONGEST_NAME, _MOST_NAME_BYTES = 80, 240
@@ -30,7 +29,6 @@ class StoredResult:
     ----------
     key
         In its address; who knows it may see the result.
-    folder : Path
     until : float
         When it is removed [s since 1970].
     task
@@ -42,19 +40,14 @@ class StoredResult:
     """
 
     key: str
-    folder: Path
     until: float
     task: Task
     has_diagnosis: bool
-    jobs: dict[Kind, QueuedTask] = field(default_factory=dict)
+    jobs: dict[Kind, QueuedTask]
 
     def of(self, kind: Kind) -> Task:
         """The task of another kind, of the same files."""
         return replace(self.task, kind=kind)
-
-    def made(self, name: str) -> Path:
-        """A file that was made for it."""
-        return self.folder / MADE / name
 
 
 class ResultStore:
@@ -75,9 +68,6 @@ class ResultStore:
 
     def __len__(self) -> int:
         return len(self._results)
-
-    def __iter__(self) -> Iterator[StoredResult]:
-        return iter(list(self._results.values()))
 
     def room(self) -> Path:
         """A new folder for the files of a request."""
@@ -103,12 +93,11 @@ class ResultStore:
         _remove(folder)
         self._arrived.pop(folder, None)
 
-    def keep(self, task: Task) -> StoredResult:
-        """Keep a task whose folder is from `room`, until its time is over."""
-        until = time() + self._limits.kept_seconds
-        result = StoredResult(
-            task.folder.name, task.folder, until, task, self._limits.has_diagnosis
-        )
+    def keep(self, job: QueuedTask) -> StoredResult:
+        """Keep a result whose folder is from `room`, until its time is over."""
+        task, limits = job.task, self._limits
+        until = time() + limits.kept_seconds
+        result = StoredResult(task.folder.name, until, task, limits.has_diagnosis, {task.kind: job})
         self._results[result.key] = result
         self._arrived.pop(task.folder, None)
         return result
@@ -123,11 +112,11 @@ class ResultStore:
         for job in list(result.jobs.values()):
             job.cancel()
         self._results.pop(result.key, None)
-        _remove(result.folder)
+        _remove(result.task.folder)
 
     def sweep(self) -> None:
         """Remove what is over, and the oldest of what is too much."""
-        sizes = {result: _size(result.folder) for result in self}
+        sizes = {result: _size(result.task.folder) for result in list(self._results.values())}
         size = sum(sizes.values())
         for result in sorted(sizes, key=lambda result: result.until):
             if (

@@ -21,6 +21,7 @@ from heyoka_bike.system.jobs import reporting
 Kind = Literal["score", "diagnose", "replay"]
 
 FILES, MADE = "files", "made"
+_STEMS: dict[Kind, str] = {"score": "report", "diagnose": "diagnosis", "replay": "replay"}
 RENDERED = {"html": ".html", "json": ".json", "csv": ".csv", "junit": ".xml"}
 """Formats of a report, and how the names of their files end."""
 
@@ -60,6 +61,10 @@ class Task:
     names: tuple[str, ...] | None = None
     require: tuple[str, ...] = ()
 
+    def made(self, suffix: str) -> Path:
+        """What is made of it, in a format with this suffix."""
+        return self.folder / MADE / f"{_STEMS[self.kind]}{suffix}"
+
 
 @dataclass(frozen=True, slots=True)
 class Ending:
@@ -88,11 +93,6 @@ class Ending:
 def is_long(kind: Kind) -> bool:
     """Whether a piece of work of this kind may take minutes."""
     return kind == "diagnose"
-
-
-def stem(kind: Kind) -> str:
-    """Name of what a piece of work makes, without the suffix."""
-    return {"score": "report", "diagnose": "diagnosis", "replay": "replay"}[kind]
 
 
 def work(task: Task, memory: int) -> dict[str, Any]:
@@ -129,7 +129,7 @@ def _carry_out(task: Task) -> Ending:
         from heyoka_bike.showing.replay.scenes import replay
 
         page = render(replay(REFERENCE, results[0], task.maneuver), task.files[0])
-        _write(task, ".html", page)
+        write_output(task.made(".html"), page.encode())
         return Ending("done")
     scored = score_files(
         results,
@@ -147,14 +147,8 @@ def _carry_out(task: Task) -> Ending:
         scored = diagnosed(scored, REFERENCE, lambda share: report(task.kind, round(share, 3)))
     made = origin((task.kind, *task.files))
     for name, suffix in RENDERED.items():
-        _write(task, suffix, output.render(scored, name, made))
+        write_output(task.made(suffix), output.render(scored, name, made).encode())
     if isinstance(scored, Series):
         return Ending("done")
     said = tuple(printable(f.message) for f in scored.diagnosis)
     return Ending("done", is_one_run=True, diagnosis=said)
-
-
-def _write(task: Task, suffix: str, text: str) -> None:
-    folder = task.folder / MADE
-    folder.mkdir(exist_ok=True)
-    write_output(folder / f"{stem(task.kind)}{suffix}", text.encode())

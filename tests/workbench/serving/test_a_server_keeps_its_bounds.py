@@ -11,7 +11,7 @@ import pytest
 from heyoka_bike.system.executors import ProgressFuture
 from heyoka_bike.workbench.serving import tasks
 from heyoka_bike.workbench.serving.limits import Limits
-from heyoka_bike.workbench.serving.queue import BusyError, TaskQueue
+from heyoka_bike.workbench.serving.queue import BusyError, QueuedTask, TaskQueue
 from heyoka_bike.workbench.serving.store import ResultStore, file_name
 
 BROWSER = {"accept": "text/html"}
@@ -226,7 +226,7 @@ def test_what_is_kept_in_the_middle_of_a_sweep_stays(tmp_path):
     class Arrived(dict):
         def __contains__(self, folder):
             if dict.__contains__(self, folder):
-                store.keep(tasks.Task("score", folder, ("a.txt",)))
+                store.keep(QueuedTask(tasks.Task("score", folder, ("a.txt",))))
             return dict.__contains__(self, folder)
 
     store._arrived = Arrived()
