@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import hashlib
+import pickle
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from contextvars import ContextVar
 from dataclasses import dataclass
+from pathlib import Path
 from threading import Lock
-from typing import Any, Protocol
+from typing import Any
+
+from heyoka_bike.system.files import replace_file
 
 Report = Callable[[str, float], None]
 """Called by a job with its stage, and the time that it has reached in the motion [s]."""
@@ -15,18 +21,9 @@ Report = Callable[[str, float], None]
 reporting: ContextVar[Report] = ContextVar("reporting", default=lambda stage, t: None)
 """Where the progress of a job goes: an executor that can pass it on sets it in its workers."""
 
+_HASH = hashlib.sha256
 _INTERVAL = 0.1  # [s]
 _one_at_a_time = Lock()
-
-
-class Cache(Protocol):
-    """A place for the result of one job, which outlives the run."""
-
-    def get(self) -> Outcome | None:
-        """What is there, if anything is."""
-
-    def put(self, outcome: Outcome) -> None:
-        """Keep it."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -45,8 +42,8 @@ class Job:
         Of that motion [s], for its progress.
     stages
         Those that are over when it is.
-    cache : Cache or None
-        Where its result is looked for, and put.
+    cache : Path or None
+        A file of its result, which outlives the run: the hash of all other bytes, then these.
     """
 
     work: Callable[..., Any]
@@ -54,13 +51,32 @@ class Job:
     name: str = ""
     duration: float = 1.0
     stages: tuple[str, ...] = ()
-    cache: Cache | None = None
+    cache: Path | None = None
 
     @property
     def words(self) -> str:
         """The job in words."""
         name = self.work.__name__.lstrip("_").replace("_", " ")
         return f"{name} of {self.name}" if self.name else name
+
+    def load(self) -> Outcome | None:
+        """The result in the file; what is not whole is not there."""
+        if self.cache is None:
+            return None
+        with suppress(OSError):
+            data = self.cache.read_bytes()
+            size = _HASH().digest_size
+            if _HASH(data[size:]).digest() == data[:size]:
+                found: Outcome = pickle.loads(data[size:])
+                return found
+        return None
+
+    def store(self, outcome: Outcome) -> None:
+        """Put a result there; where there is no room for it, it is made again another time."""
+        if self.cache is not None:
+            data = pickle.dumps(outcome)
+            with suppress(OSError):
+                replace_file(self.cache, _HASH(data).digest() + data)
 
 
 @dataclass(frozen=True, slots=True)

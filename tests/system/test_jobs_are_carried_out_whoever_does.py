@@ -88,25 +88,17 @@ def test_precision_is_of_one_job_at_a_time(executor):
     assert len(set(found)) == 3
 
 
-def test_what_is_kept_is_not_made_again():
-    class Place:
-        def __init__(self):
-            self.kept = []
-
-        def get(self):
-            return self.kept[0] if self.kept else None
-
-        def put(self, outcome):
-            self.kept.append(outcome)
-
-    there, empty = Place(), Place()
-    there.put(Outcome("kept"))
+def test_what_is_kept_is_not_made_again(tmp_path):
+    there = Job(jobs.fail, (), "there", cache=tmp_path / "there")
+    empty = Job(jobs.add, (1, 2), "empty", cache=tmp_path / "empty")
+    there.store(Outcome("kept"))
+    assert empty.load() is None
     with using(1):
-        found = outcomes([
-            Job(jobs.fail, (), "there", cache=there), Job(jobs.add, (1, 2), "empty", cache=empty),
-        ])  # fmt: skip
+        found = outcomes([there, empty])
     assert found["there"].value == "kept"
-    assert [x.value for x in empty.kept] == [3]
+    assert empty.load().value == 3
+    # Where there is no room, nothing is kept and nothing fails.
+    Job(jobs.add, (1, 2), cache=tmp_path / "no" / "folder").store(Outcome(3))
 
 
 def test_progress_is_told_from_elsewhere(tmp_path):
