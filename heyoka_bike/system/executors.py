@@ -167,6 +167,10 @@ class ProcessExecutor(Executor):
         while wait and self._idle:
             self._idle.pop().end()
 
+    def __exit__(self, exc_type: type[BaseException] | None, *_: object) -> None:
+        """Wait for all calls; where an exception is raised, end them."""
+        self.shutdown(cancel_futures=exc_type is not None)
+
     def _run(self, future: ProgressFuture, call: _Call) -> None:
         """Carry out a call, in a thread of its own."""
         if not future.set_running_or_notify_cancel():

@@ -9,10 +9,11 @@ from __future__ import annotations
 import logging
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
+from concurrent.futures import BrokenExecutor, Executor, Future
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from contextvars import ContextVar
 from functools import partial
+from queue import Empty, SimpleQueue
 from typing import Any, TypeVar
 
 from heyoka_bike.errors import InputError, WorkerLostError
@@ -87,10 +88,10 @@ def using(
 
 def _executor(count: int) -> AbstractContextManager[Executor]:
     """Who carries out so many jobs: of this machine, a single one runs in this process."""
-    chosen = _chosen.get() or processors()
-    if isinstance(chosen, Executor):
+    chosen = _chosen.get()
+    if chosen is not None and not isinstance(chosen, int):
         return nullcontext(chosen)
-    workers = min(chosen, count)
+    workers = min(chosen or processors(), count)
     return ProcessExecutor(workers) if workers > 1 else InlineExecutor()
 
 
@@ -166,11 +167,8 @@ def carry_out(
         try:
             while work.waiting or work.running:
                 work.begin(executor)
-                done, _ = wait(work.running, timeout=_LOOK, return_when=FIRST_COMPLETED)
-                for future in work.running:
-                    work.look(future)
-                for future in done:
-                    work.finish(future)
+                if work.running:
+                    work.wait()
         finally:
             for future in work.running:
                 future.cancel()
@@ -187,6 +185,8 @@ class _Schedule:
         self.names: set[str] = set()
         self.waiting: list[Job] = []
         self.running: dict[Future[Outcome], Job] = {}
+        # Not `concurrent.futures.wait`: an interrupt in the middle of it leaves futures locked.
+        self.done: SimpleQueue[Future[Outcome]] = SimpleQueue()
         self.outcomes: dict[Job, Outcome] = {}
         self.add(jobs)
 
@@ -227,13 +227,21 @@ class _Schedule:
         finally:
             reporting.reset(token)
         self.running[future] = job
+        future.add_done_callback(self.done.put)
         return future
 
-    def look(self, future: Future[Outcome]) -> None:
-        """Pass on what a job has reported since."""
-        if isinstance(future, ProgressFuture) and future.progress is not None:
-            progress, future.progress = future.progress, None
-            self.report(self.running[future], *progress)
+    def wait(self) -> None:
+        """Until a job is over, or for a moment; progress is passed on."""
+        try:
+            over = self.done.get(timeout=_LOOK)
+        except Empty:
+            over = None
+        for future, job in self.running.items():
+            if isinstance(future, ProgressFuture) and future.progress is not None:
+                progress, future.progress = future.progress, None
+                self.report(job, *progress)
+        if over is not None:
+            self.finish(over)
 
     def finish(self, future: Future[Outcome]) -> None:
         job = self.running.pop(future)
