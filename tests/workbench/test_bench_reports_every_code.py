@@ -297,9 +297,7 @@ def test_codes_beyond_binary64_are_right_where_they_stop(candidate, monkeypatch)
     monkeypatch.setattr(precise, "_RUNS", 1)
     monkeypatch.setattr(precise, "_MPMATH_SPAN", Fraction(1, 1000))
     found = precise.precise(candidate[1])
-    wholes = {
-        "heyoka_bike End": True, "heyoka": True, "mpmath odefun": False, "Taylor in balls": False,
-    }  # fmt: skip
+    wholes = {"heyoka": True, "mpmath odefun": False, "Taylor in balls": False}
     with suppress(compiled.NoCompilerError):
         compiled.QuadruplePeer(candidate[1].bicycle)
         wholes["C extrapolation"] = True

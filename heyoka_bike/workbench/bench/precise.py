@@ -1,4 +1,4 @@
-"""Beyond binary64: `End`, heyoka, mpmath's `odefun`, a Taylor method in ball arithmetic, and C.
+"""Beyond binary64: heyoka, mpmath's `odefun`, a Taylor method in ball arithmetic, and C.
 
 All integrate the same equations from the same initial state, without rows. What would take minutes
 is measured over the first part of the maneuver and scaled to the whole of it, by the part of
@@ -23,7 +23,6 @@ from heyoka_bike.numbers.analytic import PowerSeries
 from heyoka_bike.numbers.arithmetic import Balls, Multiprecision, midpoint
 from heyoka_bike.numbers.precision import Precision
 from heyoka_bike.workbench.bench.compiled import NoCompilerError, QuadruplePeer
-from heyoka_bike.workbench.fast.ends import End
 
 PRECISIONS: Sequence[str | int] = ("binary128", 70)
 """Those at which the codes are compared."""
@@ -96,7 +95,7 @@ def precise(published: Trajectory) -> list[Precise]:
     found = []
     for name in PRECISIONS:
         p = Precision.of(name)
-        found += [measure(published, p) for measure in (_end, _heyoka, _mpmath, _balls)]
+        found += [measure(published, p) for measure in (_heyoka, _mpmath, _balls)]
         if name == _QUADRUPLE:
             # Without a compiler there is one code less.
             with contextlib.suppress(NoCompilerError):
@@ -107,17 +106,6 @@ def precise(published: Trajectory) -> list[Precise]:
 def costs(published: Trajectory) -> list[Cost]:
     """What each of `DIGITS` costs, on the maneuver of a published run."""
     return [_cost(published, Precision.of(name)) for name in DIGITS]
-
-
-def _end(published: Trajectory, p: Precision) -> Precise:
-    run = End(published.bicycle, published.maneuver, p)
-    times = []
-    for _ in range(_RUNS):
-        begin = time.perf_counter()
-        found = run()
-        times.append(time.perf_counter() - begin)
-    state = [str(x) for x in found]
-    return _result("heyoka_bike End", p, published, min(times), published.maneuver.duration, state)
 
 
 def _heyoka(published: Trajectory, p: Precision) -> Precise:
