@@ -24,7 +24,7 @@ from heyoka_bike.workbench.atlas.fates import fates, repeats
 from heyoka_bike.workbench.atlas.make import make_atlas
 from heyoka_bike.workbench.atlas.runs import LEAST_TURN, SPACING, Runs
 from heyoka_bike.workbench.atlas.store import Store, load_atlas
-from heyoka_bike.workbench.fast.taylor_code import PLANS
+from heyoka_bike.workbench.atlas.taylor_code import PLANS
 
 PLAN = PLANS[ACCURACY]
 

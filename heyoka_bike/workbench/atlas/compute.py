@@ -13,7 +13,7 @@ from heyoka_bike.workbench.atlas.data import FALLS, UNDECIDED
 from heyoka_bike.workbench.atlas.design import ACCURACY, EDGE_ACCURACY, Chunk, Design
 from heyoka_bike.workbench.atlas.fates import fates
 from heyoka_bike.workbench.atlas.runs import Runs
-from heyoka_bike.workbench.fast.taylor_code import PLANS
+from heyoka_bike.workbench.atlas.taylor_code import PLANS
 
 Quantities = Mapping[str, Array]
 

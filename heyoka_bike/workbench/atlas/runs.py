@@ -21,7 +21,7 @@ from heyoka_bike.motion.expressions import Expressions, require_heyoka
 from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.dual import Duals
-from heyoka_bike.workbench.fast.taylor_code import CLOCK, NORM, STATE, Form, Plan, taylor_step
+from heyoka_bike.workbench.atlas.taylor_code import CLOCK, NORM, STATE, Form, Plan, taylor_step
 
 ROLL, PITCH, STEER, ROLL_RATE, STEER_RATE, SPIN = range(STATE)
 LATERAL = (ROLL, STEER, ROLL_RATE, STEER_RATE)
