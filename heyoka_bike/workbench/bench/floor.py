@@ -6,11 +6,11 @@ constant. The peak is measured: fused products and sums of whole vectors that wa
 """
 
 import ctypes
-import time
 from dataclasses import dataclass
 
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.workbench.bench.c_source import operations
+from heyoka_bike.workbench.bench.problem import seconds
 from heyoka_bike.workbench.fast.native import function
 from heyoka_bike.workbench.fast.vector_code import POINTS, Code, Loop, fused, module
 
@@ -64,9 +64,5 @@ def _peak() -> float:
     c.do("ret void")
     run = function(module(c), "peak", None, ctypes.c_void_p)
     numbers = (ctypes.c_double * (POINTS * _CHAINS))()
-    times = []
-    for _ in range(_RUNS):
-        begin = time.perf_counter()
-        run(numbers)
-        times.append(time.perf_counter() - begin)
-    return _LOOPS * _TURNS * _CHAINS * POINTS / min(times)
+    shortest = min(seconds(lambda: run(numbers)) for _ in range(_RUNS))
+    return _LOOPS * _TURNS * _CHAINS * POINTS / shortest

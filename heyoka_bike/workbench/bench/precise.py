@@ -11,6 +11,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import partial
 
 import flint
 
@@ -23,6 +24,7 @@ from heyoka_bike.numbers.analytic import PowerSeries
 from heyoka_bike.numbers.arithmetic import Balls, Multiprecision, midpoint
 from heyoka_bike.numbers.precision import Precision
 from heyoka_bike.workbench.bench.compiled import NoCompilerError, QuadruplePeer
+from heyoka_bike.workbench.bench.problem import seconds
 
 PRECISIONS: Sequence[str | int] = ("binary128", 70)
 """Those at which the codes are compared."""
@@ -118,15 +120,14 @@ def _heyoka(published: Trajectory, p: Precision) -> Precise:
         right_hand_side(published.bicycle, p, with_yaw=False), start,
         fp_type=native.type, compact_mode=True, **({"prec": p.bits} if native.is_mpfr else {}),
     )  # fmt: skip
-    times = []
-    for _ in range(_RUNS):
+
+    def run() -> None:
         integrator.time = zero
         integrator.state[:] = start
-        begin = time.perf_counter()
         integrator.propagate_until(end)
-        times.append(time.perf_counter() - begin)
-    state = [str(x) for x in integrator.state]
-    return _result("heyoka", p, published, min(times), duration, state)
+
+    took = min(seconds(run) for _ in range(_RUNS))
+    return _result("heyoka", p, published, took, duration, [str(x) for x in integrator.state])
 
 
 def _mpmath(published: Trajectory, p: Precision) -> Precise:
@@ -169,12 +170,9 @@ def _extrapolated(published: Trajectory, p: Precision) -> Precise:
     peer, duration = QuadruplePeer(published.bicycle), published.maneuver.duration
     digits = round(p.digits) + 5
     start = [x.mid().str(digits, radius=False) for x in _start(published, p)]
-    times = []
-    for _ in range(_RUNS):
-        begin = time.perf_counter()
-        state, _ = peer.end(_COLUMNS, start, str(float(duration)), _TOLERANCE)
-        times.append(time.perf_counter() - begin)
-    return _result("C extrapolation", p, published, min(times), duration, state)
+    run = partial(peer.end, _COLUMNS, start, str(float(duration)), _TOLERANCE)
+    took = min(seconds(run) for _ in range(_RUNS))
+    return _result("C extrapolation", p, published, took, duration, run()[0])
 
 
 def _start(published: Trajectory, p: Precision) -> list[flint.arb]:

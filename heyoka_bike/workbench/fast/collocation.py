@@ -7,6 +7,7 @@ polynomial through them is of degree 8, and good to that degree all over the ste
 
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import flint
 import numpy as np
@@ -54,7 +55,8 @@ def collocation() -> Collocation:
     with flint.ctx.workprec(_BITS):
         # Zeros of P_8 - P_7 on 0 to 1, P being Legendre's polynomials.
         difference = flint.fmpq_poly.legendre_p(POINTS) - flint.fmpq_poly.legendre_p(POINTS - 1)
-        points = sorted(((x.real + 1) / 2 for x, _ in difference.complex_roots()), key=float)
+        roots: Any = difference.complex_roots()
+        points = sorted(((x.real + 1) / 2 for x, _ in roots), key=float)
         powers = flint.arb_mat([[c**j for j in range(POINTS)] for c in points])
         integrals = flint.arb_mat([[c**j / j for j in range(1, POINTS + 1)] for c in points])
         integral = integrals * powers.inv()

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import reduce
+from typing import Any
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.reduced import Equations
@@ -94,12 +95,12 @@ def ends_source(equations: Equations) -> str:
     return v.module(rates_code(equations), c)
 
 
-def _slopes(k: Sequence[v.Memory], row: Row) -> v.Registers:
+def _slopes(k: Sequence[v.Memory], row: Row) -> Any:
     """Those of each variable, weighted."""
     return v.weighted([k[stage].load() for stage in row], list(row.values()))
 
 
-def _square(errors: v.Registers) -> v.Register:
+def _square(errors: v.Registers) -> Any:
     """Of the length of a vector of errors."""
     first, *rest = errors
     return reduce(lambda found, x: v.fused(x, x, found), rest, first * first)

@@ -1,14 +1,14 @@
 """The model as code: rates and columns of eight states at once."""
 
 import operator
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import cache
 from typing import Any
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.numbers.straight_line import Recorded, StraightLine, needed
-from heyoka_bike.workbench.fast.vector_code import STATE, Code, Memory, Operand, Register, turns
+from heyoka_bike.workbench.fast.vector_code import STATE, Code, Memory, Register, turns
 
 _NAMES = [f"y{i}" for i in range(STATE)]
 _OPERATORS = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv}
@@ -30,7 +30,7 @@ def call_rates(y: Memory, f: Memory) -> None:
     y.code.call("void", "rates", y.address, f.address)
 
 
-def columns_and_trail(equations: Equations, values: Sequence[Register]) -> list[Operand]:
+def columns_and_trail(equations: Equations, values: Iterable[Register]) -> list[Any]:
     """The benchmark's columns of a state, then the mechanical trail over the front's radius."""
     code = StraightLine()
     formulas = equations.convert(code.literal, code)
@@ -41,8 +41,8 @@ def columns_and_trail(equations: Equations, values: Sequence[Register]) -> list[
 
 
 def _computed(
-    code: StraightLine, values: Sequence[Register], results: Sequence[Recorded]
-) -> list[Operand]:
+    code: StraightLine, values: Iterable[Register], results: Sequence[Recorded]
+) -> list[Any]:
     """Values of recorded formulas, from those of the state's variables."""
     found = dict(zip(_NAMES, values, strict=True))
     sine_and_cosine = cache(turns)

@@ -156,7 +156,7 @@ def function(source: str, name: str, *signature: Any) -> Any:
     )
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(source), machine)
     engine.finalize_object()
-    found = ctypes.CFUNCTYPE(*signature)(engine.get_function_address(name))
+    found: Any = ctypes.CFUNCTYPE(*signature)(engine.get_function_address(name))
     # The engine owns the code: it lives as long as what calls it.
     found.engine = engine
     return found

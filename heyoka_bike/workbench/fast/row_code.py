@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.workbench.fast.model_code import columns_and_trail
@@ -19,7 +21,7 @@ _MASKED = f"llvm.masked.{{}}.v{POINTS}f64.p0"
 _ENERGY = BENCHMARK_COLUMNS.index("mechanical_energy")
 
 
-class Rows:
+class RowWriter:
     """The rows of a run.
 
     Parameters
@@ -90,7 +92,7 @@ class Rows:
             self._code.call("void", _MASKED.format("store"), value, place, self._aligned, mask)
 
 
-def _clenshaw(series: Memory, zeroth: Register, x: Register, twice: Register) -> Register:
+def _clenshaw(series: Memory, zeroth: Register, x: Register, twice: Register) -> Any:
     """Chebyshev series of a variable."""
     *rest, last_but_one, last = series.load(POINTS)
     before, value = last.spread(), fused(twice, last, last_but_one)

@@ -20,7 +20,7 @@ from heyoka_bike.workbench.fast import vector_code as v
 from heyoka_bike.workbench.fast.collocation import collocation
 from heyoka_bike.workbench.fast.complex_code import Complex, factor, solve
 from heyoka_bike.workbench.fast.model_code import call_rates, rates_code
-from heyoka_bike.workbench.fast.row_code import Rows
+from heyoka_bike.workbench.fast.row_code import RowWriter
 
 RUN = "run"
 """Name of the function, see `run_source`."""
@@ -48,7 +48,7 @@ def run_source(equations: Equations) -> str:
     """
     c = v.Code(f"i64 @{RUN}(ptr, i64, ptr, double, i64, ptr, ptr, ptr)")
     start, count, times, tolerance, most, columns, states, report = c.arguments
-    rows, step = Rows(c, equations, count, times, columns, states), _Step(c, tolerance)
+    rows, step = RowWriter(c, equations, count, times, columns, states), _Step(c, tolerance)
     step.state.store(start.load())
     step.lost.store([0.0] * v.STATE)
     end = times[count - 1]
@@ -187,4 +187,5 @@ def _last(vectors: v.Memory) -> v.Registers:
 
 def _largest(values: v.Registers) -> v.Register:
     """The largest magnitude."""
-    return reduce(v.Register.at_least, abs(values))
+    found: v.Register = reduce(v.Register.at_least, abs(values))
+    return found

@@ -57,8 +57,8 @@ def constant(kind: str, value: float | tuple[float, ...]) -> str:
     return text if kind == element else f"splat ({element} {text})"
 
 
-def _binary(name: str, *, is_swapped: bool = False) -> Callable[[Register, Operand], Register]:
-    def operator(self: Register, other: Operand) -> Register:
+def _binary(name: str, *, is_swapped: bool = False) -> Callable[[Register, Any], Register]:
+    def operator(self: Register, other: Any) -> Any:
         if isinstance(other, np.ndarray):
             return NotImplemented
         kind, x, y = self.code.alike(self, other)
@@ -132,8 +132,8 @@ class Register:
 
     def choose(self, x: Operand, y: Operand) -> Register:
         """The first operand where a bit is set, the second elsewhere."""
-        kind, x, y = self.code.alike(x, y)
-        operands = f"{self.kind} {self.text}, {kind} {x}, {kind} {y}"
+        kind, yes, no = self.code.alike(x, y)
+        operands = f"{self.kind} {self.text}, {kind} {yes}, {kind} {no}"
         return self.code.assign(kind, f"select {operands}")
 
     def cast(self, name: str, kind: str) -> Register:
@@ -288,10 +288,11 @@ class Code:
         kind = next((x for x in kinds if x[0] == "<"), kinds[0])
         return [kind, *(self.text(x, kind) for x in operands)]
 
-    def vector(self, values: Sequence[float]) -> Register:
+    def vector(self, values: Iterable[float]) -> Register:
         """A constant."""
-        kind = f"<{len(values)} x {_kind(values[0])}>"
-        return Register(self, kind, constant(kind, tuple(values)))
+        places = tuple(values)
+        kind = f"<{len(places)} x {_kind(places[0])}>"
+        return Register(self, kind, constant(kind, places))
 
     def call(self, kind: str, name: str, *arguments: Register, flags: str = "") -> Register:
         """What a function gives."""
@@ -343,9 +344,9 @@ def module(*functions: Code) -> str:
     return "\n".join([*map(str, functions), *set().union(*(x.declarations for x in functions)), ""])
 
 
-fused = np.frompyfunc(_intrinsic("fmuladd"), 3, 1)
+fused: Callable[..., Any] = np.frompyfunc(_intrinsic("fmuladd"), 3, 1)
 """Product of the first two plus the third, of registers or arrays of them."""
-choose = np.frompyfunc(Register.choose, 3, 1)
+choose: Callable[..., Any] = np.frompyfunc(Register.choose, 3, 1)
 """The second where a bit of the first is set, else the third, of registers or arrays of them."""
 
 
