@@ -22,9 +22,8 @@ from heyoka_bike.workbench.atlas.data import CYCLE, FALLS, FATES, LIFTS, REAR, U
 from heyoka_bike.workbench.atlas.design import ACCURACY, axis, design
 from heyoka_bike.workbench.atlas.fates import fates, repeats
 from heyoka_bike.workbench.atlas.make import make_atlas
-from heyoka_bike.workbench.atlas.runs import LEAST_TURN, SPACING, Runs
+from heyoka_bike.workbench.atlas.runs import LEAST_TURN, PLANS, SPACING, Runs
 from heyoka_bike.workbench.atlas.store import AtlasStore, load_atlas
-from heyoka_bike.workbench.atlas.taylor_code import PLANS
 
 PLAN = PLANS[ACCURACY]
 

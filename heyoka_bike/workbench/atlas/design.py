@@ -16,7 +16,7 @@ from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.system.versions import versions
 from heyoka_bike.workbench.atlas.data import GridAxis
 from heyoka_bike.workbench.atlas.fates import LONGEST
-from heyoka_bike.workbench.atlas.taylor_code import PLANS
+from heyoka_bike.workbench.atlas.runs import PLANS
 
 ACCURACY, EDGE_ACCURACY = 1e-10, "roundoff"
 """Of the motions of the grid, and of those at the edge; see `PLANS`."""
