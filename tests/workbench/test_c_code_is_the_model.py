@@ -9,8 +9,9 @@ import pytest
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.constants import constants
 from heyoka_bike.bicycle.equations.initial import initial_state
+from heyoka_bike.bicycle.equations.kinematics import unfold
 from heyoka_bike.bicycle.equations.model import few_products
-from heyoka_bike.bicycle.equations.outputs import columns, unfold
+from heyoka_bike.bicycle.equations.outputs import columns
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.straight_line import StraightLine
