@@ -16,7 +16,7 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.motion.dormand_prince import FIFTH, STAGES, STEP, THIRD, Row
 from heyoka_bike.workbench.fast import vector_code as v
-from heyoka_bike.workbench.fast.model_code import call_rates, columns_and_trail, rates_code
+from heyoka_bike.workbench.fast.model_code import ENERGY, call_rates, columns_and_trail, rates_code
 
 ENDS = "ends"
 """Name of the function, see `ends_source`."""
@@ -27,7 +27,6 @@ _SHORTEST = 2.0**-30  # [s]
 _FIRST = 0.1  # [s], of the tolerance's root: the first step
 # Of the energy: ten times what is usual at a tolerance, and at the least ones.
 _DRIFT, _ROUNDING = 100.0, 1e-11
-_ENERGY = BENCHMARK_COLUMNS.index("mechanical_energy")
 _NAN = float("nan")
 
 
@@ -52,7 +51,7 @@ def ends_source(equations: Equations) -> str:
         y.store(states.vectors(x)[0] for x in places[: v.STATE])
         lost.store([0.0] * v.STATE)
         call_rates(y, k[0])
-        energy = columns_and_trail(equations, y.load())[_ENERGY]
+        energy = columns_and_trail(equations, y.load())[ENERGY]
         t, wish, steps = c.variable(c.vector([0.0] * v.POINTS)), c.variable(first), c.variable(0)
         with v.Loop(c) as run:
             run.leave((t[0].over_places("fmin") >= duration) | (steps[0] >= most))
@@ -87,7 +86,7 @@ def ends_source(equations: Equations) -> str:
         *found, _ = columns_and_trail(equations, v.choose(t[0] >= until, y.load(), _NAN))
         # A motion that has stepped over a singularity does not keep its energy.
         allowed = energy * (tolerance * _DRIFT).at_least(_ROUNDING)
-        is_kept = abs(found[_ENERGY] - energy) <= allowed
+        is_kept = abs(found[ENERGY] - energy) <= allowed
         for place, value in zip(places, v.choose(is_kept, found, _NAN), strict=True):
             columns.vectors(place)[0] = value
         group[0] += v.POINTS

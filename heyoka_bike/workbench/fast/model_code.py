@@ -1,7 +1,7 @@
 """The model as code: rates and columns of eight states at once."""
 
 import operator
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import cache
 from typing import Any
 
@@ -10,6 +10,7 @@ from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.numbers.straight_line import Recorded, StraightLine, needed
 from heyoka_bike.workbench.fast.vector_code import STATE, Code, Memory, Register, turns
 
+ENERGY = BENCHMARK_COLUMNS.index("mechanical_energy")
 _NAMES = [f"y{i}" for i in range(STATE)]
 _OPERATORS = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv}
 
@@ -45,7 +46,9 @@ def _computed(
 ) -> list[Any]:
     """Values of recorded formulas, from those of the state's variables."""
     found = dict(zip(_NAMES, values, strict=True))
-    sine_and_cosine = cache(turns)
+    pair = cache(turns)
+    functions: dict[str, Callable[[Register], Register]] = {"sqrt": Register.sqrt}
+    functions |= {"sin": lambda x: pair(x)[0], "cos": lambda x: pair(x)[1]}
 
     def value(text: str) -> Any:
         if text in found:
@@ -55,12 +58,9 @@ def _computed(
     texts = [x.text for x in results]
     for name, text in needed(code.statements, texts).items():
         function, _, rest = text.partition("(")
-        argument = rest[:-1]
-        if not rest:
+        if rest:
+            found[name] = functions[function](value(rest[:-1]))
+        else:
             x, sign, y = text.split(" ")
             found[name] = _OPERATORS[sign](value(x), value(y))
-        elif function == "sqrt":
-            found[name] = value(argument).sqrt()
-        else:
-            found[name] = sine_and_cosine(value(argument))[function == "cos"]
     return [value(x) for x in texts]

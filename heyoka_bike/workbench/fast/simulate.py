@@ -144,7 +144,7 @@ def _prepared(
     maneuvers: Maneuvers, values: _Values | None, accuracy: str | float, rows: int | None,
     spacing: Fraction | float | str | None,
 ) -> Prepared:  # fmt: skip
-    bicycle = None if values is None else _bicycle(values)
+    bicycle = None if values is None else Bicycle("bicycle", dict(values))
     return prepare(maneuvers, bicycle=bicycle, accuracy=accuracy, rows=rows, spacing=spacing)
 
 
@@ -236,13 +236,9 @@ def _singular(place: str, x: Solution) -> SingularMotionError:
     return SingularMotionError(f"the motion meets a singularity {place} t = {x.time:.9g} s", x.time)
 
 
-def _bicycle(values: _Values) -> Bicycle:
-    return Bicycle("bicycle", dict(values))
-
-
 @lru_cache(_KEPT)
 def _code(values: _Values, is_regular: bool) -> MotionCode:
-    return MotionCode(_bicycle(values), is_regular=is_regular)
+    return MotionCode(Bicycle("bicycle", dict(values)), is_regular=is_regular)
 
 
 @cache

@@ -131,7 +131,7 @@ class Register:
         return self.code.assign(BIT, f"icmp eq {POINTER} {self.text}, null")
 
     def choose(self, x: Operand, y: Operand) -> Register:
-        """The first operand where a bit is set, the second elsewhere."""
+        """The first operand where a bit is set, the second elsewhere; of bits one is a vector."""
         kind, yes, no = self.code.alike(x, y)
         operands = f"{self.kind} {self.text}, {kind} {yes}, {kind} {no}"
         return self.code.assign(kind, f"select {operands}")
