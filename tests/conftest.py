@@ -45,9 +45,10 @@ MadeOnce = Callable[[str, Callable[[Path], object]], Path]
 
 # What changes how pytest, rich and argparse print in the processes that the tests start: a runner
 # that sets CI, for one, has pytest repeat every failure in its summary.
+# They read what is compiled to bytecode once.
 for name in (
     *("CI", "BUILD_NUMBER", "PYTEST_ADDOPTS", "PY_COLORS", "FORCE_COLOR", "NO_COLOR"),
-    *("COLUMNS", "LINES"),
+    *("COLUMNS", "LINES", "PYTHONDONTWRITEBYTECODE"),
 ):
     os.environ.pop(name, None)
 

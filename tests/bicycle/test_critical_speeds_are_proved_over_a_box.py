@@ -22,6 +22,8 @@ from heyoka_bike.numbers.dual import Duals
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.system.resources import collection
 
+pytestmark = pytest.mark.proof
+
 MEASURED = ("browser", "crescendo", "pista", "rigid", "rigid-jason", "yellow", "yellowrev")
 SAMPLES = 25
 # The box's speeds are computed to this, and rounded outward.

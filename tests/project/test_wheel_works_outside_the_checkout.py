@@ -10,6 +10,8 @@ from pathlib import Path
 import pytest
 from packaging.requirements import Requirement
 
+pytestmark = pytest.mark.proof
+
 ROOT = Path(__file__).resolve().parents[2]
 FILE = "heyoka_bike/bundled/data/peers/exudyn-h0.01.txt"
 
@@ -94,7 +96,6 @@ def test_it_scores_and_says_what_it_cannot(site):
     )
 
 
-@pytest.mark.proof
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [

@@ -59,6 +59,7 @@ def test_what_was_made_is_returned(made, short):
     assert {share for stage, share in stages.items() if stage != "waiting"} == {1.0}
 
 
+@pytest.mark.proof
 def test_the_command_finds_nothing_to_change(made, short, tmp_path, capsys):
     found, _ = made
     (tmp_path / "m.toml").write_text(TOML.format(short))
@@ -68,11 +69,6 @@ def test_the_command_finds_nothing_to_change(made, short, tmp_path, capsys):
 
 
 @pytest.mark.proof
-def test_making_it_again_changes_nothing(made, short):
-    found, _ = made
-    assert heyoka_bike.generate(found.folder, maneuvers=[short]).changed == ()
-
-
 def test_maneuvers_side_by_side_report_under_their_names(tmp_path, short):
     progress = Listener()
     both = [replace(short, name=name, duration=Fraction(1, 50)) for name in ("a", "b")]
@@ -147,6 +143,7 @@ def test_a_set_is_proved_again(made):
     assert set(stages[2:]) == {"rows", "dense", "motion", "vary"}
 
 
+@pytest.mark.proof
 def test_texts_are_compared_with_what_is_proved(made, tmp_path, monkeypatch):
     from heyoka_bike.reference.proof import prove_again
 
@@ -158,6 +155,7 @@ def test_texts_are_compared_with_what_is_proved(made, tmp_path, monkeypatch):
         heyoka_bike.certify(found.folder)
 
 
+@pytest.mark.proof
 def test_checks_and_agreeing_digits_are_returned(made):
     found, _ = made
     progress = Listener()
