@@ -11,6 +11,7 @@ from importlib.util import find_spec
 from itertools import repeat
 from multiprocessing import get_context
 from pathlib import Path
+from typing import Any
 
 import hypothesis
 import pytest
@@ -21,6 +22,7 @@ from heyoka_bike.bicycle.parameters import Bicycle, Maneuver, read_bicycle, read
 from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.motion.trajectory import Trajectory
 from heyoka_bike.reference.load import Reference, load_reference
+from heyoka_bike.reference.proof import prove_again
 from heyoka_bike.reference.proof.candidate import read_candidate
 from heyoka_bike.reference.values import Dense
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
@@ -143,6 +145,31 @@ def long_runs(
 def small_set(made_once: MadeOnce) -> Path:
     """A set of one maneuver of five rows; not to be changed."""
     return made_once("small-set", lambda place: make_set(place, ("0.2", "0.05"))) / "set"
+
+
+@pytest.fixture(scope="module")
+def keep_proofs() -> Iterator[None]:
+    """What follows from a candidate alone is proved once, for `certify --workers 1`.
+
+    What is published in copies of one set is compared with it each time.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        for name in ("enclosed", "differentiate", "round_rows"):
+            patch.setattr(prove_again, name, kept(getattr(prove_again, name)))
+        yield
+
+
+def kept(prove: Callable[..., Any]) -> Callable[..., Any]:
+    """The function, which remembers; its last argument only listens."""
+    known: dict[bytes, Any] = {}
+
+    def once(*arguments: Any) -> Any:
+        of = pickle.dumps(arguments[:-1])
+        if of not in known:
+            known[of] = prove(*arguments)
+        return known[of]
+
+    return once
 
 
 @pytest.fixture(scope="module")
