@@ -44,6 +44,7 @@ def made(tmp_path_factory, short):
     return heyoka_bike.generate(folder, maneuvers=[short], progress=progress), progress
 
 
+@pytest.mark.proof
 def test_what_was_made_is_returned(made, short):
     found, progress = made
     assert sorted(found.changed) == sorted(p.name for p in found.folder.iterdir())
@@ -132,6 +133,7 @@ def test_early_ends_are_said(tmp_path, short):
     assert end.maneuver.duration < 10
 
 
+@pytest.mark.proof
 def test_a_set_is_proved_again(made):
     found, _ = made
     progress = Listener()
@@ -172,9 +174,8 @@ def test_checks_and_agreeing_digits_are_returned(made):
     assert plain.agreements == ()
 
 
-def test_without_heyoka_a_rerun_is_refused_at_once(made, monkeypatch):
-    found, _ = made
+def test_without_heyoka_a_rerun_is_refused_at_once(folder, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "heyoka", None)
     monkeypatch.delattr("heyoka_bike.reference.verification.verify._verified")
     with pytest.raises(MissingPackageError, match="heyoka is not installed"):
-        heyoka_bike.verify(found.folder, rerun="full")
+        heyoka_bike.verify(folder, rerun="full")
