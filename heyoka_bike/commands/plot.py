@@ -23,7 +23,7 @@ def add_parser(subparsers: Any) -> None:
     listed = "\n".join(f"  {name:{width}}  {text}" for name, text in about.items())
     p = subparsers.add_parser(
         "plot",
-        help="draw the maneuvers, and figures of errors, definitions, stability and more",
+        help="draw the maneuvers, phase portraits, eigenvalues over speed, or an atlas",
         description=(
             "Draw figures of a reference set, by default each maneuver: roll and steer angles and\n"
             "their rates, forward speed, and the energies over time (figures 2 to 4 of the\n"
@@ -32,7 +32,7 @@ def add_parser(subparsers: Any) -> None:
         epilog=(
             f"figures:\n{listed}\n\nexamples:\n"
             "  heyoka-bike plot --maneuver 2 -o maneuver-2.pdf\n"
-            "  heyoka-bike plot --figure bicycle -o bicycle.svg\n"
+            "  heyoka-bike plot --figure phase -o phase.svg\n"
             "  heyoka-bike plot --figure atlas benchmark.zarr -o atlas.svg\n"
             "  heyoka-bike plot --figure atlas benchmark.zarr -o atlas.html\n\n"
             "The page of an atlas (see 'heyoka-bike atlas') is one file that needs no network: a\n"
@@ -73,7 +73,7 @@ def add_parser(subparsers: Any) -> None:
         "--maneuver",
         metavar="N",
         type=int,
-        help="draw this one (default: all, in errors and definitions 1)",
+        help="draw this one (default: all)",
     )
     p.set_defaults(run=run)
 

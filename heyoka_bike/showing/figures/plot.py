@@ -31,13 +31,12 @@ def plot(
     Parameters
     ----------
     figure
-        What to draw: ``maneuvers``, ``stability``, ``phase``, ``errors``, ``definitions``,
-        ``certificate``, ``after``, ``bicycle``, ``overview``, or ``all``; ``atlas`` of an atlas.
+        What to draw: ``maneuvers``, ``stability``, ``phase``, or ``all``; ``atlas`` of an atlas.
     path
         A file (.png, .svg, .pdf) for one figure, or a folder, which gets PNG and SVG. By default
         nothing is written.
     maneuver
-        Draw this one; by default all, in errors and definitions the first.
+        Draw this one; by default all.
     reference
         From `load_reference`, or the folder of a set, of the figure ``atlas`` that of an atlas; the
         published set by default.
@@ -52,7 +51,7 @@ def plot(
     InputError
         No such figure or maneuver, or a path that cannot be written.
     MissingPackageError
-        matplotlib is not installed, or heyoka, if the figure needs it.
+        matplotlib is not installed.
     """
     if path is not None and not isinstance(path, str | PathLike):
         raise InputError(f"path: found a {type(path).__name__}, expected the name of a file")

@@ -11,7 +11,6 @@ import numpy as np
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.errors import printable
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.showing.figures.shapes import shape
 from heyoka_bike.showing.formats import axis
 from heyoka_bike.showing.formats.chart import Line, chart
 from heyoka_bike.showing.formats.charts import legend
@@ -20,6 +19,7 @@ from heyoka_bike.showing.formats.origin import reference_words
 from heyoka_bike.showing.formats.wording import sentence, worst_words
 from heyoka_bike.showing.replay.motion_3d import Motion3D
 from heyoka_bike.showing.replay.scenes import Replay, Scene
+from heyoka_bike.showing.replay.shapes import shape
 
 STYLE = Path(__file__).with_name("replay.css")
 SCRIPT = Path(__file__).with_name("replay.js")
