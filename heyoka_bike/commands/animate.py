@@ -6,7 +6,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from heyoka_bike.commands.options import add_reference
+from heyoka_bike.commands.options import add_format, add_maneuver, add_output, add_reference
 from heyoka_bike.errors import Exit
 from heyoka_bike.showing.replay import check_suffix
 
@@ -31,18 +31,9 @@ def add_parser(subparsers: Any) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     p.add_argument("file", metavar="FILE", nargs="?", help="result file; - is standard input")
-    p.add_argument(
-        "-o",
-        "--output",
-        metavar="FILE",
-        help=f"file to write, .html (default ./{_DEFAULT})",
-    )
-    p.add_argument("--format", metavar="FORMAT", choices=("html",), help="html, the only one")
-    p.add_argument(
-        "--maneuver",
-        metavar="N",
-        help="show this one, which a file of one maneuver then holds (default: all)",
-    )
+    add_output(p, f"file to write, .html (default ./{_DEFAULT})")
+    add_format(p, ("html",))
+    add_maneuver(p, "show this one, which a file of one maneuver then holds (default: all)")
     add_reference(p)
     p.set_defaults(run=run)
 

@@ -7,9 +7,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from heyoka_bike.commands.options import lists
+from heyoka_bike.commands.options import add_formats, add_maneuver, add_output, lists
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.showing.figures import ALL, ATLAS, DEFAULT, FIGURES, plates
+from heyoka_bike.showing.figures.style import FORMATS
 
 _DEFAULT_FOLDER = "figures"
 _PAGES = (".html", ".htm")
@@ -53,28 +54,11 @@ def add_parser(subparsers: Any) -> None:
         help=f"what to draw, see below, or {ALL} (default {DEFAULT})",
     )
     lists(figure, [*FIGURES, ATLAS, ALL])
-    p.add_argument(
-        "-o",
-        "--output",
-        metavar="FILE_OR_FOLDER",
-        default=_DEFAULT_FOLDER,
-        help="folder, or the file of a single figure, its format by the suffix "
-        f"(default ./{_DEFAULT_FOLDER})",
-    )
-    p.add_argument(
-        "--format",
-        metavar="FORMAT",
-        dest="formats",
-        action="extend",
-        nargs="+",
-        help="one or more of png, svg, pdf (default png svg)",
-    )
-    p.add_argument(
-        "--maneuver",
-        metavar="N",
-        type=int,
-        help="draw this one (default: all)",
-    )
+    said = "folder, or the file of a single figure, its format by the suffix "
+    said += f"(default ./{_DEFAULT_FOLDER})"
+    add_output(p, said, metavar="FILE_OR_FOLDER", default=_DEFAULT_FOLDER)
+    add_formats(p, FORMATS, "several may be given, after DIR (default png svg)", nargs="+")
+    add_maneuver(p, "draw this one (default: all)", int)
     p.set_defaults(run=run)
 
 
@@ -85,7 +69,6 @@ def run(args: argparse.Namespace) -> int:
     from heyoka_bike.reference.load import load_reference
     from heyoka_bike.showing.figures.style import save
 
-    _check_formats(args)
     reference = load_reference(args.reference)
     chosen = plates(reference, args.figure, args.maneuver)
     paths = _paths(args, [plate.name for plate in chosen])
@@ -110,7 +93,6 @@ def _atlas(args: argparse.Namespace) -> int:
         raise InputError("--figure: found atlas without one, expected its folder (DIR)")
     if is_page and args.formats is not None:
         raise InputError("--format: expected none for the page of an atlas")
-    _check_formats(args)
     paths = [Path(args.output)] if is_page else _paths(args, [ATLAS])[0]
     atlas = load_atlas(args.reference)
     if is_page:
@@ -126,17 +108,6 @@ def _atlas(args: argparse.Namespace) -> int:
     for path in paths:
         print(path)
     return Exit.OK
-
-
-def _check_formats(args: argparse.Namespace) -> None:
-    from heyoka_bike.showing.figures.style import FORMATS
-
-    for found in args.formats or ():
-        if found not in FORMATS:
-            raise InputError(
-                f"--format: found '{found}', expected one or more of {', '.join(FORMATS)} "
-                "(DIR goes before --format)"
-            )
 
 
 def _paths(args: argparse.Namespace, names: Sequence[str]) -> list[list[Path]]:

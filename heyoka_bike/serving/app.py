@@ -32,8 +32,8 @@ from heyoka_bike.serving.limits import Limits
 from heyoka_bike.serving.store import Kept, Store
 from heyoka_bike.serving.tasks import FILES, MADE, RENDERED, Kind, Task, fault, stem
 from heyoka_bike.serving.uploads import TooLargeError, receive
-from heyoka_bike.showing.formats.html import SCRIPT as REPORT_SCRIPT
-from heyoka_bike.showing.formats.markup import PAGE_STYLE, policy
+from heyoka_bike.showing.document.html import PAGE_STYLE, policy
+from heyoka_bike.showing.document.html import SCRIPT as REPORT_SCRIPT
 from heyoka_bike.showing.replay.page import SCRIPT as REPLAY_SCRIPT
 from heyoka_bike.showing.replay.page import START
 from heyoka_bike.system.resources import data_folder

@@ -10,7 +10,7 @@ from heyoka_bike.serving.crew import Job
 from heyoka_bike.serving.limits import Limits
 from heyoka_bike.serving.store import Kept
 from heyoka_bike.serving.tasks import Kind
-from heyoka_bike.showing.formats.markup import prose
+from heyoka_bike.showing.document.html import prose
 from heyoka_bike.system.resources import benchmark_maneuvers
 from heyoka_bike.version import __version__
 

@@ -83,7 +83,7 @@ def warm() -> None:
     _reference()
     for name in ("array_files", "json_files", "matlab_files", "table_files", "text_table"):
         import_module(f"heyoka_bike.scoring.reading.{name}")
-    for name in RENDERED:
+    for name in ("csv", "json", "junit", "report", "series"):
         import_module(f"heyoka_bike.showing.formats.{name}")
 
 

@@ -20,8 +20,8 @@ from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.showing.atlas.motion_source import MOTION_SCRIPT, motion_source
 from heyoka_bike.showing.atlas.packed import Packed
+from heyoka_bike.showing.document.html import PAGE_STYLE, page
 from heyoka_bike.showing.figures.atlas import limits
-from heyoka_bike.showing.formats.markup import PAGE_STYLE, page
 from heyoka_bike.showing.replay.page import SCRIPT as REPLAY_SCRIPT
 from heyoka_bike.showing.replay.page import STYLE as REPLAY_STYLE
 from heyoka_bike.showing.replay.page import drawing, stage

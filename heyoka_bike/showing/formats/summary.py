@@ -8,11 +8,10 @@ from heyoka_bike.errors import printable
 from heyoka_bike.scoring.findings import Severity
 from heyoka_bike.scoring.reading.source import ARRAY
 from heyoka_bike.scoring.report import Report, Run, Series
-from heyoka_bike.showing.formats.grades import Grade, file_grade, is_part, text_color
+from heyoka_bike.showing.document.text import TextPage
 from heyoka_bike.showing.formats.matrix import conventions
-from heyoka_bike.showing.formats.origin import UNKNOWN, Origin
-from heyoka_bike.showing.formats.text_page import TextPage
-from heyoka_bike.showing.formats.wording import (
+from heyoka_bike.showing.grades import Grade, file_grade, is_part, text_color
+from heyoka_bike.showing.wording import (
     by_severity,
     caveats,
     fewest_digits,
@@ -37,19 +36,18 @@ _Entry = tuple[str, str, int]
 
 
 def render(
-    scored: Report | Series, width: int | None, color: bool, made: Origin = UNKNOWN, *,
-    in_python: bool = False,
-) -> str:  # fmt: skip
+    scored: Report | Series, width: int | None, has_colors: bool, *, in_python: bool = False
+) -> str:
     """Ten lines at most; what does not fit is cut, the table has all of it.
 
     Parameters
     ----------
-    width, color, made
-        See `table.render`.
+    width, has_colors
+        See `document.text.render`.
     in_python
         Whether what to do next is said for Python, not for the command line.
     """
-    page = TextPage(width, color)
+    page = TextPage(width, has_colors)
     if isinstance(scored, Report):
         page.brief("", _verdict(scored), 2, f"bold {text_color(file_grade(scored))}")
         entries = [*_report(scored), ("next", _next(scored, in_python), 1)]

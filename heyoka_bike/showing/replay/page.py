@@ -11,15 +11,15 @@ import numpy as np
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.errors import printable
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.showing.formats import axis
-from heyoka_bike.showing.formats.chart import Line, chart
-from heyoka_bike.showing.formats.charts import legend
-from heyoka_bike.showing.formats.markup import PAGE_STYLE, page, prose
+from heyoka_bike.showing.charts import axis
+from heyoka_bike.showing.charts.chart import Line, chart
+from heyoka_bike.showing.charts.maneuver import legend
+from heyoka_bike.showing.document.html import PAGE_STYLE, page, prose
 from heyoka_bike.showing.formats.origin import reference_words
-from heyoka_bike.showing.formats.wording import sentence, worst_words
 from heyoka_bike.showing.replay.motion_3d import Motion3D
 from heyoka_bike.showing.replay.scenes import Replay, Scene
 from heyoka_bike.showing.replay.shapes import shape
+from heyoka_bike.showing.wording import sentence, worst_words
 
 STYLE = Path(__file__).with_name("replay.css")
 SCRIPT = Path(__file__).with_name("replay.js")

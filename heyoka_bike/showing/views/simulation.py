@@ -6,20 +6,20 @@ from typing import TYPE_CHECKING
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.reference.values import Values
-from heyoka_bike.showing.views.card import card, folded, head, plain_table, remark
+from heyoka_bike.showing.document import Block, Chapter
+from heyoka_bike.showing.document.notebook import head
 from heyoka_bike.showing.views.values import table
 
 if TYPE_CHECKING:
     from heyoka_bike.motion.fast.simulate import Simulation
 
 
-def html(run: Simulation) -> str:
+def blocks(run: Simulation) -> tuple[Block, ...]:
     """The first and last rows of each maneuver; of several they unfold."""
-    shown = []
-    for columns in run.values:
+    shown: list[Block] = []
+    for i, columns in enumerate(run.values, start=1):
         values = Values(dict(zip(BENCHMARK_COLUMNS, columns, strict=True)), {}, time=run.time)
-        names, rows, said = table(values, len(BENCHMARK_COLUMNS))
-        shown.append(plain_table(names, rows, "Rows", "numbers") + remark(said))
-    if len(shown) > 1:
-        shown = [folded(f"Maneuver {i}", part) for i, part in enumerate(shown, start=1)]
-    return card(head(repr(run).strip("<>")), *shown)
+        rows = table(values, len(BENCHMARK_COLUMNS), "Rows")
+        is_one = len(run.values) == 1
+        shown.append(rows if is_one else Chapter(f"Maneuver {i}", (rows,), is_folded=True))
+    return *head(repr(run).strip("<>")), *shown

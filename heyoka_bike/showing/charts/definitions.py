@@ -8,7 +8,7 @@ from heyoka_bike.errors import printable
 from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.conventions import odds_words
 from heyoka_bike.scoring.report import ManeuverScore
-from heyoka_bike.showing.formats.wording import label, number, unit_text
+from heyoka_bike.showing.wording import label, number, unit_text
 
 
 def definitions(m: ManeuverScore) -> str:

@@ -11,7 +11,7 @@ from html import escape
 import numpy as np
 
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.showing.formats.axis import Axis
+from heyoka_bike.showing.charts.axis import Axis
 
 _WIDTH, _HEIGHT = 4000, 2000  # steps of the inner SVG
 _FEW = 40  # rows that are drawn as points too

@@ -10,11 +10,11 @@ from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.measures import TOLERANCE
 from heyoka_bike.scoring.report import Curve, Explanation, ManeuverScore
-from heyoka_bike.showing.formats import axis
-from heyoka_bike.showing.formats.chart import Level, Line, Notch, chart
-from heyoka_bike.showing.formats.decimate import envelope, highest
-from heyoka_bike.showing.formats.markup import prose
-from heyoka_bike.showing.formats.wording import in_unit, label, number, plain, scale, unit_text
+from heyoka_bike.showing.charts import axis
+from heyoka_bike.showing.charts.chart import Level, Line, Notch, chart
+from heyoka_bike.showing.charts.decimate import envelope, highest
+from heyoka_bike.showing.document.html import prose
+from heyoka_bike.showing.wording import in_unit, label, number, plain, scale, unit_text
 
 _ALL_HEIGHT, _ONE_HEIGHT = 300, 120
 # Looks of lines in page.css; columns beyond the eight of the benchmark share them.

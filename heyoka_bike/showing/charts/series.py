@@ -9,11 +9,11 @@ import numpy as np
 from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.measures import TOLERANCE
 from heyoka_bike.scoring.report import Convergence, Run, Series
-from heyoka_bike.showing.formats import axis
-from heyoka_bike.showing.formats.chart import Guide, Level, Line, Notch, chart
-from heyoka_bike.showing.formats.charts import legend, run_time, style_of
-from heyoka_bike.showing.formats.decimate import highest
-from heyoka_bike.showing.formats.wording import label, number, run_name, scale
+from heyoka_bike.showing.charts import axis
+from heyoka_bike.showing.charts.chart import Guide, Level, Line, Notch, chart
+from heyoka_bike.showing.charts.decimate import highest
+from heyoka_bike.showing.charts.maneuver import legend, run_time, style_of
+from heyoka_bike.showing.wording import label, number, run_name, scale
 
 _HEIGHT, _SMALL = 280, 160
 _BINS = 125
