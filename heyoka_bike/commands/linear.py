@@ -3,25 +3,20 @@
 from __future__ import annotations
 
 import argparse
-import json
-import sys
 from collections.abc import Sequence
-from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from heyoka_bike.commands.options import add_bicycle
+from heyoka_bike.commands.options import add_bicycle, add_format
+from heyoka_bike.commands.printing import complain, print_blocks, print_json
 from heyoka_bike.errors import Exit, InputError
-from heyoka_bike.system.console import print_table, table
+from heyoka_bike.registry import addition
 
 if TYPE_CHECKING:
-    from heyoka_bike.bicycle.stability.box import BoxStability, CriticalSpeed, Interval
     from heyoka_bike.bicycle.stability.linear import Linearisation
+    from heyoka_bike.showing.document import Block
 
 _MAX_SPEEDS = 10_001
-
-# It is of first order only.
-_DEVIATION_DIGITS = 3
 
 _UNITS = {"M": "kg m^2", "C1": "kg m", "K0": "kg m", "K2": "kg"}
 
@@ -62,7 +57,7 @@ def add_parser(subparsers: Any) -> None:
         help="prove between which speeds weave and capsize lie if every parameter may be so many "
         "of its standard deviations off (default 1), and where all such bicycles are stable",
     )
-    p.add_argument("--format", choices=("table", "json"), default="table", help="(default table)")
+    add_format(p, ("table", "json"), default="table")
     p.set_defaults(run=run)
 
 
@@ -77,23 +72,22 @@ def run(args: argparse.Namespace) -> int:
     speeds = parse_speeds(args.speeds)
     bicycle = read_bicycle(find_input("bicycles", args.bicycle))
     for warning in bicycle.warnings:
-        print(f"heyoka-bike: warning: {bicycle.name}: {warning}", file=sys.stderr)
+        complain(f"warning: {bicycle.name}: {warning}")
     box = None
     if args.uncertainty is not None:
-        from heyoka_bike.bicycle.stability.box import stability_box
-
-        box = stability_box(bicycle, parse_sigmas(args.uncertainty), args.digits)
+        box = addition("uncertain_stability")(bicycle, args.uncertainty, args.digits)
     linear = linearise(bicycle, args.digits)
     spectrum = [(v, linear.eigenvalues(v)) for v in speeds]
     if args.format == "json":
         document: dict[str, object] = {"bicycle": bicycle.name, **_as_json(linear, spectrum)}
         if box is not None:
-            document["uncertainty"] = _box_as_json(box, args.digits)
-        print(json.dumps(document, indent=2))
+            document["uncertainty"] = box.as_json()
+        print_json(document)
     else:
-        _print(bicycle.name, linear, spectrum)
-        if box is not None:
-            _print_box(box, args.digits)
+        print(bicycle.name)
+        print("M q'' + v C1 q' + (g K0 + v^2 K2) q = 0 with q = (roll, steer)")
+        print(f"g = {_text(linear.g, linear.digits)} N/kg", end="\n\n")
+        print_blocks(*_blocks(linear, spectrum), *(() if box is None else box.blocks()))
     return Exit.OK
 
 
@@ -122,29 +116,6 @@ def parse_speeds(text: str) -> list[Fraction]:
     if steps >= _MAX_SPEEDS:
         raise InputError(f"--speeds: found {steps + 1} speeds, expected at most {_MAX_SPEEDS}")
     return [first + i * step for i in range(steps + 1)]
-
-
-def parse_sigmas(text: str) -> Fraction:
-    """A positive number of standard deviations.
-
-    Raises
-    ------
-    InputError
-        The text is not one.
-    """
-    from heyoka_bike.errors import quoted
-    from heyoka_bike.numbers.exact import Exact
-
-    try:
-        sigmas = Exact.parse(text).fraction()
-    except ValueError:
-        sigmas = Fraction(0)
-    if sigmas <= 0:
-        raise InputError(
-            f"--uncertainty: found {quoted(text)}, expected a positive number of standard "
-            "deviations"
-        )
-    return sigmas
 
 
 def _speed(text: str) -> Fraction:
@@ -203,28 +174,24 @@ def _as_json(linear: Linearisation, spectrum: _Spectrum) -> dict[str, object]:
     }
 
 
-def _print(name: str, linear: Linearisation, spectrum: _Spectrum) -> None:
+def _blocks(linear: Linearisation, spectrum: _Spectrum) -> tuple[Block, ...]:
     """The same as tables."""
+    from heyoka_bike.showing.document import TableBlock
 
     def text(x: Any) -> str:
         return _text(x, linear.digits)
 
-    print(name)
-    print("M q'' + v C1 q' + (g K0 + v^2 K2) q = 0 with q = (roll, steer)")
-    print(f"g = {text(linear.g)} N/kg")
     matrices = [
         ["" if i else f"{name} [{unit}]", equation, *map(text, getattr(linear, name)[i])]
         for name, unit in _UNITS.items()
         for i, equation in enumerate(("roll", "steer"))
     ]
-    print_table(table(("matrix", "equation", "of roll", "of steer"), matrices, group=2))
     eigenvalues = [
         ["" if i else _speed_text(v, linear.digits), text(s.real), text(s.imag)]
         for v, values in spectrum
         for i, s in enumerate(values)
     ]
     heading = ("speed [m/s]", "eigenvalue, real part [1/s]", "imaginary part [rad/s]")
-    print_table(table(heading, eigenvalues, group=4))
     critical = (
         (("weave speed [m/s]", "weave frequency [rad/s]"), linear.weave_speeds),
         (("capsize speed [m/s]",), [(v,) for v in linear.capsize_speeds]),
@@ -238,76 +205,8 @@ def _print(name: str, linear: Linearisation, spectrum: _Spectrum) -> None:
         for quantity, x in zip(quantities, values, strict=True)
     ]
     rows += [[quantities[0], "none"] for quantities, found in critical if not found]
-    print_table(table(("critical speeds", "value"), rows))
-
-
-def below(x: Fraction, digits: int) -> str:
-    """A decimal at or below x."""
-    return str(_divided(x, digits, ROUND_FLOOR))
-
-
-def above(x: Fraction, digits: int) -> str:
-    """A decimal at or above x."""
-    return str(_divided(x, digits, ROUND_CEILING))
-
-
-def _divided(x: Fraction, digits: int, rounding: str) -> Decimal:
-    return Context(prec=digits, rounding=rounding).divide(
-        Decimal(x.numerator), Decimal(x.denominator)
+    return (
+        TableBlock(("matrix", "equation", "of roll", "of steer"), matrices, left=2, group=2),
+        TableBlock(heading, eigenvalues, group=4),
+        TableBlock(("critical speeds", "value"), rows),
     )
-
-
-def _bounds(v: CriticalSpeed, digits: int) -> dict[str, str]:
-    """Decimals that say no more than is proved or was attained."""
-    return {
-        "from": below(v.low, digits),
-        "to": above(v.high, digits),
-        "attained_from": above(v.least, digits),
-        "attained_to": below(v.most, digits),
-        "standard_deviation": above(v.deviation, _DEVIATION_DIGITS),
-    }
-
-
-def _ends(interval: Interval | None, digits: int, *, inward: bool) -> dict[str, str | None] | None:
-    """An interval of speeds, rounded inward or outward."""
-    if interval is None:
-        return None
-    low, high = interval
-    begin, end = (above, below) if inward else (below, above)
-    return {"from": begin(low, digits), "to": None if high is None else end(high, digits)}
-
-
-def _box_as_json(box: BoxStability, digits: int) -> dict[str, object]:
-    return {
-        "standard_deviations": str(box.sigmas),
-        "parameters": box.parameters,
-        **{
-            name: None if speeds is None else [_bounds(v, digits) for v in speeds]
-            for name, speeds in (("weave", box.weave), ("capsize", box.capsize))
-        },
-        "all_stable": _ends(box.every, digits, inward=True),
-        "some_stable": _ends(box.some, digits, inward=False),
-    }
-
-
-def _print_box(box: BoxStability, digits: int) -> None:
-    print(
-        f"Every bicycle whose {box.parameters} uncertain parameters are each within "
-        f"{box.sigmas} standard deviation(s):"
-    )
-    rows = []
-    for name, speeds in (("weave", box.weave), ("capsize", box.capsize)):
-        if speeds is None:
-            rows.append([f"{name} speed [m/s]", "not decided", "", "", "", ""])
-        elif not speeds:
-            rows.append([f"{name} speed [m/s]", "none", "", "", "", ""])
-        rows += [[f"{name} speed [m/s]", *_bounds(v, digits).values()] for v in speeds or ()]
-    for name, interval, inward in (
-        ("all are stable [m/s]", box.every, True),
-        ("none is stable outside [m/s]", box.some, False),
-    ):
-        ends = _ends(interval, digits, inward=inward)
-        found = ["no speed", ""] if ends is None else [x or "no end" for x in ends.values()]
-        rows.append([name, *found, "", "", ""])
-    heading = ("proved", "from", "to", "attained from", "attained to", "standard deviation")
-    print_table(table(heading, rows))

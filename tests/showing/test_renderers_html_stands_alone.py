@@ -4,15 +4,14 @@ import re
 import subprocess
 import sys
 from dataclasses import replace
-from functools import cached_property
-from html.parser import HTMLParser
 
 import numpy as np
 import pytest
 from support import sample_reports
+from support.pages import Page
 
-from heyoka_bike.showing.formats import html
-from heyoka_bike.showing.formats.origin import Origin
+from heyoka_bike.showing.formats.origin import UNKNOWN, Origin
+from heyoka_bike.showing.formats.output import render as rendered
 from heyoka_bike.version import __version__
 
 SAMPLES = (
@@ -20,67 +19,15 @@ SAMPLES = (
     "hostile", "series", "programs",
 )  # fmt: skip
 HEAVY = {"h5py", "heyoka", "flint", "mpmath", "scipy", "matplotlib", "rich", "plotly"}
-INLINE = {"b", "bdi", "i", "tspan"}
-VOID = {"meta", "link", "br", "hr", "img", "input", "wbr"}
 
 
-class Page(HTMLParser):
-    """What a browser would find; complains where tags do not match."""
-
-    def __init__(self, text):
-        super().__init__(convert_charrefs=True)
-        self.open, self.tags, self.words = [], [], []
-        self.feed(text)
-        self.close()
-        assert self.open == []
-
-    def handle_starttag(self, tag, attrs):
-        assert len(dict(attrs)) == len(attrs), (tag, attrs)
-        self.tags.append((tag, dict(attrs)))
-        self.words.append("" if tag in INLINE else " ")
-        if tag not in VOID:
-            self.open.append(tag)
-
-    def handle_startendtag(self, tag, attrs):
-        assert "svg" in self.open, tag
-        self.tags.append((tag, dict(attrs)))
-
-    def handle_endtag(self, tag):
-        assert self.open, tag
-        assert self.open.pop() == tag, self.getpos()
-        self.words.append("" if tag in INLINE else " ")
-
-    def handle_data(self, data):
-        if not self.open or self.open[-1] not in ("script", "style"):
-            self.words.append(data)
-
-    @cached_property
-    def text(self):
-        return " ".join("".join(self.words).split())
-
-    def all(self, tag):
-        return [attributes for name, attributes in self.tags if name == tag]
-
-
-def assert_runs_alone(text):
-    """A page with a script of its own asks for nothing else, and shows numbers."""
-    page = Page(text)
-    urls = set(re.findall(r"https?://[^\s\"'<>)]+", text))
-    assert urls <= {"https://jfly.uni-koeln.de/color/.", "http://www.w3.org/2000/svg"}
-    assert not re.search(r"url\(|@import|\bfetch\b|XMLHttpRequest|\bimport\b|\beval\b", text)
-    for tag, attributes in page.tags:
-        for key, value in attributes.items():
-            assert not key.startswith("on"), (tag, key)
-            if key in ("src", "href", "xlink:href", "srcset", "action", "style"):
-                assert value.startswith(("#", "data:")), (tag, key, value)
-    policy = [a["content"] for a in page.all("meta") if "http-equiv" in a]
-    assert policy[0].startswith("default-src 'none';")
-    assert not re.search(r"\bNone\b|(?i:\bnan\b|\binf\b|\binfinity\b)", page.text)
+def render(scored, made=UNKNOWN):
+    return rendered(scored, "html", made)
 
 
 @pytest.fixture(scope="module")
 def pages():
-    return {name: html.render(getattr(sample_reports, name)()) for name in SAMPLES}
+    return {name: render(getattr(sample_reports, name)()) for name in SAMPLES}
 
 
 @pytest.fixture(scope="module")
@@ -181,10 +128,10 @@ def test_true_error_leads_and_eq_1_is_a_remark(pages):
 def test_right_in_part_is_not_shown_as_right():
     report = sample_reports.sample(1e-9)
     first, *rest = report.maneuvers
-    assert '<p class="verdict right">' in html.render(report)
+    assert '<p class="verdict right">' in render(report)
     for coverage, style in ((0.5, "close"), (0.995, "right")):
         short = (replace(first, coverage=coverage), *rest)
-        assert f'<p class="verdict {style}">' in html.render(replace(report, maneuvers=short))
+        assert f'<p class="verdict {style}">' in render(replace(report, maneuvers=short))
 
 
 @pytest.mark.parametrize("name", SAMPLES)
@@ -209,12 +156,12 @@ def test_every_mark_is_explained_and_nothing_needs_a_pointer(pages, parsed, name
 def test_the_foot_says_where_a_page_comes_from(parsed):
     made = Origin("2026-11-22 09:30 UTC", "heyoka-bike score 'a b.txt' -o <x>.html")
     report = sample_reports.sample()
-    text = html.render(report, made)
+    text = render(report, made)
     foot = Page(text[text.index("<footer>") : text.index("</footer>") + 9]).text
     for part in (made.date, made.command, f"heyoka_bike {__version__}", report.dataset_version):
         assert part in foot
     assert report.reference_sha256 in foot
-    assert text == html.render(sample_reports.sample(), made)
+    assert text == render(sample_reports.sample(), made)
 
 
 def test_tables_hold_every_score(pages):
@@ -349,7 +296,7 @@ def test_a_series_is_drawn_against_steps_and_times(pages):
     slopes = [slope(g, by_step[0]) for g in re.findall('class="guide" d="([^"]*)"', by_step[0])]
     assert slopes == pytest.approx([3, 4, 5], rel=0.01)
     assert all(f.count('class="guide"') == 0 for f in by_time)
-    plain = html.render(sample_reports.series(cpu=False, steps=False))
+    plain = render(sample_reports.series(cpu=False, steps=False))
     assert not re.search(r"step size \[s\]|processor time \[s\]", plain)
     Page(plain)
 
@@ -378,7 +325,7 @@ def slope(path, figure):
 def test_files_stay_small(pages):
     # The benchmark's 1001 rows of 24 columns, and far more than anyone's.
     assert len(pages["sample"].encode()) < 700_000
-    many = html.render(sample_reports.many_rows(200_000))
+    many = render(sample_reports.many_rows(200_000))
     assert len(many.encode()) < 700_000
     # One bad row of them must not get lost.
     drawn = [f for f in figures(many) if 'data-name="reference"' in f]
@@ -391,7 +338,8 @@ def test_files_stay_small(pages):
 def test_all_renderers_need_numpy_only():
     code = f"""
 import sys
-from heyoka_bike.showing.formats import csv, html, json, junit, summary, table
+from heyoka_bike.showing.document import html, notebook, text
+from heyoka_bike.showing.formats import csv, json, junit, report, series, summary
 print(sorted({{m.partition(".")[0] for m in sys.modules}} & {HEAVY}))
 """
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
@@ -399,4 +347,4 @@ print(sorted({{m.partition(".")[0] for m in sys.modules}} & {HEAVY}))
 
 
 def test_the_same_report_gives_the_same_page(pages):
-    assert html.render(sample_reports.sample()) == pages["sample"]
+    assert render(sample_reports.sample()) == pages["sample"]

@@ -133,7 +133,12 @@ def _explained(c: Curve) -> str:
     )  # fmt: skip
 
 
-def one_column(m: ManeuverScore, c: ColumnScore) -> str:
+def every_column(m: ManeuverScore) -> str:
+    """Each column on top of the reference, and its error below."""
+    return f'<div class="columns">{"".join(_one_column(m, c) for c in m.columns)}</div>'
+
+
+def _one_column(m: ManeuverScore, c: ColumnScore) -> str:
     """A column on top of the reference, and the error below."""
     unit = unit_text(c.unit)
     name = label(c.key)

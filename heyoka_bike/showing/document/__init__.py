@@ -6,8 +6,9 @@ What is only for one medium says so; words that are shorter on a terminal are `W
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Self
 
 from heyoka_bike.showing.grades import Grade
@@ -188,12 +189,17 @@ class TableBlock:
         return sorted({c.grade for c in cells if c.grade})
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, eq=False)
 class Chart:
-    """A chart or what else a page draws, as markup; text has none."""
+    """A chart or what else a page draws, once somebody looks at it; text has none."""
 
-    markup: str
+    draw: Callable[[], str]
     only: str = HTML
+
+    @cached_property
+    def markup(self) -> str:
+        """As HTML; empty if there is nothing to draw."""
+        return self.draw()
 
 
 @dataclass(frozen=True, slots=True)

@@ -157,7 +157,8 @@ def _class(column: TableColumn) -> str:
 
 def _cell(cell: str | Cell, column: TableColumn) -> str:
     if not isinstance(cell, Cell) or cell.grade is None:
-        return f"<td{_class(column)}>{_inline(cell)}</td>"
+        inner = prose(cell) if column.is_prose and isinstance(cell, str) else _inline(cell)
+        return f"<td{_class(column)}>{inner}</td>"
     if cell.grade == Grade.UNKNOWN:
         return f'<td class="unknown">{escape(cell.text)}</td>'
     return (
@@ -168,7 +169,7 @@ def _cell(cell: str | Cell, column: TableColumn) -> str:
 
 def _inline(cell: str | Cell) -> str:
     if not isinstance(cell, Cell):
-        return prose(cell)
+        return escape(cell)
     text = escape(cell.text) + (f" <i>[{escape(cell.unit)}]</i>" if cell.unit else "")
     if cell.style:
         text = f"<i>{text}</i>" if text else ""

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Sequence
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
@@ -56,7 +57,7 @@ def document(board: Leaderboard, made: Origin) -> Document:
     problems = (
         Chapter(
             problem,
-            (_table(entries), Chart(_picture(problem, entries)), _diagnoses(entries)),
+            (_table(entries), Chart(partial(_picture, problem, entries)), _diagnoses(entries)),
             problem,
         )
         for problem, entries in board.entries.items()

@@ -75,7 +75,7 @@ def of_series(series: Series) -> TableBlock:
         [
             Words(what, "digits of\nworst column"),
             *_maneuvers(numbers),
-            TableColumn("worst column; energy", style="taken", only=HTML),
+            TableColumn("worst column; energy", is_prose=True, style="taken", only=HTML),
             *(TableColumn(f"eq. (1) [%]\n{n}", leave_out=1, only=TEXT) for n in numbers),
         ],
         rows,

@@ -1,6 +1,7 @@
 """What a report says, as a document for every medium."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 from heyoka_bike.errors import printable
@@ -8,7 +9,7 @@ from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.report import ManeuverScore, Report, Requirement, Series
 from heyoka_bike.showing.charts.definitions import definitions
-from heyoka_bike.showing.charts.maneuver import all_errors, explained, one_column
+from heyoka_bike.showing.charts.maneuver import all_errors, every_column, explained
 from heyoka_bike.showing.document import (
     HTML,
     TEXT,
@@ -141,7 +142,7 @@ def document(report: Report) -> Document:
     met = Chapter("Requirements", required, "requirements", "Requirements", only=HTML)
     e = report.explanation
     why = () if e is None else (
-        Paragraph(f"{capital(sentence(e.says))}.", "said"), Chart(explained(e)),
+        Paragraph(f"{capital(sentence(e.says))}.", "said"), Chart(partial(explained, e)),
     )  # fmt: skip
     first = report.maneuvers[:1]
     return Document(
@@ -254,12 +255,12 @@ def maneuver(m: ManeuverScore, *, is_explained: bool = False, is_within: bool = 
         *scores(m, is_explained),
     )
     if is_within:
-        blocks += (Chart(all_errors(m)),)
+        blocks += (Chart(partial(all_errors, m)),)
     else:
         blocks += (
             Facts(_consistency(m), HTML),
-            Chapter("Error over time", (Chart(all_errors(m)),)),
-            Chapter("Which definition", (Chart(definitions(m)),)),
+            Chapter("Error over time", (Chart(partial(all_errors, m)),)),
+            Chapter("Which definition", (Chart(partial(definitions, m)),)),
             Chapter("Column by column", _column_by_column(m), only=HTML),
         )
     return Chapter(
@@ -294,7 +295,6 @@ def _error(x: float | None) -> Words:
 def _column_by_column(m: ManeuverScore) -> tuple[Block, ...]:
     if not m.columns:
         return ()
-    drawn = "".join(one_column(m, c) for c in m.columns)
     return (
         Paragraph(
             "Above, the result on top of the reference; below, their distance on a logarithmic "
@@ -302,7 +302,7 @@ def _column_by_column(m: ManeuverScore) -> tuple[Block, ...]:
             "off exact values may be, once rounded to the digits of the file.",
             "said",
         ),
-        Chart(f'<div class="columns">{drawn}</div>'),
+        Chart(partial(every_column, m)),
     )
 
 

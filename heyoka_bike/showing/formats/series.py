@@ -1,6 +1,7 @@
 """What is said of several runs of one program, or of programs side by side, as a document."""
 
 from collections.abc import Iterator
+from functools import partial
 
 from heyoka_bike.scoring.findings import Severity
 from heyoka_bike.scoring.report import Convergence, Run, Series
@@ -98,8 +99,8 @@ def _runs(series: Series) -> Iterator[Block]:
         yield Chapter(
             Words(title, f"maneuver {n}: largest errors{between}"),
             (
-                Chart(charts.convergence(series, n)),
-                Chart(charts.work_precision(series, n)),
+                Chart(partial(charts.convergence, series, n)),
+                Chart(partial(charts.work_precision, series, n)),
                 *convergence(series, n),
             ),
             f"convergence-{n}",
@@ -126,7 +127,7 @@ def _programs(series: Series) -> Iterator[Block]:
             Words(f"Maneuver {n}", f"maneuver {n}: correct digits"),
             (
                 matrix.side_by_side(series, n),
-                Chapter("Error over time", (Chart(charts.side_by_side(series, n)),)),
+                Chapter("Error over time", (Chart(partial(charts.side_by_side, series, n)),)),
                 Chapter("Largest errors", convergence(series, n), only=HTML),
             ),
             f"maneuver-{n}",
