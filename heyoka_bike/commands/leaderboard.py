@@ -61,7 +61,7 @@ def run(args: argparse.Namespace) -> int:
     name = _format(args)
     from heyoka_bike.reference.load import load_reference
     from heyoka_bike.scoring.leaderboard import leaderboard
-    from heyoka_bike.showing.document import html, text
+    from heyoka_bike.showing.document import html
     from heyoka_bike.showing.formats.leaderboard import document, render_json
     from heyoka_bike.showing.formats.origin import origin
     from heyoka_bike.system.files import write_output
@@ -78,11 +78,11 @@ def run(args: argparse.Namespace) -> int:
     if name == "table":
         print_blocks(*found.blocks)
     else:
-        text = render_json(board) if name == "json" else html.render(found)
+        said = render_json(board) if name == "json" else html.render(found)
         if args.output:
-            write_output(Path(args.output), text.encode())
+            write_output(Path(args.output), said.encode())
         else:
-            print_text(text)
+            print_text(said)
     for line in board.refused:
         complain(line)
     return Exit.CHECK_FAILED if board.refused else Exit.OK

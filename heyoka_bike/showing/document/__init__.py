@@ -167,7 +167,7 @@ class TableBlock:
     """
 
     columns: Sequence[str | Cell | TableColumn]
-    rows: Sequence[Sequence[str | Cell]]
+    rows: Sequence[Row]
     about: str = ""
     style: str = "scores"
     left: int = 1
@@ -217,13 +217,16 @@ class Chapter:
     """
 
     title: str
-    blocks: tuple[Block, ...]
+    blocks: Sequence[Block]
     anchor: str = ""
     link: str = ""
     is_folded: bool = False
     is_open: bool = False
     only: str = ""
 
+
+Row = Sequence[str | Cell]
+"""Cells of a table."""
 
 Block = Paragraph | Listing | Facts | TableBlock | Chart | Chapter
 
@@ -248,23 +251,26 @@ class Document:
     title: str
     heading: str
     kind: str
-    blocks: tuple[Block, ...]
+    blocks: Sequence[Block]
     origin: Sequence[tuple[str, str]] = field(default=())
 
 
 def of_medium(blocks: Sequence[Block], medium: str) -> list[Block]:
     """The blocks that a medium shows: none that is empty, or for another."""
-    found = []
-    for block in blocks:
-        if block.only not in ("", medium):
-            continue
-        match block:
-            case Paragraph(text=content) | Chart(markup=content):
-                pass
-            case Listing(items=content) | Facts(facts=content) | TableBlock(rows=content):
-                pass
-            case Chapter():
-                content = of_medium(block.blocks, medium)
-        if content:
-            found.append(block)
-    return found
+    return [b for b in blocks if b.only in ("", medium) and _has_content(b, medium)]
+
+
+def _has_content(block: Block, medium: str) -> bool:
+    match block:
+        case Paragraph():
+            return bool(block.text)
+        case Listing():
+            return bool(block.items)
+        case Facts():
+            return bool(block.facts)
+        case TableBlock():
+            return bool(block.rows)
+        case Chart():
+            return bool(block.markup)
+        case Chapter():
+            return bool(of_medium(block.blocks, medium))

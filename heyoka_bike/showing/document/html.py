@@ -10,21 +10,7 @@ from hashlib import sha256
 from html import escape
 from pathlib import Path
 
-from heyoka_bike.showing.document import (
-    HTML,
-    Block,
-    Cell,
-    Chapter,
-    Chart,
-    Document,
-    Facts,
-    Item,
-    Listing,
-    Paragraph,
-    TableBlock,
-    TableColumn,
-    of_medium,
-)
+from heyoka_bike.showing import document as doc
 from heyoka_bike.showing.grades import MEANINGS, SIGNS, WORDS, Grade
 
 PAGE_STYLE = Path(__file__).with_name("page.css")
@@ -35,12 +21,12 @@ SCRIPT = Path(__file__).with_name("page.js").read_text(encoding="utf-8")
 _NUMBER = re.compile(r"-?[0-9.]+(?:e[-+]?[0-9]+)?(?: (?:%|s\b|J\b|rad\b(?:/s)?|m/s))?")
 
 
-def render(document: Document) -> str:
+def render(document: doc.Document) -> str:
     """A page that needs nothing else; places that its contents name follow its first blocks."""
-    blocks = of_medium(document.blocks, HTML)
-    start = next((i for i, b in enumerate(blocks) if isinstance(b, Chapter)), len(blocks))
+    blocks = doc.of_medium(document.blocks, doc.HTML)
+    start = next((i for i, b in enumerate(blocks) if isinstance(b, doc.Chapter)), len(blocks))
     heading = f"<h1>{escape(document.heading)}</h1>" if document.heading else ""
-    places = [(b.anchor, b.link) for b in blocks if isinstance(b, Chapter) and b.link]
+    places = [(b.anchor, b.link) for b in blocks if isinstance(b, doc.Chapter) and b.link]
     items = "".join(f'<li><a href="#{where}">{escape(said)}</a></li>' for where, said in places)
     contents = f'<nav aria-label="Contents"><ul>{items}</ul></nav>' if items else ""
     body = (
@@ -50,7 +36,7 @@ def render(document: Document) -> str:
     return page(document.title, body, document.origin, styles=(PAGE_STYLE,), script=SCRIPT)
 
 
-def markup(blocks: Sequence[Block], level: int = 2, is_folding: bool = False) -> str:
+def markup(blocks: Sequence[doc.Block], level: int = 2, is_folding: bool = False) -> str:
     """Blocks as HTML.
 
     Parameters
@@ -60,26 +46,26 @@ def markup(blocks: Sequence[Block], level: int = 2, is_folding: bool = False) ->
     is_folding
         Whether chapters fold that can be folded.
     """
-    return "\n".join(_block(b, level, is_folding) for b in of_medium(blocks, HTML))
+    return "\n".join(_block(b, level, is_folding) for b in doc.of_medium(blocks, doc.HTML))
 
 
-def _block(block: Block, level: int, is_folding: bool) -> str:
+def _block(block: doc.Block, level: int, is_folding: bool) -> str:
     match block:
-        case Paragraph():
+        case doc.Paragraph():
             return _paragraph(block)
-        case Listing():
+        case doc.Listing():
             return f'<ul class="said">{"".join(map(_item, block.items))}</ul>'
-        case Facts():
+        case doc.Facts():
             return _facts(block)
-        case TableBlock():
+        case doc.TableBlock():
             return _table(block)
-        case Chart():
+        case doc.Chart():
             return block.markup
-        case Chapter():
+        case doc.Chapter():
             return _chapter(block, level, is_folding)
 
 
-def _paragraph(block: Paragraph) -> str:
+def _paragraph(block: doc.Paragraph) -> str:
     sign = f'<span aria-hidden="true">{block.sign}</span> ' if block.sign else ""
     lead = f"<b>{escape(capital(block.lead))}.</b> " if block.lead else ""
     text = prose(capital(block.text) if lead else block.text)
@@ -94,7 +80,7 @@ def _paragraph(block: Paragraph) -> str:
     return f"<{tag}{style}>{sign}{lead}{text}{note}</{tag}>"
 
 
-def _item(item: Item) -> str:
+def _item(item: doc.Item) -> str:
     style = f' class="{item.style}"' if item.style else ""
     mark = f"<b>{escape(item.mark)}</b> " if item.mark else ""
     text = prose(item.text)
@@ -103,7 +89,7 @@ def _item(item: Item) -> str:
     return f"<li{style}>{mark}{text}</li>"
 
 
-def _facts(block: Facts) -> str:
+def _facts(block: doc.Facts) -> str:
     items = "".join(
         f"<dt>{escape(name)}</dt><dd>"
         + (f"<b>{prose(said)}</b> <span>{escape(more)}</span>" if more else prose(said))
@@ -113,7 +99,7 @@ def _facts(block: Facts) -> str:
     return f'<dl class="facts">{items}</dl>'
 
 
-def _chapter(block: Chapter, level: int, is_folding: bool) -> str:
+def _chapter(block: doc.Chapter, level: int, is_folding: bool) -> str:
     if is_folding and block.is_folded:
         content = markup(block.blocks, level, is_folding)
         state = " open" if block.is_open else ""
@@ -122,9 +108,9 @@ def _chapter(block: Chapter, level: int, is_folding: bool) -> str:
     return f'<section id="{block.anchor}">{content}</section>' if block.anchor else content
 
 
-def _table(table: TableBlock) -> str:
+def _table(table: doc.TableBlock) -> str:
     """A table that scrolls in its box, what its signs mean, and what else is said below."""
-    columns = table.columns_of(HTML)
+    columns = table.columns_of(doc.HTML)
     top = "".join(f'<th scope="col"{_class(c)}>{_inline(c.heading)}</th>' for _, c in columns)
     body = []
     for row in table.rows:
@@ -151,12 +137,12 @@ def _table(table: TableBlock) -> str:
     return found
 
 
-def _class(column: TableColumn) -> str:
+def _class(column: doc.TableColumn) -> str:
     return f' class="{column.style}"' if column.style else ""
 
 
-def _cell(cell: str | Cell, column: TableColumn) -> str:
-    if not isinstance(cell, Cell) or cell.grade is None:
+def _cell(cell: str | doc.Cell, column: doc.TableColumn) -> str:
+    if not isinstance(cell, doc.Cell) or cell.grade is None:
         inner = prose(cell) if column.is_prose and isinstance(cell, str) else _inline(cell)
         return f"<td{_class(column)}>{inner}</td>"
     if cell.grade == Grade.UNKNOWN:
@@ -167,8 +153,8 @@ def _cell(cell: str | Cell, column: TableColumn) -> str:
     )
 
 
-def _inline(cell: str | Cell) -> str:
-    if not isinstance(cell, Cell):
+def _inline(cell: str | doc.Cell) -> str:
+    if not isinstance(cell, doc.Cell):
         return escape(cell)
     text = escape(cell.text) + (f" <i>[{escape(cell.unit)}]</i>" if cell.unit else "")
     if cell.style:

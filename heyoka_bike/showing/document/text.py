@@ -8,21 +8,8 @@ import textwrap
 from collections.abc import Sequence
 from itertools import zip_longest
 
-from heyoka_bike.showing.document import (
-    TEXT,
-    Block,
-    Cell,
-    Chapter,
-    Document,
-    Facts,
-    Item,
-    Listing,
-    Paragraph,
-    TableBlock,
-    TableColumn,
-    brief,
-    of_medium,
-)
+from heyoka_bike.showing import document as doc
+from heyoka_bike.showing.document import brief
 from heyoka_bike.showing.grades import ASCII_SIGNS, MEANINGS, Grade, text_color
 
 PROSE = 100
@@ -45,7 +32,7 @@ _Piece = tuple[str, str]
 
 
 def render(
-    shown: Document | Sequence[Block], width: int | None = None, has_colors: bool = False
+    shown: doc.Document | Sequence[doc.Block], width: int | None = None, has_colors: bool = False
 ) -> str:
     """A document, or some blocks, as text.
 
@@ -58,7 +45,7 @@ def render(
         Whether to use the colours of a terminal.
     """
     page = TextPage(width, has_colors)
-    if isinstance(shown, Document):
+    if isinstance(shown, doc.Document):
         page.show(shown.blocks)
         page.say("")
         for name, text in shown.origin:
@@ -79,28 +66,30 @@ class TextPage:
         self.width = max(columns, 40)
         self.prose = min(self.width, PROSE)
 
-    def show(self, blocks: Sequence[Block]) -> None:
+    def show(self, blocks: Sequence[doc.Block]) -> None:
         """Blocks, one below the other; an empty line before each table and after it."""
-        last: Block | None = None
-        for block in of_medium(blocks, TEXT):
-            is_apart = isinstance(block, TableBlock) or isinstance(last, TableBlock | Chapter)
-            if last is not None and is_apart and not isinstance(block, Chapter):
+        last: doc.Block | None = None
+        for block in doc.of_medium(blocks, doc.TEXT):
+            is_apart = isinstance(block, doc.TableBlock) or isinstance(
+                last, doc.TableBlock | doc.Chapter
+            )
+            if last is not None and is_apart and not isinstance(block, doc.Chapter):
                 self.say("")
             last = block
             match block:
-                case Paragraph():
+                case doc.Paragraph():
                     lead = f"{block.lead}: " if block.lead else ""
                     indent = "" if block.style == "facts" else "  "
                     self.say(lead + brief(block.text), _look(block.style), indent)
-                case Listing():
+                case doc.Listing():
                     for item in block.items:
                         self._item(item)
-                case Facts():
+                case doc.Facts():
                     for name, text, _ in block.facts:
-                        self.say(f"  {name}: {text}", indent="    ")
-                case TableBlock():
+                        self.say(f"  {brief(name)}: {text}", indent="    ")
+                case doc.TableBlock():
                     self._table(block)
-                case Chapter():
+                case doc.Chapter():
                     self.head(brief(block.title))
                     self.show(block.blocks)
 
@@ -128,15 +117,15 @@ class TextPage:
         """All of it."""
         return "".join(f"{line}\n" for line in self._lines)
 
-    def _item(self, item: Item) -> None:
+    def _item(self, item: doc.Item) -> None:
         typed = f"{item.typed}: " if item.typed else ""
         for i, line in enumerate(wrap(typed + brief(item.text), self.prose - _MARK - 2)):
             mark = brief(item.mark) if not i else ""
             self._add((f"  {mark:<{_MARK}}", _look(item.style)), (line, ""))
 
-    def _table(self, table: TableBlock) -> None:
+    def _table(self, table: doc.TableBlock) -> None:
         """What does not fit is left out or shown below, and else not cut."""
-        columns = table.columns_of(TEXT)
+        columns = table.columns_of(doc.TEXT)
         for order in sorted({c.leave_out for _, c in columns} - {0}):
             if _Layout(table, columns, self.width).fits:
                 break
@@ -171,7 +160,7 @@ class _Layout:
     """Some columns of a table, in lines with a rule below the headings."""
 
     def __init__(
-        self, table: TableBlock, columns: Sequence[tuple[int, TableColumn]], width: int
+        self, table: doc.TableBlock, columns: Sequence[tuple[int, doc.TableColumn]], width: int
     ) -> None:
         self._group = table.group
         rows = [[_written(row[i]) for i, _ in columns] for row in table.rows]
@@ -237,8 +226,8 @@ def wrap(text: str, width: int) -> list[str]:
     return [line.replace(_KEPT, " ") for line in lines]
 
 
-def _written(cell: str | Cell) -> _Piece:
-    if not isinstance(cell, Cell):
+def _written(cell: str | doc.Cell) -> _Piece:
+    if not isinstance(cell, doc.Cell):
         return brief(cell), ""
     text = brief(cell.text)
     if cell.unit:

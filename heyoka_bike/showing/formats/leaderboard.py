@@ -7,23 +7,9 @@ from itertools import pairwise
 from typing import Any
 
 from heyoka_bike.scoring.leaderboard import Entry, Leaderboard
+from heyoka_bike.showing import document as doc
 from heyoka_bike.showing.charts import axis
 from heyoka_bike.showing.charts.chart import Guide, Mark, chart
-from heyoka_bike.showing.document import (
-    HTML,
-    TEXT,
-    Cell,
-    Chapter,
-    Chart,
-    Document,
-    Facts,
-    Item,
-    Listing,
-    Paragraph,
-    TableBlock,
-    TableColumn,
-    Words,
-)
 from heyoka_bike.showing.formats.origin import Origin, reference_words
 from heyoka_bike.showing.wording import label, number, readable
 from heyoka_bike.version import __version__
@@ -38,8 +24,8 @@ _ABOUT = (
     "they rank nothing."
 )
 _COLUMNS = (
-    Words("place", ""), TableColumn("submission", is_prose=True), "digits", "grade",
-    TableColumn("worst column", is_prose=True), "eq. (1)\n[%]", "CPU\n[s]",
+    doc.Words("place", ""), doc.TableColumn("submission", is_prose=True), "digits", "grade",
+    doc.TableColumn("worst column", is_prose=True), "eq. (1)\n[%]", "CPU\n[s]",
 )  # fmt: skip
 # What a submission says of itself, in the order in which it is shown.
 _SAID = ("program", "version", "method", "step", "tolerance", "coordinates", "precision",
@@ -49,31 +35,31 @@ _HEIGHT = 420
 _LOWEST = -1.0
 
 
-def document(board: Leaderboard, made: Origin) -> Document:
+def document(board: Leaderboard, made: Origin) -> doc.Document:
     """The submissions to each problem, by true error."""
     count = sum(map(len, board.entries.values()))
     said = [("made", made.date), ("command", made.command)]
     origin = [(a, b) for a, b in said if b]
     problems = (
-        Chapter(
+        doc.Chapter(
             problem,
-            (_table(entries), Chart(partial(_picture, problem, entries)), _diagnoses(entries)),
+            (_table(entries), doc.Chart(partial(_picture, problem, entries)), _diagnoses(entries)),
             problem,
         )
         for problem, entries in board.entries.items()
     )
-    refused = Listing(tuple(map(Item, board.refused)))
-    return Document(
+    refused = doc.Listing(tuple(map(doc.Item, board.refused)))
+    return doc.Document(
         "Leaderboard – uncontrolled bicycle", "", "Uncontrolled bicycle: leaderboard",
         (
-            Paragraph(
+            doc.Paragraph(
                 f"{count} submission{'s' * (count != 1)}, by true error", "verdict heading",
-                only=HTML,
+                only=doc.HTML,
             ),
-            Paragraph(_ABOUT, only=HTML),
+            doc.Paragraph(_ABOUT, only=doc.HTML),
             *problems,
-            Paragraph(_ABOUT if board.entries else "", only=TEXT),
-            Chapter("Refused", (refused,), "refused", only=HTML),
+            doc.Paragraph(_ABOUT if board.entries else "", only=doc.TEXT),
+            doc.Chapter("Refused", (refused,), "refused", only=doc.HTML),
         ),
         origin + reference_words("benchmark bicycle", board.dataset_version),
     )  # fmt: skip
@@ -94,12 +80,12 @@ def render_json(board: Leaderboard) -> str:
     return json.dumps(found, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
 
 
-def _table(entries: Sequence[Entry]) -> TableBlock:
+def _table(entries: Sequence[Entry]) -> doc.TableBlock:
     """A row for each entry; equal digits share their place."""
-    rows = [
+    rows: list[doc.Row] = [
         [
             str(place),
-            Cell(entry.submission.name, facts=_facts(entry)),
+            doc.Cell(entry.submission.name, facts=_facts(entry)),
             f"{entry.digits:.1f}",
             str(entry.grade or "-"),
             f"{label(entry.worst[1])}, {entry.worst[0]}",
@@ -108,13 +94,13 @@ def _table(entries: Sequence[Entry]) -> TableBlock:
         ]
         for place, entry in _places(entries)
     ]
-    return TableBlock(_COLUMNS, rows, "submissions", "board", left=2)
+    return doc.TableBlock(_COLUMNS, rows, "submissions", "board", left=2)
 
 
-def _diagnoses(entries: Sequence[Entry]) -> Listing:
+def _diagnoses(entries: Sequence[Entry]) -> doc.Listing:
     found = ((place, e, diagnosis(e)) for place, e in _places(entries))
-    items = (Item(f"{e.submission.name}. {said}", mark=f"{n}.") for n, e, said in found if said)
-    return Listing(tuple(items), TEXT)
+    items = (doc.Item(f"{e.submission.name}. {said}", mark=f"{n}.") for n, e, said in found if said)
+    return doc.Listing(tuple(items), doc.TEXT)
 
 
 def _picture(problem: str, entries: Sequence[Entry]) -> str:
@@ -143,14 +129,14 @@ def _picture(problem: str, entries: Sequence[Entry]) -> str:
     )
 
 
-def _facts(entry: Entry) -> Facts:
+def _facts(entry: Entry) -> doc.Facts:
     said = entry.submission.said
     facts = {key: said[key] for key in _SAID if key in said}
     taken = ", ".join(f"{label(key)}: {name}" for key, name in entry.definitions.items())
     facts["definitions"] = taken or "the default ones"
     if found := diagnosis(entry):
         facts["diagnosis"] = found
-    return Facts(tuple((key.replace("_", " "), text, "") for key, text in facts.items()))
+    return doc.Facts(tuple((key.replace("_", " "), text, "") for key, text in facts.items()))
 
 
 def diagnosis(entry: Entry) -> str:

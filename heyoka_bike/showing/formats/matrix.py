@@ -5,19 +5,9 @@ from collections.abc import Iterable, Sequence
 from heyoka_bike.errors import printable
 from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.report import Report, Series
-from heyoka_bike.showing.document import HTML, TEXT, Cell, TableBlock, TableColumn, Words
+from heyoka_bike.showing import wording as words
+from heyoka_bike.showing.document import HTML, TEXT, Cell, Row, TableBlock, TableColumn, Words
 from heyoka_bike.showing.grades import Grade, grade
-from heyoka_bike.showing.wording import (
-    is_default,
-    label,
-    number,
-    one_decimal,
-    plain,
-    run_name,
-    short_name,
-    unit_text,
-    worst_place,
-)
 
 _MOST_ROWS = 12  # the benchmark has eight columns, a file of the whole motion up to a hundred
 
@@ -29,11 +19,11 @@ def of_report(report: Report) -> TableBlock:
     """
     columns = by_key(report)
     worst = sorted(columns, key=lambda key: _fewest(columns[key]))[:_MOST_ROWS]
-    rows = []
+    rows: list[Row] = []
     for key, found in columns.items():
         if key in worst:
             cells = (next((c for c in m.columns if c.key == key), None) for m in report.maneuvers)
-            name = Words(label(key), printable(key))
+            name = Words(words.label(key), printable(key))
             rows.append([name, *map(_cell, cells), taken(found)])
     left_out = len(columns) - len(rows)
     more = f" {left_out} more columns have no fewer digits." if left_out else ""
@@ -58,18 +48,18 @@ def of_report(report: Report) -> TableBlock:
 def of_series(series: Series) -> TableBlock:
     """The worst columns of runs or programs by maneuvers, with eq. (1) as a remark."""
     numbers = sorted({m.maneuver for run in series.runs for m in run.report.maneuvers})
-    rows = []
+    rows: list[Row] = []
     for run in series.runs:
         held = {m.maneuver: m for m in run.report.maneuvers}
         cells = (_worst_cell(held[n].columns if n in held else ()) for n in numbers)
-        words = worst_place(run.report)
+        said = words.worst_place(run.report)
         # Files without energies have nothing to say of it.
         if any(m.performance is not None for m in held.values()):
-            drifts = (number(held[n].performance) for n in numbers if n in held)
-            words += f"; eq. (1) {' / '.join(drifts)} %"
-        name = run_name(series, run)
-        drifts = (number(held[n].performance) if n in held else "-" for n in numbers)
-        rows.append([Words(name, short_name(name)), *cells, words, *drifts])
+            drifts = (words.number(held[n].performance) for n in numbers if n in held)
+            said += f"; eq. (1) {' / '.join(drifts)} %"
+        name = words.run_name(series, run)
+        drifts = (words.number(held[n].performance) if n in held else "-" for n in numbers)
+        rows.append([Words(name, words.short_name(name)), *cells, said, *drifts])
     what = "Run" if series.is_one_program else "Program"
     return TableBlock(
         [
@@ -98,10 +88,10 @@ def side_by_side(series: Series, maneuver: int) -> TableBlock:
         {c.key: c for m in run.report.maneuvers if m.maneuver == maneuver for c in m.columns}
         for run in series.runs
     ]
-    names = (run_name(series, run) for run in series.runs)
+    names = (words.run_name(series, run) for run in series.runs)
     return TableBlock(
-        [Words("Correct digits", ""), *(Words(name, short_name(name)) for name in names)],
-        [[label(key), *(_cell(found.get(key)) for found in scores)] for key in keys],
+        [Words("Correct digits", ""), *(Words(name, words.short_name(name)) for name in names)],
+        [[words.label(key), *(_cell(found.get(key)) for found in scores)] for key in keys],
         about="Correct digits",
         style="matrix",
         in_parts=True,
@@ -116,7 +106,7 @@ def _cell(column: ColumnScore | None) -> Cell:
     """What is shown of a column; None where there is none."""
     if column is None:
         return Cell("-", grade=Grade.UNKNOWN)
-    return Cell(one_decimal(column.as_understood.measures.scd), grade=grade(column))
+    return Cell(words.one_decimal(column.as_understood.measures.scd), grade=grade(column))
 
 
 def _worst_cell(columns: Sequence[ColumnScore]) -> Cell:
@@ -124,7 +114,7 @@ def _worst_cell(columns: Sequence[ColumnScore]) -> Cell:
     known = [c for c in columns if c.as_understood.measures.scd is not None]
     if not known:
         return _cell(None)
-    return Cell(one_decimal(_fewest(known)), grade=max(map(grade, known)))
+    return Cell(words.one_decimal(_fewest(known)), grade=max(map(grade, known)))
 
 
 def _fewest(columns: Sequence[ColumnScore]) -> float:
@@ -147,7 +137,7 @@ def unusual(columns: Sequence[ColumnScore]) -> list[str]:
     said = []
     if not c.is_known:
         said.append("the nearest, but its definition is unknown")
-    elif not is_default(c):
+    elif not words.is_default(c):
         said.append(f"not the default {printable(c.as_written.definition)}")
     others = {name: None for x in found for name in x.indistinguishable if name != r.definition}
     if others:
@@ -155,9 +145,9 @@ def unusual(columns: Sequence[ColumnScore]) -> list[str]:
     if r.sign != c.as_written.sign:
         said.append("other sign")
     if r.unit != c.as_written.unit:
-        said.append(f"in {unit_text(r.unit)}")
+        said.append(f"in {words.unit_text(r.unit)}")
     if r.offset != c.as_written.offset:
-        said.append(f"zero at {plain(r.offset, 5)} {unit_text(c.unit)}")
+        said.append(f"zero at {words.plain(r.offset, 5)} {words.unit_text(c.unit)}")
     return said
 
 

@@ -9,7 +9,7 @@ from heyoka_bike.showing.formats.report import maneuver
 
 def text(m: ManeuverScore) -> str:
     """Its table."""
-    return as_text.render([maneuver(m)], WIDTH).strip("\n")
+    return as_text.render([maneuver(m, is_within=True)], WIDTH).strip("\n")
 
 
 def blocks(m: ManeuverScore) -> tuple[Block, ...]:

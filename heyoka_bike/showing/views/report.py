@@ -5,9 +5,9 @@ from collections.abc import Iterator
 from heyoka_bike.scoring.report import Report, Series
 from heyoka_bike.showing.document import Block, Chapter
 from heyoka_bike.showing.formats import diagnosis, matrix, summary
-from heyoka_bike.showing.formats import series as of_series
+from heyoka_bike.showing.formats import report as single
+from heyoka_bike.showing.formats import series as several
 from heyoka_bike.showing.formats.output import WIDTH
-from heyoka_bike.showing.formats.report import findings, maneuver, remark, requirements, verdict_of
 from heyoka_bike.showing.wording import run_name
 
 
@@ -25,21 +25,21 @@ def blocks(scored: Report | Series) -> tuple[Block, ...]:
 
 def _report(report: Report) -> Iterator[Block]:
     said = [f for f in report.findings if f not in report.diagnosis]
-    required = (requirements(report.requirements),)
-    yield from verdict_of(report)
-    yield _folded("Why it differs", findings(report.diagnosis), is_open=True)
+    required = single.requirements(report.requirements)
+    yield from single.verdict_of(report)
+    yield _folded("Why it differs", single.findings(report.diagnosis), is_open=True)
     yield matrix.of_report(report)
-    yield remark(report)
-    yield _folded("Requirements", *required, is_open=not report.passed)
-    yield _folded(f"Findings ({len(said)})", findings(said))
-    yield from (maneuver(m, is_within=True) for m in report.maneuvers)
+    yield single.remark(report)
+    yield _folded("Requirements", required, is_open=not report.passed)
+    yield _folded(f"Findings ({len(said)})", single.findings(said))
+    yield from (single.maneuver(m, is_within=True) for m in report.maneuvers)
 
 
 def _series(series: Series) -> Iterator[Block]:
-    yield from of_series.verdict_of(series)
-    yield _folded(f"Findings ({len(series.findings)})", findings(series.findings))
-    for n in of_series.maneuvers_of(series):
-        yield _folded(f"Errors in maneuver {n}", *of_series.convergence(series, n))
+    yield from several.verdict_of(series)
+    yield _folded(f"Findings ({len(series.findings)})", single.findings(series.findings))
+    for n in several.maneuvers_of(series):
+        yield _folded(f"Errors in maneuver {n}", several.convergence(series, n))
     for run in series.runs:
         yield _folded(run_name(series, run), *_report(run.report))
 
