@@ -142,6 +142,24 @@ def chart(
     )
 
 
+def wide(drawn: str, caption: str) -> str:
+    """A figure as wide as the page, with its caption below; empty without a chart."""
+    return (
+        f'<figure class="wide">{drawn}<figcaption>{caption}</figcaption></figure>' if drawn else ""
+    )
+
+
+def small(name: str, drawn: str, said: str = "") -> str:
+    """A figure beside others, below its name and what is said of it."""
+    about = f"<b>{escape(name)}</b>{' ' if said else ''}{said}"
+    return f"<figure><figcaption>{about}</figcaption>{drawn}</figure>"
+
+
+def empty(text: str) -> str:
+    """What stands in place of a chart."""
+    return f'<p class="empty">{text}</p>'
+
+
 def _ends(axis: Axis) -> str:
     """What the read-out needs to find values from places."""
     return f"{axis.low!r} {axis.high!r} {int(axis.is_log)} {axis.offset!r}"

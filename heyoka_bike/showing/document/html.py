@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from hashlib import sha256
 from html import escape
 from pathlib import Path
+from string import Template
 
 from heyoka_bike.showing import document as doc
 from heyoka_bike.showing.grades import MEANINGS, SIGNS, WORDS, Grade
@@ -16,6 +17,7 @@ from heyoka_bike.showing.grades import MEANINGS, SIGNS, WORDS, Grade
 PAGE_STYLE = Path(__file__).with_name("page.css")
 SCRIPT = Path(__file__).with_name("page.js").read_text(encoding="utf-8")
 """Of every report."""
+_PAGE = Template(Path(__file__).with_name("page.html").read_text(encoding="utf-8"))
 
 # A line must not end within 1e-05, nor before a unit.
 _NUMBER = re.compile(r"-?[0-9.]+(?:e[-+]?[0-9]+)?(?: (?:%|s\b|J\b|rad\b(?:/s)?|m/s))?")
@@ -224,29 +226,13 @@ def page(
     data
         JSON for the script, if it needs any.
     """
-    sheets = "".join(file.read_text(encoding="utf-8") for file in styles)
-    made = "".join(f"<dt>{escape(a)}</dt><dd>{escape(b)}</dd>" for a, b in origin)
     given = f'<script type="application/json" id="data">\n{data}\n</script>\n' if data else ""
-    return f"""<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<meta name="color-scheme" content="light dark">
-<meta http-equiv="Content-Security-Policy" content="{policy(script)}">
-<link rel="icon" href="data:,">
-<title>{escape(title)}</title>
-<style>
-{sheets}</style>
-</head>
-<body>
-<main>
-{body}
-</main>
-<footer><p>IFToMM benchmark “Uncontrolled bicycle”; SI units throughout.</p>
-<dl class="facts">{made}</dl></footer>
-{given}<script>
-{script}</script>
-</body>
-</html>
-"""
+    return _PAGE.substitute(
+        title=escape(title),
+        body=body,
+        origin="".join(f"<dt>{escape(a)}</dt><dd>{escape(b)}</dd>" for a, b in origin),
+        styles="".join(file.read_text(encoding="utf-8") for file in styles),
+        policy=policy(script),
+        script=script,
+        data=given,
+    )

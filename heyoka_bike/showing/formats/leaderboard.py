@@ -9,7 +9,7 @@ from typing import Any
 from heyoka_bike.scoring.leaderboard import Entry, Leaderboard
 from heyoka_bike.showing import document as doc
 from heyoka_bike.showing.charts import axis
-from heyoka_bike.showing.charts.chart import Guide, Mark, chart
+from heyoka_bike.showing.charts.chart import Guide, Mark, chart, wide
 from heyoka_bike.showing.formats.origin import Origin, reference_words
 from heyoka_bike.showing.wording import label, number, readable
 from heyoka_bike.version import __version__
@@ -121,11 +121,11 @@ def _picture(problem: str, entries: Sequence[Entry]) -> str:
         title="correct digits", x_title="processor time [s]", height=_HEIGHT, guides=guides,
         marks=marks,
     )  # fmt: skip
-    return (
-        f'<figure class="wide">{drawn}<figcaption>What digits cost: further up is more right, '
-        "further left is cheaper. Numbers are the places in the table, lines join runs of one "
-        "program; what is below −1 is drawn there. Each time is of the machine that its submission "
-        "names.</figcaption></figure>"
+    return wide(
+        drawn,
+        "What digits cost: further up is more right, further left is cheaper. Numbers are the "
+        "places in the table, lines join runs of one program; what is below −1 is drawn there. "
+        "Each time is of the machine that its submission names.",
     )
 
 

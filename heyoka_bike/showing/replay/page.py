@@ -4,6 +4,7 @@ import json
 from collections.abc import Mapping, Sequence
 from html import escape
 from pathlib import Path
+from string import Template
 from typing import Any
 
 import numpy as np
@@ -24,6 +25,9 @@ from heyoka_bike.showing.wording import sentence, worst_words
 STYLE = Path(__file__).with_name("replay.css")
 SCRIPT = Path(__file__).with_name("replay.js")
 """Of the stage: ``replay(data)`` draws `drawing` and the motions in it."""
+
+_STAGE = Template(Path(__file__).with_name("stage.html").read_text(encoding="utf-8"))
+_ABOUT = Path(__file__).with_name("about.html").read_text(encoding="utf-8")
 
 _HEIGHT = 84  # of the lines of a chart [px]
 _PANELS = (
@@ -106,32 +110,18 @@ def stage(scenes: Sequence[tuple[str, str]], has_result: bool) -> str:
         if has_result
         else ""
     )
-    return f"""<section class="stage" aria-label="Scene">
-<div class="view"><canvas tabindex="0" role="img" aria-label="The bicycle in perspective. Drag or \
-Shift with the arrow keys to turn the camera, wheel, pinch or plus and minus to zoom."></canvas>
-{keys}<p class="scale" hidden></p></div>
-<form class="controls" autocomplete="off">
-<div class="time"><button type="button" class="play" aria-label="Play">▶</button>
-<button type="button" class="step" data-step="-1" aria-label="One frame back">‹</button>
-<button type="button" class="step" data-step="1" aria-label="One frame on">›</button>
-<input type="range" name="t" min="0" step="any" value="0" aria-label="Time [s]">
-<output class="clock">0.00 s</output></div>
-{_choice("maneuver", "Maneuver", scenes, scenes[0][0])}
-{_choice("speed", "Speed", [(x, f"{x}×") for x in ("0.1", "0.25", "0.5", "1", "2", "4")], "1")}
-{
-        _choice(
-            "camera",
-            "Camera",
-            [(x, x) for x in ("follow", "side", "behind", "above", "rider")],
-            "follow",
-        )
-    }
-{_choice("exaggerate", "Roll and steer", [("1", "as is"), ("5", "×5"), ("20", "×20")], "1")}
-<fieldset class="shows"><legend>Show</legend>{boxes}{magnify}</fieldset>
-</form>
-<table class="values" aria-label="Values at this time"></table>
-<noscript><p>The replay needs a browser with scripts; the charts do not.</p></noscript>
-</section>"""
+    views = ("follow", "side", "behind", "above", "rider")
+    speeds = ("0.1", "0.25", "0.5", "1", "2", "4")
+    larger = (("1", "as is"), ("5", "×5"), ("20", "×20"))
+    return _STAGE.substitute(
+        keys=keys,
+        boxes=boxes,
+        magnify=magnify,
+        maneuver=_choice("maneuver", "Maneuver", scenes, scenes[0][0]),
+        speed=_choice("speed", "Speed", [(x, f"{x}×") for x in speeds], "1"),
+        camera=_choice("camera", "Camera", [(x, x) for x in views], "follow"),
+        exaggerate=_choice("exaggerate", "Roll and steer", larger, "1"),
+    )
 
 
 def _choice(name: str, said: str, items: Sequence[tuple[str, str]], chosen: str) -> str:
@@ -213,19 +203,7 @@ def _about(replay: Replay, has_result: bool) -> str:
             f"{f', maneuver {s.number}' if len(replay.scenes) > 1 else ''}</h2>"
             f"<ul>{items}</ul></section>"
         )
-    parts.append(
-        "<details><summary>What is exact here, and the keys</summary>"
-        "<p>Wheels, hubs (P1, P3), the steer axis with P2, the centre of mass B of frame and "
-        "rider, and both contact points are where the reference has them; the yaw and the tracks "
-        "are integrated from it. Frame, fork and rider are drawings around them: the model gives "
-        "its bodies no shape, and its rider moves with the frame and holds on to nothing. Lines "
-        "on the ground are 1 m apart; the dotted one is the initial heading.</p>"
-        "<p>Space plays and pauses; left and right step by a frame, with Shift (not on the scene) "
-        "by a second; Home and End go to the ends; 1 to 9 choose the maneuver; a click into a "
-        "chart goes to that time. An address ending in <code>#t=3.2&amp;maneuver=2</code> opens "
-        "the page there; <code>camera</code>, <code>exaggerate</code>, <code>speed</code> and "
-        "<code>play=1</code> may follow.</p></details>"
-    )
+    parts.append(_ABOUT)
     return "\n".join(parts)
 
 
