@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import json
 from collections.abc import Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.commands.options import add_bicycle, add_format
-from heyoka_bike.commands.printing import complain, print_blocks, print_json
+from heyoka_bike.commands.printing import complain, print_blocks
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.registry import addition
 
@@ -82,7 +83,7 @@ def run(args: argparse.Namespace) -> int:
         document: dict[str, object] = {"bicycle": bicycle.name, **_as_json(linear, spectrum)}
         if box is not None:
             document["uncertainty"] = box.as_json()
-        print_json(document)
+        print(json.dumps(document, indent=2))
     else:
         print(bicycle.name)
         print("M q'' + v C1 q' + (g K0 + v^2 K2) q = 0 with q = (roll, steer)")

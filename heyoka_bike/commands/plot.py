@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from heyoka_bike.commands.options import add_formats, add_maneuver, add_output, lists
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.registry import addition
-from heyoka_bike.showing.figures import ALL, ATLAS, DEFAULT, FIGURES, plates
+from heyoka_bike.showing.figures import ALL, ATLAS, DEFAULT, FIGURES
 from heyoka_bike.showing.figures.style import FORMATS
 
 _DEFAULT_FOLDER = "figures"
@@ -65,49 +64,27 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
-    if args.figure == ATLAS:
-        return _atlas(args)
-    from heyoka_bike.reference.load import load_reference
+    from heyoka_bike.showing.figures.plot import drawn
     from heyoka_bike.showing.figures.style import save
+    from heyoka_bike.system.files import write_output
 
-    reference = load_reference(args.reference)
-    chosen = plates(reference, args.figure, args.maneuver)
-    paths = _paths(args, [plate.name for plate in chosen])
-    for plate, files in zip(chosen, paths, strict=True):
-        figure = plate.draw(reference)
+    if args.figure == ATLAS:
+        is_page = args.output.lower().endswith(_PAGES)
+        if args.maneuver is not None:
+            raise InputError(f"--maneuver: expected none for {'the page of ' * is_page}an atlas")
+        if args.reference is None:
+            raise InputError("--figure: found atlas without one, expected its folder (DIR)")
+        if is_page:
+            if args.formats is not None:
+                raise InputError("--format: expected none for the page of an atlas")
+            write_output(Path(args.output), addition("atlas_page")(args.reference).encode())
+            print(args.output)
+            return Exit.OK
+    every = drawn(
+        args.figure, args.maneuver, args.reference, args.output, args.formats, dashes="--"
+    )
+    for figure, files in every:
         for path in files:
             save(figure, path)
             print(path)
     return Exit.OK
-
-
-def _atlas(args: argparse.Namespace) -> int:
-    """The map of an atlas, or its page."""
-    from heyoka_bike.showing.figures.style import save
-    from heyoka_bike.system.files import write_output
-
-    is_page = args.output.lower().endswith(_PAGES)
-    if args.maneuver is not None:
-        raise InputError(f"--maneuver: expected none for {'the page of ' * is_page}an atlas")
-    if args.reference is None:
-        raise InputError("--figure: found atlas without one, expected its folder (DIR)")
-    if is_page and args.formats is not None:
-        raise InputError("--format: expected none for the page of an atlas")
-    paths = [Path(args.output)] if is_page else _paths(args, [ATLAS])[0]
-    if is_page:
-        write_output(paths[0], addition("atlas_page")(args.reference).encode())
-    else:
-        figure = addition("atlas_figure")(args.reference)
-        for path in paths:
-            save(figure, path)
-    for path in paths:
-        print(path)
-    return Exit.OK
-
-
-def _paths(args: argparse.Namespace, names: Sequence[str]) -> list[list[Path]]:
-    """Files to write of each figure."""
-    from heyoka_bike.showing.figures.plot import paths_of
-
-    hint = ", or --maneuver N" if args.figure == DEFAULT else ""
-    return paths_of(args.output, names, args.formats, option="--output", hint=hint)

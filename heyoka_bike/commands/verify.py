@@ -6,8 +6,8 @@ import argparse
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from heyoka_bike.commands import printing
 from heyoka_bike.commands.options import add_folder, add_format, add_workers
-from heyoka_bike.commands.printing import complain_of_checks, print_checks, print_json, print_table
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.system.console import patience, progress_bars
 
@@ -74,15 +74,15 @@ def run(args: argparse.Namespace) -> int:
         with progress_bars(_SHARES) as progress:
             found = run_again(found, is_quick=args.quick, progress=progress)
     if args.format == "json":
-        print_json(found.as_dict())
+        printing.print_json(found.as_dict())
     else:
         _show(found)
-    complain_of_checks(found.folder, found.checks)
+    printing.complain_of_checks(found.folder, found.checks)
     return Exit.OK if found.passed else Exit.CHECK_FAILED
 
 
 def _show(found: Verification) -> None:
-    print_checks(f"{found.folder}, dataset version {found.dataset_version}", found.checks)
+    printing.print_checks(f"{found.folder}, dataset version {found.dataset_version}", found.checks)
     if found.agreements:
         _show_digits(found.agreements)
     failed = sum(c.passed is False for c in found.checks)
@@ -104,4 +104,4 @@ def _show_digits(agreements: Sequence[Agreement]) -> None:
     rows.append(["time [s]", *(f"{a.seconds:.1f}" for a in agreements)])
     headings = ["column", *(f"{a.maneuver}\n{a.precision}" for a in agreements)]
     title = "agreeing digits: with the published numbers / with the candidate"
-    print_table(headings, rows, title=title, group=len(columns))
+    printing.print_table(headings, rows, title=title, group=len(columns))

@@ -40,8 +40,8 @@ def style_of(key: str) -> str:
     return f"s{list(COMPARED).index(key) % _STYLES}"
 
 
-def run_time(maneuvers: Sequence[ManeuverScore]) -> axis.Axis:
-    """Axis of the time, over all that is compared; some columns may go further than others."""
+def run_time(maneuvers: Sequence[ManeuverScore]) -> axis.ChartAxis:
+    """ChartAxis of the time, over all that is compared; some columns may go further than others."""
     runs = [c.trace.time for m in maneuvers for c in m.columns if len(c.trace.time)]
     return axis.times(
         min((float(t[0]) for t in runs), default=0.0),
@@ -159,7 +159,7 @@ def _one_column(m: ManeuverScore, c: ColumnScore) -> str:
     return small(name, legend(items) + "".join(parts), prose(said))
 
 
-def _overlay(time: axis.Axis, c: ColumnScore, name: str, unit: str) -> str:
+def _overlay(time: axis.ChartAxis, c: ColumnScore, name: str, unit: str) -> str:
     t = c.trace
     both = [envelope(t.time, v, _ONE_BINS) for v in (t.reference, t.value)]
     y = axis.values(
@@ -177,7 +177,7 @@ def _overlay(time: axis.Axis, c: ColumnScore, name: str, unit: str) -> str:
     )  # fmt: skip
 
 
-def _error(time: axis.Axis, c: ColumnScore, name: str, unit: str) -> str:
+def _error(time: axis.ChartAxis, c: ColumnScore, name: str, unit: str) -> str:
     t, error = envelope(c.trace.time, np.abs(c.trace.error), _ONE_BINS)
     title = f"absolute error [{unit}]"
     if not error.any():

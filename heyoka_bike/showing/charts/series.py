@@ -65,7 +65,7 @@ def _error_lines(series: Series, c: Convergence) -> Iterator[Line]:
             yield Line(run_name(series, run), style, t, error / size)
 
 
-def _over_time(key: str, time: axis.Axis, lines: Sequence[Line]) -> str:
+def _over_time(key: str, time: axis.ChartAxis, lines: Sequence[Line]) -> str:
     if not lines:
         return small(label(key), empty("No error in any program."))
     every = np.concatenate([line.y[line.y > 0] for line in lines])
@@ -127,7 +127,9 @@ def _drawing(series: Series, maneuver: int, across: Sequence[float | None], is_s
     )
 
 
-def _guides(series: Series, maneuver: int, lines: Sequence[Line], x_axis: axis.Axis) -> list[Guide]:
+def _guides(
+    series: Series, maneuver: int, lines: Sequence[Line], x_axis: axis.ChartAxis
+) -> list[Guide]:
     """Lines of whole orders around the observed ones, from the largest error downwards."""
     orders = [
         p

@@ -92,46 +92,28 @@ def stage(scenes: Sequence[tuple[str, str]], has_result: bool) -> str:
     has_result
         Whether results are shown beside the reference.
     """
-    shows = [("points", "points", True), ("tracks", "tracks", True), ("rider", "rider", True)]
+    keys = result = ""
     if has_result:
-        shows.append(("result", "result", True))
-    boxes = "".join(
-        f'<label><input type="checkbox" name="{key}"{" checked" if on else ""}> {said}</label>'
-        for key, said, on in shows
-    )
-    magnify = (
-        '<label class="menu">difference <select name="magnify"></select></label>'
-        if has_result
-        else ""
-    )
-    keys = (
-        '<ul class="legend keys"><li><span class="swatch mine"></span> reference</li>'
-        '<li><span class="swatch result"></span> result</li></ul>'
-        if has_result
-        else ""
-    )
-    views = ("follow", "side", "behind", "above", "rider")
-    speeds = ("0.1", "0.25", "0.5", "1", "2", "4")
-    larger = (("1", "as is"), ("5", "×5"), ("20", "×20"))
-    return _STAGE.substitute(
-        keys=keys,
-        boxes=boxes,
-        magnify=magnify,
-        maneuver=_choice("maneuver", "Maneuver", scenes, scenes[0][0]),
-        speed=_choice("speed", "Speed", [(x, f"{x}×") for x in speeds], "1"),
-        camera=_choice("camera", "Camera", [(x, x) for x in views], "follow"),
-        exaggerate=_choice("exaggerate", "Roll and steer", larger, "1"),
-    )
+        keys = (
+            '<ul class="legend keys"><li><span class="swatch mine"></span> reference</li>'
+            '<li><span class="swatch result"></span> result</li></ul>'
+        )
+        result = (
+            '<label><input type="checkbox" name="result" checked> result</label>'
+            '<label class="menu">difference <select name="magnify"></select></label>'
+        )
+    return _STAGE.substitute(keys=keys, result=result, maneuver=_choice(scenes))
 
 
-def _choice(name: str, said: str, items: Sequence[tuple[str, str]], chosen: str) -> str:
+def _choice(scenes: Sequence[tuple[str, str]]) -> str:
+    """Of the maneuver, the first at the beginning; hidden if there is but one."""
     options = "".join(
-        f'<label><input type="radio" name="{name}" value="{escape(value)}"'
-        f"{' checked' if value == chosen else ''}><span>{escape(text)}</span></label>"
-        for value, text in items
+        f'<label><input type="radio" name="maneuver" value="{escape(number)}"'
+        f"{'' if i else ' checked'}><span>{escape(name)}</span></label>"
+        for i, (number, name) in enumerate(scenes)
     )
-    hidden = " hidden" if len(items) < 2 else ""
-    return f'<fieldset class="choice"{hidden}><legend>{said}</legend>{options}</fieldset>'
+    hidden = " hidden" if len(scenes) < 2 else ""
+    return f'<fieldset class="choice"{hidden}><legend>Maneuver</legend>{options}</fieldset>'
 
 
 def _name(scene: Scene) -> str:
@@ -178,7 +160,7 @@ def _line(name: str, style: str, motion: Motion3D, values: Array) -> Line:
     return Line(name, style, motion.time, values)
 
 
-def _chart(scene: Scene, time: axis.Axis, lines: Sequence[Line], title: str, unit: str) -> str:
+def _chart(scene: Scene, time: axis.ChartAxis, lines: Sequence[Line], title: str, unit: str) -> str:
     own = [line.y for line in lines if line.style != "result"]
     low, high = min(float(y.min()) for y in own), max(float(y.max()) for y in own)
     # A result that leaves the picture does not flatten the reference.
