@@ -1,7 +1,7 @@
 """Figures of a series: error against step size, processor time, and over time."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -82,8 +82,8 @@ def _over_time(key: str, time: axis.ChartAxis, lines: Sequence[Line]) -> str:
 
 
 def _column(run: Run, maneuver: int, key: str) -> ColumnScore | None:
-    found = (c for m in run.report.maneuvers if m.maneuver == maneuver for c in m.columns)
-    return next((c for c in found if c.key == key), None)
+    found: Mapping[str, ColumnScore] = run.report.get(maneuver, {})
+    return found.get(key)
 
 
 def _drawing(series: Series, maneuver: int, across: Sequence[float | None], is_step: bool) -> str:

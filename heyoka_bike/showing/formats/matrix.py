@@ -22,15 +22,14 @@ def of_report(report: Report) -> TableBlock:
     rows: list[Row] = []
     for key, found in columns.items():
         if key in worst:
-            cells = (next((c for c in m.columns if c.key == key), None) for m in report.maneuvers)
-            name = Words(words.label(key), printable(key))
-            rows.append([name, *map(_cell, cells), taken(found)])
+            cells = (_cell(m.get(key)) for m in report.maneuvers)
+            rows.append([Words(words.label(key), printable(key)), *cells, taken(found)])
     left_out = len(columns) - len(rows)
     more = f" {left_out} more columns have no fewer digits." if left_out else ""
     return TableBlock(
         [
             Words("Correct digits", "correct digits"),
-            *_maneuvers(m.maneuver for m in report.maneuvers),
+            *_maneuvers(report),
             TableColumn("taken as", is_prose=True, leave_out=1, style="taken"),
         ],
         rows,
@@ -47,10 +46,10 @@ def of_report(report: Report) -> TableBlock:
 
 def of_series(series: Series) -> TableBlock:
     """The worst columns of runs or programs by maneuvers, with eq. (1) as a remark."""
-    numbers = sorted({m.maneuver for run in series.runs for m in run.report.maneuvers})
+    numbers = sorted({n for run in series.runs for n in run.report})
     rows: list[Row] = []
     for run in series.runs:
-        held = {m.maneuver: m for m in run.report.maneuvers}
+        held = run.report
         cells = (_worst_cell(held[n].columns if n in held else ()) for n in numbers)
         said = words.worst_place(run.report)
         # Files without energies have nothing to say of it.
@@ -84,10 +83,7 @@ def of_series(series: Series) -> TableBlock:
 def side_by_side(series: Series, maneuver: int) -> TableBlock:
     """Columns by programs in one maneuver."""
     keys = dict.fromkeys(c.key for c in series.convergence if c.maneuver == maneuver)
-    scores = [
-        {c.key: c for m in run.report.maneuvers if m.maneuver == maneuver for c in m.columns}
-        for run in series.runs
-    ]
+    scores = [run.report.get(maneuver, {}) for run in series.runs]
     names = (words.run_name(series, run) for run in series.runs)
     return TableBlock(
         [Words("Correct digits", ""), *(Words(name, words.short_name(name)) for name in names)],
@@ -106,20 +102,19 @@ def _cell(column: ColumnScore | None) -> Cell:
     """What is shown of a column; None where there is none."""
     if column is None:
         return Cell("-", grade=Grade.UNKNOWN)
-    return Cell(words.one_decimal(column.as_understood.measures.scd), grade=grade(column))
+    return Cell(words.one_decimal(column.scd), grade=grade(column))
 
 
 def _worst_cell(columns: Sequence[ColumnScore]) -> Cell:
     """The fewest digits of some columns, and the worst grade."""
-    known = [c for c in columns if c.as_understood.measures.scd is not None]
+    known = [c for c in columns if c.scd is not None]
     if not known:
         return _cell(None)
     return Cell(words.one_decimal(_fewest(known)), grade=max(map(grade, known)))
 
 
 def _fewest(columns: Sequence[ColumnScore]) -> float:
-    digits = (c.as_understood.measures.scd for c in columns)
-    return min((x for x in digits if x is not None), default=0.0)
+    return min((c.scd for c in columns if c.scd is not None), default=0.0)
 
 
 def taken(columns: Sequence[ColumnScore]) -> str:
