@@ -83,7 +83,8 @@ def of_series(series: Series) -> TableBlock:
 def side_by_side(series: Series, maneuver: int) -> TableBlock:
     """Columns by programs in one maneuver."""
     keys = dict.fromkeys(c.key for c in series.convergence if c.maneuver == maneuver)
-    scores = [run.report.get(maneuver, {}) for run in series.runs]
+    held = (run.report.get(maneuver) for run in series.runs)
+    scores = [dict(m) if m else {} for m in held]
     names = (words.run_name(series, run) for run in series.runs)
     return TableBlock(
         [Words("Correct digits", ""), *(Words(name, words.short_name(name)) for name in names)],
