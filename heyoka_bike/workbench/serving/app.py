@@ -24,8 +24,8 @@ from starlette.responses import (
 from starlette.routing import Route
 
 from heyoka_bike.errors import InputError
-from heyoka_bike.showing.formats.html import SCRIPT as REPORT_SCRIPT
-from heyoka_bike.showing.formats.markup import PAGE_STYLE, policy
+from heyoka_bike.showing.document.html import PAGE_STYLE, policy
+from heyoka_bike.showing.document.html import SCRIPT as REPORT_SCRIPT
 from heyoka_bike.showing.replay.page import SCRIPT as REPLAY_SCRIPT
 from heyoka_bike.showing.replay.page import START
 from heyoka_bike.system.log import fault

@@ -7,7 +7,7 @@ from pathlib import Path
 from string import Template
 
 from heyoka_bike.bicycle.parameters import read_maneuvers
-from heyoka_bike.showing.formats.markup import prose
+from heyoka_bike.showing.document.html import prose
 from heyoka_bike.system.resources import benchmark_maneuvers
 from heyoka_bike.version import __version__
 from heyoka_bike.workbench.serving.limits import Limits
