@@ -33,8 +33,8 @@ class _Thresholds:
         programs the most is 1.4 and 3.0.
     above
         What the best cause leaves of the equations is so many times what the rates are off from the
-        slopes of the angles where a force is missing: in files of correct programs up to 152 (IDA, which solves
-        for the rates), in those of engines that slip and yield up to 662.
+        slopes of the angles where a force is missing: in files of correct programs up to 152 (IDA,
+        which solves for the rates), in those of engines that slip and yield up to 662.
     blown_up
         Where the rates are off by more than so much of themselves.
     further
