@@ -195,14 +195,12 @@ def _of_causes(causes: Causes, search: Search) -> list[tuple[Mistake, ...]]:
     fitted = [c for c in causes.fitted if c.relief > causes.least]
     shooting = search.shooting(causes.motions)
     named = [c.mistakes for c in known[:_SIMULATED]]
+    found = [shooting.refined(c) if search.is_quick else c for c in fitted[:_SIMULATED]]
     # Each of two mistakes is tried alone, too.
     return [
         *dict.fromkeys((m,) for mistakes in named for m in mistakes),
         *(mistakes for mistakes in named if len(mistakes) > 1),
-        *(
-            (other_values(shooting.refined(c) if search.is_quick else c, causes.program),)
-            for c in fitted[:_SIMULATED]
-        ),
+        *((other_values(c.changes, c.uncertain, causes.program),) for c in found),
     ]
 
 
@@ -211,7 +209,7 @@ def _unsimulated(causes: Causes, simulator: Simulator) -> tuple[Mistake, ...]:
     best = max((*causes.known, *causes.fitted), key=lambda c: c.relief, default=None)
     if best is None or simulator.has_forces or best.relief < causes.least:
         return ()
-    made = best.mistakes or (other_values(best, causes.program),)
+    made = best.mistakes or (other_values(best.changes, best.uncertain, causes.program),)
     return made if apply(causes.program, made).amounts else ()
 
 

@@ -12,8 +12,8 @@ import numpy as np
 
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import Part
-from heyoka_bike.scoring.diagnosis.programs.linear import KINETIC, POTENTIAL, Terms
-from heyoka_bike.scoring.diagnosis.programs.program import Mistake
+from heyoka_bike.scoring.diagnosis.programs.linear import KINETIC, POTENTIAL
+from heyoka_bike.scoring.diagnosis.programs.program import Mistake, Terms
 from heyoka_bike.scoring.measures import rms
 
 CODE = "linearised"

@@ -26,9 +26,10 @@ from heyoka_bike.scoring.diagnosis.mistakes.proposals import (
     columns_in_another_order,
     times_on_another_scale,
 )
+from heyoka_bike.scoring.diagnosis.programs.beginning import beginning
 from heyoka_bike.scoring.diagnosis.programs.linear import linear_columns
 from heyoka_bike.scoring.diagnosis.programs.simulator import Motion, Simulator
-from heyoka_bike.scoring.diagnosis.programs.start import Start, initial_state, on_the_floor
+from heyoka_bike.scoring.diagnosis.programs.start import Start
 from heyoka_bike.scoring.diagnosis.remainder import (
     Place,
     energy_level,
@@ -354,7 +355,6 @@ class Search:
         keys: list[object] = []
         asked: dict[object, Motion] = {}
         for program in programs:
-            p = {s: float(x) for s, x in program.bicycle.values.items()}
             values = self._number(program.bicycle)
             for i, part in enumerate(self._parts):
                 start = program.starts[part.number]
@@ -363,7 +363,7 @@ class Search:
                 if key in self._found or key in asked:
                     continue
                 meant = program.clock(self._times[i], self._steps[i])
-                state = on_the_floor(program.bicycle, initial_state(p, start))
+                state = beginning(program, part.number)
                 amounts = dict(program.amounts)
                 if program.linear:
                     self._found[key] = linear_columns(program.bicycle, state, meant, program.linear)

@@ -6,7 +6,6 @@ definition to first order. Energies are of second order, and programs compute th
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from math import ceil, cos, log2
 
 import numpy as np
@@ -18,6 +17,7 @@ from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.bicycle.stability.closed_form import Matrices, closed_form
 from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.numbers.double import Array
+from heyoka_bike.scoring.diagnosis.programs.program import Terms
 
 # Terms of the exponential's series once its argument is below 1/2: beyond binary64.
 _TERMS = 16
@@ -28,21 +28,6 @@ POTENTIAL = ("nonlinear", "quadratic", "constant")
 """Ways to compute the potential energy: of that posture, to second order, or upright."""
 KINETIC = ("nonlinear", "quadratic", "constant", "lateral")
 """Ways to compute the kinetic energy: the same, or q' M q' / 2 alone."""
-
-
-@dataclass(frozen=True, slots=True)
-class Terms:
-    """With which power of the speed or of gravity a matrix enters; None if it is left out.
-
-    Attributes
-    ----------
-    c1, k0, k2
-        Powers of the speed, of gravity, of the speed.
-    """
-
-    c1: int | None = 1
-    k0: int | None = 1
-    k2: int | None = 2
 
 
 def linear_columns(

@@ -9,7 +9,6 @@ import numpy as np
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.scoring.diagnosis.programs.linear import Terms
 from heyoka_bike.scoring.diagnosis.programs.start import Start
 
 Columns = Mapping[str, Array]
@@ -18,6 +17,23 @@ Parameters = dict[str, Fraction]
 """Of a bicycle, by symbol; the tilt is among them only where it is set."""
 Change = Callable[[Columns, Array], Columns]
 """From what should be written at the times written to what is."""
+
+
+@dataclass(frozen=True, slots=True)
+class Terms:
+    """Of linear equations, with which power of the speed or of gravity a matrix enters.
+
+    None if it is left out; see `linear`.
+
+    Attributes
+    ----------
+    c1, k0, k2
+        Powers of the speed, of gravity, of the speed.
+    """
+
+    c1: int | None = 1
+    k0: int | None = 1
+    k2: int | None = 2
 
 
 @dataclass(frozen=True, slots=True)

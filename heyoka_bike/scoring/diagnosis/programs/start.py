@@ -8,15 +8,12 @@ steer rate and speed, u = (J^T M J)^-1 J^T M v. An admissible start is left as i
 All of it at the upright straight position, axes x forward, y right, z down.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import cos, sin
 
 import numpy as np
 
-from heyoka_bike.bicycle.equations.initial import pitch_on_the_floor
-from heyoka_bike.bicycle.equations.reduced import Equations
-from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.double import Array
 
 BODIES = "RBHF"
@@ -92,14 +89,6 @@ def initial_state(p: Mapping[str, float], start: Start) -> tuple[float, ...]:
     for place, change in start.added:
         state[place] += change
     return tuple(state)
-
-
-def on_the_floor(bicycle: Bicycle, state: Sequence[float]) -> tuple[float, ...]:
-    """The state with the pitch that puts both wheels on the floor."""
-    roll, pitch, steer, *rates = state
-    if steer != 0.0:
-        pitch = float(pitch_on_the_floor(Equations.binary64(bicycle).k, roll, 0.0, steer))
-    return roll, pitch, steer, *rates
 
 
 _Velocities = Mapping[str, tuple[Array, Array]]

@@ -1,20 +1,20 @@
 """Values that were found in a file, as a program that has them."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from heyoka_bike.scoring.diagnosis.programs.program import Found, Mistake, Program, changed
 from heyoka_bike.scoring.diagnosis.programs.start import STATE
-from heyoka_bike.scoring.diagnosis.residual.causes import Cause
 
 
-def other_values(cause: Cause, program: Program) -> Mistake:
+def other_values(
+    changes: Mapping[str, float], uncertain: Mapping[str, float], program: Program
+) -> Mistake:
     """A program with parameters and forces of other values than the right one."""
     found = []
-    for name, change in cause.changes.items():
+    for name, change in changes.items():
         right = float(program.bicycle[name]) if name in program.bicycle.values else 0.0
-        found.append(Found(name, None, right + change, right, cause.uncertain[name]))
-    changes = dict(cause.changes)
+        found.append(Found(name, None, right + change, right, uncertain[name]))
     return _mistake(found, lambda p: changed(p, changes), "model")
 
 

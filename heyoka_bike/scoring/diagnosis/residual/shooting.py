@@ -15,9 +15,10 @@ from numpy.typing import NDArray
 from heyoka_bike.bicycle.parameters import PARAMETERS, START
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import spread
+from heyoka_bike.scoring.diagnosis.programs.beginning import beginning
 from heyoka_bike.scoring.diagnosis.programs.program import Found, Mistake, Program, changed
 from heyoka_bike.scoring.diagnosis.programs.simulator import Motion, Simulator
-from heyoka_bike.scoring.diagnosis.programs.start import STATE, initial_state, on_the_floor
+from heyoka_bike.scoring.diagnosis.programs.start import STATE
 from heyoka_bike.scoring.diagnosis.residual.causes import Cause
 from heyoka_bike.scoring.diagnosis.residual.fitted import other_start
 from heyoka_bike.scoring.diagnosis.residual.linear_fits import Blocks, best_subsets, blocks, solve
@@ -103,7 +104,7 @@ class Shooting:
         if time[0] > 2 * (time[1] - time[0]):
             return []
         places = [STATE.index(name) for name in START]
-        state = _initial(self._right, n)
+        state = beginning(self._right, n)
         given = np.array([state[i] for i in places])
 
         def program(x: Array) -> Program:
@@ -143,7 +144,7 @@ class Shooting:
 
         def errors(several: Sequence[Array]) -> list[Array]:
             asked = [
-                Motion(p.bicycle, _initial(p, m.number), m.time[r], dict(p.amounts))
+                Motion(p.bicycle, beginning(p, m.number), m.time[r], dict(p.amounts))
                 for p in map(program, several)
                 for m, r in zip(motions, rows, strict=True)
             ]
@@ -151,11 +152,6 @@ class Shooting:
             return [np.concatenate([_parts(next(made), w) for w in written]) for _ in several]
 
         return errors
-
-
-def _initial(program: Program, number: int) -> tuple[float, ...]:
-    p = {s: float(x) for s, x in program.bicycle.values.items()}
-    return on_the_floor(program.bicycle, initial_state(p, program.starts[number]))
 
 
 def _states(columns: Mapping[str, Array], rows: NDArray[np.intp] | slice = slice(None)) -> Array:
