@@ -236,12 +236,15 @@ class Search:
             if understood in tried:
                 continue
             tried.append(understood)
-            seen = [observe(p, understood, equations) for p in self._parts]
-            motions = [m for m in seen if m is not None]
-            if motions:
+            # Motions and equations that make no sense end as such.
+            with np.errstate(all="ignore"):
+                seen = [observe(p, understood, equations) for p in self._parts]
+                motions = [m for m in seen if m is not None]
+                if not motions:
+                    continue
                 found.append(find_causes(Accelerations(motions, self._correct), library, motions))
-                if not found[-1].is_open:
-                    break
+            if not found[-1].is_open:
+                break
         return max(found, key=lambda c: c.most, default=None)
 
     def shooting(self, motions: Sequence[Observed]) -> Shooting:

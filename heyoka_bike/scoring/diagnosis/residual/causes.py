@@ -98,8 +98,8 @@ class Causes:
     known : tuple of Cause
         Of the library, alone and two together.
     fitted : tuple of Cause
-        Of one, two and three unknowns, the fewest that explain far more; the file cannot tell the
-        others from the first. Empty if none explains more than the library does.
+        Of one, two and three unknowns, each number where it explains far more than fewer do; whole
+        runs tell which. Empty if none explains more than the library does.
     motions : sequence of Observed
         Of the file, as they were understood.
     program : Program
@@ -288,7 +288,7 @@ def _fitted(remainder: _Remainder, worth: float, *, several: bool) -> tuple[Caus
         ]
         most = max(c.relief for c in found)
         if most > _T.further * known:
-            best = [c for c in found if 2.0 * c.relief > most]
+            best += [c for c in found if 2.0 * c.relief > most]
     return tuple(best)
 
 

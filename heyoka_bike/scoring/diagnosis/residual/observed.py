@@ -30,6 +30,8 @@ _FEWEST_ROWS = 12
 # Half the width of a window: [s], and in rows.
 _WIDTH, _IN_ROWS = 0.15, 4.0
 _ROUNDS = 30
+# Nothing of a bicycle is so large, but what has blown up [SI].
+_LARGEST = 1e6
 # [SI]
 _CONVERGED = 1e-15
 
@@ -120,10 +122,14 @@ def observe(
         return None
     rows = rows[spread(len(rows), _MOST_ROWS)]
     time = part.time[rows]
+    if np.any(np.diff(time) <= 0.0) or not all(
+        _is_motion(key, x[rows]) for key, x in columns.items()
+    ):
+        return None
     names = {k: understood[k].column.name for k in STATE}
     state = _default_definitions({k: x[rows] for k, x in columns.items()}, names, time, equations)
     windows = _windows(time)
-    if windows is None:
+    if windows is None or not all(np.isfinite(x).all() for x in state.values()):
         return None
     digits = {k: _digits(part, understood, k) for k in STATE}
     found = [_mean_slope(time, state[k], windows, digits[k]) for k in STATE]
@@ -140,6 +146,12 @@ def observe(
         ),
         kinematic_uncertain=np.array([u_roll, u_steer]),
     )
+
+
+def _is_motion(key: str, values: Array) -> bool:
+    """Whether values are of something that moves, but not beyond all bounds."""
+    moves = bool(np.ptp(values)) or key == "forward_speed"
+    return moves and float(np.max(np.abs(values))) < _LARGEST
 
 
 def _si(part: Part, understood: Mapping[str, Understanding], key: str) -> Array:
