@@ -175,12 +175,14 @@ def test_keys_pointer_and_boxes_do_what_they_say(page, tmp_path):
     }  # fmt: skip
 
 
+@pytest.mark.proof
 @browser
 def test_errors_of_a_page_would_be_seen(page, tmp_path):
     broken = page.replace("const drawEdge = () => {", "const drawEdge = () => { nothing();")
     assert look(broken, tmp_path)[1] != []
 
 
+@pytest.mark.proof
 @browser
 def test_nothing_is_wider_than_the_window(page, tmp_path):
     for content, window in widths(page, tmp_path, "#at=8,3"):
@@ -188,6 +190,7 @@ def test_nothing_is_wider_than_the_window(page, tmp_path):
         assert content <= window
 
 
+@pytest.mark.proof
 @browser
 def test_an_axis_may_change_the_bicycle(bicycle, tmp_path):
     page = render(made(bicycle, ("w", 0.9, 1.3, 5), ("speed", 3.0, 7.0, 5)))

@@ -7,8 +7,9 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.commands.options import add_bicycle, add_workers
+from heyoka_bike.commands.printing import print_table
 from heyoka_bike.errors import Exit, InputError, did_you_mean, quoted, unknown_word
-from heyoka_bike.system.console import print_table, progress_bar, table
+from heyoka_bike.system.console import progress_bar
 
 if TYPE_CHECKING:
     from heyoka_bike.numbers.exact import Exact
@@ -207,6 +208,7 @@ def _longest(text: str) -> float:
 def _summary(made: Atlas) -> None:
     import numpy as np
 
+    from heyoka_bike.showing.document import TableColumn
     from heyoka_bike.workbench.atlas.data import FATES
 
     fates = made.variables["fate"]
@@ -215,5 +217,5 @@ def _summary(made: Atlas) -> None:
         (name, str(count), f"{100 * count / fates.size:.1f} %", about)
         for (name, about), count in zip(FATES.items(), counts, strict=True)
     ]
-    print_table(table(("fate", "points", "part", "meaning"), rows, left=1, prose=(3,)), 92)
+    print_table(("fate", "points", "part", TableColumn("meaning", is_prose=True)), rows)
     print(f"the edge of falling: {len(made.edge.at)} places, to neighbouring binary64 numbers")

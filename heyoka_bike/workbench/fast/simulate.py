@@ -78,17 +78,17 @@ class Simulation:
     def _repr_html_(self) -> str:
         """For notebooks: the first and last rows of each maneuver; of several they unfold."""
         from heyoka_bike.reference.values import Values
-        from heyoka_bike.showing.views.card import card, folded, head, plain_table, remark
+        from heyoka_bike.showing.document import Block, Chapter
+        from heyoka_bike.showing.document.notebook import head, render
         from heyoka_bike.showing.views.values import table
 
-        shown = []
-        for columns in self.values:
+        shown: list[Block] = list(head(repr(self).strip("<>")))
+        for i, columns in enumerate(self.values, start=1):
             values = Values(dict(zip(BENCHMARK_COLUMNS, columns, strict=True)), {}, time=self.time)
-            names, rows, said = table(values, len(BENCHMARK_COLUMNS))
-            shown.append(plain_table(names, rows, "Rows", "numbers") + remark(said))
-        if len(shown) > 1:
-            shown = [folded(f"Maneuver {i}", part) for i, part in enumerate(shown, start=1)]
-        return card(head(repr(self).strip("<>")), *shown)
+            rows = table(values, len(BENCHMARK_COLUMNS), "Rows")
+            is_one = len(self.values) == 1
+            shown.append(rows if is_one else Chapter(f"Maneuver {i}", (rows,), is_folded=True))
+        return render(shown)
 
     def __getitem__(self, name: str) -> Array:
         """A column by name: shape (rows,) for one maneuver, else (maneuvers, rows)."""

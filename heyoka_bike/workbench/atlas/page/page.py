@@ -17,7 +17,7 @@ from heyoka_bike.bicycle.stability.linear import linearise
 from heyoka_bike.errors import printable
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.showing.formats.markup import PAGE_STYLE, page
+from heyoka_bike.showing.document.html import PAGE_STYLE, page
 from heyoka_bike.showing.replay.page import SCRIPT as REPLAY_SCRIPT
 from heyoka_bike.showing.replay.page import STYLE as REPLAY_STYLE
 from heyoka_bike.showing.replay.page import drawing, stage

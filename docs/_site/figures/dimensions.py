@@ -8,21 +8,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from figures.silhouette import FROM_ABOVE, FROM_BEHIND, FROM_RIGHT, Pose, fitted, rim
+from figures.silhouette import draw as draw_silhouette
 from heyoka_bike.bicycle.parameters import PARAMETERS, Bicycle
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.load import Reference
-from heyoka_bike.showing.figures.shapes import Shape
-from heyoka_bike.showing.figures.silhouette import (
-    FROM_ABOVE,
-    FROM_BEHIND,
-    FROM_RIGHT,
-    Pose,
-    fitted,
-    rim,
-)
-from heyoka_bike.showing.figures.silhouette import draw as draw_silhouette
 from heyoka_bike.showing.figures.style import BLACK, BLUE, VERMILLION, WIDTH, style
+from heyoka_bike.showing.replay.shapes import Shape
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

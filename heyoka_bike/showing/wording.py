@@ -11,7 +11,9 @@ from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.measures import MOST_DIGITS
 from heyoka_bike.scoring.report import WHOLE, ManeuverScore, Report, Run, Series
-from heyoka_bike.showing.formats.grades import judgement
+from heyoka_bike.showing.grades import judgement
+
+_LONGEST_NAME = 30
 
 
 def sentence(text: str) -> str:
@@ -362,6 +364,11 @@ def run_name(series: Series, run: Run) -> str:
     if series.is_one_program and run.tolerance is not None:
         return f"tolerance {plain(run.tolerance)}"
     return printable(run.name or Path(run.report.file.path).name)
+
+
+def short_name(name: str) -> str:
+    """A name that leaves room for numbers: the end of a path tells more than its start."""
+    return name if len(name) <= _LONGEST_NAME else f"...{name[3 - _LONGEST_NAME :]}"
 
 
 def run_words(run: Run) -> str:

@@ -11,7 +11,7 @@ _LEAST = 1e-300
 
 
 @dataclass(frozen=True, slots=True)
-class Axis:
+class ChartAxis:
     """A range of values, linear or logarithmic.
 
     Attributes
@@ -51,15 +51,15 @@ class Axis:
         return f" {'−' if self.offset > 0 else '+'} {abs(self.offset)!r}" if self.offset else ""
 
 
-def times(start: float, end: float) -> Axis:
-    """Axis of a run's time, from its first to its last row."""
+def times(start: float, end: float) -> ChartAxis:
+    """ChartAxis of a run's time, from its first to its last row."""
     if not end > start:
         start, end = start - 0.5, start + 0.5
     return _linear(start, end, 6)
 
 
-def values(low: float, high: float) -> Axis:
-    """Axis of a quantity with some room around it.
+def values(low: float, high: float) -> ChartAxis:
+    """ChartAxis of a quantity with some room around it.
 
     It spans at least 1e-5 of the values themselves: less is for a figure of errors.
     """
@@ -73,7 +73,7 @@ def values(low: float, high: float) -> Axis:
     return _linear(middle - offset - half, middle - offset + half, 4, offset)
 
 
-def decades(low: float, high: float, labels: int = 7) -> Axis:
+def decades(low: float, high: float, labels: int = 7) -> ChartAxis:
     """Logarithmic axis of whole decades around two positive values, a line for each.
 
     Parameters
@@ -90,10 +90,10 @@ def decades(low: float, high: float, labels: int = 7) -> Axis:
         ((n - first) / (last - first), "" if n % step else _power(n))
         for n in range(first, last + 1)
     )
-    return Axis(first, last, True, ticks)
+    return ChartAxis(first, last, True, ticks)
 
 
-def spread(low: float, high: float) -> Axis:
+def spread(low: float, high: float) -> ChartAxis:
     """Logarithmic axis with room at both ends of two positive values; labels at 1, 2 and 5."""
     a, b = math.log10(low), math.log10(high)
     room = max(0.15 * (b - a), 0.05)
@@ -104,10 +104,10 @@ def spread(low: float, high: float) -> Axis:
         if a <= math.log10(m * 10.0**n) <= b
     ]  # fmt: skip
     ticks = tuple(((math.log10(v) - a) / (b - a), f"{v:g}") for v in found)
-    return Axis(a, b, True, ticks)
+    return ChartAxis(a, b, True, ticks)
 
 
-def _linear(low: float, high: float, count: int, offset: float = 0.0) -> Axis:
+def _linear(low: float, high: float, count: int, offset: float = 0.0) -> ChartAxis:
     """Linear axis with about so many labels at 1, 2 or 5 times a power of ten."""
     rough = (high - low) / count
     power = 10.0 ** math.floor(math.log10(rough))
@@ -116,7 +116,7 @@ def _linear(low: float, high: float, count: int, offset: float = 0.0) -> Axis:
     ticks = tuple(
         ((n * step - low) / (high - low), _decimal(n * step, step)) for n in range(first, last + 1)
     )
-    return Axis(low, high, False, ticks, offset)
+    return ChartAxis(low, high, False, ticks, offset)
 
 
 def _decimal(value: float, step: float) -> str:

@@ -1,19 +1,18 @@
 """Figures of a series: error against step size, processor time, and over time."""
 
 import math
-from collections.abc import Iterator, Sequence
-from html import escape
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.measures import TOLERANCE
 from heyoka_bike.scoring.report import Convergence, Run, Series
-from heyoka_bike.showing.formats import axis
-from heyoka_bike.showing.formats.chart import Guide, Level, Line, Notch, chart
-from heyoka_bike.showing.formats.charts import legend, run_time, style_of
-from heyoka_bike.showing.formats.decimate import highest
-from heyoka_bike.showing.formats.wording import label, number, run_name, scale
+from heyoka_bike.showing.charts import axis
+from heyoka_bike.showing.charts.chart import Guide, Level, Line, Notch, chart, empty, small, wide
+from heyoka_bike.showing.charts.decimate import highest
+from heyoka_bike.showing.charts.maneuver import legend, run_time, style_of
+from heyoka_bike.showing.wording import label, number, run_name, scale
 
 _HEIGHT, _SMALL = 280, 160
 _BINS = 125
@@ -26,7 +25,7 @@ _MOST_ORDER = 12  # of the guides
 def convergence(series: Series, maneuver: int) -> str:
     """Error against step size for a maneuver; empty if no step size is known."""
     drawn = _drawing(series, maneuver, [r.step for r in series.runs], is_step=True)
-    return _captioned(
+    return wide(
         drawn,
         "What a smaller step buys: a method of order p follows a line of that slope, halving the "
         "step divides its error by 2 to the power p, until the error reaches the floor that the "
@@ -37,7 +36,7 @@ def convergence(series: Series, maneuver: int) -> str:
 def work_precision(series: Series, maneuver: int) -> str:
     """Error against processor time for a maneuver; empty if no time is known."""
     drawn = _drawing(series, maneuver, [r.cpu for r in series.runs], is_step=False)
-    return _captioned(
+    return wide(
         drawn,
         "What accuracy costs: of two programs, the one whose line lies lower and further left "
         "gives the same error in less time; the time is that of the whole run.",
@@ -66,11 +65,9 @@ def _error_lines(series: Series, c: Convergence) -> Iterator[Line]:
             yield Line(run_name(series, run), style, t, error / size)
 
 
-def _over_time(key: str, time: axis.Axis, lines: Sequence[Line]) -> str:
-    name = escape(label(key))
+def _over_time(key: str, time: axis.ChartAxis, lines: Sequence[Line]) -> str:
     if not lines:
-        said = '<p class="empty">No error in any program.</p>'
-        return f"<figure><figcaption><b>{name}</b></figcaption>{said}</figure>"
+        return small(label(key), empty("No error in any program."))
     every = np.concatenate([line.y[line.y > 0] for line in lines])
     peak = float(every.max())
     low = max(float(np.quantile(every, 0.05)), peak * 10.0**-_MOST_DECADES)
@@ -81,18 +78,12 @@ def _over_time(key: str, time: axis.Axis, lines: Sequence[Line]) -> str:
         levels=[Level(TOLERANCE, "tolerance", "1e-3 of the scale")],
     )  # fmt: skip
     items = [(line.name, line.style, "") for line in lines]
-    return f"<figure><figcaption><b>{name}</b></figcaption>{legend(items)}{drawn}</figure>"
+    return small(label(key), legend(items) + drawn)
 
 
 def _column(run: Run, maneuver: int, key: str) -> ColumnScore | None:
-    found = (c for m in run.report.maneuvers if m.maneuver == maneuver for c in m.columns)
-    return next((c for c in found if c.key == key), None)
-
-
-def _captioned(drawn: str, caption: str) -> str:
-    if not drawn:
-        return ""
-    return f'<figure class="wide">{drawn}<figcaption>{caption}</figcaption></figure>'
+    found: Mapping[str, ColumnScore] = run.report.get(maneuver, {})
+    return found.get(key)
 
 
 def _drawing(series: Series, maneuver: int, across: Sequence[float | None], is_step: bool) -> str:
@@ -136,7 +127,9 @@ def _drawing(series: Series, maneuver: int, across: Sequence[float | None], is_s
     )
 
 
-def _guides(series: Series, maneuver: int, lines: Sequence[Line], x_axis: axis.Axis) -> list[Guide]:
+def _guides(
+    series: Series, maneuver: int, lines: Sequence[Line], x_axis: axis.ChartAxis
+) -> list[Guide]:
     """Lines of whole orders around the observed ones, from the largest error downwards."""
     orders = [
         p

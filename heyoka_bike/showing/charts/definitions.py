@@ -8,19 +8,18 @@ from heyoka_bike.errors import printable
 from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.conventions import odds_words
 from heyoka_bike.scoring.report import ManeuverScore
-from heyoka_bike.showing.formats.wording import label, number, unit_text
+from heyoka_bike.showing.charts.chart import wide
+from heyoka_bike.showing.wording import label, number, unit_text
 
 
 def definitions(m: ManeuverScore) -> str:
     """Errors of a maneuver's columns against each of their definitions; empty without a choice."""
     tables = [_table(c, m.maneuver) for c in m.columns if c.alternatives and c.values]
-    if not tables:
-        return ""
-    return (
-        '<figure class="wide">' + "".join(tables) + "<figcaption>Honest programs mean different "
-        "things by the same name: the full dot is the definition that the file follows, as far as "
-        "its errors tell, and the open ones show how far it is from the others, on a logarithmic "
-        "scale.</figcaption></figure>"
+    return wide(
+        "".join(tables),
+        "Honest programs mean different things by the same name: the full dot is the definition "
+        "that the file follows, as far as its errors tell, and the open ones show how far it is "
+        "from the others, on a logarithmic scale.",
     )
 
 

@@ -12,7 +12,6 @@ from math import cos, sin
 import numpy as np
 
 from heyoka_bike.bicycle.parameters import Bicycle
-from heyoka_bike.numbers.double import Array
 
 # P2 of the benchmark is so far up the steer axis from the floor: it gives the printed digits [m].
 _P2 = 0.9
@@ -100,23 +99,6 @@ def shape(bicycle: Bicycle) -> Shape:
             *_rider(crank, scale, rider),
         ),
     )  # fmt: skip
-
-
-def hull(points: Array) -> Array:
-    """Convex hull of points of shape (n, 2), Andrew's monotone chain."""
-    ordered = sorted(map(tuple, points.tolist()))
-    chain: list[tuple[float, ...]] = []
-    for part in (ordered, ordered[::-1]):
-        start = len(chain)
-        for p in part:
-            while len(chain) - start > 1:
-                (ax, ay), (bx, by) = chain[-2:]
-                if (bx - ax) * (p[1] - ay) > (by - ay) * (p[0] - ax):
-                    break
-                chain.pop()
-            chain.append(p)
-        chain.pop()
-    return np.array(chain)
 
 
 def _tube(

@@ -13,7 +13,7 @@ import numpy as np
 
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.showing.figures.shapes import Shape, hull, shape
+from heyoka_bike.showing.replay.shapes import Shape, shape
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -158,3 +158,20 @@ def _turn(axis: Array, angle: float) -> Array:
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     found: Array = np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * (cross @ cross)
     return found
+
+
+def hull(points: Array) -> Array:
+    """Convex hull of points of shape (n, 2), Andrew's monotone chain."""
+    ordered = sorted(map(tuple, points.tolist()))
+    chain: list[tuple[float, ...]] = []
+    for part in (ordered, ordered[::-1]):
+        start = len(chain)
+        for p in part:
+            while len(chain) - start > 1:
+                (ax, ay), (bx, by) = chain[-2:]
+                if (bx - ax) * (p[1] - ay) > (by - ay) * (p[0] - ax):
+                    break
+                chain.pop()
+            chain.append(p)
+        chain.pop()
+    return np.array(chain)

@@ -11,7 +11,7 @@ from html import escape
 import numpy as np
 
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.showing.formats.axis import Axis
+from heyoka_bike.showing.charts.axis import ChartAxis
 
 _WIDTH, _HEIGHT = 4000, 2000  # steps of the inner SVG
 _FEW = 40  # rows that are drawn as points too
@@ -94,8 +94,8 @@ class Mark:
 
 
 def chart(
-    x: Axis,
-    y: Axis,
+    x: ChartAxis,
+    y: ChartAxis,
     lines: Sequence[Line],
     *,
     about: str,
@@ -142,12 +142,30 @@ def chart(
     )
 
 
-def _ends(axis: Axis) -> str:
+def wide(drawn: str, caption: str) -> str:
+    """A figure as wide as the page, with its caption below; empty without a chart."""
+    return (
+        f'<figure class="wide">{drawn}<figcaption>{caption}</figcaption></figure>' if drawn else ""
+    )
+
+
+def small(name: str, drawn: str, said: str = "") -> str:
+    """A figure beside others, below its name and what is said of it."""
+    about = f"<b>{escape(name)}</b>{' ' if said else ''}{said}"
+    return f"<figure><figcaption>{about}</figcaption>{drawn}</figure>"
+
+
+def empty(text: str) -> str:
+    """What stands in place of a chart."""
+    return f'<p class="empty">{text}</p>'
+
+
+def _ends(axis: ChartAxis) -> str:
     """What the read-out needs to find values from places."""
     return f"{axis.low!r} {axis.high!r} {int(axis.is_log)} {axis.offset!r}"
 
 
-def _grid(x: Axis, y: Axis, height: int) -> list[str]:
+def _grid(x: ChartAxis, y: ChartAxis, height: int) -> list[str]:
     parts = ['<g class="grid">']
     parts += [
         f'<line x1="{100 * at:.5g}%" x2="{100 * at:.5g}%" y1="0" y2="{height}"/>'
@@ -172,7 +190,7 @@ def _grid(x: Axis, y: Axis, height: int) -> list[str]:
     return parts
 
 
-def _path(x: Axis, y: Axis, line: Line) -> str:
+def _path(x: ChartAxis, y: ChartAxis, line: Line) -> str:
     """Points as steps from each to the next, in integers."""
     if not len(line.x):
         return ""
@@ -187,7 +205,7 @@ def _path(x: Axis, y: Axis, line: Line) -> str:
     )
 
 
-def _points(x: Axis, y: Axis, line: Line, height: int) -> str:
+def _points(x: ChartAxis, y: ChartAxis, line: Line, height: int) -> str:
     if len(line.x) > _FEW and not line.has_points:
         return ""
     found = zip(x.place(line.x).tolist(), y.place(line.y).tolist(), strict=True)
@@ -198,12 +216,12 @@ def _points(x: Axis, y: Axis, line: Line, height: int) -> str:
     return f'<g class="points {line.style}" data-name="{escape(line.name)}">{dots}</g>'
 
 
-def _level(y: Axis, level: Level) -> str:
+def _level(y: ChartAxis, level: Level) -> str:
     at = round((1 - y.at(level.value)) * _HEIGHT)
     return f'<path class="{level.style}" d="M0 {at}h{_WIDTH}"/>'
 
 
-def _level_text(y: Axis, level: Level, height: int) -> str:
+def _level_text(y: ChartAxis, level: Level, height: int) -> str:
     at = y.at(level.value)
     if not level.text or not 0 <= at <= 1:
         return ""
@@ -214,13 +232,13 @@ def _level_text(y: Axis, level: Level, height: int) -> str:
     return f'<text class="note" x="0" dx="5" y="{down:.5g}">{text}</text>'
 
 
-def _guide(x: Axis, y: Axis, guide: Guide) -> str:
+def _guide(x: ChartAxis, y: ChartAxis, guide: Guide) -> str:
     a, b = (round(x.at(v) * _WIDTH) for v in guide.x)
     c, d = (round((1 - y.at(v)) * _HEIGHT) for v in guide.y)
     return f'<path class="guide" d="M{a} {c}L{b} {d}"/>'
 
 
-def _guide_text(x: Axis, y: Axis, guide: Guide, height: int) -> str:
+def _guide_text(x: ChartAxis, y: ChartAxis, guide: Guide, height: int) -> str:
     a, b = (x.at(v) for v in guide.x)
     c, d = (y.at(v) for v in guide.y)
     if c < 0:  # where the line leaves the chart
@@ -231,7 +249,7 @@ def _guide_text(x: Axis, y: Axis, guide: Guide, height: int) -> str:
     )
 
 
-def _mark(x: Axis, y: Axis, mark: Mark, height: int) -> str:
+def _mark(x: ChartAxis, y: ChartAxis, mark: Mark, height: int) -> str:
     across, down = f"{100 * x.at(mark.x):.5g}%", (1 - y.at(mark.y)) * height
     return (
         f'<g class="points {mark.style}"><title>{escape(mark.about)}</title><circle '
@@ -240,7 +258,7 @@ def _mark(x: Axis, y: Axis, mark: Mark, height: int) -> str:
     )
 
 
-def _notch(y: Axis, notch: Notch, height: int) -> str:
+def _notch(y: ChartAxis, notch: Notch, height: int) -> str:
     at = min(max(y.at(notch.value), 0.0), 1.0)
     return (
         f'<svg class="notch" x="100%" y="{(1 - at) * height:.5g}"><title>{escape(notch.text)}'

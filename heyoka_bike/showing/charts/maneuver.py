@@ -10,11 +10,11 @@ from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.measures import TOLERANCE
 from heyoka_bike.scoring.report import Curve, Explanation, ManeuverScore
-from heyoka_bike.showing.formats import axis
-from heyoka_bike.showing.formats.chart import Level, Line, Notch, chart
-from heyoka_bike.showing.formats.decimate import envelope, highest
-from heyoka_bike.showing.formats.markup import prose
-from heyoka_bike.showing.formats.wording import in_unit, label, number, plain, scale, unit_text
+from heyoka_bike.showing.charts import axis
+from heyoka_bike.showing.charts.chart import Level, Line, Notch, chart, empty, small, wide
+from heyoka_bike.showing.charts.decimate import envelope, highest
+from heyoka_bike.showing.document.html import prose
+from heyoka_bike.showing.wording import in_unit, label, number, plain, scale, unit_text
 
 _ALL_HEIGHT, _ONE_HEIGHT = 300, 120
 # Looks of lines in page.css; columns beyond the eight of the benchmark share them.
@@ -40,8 +40,8 @@ def style_of(key: str) -> str:
     return f"s{list(COMPARED).index(key) % _STYLES}"
 
 
-def run_time(maneuvers: Sequence[ManeuverScore]) -> axis.Axis:
-    """Axis of the time, over all that is compared; some columns may go further than others."""
+def run_time(maneuvers: Sequence[ManeuverScore]) -> axis.ChartAxis:
+    """ChartAxis of the time, over all that is compared; some columns may go further than others."""
     runs = [c.trace.time for m in maneuvers for c in m.columns if len(c.trace.time)]
     return axis.times(
         min((float(t[0]) for t in runs), default=0.0),
@@ -67,9 +67,9 @@ def all_errors(m: ManeuverScore) -> str:
             notches.append(Notch(c.floor / size, style, f"{name}: floor {number(c.floor / size)}"))
         items.append((name, style, remark))
     if not lines:
-        return _empty("Nothing could be compared.")
+        return empty("Nothing could be compared.")
     if not peaks:
-        return _empty("The error is exactly 0 in every row of every column.")
+        return empty("The error is exactly 0 in every row of every column.")
     low, high = min(peaks + floors), max(*peaks, 2 * TOLERANCE)
     drawn = chart(
         run_time([m]),
@@ -83,25 +83,23 @@ def all_errors(m: ManeuverScore) -> str:
         levels=[Level(TOLERANCE, "tolerance", "1e-3 of the scale")],
         notches=notches,
     )
-    marks = (
-        " Marks on the right show the floor, the error that correctly rounded values would have."
-        if notches
-        else ""
+    caption = (
+        "How fast the solutions part: the largest error in each short piece of time, divided by "
+        "the largest absolute value of the reference. Above the dashed line a column has fewer "
+        "than three correct digits."
     )
-    return (
-        f'<figure class="wide">{legend(items)}{drawn}<figcaption>How fast the solutions part: the '
-        "largest error in each short piece of time, divided by the largest absolute value of the "
-        f"reference. Above the dashed line a column has fewer than three correct digits.{marks}"
-        "</figcaption></figure>"
-    )
+    if notches:
+        caption += (
+            " Marks on the right show the floor, the error that correctly rounded values would "
+            "have."
+        )
+    return wide(legend(items) + drawn, caption)
 
 
 def explained(e: Explanation) -> str:
     """What an explanation leaves of the error, in one column of each maneuver."""
     parts = "".join(
-        f"<figure><figcaption><b>Maneuver {c.maneuver}, {escape(label(c.key))}</b></figcaption>"
-        f"{_explained(c)}</figure>"
-        for c in e.curves
+        small(f"Maneuver {c.maneuver}, {label(c.key)}", _explained(c)) for c in e.curves
     )
     items = [
         ("against the reference", "before", ""),
@@ -124,7 +122,7 @@ def _explained(c: Curve) -> str:
             low.append(ends[0])
             high.append(ends[1])
     if not lines:
-        return _empty("The error is exactly 0 in every row.")
+        return empty("The error is exactly 0 in every row.")
     about = f"Error of the {name} in maneuver {c.maneuver} before and after, logarithmic"
     return chart(
         axis.times(float(c.time[0]), float(c.time[-1])), axis.decades(min(low), max(high), 6),
@@ -133,13 +131,17 @@ def _explained(c: Curve) -> str:
     )  # fmt: skip
 
 
-def one_column(m: ManeuverScore, c: ColumnScore) -> str:
+def every_column(m: ManeuverScore) -> str:
+    """Each column on top of the reference, and its error below."""
+    return f'<div class="columns">{"".join(_one_column(m, c) for c in m.columns)}</div>'
+
+
+def _one_column(m: ManeuverScore, c: ColumnScore) -> str:
     """A column on top of the reference, and the error below."""
     unit = unit_text(c.unit)
     name = label(c.key)
     if not len(c.trace.time):
-        said = "Nothing could be compared."
-        return f"<figure><figcaption><b>{escape(name)}</b></figcaption>{_empty(said)}</figure>"
+        return small(name, empty("Nothing could be compared."))
     time = run_time([m])
     items = [("reference", "reference", ""), ("result", "result", "")]
     parts = [_overlay(time, c, name, unit), _error(time, c, name, unit)]
@@ -154,13 +156,10 @@ def one_column(m: ManeuverScore, c: ColumnScore) -> str:
         said += f"; {c.missing} of {c.missing + c.values} values are missing"
     if len(c.trace.time) == 1:
         said += "; one row only"
-    return (
-        f"<figure><figcaption><b>{escape(name)}</b> {prose(said)}</figcaption>"
-        f"{legend(items)}{''.join(parts)}</figure>"
-    )
+    return small(name, legend(items) + "".join(parts), prose(said))
 
 
-def _overlay(time: axis.Axis, c: ColumnScore, name: str, unit: str) -> str:
+def _overlay(time: axis.ChartAxis, c: ColumnScore, name: str, unit: str) -> str:
     t = c.trace
     both = [envelope(t.time, v, _ONE_BINS) for v in (t.reference, t.value)]
     y = axis.values(
@@ -178,11 +177,11 @@ def _overlay(time: axis.Axis, c: ColumnScore, name: str, unit: str) -> str:
     )  # fmt: skip
 
 
-def _error(time: axis.Axis, c: ColumnScore, name: str, unit: str) -> str:
+def _error(time: axis.ChartAxis, c: ColumnScore, name: str, unit: str) -> str:
     t, error = envelope(c.trace.time, np.abs(c.trace.error), _ONE_BINS)
     title = f"absolute error [{unit}]"
     if not error.any():
-        return _empty("The error is exactly 0 in every row.")
+        return empty("The error is exactly 0 in every row.")
     low, high = _range(t, error)
     low /= 10  # room for some of what is between the peaks
     if c.floor and c.floor > high * 10.0**-_MOST_DECADES:
@@ -208,7 +207,3 @@ def _range(t: Array, error: Array) -> tuple[float, float]:
     _, error = highest(t, error, _RANGE_BINS)
     positive = error[error > 0]
     return max(float(np.quantile(positive, 0.05)), _LOWEST), float(positive.max())
-
-
-def _empty(text: str) -> str:
-    return f'<p class="empty">{text}</p>'

@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from figures.silhouette import FROM_RIGHT, Pose, fitted
+from figures.silhouette import draw as draw_silhouette
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.load import Reference, ReferenceManeuver
-from heyoka_bike.showing.figures.silhouette import FROM_RIGHT, Pose, fitted
-from heyoka_bike.showing.figures.silhouette import draw as draw_silhouette
 from heyoka_bike.showing.figures.style import BLUE, GREEN, VERMILLION, style
 
 if TYPE_CHECKING:
