@@ -119,15 +119,22 @@ def test_folder_format_and_maneuver_can_be_chosen(folder, tmp_path):
     assert [p.name for p in out.iterdir()] == ["maneuver_3.svg"]
 
 
+def test_another_format_is_refused_by_the_parser(capsys):
+    with pytest.raises(SystemExit) as e:
+        main(["plot", "--format", "jpg"])
+    assert e.value.code == Exit.INPUT
+    said = "heyoka-bike plot: --format: found 'jpg', expected one of png, svg, pdf"
+    assert capsys.readouterr().err.startswith(said)
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--format", "jpg"], "--format: found 'jpg', expected one or more of png, svg, pdf"),
         (["--maneuver", "4"], "--maneuver: found 4, expected 1 to 3"),
         (["--maneuver", "0"], "--maneuver: found 0, expected 1 to 3"),
         (["--maneuver", "1", "-o", "x.jpg"], "--output: found 'x.jpg', expected a file ending in"),
         (["-o", "x.png"], "--output: found the file 'x.png' for 3 figures, expected a folder"),
-        (["--figure", "all", "-o", "x.png"], "--output: found the file 'x.png' for 10 figures"),
+        (["--figure", "all", "-o", "x.png"], "--output: found the file 'x.png' for 5 figures"),
         (["--figure", "best"], "--figure: found 'best', expected one of maneuvers, stability,"),
         (["--figure", "phase", "--maneuver", "4"], "--maneuver: found 4, expected 1 to 3"),
         (
@@ -142,7 +149,6 @@ def test_folder_format_and_maneuver_can_be_chosen(folder, tmp_path):
 )
 def test_bad_input_gives_one_line(folder, tmp_path, monkeypatch, capsys, arguments, message):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setitem(sys.modules, "heyoka", None)  # of all figures, with it there are more
     for name in ("file", "folder.svg"):
         (tmp_path / name).write_text("in the way")
     assert main(["plot", str(folder), *arguments]) == Exit.INPUT

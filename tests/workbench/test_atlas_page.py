@@ -11,7 +11,7 @@ from support.pages import Page, assert_runs_alone, browser, data, look, widths
 
 from heyoka_bike.bicycle.stability.linear import linearise
 from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.workbench.atlas.data import FALLS, FATES, UPRIGHT, Atlas, Axis, Edge
+from heyoka_bike.workbench.atlas.data import FALLS, FATES, UPRIGHT, Atlas, Edge, GridAxis
 from heyoka_bike.workbench.atlas.page.packed import Packed
 from heyoka_bike.workbench.atlas.page.page import render
 
@@ -20,7 +20,7 @@ POSITIVE = ("fate_time", "lift_time", "largest_lean", "largest_steer", "conditio
 
 def made(bicycle, x=("speed", 1.0, 9.0, 17), y=("roll_rate", 0.0, 4.0, 9)):
     """An atlas of invented numbers: at half of the second axis falling begins."""
-    axes = tuple(Axis(name, np.linspace(low, high, n)) for name, low, high, n in (x, y))
+    axes = tuple(GridAxis(name, np.linspace(low, high, n)) for name, low, high, n in (x, y))
     shape = tuple(len(a.values) for a in axes)
     rng = np.random.default_rng(7)
     falls = np.broadcast_to(axes[1].values > np.mean(axes[1].values), shape)
