@@ -12,7 +12,8 @@ from heyoka_bike.scoring.reading import (  # noqa: F401
     table_files,
     text_table,
 )
-from heyoka_bike.showing.formats import csv, html, json, junit  # noqa: F401
+from heyoka_bike.showing.document import html  # noqa: F401
+from heyoka_bike.showing.formats import csv, json, junit, report, series  # noqa: F401
 
 REFERENCE = load_reference()
 """The published set."""
