@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from heyoka_bike.commands.options import add_formats, add_maneuver, add_output, add_reference
 from heyoka_bike.commands.printing import complain, print_text
 from heyoka_bike.commands.result_files import STANDARD_INPUT, add_columns, maneuvers_of, read
-from heyoka_bike.errors import Exit, InputError, quoted
+from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.showing.formats.output import FORMATS, SUFFIXES, WIDTH, render
 from heyoka_bike.system.console import has_colors, progress_bar
 
@@ -229,20 +229,9 @@ def _lists(files: Sequence[str]) -> list[str]:
 
 
 def _numbers(option: str, text: str | None) -> _Numbers:
-    from heyoka_bike.numbers.exact import Exact
+    from heyoka_bike.numbers.exact import positive_numbers
 
-    if text is None:
-        return None
-    found: list[float | None] = []
-    for part in text.split(","):
-        try:
-            value = float(Exact.parse(part))
-        except ValueError as e:
-            raise InputError(f"{option}: {e}") from None
-        if value <= 0:
-            raise InputError(f"{option}: found {quoted(part)}, expected more than zero")
-        found.append(value)
-    return found
+    return None if text is None else list(positive_numbers(option, text))
 
 
 def _on_screen(scored: Report | Series, name: str, made: Origin) -> str:

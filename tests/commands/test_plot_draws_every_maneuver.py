@@ -88,15 +88,15 @@ def test_lines_are_the_reference(maneuvers):
     assert np.abs(last.lines[2].get_ydata()).max() <= np.spacing(2000.0)
 
 
-@pytest.mark.parametrize("file_format", ["svg", "pdf"])
-def test_same_bytes_again(maneuvers, file_format):
-    first = render(draw(maneuvers, [1]), file_format)
-    assert render(draw(maneuvers, [1]), file_format) == first
+def test_same_bytes_again(maneuvers):
+    first = render(draw(maneuvers, [1]), "pdf")
+    assert render(draw(maneuvers, [1]), "pdf") == first
     assert b"Date" not in first
 
 
 def test_settings_of_the_user_do_not_matter(maneuvers):
     plain = render(draw(maneuvers, [3]), "svg")
+    assert b"Date" not in plain
     with matplotlib.rc_context({"font.size": 30, "lines.linewidth": 9, "axes.facecolor": "red"}):
         assert render(draw(maneuvers, [3]), "svg") == plain
 

@@ -13,7 +13,7 @@ from heyoka_bike.system.console import progress_bar
 
 if TYPE_CHECKING:
     from heyoka_bike.numbers.exact import Exact
-    from heyoka_bike.workbench.atlas.data import Atlas, Axis
+    from heyoka_bike.workbench.atlas.data import Atlas, GridAxis
     from heyoka_bike.workbench.atlas.design import Design
 
 _DEFAULTS = {"speed": "2.5:8.5:200", "roll_rate": "0.02:4:200"}
@@ -146,7 +146,7 @@ def _prove(wanted: Design, points: Sequence[Mapping[str, Exact]]) -> int:
     return code
 
 
-def _axes(args: argparse.Namespace) -> list[Axis]:
+def _axes(args: argparse.Namespace) -> list[GridAxis]:
     from heyoka_bike.workbench.atlas.design import axis
 
     given = {name: text for name in _DEFAULTS if (text := getattr(args, name))}
