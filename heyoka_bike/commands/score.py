@@ -18,7 +18,6 @@ from heyoka_bike.system.console import has_colors, progress_bar
 if TYPE_CHECKING:
     from heyoka_bike.reference.load import Reference
     from heyoka_bike.scoring.report import Report, Series
-    from heyoka_bike.showing.formats.origin import Origin
 
 _ROWS = "rows"
 
@@ -115,6 +114,7 @@ def run(args: argparse.Namespace) -> int:
     from heyoka_bike.scoring import requirements
     from heyoka_bike.scoring.series import score_files
     from heyoka_bike.showing.formats.origin import origin
+    from heyoka_bike.showing.wording import reports
     from heyoka_bike.system.files import refuse_overwriting, write_output
 
     on_screen, written = _outputs(args)
@@ -136,11 +136,13 @@ def run(args: argparse.Namespace) -> int:
     for path, name in written:
         write_output(path, render(scored, name, made).encode())
     if on_screen is not None:
-        print_text(_on_screen(scored, on_screen, made))
-    if not scored.passed:
-        _complain(scored)
-        return Exit.CHECK_FAILED
-    return Exit.OK
+        is_terminal = sys.stdout.isatty()
+        width, colors = None if is_terminal else WIDTH, has_colors(is_terminal)
+        print_text(render(scored, on_screen, made, width=width, has_colors=colors))
+    unmet = [(r, x) for r in reports(scored) for x in r.requirements if not x.met]
+    for report, required in unmet:
+        complain(f"{report.file.path}: required {required.text}, found {required.message}")
+    return Exit.OK if scored.passed else Exit.CHECK_FAILED
 
 
 def _diagnosed(scored: Report | Series, reference: Reference) -> Report:
@@ -232,19 +234,3 @@ def _numbers(option: str, text: str | None) -> _Numbers:
     from heyoka_bike.numbers.exact import positive_numbers
 
     return None if text is None else list(positive_numbers(option, text))
-
-
-def _on_screen(scored: Report | Series, name: str, made: Origin) -> str:
-    is_terminal = sys.stdout.isatty()
-    width = None if is_terminal else WIDTH
-    return render(scored, name, made, width=width, has_colors=has_colors(is_terminal))
-
-
-def _complain(scored: Report | Series) -> None:
-    """One line on standard error for each requirement that is not met."""
-    from heyoka_bike.showing.wording import reports
-
-    for report in reports(scored):
-        for r in report.requirements:
-            if not r.met:
-                complain(f"{report.file.path}: required {r.text}, found {r.message}")

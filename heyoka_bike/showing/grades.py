@@ -1,10 +1,9 @@
 """How good a result is, by its true error alone: the grade of a column and of a file.
 
-A grade is shown by a sign and a colour beside the digits; each place that shows the signs says what
-they mean, by `meanings`.
+A grade is shown by a sign and a colour beside the digits; tables that show the signs say what they
+mean.
 """
 
-from collections.abc import Iterable
 from enum import IntEnum
 from math import log10
 
@@ -95,8 +94,3 @@ def style_of(report: Report) -> str:
     found = file_grade(report)
     is_right = found in (Grade.RIGHT, Grade.ROUNDED)
     return (Grade.CLOSE if is_right and is_part(report) else found).style
-
-
-def meanings(grades: Iterable[Grade], signs: dict[Grade, str]) -> list[tuple[Grade, str]]:
-    """What the signs among some grades mean, the best first."""
-    return [(g, f"{signs[g]} {MEANINGS[g]}") for g in sorted(set(grades)) if g in MEANINGS]

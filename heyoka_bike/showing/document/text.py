@@ -176,11 +176,12 @@ class _Layout:
             max(len(line) for row in (top, *rows) for line in row[i][0].split("\n"))
             for i in range(len(columns))
         ]
-        while self.width > width:
-            longest = max((w for w, p in zip(self._widths, prose, strict=True) if p), default=0)
-            if longest <= _LEAST_WORDS:
+        folding = [i for i, p in enumerate(prose) if p]
+        while self.width > width and folding:
+            longest = max(folding, key=self._widths.__getitem__)
+            if self._widths[longest] <= _LEAST_WORDS:
                 break
-            self._widths[self._widths.index(longest)] -= 1
+            self._widths[longest] -= 1
         self.fits = self.width <= width
         self._rows = [
             [
