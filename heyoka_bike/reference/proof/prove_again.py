@@ -22,6 +22,7 @@ from heyoka_bike.motion.trajectory import Certificate, Trajectory
 from heyoka_bike.reference import manifest as manifest_file
 from heyoka_bike.reference import structure
 from heyoka_bike.reference.description.describe import describe
+from heyoka_bike.reference.hdf5 import by_maneuver
 from heyoka_bike.reference.layout import (
     CANDIDATE,
     CERTIFICATE,
@@ -53,7 +54,6 @@ from heyoka_bike.reference.proof.rows import (
 )
 from heyoka_bike.reference.proof.sensitivity_rows import differentiate
 from heyoka_bike.reference.sensitivities import Sensitivity, load_sensitivities
-from heyoka_bike.reference.structure import by_maneuver
 from heyoka_bike.reference.texts import text_files
 from heyoka_bike.reference.values import Dense, RoundedRows, Values
 from heyoka_bike.system.jobs import Job, Report
@@ -187,7 +187,7 @@ def _nothing_else(raw: Mapping[str, bytes], maneuvers: Sequence[Maneuver]) -> No
     for name, group in (
         (HDF5, structure.table({}, COLUMNS, 0, 0)),
         (MOTION, structure.table({}, MOTION_COLUMNS, 0, 0)),
-        (SENSITIVITIES, structure.sensitivity({}, 0, 0, 0)),
+        (SENSITIVITIES, structure.sensitivity({}, COLUMNS, 0, 0, 0)),
     ):
         if name not in raw:
             raise NotCertifiedError(

@@ -23,12 +23,13 @@ from heyoka_bike.bicycle.motion_columns import DENSE_COLUMNS, MOTION_COLUMNS
 from heyoka_bike.bicycle.parameters import Maneuver
 from heyoka_bike.numbers.precision import Precision
 from heyoka_bike.reference import structure
+from heyoka_bike.reference.hdf5 import INDEX, Dataset, Group, by_maneuver
 from heyoka_bike.reference.layout import content_sha256
 from heyoka_bike.reference.manifest import MANIFEST, Manifest, hdf5_version
 from heyoka_bike.reference.proof.certificate_file import COMPUTED, PROVED, STATEMENT, TRUSTED
 from heyoka_bike.reference.proof.rows import TEXT_DIGITS
 from heyoka_bike.reference.sensitivities import ROWS_APART, read_group
-from heyoka_bike.reference.structure import INDEX, STATED, Dataset, Group, by_maneuver
+from heyoka_bike.reference.structure import STATED
 from heyoka_bike.reference.texts import TextFile
 
 DAMAGE = (
@@ -155,7 +156,8 @@ def _sensitivity(group: Any, maneuver: Maneuver, inputs: Mapping[str, Any]) -> I
     first = COLUMNS[0].name
     orders = group[first].shape[1] if first in group else 0
     rows = len(range(0, maneuver.rows, ROWS_APART))
-    yield from _group(group, structure.sensitivity(inputs, _pieces(group, "breaks"), orders, rows))
+    pieces = _pieces(group, "breaks")
+    yield from _group(group, structure.sensitivity(inputs, COLUMNS, pieces, orders, rows))
     yield from _increase(group["breaks"])
     yield from _rows_differ(group, maneuver)
     energies = [group[f"{name}_energy"][:] for name in ("potential", "kinetic", "mechanical")]
