@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 _log = logging.getLogger(__name__)
 
-_NEEDED = (*BENCHMARK_COLUMNS, "pitch", "yaw")
+NEEDED = (*BENCHMARK_COLUMNS, "pitch", "yaw", "yaw_rate")
 """Columns without which a set is none."""
 
 
@@ -347,7 +347,7 @@ def load_reference(folder: Reference | str | PathLike[str] | None = None) -> Ref
         f = opened(raw)
         maneuvers = _read_maneuvers(f, manifest)
         for m in maneuvers:
-            for key in (*_NEEDED, *m.definitions):
+            for key in (*NEEDED, *m.definitions):
                 if key not in m.at_any_time:
                     raise ValueError(f"{m.name}: no {key}, the default definition of that column")
         _log.info("%s: %d maneuvers, data %s", where, len(maneuvers), manifest.dataset_version)

@@ -13,6 +13,7 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS, COMPARED
 from heyoka_bike.cli import main
 from heyoka_bike.errors import DatasetError, InputError
 from heyoka_bike.reference.load import load_reference
+from heyoka_bike.reference.verification.verify import verify
 from heyoka_bike.scoring.score import score
 
 pytestmark = pytest.mark.proof
@@ -119,6 +120,71 @@ def test_a_definition_of_which_a_part_is_missing_is_damage(kind, tag):
         load_reference(folder)
 
 
+UNCHECKED = {
+    "1.2.0": {
+        HDF5: "attributes of version 1.5.0, columns that it lacks (16)",
+        "motion.h5": "attributes of version 1.5.0, dense output that it lacks",
+        "sensitivities.h5": "attributes of version 1.5.0, columns that it lacks (16), bounds and "
+        "rows of derivatives",
+        "candidate.h5": "attributes of version 1.5.0",
+        "certificate.json": "what it says in words",
+    },
+    "1.3.0": {
+        **dict.fromkeys((HDF5, "motion.h5", "candidate.h5"), "attributes of version 1.5.0"),
+        "sensitivities.h5": "attributes of version 1.5.0, bounds and rows of derivatives",
+        "certificate.json": "what it says in words",
+    },
+    "1.4.0": dict.fromkeys(
+        (HDF5, "motion.h5", "sensitivities.h5", "candidate.h5"), "attributes of version 1.5.0"
+    ),
+    "1.5.0": {},
+}
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_an_older_set_is_verified_as_far_as_it_goes_and_the_rest_is_said(kind, version):
+    checks = verify(kind(version)).checks
+    assert {c.message for c in checks if not c.passed} == set()
+    says = {c.file: c.message for c in checks if c.check == "schema"}
+    unchecked = {name: x.partition("not checked, as it is older: ")[2] for name, x in says.items()}
+    assert {name: x for name, x in unchecked.items() if x} == UNCHECKED[version]
+    counted = {(c.check, c.file): c.evidence["values"] for c in checks}
+    count = 22 if version < "1.3.0" else len(COLUMNS)
+    for check in ("columns", "rounding", "row_bounds", "dense_rows"):
+        assert counted[check, HDF5] == 5 * count
+    assert counted["motion_state", "motion.h5"] == 5 * 78
+    # 23 of its columns had dense output, later all but the two friction demands.
+    assert counted["dense_rows", "motion.h5"] == 5 * (23 if version < "1.3.0" else 76)
+
+
+@pytest.mark.parametrize(
+    ("name", "place", "check"),
+    [
+        (HDF5, "maneuver_1/yaw_rate_lo", "rounding"),
+        ("motion.h5", "maneuver_1/rear_normal_force_lo", "motion_state"),
+        ("motion.h5", "maneuver_1/dense/com_x_lo", "dense_rows"),
+        ("sensitivities.h5", "maneuver_1/yaw", "schema"),
+    ],
+)
+def test_a_wrong_number_of_an_older_set_is_found(kind, name, place, check):
+    folder = kind("1.2.0")
+    with h5py.File(folder / name, "r+") as f:
+        f[place][-1] += 1e-12
+        if name == HDF5:
+            accept_numbers(folder, f)
+    accept(folder)
+    assert (check, name) in {(c.check, c.file) for c in verify(folder).checks if not c.passed}
+
+
+def test_another_attribute_of_an_older_set_is_found(kind):
+    folder = kind("1.2.0")
+    with h5py.File(folder / HDF5, "r+") as f:
+        f["maneuver_1/yaw"].attrs["units"] = "deg"
+    accept(folder)
+    (failed,) = (c for c in verify(folder).checks if c.passed is False)
+    assert "yaw: attribute units: found 'deg'" in failed.message
+
+
 _NEWER = """
 import sys
 from dataclasses import replace
@@ -162,3 +228,9 @@ def test_a_package_of_more_definitions_scores_against_todays_set(tmp_path):
     np.savetxt(tmp_path / "n.csv", named, fmt="%.17g", delimiter=",", header=text, comments="")
     done = newer("score", tmp_path / "n.csv", "--maneuver", "2")
     assert "height: left out, for the reference in" in done.stdout
+
+
+def test_a_package_of_more_definitions_verifies_a_set_without_them(kind):
+    done = newer("verify", kind("1.5.0"))
+    assert (done.returncode, done.stderr) == (0, "")
+    assert "columns that it lacks (3)" in " ".join(done.stdout.replace("│", " ").split())
