@@ -79,6 +79,12 @@ class Group:
         """Names of its datasets and groups."""
         return (*(dataset.name for dataset in self.datasets), *self.groups)
 
+    def paths(self) -> Iterator[str]:
+        """Paths of all that is in it."""
+        yield from self.members
+        for name, inner in self.groups.items():
+            yield from (f"{name}/{path}" for path in inner.paths())
+
 
 def by_maneuver(items: Iterable[T]) -> dict[str, T]:
     """What there is of each maneuver, by the name of its group."""

@@ -234,3 +234,10 @@ def test_a_package_of_more_definitions_verifies_a_set_without_them(kind):
     done = newer("verify", kind("1.5.0"))
     assert (done.returncode, done.stderr) == (0, "")
     assert "columns that it lacks (3)" in " ".join(done.stdout.replace("│", " ").split())
+
+
+def test_an_older_set_is_certified_by_its_own_version(kind, capsys):
+    """What is proved of the derivatives depends on all columns together."""
+    assert main(["certify", str(kind("1.3.0"))]) == 3
+    (line,) = capsys.readouterr().err.splitlines()
+    assert "certificate.json: its 'statement' is not what is proved; an older set is" in line

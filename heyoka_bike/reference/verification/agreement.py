@@ -34,7 +34,7 @@ from heyoka_bike.reference.proof.rows import (
 )
 from heyoka_bike.reference.values import Values
 from heyoka_bike.reference.verification.checks import Tally
-from heyoka_bike.reference.verification.contents import Part
+from heyoka_bike.reference.verification.contents import StoredManeuver
 
 BITS = 256
 """Of what is evaluated from hi + lo, which have 32 digits (107 bits): roundoff does not count."""
@@ -43,7 +43,7 @@ STATE = ("roll_angle", "pitch", "steer_angle", "roll_rate", "steer_rate", "forwa
 """The columns from which all others follow, in the order of the state of the regular form."""
 
 
-def row_zero(x: Part, tally: Tally) -> None:
+def row_zero(x: StoredManeuver, tally: Tally) -> None:
     """The first row and the times, where they are rational numbers: correctly rounded."""
     rows = x.reference.rows
     for name, exact in exact_columns(x.bicycle, x.maneuver).items():
@@ -63,7 +63,7 @@ def row_zero(x: Part, tally: Tally) -> None:
             tally.fail(f"{x.at('time', i)}: found {_pair(*found)}, expected exactly {t}")
 
 
-def energies_add_up(x: Part, tally: Tally) -> None:
+def energies_add_up(x: StoredManeuver, tally: Tally) -> None:
     """Potential and kinetic energy add up to the mechanical energy, which never changes."""
     names = ("potential_energy", "kinetic_energy", "mechanical_energy")
     rows = x.reference.rows
@@ -81,7 +81,7 @@ def energies_add_up(x: Part, tally: Tally) -> None:
             tally.fail(f"{x.at(names[2], i)}: differs from row 0 by {float(total - first):.2g} J")
 
 
-def own_state(x: Part, contact: Tally, columns: Tally) -> None:
+def own_state(x: StoredManeuver, contact: Tally, columns: Tally) -> None:
     """Every row from its own roll, pitch, steer, their rates, speed and yaw: contact, columns."""
     m = x.reference
     balls = Balls(BITS)
@@ -101,7 +101,12 @@ def own_state(x: Part, contact: Tally, columns: Tally) -> None:
 
 
 def follows(
-    x: Part, m: ReferenceManeuver, row: int, made: Mapping[str, flint.arb], tally: Tally, what: str
+    x: StoredManeuver,
+    m: ReferenceManeuver,
+    row: int,
+    made: Mapping[str, flint.arb],
+    tally: Tally,
+    what: str,
 ) -> None:
     """The columns of a row are those that were made of a state."""
     for name in m.columns:
@@ -110,7 +115,7 @@ def follows(
             tally.fail(f"{x.at(name, row)}: differs by {_show(off)} {m.units[name]} {what}")
 
 
-def text_17(x: Part, tally: Tally) -> None:
+def text_17(x: StoredManeuver, tally: Tally) -> None:
     """The text of 17 digits is what hi reads as."""
     for name in BENCHMARK_COLUMNS:
         hi = x.reference.rows.hi[name]
@@ -119,7 +124,7 @@ def text_17(x: Part, tally: Tally) -> None:
                 tally.fail(f"{x.at(name, i)}: found {token}, expected {hi[i]:.17g}")
 
 
-def text_50(x: Part, tally: Tally) -> None:
+def text_50(x: StoredManeuver, tally: Tally) -> None:
     """Each hi and lo is the rounding of the text of 50 digits, and within its bound of it."""
     rows = x.reference.rows
     for name in BENCHMARK_COLUMNS:
@@ -138,7 +143,7 @@ def text_50(x: Part, tally: Tally) -> None:
                 )
 
 
-def rounded_rows(x: Part, rounding: Tally, bounds: Tally, digits: Tally) -> None:
+def rounded_rows(x: StoredManeuver, rounding: Tally, bounds: Tally, digits: Tally) -> None:
     """hi, lo, their bounds and the text of 50 digits, if there, against the candidate's enclosures.
 
     The enclosures are narrower than a unit in the last place of all of them, so each has to be the
@@ -170,7 +175,7 @@ def rounded_rows(x: Part, rounding: Tally, bounds: Tally, digits: Tally) -> None
                 )
 
 
-def candidate_joins(x: Part, tally: Tally) -> None:
+def candidate_joins(x: StoredManeuver, tally: Tally) -> None:
     """Pieces of the candidate join exactly, and the first begins at the initial state.
 
     `generate` carries the state from step to step as exact integers, so nothing is left over.
@@ -196,7 +201,7 @@ def candidate_joins(x: Part, tally: Tally) -> None:
                 tally.fail(f"{run.maneuver.name}: {name} begins {_show(off)} off the initial state")
 
 
-def equations_of_motion(x: Part, tally: Tally) -> None:
+def equations_of_motion(x: StoredManeuver, tally: Tally) -> None:
     """The candidate satisfies the equations of motion at the rows.
 
     Its distance from the exact motion is at most the certified bound B, so by Markov's inequality
@@ -232,12 +237,12 @@ def equations_of_motion(x: Part, tally: Tally) -> None:
                     )
 
 
-def dense(x: Part, at_rows: Tally, joins: Tally) -> None:
+def dense(x: StoredManeuver, at_rows: Tally, joins: Tally) -> None:
     """The dense output of the reference: its value at the rows, and how its pieces join."""
     dense_of(x, x.reference, at_rows, joins)
 
 
-def dense_of(x: Part, m: ReferenceManeuver, at_rows: Tally, joins: Tally) -> None:
+def dense_of(x: StoredManeuver, m: ReferenceManeuver, at_rows: Tally, joins: Tally) -> None:
     """The dense output of some columns: its value at the rows, and how its pieces join."""
     names = tuple(m.dense.hi)
     breaks = [Fraction(float(t)) for t in m.breaks]
@@ -285,7 +290,7 @@ def dense_of(x: Part, m: ReferenceManeuver, at_rows: Tally, joins: Tally) -> Non
         at_rows.fail(f"{x.maneuver.name}: the dense output ends at {float(breaks[-1]):.6g} s")
 
 
-def certified(x: Part, tally: Tally) -> None:
+def certified(x: StoredManeuver, tally: Tally) -> None:
     """What the certificate says of a maneuver, as far as it follows from the other files."""
     states, run = x.entry["state_bounds"], x.files.get(CANDIDATE)
     if run is not None and set(states) != set(run.states):
@@ -307,7 +312,7 @@ def certified(x: Part, tally: Tally) -> None:
     tally.largest = float(Fraction(x.entry["bound"]))
 
 
-def certified_motion(x: Part, tally: Tally) -> None:
+def certified_motion(x: StoredManeuver, tally: Tally) -> None:
     """What the certificate says of the whole motion, as far as it follows from motion.h5."""
     said = x.entry.get("motion")
     if said is None:  # before 1.3.0
@@ -325,7 +330,9 @@ def _relative_bounds(m: ReferenceManeuver) -> dict[str, str]:
     }
 
 
-def _same(tally: Tally, x: Part, found: Mapping[str, Any], expected: Mapping[str, Any]) -> None:
+def _same(
+    tally: Tally, x: StoredManeuver, found: Mapping[str, Any], expected: Mapping[str, Any]
+) -> None:
     for key, value in expected.items():
         if not tally.counts(found[key] == value):
             tally.fail(

@@ -92,7 +92,7 @@ class NumberCheck:
     Attributes
     ----------
     look
-        Called with the `contents.Part` and a `Tally` for each of `tallies`, in their order.
+        Called with a `StoredManeuver`, and a `Tally` for each of `tallies` in their order.
     needed : tuple of str
         Files without which nothing can be looked at.
     tallies : mapping of str to str

@@ -26,7 +26,7 @@ class Text:
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class StoredManeuver:
     """One maneuver of a set. Each property needs its file.
 
     Attributes

@@ -27,10 +27,10 @@ from heyoka_bike.reference.verification.agreement import (
     stored_ball,
 )
 from heyoka_bike.reference.verification.checks import Tally
-from heyoka_bike.reference.verification.contents import Part
+from heyoka_bike.reference.verification.contents import StoredManeuver
 
 
-def follows_from_state(x: Part, tally: Tally) -> None:
+def follows_from_state(x: StoredManeuver, tally: Tally) -> None:
     """Every column of a row follows from the state in the reference's row, and the integrals."""
     m = x.motion
     times = np.array([hi_lo(t, "time") for t in row_times(x.maneuver)])
@@ -48,7 +48,7 @@ def follows_from_state(x: Part, tally: Tally) -> None:
             follows(x, m, i, made, tally, f"from what the state in {HDF5} gives")
 
 
-def identities(x: Part, tally: Tally) -> None:
+def identities(x: StoredManeuver, tally: Tally) -> None:
     """Unit quaternions, and wheels whose lowest points are the contact points on the floor."""
     m = x.motion
     for i in range(x.maneuver.rows):
@@ -71,7 +71,7 @@ def identities(x: Part, tally: Tally) -> None:
                 tally.fail(f"{x.at(what, i)}: off by {float(off.mid()):.2g}")
 
 
-def rolling(x: Part, tally: Tally) -> None:
+def rolling(x: StoredManeuver, tally: Tally) -> None:
     """The integrals' dense output changes at the rates that the reference has at its rows.
 
     A polynomial of degree n that is off by B over a piece of length h has, by Markov's inequality,
@@ -122,6 +122,6 @@ def _derivative(dense: Dense, name: str, piece: int) -> flint.arb_poly:
     return total.derivative()
 
 
-def motion_dense(x: Part, at_rows: Tally, joins: Tally) -> None:
+def motion_dense(x: StoredManeuver, at_rows: Tally, joins: Tally) -> None:
     """The dense output: its value at the rows, and how its pieces join."""
     dense_of(x, x.motion, at_rows, joins)

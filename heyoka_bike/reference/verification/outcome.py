@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from heyoka_bike.reference.verification.checks import Check, Tally, all_passed, as_dict
-from heyoka_bike.reference.verification.contents import Part
+from heyoka_bike.reference.verification.contents import StoredManeuver
 
 SCHEMA_VERSION = 1
 """Of the JSON report."""
@@ -63,7 +63,7 @@ class Verification:
     dataset_version : str or None
         None if the manifest is not usable.
     checks : tuple of Check
-    parts : tuple of Part
+    parts : tuple of StoredManeuver
         The maneuvers, as far as there are files of them.
     agreements : tuple of Agreement
         How integrating again compares, if that was asked for.
@@ -72,7 +72,7 @@ class Verification:
     folder: str
     dataset_version: str | None
     checks: tuple[Check, ...]
-    parts: tuple[Part, ...] = ()
+    parts: tuple[StoredManeuver, ...] = ()
     agreements: tuple[Agreement, ...] = ()
 
     @property

@@ -26,7 +26,7 @@ from heyoka_bike.numbers.precision import MAX_DIGITS, Precision
 from heyoka_bike.reference.layout import HDF5
 from heyoka_bike.reference.verification.agreement import half_unit, scale, stored_ball
 from heyoka_bike.reference.verification.checks import Check, Tally
-from heyoka_bike.reference.verification.contents import Part
+from heyoka_bike.reference.verification.contents import StoredManeuver
 from heyoka_bike.reference.verification.outcome import Agreement, Verification
 from heyoka_bike.system.jobs import Report
 from heyoka_bike.system.parallel import Progress, side_by_side
@@ -82,7 +82,7 @@ def precisions(run: Trajectory, *, is_quick: bool) -> tuple[Precision, ...]:
     return Precision.of(digits), Precision.of(more)
 
 
-def agreement(part: Part, precision: Precision, report: Report) -> Agreement:
+def agreement(part: StoredManeuver, precision: Precision, report: Report) -> Agreement:
     """Integrate a maneuver and compare it with what is published."""
     run = part.run
     start = time.perf_counter()
@@ -136,7 +136,7 @@ def _may_be_off(certificate: Certificate, run: Trajectory, again: Trajectory) ->
     return Certificate(again.states, (bounds,) * again.steps, bounds)
 
 
-def _published(part: Part, name: str, row: int) -> flint.arb:
+def _published(part: StoredManeuver, name: str, row: int) -> flint.arb:
     """The finest published number of a value, with its bound."""
     text = part.long_text
     if text is None or (part.number, name) not in text.columns:

@@ -61,7 +61,7 @@ _TIME = re.compile(r"(0|[1-9][0-9]*)(\.[0-9]*[1-9])?")
 
 
 @dataclass(frozen=True, slots=True)
-class Expected:
+class SetForm:
     """What the files of a set have to say.
 
     Attributes
@@ -107,7 +107,7 @@ def problems_of(look: Callable[..., Iterator[str]], *arguments: Any) -> list[str
 
 def expected(
     manifest: Manifest, maneuvers: Sequence[Maneuver], data: Mapping[str, bytes]
-) -> Expected:
+) -> SetForm:
     """What a set of these files has to say; of a file that cannot be read, all that is known."""
     columns: dict[str, Sequence[Column]] = {}
     has_bounds = True
@@ -121,10 +121,10 @@ def expected(
                 columns[name] = [c for c in known if c.name in stored]
         except DAMAGE:
             continue
-    return Expected(manifest, maneuvers, columns, has_bounds)
+    return SetForm(manifest, maneuvers, columns, has_bounds)
 
 
-def of_groups(raw: bytes, e: Expected, name: str) -> Iterator[str]:
+def of_groups(raw: bytes, e: SetForm, name: str) -> Iterator[str]:
     """Problems of an HDF5 file: attributes, its groups by maneuver, and the hash of its numbers."""
     about, look = _GROUPS[name]
     inputs, version = e.manifest.inputs, e.version
@@ -148,7 +148,7 @@ def of_groups(raw: bytes, e: Expected, name: str) -> Iterator[str]:
             yield "attribute content_sha256: is not that of the numbers"
 
 
-def content_differs(raw: bytes, e: Expected) -> Iterator[str]:
+def content_differs(raw: bytes, e: SetForm) -> Iterator[str]:
     """A content_sha256 that is not that of the numbers."""
     with opened(raw) as f:
         found = content_sha256(f)
@@ -163,7 +163,7 @@ def _table(name: str) -> Callable[..., Iterator[str]]:
     """Of a file of rows and dense output."""
 
     def look(
-        group: Any, maneuver: Maneuver, inputs: Mapping[str, Any], e: Expected, is_older: bool
+        group: Any, maneuver: Maneuver, inputs: Mapping[str, Any], e: SetForm, is_older: bool
     ) -> Iterator[str]:
         pieces = _pieces(group, "dense/breaks")
         layout = structure.table(inputs, e.columns[name], maneuver.rows, pieces)
@@ -181,7 +181,7 @@ def _table(name: str) -> Callable[..., Iterator[str]]:
 
 
 def _sensitivity(
-    group: Any, maneuver: Maneuver, inputs: Mapping[str, Any], e: Expected, is_older: bool
+    group: Any, maneuver: Maneuver, inputs: Mapping[str, Any], e: SetForm, is_older: bool
 ) -> Iterator[str]:
     columns = e.columns[SENSITIVITIES]
     first = columns[0].name
@@ -289,7 +289,7 @@ def _attributes(item: Any, expected: Mapping[str, Any], *, is_older: bool) -> It
 
 
 def _trajectory(
-    group: Any, maneuver: Maneuver, inputs: Mapping[str, Any], _: Expected, is_older: bool
+    group: Any, maneuver: Maneuver, inputs: Mapping[str, Any], _: SetForm, is_older: bool
 ) -> Iterator[str]:
     said = {name: group.attrs.get(name) for name in STATED}
     yield from _attributes(group, {**inputs, **said}, is_older=False)
@@ -332,7 +332,7 @@ _GROUPS: Mapping[str, tuple[Callable[..., dict[str, str]], Callable[..., Iterato
 """Attributes of each HDF5 file, and what looks at a group of it."""
 
 
-def of_certificate(raw: bytes, e: Expected) -> Iterator[str]:
+def of_certificate(raw: bytes, e: SetForm) -> Iterator[str]:
     """Problems of the certificate, apart from what its numbers say."""
     document = json.loads(raw)
     if raw != (json.dumps(document, indent=2, ensure_ascii=False) + "\n").encode():
@@ -355,7 +355,7 @@ def of_certificate(raw: bytes, e: Expected) -> Iterator[str]:
     yield from _differences(document, form)
 
 
-def _entry(e: Expected, found: Mapping[str, Any]) -> dict[str, Any]:
+def _entry(e: SetForm, found: Mapping[str, Any]) -> dict[str, Any]:
     """How an entry is built, with what it may have of older sets."""
     bounds = {name: {c.name: _BOUND for c in e.columns[name] if c.is_dense} for name in e.columns}
     form: dict[str, Any] = {
@@ -393,13 +393,13 @@ def _differences(found: Any, form: Any, where: str = "") -> Iterator[str]:
         yield f"{where}found {found!r:.80}, expected {form!r:.80}"
 
 
-def of_description(raw: bytes, _: Expected, text: bytes) -> Iterator[str]:
+def of_description(raw: bytes, _: SetForm, text: bytes) -> Iterator[str]:
     """A file about the set that says something else."""
     if raw != text:
         yield f"does not follow from {MANIFEST}"
 
 
-def of_text(raw: bytes, e: Expected, file: TextFile) -> Iterator[str]:
+def of_text(raw: bytes, e: SetForm, file: TextFile) -> Iterator[str]:
     """Problems of a text file: lines, fields, the form of the numbers, the times."""
     maneuver = e.maneuvers[file.numbers[0] - 1]
     lines = raw.decode("ascii").split("\n")

@@ -53,7 +53,7 @@ from heyoka_bike.reference.verification.agreement import (
     text_50,
 )
 from heyoka_bike.reference.verification.checks import Check, NumberCheck, Tally
-from heyoka_bike.reference.verification.contents import BOUNDS, Part, bounds_of
+from heyoka_bike.reference.verification.contents import BOUNDS, StoredManeuver, bounds_of
 from heyoka_bike.reference.verification.hashes import check_files
 from heyoka_bike.reference.verification.motion_agreement import (
     follows_from_state,
@@ -120,7 +120,7 @@ class Content:
 
     Attributes
     ----------
-    parts : list of Part
+    parts : list of StoredManeuver
         Empty if the inputs of the manifest are not usable.
     names : mapping of str to tuple of str
         Names of the files that the set has or should have, by what they are called in `CHECKS`.
@@ -128,7 +128,7 @@ class Content:
         Names of the files that are whole and built as they should be.
     """
 
-    parts: list[Part]
+    parts: list[StoredManeuver]
     names: Mapping[str, tuple[str, ...]]
     sound: set[str]
 
@@ -194,7 +194,7 @@ class _File:
 
     name: str
     kind: str
-    problems: Callable[[bytes, schema.Expected], Iterator[str]]
+    problems: Callable[[bytes, schema.SetForm], Iterator[str]]
     read: Callable[[], Iterable[tuple[int, Any]]] = tuple
     is_optional: bool = False
 
@@ -244,11 +244,11 @@ def read_content(
         if of_files.keys() >= {CANDIDATE, CERTIFICATE}:
             bounds = bounds_of(of_files[CANDIDATE], of_files[CERTIFICATE])
             of_files |= {} if bounds is None else {BOUNDS: bounds}
-        parts.append(Part(number, bicycle, maneuver, of_files))
+        parts.append(StoredManeuver(number, bicycle, maneuver, of_files))
     return Content(parts, names, sound), checks
 
 
-def _files(folder: Path, data: Mapping[str, bytes], expected: schema.Expected) -> Iterator[_File]:
+def _files(folder: Path, data: Mapping[str, bytes], expected: schema.SetForm) -> Iterator[_File]:
     """The files that a set has, or may have, in the order in which they are looked at."""
     manifest = expected.manifest
 
@@ -281,7 +281,7 @@ def _files(folder: Path, data: Mapping[str, bytes], expected: schema.Expected) -
 
 
 def _structure(
-    check: str, file: _File, data: Mapping[str, bytes], expected: schema.Expected
+    check: str, file: _File, data: Mapping[str, bytes], expected: schema.SetForm
 ) -> Check:
     """A check of how a file is built."""
     name = file.name
@@ -330,7 +330,7 @@ def _file_list(manifest: Manifest, files: Sequence[_File]) -> Check:
     return Check("file_list", not (missing or extra), MANIFEST, message, evidence)
 
 
-def _look(part: Part, _: Report) -> list[Tally]:
+def _look(part: StoredManeuver, _: Report) -> list[Tally]:
     """All checks of the numbers of a maneuver for which there are files."""
     found: list[Tally] = []
     for check in CHECKS:
