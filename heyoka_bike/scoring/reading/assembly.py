@@ -1,6 +1,4 @@
-"""Results from tables: every column where it belongs, rows in the order of time."""
-
-from __future__ import annotations
+"""Results from vectors: every column where it belongs, rows in the order of time."""
 
 import logging
 from collections.abc import Mapping, Sequence
@@ -8,23 +6,20 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from heyoka_bike.errors import InputError
+from heyoka_bike.errors import quoted
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.findings import Finding, Severity
-from heyoka_bike.scoring.reading.column_names import TIME, left_out, named_unit
-from heyoka_bike.scoring.reading.expected import Expected
-from heyoka_bike.scoring.reading.headings import Layout, layout
-from heyoka_bike.scoring.reading.long_tables import by_maneuver
+from heyoka_bike.scoring.reading.names.columns import TIME, is_maneuver, left_out, named_unit
+from heyoka_bike.scoring.reading.names.layout import Layout, layout
+from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.results import Results, Rows
 from heyoka_bike.scoring.reading.times import Times, settle
-from heyoka_bike.scoring.reading.written import WrittenTable
+from heyoka_bike.scoring.reading.vectors import Vectors
 
 _log = logging.getLogger(__name__)
 
 
-def assemble(
-    tables: Sequence[WrittenTable], kind: str, path: str, maneuver: int | None, expected: Expected
-) -> Results:
+def assemble(tables: Sequence[Vectors], kind: str, request: Request) -> Results:
     """Put the columns of a file where they belong.
 
     Parameters
@@ -33,12 +28,8 @@ def assemble(
         What the file has.
     kind
         Its format.
-    path
-        Its name.
-    maneuver
-        Number of the maneuver of columns that do not tell; None if that is not known.
-    expected
-        What columns there may be.
+    request
+        What was to be read.
 
     Raises
     ------
@@ -46,65 +37,73 @@ def assemble(
         Columns that cannot be told, a maneuver that is not in the reference, or a time that is not
         finite.
     """
-    numbers = {None, *range(1, expected.count + 1)}
-    tables = [part for table in tables for part in by_maneuver(table, expected, path)]
+    numbers = {None, *range(1, request.count + 1)}
+    tables = [part for table in tables for part in _by_maneuver(table, request)]
     known = [t for t in tables if t.maneuver in numbers]
     others = [f"maneuver {t.maneuver}" for t in tables if t.maneuver not in numbers]
     if not known:
-        raise InputError(f"found {others[0]}, expected 1 to {expected.count}", file=path)
+        raise request.error(f"found {others[0]}, expected 1 to {request.count}")
+    asked = request.maneuver
+    if len(known) == 1 and asked is not None and known[0].maneuver not in (None, asked):
+        raise request.error(f"found maneuver {known[0].maneuver}, expected maneuver {asked}")
     findings = [left_out(others)] if others else []
-    if len(known) == 1 and maneuver is not None and known[0].maneuver not in (None, maneuver):
-        raise InputError(
-            f"found maneuver {known[0].maneuver}, expected maneuver {maneuver}", file=path
-        )
     maneuvers: dict[int | None, Rows] = {}
     digits: list[int] = []
     bad = _NotFinite()
     for table in known:
-
-        def fail(message: str, line: int | None = table.heading) -> InputError:
-            return InputError(message, file=path, line=line)
-
-        alone = maneuver if table.maneuver is None else table.maneuver
-        size = len(table.columns[0].values)
-        places = layout(
-            table.names, len(table.columns), expected, alone, fail, ordered=table.ordered, rows=size
-        )
-        for number, columns in places.maneuvers.items():
-            _log.info(
-                "%s: %s, %d rows, maneuver %s: time is column %d, %s", path, kind, size,
-                number or "not told", places.time + 1,
-                ", ".join(f"{key} {j + 1}" for key, j in columns.items()),
-            )  # fmt: skip
-        times = _times(table, places, path)
-        names = expected.names or table.names or ()
+        places = layout(table, request)
+        times = _times(table, places, request)
         said = (*table.findings, *places.findings, *times.findings)
         findings += [f for f in said if f not in findings]
         for number, columns in places.maneuvers.items():
+            _log.info(
+                "%s: %s, %d rows, maneuver %s: time is column %d, %s", request.path, kind,
+                len(times.hi), number or "not told", places.time + 1,
+                ", ".join(f"{key} {j + 1}" for key, j in columns.items()),
+            )  # fmt: skip
+            names = request.names or table.names or ()
             maneuvers[number] = _rows(table, names, times, number, places.time, columns, bad)
             used = [table.columns[j].digits for j in columns.values()]
             digits += [d for d in used if d is not None]
     findings += bad.findings()
-    rows = tuple(maneuvers[n] for n in sorted(maneuvers, key=lambda n: n or 0))
-    return Results(path, kind, rows, min(digits, default=None), tuple(findings))
+    held = tuple(maneuvers[n] for n in sorted(maneuvers, key=lambda n: n or 0))
+    return Results(request.path, kind, held, min(digits, default=None), tuple(findings))
 
 
-def _times(table: WrittenTable, places: Layout, path: str) -> Times:
+def _by_maneuver(table: Vectors, request: Request) -> list[Vectors]:
+    """The rows of each maneuver, if a column tells of which they are; else the table alone."""
+    names, count = request.names or table.names or (), request.count
+    at = next((j for j, name in enumerate(names) if is_maneuver(name)), None)
+    if at is None or at >= len(table.columns) or table.maneuver is not None:
+        return [table]
+    numbers = table.columns[at].values
+    first = 0 if count > 1 and (numbers == 0).any() else 1
+    fits = (numbers == np.rint(numbers)) & (numbers >= first) & (numbers < first + count)
+    if not fits.all():
+        i = int(np.argmin(fits))
+        found = f"{numbers[i]:.6g}" if np.isfinite(numbers[i]) else "no number"
+        said = f"found {found} as {quoted(names[at])}, expected {first} to {first + count - 1}"
+        if table.lines is None:
+            raise request.error(f"row {i + 1}: {said}")
+        raise request.error(said, int(table.lines[i]))
+    return [table.of_rows(numbers == n, int(n) + 1 - first) for n in np.unique(numbers)]
+
+
+def _times(table: Vectors, places: Layout, request: Request) -> Times:
     column = table.columns[places.time]
     bad = np.flatnonzero(~np.isfinite(column.values))
     if len(bad):
-        found = "found a time that is not finite, expected seconds"
-        i = int(bad[0])
+        found, i = "found a time that is not finite, expected seconds", int(bad[0])
         if table.lines is None:
-            raise InputError(f"row {i + 1}: {found}", file=path)
-        raise InputError(found, file=path, line=int(table.lines[i]), column=places.time + 1)
+            raise request.error(f"row {i + 1}: {found}")
+        raise request.error(found, int(table.lines[i]), places.time + 1)
     unit = "ms" if places.in_milliseconds else "s"
     return settle(column.values, column.lo, column.significant, table.lines, unit)
 
 
 def _rows(
-    table: WrittenTable, names: Sequence[str], times: Times, number: int | None, time: int,
-    columns: Mapping[str, int], bad: _NotFinite,
+    table: Vectors, names: Sequence[str], times: Times, number: int | None, time: int,
+    columns: Mapping[str, int], bad: "_NotFinite",
 ) -> Rows:  # fmt: skip
     values: dict[str, Array] = {}
     lo: dict[str, Array] = {}
@@ -135,7 +134,7 @@ class _NotFinite:
         self.total = 0
         self.first: tuple[int, int, str] | None = None
 
-    def add(self, table: WrittenTable, j: int, is_bad: NDArray[np.bool_]) -> None:
+    def add(self, table: Vectors, j: int, is_bad: NDArray[np.bool_]) -> None:
         """Count those of a column."""
         self.total += int(is_bad.sum())
         i = int(np.argmax(is_bad))

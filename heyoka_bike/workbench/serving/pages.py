@@ -6,6 +6,7 @@ from html import escape
 from pathlib import Path
 
 from heyoka_bike.bicycle.parameters import read_maneuvers
+from heyoka_bike.scoring.reading.formats import listed
 from heyoka_bike.showing.formats.markup import prose
 from heyoka_bike.system.resources import benchmark_maneuvers
 from heyoka_bike.version import __version__
@@ -88,7 +89,7 @@ column, which definitions and units your file follows, and why it differs.</p>
 <form class="upload" action="/results" method="post" enctype="multipart/form-data"
  data-most="{limits.upload}" data-files="{limits.files}">
 <label class="drop"><b>Drop a result file here, or choose one</b>
-text, CSV, JSON, .npy, .npz, .mat, HDF5, netCDF, .xlsx, Parquet, gzip of these; {most} MB at most.
+{listed("and")}, gzip of these; {most} MB at most.
 Several files are compared side by side.
 <input type="file" name="file" multiple><span class="chosen" aria-live="polite"></span></label>
 <details><summary>or paste rows</summary>

@@ -17,6 +17,7 @@ from typing import Any, Literal
 
 from heyoka_bike.errors import BicycleError, Exit, InputError, printable
 from heyoka_bike.reference.load import Reference, load_reference
+from heyoka_bike.scoring.reading.formats import FORMATS
 from heyoka_bike.scoring.reading.given import results_of
 from heyoka_bike.scoring.report import Report, Series
 from heyoka_bike.scoring.series import score_files
@@ -81,8 +82,8 @@ def stem(kind: Kind) -> str:
 def warm() -> None:
     """Load what every piece of work needs, so that each process begins with it."""
     _reference()
-    for name in ("array_files", "json_files", "matlab_files", "table_files", "text_table"):
-        import_module(f"heyoka_bike.scoring.reading.{name}")
+    for read in FORMATS:
+        read.reader()
     for name in RENDERED:
         import_module(f"heyoka_bike.showing.formats.{name}")
 

@@ -4,9 +4,10 @@ import re
 from collections.abc import Iterator
 from itertools import pairwise
 
-from heyoka_bike.scoring.findings import Finding, Severity
-from heyoka_bike.scoring.reading.dialects import best_dialect, plain_text, without_comment
-from heyoka_bike.scoring.reading.expected import Expected
+from heyoka_bike.scoring.findings import Finding
+from heyoka_bike.scoring.reading.request import Request
+from heyoka_bike.scoring.reading.text.dialects import best_dialect, plain_text, without_comment
+from heyoka_bike.scoring.reading.vectors import turned
 
 # Of a text on its side all is read at once; with more lines it is none.
 _MOST_LINES = 1000
@@ -21,7 +22,7 @@ def numbered(text: bytes) -> bytes:
 
 
 def upright(
-    first: bytes, others: Iterator[bytes], expected: Expected
+    first: bytes, others: Iterator[bytes], request: Request
 ) -> tuple[bytes, Finding] | None:
     """A text of columns below each other as rows, and what is to be said; None if it is none.
 
@@ -34,17 +35,13 @@ def upright(
     if text.count(b"\n") > _MOST_LINES:
         return None
     lines = [c for line in text.split(b"\n") if (c := without_comment(plain_text(line)))]
-    found = best_dialect(lines, ()) if len(lines) in expected.widths else None
+    found = best_dialect(lines, ()) if len(lines) in request.widths else None
     if found is None or len(found[2]) != len(lines):
         return None
     dialect, width, _ = found
     columns = [[dialect.number(field) or "" for field in dialect.split(line)] for line in lines]
     if not all(float(a) < float(b) for a, b in pairwise(columns[0])):
         return None
-    finding = Finding(
-        "transposed",
-        f"The text has {len(lines)} rows and {width} columns; its rows are taken as columns.",
-        Severity.INFO,
-        {"shape": [len(lines), width]},
+    return "\n".join("\t".join(row) for row in zip(*columns, strict=True)).encode(), turned(
+        "text", len(lines), width
     )
-    return "\n".join("\t".join(row) for row in zip(*columns, strict=True)).encode(), finding

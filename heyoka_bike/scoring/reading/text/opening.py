@@ -7,17 +7,17 @@ from dataclasses import dataclass
 from itertools import islice
 
 from heyoka_bike.errors import InputError, quoted
-from heyoka_bike.scoring.reading.column_names import TIME, are_names, not_understood, recognise
-from heyoka_bike.scoring.reading.dialects import (
+from heyoka_bike.scoring.reading.names.columns import TIME, are_names, not_understood, recognise
+from heyoka_bike.scoring.reading.names.units import quantities
+from heyoka_bike.scoring.reading.quanta import are_beyond_binary64
+from heyoka_bike.scoring.reading.request import Request, in_words
+from heyoka_bike.scoring.reading.text.dialects import (
     DIALECTS,
     Dialect,
     best_dialect,
     plain_text,
     without_comment,
 )
-from heyoka_bike.scoring.reading.expected import Expected, wrong_width
-from heyoka_bike.scoring.reading.heading_units import quantities
-from heyoka_bike.scoring.reading.quanta import are_beyond_binary64
 
 # Enough to tell the dialect by the majority, and quickly.
 _SAMPLE_LINES = 300
@@ -71,17 +71,15 @@ class Opening:
     exact: tuple[int, ...]
 
 
-def find_opening(text: bytes, path: str, expected: Expected) -> Opening:
+def find_opening(text: bytes, request: Request) -> Opening:
     """Find out how rows of numbers are written, and where they begin.
 
     Parameters
     ----------
     text
         The first lines.
-    path
-        Name of the file, for errors.
-    expected
-        What columns there may be.
+    request
+        What is to be read.
 
     Raises
     ------
@@ -89,7 +87,7 @@ def find_opening(text: bytes, path: str, expected: Expected) -> Opening:
         No rows, rows of another number of columns, or a damaged first row.
     """
     lines = text.split(b"\n")
-    widths = set(expected.widths)
+    widths = set(request.widths)
     contents = _contents(lines)
     found = None
     sample: list[tuple[int, str]] = []
@@ -97,22 +95,19 @@ def find_opening(text: bytes, path: str, expected: Expected) -> Opening:
         widths |= {len(names) for names in _headings(plain_text(line)) if are_names(names)}
     while found is None and (sample := list(islice(contents, _SAMPLE_LINES))):
         found = best_dialect([content for _, content in sample], widths)
-    both = expected.in_words
-    if found is None:
-        what = "an empty file" if not text.strip() else "no row of numbers"
-        raise InputError(f"found {what}, expected {both} columns of numbers", file=path)
-    dialect, width, at = found
+    dialect, width, at = found or (DIALECTS[0], 0, [])
     rows = [sample[i] for i in at]
-    if _counts_columns(rows[0][1], dialect, width):
+    if rows and _counts_columns(rows[0][1], dialect, width):
         rows = rows[1:]
     if not rows:
-        raise InputError(f"found no row of numbers, expected {both} columns of numbers", file=path)
+        what = "no row of numbers" if text.strip() else "an empty file"
+        raise request.error(f"found {what}, expected {in_words(request.widths)} columns of numbers")
     first = rows[0][0]
     if width not in widths:
-        raise _wrong_width(lines[:first], width, len(rows), path, expected)
-    _refuse_damaged_row(sample, first, dialect, width, path)
+        raise _wrong_width(lines[:first], width, len(rows), request)
+    _refuse_damaged_row(sample, first, dialect, width, request)
     names, heading = (
-        (list(expected.names), None) if expected.names else _heading(lines[:first], width)
+        (list(request.names), None) if request.names else _heading(lines[:first], width)
     )
     spread = rows[:: max(1, len(rows) // _SAMPLE_ROWS)]
     numbers = [[dialect.number(f) or "" for f in dialect.split(content)] for _, content in spread]
@@ -120,8 +115,8 @@ def find_opening(text: bytes, path: str, expected: Expected) -> Opening:
     time = next((i for i, k in enumerate(known) if k and k[0] == TIME), 0)
     columns = [[row[j] for row in numbers] for j in range(width)]
     _log.debug(
-        "%s: rows of %d numbers from line %d, separator %r, decimal %r; names %s", path, width,
-        first + 1, dialect.separator, dialect.decimal,
+        "%s: rows of %d numbers from line %d, separator %r, decimal %r; names %s", request.path,
+        width, first + 1, dialect.separator, dialect.decimal,
         f"in line {heading}" if heading else "told" if names else "none",
     )  # fmt: skip
     return Opening(
@@ -138,7 +133,7 @@ def find_opening(text: bytes, path: str, expected: Expected) -> Opening:
 
 
 def row_error(
-    fields: Sequence[str], row: Sequence[str | None], width: int, path: str, line: int
+    fields: Sequence[str], row: Sequence[str | None], width: int, request: Request, line: int
 ) -> InputError:
     """What is wrong with the first bad field of a row; the column counts the fields from 1."""
     if None in row[:width]:
@@ -148,7 +143,7 @@ def row_error(
     else:
         at = min(len(fields), width)
         message = f"found {len(fields)} values, expected {width}"
-    return InputError(message, file=path, line=line, column=at + 1)
+    return request.error(message, line, at + 1)
 
 
 def _contents(lines: Sequence[bytes]) -> Iterator[tuple[int, str]]:
@@ -215,15 +210,13 @@ def _with_units(names: Sequence[str], units: Sequence[str]) -> list[str]:
     ]
 
 
-def _wrong_width(
-    lines: Sequence[bytes], width: int, rows: int, path: str, expected: Expected
-) -> InputError:
+def _wrong_width(lines: Sequence[bytes], width: int, rows: int, request: Request) -> InputError:
     """What to say of rows of so many columns, with the heading above them if there is one."""
     for i in range(len(lines) - 1, -1, -1):
         for names in _headings(plain_text(lines[i])):
-            if len(names) == width and expected.names is None and not _are_units(names):
-                return InputError(not_understood(names), file=path, line=i + 1)
-    return InputError(wrong_width(width, rows, expected), file=path, line=len(lines) + 1)
+            if len(names) == width and request.names is None and not _are_units(names):
+                return request.error(not_understood(names, request), i + 1)
+    return request.error(request.wrong_width(width, rows), len(lines) + 1)
 
 
 def _counts_columns(content: str, dialect: Dialect, width: int) -> bool:
@@ -236,7 +229,7 @@ def _counts_columns(content: str, dialect: Dialect, width: int) -> bool:
 
 
 def _refuse_damaged_row(
-    sample: Sequence[tuple[int, str]], first: int, dialect: Dialect, width: int, path: str
+    sample: Sequence[tuple[int, str]], first: int, dialect: Dialect, width: int, request: Request
 ) -> None:
     """Raise an error if what stands before the rows looks like a row and not like a heading."""
     for i, content in sample:
@@ -247,4 +240,4 @@ def _refuse_damaged_row(
         numbers = len(row) - row.count(None)
         is_row = bool(row) and row[0] is not None and numbers >= 3 and 2 * numbers > len(row)
         if is_row and not _counts_columns(content, dialect, width):
-            raise row_error(fields, row, width, path, i + 1)
+            raise row_error(fields, row, width, request, i + 1)

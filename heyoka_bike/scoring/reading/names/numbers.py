@@ -9,8 +9,8 @@ if that is said in words.
 import re
 from collections.abc import Mapping, Sequence
 
-from heyoka_bike.scoring.reading.column_names import TIME, in_brackets, recognise
-from heyoka_bike.scoring.reading.heading_units import quantities, split_unit
+from heyoka_bike.scoring.reading.names.columns import TIME, in_brackets, recognise
+from heyoka_bike.scoring.reading.names.units import quantities, split_unit
 
 Found = tuple[str, int | None] | None
 """Key of a column and number of its maneuver; None if it is not known."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.scoring.findings import Finding, Severity
-from heyoka_bike.scoring.reading.column_names import (
+from heyoka_bike.scoring.reading.names.columns import (
     TIME,
     arrays_not_understood,
     is_maneuver,
@@ -19,18 +19,10 @@ from heyoka_bike.scoring.reading.column_names import (
     unit_in,
     unknown_units,
 )
-from heyoka_bike.scoring.reading.expected import (
-    LEFT_OUT,
-    OPTION,
-    Expected,
-    how_to_tell,
-    wrong_width,
-)
-from heyoka_bike.scoring.reading.heading_units import is_millisecond, is_si
-from heyoka_bike.scoring.reading.numbered_names import Found, meanings
-
-Fail = Callable[[str], InputError]
-"""Makes the error for a message, with the file and the line of the names."""
+from heyoka_bike.scoring.reading.names.numbers import Found, meanings
+from heyoka_bike.scoring.reading.names.units import is_millisecond, is_si
+from heyoka_bike.scoring.reading.request import LEFT_OUT, Request
+from heyoka_bike.scoring.reading.vectors import Vectors
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,8 +46,8 @@ class Layout:
     in_milliseconds: bool = False
 
 
-def told(columns: Sequence[str], count: int, option: str = OPTION) -> Expected:
-    """What columns of these names are.
+def told(columns: Sequence[str], option: str) -> tuple[str, ...]:
+    """The names that columns were said to have.
 
     Raises
     ------
@@ -79,62 +71,45 @@ def told(columns: Sequence[str], count: int, option: str = OPTION) -> Expected:
             found.append(known[0])
     if TIME not in found or len(found) < 2:
         raise InputError(f"{where}: found no time and another column, expected both among them")
-    return Expected(count, names, option)
+    return names
 
 
-def layout(
-    names: Sequence[str] | None, width: int, expected: Expected, maneuver: int | None, fail: Fail,
-    *, ordered: bool = True, rows: int = 0,
-) -> Layout:  # fmt: skip
+def layout(vectors: Vectors, request: Request) -> Layout:
     """Find out which column is what.
 
     Names decide if they are all known; else the place does, if there are 9 or 1 + 8 count columns;
     else those names that are known.
-
-    Parameters
-    ----------
-    names
-        Names of the columns, None if there are none.
-    width
-        Number of columns.
-    expected
-        What columns there may be.
-    maneuver
-        Number of the maneuver of columns that do not tell.
-    fail
-        Makes the error for a message.
-    ordered
-        Whether the place of a column means anything.
-    rows
-        Number of rows.
 
     Raises
     ------
     InputError
         The columns cannot be told, or one is there twice.
     """
-    count = expected.count
-    alone = 1 if maneuver is None and count == 1 else maneuver
-    if expected.names is not None:
-        if len(expected.names) != width:
-            raise fail(wrong_width(width, rows, expected))
-        found = meanings(expected.names, count)
-        return _by_name(expected.names, found, alone, fail, expected.option)
+    count, names = request.count, vectors.names
+    width, rows = len(vectors.columns), len(vectors.columns[0].values)
+    alone = request.maneuver if vectors.maneuver is None else vectors.maneuver
+    alone = 1 if alone is None and count == 1 else alone
+
+    def fail(message: str) -> InputError:
+        return request.error(message, vectors.heading)
+
+    if request.names is not None:
+        if len(request.names) != width:
+            raise fail(request.wrong_width(width, rows))
+        return _by_name(request.names, alone, request, fail)
     found = [] if names is None else meanings(names, count)
     # The benchmark's order has no place for what is not of the benchmark.
     is_beyond = any(f and f[0] not in (TIME, *BENCHMARK_COLUMNS) for f in found)
     is_beyond = is_beyond or any(map(is_maneuver, names or ()))
     is_named = any(f and f[0] == TIME for f in found) and sum(f is not None for f in found) > 1
-    places = _by_place(width, count, alone) if ordered else None
+    places = _by_place(width, count, alone) if vectors.is_ordered else None
     if names is not None and is_named and (places is None or None not in found or is_beyond):
-        return _by_name(names, found, alone, fail, expected.option)
+        return _by_name(names, alone, request, fail)
     if places is not None:
         return places if names is None else _with_names_unused(places, names, found)
-    if not ordered:
-        raise fail(arrays_not_understood(names or (), expected.widths, expected.option))
-    if names:
-        raise fail(not_understood(names, found))
-    raise fail(wrong_width(width, rows, expected))
+    if not vectors.is_ordered:
+        raise fail(arrays_not_understood(names or (), request, request.widths))
+    raise fail(not_understood(names, request, found) if names else request.wrong_width(width, rows))
 
 
 def _by_place(width: int, count: int, alone: int | None) -> Layout | None:
@@ -154,47 +129,46 @@ def _by_place(width: int, count: int, alone: int | None) -> Layout | None:
 
 
 def _by_name(
-    names: Sequence[str], found: Sequence[Found], alone: int | None,
-    fail: Fail, option: str,
-) -> Layout:  # fmt: skip
-    first: dict[tuple[str, int | None], int] = {}
+    names: Sequence[str], alone: int | None, request: Request, fail: Callable[[str], InputError]
+) -> Layout:
+    meant: dict[tuple[str, int | None], list[int]] = {}
     unknown, known = [], []
-    for i, f in enumerate(found):
-        if f is None and recognise(names[i]):
+    for i, f in enumerate(meanings(names, request.count)):
+        if f is not None:
+            meant.setdefault(f, []).append(i)
+        elif recognise(names[i]):
             known.append(names[i])
-        elif f is None:
-            unknown += [] if names[i] in LEFT_OUT or is_maneuver(names[i]) else [names[i]]
-        elif f in first and (plainer := _plainer(names, first[f], i)) is not None:
-            unknown.append(names[first[f] if plainer == i else i])
-            first[f] = plainer
-        elif f in first:
+        elif names[i] not in LEFT_OUT and not is_maneuver(names[i]):
+            unknown.append(names[i])
+    first = {}
+    for (key, number), candidates in meant.items():
+        # Of several columns of one meaning the plainest name is meant.
+        best, *others = sorted(candidates, key=lambda i: _oddity(names[i]))
+        if others and _oddity(names[others[0]]) == _oddity(names[best]):
+            of_which = "" if number is None else f" for maneuver {number}"
             raise fail(
-                f"found {quoted(names[first[f]])} and {quoted(names[i])}, expected one column of "
-                f"{f[0].replace('_', ' ')}{'' if f[1] is None else f' for maneuver {f[1]}'}; "
-                f"{how_to_tell(option)}"
+                f"found {quoted(names[best])} and {quoted(names[others[0]])}, expected one column "
+                f"of {key.replace('_', ' ')}{of_which}; {request.how_to_tell}"
             )
-        else:
-            first[f] = i
+        first[key, number] = best
+        unknown += [names[i] for i in others]
     maneuvers: dict[int | None, dict[str, int]] = {}
     for (key, number), i in first.items():
         if key != TIME:
             maneuvers.setdefault(alone if number is None else number, {})[key] = i
-    if alone is not None and (others := set(maneuvers) - {alone}) and len(maneuvers) == 1:
-        raise fail(f"found columns of maneuver {others.pop()}, expected maneuver {alone}")
-    findings = [set_aside(known, option)] if known else []
+    if alone is not None and alone not in maneuvers and len(maneuvers) == 1:
+        raise fail(f"found columns of maneuver {next(iter(maneuvers))}, expected maneuver {alone}")
+    findings = [set_aside(known, request)] if known else []
     findings += [left_out(unknown)] if unknown else []
     findings += unknown_units({names[i]: key for (key, _), i in first.items()})
     time = first[TIME, None]
     return Layout(time, maneuvers, tuple(findings), is_millisecond(unit_in(names[time])[1]))
 
 
-def _plainer(names: Sequence[str], *twice: int) -> int | None:
-    """Which of two columns of one meaning has SI units, and no unit in its name; None if both."""
-    ranks = []
-    for i in twice:
-        _, unit, is_ending = unit_in(names[i])
-        ranks.append((not is_si(unit), is_ending))
-    return None if ranks[0] == ranks[1] else twice[ranks.index(min(ranks))]
+def _oddity(name: str) -> tuple[bool, bool]:
+    """Whether a name has another unit than those of SI, and whether it has its unit in words."""
+    _, unit, is_ending = unit_in(name)
+    return not is_si(unit), is_ending
 
 
 def _with_names_unused(places: Layout, names: Sequence[str], found: Sequence[Found]) -> Layout:

@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 
 from heyoka_bike.errors import InputError
 from heyoka_bike.scoring.findings import Finding, Severity
-from heyoka_bike.scoring.reading.column_names import is_maneuver
-from heyoka_bike.scoring.reading.dialects import Dialect, plain_text, without_comment
-from heyoka_bike.scoring.reading.expected import Expected
-from heyoka_bike.scoring.reading.number_blocks import Block, parse_block, rest
+from heyoka_bike.scoring.reading.names.columns import is_maneuver
 from heyoka_bike.scoring.reading.quanta import DigitTally, digits_and_places
-from heyoka_bike.scoring.reading.text_lines import whole_lines
-from heyoka_bike.scoring.reading.text_opening import Opening, find_opening, row_error
-from heyoka_bike.scoring.reading.written import WrittenTable
+from heyoka_bike.scoring.reading.request import Request
+from heyoka_bike.scoring.reading.text.blocks import Block, parse_block, rest
+from heyoka_bike.scoring.reading.text.dialects import Dialect, plain_text, without_comment
+from heyoka_bike.scoring.reading.text.lines import whole_lines
+from heyoka_bike.scoring.reading.text.opening import Opening, find_opening, row_error
+from heyoka_bike.scoring.reading.vectors import Vectors
 
 # Rows of the first block of which digits are counted; of a later one, and by the slow reader.
 _COUNTED, _COUNTED_LATER = 2000, 200
@@ -39,9 +39,7 @@ _QUOTED = re.compile(rb"([\"'])(?<![^\s,;].)([0-9a-zA-Z.+-]+)\1(?![^\s,;])")
 _MOST_BLANKS = 30
 
 
-def read_text(
-    chunks: Iterable[bytes], encoding: str, path: str, expected: Expected
-) -> WrittenTable:
+def read_text(chunks: Iterable[bytes], encoding: str, request: Request) -> Vectors:
     """Read rows of numbers.
 
     Parameters
@@ -50,49 +48,45 @@ def read_text(
         The text, cut anywhere.
     encoding
         See `text_lines.encoding_of`.
-    path
-        Name of the file, for errors.
-    expected
-        What columns there may be.
+    request
+        What is to be read.
 
     Raises
     ------
     InputError
         Not rows of numbers: where, what was found, what was expected.
     """
-    blocks = whole_lines(chunks, encoding, path)
+    blocks = whole_lines(chunks, encoding, request)
     first = next(blocks, b"")
     try:
-        opening = find_opening(first, path, expected)
+        opening = find_opening(first, request)
     except InputError as error:
-        table = _repaired(first, blocks, path, expected)
+        table = _repaired(first, blocks, request)
         if table is None:
             raise error from None
         return table
-    return _rows(opening, first, blocks, path)
+    return _rows(opening, first, blocks, request)
 
 
-def _rows(opening: Opening, first: bytes, blocks: Iterable[bytes], path: str) -> WrittenTable:
-    reader = _Reader(path, opening)
+def _rows(opening: Opening, first: bytes, blocks: Iterable[bytes], request: Request) -> Vectors:
+    reader = _Reader(request, opening)
     reader.read(first)
     for block in blocks:
         reader.read(block)
     return reader.finish()
 
 
-def _repaired(
-    first: bytes, blocks: Iterator[bytes], path: str, expected: Expected
-) -> WrittenTable | None:
+def _repaired(first: bytes, blocks: Iterator[bytes], request: Request) -> Vectors | None:
     """The table of a text that is unusual as a whole; None if it is none."""
-    from heyoka_bike.scoring.reading.text_repairs import numbered, upright
+    from heyoka_bike.scoring.reading.text.repairs import numbered, upright
 
     with suppress(InputError):
-        opening = find_opening(numbered(first), path, expected)
+        opening = find_opening(numbered(first), request)
         if any(map(is_maneuver, opening.names or ())):
-            return _rows(opening, numbered(first), map(numbered, blocks), path)
-    if turned := upright(first, blocks, expected):
+            return _rows(opening, numbered(first), map(numbered, blocks), request)
+    if turned := upright(first, blocks, request):
         text, finding = turned
-        table = _rows(find_opening(text, path, expected), text, (), path)
+        table = _rows(find_opening(text, request), text, (), request)
         return replace(table, lines=None, findings=(finding, *table.findings))
     return None
 
@@ -100,8 +94,8 @@ def _repaired(
 class _Reader:
     """Rows of one dialect, from blocks of lines."""
 
-    def __init__(self, path: str, opening: Opening) -> None:
-        self.path = path
+    def __init__(self, request: Request, opening: Opening) -> None:
+        self.request = request
         self.opening = opening
         self.exact = sorted({opening.time, *opening.exact})
         self.tally = DigitTally(opening.width, opening.time)
@@ -128,7 +122,7 @@ class _Reader:
             self.lines.extend(block.lines + self.line + 1)
         self.line += text.count(b"\n")
 
-    def finish(self) -> WrittenTable:
+    def finish(self) -> Vectors:
         """The table, when all blocks have been read."""
         findings: tuple[Finding, ...] = ()
         if self.cut is not None:
@@ -146,7 +140,7 @@ class _Reader:
         columns = self.tally.columns(values, lo)
         if self.opening.has_exact_times:
             columns[self.opening.time] = columns[self.opening.time].with_exact_values()
-        return WrittenTable(
+        return Vectors(
             columns, self.opening.names, self.lines.whole(), self.opening.heading,
             findings=findings,
         )  # fmt: skip
@@ -202,7 +196,7 @@ class _Reader:
         row = [dialect.number(field) for field in fields]
         if len(fields) == width and None not in row:
             return row  # type: ignore[return-value]
-        error = row_error(fields, row, width, self.path, number)
+        error = row_error(fields, row, width, self.request, number)
         if dialect.is_cut(fields, width, at_end):
             # Only the last row may be incomplete.
             self.cut = error

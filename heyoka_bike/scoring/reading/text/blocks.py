@@ -14,11 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heyoka_bike.numbers.double import Array, two_product
+from heyoka_bike.scoring.reading.quanta import NOTHING
 
 Ints = NDArray[np.int64]
 
-NOTHING = -2
-"""The digits after the point of what is not finite."""
 _PLAIN = b"0123456789.e+- \t\n"
 # Integers below this are binary64 numbers; characters of a decimal that may be one, with its point.
 _WHOLE, _SHORT = 2.0**53, 16
