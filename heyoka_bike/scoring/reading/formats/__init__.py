@@ -110,8 +110,8 @@ FORMATS = (
     # What is none of the others.
     Format(
         "text", "text",
-        "rows of numbers, with or without a heading; of Octave's `save -text` one matrix, variables "
-        "by `save -v7`",
+        "rows of numbers, with or without a heading; of Octave's `save -text` one matrix, "
+        "variables by `save -v7`",
         _is_text, "text_files",
     ),
 )  # fmt: skip

@@ -1,7 +1,7 @@
 """What the columns of a result file are: by their names, or by their place."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.errors import InputError, quoted
@@ -85,83 +85,78 @@ def layout(vectors: Vectors, request: Request) -> Layout:
     InputError
         The columns cannot be told, or one is there twice.
     """
-    count, names = request.count, vectors.names
+    names = list(request.names or vectors.names or ())
     width, rows = len(vectors.columns), len(vectors.columns[0].values)
-    alone = request.maneuver if vectors.maneuver is None else vectors.maneuver
-    alone = 1 if alone is None and count == 1 else alone
-
-    def fail(message: str) -> InputError:
-        return request.error(message, vectors.heading)
-
-    if request.names is not None:
-        if len(request.names) != width:
-            raise fail(request.wrong_width(width, rows))
-        return _by_name(request.names, alone, request, fail)
-    found = [] if names is None else meanings(names, count)
+    if request.names is not None and len(names) != width:
+        raise request.error(request.wrong_width(width, rows), vectors.heading)
+    found = meanings(names, request.count)
+    known = [f[0] for f in found if f]
+    is_named = TIME in known and len(known) > 1
     # The benchmark's order has no place for what is not of the benchmark.
-    is_beyond = any(f and f[0] not in (TIME, *BENCHMARK_COLUMNS) for f in found)
-    is_beyond = is_beyond or any(map(is_maneuver, names or ()))
-    is_named = any(f and f[0] == TIME for f in found) and sum(f is not None for f in found) > 1
-    places = _by_place(width, count, alone) if vectors.is_ordered else None
-    if names is not None and is_named and (places is None or None not in found or is_beyond):
-        return _by_name(names, alone, request, fail)
+    is_beyond = not {*known} <= {TIME, *BENCHMARK_COLUMNS} or any(map(is_maneuver, names))
+    places = _by_place(width, request.count) if vectors.is_ordered else None
+    if request.names or (is_named and (places is None or None not in found or is_beyond)):
+        return _settled(names, found, vectors, request)
     if places is not None:
-        return places if names is None else _with_names_unused(places, names, found)
+        settled = _settled([""] * width, places, vectors, request)
+        return replace(settled, findings=_names_unused(names, found, places))
     if not vectors.is_ordered:
-        raise fail(arrays_not_understood(names or (), request, request.widths))
-    raise fail(not_understood(names, request, found) if names else request.wrong_width(width, rows))
+        said = arrays_not_understood(names, request, request.widths)
+    else:
+        said = not_understood(names, request, found) if names else request.wrong_width(width, rows)
+    raise request.error(said, vectors.heading)
 
 
-def _by_place(width: int, count: int, alone: int | None) -> Layout | None:
+def _by_place(width: int, count: int) -> Sequence[Found] | None:
+    """What columns without names mean; None if there are too many or too few."""
     if width == 1 + 8 * count and count > 1:
-        numbers: list[int | None] = list(range(1, count + 1))
+        numbers: Sequence[int | None] = range(1, count + 1)
     elif width == 9:
-        numbers = [alone]
+        numbers = [None]
     else:
         return None
-    return Layout(
-        0,
-        {
-            number: {key: 1 + 8 * i + k for k, key in enumerate(BENCHMARK_COLUMNS)}
-            for i, number in enumerate(numbers)
-        },
-    )
+    return [(TIME, None), *((key, number) for number in numbers for key in BENCHMARK_COLUMNS)]
 
 
-def _by_name(
-    names: Sequence[str], alone: int | None, request: Request, fail: Callable[[str], InputError]
+def _settled(
+    names: Sequence[str], found: Sequence[Found], vectors: Vectors, request: Request
 ) -> Layout:
-    meant: dict[tuple[str, int | None], list[int]] = {}
+    """Each meaning with the one column that has it."""
+    candidates: dict[tuple[str, int | None], list[int]] = {}
     unknown, known = [], []
-    for i, f in enumerate(meanings(names, request.count)):
+    for i, f in enumerate(found):
         if f is not None:
-            meant.setdefault(f, []).append(i)
+            candidates.setdefault(f, []).append(i)
         elif recognise(names[i]):
             known.append(names[i])
         elif names[i] not in LEFT_OUT and not is_maneuver(names[i]):
             unknown.append(names[i])
-    first = {}
-    for (key, number), candidates in meant.items():
+    meant = {}
+    for (key, number), places in candidates.items():
         # Of several columns of one meaning the plainest name is meant.
-        best, *others = sorted(candidates, key=lambda i: _oddity(names[i]))
+        best, *others = sorted(places, key=lambda i: _oddity(names[i]))
         if others and _oddity(names[others[0]]) == _oddity(names[best]):
             of_which = "" if number is None else f" for maneuver {number}"
-            raise fail(
+            raise request.error(
                 f"found {quoted(names[best])} and {quoted(names[others[0]])}, expected one column "
-                f"of {key.replace('_', ' ')}{of_which}; {request.how_to_tell}"
+                f"of {key.replace('_', ' ')}{of_which}; {request.how_to_tell}",
+                vectors.heading,
             )
-        first[key, number] = best
+        meant[key, number] = best
         unknown += [names[i] for i in others]
+    time = meant[TIME, None]
+    alone = request.maneuver if vectors.maneuver is None else vectors.maneuver
+    alone = 1 if alone is None and request.count == 1 else alone
     maneuvers: dict[int | None, dict[str, int]] = {}
-    for (key, number), i in first.items():
+    for (key, number), i in meant.items():
         if key != TIME:
             maneuvers.setdefault(alone if number is None else number, {})[key] = i
     if alone is not None and alone not in maneuvers and len(maneuvers) == 1:
-        raise fail(f"found columns of maneuver {next(iter(maneuvers))}, expected maneuver {alone}")
+        said = f"found columns of maneuver {next(iter(maneuvers))}, expected maneuver {alone}"
+        raise request.error(said, vectors.heading)
     findings = [set_aside(known, request)] if known else []
     findings += [left_out(unknown)] if unknown else []
-    findings += unknown_units({names[i]: key for (key, _), i in first.items()})
-    time = first[TIME, None]
+    findings += unknown_units({names[i]: key for (key, _), i in meant.items()})
     return Layout(time, maneuvers, tuple(findings), is_millisecond(unit_in(names[time])[1]))
 
 
@@ -171,15 +166,15 @@ def _oddity(name: str) -> tuple[bool, bool]:
     return not is_si(unit), is_ending
 
 
-def _with_names_unused(places: Layout, names: Sequence[str], found: Sequence[Found]) -> Layout:
-    """Say so if a name that is known contradicts the place of its column."""
-    meant = {places.time: TIME}
-    for columns in places.maneuvers.values():
-        meant |= {i: key for key, i in columns.items()}
-    wrong = [i for i, f in enumerate(found) if f is not None and f[0] != meant.get(i)]
-    unknown = [names[i] for i, f in enumerate(found) if f is None]
+def _names_unused(
+    names: Sequence[str], found: Sequence[Found], places: Sequence[Found]
+) -> tuple[Finding, ...]:
+    """What is to be said if a name that is known contradicts the place of its column."""
+    both = enumerate(zip(found, places, strict=False))
+    wrong = [i for i, (f, place) in both if f and place and f[0] != place[0]]
     if not wrong:
-        return places
+        return ()
+    unknown = [name for name, f in zip(names, found, strict=True) if f is None]
     finding = Finding(
         "names_not_used",
         f"Not all column names are known ({listed(unknown)}), so the columns are taken in the "
@@ -187,4 +182,4 @@ def _with_names_unused(places: Layout, names: Sequence[str], found: Sequence[Fou
         Severity.WARNING,
         {"columns": [i + 1 for i in wrong], "unknown": [quoted(n)[1:-1] for n in unknown[:100]]},
     )
-    return Layout(places.time, places.maneuvers, (finding,))
+    return (finding,)
