@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from math import floor, isfinite, log10
+from math import floor, log10
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,14 +28,6 @@ def significant(number: str) -> str:
     """Significant digits written in a decimal, zeros at the end included."""
     mantissa = number.replace("E", "e").partition("e")[0]
     return mantissa.lstrip("+-0.").replace(".", "")
-
-
-def digits_and_places(number: str) -> tuple[int, int]:
-    """Significant digits of a decimal and digits after the point, -1 with an exponent."""
-    if not isfinite(float(number)):
-        return 0, NOTHING
-    has_exponent = "e" in number or "E" in number
-    return len(significant(number)), -1 if has_exponent else len(number.partition(".")[2])
 
 
 def are_beyond_binary64(numbers: Sequence[str], enough: int = 5) -> bool:

@@ -10,14 +10,9 @@ from numpy.typing import NDArray
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.numbers.double import Array, two_sum
 from heyoka_bike.scoring.reading.names.columns import group_number
-from heyoka_bike.scoring.reading.quanta import (
-    DigitTally,
-    are_beyond_binary64,
-    binary_column,
-    digits_and_places,
-)
+from heyoka_bike.scoring.reading.quanta import DigitTally, are_beyond_binary64, binary_column
 from heyoka_bike.scoring.reading.request import Request
-from heyoka_bike.scoring.reading.text.blocks import rests
+from heyoka_bike.scoring.reading.text.blocks import plain_row, read_rows
 from heyoka_bike.scoring.reading.text.dialects import Dialect
 from heyoka_bike.scoring.reading.vectors import Vector
 
@@ -135,19 +130,15 @@ def _decimal(x: Any, dtype: np.dtype[Any], request: Request, row: int) -> str:
 
 
 def _decimal_column(numbers: Sequence[str], is_time: bool) -> Vector:
-    values = np.array([float(x) for x in numbers])
-    some = [x for x, is_known in zip(numbers, np.isfinite(values), strict=True) if is_known]
+    some = [x for x in numbers if x != "nan"]
     is_exact = bool(some) and are_beyond_binary64(
         some[:: max(1, len(some) // _LOOKED_AT)], 1 if is_time else 5
     )
-    lo = None
-    if is_time or is_exact:
-        lo = rests(numbers, values)
-    counted = [digits_and_places(x) for x in numbers[:: max(1, len(numbers) // _COUNTED)]]
-    digits, places = np.array(counted, dtype=np.int64).T[:, None]
+    rows, exact = [plain_row([x]) for x in numbers], [0] if is_time or is_exact else []
+    block = read_rows(rows, np.arange(len(rows)), None, 1, exact, _COUNTED)
     tally = DigitTally(1, 0 if is_time else -1)
-    tally.add(digits, places)
-    (column,) = tally.columns([values], [lo])
+    tally.add(block.digits, block.places)
+    (column,) = tally.columns([block.values[0]], [block.lo.get(0)])
     return column.with_exact_values() if is_time and is_exact else column
 
 

@@ -4,17 +4,15 @@ import re
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from heyoka_bike.errors import InputError
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.reading.names.columns import is_maneuver
-from heyoka_bike.scoring.reading.quanta import DigitTally, digits_and_places
+from heyoka_bike.scoring.reading.quanta import DigitTally
 from heyoka_bike.scoring.reading.request import Request
-from heyoka_bike.scoring.reading.text.blocks import Block, parse_block, rest
+from heyoka_bike.scoring.reading.text.blocks import Block, parse_block, plain_row, read_rows
 from heyoka_bike.scoring.reading.text.dialects import Dialect, plain_text, without_comment
 from heyoka_bike.scoring.reading.text.lines import whole_lines
 from heyoka_bike.scoring.reading.text.opening import Opening, find_opening, row_error
@@ -98,10 +96,7 @@ class _Reader:
         self.request = request
         self.opening = opening
         self.exact = sorted({opening.time, *opening.exact})
-        self.tally = DigitTally(opening.width, opening.time)
-        self.values = [_Growing(np.float64) for _ in range(opening.width)]
-        self.lo = {j: _Growing(np.float64) for j in self.exact}
-        self.lines = _Growing(np.int64)
+        self.blocks: list[Block] = []
         self.line = 0
         self.cut: InputError | None = None
 
@@ -110,16 +105,15 @@ class _Reader:
         if self.line == 0:
             self.line = self.opening.skip
             text = text.split(b"\n", self.line)[-1]
-        block = None if self.cut else self._quickly(text)
+        samples = _COUNTED_LATER if self.blocks else _COUNTED
+        block = None if self.cut else self._quickly(text, samples)
         if block is None:
-            block = self._line_by_line(text)
-        if block.values.shape[1]:
-            self.tally.add(block.digits, block.places)
-            for column, values in zip(self.values, block.values, strict=True):
-                column.extend(values)
-            for j, column in self.lo.items():
-                column.extend(block.lo[j])
-            self.lines.extend(block.lines + self.line + 1)
+            rows = self._line_by_line(text)
+            lines = np.array(list(rows), dtype=np.int64)
+            block = read_rows(
+                list(rows.values()), lines, None, self.opening.width, self.exact, samples
+            )
+        self.blocks.append(replace(block, lines=block.lines + self.line + 1))
         self.line += text.count(b"\n")
 
     def finish(self) -> Vectors:
@@ -135,49 +129,39 @@ class _Reader:
                     {"line": number},
                 ),
             )
-        values = [column.whole() for column in self.values]
-        lo = [self.lo[j].whole() if j in self.lo else None for j in range(self.opening.width)]
-        columns = self.tally.columns(values, lo)
-        if self.opening.has_exact_times:
-            columns[self.opening.time] = columns[self.opening.time].with_exact_values()
-        return Vectors(
-            columns, self.opening.names, self.lines.whole(), self.opening.heading,
-            findings=findings,
-        )  # fmt: skip
+        opening, blocks = self.opening, self.blocks
+        tally = DigitTally(opening.width, opening.time)
+        for block in blocks:
+            tally.add(block.digits, block.places)
+        lo = {j: np.concatenate([block.lo[j] for block in blocks]) for j in self.exact}
+        columns = tally.columns(
+            [np.concatenate([block.values[j] for block in blocks]) for j in range(opening.width)],
+            [lo.get(j) for j in range(opening.width)],
+        )
+        if opening.has_exact_times:
+            columns[opening.time] = columns[opening.time].with_exact_values()
+        lines = np.concatenate([block.lines for block in blocks])
+        return Vectors(columns, opening.names, lines, opening.heading, findings=findings)
 
-    def _quickly(self, text: bytes) -> Block | None:
-        dialect = self.opening.dialect
+    def _quickly(self, text: bytes, samples: int) -> Block | None:
+        separator = self.opening.dialect.separator.encode()
         for tidy in (False, True):
-            plain = canonical(text, dialect, tidy)
-            separator = dialect.separator.encode()
-            samples = _COUNTED_LATER if len(self.lines.whole()) else _COUNTED
+            plain = canonical(text, self.opening.dialect, tidy)
             block = parse_block(plain, self.opening.width, separator, self.exact, samples)
             if block is not None:
                 return block
         return None
 
-    def _line_by_line(self, text: bytes) -> Block:
-        numbers: list[list[str]] = []
-        rows: list[list[float]] = []
-        lines: list[int] = []
+    def _line_by_line(self, text: bytes) -> dict[int, str]:
+        """Rows of plain decimals, by index of the line."""
         at_end = not text.endswith(b"\n")
-        raw = text.split(b"\n")
-        for i, line in enumerate(raw):
-            row = self._row(line, self.line + i + 1, at_end and i == len(raw) - 1)
+        lines = text.split(b"\n")
+        rows = {}
+        for i, line in enumerate(lines):
+            row = self._row(line, self.line + i + 1, at_end and i == len(lines) - 1)
             if row is not None:
-                lines.append(i)
-                rows.append([float(number) for number in row])
-                numbers.append(row)
-        step = max(1, len(rows) // _COUNTED_LATER)
-        counted = [[digits_and_places(number) for number in row] for row in numbers[::step]]
-        table = np.array(rows, dtype=np.float64).reshape(-1, self.opening.width).T
-        shape = (-1, self.opening.width, 2)
-        digits, places = np.array(counted, dtype=np.int64).reshape(shape).transpose(2, 1, 0)
-        lo = {
-            j: np.array([rest(r[j], x) for r, x in zip(numbers, table[j].tolist(), strict=True)])
-            for j in self.exact
-        }
-        return Block(np.ascontiguousarray(table), np.array(lines, np.int64), digits, places, lo)
+                rows[i] = plain_row(row)
+        return rows
 
     def _row(self, line: bytes, number: int, at_end: bool) -> list[str] | None:
         """Numbers of a line as text that `float` reads; None of a blank or incomplete one."""
@@ -202,25 +186,6 @@ class _Reader:
             self.cut = error
             return None
         raise error
-
-
-class _Growing:
-    """An array that grows at its end; what it has in reserve is not in memory before it is used."""
-
-    def __init__(self, kind: type) -> None:
-        self._held: NDArray[Any] = np.empty(0, dtype=kind)
-        self._count = 0
-
-    def extend(self, more: NDArray[Any]) -> None:
-        end = self._count + len(more)
-        if end > len(self._held):
-            known, self._held = self._held, np.empty(2 * end, dtype=self._held.dtype)
-            self._held[: self._count] = known[: self._count]
-        self._held[self._count : end] = more
-        self._count = end
-
-    def whole(self) -> NDArray[Any]:
-        return self._held[: self._count]
 
 
 def canonical(text: bytes, dialect: Dialect, tidy: bool) -> bytes:
