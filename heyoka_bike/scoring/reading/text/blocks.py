@@ -93,7 +93,7 @@ def parse_block(
 
 
 def plain_row(numbers: Sequence[str]) -> str:
-    """Numbers that `float` reads, as a row for `read_rows`; one that is not finite is too large."""
+    """Numbers that `float` reads, as a row for `read_rows`; what is not finite is too large."""
     return " ".join(numbers).lower().replace("nan", "8e888")
 
 
