@@ -4,7 +4,6 @@ import logging
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from heyoka_bike.errors import quoted
 from heyoka_bike.numbers.double import Array
@@ -15,6 +14,9 @@ from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.results import Results, Rows
 from heyoka_bike.scoring.reading.times import Times, settle
 from heyoka_bike.scoring.reading.vectors import Vectors
+
+_Bad = tuple[int, int, str, int]
+"""Line or row, column, which of both it is, and how many values there are not finite."""
 
 _log = logging.getLogger(__name__)
 
@@ -49,7 +51,7 @@ def assemble(tables: Sequence[Vectors], kind: str, request: Request) -> Results:
     findings = [left_out(others)] if others else []
     maneuvers: dict[int | None, Rows] = {}
     digits: list[int] = []
-    bad = _NotFinite()
+    bad: list[_Bad] = []
     for table in known:
         places = layout(table, request)
         times = _times(table, places, request)
@@ -65,7 +67,7 @@ def assemble(tables: Sequence[Vectors], kind: str, request: Request) -> Results:
             maneuvers[number] = _rows(table, names, times, number, places.time, columns, bad)
             used = [table.columns[j].digits for j in columns.values()]
             digits += [d for d in used if d is not None]
-    findings += bad.findings()
+    findings += [_not_finite(bad)] if bad else []
     held = tuple(maneuvers[n] for n in sorted(maneuvers, key=lambda n: n or 0))
     return Results(request.path, kind, held, min(digits, default=None), tuple(findings))
 
@@ -103,56 +105,35 @@ def _times(table: Vectors, places: Layout, request: Request) -> Times:
 
 def _rows(
     table: Vectors, names: Sequence[str], times: Times, number: int | None, time: int,
-    columns: Mapping[str, int], bad: "_NotFinite",
+    columns: Mapping[str, int], bad: list[_Bad],
 ) -> Rows:  # fmt: skip
     values: dict[str, Array] = {}
     lo: dict[str, Array] = {}
     units: dict[str, str] = {}
+    order = slice(None) if times.order is None else times.order
     for key, j in columns.items():
-        v, rest = table.columns[j].values, table.columns[j].lo
-        is_bad = ~np.isfinite(v)
+        column = table.columns[j]
+        is_bad = ~np.isfinite(column.values)
         if is_bad.any():
-            bad.add(table, j, is_bad)
-            v = np.where(is_bad, np.nan, v)
-        if times.order is not None:
-            v = v[times.order]
-            rest = None if rest is None else rest[times.order]
-        values[key] = v
+            i = int(np.argmax(is_bad))
+            place = ("row", i + 1) if table.lines is None else ("line", int(table.lines[i]))
+            bad.append((place[1], j + 1, place[0], int(is_bad.sum())))
+        values[key] = np.where(is_bad, np.nan, column.values)[order]
+        if column.lo is not None:
+            lo[key] = column.lo[order]
         if j < len(names) and (unit := named_unit(names[j], key)):
             units[key] = unit
-        if rest is not None:
-            lo[key] = rest
-    quantum = {TIME: table.columns[time].quantum}
-    quantum |= {key: table.columns[j].quantum for key, j in columns.items()}
+    quantum = {key: table.columns[j].quantum for key, j in {TIME: time, **columns}.items()}
     return Rows(number, times.hi, times.lo, values, lo, quantum, units)
 
 
-class _NotFinite:
-    """Values that are not finite: how many, and the first one."""
-
-    def __init__(self) -> None:
-        self.total = 0
-        self.first: tuple[int, int, str] | None = None
-
-    def add(self, table: Vectors, j: int, is_bad: NDArray[np.bool_]) -> None:
-        """Count those of a column."""
-        self.total += int(is_bad.sum())
-        i = int(np.argmax(is_bad))
-        unit = "row" if table.lines is None else "line"
-        first = (i + 1 if table.lines is None else int(table.lines[i])), j + 1, unit
-        self.first = first if self.first is None else min(self.first, first)
-
-    def findings(self) -> list[Finding]:
-        """What is to be said, if anything."""
-        if self.first is None:
-            return []
-        line, column, unit = self.first
-        return [
-            Finding(
-                "not_finite",
-                f"{self.total} values are not finite and not used (first in {unit} {line}, "
-                f"column {column}).",
-                Severity.WARNING,
-                {"count": self.total, "line": line, "column": column},
-            )
-        ]
+def _not_finite(bad: Sequence[_Bad]) -> Finding:
+    """How many values are not finite, and the first one."""
+    line, column, unit, _ = min(bad)
+    count = sum(n for *_, n in bad)
+    return Finding(
+        "not_finite",
+        f"{count} values are not finite and not used (first in {unit} {line}, column {column}).",
+        Severity.WARNING,
+        {"count": count, "line": line, "column": column},
+    )

@@ -47,12 +47,6 @@ def results_of(
         It is none of that: what was found, and what was expected.
     """
     names = None if columns is None else words(columns, "columns")
-
-    def read(one: Any, number: int | None) -> Results:
-        if not isinstance(one, Results):
-            one = read_results(one, maneuver=number, count=count, columns=names)
-        return _of_maneuver(one, number, is_only)
-
     number = None if maneuver is None else _number(maneuver, count)
     if isinstance(given, Scored):
         raise InputError(
@@ -61,15 +55,21 @@ def results_of(
         )
     if named:
         given = _with_time(given, named)
+    parts = [(number, given)]
     if isinstance(given, list | tuple) and all(isinstance(x, _FILES) for x in given):
-        return [read(x, number) for x in given]
-    if isinstance(given, Mapping) and given and all(isinstance(k, Integral) for k in given):
+        parts = [(number, x) for x in given]
+    elif isinstance(given, Mapping) and given and all(isinstance(k, Integral) for k in given):
         if number is not None:
             raise InputError(f"found maneuver={maneuver} beside results by maneuver")
         numbers = [_number(key, count) for key in given]
         if any(isinstance(x, _FILES) for x in given.values()):
-            return [read(one, n) for one, n in zip(given.values(), numbers, strict=True)]
-    return [read(given, number)]
+            parts = list(zip(numbers, given.values(), strict=True))
+    found = []
+    for n, part in parts:
+        if not isinstance(part, Results):
+            part = read_results(part, maneuver=n, count=count, columns=names)
+        found.append(_of_maneuver(part, n, is_only))
+    return found
 
 
 def words(given: str | Sequence[str], what: str) -> list[str]:

@@ -50,16 +50,12 @@ def _columns_by_maneuver(members: Mapping[str, Any], request: Request) -> dict[s
     shapes = {tuple(arrays[name].shape) for name in known}
     if time is None or len(shapes) != 1 or len(shape := shapes.pop()) != 2:
         return {}
-    if is_vector(time):
-        axes = [axis for axis in (0, 1) if shape[1 - axis] == length(time) != shape[axis]]
-    else:
-        axes = [axis for axis in (0, 1) if shape[axis] == request.count != shape[1 - axis]]
-        axes = axes if tuple(time.shape) == shape else []
-    if not axes:
+    axis = next((i for i in (0, 1) if _is_over_maneuvers(i, shape, time, request.count)), None)
+    if axis is None:
         return {}
-    axis, size = axes[0], shape[axes[0]]
+    size = shape[axis]
     told = next((n for n, x in arrays.items() if is_maneuver(n) and length(x) == size), None)
-    if size != request.count and not (told is not None and 1 < size < request.count):
+    if size != request.count and not (told and 1 < size < request.count):
         return {}
     columns = {
         name: read_array(x, request.within(name))
@@ -68,12 +64,20 @@ def _columns_by_maneuver(members: Mapping[str, Any], request: Request) -> dict[s
     }
     others = {n: x for n, x in members.items() if n not in columns and not is_maneuver(n)}
     numbers = np.arange(1.0, size + 1)
-    if told is not None:
+    if told:
         numbers = read_maneuvers(arrays[told], request.within(told))
     return {
         f"maneuver_{n:.0f}": others | {k: x.take(i, axis) for k, x in columns.items()}
         for i, n in enumerate(numbers)
     }
+
+
+def _is_over_maneuvers(axis: int, shape: Sequence[int], time: Any, count: int) -> bool:
+    """Whether an axis of columns of two is that of the maneuvers, and the other one of times."""
+    size, rows = shape[axis], shape[1 - axis]
+    if is_vector(time):
+        return bool(rows == length(time) != size)
+    return tuple(time.shape) == shape and size == count != rows
 
 
 def _table_by_maneuver(members: Mapping[str, Any], request: Request) -> dict[str, Any]:

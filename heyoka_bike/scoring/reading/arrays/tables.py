@@ -24,6 +24,7 @@ from heyoka_bike.scoring.reading.arrays.shapes import (
     length,
 )
 from heyoka_bike.scoring.reading.names.columns import (
+    TIME,
     are_names,
     arrays_not_understood,
     group_number,
@@ -119,28 +120,50 @@ def _vectors(
     widths = _widths(request, maneuver)
     if maneuver is not None:
         request = request.within(f"maneuver {maneuver}")
-    arrays = arrays_in(members)
-    vectors = {name: x for name, x in arrays.items() if is_vector(x)}
-    names = [name for name in vectors if recognise(name)]
-    if request.names is None and are_names(names):
-        return _named(members, names, maneuver, request)
+    vectors = {name: x for name, x in arrays_in(members).items() if is_vector(x)}
+    known = [name for name in vectors if recognise(name)]
+    if request.names is None and are_names(known):
+        return _named(members, known, maneuver, request)
     is_told = request.names is not None
-    if len(vectors) in widths and (is_told or (is_ordered and len(vectors) == len(arrays))):
+    findings: tuple[Finding, ...] = ()
+    is_all = is_ordered and len(vectors) == len(arrays_in(members))
+    if len(vectors) in widths and (is_told or is_all):
         _check_lengths(vectors, request)
-        return _placed(vectors, maneuver, request, () if is_told else list(vectors))
+    else:
+        vectors, findings = _of_one_array(members, request, widths)
+        is_all = False
+    meant = [*(request.names or (TIME,)), *([""] * len(vectors))]
+    columns = [
+        _column(name, x, None, request.within(label))
+        for name, (label, x) in zip(meant, vectors.items(), strict=False)
+    ]
+    return Vectors(
+        _evened(columns, next(j for j, name in enumerate(meant) if is_time(name))),
+        list(vectors) if is_all and not is_told else None,
+        maneuver=maneuver,
+        findings=findings,
+    )
+
+
+def _of_one_array(
+    members: Mapping[str, Any], request: Request, widths: Sequence[int]
+) -> tuple[dict[str, Any], tuple[Finding, ...]]:
+    """The columns of the one array that has all of them, or all but the time beside it."""
+    arrays = arrays_in(members)
     whole = _whole(arrays, widths)
     pair = beside_a_time(arrays, widths)
     if pair and whole in ([], [pair[1]]):
-        time, others, is_turned = pair
-        columns = read_array(arrays[others], request.within(others))
-        return _placed(
-            {time: arrays[time], **_numbered(columns if is_turned else columns.T, 2)},
-            maneuver, request,
-        )  # fmt: skip
+        time, name, is_turned = pair
+        array = read_array(arrays[name], request.within(name))
+        columns = array if is_turned else array.T
+        return {time: arrays[time]} | {
+            f"{name}: column {j}": x for j, x in enumerate(columns, 2)
+        }, ()
     if len(whole) == 1 or list(members) == [""]:
         name = whole[0] if whole else ""
         array, findings = _upright(arrays[name], request.within(name), widths)
-        return _placed(_numbered(array.T, 1), maneuver, request.within(name), findings=findings)
+        part = f"{name}: " if name else ""
+        return {f"{part}column {j}": x for j, x in enumerate(array.T, 1)}, findings
     found = [*arrays, *(n for n in members if n not in arrays)]
     raise request.error(arrays_not_understood(found, request, widths))
 
@@ -169,26 +192,6 @@ def _named(
         maneuver=maneuver,
         findings=(left_out(others),) if others else (),
     )
-
-
-def _placed(
-    arrays: Mapping[str, Any], maneuver: int | None, request: Request, names: Sequence[str] = (),
-    findings: tuple[Finding, ...] = (),
-) -> Vectors:  # fmt: skip
-    """Columns that their place tells, or what they were said to be; with their names, if any."""
-    meant = request.names or ("time",)
-    time = next(j for j, name in enumerate(meant) if is_time(name))
-    columns = [
-        _column(meant[j] if j < len(meant) else "", x, None, request.within(name))
-        for j, (name, x) in enumerate(arrays.items())
-    ]
-    return Vectors(
-        _evened(columns, time), list(names) or None, maneuver=maneuver, findings=findings
-    )
-
-
-def _numbered(columns: NDArray[Any], first: int) -> dict[str, NDArray[Any]]:
-    return {f"column {j}": x for j, x in enumerate(columns, first)}
 
 
 def _upright(

@@ -64,18 +64,16 @@ def _without_signals(members: Mapping[str, Any], request: Request) -> dict[str, 
     """Variables with what Simulink logs, time and signals, as a time and columns."""
     found: dict[str, Any] = {}
     for name, x in members.items():
+        if isinstance(x, list):
+            each = [y for y in x if isinstance(y, Mapping)]
+            x = {f"maneuver_{i}": y for i, y in enumerate(each, 1)}
         if isinstance(x, Mapping) and "signals" in x:
             signals = x["signals"] if isinstance(x["signals"], list) else [x["signals"]]
-            times = {n: y for n, y in x.items() if n == "time" and prod(y.shape)}
-            found[name] = times | _columns([s for s in signals if isinstance(s, Mapping)], request)
-        elif isinstance(x, Mapping):
-            found[name] = _without_signals(x, request)
-        elif isinstance(x, list):
-            each = [y for y in x if isinstance(y, Mapping)]
-            parts = {f"maneuver_{i}": y for i, y in enumerate(each, 1)}
-            found[name] = _without_signals(parts, request)
+            columns = _columns([s for s in signals if isinstance(s, Mapping)], request)
+            has_time = "time" in x and prod(x["time"].shape)
+            found[name] = {"time": x["time"], **columns} if has_time else columns
         else:
-            found[name] = x
+            found[name] = _without_signals(x, request) if isinstance(x, Mapping) else x
     # The time of the simulation is that of what was logged without one.
     logged = [x for x in found.values() if isinstance(x, dict)]
     if len(logged) == 1 and "tout" in found and "time" not in logged[0]:

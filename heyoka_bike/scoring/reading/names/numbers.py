@@ -94,7 +94,7 @@ def _from_one(found: list[Found], count: int) -> list[Found]:
 
     Instead of 0 the first of all may have none: so pandas makes equal names differ.
     """
-    numbers = _numbers(found)
+    numbers = _numbers(found, range(len(found)))
     are_from_zero = all(0 in n for n in numbers.values())
     are_of_pandas = count > 1 and all(n == {None, *range(1, count)} for n in numbers.values())
     if not numbers or not (are_from_zero or are_of_pandas):
@@ -114,22 +114,21 @@ def _without_speeds(names: Sequence[str], found: list[Found]) -> list[Found]:
 def _without_indices(names: Sequence[str], found: list[Found], count: int) -> list[Found]:
     """The same without columns whose numbers are not those of maneuvers."""
     stems = [split_unit(name)[0] for name in names]
-    letters = {i for i, stem in enumerate(stems) if _letter(stem)}
-    columns = {i: f for i, f in enumerate(found) if f and f[0] != TIME}
-    plain = {key for key, number in columns.values() if number is None}
-    numbered = {i: f for i, f in columns.items() if f[1] is not None}
+    plain = {f[0] for f in found if f and f[0] != TIME and f[1] is None}
+    numbered = {i for i, f in enumerate(found) if f and f[0] != TIME and f[1] is not None}
+    letters = {i for i in numbered if _letter(stems[i])}
     every = set(range(1, count + 1)) if count > 1 else None
-    of_words = {f[1] for i, f in numbered.items() if i not in letters}
-    of_letters = _numbers(f for i, f in numbered.items() if i in letters)
-    trusted = {
-        key for key, own in of_letters.items() if own <= of_words or (own == every and not plain)
-    }
-    kept = {i: f for i, f in numbered.items() if i not in letters or f[0] in trusted}
-    numbers = _numbers(kept.values())
-    are_in_words = any(_IN_WORDS.search(stems[i].lower()) for i in kept)
-    if plain and not (are_in_words or every in numbers.values() or len(numbers) > len(plain)):
-        kept = {}
-    return [None if i in numbered and i not in kept else f for i, f in enumerate(found)]
+    # That of a letter is one if those of words are, or if its own are those of all maneuvers.
+    of_words = set().union(*_numbers(found, numbered - letters).values())
+    kept = numbered - letters
+    for key, own in _numbers(found, letters).items():
+        if own <= of_words or (own == every and not plain):
+            kept |= {i for i in letters if found[i] in {(key, n) for n in own}}
+    numbers = _numbers(found, kept)
+    are_most = every in numbers.values() or len(numbers) > len(plain)
+    if plain and not are_most and not any(_IN_WORDS.search(stems[i].lower()) for i in kept):
+        kept = set()
+    return [None if i in numbered - kept else f for i, f in enumerate(found)]
 
 
 def _in_turn(found: list[Found], count: int) -> list[Found]:
@@ -144,10 +143,10 @@ def _in_turn(found: list[Found], count: int) -> list[Found]:
     ]
 
 
-def _numbers(found: Iterable[Found]) -> dict[str, set[int | None]]:
-    """The numbers that each column but the time comes with, by key."""
+def _numbers(found: Sequence[Found], which: Iterable[int]) -> dict[str, set[int | None]]:
+    """The numbers that columns but the time come with, by key."""
     numbers: dict[str, set[int | None]] = {}
-    for f in found:
-        if f and f[0] != TIME:
+    for i in which:
+        if (f := found[i]) and f[0] != TIME:
             numbers.setdefault(f[0], set()).add(f[1])
     return numbers

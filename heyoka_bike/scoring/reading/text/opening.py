@@ -4,7 +4,7 @@ import logging
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import islice
+from itertools import chain, islice
 
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.scoring.reading.names.columns import TIME, are_names, not_understood, recognise
@@ -87,12 +87,11 @@ def find_opening(text: bytes, request: Request) -> Opening:
         No rows, rows of another number of columns, or a damaged first row.
     """
     lines = text.split(b"\n")
-    widths = set(request.widths)
-    contents = _contents(lines)
-    found = None
+    headings = (_headings(plain_text(line)) for line in lines[:_HEADING_LINES])
+    widths = {len(names) for names in chain.from_iterable(headings) if are_names(names)}
+    widths |= set(request.widths)
+    contents, found = _contents(lines), None
     sample: list[tuple[int, str]] = []
-    for line in islice(lines, _HEADING_LINES):
-        widths |= {len(names) for names in _headings(plain_text(line)) if are_names(names)}
     while found is None and (sample := list(islice(contents, _SAMPLE_LINES))):
         found = best_dialect([content for _, content in sample], widths)
     dialect, width, at = found or (DIALECTS[0], 0, [])
@@ -106,30 +105,23 @@ def find_opening(text: bytes, request: Request) -> Opening:
     if width not in widths:
         raise _wrong_width(lines[:first], width, len(rows), request)
     _refuse_damaged_row(sample, first, dialect, width, request)
-    names, heading = (
-        (list(request.names), None) if request.names else _heading(lines[:first], width)
-    )
+    names, heading = _heading(lines[:first], width)
+    if request.names:
+        names, heading = [*request.names], None
+    meant = [recognise(name) for name in names or ()]
+    time = next((i for i, k in enumerate(meant) if k and k[0] == TIME), 0)
     spread = rows[:: max(1, len(rows) // _SAMPLE_ROWS)]
     numbers = [[dialect.number(f) or "" for f in dialect.split(content)] for _, content in spread]
-    known = [] if names is None else [recognise(name) for name in names]
-    time = next((i for i, k in enumerate(known) if k and k[0] == TIME), 0)
-    columns = [[row[j] for row in numbers] for j in range(width)]
+    columns = list(zip(*numbers, strict=True))
     _log.debug(
         "%s: rows of %d numbers from line %d, separator %r, decimal %r; names %s", request.path,
         width, first + 1, dialect.separator, dialect.decimal,
         f"in line {heading}" if heading else "told" if names else "none",
     )  # fmt: skip
-    return Opening(
-        dialect,
-        width,
-        first,
-        names,
-        heading,
-        time,
-        # Three rows in a row are no accident, and there may be no more.
-        are_beyond_binary64(columns[time], 1),
-        tuple(j for j in range(width) if are_beyond_binary64(columns[j])),
-    )
+    # Three rows in a row are no accident, and there may be no more.
+    has_exact_times = are_beyond_binary64(columns[time], 1)
+    exact = tuple(j for j in range(width) if are_beyond_binary64(columns[j]))
+    return Opening(dialect, width, first, names, heading, time, has_exact_times, exact)
 
 
 def row_error(
