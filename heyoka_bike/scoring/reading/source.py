@@ -8,7 +8,7 @@ from typing import Any
 
 from heyoka_bike.errors import InputError, MissingPackageError, printable
 from heyoka_bike.scoring.reading.assembly import assemble
-from heyoka_bike.scoring.reading.formats import FORMATS, Format, listed
+from heyoka_bike.scoring.reading.formats import FORMATS, SPREADSHEET, Format, listed, other_kind
 from heyoka_bike.scoring.reading.names.layout import told
 from heyoka_bike.scoring.reading.request import ARGUMENT, OPTION, Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
@@ -17,21 +17,6 @@ from heyoka_bike.scoring.reading.vectors import Vectors
 
 ARRAY = "array"
 """Name and format of results that are no file."""
-
-_SPREADSHEETS = (".xls", ".xlsx", ".xlsm", ".xlsb", ".ods")
-_OTHERS = {
-    b"\xd0\xcf\x11\xe0": "a spreadsheet",
-    b"\x89PNG": "a picture",
-    b"\xff\xd8\xff": "a picture",
-    b"GIF8": "a picture",
-    b"%PDF": "a PDF document",
-    b"SQLite format 3": "a database",
-    b"BZh": "a bzip2 file",
-    b"\xfd7zXZ": "an xz file",
-    b"\x28\xb5\x2f\xfd": "a zstd file",
-    b"7z\xbc\xaf": "a 7z file",
-    **{b"\x80" + bytes((i,)): "a pickle" for i in range(2, 6)},
-}
 
 
 def read_results(
@@ -88,13 +73,14 @@ def _read_file(source: str | PathLike[str], request: Request) -> Results:
     suffix = Path(source).suffix.lower()
     with ExitStack() as stack:
         file = ResultFile(source, request, stack)
-        name = next((x for start, x in _OTHERS.items() if file.head.startswith(start)), None)
-        fitting = [] if name else [f for f in FORMATS if f.sniff(file.signature, suffix)]
-        for format_ in fitting:
-            if (found := _read(format_, file)) is not None:
+        for format_ in FORMATS:
+            if (
+                format_.sniff(file.signature, suffix)
+                and (found := _read(format_, file)) is not None
+            ):
                 return assemble(found, format_.name, request)
-    name = name or ("a spreadsheet" if suffix in _SPREADSHEETS else "bytes that are no text")
-    if name == "a spreadsheet":
+    name = other_kind(file.signature, suffix)
+    if name == SPREADSHEET:
         raise request.error("is a spreadsheet; save it as xlsx or CSV")
     raise request.error(f"found {name}, expected {listed()}")
 

@@ -18,6 +18,19 @@ _MATLAB_TEXT = 512
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _ZIP = (b"PK\x03\x04", b"PK\x05\x06")
 _BRACKETS = ("{", "[")
+SPREADSHEET = "a spreadsheet"
+_SPREADSHEETS = (".xls", ".xlsx", ".xlsm", ".xlsb", ".ods")
+_NOT_READ = {
+    SPREADSHEET: (b"\xd0\xcf\x11\xe0",),
+    "a picture": (b"\x89PNG", b"\xff\xd8\xff", b"GIF8"),
+    "a PDF document": (b"%PDF",),
+    "a database": (b"SQLite format 3",),
+    "a bzip2 file": (b"BZh",),
+    "an xz file": (b"\xfd7zXZ",),
+    "a zstd file": (b"\x28\xb5\x2f\xfd",),
+    "a 7z file": (b"7z\xbc\xaf",),
+    "a pickle": (b"\x80\x02", b"\x80\x03", b"\x80\x04", b"\x80\x05"),
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +81,7 @@ def _is_matlab(head: bytes, suffix: str) -> bool:
 
 
 def _is_text(head: bytes, _: str) -> bool:
-    return encoding_of(head) is not None
+    return encoding_of(head) is not None and _not_read(head) is None
 
 
 def _is_json(head: bytes, _: str) -> bool:
@@ -115,6 +128,16 @@ FORMATS = (
         _is_text, "text_files",
     ),
 )  # fmt: skip
+
+
+def other_kind(head: bytes, suffix: str) -> str:
+    """What a file is that is of no format."""
+    name = SPREADSHEET if suffix in _SPREADSHEETS else "bytes that are no text"
+    return _not_read(head) or name
+
+
+def _not_read(head: bytes) -> str | None:
+    return next((name for name, starts in _NOT_READ.items() if head.startswith(starts)), None)
 
 
 _TEXT_FIRST = (FORMATS[-1], *FORMATS[:-1])
