@@ -8,7 +8,7 @@ from typing import Any
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.errors import InputError, quoted
-from heyoka_bike.scoring.reading.names.columns import TIME, nearest, recognise
+from heyoka_bike.scoring.reading.names.columns import TIME, did_you_mean, recognise
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.scored import Scored
@@ -112,11 +112,9 @@ def _with_time(time: Any, named: Mapping[str, Any]) -> dict[str, Any]:
     """Columns by name with their time; a word that is no column is not left out in silence."""
     for name in named:
         if recognise(name) is None and recognise(name.removesuffix("_lo")) is None:
-            like = nearest(name)
-            hint = f"; did you mean {like}?" if like else ""
             raise InputError(
                 f"found a column {quoted(name)}, expected time, {', '.join(BENCHMARK_COLUMNS)}, or "
-                f"a column of motion.h5{hint}"
+                f"a column of motion.h5{did_you_mean(name)}"
             )
     has_time = any(recognise(name) == (TIME, None) for name in named)
     if has_time == (time is not None):

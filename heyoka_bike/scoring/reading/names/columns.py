@@ -3,6 +3,7 @@
 import re
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
+from typing import Any
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
 from heyoka_bike.errors import quoted
@@ -155,6 +156,12 @@ def nearest(name: str, like: float = LIKE) -> str | None:
     return _KEYS[close[0]] if close else None
 
 
+def did_you_mean(name: str) -> str:
+    """What to put behind a message about a name; nothing if no known column has one like it."""
+    like = nearest(name)
+    return f"; did you mean {like}?" if like else ""
+
+
 def group_number(name: str) -> int | None:
     """Number in the name of a group of columns (``maneuver_2``), if it is one."""
     match = _GROUP.fullmatch(_BREAKS.sub("_", name.lower()))
@@ -169,24 +176,22 @@ def are_names(names: Sequence[str]) -> bool:
 
 def left_out(names: Sequence[str]) -> Finding:
     """That columns of unknown names are not used."""
-    return Finding(
-        "columns_left_out",
-        f"Columns of other names are left out: {listed(names, _ALMOST)}.",
-        Severity.INFO,
-        {"names": [quoted(name)[1:-1] for name in names[:100]], "count": len(names)},
-    )
+    said = f"Columns of other names are left out: {listed(names, _ALMOST)}."
+    return Finding("columns_left_out", said, Severity.INFO, _evidence(names))
 
 
 def set_aside(names: Sequence[str], request: Request) -> Finding:
     """That columns are not used although their names are known."""
-    return Finding(
-        "known_columns_left_out",
+    said = (
         f"Columns that are known by name are left out: {listed(names)}. A number in a name is that "
         "of a maneuver only if the other names have one, and if the reference has that maneuver; "
-        f"{request.how_to_tell}.",
-        Severity.WARNING,
-        {"names": [quoted(name)[1:-1] for name in names[:100]], "count": len(names)},
+        f"{request.how_to_tell}."
     )
+    return Finding("known_columns_left_out", said, Severity.WARNING, _evidence(names))
+
+
+def _evidence(names: Sequence[str]) -> dict[str, Any]:
+    return {"names": [quoted(name)[1:-1] for name in names[:100]], "count": len(names)}
 
 
 def unknown_units(names: Mapping[str, str]) -> list[Finding]:

@@ -9,10 +9,10 @@ from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.reading.names.columns import (
     TIME,
     arrays_not_understood,
+    did_you_mean,
     is_maneuver,
     left_out,
     listed,
-    nearest,
     not_understood,
     recognise,
     set_aside,
@@ -60,12 +60,10 @@ def told(columns: Sequence[str], option: str) -> tuple[str, ...]:
     for name in names:
         known = recognise(name)
         if known is None and name not in LEFT_OUT and not is_maneuver(name):
-            like = nearest(name)
-            hint = f"; did you mean {like}?" if like else ""
             raise InputError(
                 f"{where}: found {quoted(name)}, expected time, {', '.join(BENCHMARK_COLUMNS)}, "
                 "a column of motion.h5, a short name such as t, phi, v or delta, or - for one that "
-                f"is left out{hint}"
+                f"is left out{did_you_mean(name)}"
             )
         if known is not None:
             found.append(known[0])

@@ -4,6 +4,7 @@ import re
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -13,10 +14,15 @@ from heyoka_bike.scoring.reading.names.columns import is_maneuver
 from heyoka_bike.scoring.reading.quanta import DigitTally
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.text.blocks import Block, parse_block, plain_row, read_rows
-from heyoka_bike.scoring.reading.text.dialects import Dialect, plain_text, without_comment
+from heyoka_bike.scoring.reading.text.dialects import (
+    Dialect,
+    best_dialect,
+    plain_text,
+    without_comment,
+)
 from heyoka_bike.scoring.reading.text.lines import whole_lines
 from heyoka_bike.scoring.reading.text.opening import Opening, find_opening, row_error
-from heyoka_bike.scoring.reading.vectors import Vectors
+from heyoka_bike.scoring.reading.vectors import Vectors, turned
 
 # Rows of the first block of which digits are counted; of a later one, and by the slow reader.
 _COUNTED, _COUNTED_LATER = 2000, 200
@@ -33,6 +39,11 @@ _NOT_FINITE = re.compile(
     rb"|(?<=[0-9]\.#)(?i:ind|inf|qnan|snan)[0-9]*)(?![^\s,;])"
 )
 _QUOTED = re.compile(rb"([\"'])(?<![^\s,;].)([0-9a-zA-Z.+-]+)\1(?![^\s,;])")
+# Of a text on its side all is read at once; with more lines it is none.
+_MOST_LINES = 1000
+_MANEUVER_NAME = re.compile(
+    rb"(?i)(?<![^\s,;])([\"']?)(?:maneuver|manoeuvre|man|m)[ _-]?([0-9]{1,3})\1(?![^\s,;])"
+)
 # Blanks before a separator are rare, and few.
 _MOST_BLANKS = 30
 
@@ -75,18 +86,46 @@ def _rows(opening: Opening, first: bytes, blocks: Iterable[bytes], request: Requ
 
 
 def _repaired(first: bytes, blocks: Iterator[bytes], request: Request) -> Vectors | None:
-    """The table of a text that is unusual as a whole; None if it is none."""
-    from heyoka_bike.scoring.reading.text.repairs import numbered, upright
+    """The table of a text that is on its side, or has names of maneuvers in its rows; or None."""
+
+    def numbered(text: bytes) -> bytes:
+        return _MANEUVER_NAME.sub(rb"\2", text)
 
     with suppress(InputError):
         opening = find_opening(numbered(first), request)
         if any(map(is_maneuver, opening.names or ())):
             return _rows(opening, numbered(first), map(numbered, blocks), request)
-    if turned := upright(first, blocks, request):
-        text, finding = turned
+    if found := _upright(first, blocks, request):
+        text, finding = found
         table = _rows(find_opening(text, request), text, (), request)
         return replace(table, lines=None, findings=(finding, *table.findings))
     return None
+
+
+def _upright(
+    first: bytes, others: Iterator[bytes], request: Request
+) -> tuple[bytes, Finding] | None:
+    """A text of columns below each other as rows, and what is to be said; None if it is none.
+
+    It is one if it has as many lines as there may be columns, all of them numbers, as many in each,
+    and those of the first one ascend.
+    """
+    text = first
+    while text.count(b"\n") <= _MOST_LINES and (block := next(others, b"")):
+        text += block
+    if text.count(b"\n") > _MOST_LINES:
+        return None
+    lines = [c for line in text.split(b"\n") if (c := without_comment(plain_text(line)))]
+    found = best_dialect(lines, ()) if len(lines) in request.widths else None
+    if found is None or len(found[2]) != len(lines):
+        return None
+    dialect, width, _ = found
+    columns = [[dialect.number(field) or "" for field in dialect.split(line)] for line in lines]
+    if not all(float(a) < float(b) for a, b in pairwise(columns[0])):
+        return None
+    return "\n".join("\t".join(row) for row in zip(*columns, strict=True)).encode(), turned(
+        "text", len(lines), width
+    )
 
 
 class _Reader:
