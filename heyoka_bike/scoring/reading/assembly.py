@@ -39,16 +39,7 @@ def assemble(tables: Sequence[Vectors], kind: str, request: Request) -> Results:
         Columns that cannot be told, a maneuver that is not in the reference, or a time that is not
         finite.
     """
-    numbers = {None, *range(1, request.count + 1)}
-    tables = [part for table in tables for part in _by_maneuver(table, request)]
-    known = [t for t in tables if t.maneuver in numbers]
-    others = [f"maneuver {t.maneuver}" for t in tables if t.maneuver not in numbers]
-    if not known:
-        raise request.error(f"found {others[0]}, expected 1 to {request.count}")
-    asked = request.maneuver
-    if len(known) == 1 and asked is not None and known[0].maneuver not in (None, asked):
-        raise request.error(f"found maneuver {known[0].maneuver}, expected maneuver {asked}")
-    findings = [left_out(others)] if others else []
+    known, findings = _of_the_reference(tables, request)
     maneuvers: dict[int | None, Rows] = {}
     digits: list[int] = []
     bad: list[_Bad] = []
@@ -70,6 +61,21 @@ def assemble(tables: Sequence[Vectors], kind: str, request: Request) -> Results:
     findings += [_not_finite(bad)] if bad else []
     held = tuple(maneuvers[n] for n in sorted(maneuvers, key=lambda n: n or 0))
     return Results(request.path, kind, held, min(digits, default=None), tuple(findings))
+
+
+def _of_the_reference(
+    tables: Sequence[Vectors], request: Request
+) -> tuple[list[Vectors], list[Finding]]:
+    """The tables of maneuvers that the reference has, or of none that is told."""
+    numbers, asked = {None, *range(1, request.count + 1)}, request.maneuver
+    parts = [part for table in tables for part in _by_maneuver(table, request)]
+    known = [part for part in parts if part.maneuver in numbers]
+    others = [f"maneuver {part.maneuver}" for part in parts if part.maneuver not in numbers]
+    if not known:
+        raise request.error(f"found {others[0]}, expected 1 to {request.count}")
+    if len(known) == 1 and asked is not None and known[0].maneuver not in (None, asked):
+        raise request.error(f"found maneuver {known[0].maneuver}, expected maneuver {asked}")
+    return known, [left_out(others)] if others else []
 
 
 def _by_maneuver(table: Vectors, request: Request) -> list[Vectors]:

@@ -45,23 +45,20 @@ def by_maneuver(members: Mapping[str, Any], request: Request) -> dict[str, Any]:
 def _columns_by_maneuver(members: Mapping[str, Any], request: Request) -> dict[str, Any]:
     """Of columns such as ``roll_angle`` of shape (3, n), with one time or one of that shape."""
     arrays = arrays_in(members)
-    time = next((x for name, x in arrays.items() if is_time(name)), None)
     known = [n for n in arrays if (k := recognise(n)) and k[1] is None and not is_time(n)]
     shapes = {tuple(arrays[name].shape) for name in known}
-    if time is None or len(shapes) != 1 or len(shape := shapes.pop()) != 2:
+    times = [x for name, x in arrays.items() if is_time(name)]
+    if not times or len(shapes) != 1 or len(shape := shapes.pop()) != 2:
         return {}
-    axis = next((i for i in (0, 1) if _is_over_maneuvers(i, shape, time, request.count)), None)
-    if axis is None:
+    fitting = [i for i in (0, 1) if _is_over_maneuvers(i, shape, times[0], request.count)]
+    if not fitting:
         return {}
-    size = shape[axis]
+    axis, size = fitting[0], shape[fitting[0]]
     told = next((n for n, x in arrays.items() if is_maneuver(n) and length(x) == size), None)
     if size != request.count and not (told and 1 < size < request.count):
         return {}
-    columns = {
-        name: read_array(x, request.within(name))
-        for name, x in arrays.items()
-        if tuple(x.shape) == shape
-    }
+    names = [name for name, x in arrays.items() if tuple(x.shape) == shape]
+    columns = {name: read_array(arrays[name], request.within(name)) for name in names}
     others = {n: x for n, x in members.items() if n not in columns and not is_maneuver(n)}
     numbers = np.arange(1.0, size + 1)
     if told:

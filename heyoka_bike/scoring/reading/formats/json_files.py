@@ -132,25 +132,32 @@ def _objects(items: list[dict[str, Any]], request: Request, depth: int) -> Any:
 
 
 def _object(x: Mapping[str, Any], request: Request, depth: int) -> Any:
-    """Names beside rows, columns of which the rows have names, or members."""
-    names = next((x[k] for k in _NAMES if _is_list_of(x.get(k), str, list)), None)
-    rows = next((x[k] for k in _ROWS if _is_list_of(x.get(k), list)), None)
-    if names and rows and len(names) == len(rows[0]):
-        words = ["_".join(map(str, n)) if isinstance(n, list) else n for n in names]
-        return _rows([words, *rows], request)
-    if x and all(isinstance(y, dict) and y and _is_flat(y) for y in x.values()):
-        # pandas writes the index of the rows as names, outside or inside.
-        first = next(iter(x.values()))
-        if are_names(list(x)):
-            return {name: _vector([column.get(k) for k in first]) for name, column in x.items()}
-        if are_names(list(first)):
-            return _records(list(x.values()))
+    """A table that pandas writes as an object, or members."""
+    if (table := _of_pandas(x, request)) is not None:
+        return table
     found = {}
     for name, y in x.items():
         label, member = _with_its_unit(name, y)
         is_told = is_maneuver(name) and isinstance(y, str)
         found[label] = np.array(y, object) if is_told else _shaped(member, request, depth)
     return _known(found)
+
+
+def _of_pandas(x: Mapping[str, Any], request: Request) -> Any:
+    """Names beside rows, or objects of which the members are rows or columns; None if neither."""
+    names = next((x[k] for k in _NAMES if _is_list_of(x.get(k), str, list)), None)
+    rows = next((x[k] for k in _ROWS if _is_list_of(x.get(k), list)), None)
+    if names and rows and len(names) == len(rows[0]):
+        words = ["_".join(map(str, n)) if isinstance(n, list) else n for n in names]
+        return _rows([words, *rows], request)
+    members = list(x.values())
+    if members and all(isinstance(y, dict) and y and _is_flat(y) for y in members):
+        # The index of the rows has names, outside or inside.
+        if are_names(list(x)):
+            return {name: _vector([y.get(k) for k in members[0]]) for name, y in x.items()}
+        if are_names(list(members[0])):
+            return _records(members)
+    return None
 
 
 def _with_its_unit(name: str, x: Any) -> tuple[str, Any]:

@@ -120,8 +120,8 @@ def _settled(
     names: Sequence[str], found: Sequence[Found], vectors: Vectors, request: Request
 ) -> Layout:
     """Each meaning with the one column that has it."""
-    candidates: dict[tuple[str, int | None], list[int]] = {}
     unknown, known = [], []
+    candidates: dict[tuple[str, int | None], list[int]] = {}
     for i, f in enumerate(found):
         if f is not None:
             candidates.setdefault(f, []).append(i)
@@ -130,17 +130,13 @@ def _settled(
         elif names[i] not in LEFT_OUT and not is_maneuver(names[i]):
             unknown.append(names[i])
     meant = {}
-    for (key, number), places in candidates.items():
+    for meaning, places in candidates.items():
         # Of several columns of one meaning the plainest name is meant.
         best, *others = sorted(places, key=lambda i: _oddity(names[i]))
         if others and _oddity(names[others[0]]) == _oddity(names[best]):
-            of_which = "" if number is None else f" for maneuver {number}"
-            raise request.error(
-                f"found {quoted(names[best])} and {quoted(names[others[0]])}, expected one column "
-                f"of {key.replace('_', ' ')}{of_which}; {request.how_to_tell}",
-                vectors.heading,
-            )
-        meant[key, number] = best
+            said = _twice(names[best], names[others[0]], *meaning)
+            raise request.error(f"{said}; {request.how_to_tell}", vectors.heading)
+        meant[meaning] = best
         unknown += [names[i] for i in others]
     time = meant[TIME, None]
     alone = request.maneuver if vectors.maneuver is None else vectors.maneuver
@@ -156,6 +152,12 @@ def _settled(
     findings += [left_out(unknown)] if unknown else []
     findings += unknown_units({names[i]: key for (key, _), i in meant.items()})
     return Layout(time, maneuvers, tuple(findings), is_millisecond(unit_in(names[time])[1]))
+
+
+def _twice(name: str, other: str, key: str, number: int | None) -> str:
+    of_which = "" if number is None else f" for maneuver {number}"
+    one = f"expected one column of {key.replace('_', ' ')}{of_which}"
+    return f"found {quoted(name)} and {quoted(other)}, {one}"
 
 
 def _oddity(name: str) -> tuple[bool, bool]:

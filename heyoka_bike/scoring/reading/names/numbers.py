@@ -94,7 +94,7 @@ def _from_one(found: list[Found], count: int) -> list[Found]:
 
     Instead of 0 the first of all may have none: so pandas makes equal names differ.
     """
-    numbers = _numbers(found, range(len(found)))
+    numbers = _numbers(_columns(found))
     are_from_zero = all(0 in n for n in numbers.values())
     are_of_pandas = count > 1 and all(n == {None, *range(1, count)} for n in numbers.values())
     if not numbers or not (are_from_zero or are_of_pandas):
@@ -114,21 +114,24 @@ def _without_speeds(names: Sequence[str], found: list[Found]) -> list[Found]:
 def _without_indices(names: Sequence[str], found: list[Found], count: int) -> list[Found]:
     """The same without columns whose numbers are not those of maneuvers."""
     stems = [split_unit(name)[0] for name in names]
-    plain = {f[0] for f in found if f and f[0] != TIME and f[1] is None}
-    numbered = {i for i, f in enumerate(found) if f and f[0] != TIME and f[1] is not None}
-    letters = {i for i in numbered if _letter(stems[i])}
+    columns = _columns(found)
+    plain = {key for _, key, number in columns if number is None}
+    numbered = [column for column in columns if column[2] is not None]
+    letters = [column for column in numbered if _letter(stems[column[0]])]
+    words = [column for column in numbered if column not in letters]
     every = set(range(1, count + 1)) if count > 1 else None
     # That of a letter is one if those of words are, or if its own are those of all maneuvers.
-    of_words = set().union(*_numbers(found, numbered - letters).values())
-    kept = numbered - letters
-    for key, own in _numbers(found, letters).items():
-        if own <= of_words or (own == every and not plain):
-            kept |= {i for i in letters if found[i] in {(key, n) for n in own}}
-    numbers = _numbers(found, kept)
+    of_words, of_letters = {number for _, _, number in words}, _numbers(letters)
+    trusted = {
+        key for key, own in of_letters.items() if own <= of_words or (own == every and not plain)
+    }
+    kept = words + [column for column in letters if column[1] in trusted]
+    numbers = _numbers(kept)
     are_most = every in numbers.values() or len(numbers) > len(plain)
-    if plain and not are_most and not any(_IN_WORDS.search(stems[i].lower()) for i in kept):
-        kept = set()
-    return [None if i in numbered - kept else f for i, f in enumerate(found)]
+    if plain and not are_most and not any(_IN_WORDS.search(stems[i].lower()) for i, _, _ in kept):
+        kept = []
+    out = {i for i, _, _ in numbered} - {i for i, _, _ in kept}
+    return [None if i in out else f for i, f in enumerate(found)]
 
 
 def _in_turn(found: list[Found], count: int) -> list[Found]:
@@ -143,10 +146,14 @@ def _in_turn(found: list[Found], count: int) -> list[Found]:
     ]
 
 
-def _numbers(found: Sequence[Found], which: Iterable[int]) -> dict[str, set[int | None]]:
-    """The numbers that columns but the time come with, by key."""
+def _columns(found: Sequence[Found]) -> list[tuple[int, str, int | None]]:
+    """Index, key and number of the columns that are known, but for the time."""
+    return [(i, *f) for i, f in enumerate(found) if f and f[0] != TIME]
+
+
+def _numbers(columns: Iterable[tuple[int, str, int | None]]) -> dict[str, set[int | None]]:
+    """The numbers that columns come with, by key."""
     numbers: dict[str, set[int | None]] = {}
-    for i in which:
-        if (f := found[i]) and f[0] != TIME:
-            numbers.setdefault(f[0], set()).add(f[1])
+    for _, key, number in columns:
+        numbers.setdefault(key, set()).add(number)
     return numbers

@@ -2,7 +2,7 @@
 
 import logging
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain, islice
 
@@ -26,6 +26,9 @@ _SAMPLE_ROWS = 40
 # A heading stands near the top.
 _HEADING_LINES = 100
 _FEWEST_COUNTED = 9
+
+_Line = tuple[int, str]
+"""Index and content of a line."""
 
 _log = logging.getLogger(__name__)
 
@@ -90,14 +93,7 @@ def find_opening(text: bytes, request: Request) -> Opening:
     headings = (_headings(plain_text(line)) for line in lines[:_HEADING_LINES])
     widths = {len(names) for names in chain.from_iterable(headings) if are_names(names)}
     widths |= set(request.widths)
-    contents, found = _contents(lines), None
-    sample: list[tuple[int, str]] = []
-    while found is None and (sample := list(islice(contents, _SAMPLE_LINES))):
-        found = best_dialect([content for _, content in sample], widths)
-    dialect, width, at = found or (DIALECTS[0], 0, [])
-    rows = [sample[i] for i in at]
-    if rows and _counts_columns(rows[0][1], dialect, width):
-        rows = rows[1:]
+    sample, dialect, width, rows = _first_rows(_contents(lines), widths)
     if not rows:
         what = "no row of numbers" if text.strip() else "an empty file"
         raise request.error(f"found {what}, expected {in_words(request.widths)} columns of numbers")
@@ -124,6 +120,18 @@ def find_opening(text: bytes, request: Request) -> Opening:
     return Opening(dialect, width, first, names, heading, time, has_exact_times, exact)
 
 
+def _first_rows(
+    contents: Iterator[_Line], widths: Collection[int]
+) -> tuple[list[_Line], Dialect, int, list[_Line]]:
+    """The first lines that have rows, their dialect, numbers in a row, and those that are rows."""
+    while sample := list(islice(contents, _SAMPLE_LINES)):
+        if found := best_dialect([content for _, content in sample], widths):
+            dialect, width, at = found
+            is_count = _counts_columns(sample[at[0]][1], dialect, width)
+            return sample, dialect, width, [sample[i] for i in at[is_count:]]
+    return [], DIALECTS[0], 0, []
+
+
 def row_error(
     fields: Sequence[str], row: Sequence[str | None], width: int, request: Request, line: int
 ) -> InputError:
@@ -138,7 +146,7 @@ def row_error(
     return request.error(message, line, at + 1)
 
 
-def _contents(lines: Sequence[bytes]) -> Iterator[tuple[int, str]]:
+def _contents(lines: Sequence[bytes]) -> Iterator[_Line]:
     """Index and text of the lines that are not blank or comments."""
     for i, line in enumerate(lines):
         if content := without_comment(plain_text(line)):
@@ -221,7 +229,7 @@ def _counts_columns(content: str, dialect: Dialect, width: int) -> bool:
 
 
 def _refuse_damaged_row(
-    sample: Sequence[tuple[int, str]], first: int, dialect: Dialect, width: int, request: Request
+    sample: Sequence[_Line], first: int, dialect: Dialect, width: int, request: Request
 ) -> None:
     """Raise an error if what stands before the rows looks like a row and not like a heading."""
     for i, content in sample:
