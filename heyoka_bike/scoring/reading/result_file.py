@@ -56,9 +56,8 @@ class ResultFile:
         if self.head.startswith(_GZIP):
             from gzip import GzipFile
 
-            # Standard input cannot go back to its beginning.
-            ahead = cast(BinaryIO, _Ahead(self.head, self._file))
-            self._file = cast(BinaryIO, stack.enter_context(GzipFile(fileobj=ahead)))
+            packed = GzipFile(fileobj=self.stream())
+            self._file = cast(BinaryIO, stack.enter_context(packed))
             self._plain = None
             self.head = self._read(_HEAD)
         self.encoding, self._mark = encoding_of(self.signature) or ("utf-8", 0)
@@ -114,14 +113,3 @@ class ResultFile:
             reason = printable(" ".join(str(e).split()))[:100]
             said = f"cannot be read ({reason}), expected a result file"
             raise self.request.error(said) from None
-
-
-class _Ahead:
-    """A file of which the beginning has been read already."""
-
-    def __init__(self, head: bytes, file: BinaryIO) -> None:
-        self._head = BytesIO(head)
-        self._file = file
-
-    def read(self, size: int = -1) -> bytes:
-        return self._head.read(size) or self._file.read(size)

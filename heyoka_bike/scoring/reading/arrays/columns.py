@@ -25,7 +25,6 @@ _REFUSED = {
     "O": "Python objects", "S": "text", "U": "text", "T": "text", "V": "records",
 }  # fmt: skip
 _POINT = Dialect("", ".")
-_PLAIN = str.maketrans("", "", "0123456789+-.eE\n")
 # Numbers of a column of which digits are counted.
 _COUNTED = 2000
 # Of these the digits beyond binary64 are looked at.
@@ -103,30 +102,18 @@ def read_maneuvers(source: Any, request: Request) -> Array:
 
 def _decimals(array: NDArray[Any], request: Request) -> list[str]:
     """Objects as decimals that `float` reads."""
-    items: list[Any] = array.tolist()
-    if all(type(x) is str for x in items) and not "\n".join(items).translate(_PLAIN):
-        try:
-            np.array(items, dtype=np.float64)
-        except ValueError:
-            pass
-        else:
-            return items
-    return [_decimal(x, array.dtype, request, i) for i, x in enumerate(items, 1)]
-
-
-def _decimal(x: Any, dtype: np.dtype[Any], request: Request, row: int) -> str:
     from decimal import Decimal
 
-    if x is None:
-        return "nan"
-    if isinstance(x, int | float | Decimal) and not isinstance(x, bool):
-        x = str(x)
-    if not isinstance(x, str):
-        raise refused(np.dtype(bool) if isinstance(x, bool) else dtype, request)
-    number = _POINT.number(x.strip())
-    if number is None:
-        raise request.error(f"row {row}: found {quoted(x)}, expected a number")
-    return number
+    items: list[Any] = array.tolist()
+    for x in items:
+        if isinstance(x, bool) or not isinstance(x, str | int | float | Decimal | None):
+            raise refused(np.dtype(bool) if isinstance(x, bool) else array.dtype, request)
+    numbers = _POINT.numbers(["nan" if x is None else str(x).strip() for x in items])
+    found = [number for number in numbers if number is not None]
+    if len(found) < len(items):
+        i = numbers.index(None)
+        raise request.error(f"row {i + 1}: found {quoted(items[i])}, expected a number")
+    return found
 
 
 def _decimal_column(numbers: Sequence[str], is_time: bool) -> Vector:

@@ -236,7 +236,7 @@ def _refuse_damaged_row(
         if i >= first:
             return
         fields = dialect.split(content)
-        row = [dialect.number(field) for field in fields]
+        row = dialect.numbers(fields)
         numbers = len(row) - row.count(None)
         is_row = bool(row) and row[0] is not None and numbers >= 3 and 2 * numbers > len(row)
         if is_row and not _counts_columns(content, dialect, width):

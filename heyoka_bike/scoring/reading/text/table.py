@@ -44,6 +44,7 @@ _MOST_LINES = 1000
 _MANEUVER_NAME = re.compile(
     rb"(?i)(?<![^\s,;])([\"']?)(?:maneuver|manoeuvre|man|m)[ _-]?([0-9]{1,3})\1(?![^\s,;])"
 )
+_COMMAS, _EXPONENTS = bytes.maketrans(b".,", b"?."), bytes.maketrans(b"EDdQq", b"eeeee")
 # Blanks before a separator are rare, and few.
 _MOST_BLANKS = 30
 
@@ -216,7 +217,7 @@ class _Reader:
             return None
         if self.cut is not None:
             raise self.cut
-        row = [dialect.number(field) for field in fields]
+        row = dialect.numbers(fields)
         if len(fields) == width and None not in row:
             return row  # type: ignore[return-value]
         error = row_error(fields, row, width, self.request, number)
@@ -237,12 +238,10 @@ def canonical(text: bytes, dialect: Dialect, tidy: bool) -> bytes:
         text = text.replace("\u2212".encode(), b"-").replace("\xa0".encode(), b" ")
     if dialect.decimal == ",":
         # A point has no place here.
-        text = text.replace(b".", b"?").replace(b",", b".")
+        text = text.translate(_COMMAS)
     if tidy:
         text = _QUOTED.sub(rb"\2", _NOT_FINITE.sub(b"8e888", _COMMENTS.sub(b"", text)))
-    for letter in (b"E", b"D", b"d", b"Q", b"q"):
-        if letter in text:
-            text = text.replace(letter, b"e")
+    text = text.translate(_EXPONENTS)
     if separator := dialect.separator.encode():
         for _ in range(_MOST_BLANKS):
             if b" " + separator not in text:
