@@ -5,10 +5,20 @@ Run as a script, this writes it.
 
 from pathlib import Path
 
-from heyoka_bike.scoring.reading.formats import table
+from heyoka_bike.scoring.reading.formats import TEXT_FIRST, Format
 
 PAGE = Path(__file__).parent.parent / "files.md"
 BEGIN, END = "<!-- formats: begin -->", "<!-- formats: end -->"
+
+
+def _line(format_: Format) -> str:
+    package = f". Through {format_.package}" if format_.package else ""
+    return f"| {format_.label} | {format_.about}{package} |"
+
+
+def table() -> str:
+    """The table in Markdown."""
+    return "\n".join(["| format | what of it |", "|---|---|", *map(_line, TEXT_FIRST)])
 
 
 def page(text: str) -> str:

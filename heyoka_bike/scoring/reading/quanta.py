@@ -50,7 +50,7 @@ class DigitTally:
         self.most = np.full(columns, -1)
 
     def add(self, digits: NDArray[np.int64], places: NDArray[np.int64]) -> None:
-        """Count more numbers: arrays of shape (columns, samples), as of `number_blocks.Block`."""
+        """Count more numbers: arrays of shape (columns, samples), as of `text.blocks.Block`."""
         if digits.shape[1]:
             self.digits = np.maximum(self.digits, digits.max(axis=1))
             known = np.where(places < -1, _MANY, places)

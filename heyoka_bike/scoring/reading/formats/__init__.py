@@ -140,20 +140,14 @@ def _not_read(head: bytes) -> str | None:
     return next((name for name, starts in _NOT_READ.items() if head.startswith(starts)), None)
 
 
-_TEXT_FIRST = (FORMATS[-1], *FORMATS[:-1])
+TEXT_FIRST = (FORMATS[-1], *FORMATS[:-1])
+"""The formats in the order in which people know them."""
 
 
 def listed(last: str = "or", *, with_packages: bool = False) -> str:
     """The formats in words, perhaps with the packages that some of them need."""
     labels = [
         f"{f.label} (with {f.package})" if with_packages and f.package else f.label
-        for f in _TEXT_FIRST
+        for f in TEXT_FIRST
     ]
     return f"{', '.join(labels[:-1])} {last} {labels[-1]}"
-
-
-def table() -> str:
-    """The formats in Markdown."""
-    through = {f: f". Through {f.package}" if f.package else "" for f in FORMATS}
-    rows = [f"| {f.label} | {f.about}{through[f]} |" for f in _TEXT_FIRST]
-    return "\n".join(["| format | what of it |", "|---|---|", *rows])

@@ -57,7 +57,7 @@ def read_text(chunks: Iterable[bytes], encoding: str, request: Request) -> Vecto
     chunks
         The text, cut anywhere.
     encoding
-        See `text_lines.encoding_of`.
+        See `text.lines.encoding_of`.
     request
         What is to be read.
 
