@@ -85,5 +85,5 @@ def test_its_package_is_named_where_it_is_missing(with_another, tmp_path):
     with_another("mbsim-io")
     path = tmp_path / "x"
     path.write_bytes(MAGIC + ROWS)
-    with pytest.raises(MissingPackageError, match=r"mbsim-io, which reads MBSim.*pip install mbsim"):
+    with pytest.raises(MissingPackageError, match=r"mbsim-io, which.*pip install mbsim"):
         read_results(path)

@@ -87,7 +87,7 @@ def parse_block(
     if mark:
         rows = [row.removesuffix(mark) for row in rows]
     try:
-        return read_rows(rows, lines, mark, columns, exact, samples)
+        return read_rows(rows, lines, mark, columns, exact, samples) if rows else None
     except ValueError:
         return None
 
