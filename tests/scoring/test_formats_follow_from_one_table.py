@@ -87,3 +87,10 @@ def test_its_package_is_named_where_it_is_missing(with_another, tmp_path):
     path.write_bytes(MAGIC + ROWS)
     with pytest.raises(MissingPackageError, match=r"mbsim-io, which.*pip install mbsim"):
         read_results(path)
+
+
+@pytest.mark.parametrize("word", [b"IM", b"MI"])
+def test_a_text_with_the_letters_of_matlab_is_a_text(word, tmp_path):
+    path = tmp_path / "x.txt"
+    path.write_bytes(b"#".ljust(126) + word + b"\n" + ROWS)
+    assert read_results(path).format == "text"

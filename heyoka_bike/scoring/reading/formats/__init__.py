@@ -77,7 +77,8 @@ def is_hdf5_of_matlab(head: bytes) -> bool:
 def _is_matlab(head: bytes, suffix: str) -> bool:
     # Those of version 4 begin with a number.
     is_version_4 = suffix == ".mat" and encoding_of(head) is None
-    return is_version_4 or head[126:128] in (b"IM", b"MI") or is_hdf5_of_matlab(head)
+    # A text may have the last two letters there, too, as in TIME.
+    return is_version_4 or head[124:128] in (b"\0\1IM", b"\1\0MI") or is_hdf5_of_matlab(head)
 
 
 def _is_text(head: bytes, _: str) -> bool:
