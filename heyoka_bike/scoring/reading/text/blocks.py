@@ -14,11 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heyoka_bike.numbers.double import Array, two_product
+from heyoka_bike.scoring.reading.quanta import NOTHING
 
 Ints = NDArray[np.int64]
 
-NOTHING = -2
-"""The digits after the point of what is not finite."""
 _PLAIN = b"0123456789.e+- \t\n"
 # Integers below this are binary64 numbers; characters of a decimal that may be one, with its point.
 _WHOLE, _SHORT = 2.0**53, 16
@@ -88,20 +87,38 @@ def parse_block(
     if mark:
         rows = [row.removesuffix(mark) for row in rows]
     try:
-        table = np.loadtxt(rows, comments=None, delimiter=mark, ndmin=2) if rows else np.empty(0)
+        return read_rows(rows, lines, mark, columns, exact, samples) if rows else None
     except ValueError:
         return None
+
+
+def plain_row(numbers: Sequence[str]) -> str:
+    """Numbers that `float` reads, as a row for `read_rows`; what is not finite is too large."""
+    return " ".join(numbers).lower().replace("nan", "8e888")
+
+
+def read_rows(
+    rows: Sequence[str], lines: Ints, mark: str | None, columns: int, exact: Collection[int],
+    samples: int,
+) -> Block:  # fmt: skip
+    """Read rows of plain decimals; see `parse_block`.
+
+    Raises
+    ------
+    ValueError
+        A row has other numbers of columns, or no numbers.
+    """
+    empty = np.empty((0, columns))
+    table = np.loadtxt(rows, comments=None, delimiter=mark, ndmin=2) if rows else empty
     if table.shape != (len(rows), columns):
-        return None
+        raise ValueError("rows of another number of columns")
     values = np.ascontiguousarray(table.T)
     sampled = slice(None, None, max(1, len(rows) // samples))
     written = [row.split(mark) for row in rows[sampled]]
     if mark:
         written = [[number.strip() for number in row] for row in written]
     digits, places = _written(written, values[:, sampled])
-    lo = {}
-    for j in exact:
-        lo[j] = rests([row.split(mark, j + 1)[j] for row in rows], values[j])
+    lo = {j: rests([row.split(mark, j + 1)[j] for row in rows], values[j]) for j in exact}
     return Block(values, lines, digits, places, lo)
 
 
@@ -150,7 +167,7 @@ def _decimal() -> tuple[Any, Any]:
 
 def _written(numbers: Sequence[Sequence[str]], values: Array) -> tuple[Ints, Ints]:
     """Digits and places of numbers, by row and column; see `Block`."""
-    text = np.array(numbers, dtype=np.bytes_)
+    text = np.array(numbers, dtype=np.bytes_).reshape(values.T.shape)
     marks = np.ascontiguousarray(text)[..., None].view(np.uint8)
     at = np.arange(marks.shape[-1])
     has_e, has_point = ((marks == mark).any(axis=-1) for mark in (_E, _POINT))

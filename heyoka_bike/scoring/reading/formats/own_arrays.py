@@ -5,10 +5,12 @@ virtual ones. None of them is opened, wherever it stands and whatever leads to i
 """
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
-from heyoka_bike.errors import InputError, printable
-from heyoka_bike.scoring.reading.damage import damage
+from heyoka_bike.errors import printable
+from heyoka_bike.scoring.reading.request import Request
+from heyoka_bike.scoring.reading.result_file import ResultFile
 
 # A group may be in itself, many times.
 _MOST = 100_000
@@ -19,13 +21,36 @@ class OwnFile:
 
     Parameters
     ----------
-    path
-        Name of the file, for errors.
+    file
+        The file, as h5py opens it.
+    request
+        What is to be read.
+    is_turned
+        Whether arrays are stored with their axes the other way round, as MATLAB does it.
     """
 
-    def __init__(self, path: str) -> None:
-        self._path = path
+    def __init__(self, file: Any, request: Request, is_turned: bool = False) -> None:
+        self.file = file
+        self._request = request
+        self._is_turned = is_turned
         self._count = 0
+
+    @classmethod
+    @contextmanager
+    def opened(cls, file: ResultFile, is_turned: bool = False) -> "Iterator[OwnFile]":
+        """What h5py opens, until it is closed.
+
+        Raises
+        ------
+        InputError
+            It is damaged.
+        """
+        import h5py
+
+        with file.request.damage("HDF5"):
+            opened = h5py.File(file.path_or_stream(), "r")
+        with opened:
+            yield cls(opened, file.request, is_turned)
 
     def members(self, group: Any) -> Iterator[tuple[str, Any]]:
         """Names and objects of a group.
@@ -55,37 +80,36 @@ class OwnFile:
             It is kept in another file, or there are too many.
         """
         self._claim()
-        return OwnArray(dataset, self._path)
+        return OwnArray(dataset, self._request, self._is_turned)
 
     def _claim(self) -> None:
         self._count += 1
         if self._count > _MOST:
-            raise InputError(
-                f"found more than {_MOST} arrays and groups, expected fewer", file=self._path
-            )
+            raise self._request.error(f"found more than {_MOST} arrays and groups, expected fewer")
 
 
 class OwnArray:
     """An array in an HDF5 file, read when it is wanted; see `OwnFile.array`."""
 
-    def __init__(self, dataset: Any, path: str) -> None:
+    def __init__(self, dataset: Any, request: Request, is_turned: bool) -> None:
         if dataset.is_virtual or dataset.external:
-            raise InputError(
-                f"found {printable(dataset.name)} kept in another file, expected it in this one",
-                file=path,
+            raise request.error(
+                f"found {printable(dataset.name)} kept in another file, expected it in this one"
             )
         self.dtype = dataset.dtype
-        self.shape = dataset.shape
+        self.shape = dataset.shape[::-1] if is_turned else dataset.shape
         self._dataset = dataset
-        self._path = path
+        self._request = request
+        self._is_turned = is_turned
 
     def __getitem__(self, index: tuple[()]) -> Any:
-        with damage("HDF5", self._path):
+        with self._request.damage("HDF5"):
             try:
-                return self._dataset[index]
+                found = self._dataset[index]
             except OSError:
                 self._check_filters()
                 raise
+            return found.T if self._is_turned else found
 
     def _check_filters(self) -> None:
         """Say it if the array was compressed by what is not here."""
@@ -95,9 +119,8 @@ class OwnArray:
         for i in range(made.get_nfilters()):
             code, _, _, name = made.get_filter(i)
             if not h5py.h5z.filter_avail(code):
-                raise InputError(
+                raise self._request.error(
                     f"found {printable(self._dataset.name)} compressed by "
                     f"{printable(name.decode(errors='replace')) or f'filter {code}'}, which is not "
-                    "installed here, expected gzip or none (h5repack -f GZIP=6 changes it)",
-                    file=self._path,
+                    "installed here, expected gzip or none (h5repack -f GZIP=6 changes it)"
                 )

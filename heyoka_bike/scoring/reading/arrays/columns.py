@@ -9,16 +9,12 @@ from numpy.typing import NDArray
 
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.numbers.double import Array, two_sum
-from heyoka_bike.scoring.reading.column_names import group_number
-from heyoka_bike.scoring.reading.dialects import Dialect
-from heyoka_bike.scoring.reading.number_blocks import rest
-from heyoka_bike.scoring.reading.quanta import (
-    DigitTally,
-    are_beyond_binary64,
-    binary_column,
-    digits_and_places,
-)
-from heyoka_bike.scoring.reading.written import Written
+from heyoka_bike.scoring.reading.names.columns import group_number
+from heyoka_bike.scoring.reading.quanta import DigitTally, are_beyond_binary64, binary_column
+from heyoka_bike.scoring.reading.request import Request
+from heyoka_bike.scoring.reading.text.blocks import plain_row, read_rows
+from heyoka_bike.scoring.reading.text.dialects import Dialect
+from heyoka_bike.scoring.reading.vectors import Vector
 
 # Ten million rows of 25 numbers; more is what a damaged header says.
 MOST_BYTES = 2 * 10**9
@@ -29,14 +25,13 @@ _REFUSED = {
     "O": "Python objects", "S": "text", "U": "text", "T": "text", "V": "records",
 }  # fmt: skip
 _POINT = Dialect("", ".")
-_PLAIN = str.maketrans("", "", "0123456789+-.eE\n")
 # Numbers of a column of which digits are counted.
 _COUNTED = 2000
 # Of these the digits beyond binary64 are looked at.
 _LOOKED_AT = 40
 
 
-def read_array(source: Any, path: str, where: str) -> NDArray[Any]:
+def read_array(source: Any, request: Request) -> NDArray[Any]:
     """An array of real numbers, or of Python objects that may be decimals, in memory.
 
     Raises
@@ -46,19 +41,17 @@ def read_array(source: Any, path: str, where: str) -> NDArray[Any]:
     """
     dtype = source.dtype
     if dtype.kind not in "fiuO" and not dtype.names:
-        raise refused(dtype, path, where)
+        raise refused(dtype, request)
     size = prod(source.shape) * dtype.itemsize
     if size > MOST_BYTES:
-        raise InputError(
-            f"found an array of {size} bytes, expected at most {MOST_BYTES}", file=path
-        )
+        raise request.error(f"found an array of {size} bytes, expected at most {MOST_BYTES}")
     array = np.ma.filled(source[()], np.nan) if dtype.kind == "f" else np.asarray(source[()])
     if array.size == 0:
-        raise InputError(f"{where}found an empty array, expected rows", file=path)
+        raise request.error("found an empty array, expected rows")
     return array
 
 
-def read_column(source: Any, lo: Any, is_time: bool, path: str, where: str) -> Written:
+def read_column(source: Any, lo: Any, is_time: bool, request: Request) -> Vector:
     """A column; its rest beyond binary64 may be another one.
 
     Raises
@@ -66,22 +59,21 @@ def read_column(source: Any, lo: Any, is_time: bool, path: str, where: str) -> W
     InputError
         Not real numbers, or a rest of another length.
     """
-    array = read_array(source, path, where).ravel()
+    array = read_array(source, request).ravel()
     if array.dtype.kind == "O" and lo is None:
-        return _decimal_column(_decimals(array, path, where), is_time)
+        return _decimal_column(_decimals(array, request), is_time)
     if array.dtype.kind == "O":
-        array = np.array([float(x) for x in _decimals(array, path, where)])
+        array = np.array([float(x) for x in _decimals(array, request)])
     bits = 53 if array.dtype.kind != "f" else int(np.finfo(array.dtype).nmant) + 1
     remainder: Array | None = None
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         values: Array = array.astype(np.float64)
         if lo is not None:
-            remainder = read_column(lo, None, False, path, where).values
+            remainder = read_column(lo, None, False, request).values
             if remainder.shape != values.shape:
-                raise InputError(
-                    f"{where}found {len(values)} values and {len(remainder)} of their second "
-                    "parts, expected the same number",
-                    file=path,
+                raise request.error(
+                    f"found {len(values)} values and {len(remainder)} of their second parts, "
+                    "expected the same number"
                 )
             values, remainder = two_sum(values, remainder)
             bits = 2 * bits
@@ -93,10 +85,10 @@ def read_column(source: Any, lo: Any, is_time: bool, path: str, where: str) -> W
     return column if lo is None else column.with_exact_values()
 
 
-def read_maneuvers(source: Any, path: str, where: str) -> Array:
+def read_maneuvers(source: Any, request: Request) -> Array:
     """The numbers in a column of maneuvers, as numbers or as names; NaN where there is none."""
     if source.dtype.kind not in "OSUT":
-        return read_column(source, None, False, path, where).values
+        return read_column(source, None, False, request).values
     found: list[float] = []
     for x in np.asarray(source[()]).ravel().tolist():
         text = x.decode("latin-1") if isinstance(x, bytes) else str(x)
@@ -108,52 +100,36 @@ def read_maneuvers(source: Any, path: str, where: str) -> Array:
     return np.array(found, dtype=np.float64)
 
 
-def _decimals(array: NDArray[Any], path: str, where: str) -> list[str]:
+def _decimals(array: NDArray[Any], request: Request) -> list[str]:
     """Objects as decimals that `float` reads."""
-    items: list[Any] = array.tolist()
-    if all(type(x) is str for x in items) and not "\n".join(items).translate(_PLAIN):
-        try:
-            np.array(items, dtype=np.float64)
-        except ValueError:
-            pass
-        else:
-            return items
-    return [_decimal(x, array.dtype, path, where, i) for i, x in enumerate(items, 1)]
-
-
-def _decimal(x: Any, dtype: np.dtype[Any], path: str, where: str, row: int) -> str:
     from decimal import Decimal
 
-    if x is None:
-        return "nan"
-    if isinstance(x, int | float | Decimal) and not isinstance(x, bool):
-        x = str(x)
-    if not isinstance(x, str):
-        raise refused(np.dtype(bool) if isinstance(x, bool) else dtype, path, where)
-    number = _POINT.number(x.strip())
-    if number is None:
-        raise InputError(f"{where}row {row}: found {quoted(x)}, expected a number", file=path)
-    return number
+    items: list[Any] = array.tolist()
+    for x in items:
+        if isinstance(x, bool) or not isinstance(x, str | int | float | Decimal | None):
+            raise refused(np.dtype(bool) if isinstance(x, bool) else array.dtype, request)
+    numbers = _POINT.numbers(["nan" if x is None else str(x).strip() for x in items])
+    found = [number for number in numbers if number is not None]
+    if len(found) < len(items):
+        i = numbers.index(None)
+        raise request.error(f"row {i + 1}: found {quoted(items[i])}, expected a number")
+    return found
 
 
-def _decimal_column(numbers: Sequence[str], is_time: bool) -> Written:
-    values = np.array([float(x) for x in numbers])
-    some = [x for x, is_known in zip(numbers, np.isfinite(values), strict=True) if is_known]
+def _decimal_column(numbers: Sequence[str], is_time: bool) -> Vector:
+    some = [x for x in numbers if x != "nan"]
     is_exact = bool(some) and are_beyond_binary64(
         some[:: max(1, len(some) // _LOOKED_AT)], 1 if is_time else 5
     )
-    lo = None
-    if is_time or is_exact:
-        lo = np.array([rest(x, hi) for x, hi in zip(numbers, values.tolist(), strict=True)])
-    counted = [digits_and_places(x) for x in numbers[:: max(1, len(numbers) // _COUNTED)]]
-    digits, places = np.array(counted, dtype=np.int64).T[:, None]
+    rows, exact = [plain_row([x]) for x in numbers], [0] if is_time or is_exact else []
+    block = read_rows(rows, np.arange(len(rows)), None, 1, exact, _COUNTED)
     tally = DigitTally(1, 0 if is_time else -1)
-    tally.add(digits, places)
-    (column,) = tally.columns([values], [lo])
+    tally.add(block.digits, block.places)
+    (column,) = tally.columns([block.values[0]], [block.lo.get(0)])
     return column.with_exact_values() if is_time and is_exact else column
 
 
-def refused(dtype: np.dtype[Any], path: str, where: str) -> InputError:
+def refused(dtype: np.dtype[Any], request: Request) -> InputError:
     """What to say of values that are no real numbers."""
     found = _REFUSED.get(dtype.kind, str(dtype))
-    return InputError(f"{where}found {found}, expected real numbers", file=path)
+    return request.error(f"found {found}, expected real numbers")

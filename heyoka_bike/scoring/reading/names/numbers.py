@@ -7,10 +7,10 @@ if that is said in words.
 """
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
-from heyoka_bike.scoring.reading.column_names import TIME, in_brackets, recognise
-from heyoka_bike.scoring.reading.heading_units import quantities, split_unit
+from heyoka_bike.scoring.reading.names.columns import TIME, in_brackets, recognise
+from heyoka_bike.scoring.reading.names.units import quantities, split_unit
 
 Found = tuple[str, int | None] | None
 """Key of a column and number of its maneuver; None if it is not known."""
@@ -49,7 +49,8 @@ def meanings(names: Sequence[str], count: int) -> list[Found]:
     are_numbers = any(b.strip().isdecimal() and int(b) != 1 for b in brackets)
     found: list[Found] = [recognise(name, one_is_a_unit=not are_numbers) for name in names]
     found = _with_capitals(names, found)
-    found = _without_indices(names, _from_one(found, count), count)
+    found = _without_speeds(names, _from_one(found, count))
+    found = _without_indices(names, found, count)
     if not any(f and f[1] is not None for f in found):
         return _in_turn(found, count)
     # Beside numbered columns one without a number tells nothing, and no reference has others.
@@ -93,7 +94,7 @@ def _from_one(found: list[Found], count: int) -> list[Found]:
 
     Instead of 0 the first of all may have none: so pandas makes equal names differ.
     """
-    numbers = _numbers(dict(enumerate(found)))
+    numbers = _numbers(_columns(found))
     are_from_zero = all(0 in n for n in numbers.values())
     are_of_pandas = count > 1 and all(n == {None, *range(1, count)} for n in numbers.values())
     if not numbers or not (are_from_zero or are_of_pandas):
@@ -101,54 +102,58 @@ def _from_one(found: list[Found], count: int) -> list[Found]:
     return [f if f is None or f[0] == TIME else (f[0], (f[1] or 0) + 1) for f in found]
 
 
+def _without_speeds(names: Sequence[str], found: list[Found]) -> list[Found]:
+    """The same where beside coordinates q the u are their speeds, and no potential energies."""
+    if not any(map(is_coordinate, names)):
+        return found
+    units = [split_unit(name) for name in names]
+    are_speeds = [_letter(x) == "u" and not (u and _ENERGY in quantities(u)) for x, u in units]
+    return [None if is_speed else f for f, is_speed in zip(found, are_speeds, strict=True)]
+
+
 def _without_indices(names: Sequence[str], found: list[Found], count: int) -> list[Found]:
     """The same without columns whose numbers are not those of maneuvers."""
-    stems, units = zip(*map(split_unit, names), strict=True) if names else ((), ())
-    letters = list(map(_letter, stems))
-    # Beside coordinates q the u are their speeds, and no potential energies.
-    out = {
-        i
-        for i, (letter, unit) in enumerate(zip(letters, units, strict=True))
-        if _COORDINATE in letters and letter == "u" and not (unit and _ENERGY in quantities(unit))
-    }
-    kept = {i: f for i, f in enumerate(found) if f and f[0] != TIME and i not in out}
-    numbered = {i: f for i, f in kept.items() if f[1] is not None}
-    plain = {f[0] for f in kept.values() if f[1] is None}
+    stems = [split_unit(name)[0] for name in names]
+    columns = _columns(found)
+    plain = {key for _, key, number in columns if number is None}
+    numbered = [column for column in columns if column[2] is not None]
+    letters = [column for column in numbered if _letter(stems[column[0]])]
+    words = [column for column in numbered if column not in letters]
     every = set(range(1, count + 1)) if count > 1 else None
-    of_words = {f[1] for i, f in numbered.items() if not letters[i]}
-    for i, (key, _) in numbered.items():
-        own = {f[1] for j, f in numbered.items() if f[0] == key and letters[j]}
-        if letters[i] and not (own <= of_words or (own == every and not plain)):
-            out.add(i)
-    numbered = {i: f for i, f in numbered.items() if i not in out}
-    are_in_words = any(_IN_WORDS.search(stems[i].lower()) for i in numbered)
-    numbers = _numbers(numbered)
-    are_maneuvers = are_in_words or every in numbers.values() or len(numbers) > len(plain)
-    if plain and not are_maneuvers:
-        out |= set(numbered)
+    # That of a letter is one if those of words are, or if its own are those of all maneuvers.
+    of_words, of_letters = {number for _, _, number in words}, _numbers(letters)
+    trusted = {
+        key for key, own in of_letters.items() if own <= of_words or (own == every and not plain)
+    }
+    kept = words + [column for column in letters if column[1] in trusted]
+    numbers = _numbers(kept)
+    are_most = every in numbers.values() or len(numbers) > len(plain)
+    if plain and not are_most and not any(_IN_WORDS.search(stems[i].lower()) for i, _, _ in kept):
+        kept = []
+    out = {i for i, _, _ in numbered} - {i for i, _, _ in kept}
     return [None if i in out else f for i, f in enumerate(found)]
 
 
 def _in_turn(found: list[Found], count: int) -> list[Found]:
     """The eight names once for each maneuver mean the maneuvers in order."""
-    keys = [f[0] for f in found if f]
-    times = {keys.count(key) for key in keys if key != TIME}
+    keys = [f[0] if f else None for f in found]
+    times = {keys.count(key) for key in keys if key not in (None, TIME)}
     if count == 1 or times != {count} or keys.count(TIME) != 1:
         return found
-    turn: dict[str, int] = {}
-    numbered: list[Found] = []
-    for f in found:
-        if f and f[0] != TIME:
-            turn[f[0]] = turn.get(f[0], 0) + 1
-            f = f[0], turn[f[0]]
-        numbered.append(f)
-    return numbered
+    return [
+        f if f is None or f[0] == TIME else (f[0], 1 + keys[:i].count(f[0]))
+        for i, f in enumerate(found)
+    ]
 
 
-def _numbers(found: Mapping[int, Found]) -> dict[str, set[int | None]]:
-    """The numbers that each column but the time comes with, by key."""
+def _columns(found: Sequence[Found]) -> list[tuple[int, str, int | None]]:
+    """Index, key and number of the columns that are known, but for the time."""
+    return [(i, *f) for i, f in enumerate(found) if f and f[0] != TIME]
+
+
+def _numbers(columns: Iterable[tuple[int, str, int | None]]) -> dict[str, set[int | None]]:
+    """The numbers that columns come with, by key."""
     numbers: dict[str, set[int | None]] = {}
-    for f in found.values():
-        if f and f[0] != TIME:
-            numbers.setdefault(f[0], set()).add(f[1])
+    for _, key, number in columns:
+        numbers.setdefault(key, set()).add(number)
     return numbers

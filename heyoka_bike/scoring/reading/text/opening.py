@@ -2,22 +2,22 @@
 
 import logging
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import islice
+from itertools import chain, islice
 
 from heyoka_bike.errors import InputError, quoted
-from heyoka_bike.scoring.reading.column_names import TIME, are_names, not_understood, recognise
-from heyoka_bike.scoring.reading.dialects import (
+from heyoka_bike.scoring.reading.names.columns import TIME, are_names, not_understood, recognise
+from heyoka_bike.scoring.reading.names.units import quantities
+from heyoka_bike.scoring.reading.quanta import are_beyond_binary64
+from heyoka_bike.scoring.reading.request import Request, in_words
+from heyoka_bike.scoring.reading.text.dialects import (
     DIALECTS,
     Dialect,
     best_dialect,
     plain_text,
     without_comment,
 )
-from heyoka_bike.scoring.reading.expected import Expected, wrong_width
-from heyoka_bike.scoring.reading.heading_units import quantities
-from heyoka_bike.scoring.reading.quanta import are_beyond_binary64
 
 # Enough to tell the dialect by the majority, and quickly.
 _SAMPLE_LINES = 300
@@ -26,6 +26,9 @@ _SAMPLE_ROWS = 40
 # A heading stands near the top.
 _HEADING_LINES = 100
 _FEWEST_COUNTED = 9
+
+_Line = tuple[int, str]
+"""Index and content of a line."""
 
 _log = logging.getLogger(__name__)
 
@@ -71,17 +74,15 @@ class Opening:
     exact: tuple[int, ...]
 
 
-def find_opening(text: bytes, path: str, expected: Expected) -> Opening:
+def find_opening(text: bytes, request: Request) -> Opening:
     """Find out how rows of numbers are written, and where they begin.
 
     Parameters
     ----------
     text
         The first lines.
-    path
-        Name of the file, for errors.
-    expected
-        What columns there may be.
+    request
+        What is to be read.
 
     Raises
     ------
@@ -89,56 +90,50 @@ def find_opening(text: bytes, path: str, expected: Expected) -> Opening:
         No rows, rows of another number of columns, or a damaged first row.
     """
     lines = text.split(b"\n")
-    widths = set(expected.widths)
-    contents = _contents(lines)
-    found = None
-    sample: list[tuple[int, str]] = []
-    for line in islice(lines, _HEADING_LINES):
-        widths |= {len(names) for names in _headings(plain_text(line)) if are_names(names)}
-    while found is None and (sample := list(islice(contents, _SAMPLE_LINES))):
-        found = best_dialect([content for _, content in sample], widths)
-    both = expected.in_words
-    if found is None:
-        what = "an empty file" if not text.strip() else "no row of numbers"
-        raise InputError(f"found {what}, expected {both} columns of numbers", file=path)
-    dialect, width, at = found
-    rows = [sample[i] for i in at]
-    if _counts_columns(rows[0][1], dialect, width):
-        rows = rows[1:]
+    headings = (_headings(plain_text(line)) for line in lines[:_HEADING_LINES])
+    widths = {len(names) for names in chain.from_iterable(headings) if are_names(names)}
+    widths |= set(request.widths)
+    sample, dialect, width, rows = _first_rows(_contents(lines), widths)
     if not rows:
-        raise InputError(f"found no row of numbers, expected {both} columns of numbers", file=path)
+        what = "no row of numbers" if text.strip() else "an empty file"
+        raise request.error(f"found {what}, expected {in_words(request.widths)} columns of numbers")
     first = rows[0][0]
     if width not in widths:
-        raise _wrong_width(lines[:first], width, len(rows), path, expected)
-    _refuse_damaged_row(sample, first, dialect, width, path)
-    names, heading = (
-        (list(expected.names), None) if expected.names else _heading(lines[:first], width)
-    )
+        raise _wrong_width(lines[:first], width, len(rows), request)
+    _refuse_damaged_row(sample, first, dialect, width, request)
+    names, heading = _heading(lines[:first], width)
+    if request.names:
+        names, heading = [*request.names], None
+    meant = [recognise(name) for name in names or ()]
+    time = next((i for i, k in enumerate(meant) if k and k[0] == TIME), 0)
     spread = rows[:: max(1, len(rows) // _SAMPLE_ROWS)]
     numbers = [[dialect.number(f) or "" for f in dialect.split(content)] for _, content in spread]
-    known = [] if names is None else [recognise(name) for name in names]
-    time = next((i for i, k in enumerate(known) if k and k[0] == TIME), 0)
-    columns = [[row[j] for row in numbers] for j in range(width)]
+    columns = list(zip(*numbers, strict=True))
     _log.debug(
-        "%s: rows of %d numbers from line %d, separator %r, decimal %r; names %s", path, width,
-        first + 1, dialect.separator, dialect.decimal,
+        "%s: rows of %d numbers from line %d, separator %r, decimal %r; names %s", request.path,
+        width, first + 1, dialect.separator, dialect.decimal,
         f"in line {heading}" if heading else "told" if names else "none",
     )  # fmt: skip
-    return Opening(
-        dialect,
-        width,
-        first,
-        names,
-        heading,
-        time,
-        # Three rows in a row are no accident, and there may be no more.
-        are_beyond_binary64(columns[time], 1),
-        tuple(j for j in range(width) if are_beyond_binary64(columns[j])),
-    )
+    # Three rows in a row are no accident, and there may be no more.
+    has_exact_times = are_beyond_binary64(columns[time], 1)
+    exact = tuple(j for j in range(width) if are_beyond_binary64(columns[j]))
+    return Opening(dialect, width, first, names, heading, time, has_exact_times, exact)
+
+
+def _first_rows(
+    contents: Iterator[_Line], widths: Collection[int]
+) -> tuple[list[_Line], Dialect, int, list[_Line]]:
+    """The first lines that have rows, their dialect, numbers in a row, and those that are rows."""
+    while sample := list(islice(contents, _SAMPLE_LINES)):
+        if found := best_dialect([content for _, content in sample], widths):
+            dialect, width, at = found
+            is_count = _counts_columns(sample[at[0]][1], dialect, width)
+            return sample, dialect, width, [sample[i] for i in at[is_count:]]
+    return [], DIALECTS[0], 0, []
 
 
 def row_error(
-    fields: Sequence[str], row: Sequence[str | None], width: int, path: str, line: int
+    fields: Sequence[str], row: Sequence[str | None], width: int, request: Request, line: int
 ) -> InputError:
     """What is wrong with the first bad field of a row; the column counts the fields from 1."""
     if None in row[:width]:
@@ -148,10 +143,10 @@ def row_error(
     else:
         at = min(len(fields), width)
         message = f"found {len(fields)} values, expected {width}"
-    return InputError(message, file=path, line=line, column=at + 1)
+    return request.error(message, line, at + 1)
 
 
-def _contents(lines: Sequence[bytes]) -> Iterator[tuple[int, str]]:
+def _contents(lines: Sequence[bytes]) -> Iterator[_Line]:
     """Index and text of the lines that are not blank or comments."""
     for i, line in enumerate(lines):
         if content := without_comment(plain_text(line)):
@@ -215,15 +210,13 @@ def _with_units(names: Sequence[str], units: Sequence[str]) -> list[str]:
     ]
 
 
-def _wrong_width(
-    lines: Sequence[bytes], width: int, rows: int, path: str, expected: Expected
-) -> InputError:
+def _wrong_width(lines: Sequence[bytes], width: int, rows: int, request: Request) -> InputError:
     """What to say of rows of so many columns, with the heading above them if there is one."""
     for i in range(len(lines) - 1, -1, -1):
         for names in _headings(plain_text(lines[i])):
-            if len(names) == width and expected.names is None and not _are_units(names):
-                return InputError(not_understood(names), file=path, line=i + 1)
-    return InputError(wrong_width(width, rows, expected), file=path, line=len(lines) + 1)
+            if len(names) == width and request.names is None and not _are_units(names):
+                return request.error(not_understood(names, request), i + 1)
+    return request.error(request.wrong_width(width, rows), len(lines) + 1)
 
 
 def _counts_columns(content: str, dialect: Dialect, width: int) -> bool:
@@ -236,15 +229,15 @@ def _counts_columns(content: str, dialect: Dialect, width: int) -> bool:
 
 
 def _refuse_damaged_row(
-    sample: Sequence[tuple[int, str]], first: int, dialect: Dialect, width: int, path: str
+    sample: Sequence[_Line], first: int, dialect: Dialect, width: int, request: Request
 ) -> None:
     """Raise an error if what stands before the rows looks like a row and not like a heading."""
     for i, content in sample:
         if i >= first:
             return
         fields = dialect.split(content)
-        row = [dialect.number(field) for field in fields]
+        row = dialect.numbers(fields)
         numbers = len(row) - row.count(None)
         is_row = bool(row) and row[0] is not None and numbers >= 3 and 2 * numbers > len(row)
         if is_row and not _counts_columns(content, dialect, width):
-            raise row_error(fields, row, width, path, i + 1)
+            raise row_error(fields, row, width, request, i + 1)

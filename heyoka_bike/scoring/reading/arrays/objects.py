@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.reading.column_names import TIME, recognise
+from heyoka_bike.scoring.reading.names.columns import TIME, recognise
 
 _DEEPEST = 4  # a mapping may contain itself
 

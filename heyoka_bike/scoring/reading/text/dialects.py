@@ -80,14 +80,21 @@ class Dialect:
             return None
         return f"{sign}{mantissa}e{power or bare}"
 
+    def numbers(self, fields: Sequence[str]) -> list[str | None]:
+        """`number` of each of the fields."""
+        if self._are_plain(fields):
+            return list(fields)
+        return [self.number(field) for field in fields]
+
     def count(self, line: str) -> int | None:
         """How many numbers the line has, None if it has anything else or nothing."""
         fields = self.split(line)
-        if self.decimal == "." and _MANY_NUMBERS.fullmatch("\n".join(fields)):
-            return len(fields)
-        if not fields or any(self.number(field) is None for field in fields):
-            return None
-        return len(fields)
+        if self._are_plain(fields) or all(self.number(field) for field in fields):
+            return len(fields) or None
+        return None
+
+    def _are_plain(self, fields: Sequence[str]) -> bool:
+        return self.decimal == "." and bool(_MANY_NUMBERS.fullmatch("\n".join(fields)))
 
     def is_cut(self, fields: Sequence[str], columns: int, at_end: bool) -> bool:
         """Whether a row may have been cut while it was being written.

@@ -3,7 +3,7 @@
 import codecs
 from collections.abc import Iterable, Iterator
 
-from heyoka_bike.errors import InputError
+from heyoka_bike.scoring.reading.request import Request
 
 _BOMS = (
     (codecs.BOM_UTF8, "utf-8"),
@@ -39,7 +39,7 @@ def encoding_of(head: bytes) -> tuple[str, int] | None:
     return "utf-8", 0
 
 
-def whole_lines(chunks: Iterable[bytes], encoding: str, path: str) -> Iterator[bytes]:
+def whole_lines(chunks: Iterable[bytes], encoding: str, request: Request) -> Iterator[bytes]:
     """Blocks of whole lines that end in a line feed; the last one may lack it.
 
     Parameters
@@ -48,8 +48,8 @@ def whole_lines(chunks: Iterable[bytes], encoding: str, path: str) -> Iterator[b
         The text after its mark, cut anywhere.
     encoding
         See `encoding_of`. All but UTF-8 are translated to that.
-    path
-        Name of the file, for errors.
+    request
+        What is to be read.
 
     Raises
     ------
@@ -57,7 +57,7 @@ def whole_lines(chunks: Iterable[bytes], encoding: str, path: str) -> Iterator[b
         A line that is too long, or text that is not in that encoding.
     """
     if encoding != "utf-8":
-        chunks = _recoded(chunks, encoding, path)
+        chunks = _recoded(chunks, encoding, request)
     rest = b""
     is_first = True
     for chunk in chunks:
@@ -69,10 +69,9 @@ def whole_lines(chunks: Iterable[bytes], encoding: str, path: str) -> Iterator[b
         end = text.rfind(b"\n") + 1
         block, rest = text[:end], text[end:] + held
         if len(rest) > _LONGEST_LINE:
-            raise InputError(
+            raise request.error(
                 f"found a line of more than {_LONGEST_LINE} characters, expected rows of numbers",
-                file=path,
-                line=1 if is_first and not block else None,
+                1 if is_first and not block else None,
             )
         if block:
             is_first = False
@@ -83,7 +82,7 @@ def whole_lines(chunks: Iterable[bytes], encoding: str, path: str) -> Iterator[b
         yield rest
 
 
-def _recoded(chunks: Iterable[bytes], encoding: str, path: str) -> Iterator[bytes]:
+def _recoded(chunks: Iterable[bytes], encoding: str, request: Request) -> Iterator[bytes]:
     decoder = codecs.getincrementaldecoder(encoding)()
     line = 1
     try:
@@ -95,4 +94,4 @@ def _recoded(chunks: Iterable[bytes], encoding: str, path: str) -> Iterator[byte
         decoder.decode(b"")
     except UnicodeError:
         name = encoding.upper().replace("-LE", "").replace("-BE", "")
-        raise InputError(f"found damaged text, expected {name}", file=path, line=line) from None
+        raise request.error(f"found damaged text, expected {name}", line) from None

@@ -3,12 +3,13 @@
 import re
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
+from typing import Any
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
 from heyoka_bike.errors import quoted
 from heyoka_bike.scoring.findings import Finding, Severity
-from heyoka_bike.scoring.reading.expected import OPTION, how_to_tell, widths_in_words
-from heyoka_bike.scoring.reading.heading_units import (
+from heyoka_bike.scoring.reading.names.joints import of_joint
+from heyoka_bike.scoring.reading.names.units import (
     BRACKETS,
     quantities,
     split_ending,
@@ -16,7 +17,7 @@ from heyoka_bike.scoring.reading.heading_units import (
     unit_of,
     unknown_unit,
 )
-from heyoka_bike.scoring.reading.joint_names import of_joint
+from heyoka_bike.scoring.reading.request import Request, in_words
 
 TIME = "time"
 _SECONDS = "s"
@@ -155,6 +156,12 @@ def nearest(name: str, like: float = LIKE) -> str | None:
     return _KEYS[close[0]] if close else None
 
 
+def did_you_mean(name: str) -> str:
+    """What to put behind a message about a name; nothing if no known column has one like it."""
+    like = nearest(name)
+    return f"; did you mean {like}?" if like else ""
+
+
 def group_number(name: str) -> int | None:
     """Number in the name of a group of columns (``maneuver_2``), if it is one."""
     match = _GROUP.fullmatch(_BREAKS.sub("_", name.lower()))
@@ -169,24 +176,22 @@ def are_names(names: Sequence[str]) -> bool:
 
 def left_out(names: Sequence[str]) -> Finding:
     """That columns of unknown names are not used."""
-    return Finding(
-        "columns_left_out",
-        f"Columns of other names are left out: {listed(names, _ALMOST)}.",
-        Severity.INFO,
-        {"names": [quoted(name)[1:-1] for name in names[:100]], "count": len(names)},
-    )
+    said = f"Columns of other names are left out: {listed(names, _ALMOST)}."
+    return Finding("columns_left_out", said, Severity.INFO, _evidence(names))
 
 
-def set_aside(names: Sequence[str], option: str) -> Finding:
+def set_aside(names: Sequence[str], request: Request) -> Finding:
     """That columns are not used although their names are known."""
-    return Finding(
-        "known_columns_left_out",
+    said = (
         f"Columns that are known by name are left out: {listed(names)}. A number in a name is that "
         "of a maneuver only if the other names have one, and if the reference has that maneuver; "
-        f"{how_to_tell(option)}.",
-        Severity.WARNING,
-        {"names": [quoted(name)[1:-1] for name in names[:100]], "count": len(names)},
+        f"{request.how_to_tell}."
     )
+    return Finding("known_columns_left_out", said, Severity.WARNING, _evidence(names))
+
+
+def _evidence(names: Sequence[str]) -> dict[str, Any]:
+    return {"names": [quoted(name)[1:-1] for name in names[:100]], "count": len(names)}
 
 
 def unknown_units(names: Mapping[str, str]) -> list[Finding]:
@@ -220,15 +225,17 @@ def listed(names: Sequence[str], like: float | None = None) -> str:
     return f"{shown} and {more} more" if more > 0 else shown
 
 
-def not_understood(names: Sequence[str], found: Sequence[object] | None = None) -> str:
+def not_understood(
+    names: Sequence[str], request: Request, found: Sequence[object] | None = None
+) -> str:
     """What to say of a line of names of which too few are known, or mean what is found."""
     known = [recognise(name) for name in names] if found is None else found
     unknown = [name for name, k in zip(names, known, strict=True) if not k]
     shown = f"{listed(unknown, LIKE)} not understood" if unknown else listed(names)
-    return f"found column names {shown}, expected {_NAMES}; {how_to_tell(OPTION)}"
+    return f"found column names {shown}, expected {_NAMES}; {request.how_to_tell}"
 
 
-def arrays_not_understood(names: Sequence[str], widths: Sequence[int], option: str) -> str:
+def arrays_not_understood(names: Sequence[str], request: Request, widths: Sequence[int]) -> str:
     """What to say of arrays of which too few are known."""
     found = listed(names, LIKE) or "nothing"
     known = [recognise(name) for name in names]
@@ -236,7 +243,7 @@ def arrays_not_understood(names: Sequence[str], widths: Sequence[int], option: s
         found += " without their times"
     return (
         f"found {found}, expected arrays named {_NAMES}, or one array "
-        f"of {widths_in_words(widths)} columns; {how_to_tell(option)}"
+        f"of {in_words(widths)} columns; {request.how_to_tell}"
     )
 
 
