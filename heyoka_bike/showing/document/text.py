@@ -176,12 +176,7 @@ class _Layout:
             max(len(line) for row in (top, *rows) for line in row[i][0].split("\n"))
             for i in range(len(columns))
         ]
-        folding = [i for i, p in enumerate(prose) if p]
-        while self.width > width and folding:
-            longest = max(folding, key=self._widths.__getitem__)
-            if self._widths[longest] <= _LEAST_WORDS:
-                break
-            self._widths[longest] -= 1
+        self._narrow([i for i, p in enumerate(prose) if p], width)
         self.fits = self.width <= width
         self._rows = [
             [
@@ -191,6 +186,14 @@ class _Layout:
             for row in rows
         ]
         self._top = top
+
+    def _narrow(self, folding: Sequence[int], width: int) -> None:
+        """Fold prose, the widest column first, until the lines fit or the words are too few."""
+        while self.width > width and folding:
+            longest = max(folding, key=self._widths.__getitem__)
+            if self._widths[longest] <= _LEAST_WORDS:
+                break
+            self._widths[longest] -= 1
 
     @property
     def width(self) -> int:
