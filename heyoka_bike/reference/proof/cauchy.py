@@ -42,6 +42,10 @@ DEPTH = 6
 
 _BITS = 64
 _FIRST_ARCS, _MOST_ARCS = 8, 1024
+# Parts of it.
+_HALF_CIRCLE = [
+    (Fraction(j, _FIRST_ARCS), Fraction(j + 1, _FIRST_ARCS)) for j in range(_FIRST_ARCS)
+]
 
 Function = Callable[[Equations, Sequence[Number]], list[Number]]
 """Of a bicycle and a state of its form."""
@@ -172,10 +176,7 @@ def _values(
         biggest: list[flint.arb] = []
         # Real polynomials take conjugate values at conjugate points: half a circle is enough.
         # All arcs are tried together, in arrays; then, where that fails, each and its halves.
-        arcs = [
-            (Fraction(j, _FIRST_ARCS), Fraction(j + 1, _FIRST_ARCS)) for j in range(_FIRST_ARCS)
-        ]
-        together = [arcs]
+        together = [_HALF_CIRCLE]
         while together:
             arcs = together.pop()
             a.start()
