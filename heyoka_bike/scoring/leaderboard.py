@@ -16,7 +16,7 @@ from heyoka_bike.bicycle.parameters import describe_inputs, read_bicycle, read_m
 from heyoka_bike.errors import BicycleError, InputError
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.reading import read_results
-from heyoka_bike.scoring.report import ManeuverScore, Report
+from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.score import score
 from heyoka_bike.scoring.submission import PROBLEMS, Submission, read_submission
 from heyoka_bike.system import jobs
@@ -123,12 +123,9 @@ def leaderboard(
     if finish:
         entries = _finished(entries, known, finish, progress)
     entries.sort(key=lambda e: (-e.digits, e.submission.name))
-    return Leaderboard(
-        entries={p: found for p in PROBLEMS
-                 if (found := tuple(e for e in entries if e.submission.problem == p))},
-        refused=tuple(refused),
-        dataset_version=references[0].dataset_version,
-    )  # fmt: skip
+    by_problem = {p: tuple(e for e in entries if e.submission.problem == p) for p in PROBLEMS}
+    held = {problem: found for problem, found in by_problem.items() if found}
+    return Leaderboard(held, tuple(refused), references[0].dataset_version)
 
 
 def _finished(
@@ -202,7 +199,8 @@ def _entry(submission: Submission, known: References) -> Entry:
     _check_rules(submission, report, reference)
     scores = correct_digits(report)
     worst = min(scores, key=scores.__getitem__)
-    drifts = [m.performance for m in _judged(report) if m.performance is not None]
+    judged = [m for m in report.maneuvers if m.performance_limit is not None] or report.maneuvers
+    drifts = [m.performance for m in judged if m.performance is not None]
     return Entry(
         submission=submission,
         digits=scores[worst],
@@ -217,7 +215,7 @@ def _entry(submission: Submission, known: References) -> Entry:
 def correct_digits(report: Report) -> dict[tuple[int, str], float]:
     """The scd of each maneuver and column of the benchmark."""
     return {
-        (m.maneuver, c.key): c.as_understood.measures.scd or 0.0
+        (m.maneuver, c.key): c.scd or 0.0
         for m in report.maneuvers
         for c in m.columns
         if c.key in BENCHMARK_COLUMNS
@@ -226,16 +224,8 @@ def correct_digits(report: Report) -> dict[tuple[int, str], float]:
 
 def other_definitions(report: Report) -> dict[str, str]:
     """By which definition each column is taken, where that is not the default."""
-    return {
-        c.key: c.as_understood.definition
-        for m in report.maneuvers
-        for c in m.columns
-        if c.as_understood.definition != c.as_written.definition
-    }
-
-
-def _judged(report: Report) -> Sequence[ManeuverScore]:
-    return [m for m in report.maneuvers if m.performance_limit is not None] or report.maneuvers
+    columns = (c for m in report.maneuvers for c in m.columns)
+    return {c.key: c.definition for c in columns if c.definition != c.as_written.definition}
 
 
 def _check_rules(submission: Submission, report: Report, reference: Reference) -> None:

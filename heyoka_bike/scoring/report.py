@@ -136,6 +136,10 @@ class ManeuverScore(Displayed, Held[str, ColumnScore]):
         return min(found, key=lambda w: w.scd, default=None)
 
 
+Place = tuple[ManeuverScore, ColumnScore]
+"""A column, and the maneuver it is of."""
+
+
 @dataclass(frozen=True, slots=True)
 class Requirement:
     """One ``--require`` and what came of it.
@@ -244,6 +248,15 @@ class Report(Scored, Held[int, ManeuverScore]):
         """The column with the fewest correct digits; None if nothing was compared."""
         found = (m.worst for m in self.maneuvers)
         return min((w for w in found if w), key=lambda w: w.scd, default=None)
+
+    def by_column(self) -> dict[str, list[Place]]:
+        """The columns that hold a value, by key, in every maneuver that has them."""
+        found: dict[str, list[Place]] = {}
+        for m in self.maneuvers:
+            for c in m.columns:
+                if c.values:
+                    found.setdefault(c.key, []).append((m, c))
+        return found
 
     @property
     def said(self) -> tuple[Finding, ...]:

@@ -15,8 +15,8 @@ from math import inf, isfinite
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
 from heyoka_bike.errors import InputError, did_you_mean, unknown_word
 from heyoka_bike.scoring.column_score import ColumnScore
-from heyoka_bike.scoring.report import Report, Requirement
-from heyoka_bike.scoring.unfilled import CODE
+from heyoka_bike.scoring.judge.unfilled import CODE
+from heyoka_bike.scoring.report import ManeuverScore, Report, Requirement
 
 OF_COLUMN = (
     "scd", "mescd", "max_abs_error", "rms_error", "max_rel_error", "time_to_tolerance",
@@ -101,51 +101,67 @@ def check(text: str, report: Report) -> Requirement:
         See `parse`.
     """
     r = parse(text)
+    try:
+        value, where = (max if r.op in ("<", "<=") else min)(_values(r, report))
+    except _NotMetError as e:
+        return Requirement(text, False, None, str(e))
+    found = value if isfinite(value) else None
+    shown = "never" if found is None else f"{found:.3g}"
+    return Requirement(text, _OPERATORS[r.op](value, r.number), found, f"{shown} ({where})")
+
+
+class _NotMetError(Exception):
+    """Why a requirement is not met, whatever the numbers are."""
+
+
+def _values(r: Parsed, report: Report) -> list[tuple[float, str]]:
+    """Each value that a requirement speaks of, and where it is."""
     unfilled = [p for f in report.findings if f.code == CODE for p in f.evidence["columns"]]
     if asked := [place.split(".") for place in unfilled if _asks(r, place)]:
         numbers, keys = (", ".join(dict.fromkeys(x)) for x in zip(*asked, strict=True))
-        return Requirement(text, False, None, f"maneuver {numbers}, {keys}: never filled in")
+        raise _NotMetError(f"maneuver {numbers}, {keys}: never filled in")
     maneuvers = [m for m in report.maneuvers if r.maneuver in (None, m.maneuver)]
     if not maneuvers:
-        return Requirement(text, False, None, f"maneuver {r.maneuver} is not in the file")
+        raise _NotMetError(f"maneuver {r.maneuver} is not in the file")
+    if r.metric in OF_MANEUVER:
+        return [(_of_maneuver(m, r.metric), f"maneuver {m.maneuver}") for m in maneuvers]
     contradicted = {
         key: f.message
         for f in report.findings
         if f.code == "signs_disagree"
         for key in f.evidence["columns"]
     }
-    values: list[tuple[float, str]] = []
+    values = []
     for m in maneuvers:
-        where = f"maneuver {m.maneuver}"
-        if r.metric in OF_MANEUVER:
-            lacking = next((c for c in m.columns if c.missing and _matters(c, r.metric)), None)
-            if lacking is not None:
-                return Requirement(text, False, None, f"{where}, {_why_missing(lacking)}")
-            value = getattr(m, r.metric)
-            if value is None:
-                why = f"{where} has no mechanical energy to judge"
-                return Requirement(text, False, None, why)
-            values.append((value, where))
-            continue
         for c in m.columns:
             if r.column not in (None, c.key):
                 continue
             if c.missing:
-                return Requirement(text, False, None, f"{where}, {_why_missing(c)}")
+                raise _NotMetError(f"maneuver {m.maneuver}, {_why_missing(c)}")
             if c.key in contradicted:
-                return Requirement(text, False, None, f"{where}, {contradicted[c.key]}")
-            value = _value(c, r.metric)
+                raise _NotMetError(f"maneuver {m.maneuver}, {contradicted[c.key]}")
+            where = f"maneuver {m.maneuver}, {c.key}"
+            value: float | None = getattr(c.as_understood.measures, r.metric)
+            if r.metric == "time_to_tolerance" and value is None and c.values:
+                value = inf
             if value is None:
                 why = f"{r.metric} is not defined, nothing could be compared"
-                return Requirement(text, False, None, f"{where}, {c.key}: {why}")
-            values.append((value, f"{where}, {c.key}"))
+                raise _NotMetError(f"{where}: {why}")
+            values.append((value, where))
     if not values:
         where = "reference" if _is_left_out(r.column, report) else "file"
-        return Requirement(text, False, None, f"{r.column or 'no column'} is not in the {where}")
-    value, where = (max if r.op in ("<", "<=") else min)(values)
-    found = value if isfinite(value) else None
-    shown = "never" if found is None else f"{found:.3g}"
-    return Requirement(text, _OPERATORS[r.op](value, r.number), found, f"{shown} ({where})")
+        raise _NotMetError(f"{r.column or 'no column'} is not in the {where}")
+    return values
+
+
+def _of_maneuver(m: ManeuverScore, metric: str) -> float:
+    for c in m.columns:
+        if c.missing and (metric != "performance" or c.key.endswith("energy")):
+            raise _NotMetError(f"maneuver {m.maneuver}, {_why_missing(c)}")
+    value: float | None = getattr(m, metric)
+    if value is None:
+        raise _NotMetError(f"maneuver {m.maneuver} has no mechanical energy to judge")
+    return value
 
 
 def _asks(r: Parsed, place: str) -> bool:
@@ -165,19 +181,5 @@ def _is_left_out(column: str | None, report: Report) -> bool:
     )
 
 
-def _matters(c: ColumnScore, metric: str) -> bool:
-    return metric in ("coverage", "gap") or c.key.endswith("energy")
-
-
 def _why_missing(c: ColumnScore) -> str:
     return f"{c.key}: {c.missing} of {c.missing + c.values} values are not finite"
-
-
-def _value(c: ColumnScore, metric: str) -> float | None:
-    measures = c.as_understood.measures
-    if measures.max_abs_error is None:
-        return None
-    value: float | None = getattr(measures, metric)
-    if metric == "time_to_tolerance" and value is None:
-        return inf
-    return value

@@ -5,7 +5,7 @@
 `consistency` how well the file agrees with itself. The outcome is one `report.Report`.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from os import PathLike
 from typing import Any
@@ -20,16 +20,16 @@ from heyoka_bike.scoring import measures
 from heyoka_bike.scoring.alignment import SUMMED, Alignment, Part, align, merge
 from heyoka_bike.scoring.column_score import Alternative, ColumnScore, Reading, Trace
 from heyoka_bike.scoring.comparison import Candidate, errors, is_small, largest_errors
-from heyoka_bike.scoring.conclusions import explain
-from heyoka_bike.scoring.consistency import consistency
 from heyoka_bike.scoring.definitions import Understanding, plain, understand
+from heyoka_bike.scoring.judge import explain
+from heyoka_bike.scoring.judge.consistency import consistency
+from heyoka_bike.scoring.judge.unfilled import without_unfilled
+from heyoka_bike.scoring.judge.unknown import without_meaning
 from heyoka_bike.scoring.reading.given import results_of, words
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.report import ManeuverScore, Report
 from heyoka_bike.scoring.requirements import check
-from heyoka_bike.scoring.unfilled import without_unfilled
 from heyoka_bike.scoring.units import factor, to_si
-from heyoka_bike.scoring.unknown import unknown_columns
 
 # The benchmark judges maneuver 2, by eq. (1) below 1e-3 %.
 _JUDGED: Mapping[int, float] = {2: 1e-3}
@@ -99,12 +99,12 @@ def scored(
     understood: Mapping[str, Understanding] | None = None,
 ) -> Report:
     """The report of aligned results, with their columns as understood or as they fit best."""
-    benchmark = reference.dataset_version != CUSTOM
+    limits = _JUDGED if reference.dataset_version != CUSTOM else {}
     taken = understand(alignment.parts) if understood is None else understood
     taken = _with_exact_zero(taken, alignment.parts)
 
     def score_part(part: Part) -> ManeuverScore:
-        return _score_maneuver(part, taken, _JUDGED.get(part.number) if benchmark else None)
+        return _score_maneuver(part, taken, limits.get(part.number))
 
     if all(is_small(part) for part in alignment.parts):
         maneuvers = tuple(map(score_part, alignment.parts))
@@ -116,13 +116,11 @@ def scored(
         # NumPy computes on long arrays outside the interpreter's lock.
         with ThreadPoolExecutor(processors()) as pool:
             maneuvers = tuple(pool.map(score_part, alignment.parts))
-    unknown = unknown_columns(maneuvers)
-    maneuvers = tuple(_without_meaning(m, unknown) for m in maneuvers)
     found = Report(
         dataset_version=reference.dataset_version,
         bicycle=reference.bicycle,
         file=alignment.file,
-        maneuvers=maneuvers,
+        maneuvers=without_meaning(maneuvers),
         findings=alignment.findings,
         reference_sha256=reference.content_sha256,
     )
@@ -152,12 +150,6 @@ def _score_maneuver(
         columns=columns,
         part=part,
     )
-
-
-def _without_meaning(m: ManeuverScore, unknown: Collection[str]) -> ManeuverScore:
-    if not unknown:
-        return m
-    return replace(m, columns=tuple(replace(c, is_known=c.key not in unknown) for c in m.columns))
 
 
 def _coverage(part: Part) -> tuple[float, float, float, float]:
@@ -196,44 +188,42 @@ def _score_columns(part: Part, understood: Mapping[str, Understanding]) -> tuple
     """Verdicts on the columns, in the benchmark's order."""
     keys = [key for key in COMPARED if key in part.values]
     # Without a usable value nothing is understood of a column.
-    understood = {key: understood.get(key) or plain(key) for key in keys}
-    written = {key: _double(part, key) for key in keys}
-    si = {key: _as_understood(written[key], understood[key]) for key in keys}
-    best = [Candidate(si[key], understood[key].column.name) for key in keys]
-    moved = [key for key in keys if not understood[key].is_plain()]
-    as_written = [Candidate(written[key], key) for key in moved]
-    found = errors(part, best + as_written)
-    of_written = dict(zip(moved, found[len(best) :], strict=True))
-    others = [(key, c) for key in keys for c in COMPARED[key] if c is not understood[key].column]
-    far = largest_errors(part, [Candidate(si[key], c.name) for key, c in others])
+    taken = {key: understood.get(key) or plain(key) for key in keys}
+    values = {key: _as_understood(_double(part, key), u) for key, u in taken.items()}
+    moved = [key for key, u in taken.items() if not u.is_plain()]
+    best = [Candidate(values[key], u.column.name) for key, u in taken.items()]
+    found = errors(part, best + [Candidate(_double(part, key), key) for key in moved])
+    traces = {
+        key: _trace(part.time, c.values[0], e) for key, c, e in zip(keys, best, found, strict=False)
+    }
+    as_written = {
+        key: _reading(part, _trace(part.time, part.values[key], e), plain(key))
+        for key, e in zip(moved, found[len(best) :], strict=True)
+    }
+    others = [(key, c) for key, u in taken.items() for c in COMPARED[key] if c is not u.column]
+    far = largest_errors(part, [Candidate(values[key], c.name) for key, c in others])
     alternatives: dict[str, list[Alternative]] = {key: [] for key in keys}
     for (key, c), distance in zip(others, far, strict=True):
-        has_values = bool(np.isfinite(written[key][0]).any())
-        odds = understood[key].odds.get(c.definition)
+        has_values = len(traces[key].time) > 0
+        odds = taken[key].odds.get(c.definition)
         found_far = distance if has_values else None
         alternatives[key].append(Alternative(c.definition, found_far, odds))
-    scores, late = [], _late(part)
-    for key, candidate, error in zip(keys, best, found, strict=False):
-        u = understood[key]
-        missing = int(np.count_nonzero(~np.isfinite(part.values[key])))
-        trace = _trace(part.time, candidate.values[0], error)
-        reading = _reading(part, trace, u)
-        plain_reading = reading
-        if key in of_written:
-            plain_trace = _trace(part.time, written[key][0], of_written[key])
-            plain_reading = _reading(part, plain_trace, plain(key))
+    duration, late = float(part.reference.duration), _late(part)
+    scores = []
+    for key, u in taken.items():
+        trace, reading = traces[key], _reading(part, traces[key], u)
         scores.append(
             ColumnScore(
                 key=key,
                 unit=u.column.unit,
-                as_written=plain_reading,
+                as_written=as_written.get(key, reading),
                 as_understood=reading,
                 floor=_floor(part, key, u, late),
                 alternatives=tuple(alternatives[key]),
                 indistinguishable=u.indistinguishable,
-                growth=measures.growth(trace.time, trace.error, float(part.reference.duration)),
+                growth=measures.growth(trace.time, trace.error, duration),
                 values=len(trace.time),
-                missing=missing,
+                missing=int(np.count_nonzero(~np.isfinite(part.values[key]))),
                 trace=trace,
             )
         )

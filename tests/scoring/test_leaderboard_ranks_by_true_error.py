@@ -15,7 +15,7 @@ from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.leaderboard import leaderboard
 from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.score import score
-from heyoka_bike.scoring.submission import PROBLEMS, Problem, read_submission
+from heyoka_bike.scoring.submission import PROBLEMS, RankedProblem, read_submission
 from heyoka_bike.showing.formats.leaderboard import diagnosis
 from heyoka_bike.system.parallel import using
 from heyoka_bike.system.resources import data_folder
@@ -186,7 +186,7 @@ def test_each_problem_has_a_table_of_its_own(folder, tmp_path, monkeypatch, caps
     sets = tmp_path / "set"
     inputs = ["--bicycle", "browser-jason", "--maneuvers", str(maneuvers)]
     assert main(["generate", *inputs, "--out", str(sets)]) == 0
-    monkeypatch.setitem(PROBLEMS, "H4", Problem("browser-jason", str(maneuvers), (1,)))
+    monkeypatch.setitem(PROBLEMS, "H4", RankedProblem("browser-jason", str(maneuvers), (1,)))
     shutil.copy(sets / "uncontrolled-bicycle.txt", folder / "small.txt")
     entry(folder, lambda text: text.replace('"H1"', '"H4"'), file=folder / "small.txt")
     capsys.readouterr()

@@ -9,7 +9,8 @@ import pytest
 from support import play
 from support.wrong_files import KINDS
 
-from heyoka_bike.scoring import score, signs
+from heyoka_bike.scoring import score
+from heyoka_bike.scoring.judge import signs
 
 # Twice every kind with the fast tests, eight times with the proofs.
 ROUNDS = [i if i < 2 else pytest.param(i, marks=pytest.mark.proof) for i in range(8)]

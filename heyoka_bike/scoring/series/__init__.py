@@ -24,15 +24,15 @@ from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import median
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring.alignment import Alignment, Part, merge
-from heyoka_bike.scoring.convergence import converge
 from heyoka_bike.scoring.definitions import Understanding, understand
-from heyoka_bike.scoring.falling import falling
-from heyoka_bike.scoring.findings import Finding, Severity
+from heyoka_bike.scoring.findings import Finding, warning
 from heyoka_bike.scoring.reading.given import results_of, several
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.report import Convergence, Report, Run, Series
 from heyoka_bike.scoring.score import aligned, scored
-from heyoka_bike.scoring.side_by_side import check_names, side_by_side
+from heyoka_bike.scoring.series.convergence import converge, nothing_shared
+from heyoka_bike.scoring.series.falling import falling
+from heyoka_bike.scoring.series.side_by_side import check_names, side_by_side
 
 # Steps that differ by less than this are the same for a program.
 _SAME_STEP = 1e-6
@@ -146,12 +146,10 @@ def _series(
     cpu: Sequence[float | None] | None,
     require: str | Sequence[str],
 ) -> Series:
-    unknown: list[float | None] = [None] * len(files)
-    if steps is None:
-        sizes = [_rows_apart(a) for a in files] if tolerances is None else unknown
-    else:
-        sizes = list(steps)
-    runs = _runs(files, sizes, tolerances or unknown, cpu or unknown)
+    unknown: Sequence[float | None] = [None] * len(files)
+    told = steps is not None or tolerances is not None
+    apart = unknown if told else [_rows_apart(a) for a in files]
+    runs = _runs(files, steps or apart, tolerances or unknown, cpu or unknown)
     findings: list[Finding] = []
     if not _are_unknown([run.step for run in runs]):
         runs.sort(key=lambda run: -(run.step or 0.0))
@@ -160,20 +158,13 @@ def _series(
         if not _are_unknown([run.tolerance for run in runs]):
             runs.sort(key=lambda run: -(run.tolerance or 0.0))
         elif steps is None or any(step is not None for step in steps) or tolerances is not None:
-            why = (
-                "the rows of several files are equally far apart"
-                if steps is tolerances is None
-                else "several files are given as alike"
+            alike = "the rows of several files are equally far apart"
+            said = (
+                f"{'several files are given as alike' if told else alike}, so the step sizes do "
+                "not tell the runs apart; give those of the integrator (--step) to see the order "
+                "of convergence, or the tolerances of its solver (--tolerance)"
             )
-            findings.append(
-                Finding(
-                    "steps_unknown",
-                    f"{why}, so the step sizes do not tell the runs apart; give those of the "
-                    "integrator (--step) to see the order of convergence, or the tolerances of "
-                    "its solver (--tolerance)",
-                    Severity.WARNING,
-                )
-            )
+            findings.append(warning("steps_unknown", said))
     understood = [understand(run.alignment.parts) for run in runs]
     found = _score(runs, understood, known, require)
     convergence = converge(found)
@@ -183,7 +174,7 @@ def _series(
     if _definitions(understood_better) != _definitions(understood):
         found = _score(runs, understood_better, known, require)
         convergence = converge(found)
-    findings += _nothing_shared(convergence)
+    findings += nothing_shared(convergence, "files share; those of one run go in one file")
     findings += _disagreement(found)
     findings += falling(found, convergence)
     return Series(found, convergence, tuple(findings))
@@ -322,18 +313,6 @@ def _extrapolate(runs: Sequence[_Sized], convergence: Sequence[Convergence]) -> 
     return parts
 
 
-def _nothing_shared(convergence: Sequence[Convergence]) -> list[Finding]:
-    if convergence:
-        return []
-    return [
-        Finding(
-            "no_shared_columns",
-            "no maneuver has a column that two of the files share; those of one run go in one file",
-            Severity.WARNING,
-        )
-    ]
-
-
 def _disagreement(runs: Sequence[Run]) -> list[Finding]:
     """Columns that are taken in different ways: perhaps the files are not of one program."""
     taken: dict[str, set[tuple[str, int, str]]] = {}
@@ -343,14 +322,8 @@ def _disagreement(runs: Sequence[Run]) -> list[Finding]:
                 u = c.as_understood
                 taken.setdefault(c.key, set()).add((u.definition, u.sign, u.unit))
     different = [key for key, ways in taken.items() if len(ways) > 1]
-    if not different:
-        return []
-    return [
-        Finding(
-            "definitions_differ",
-            f"{', '.join(different)} of these files have different definitions, signs or units; "
-            "are they of one program?",
-            Severity.WARNING,
-            {"columns": different},
-        )
-    ]
+    said = (
+        f"{', '.join(different)} of these files have different definitions, signs or units; are "
+        "they of one program?"
+    )
+    return [warning("definitions_differ", said, columns=different)] if different else []

@@ -1,19 +1,17 @@
 """Conventions of a file, which are no errors: axes, units, the zero of the energy, definitions."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from math import floor
 
-from heyoka_bike.scoring.column_score import ColumnScore
-from heyoka_bike.scoring.findings import Finding, named
+from heyoka_bike.scoring.column_score import Alternative, ColumnScore
+from heyoka_bike.scoring.findings import Finding, info, named
+from heyoka_bike.scoring.judge.signs import odd_signs
 from heyoka_bike.scoring.report import Report
 
 DEFAULT = (
     "The file follows the conventions that are taken by default: SI units, roll and steer positive "
     "to the right, potential energy from the floor, and the first definition of each column"
 )
-
-ODD_SIGNS = ("signs_disagree", "senses_opposed")
-"""Findings about signs that may be errors: those columns' signs are not called conventions."""
 
 UNITS_BESIDE = "units_beside"
 """Finding of a diagnosis that the file has other units than those that were scored."""
@@ -30,15 +28,11 @@ _TURNED = {"forward_speed": "the speed counts backward", "pitch": "nose down is 
 _MOST = 6
 
 
-def conventions(report: Report, contradicted: Sequence[str] = ()) -> Finding | None:
-    """Which conventions a file follows, in one sentence; None if they are those by default.
-
-    Parameters
-    ----------
-    contradicted
-        Columns whose signs may be errors: those are no convention.
-    """
-    columns = {c.key: c for m in reversed(report.maneuvers) for c in m.columns if c.values}
+def conventions(report: Report) -> Iterator[Finding]:
+    """Which conventions a file follows, in one sentence; none if they are those by default."""
+    columns = {key: places[0][1] for key, places in report.by_column().items()}
+    # Signs that may be errors are no convention.
+    contradicted = {key for f in odd_signs(report) for key in f.evidence["columns"]}
     turned = [k for k, c in columns.items() if c.as_understood.sign < 0 and k not in contradicted]
     units = {
         key: c.as_understood.unit
@@ -49,29 +43,30 @@ def conventions(report: Report, contradicted: Sequence[str] = ()) -> Finding | N
     meant = {
         key: c
         for key, c in columns.items()
-        if c.as_understood.definition != c.as_written.definition and c.is_known
+        if c.definition != c.as_written.definition and c.is_known
     }
-    said = [
-        *_senses(turned),
-        *in_units(units),
-        *_zeros(zeros),
-        *(f"{key} is {c.as_understood.definition}{_in_brackets(odds(c))}"
-          for key, c in meant.items()),
-    ]  # fmt: skip
+    said = [*_senses(turned), *in_units(units), *_zeros(zeros)]
+    for key, c in meant.items():
+        sure = odds(c)
+        said.append(f"{key} is {c.definition}" + (f" ({sure})" if sure else ""))
     if not said:
-        return None
+        return
     others = "else but the signs that are warned of" if contradicted else "else"
-    return Finding(
+    yield info(
         "conventions",
         f"The file follows conventions of its own, which are no errors: {'; '.join(said)}. All "
         f"{others} is as by default, and every error is that after these are taken into account",
-        evidence={
-            "signs": turned,
-            "units": units,
-            "offsets": zeros,
-            "definitions": {key: c.as_understood.definition for key, c in meant.items()},
-        },
+        signs=turned,
+        units=units,
+        offsets=zeros,
+        definitions={key: c.definition for key, c in meant.items()},
     )
+
+
+def errors_words(found: Iterable[ColumnScore | Alternative]) -> str:
+    """Largest errors, one for each maneuver."""
+    errors = (x.max_abs_error for x in found)
+    return " / ".join("-" if x is None else f"{x:.2g}" for x in errors)
 
 
 def odds(c: ColumnScore) -> str:
@@ -119,7 +114,3 @@ def _zeros(zeros: Mapping[str, float]) -> Iterator[str]:
         keys = [key for key, x in zeros.items() if x == offset]
         where = "above" if offset < 0 else "below"
         yield f"the zero of {named(keys, _MOST)} is {abs(offset):.9g} J {where} that at the floor"
-
-
-def _in_brackets(text: str) -> str:
-    return f" ({text})" if text else ""

@@ -1,0 +1,33 @@
+"""Findings: what the numbers of a report mean, in words. Each rule is a function of the report."""
+
+from collections.abc import Callable, Iterable
+
+from heyoka_bike.scoring.findings import Finding
+from heyoka_bike.scoring.judge.consistency import against_itself
+from heyoka_bike.scoring.judge.conventions import conventions
+from heyoka_bike.scoring.judge.signs import odd_signs
+from heyoka_bike.scoring.judge.single_precision import single_precision
+from heyoka_bike.scoring.judge.time_shift import time_shifted
+from heyoka_bike.scoring.judge.understood import understood
+from heyoka_bike.scoring.judge.unknown import unknown
+from heyoka_bike.scoring.judge.unseen import coverage, digits_written, energy_hides_error
+from heyoka_bike.scoring.report import Report
+
+RULES: tuple[Callable[[Report], Iterable[Finding]], ...] = (
+    conventions,
+    understood,
+    odd_signs,
+    unknown,
+    time_shifted,
+    coverage,
+    energy_hides_error,
+    against_itself,
+    digits_written,
+    single_precision,
+)
+"""In the order in which their findings are said."""
+
+
+def explain(report: Report) -> tuple[Finding, ...]:
+    """What is worth saying about a report, by every rule."""
+    return tuple(finding for rule in RULES for finding in rule(report))
