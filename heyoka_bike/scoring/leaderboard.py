@@ -15,6 +15,7 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.parameters import describe_inputs, read_bicycle, read_maneuvers
 from heyoka_bike.errors import BicycleError, InputError
 from heyoka_bike.reference.load import Reference
+from heyoka_bike.scoring.findings import named
 from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.score import score
@@ -200,7 +201,7 @@ def _entry(submission: Submission, known: References) -> Entry:
     scores = correct_digits(report)
     worst = min(scores, key=scores.__getitem__)
     judged = [m for m in report.maneuvers if m.performance_limit is not None] or report.maneuvers
-    drifts = [m.performance for m in judged if m.performance is not None]
+    drifts = [m.performance for m in judged if m.performance is not None and m.is_own_energy]
     return Entry(
         submission=submission,
         digits=scores[worst],
@@ -213,9 +214,9 @@ def _entry(submission: Submission, known: References) -> Entry:
 
 
 def correct_digits(report: Report) -> dict[tuple[int, str], float]:
-    """The scd of each maneuver and column of the benchmark."""
+    """The scd of each maneuver and column of the benchmark, as far as the digits show it."""
     return {
-        (m.maneuver, c.key): c.scd or 0.0
+        (m.maneuver, c.key): c.shown("scd") or 0.0
         for m in report.maneuvers
         for c in m.columns
         if c.key in BENCHMARK_COLUMNS
@@ -240,6 +241,12 @@ def _check_rules(submission: Submission, report: Report, reference: Reference) -
         raise refuse(
             f"maneuver {', '.join(map(str, held))} in its files",
             f"{', '.join(map(str, numbers))} for problem {submission.problem}",
+        )
+    if odd := [f.message for f in report.findings if f.code == "signs_disagree"]:
+        raise refuse(odd[0], "signs that some choice of axes gives")
+    if report.not_compared:
+        raise refuse(
+            named(list(report.not_compared)), "columns that were computed, each of them once"
         )
     for m in report.maneuvers:
         asked, part = reference[m.maneuver], m.part

@@ -21,7 +21,7 @@ from heyoka_bike.scoring.alignment import SUMMED, Alignment, Part, align, merge
 from heyoka_bike.scoring.column_score import Alternative, ColumnScore, Reading, Trace
 from heyoka_bike.scoring.comparison import Candidate, errors, is_small, largest_errors
 from heyoka_bike.scoring.definitions import Understanding, plain, understand
-from heyoka_bike.scoring.judge import explain
+from heyoka_bike.scoring.judge import judged
 from heyoka_bike.scoring.judge.consistency import consistency
 from heyoka_bike.scoring.judge.unfilled import without_unfilled
 from heyoka_bike.scoring.judge.unknown import without_meaning
@@ -29,14 +29,13 @@ from heyoka_bike.scoring.reading.given import results_of, words
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.report import ManeuverScore, Report
 from heyoka_bike.scoring.requirements import check
-from heyoka_bike.scoring.units import factor, to_si
+from heyoka_bike.scoring.rounding import rounding
+from heyoka_bike.scoring.units import to_si
 
 # The benchmark judges maneuver 2, by eq. (1) below 1e-3 %.
 _JUDGED: Mapping[int, float] = {2: 1e-3}
 # Correct values that were rounded once or twice are apart by up to this many last digits.
 _ROUNDED = 4.0
-# A last row at the end of the run, or one at an event, does not make the others uneven.
-_FEW_ODD = 0.02
 
 
 def score(
@@ -116,15 +115,16 @@ def scored(
         # NumPy computes on long arrays outside the interpreter's lock.
         with ThreadPoolExecutor(processors()) as pool:
             maneuvers = tuple(pool.map(score_part, alignment.parts))
-    found = Report(
-        dataset_version=reference.dataset_version,
-        bicycle=reference.bicycle,
-        file=alignment.file,
-        maneuvers=without_meaning(maneuvers),
-        findings=alignment.findings,
-        reference_sha256=reference.content_sha256,
+    found = judged(
+        Report(
+            dataset_version=reference.dataset_version,
+            bicycle=reference.bicycle,
+            file=alignment.file,
+            maneuvers=without_meaning(maneuvers),
+            findings=alignment.findings,
+            reference_sha256=reference.content_sha256,
+        )
     )
-    found = replace(found, findings=alignment.findings + explain(found))
     asked = [require] if isinstance(require, str) else words(require, "require")
     return replace(found, requirements=tuple(check(text, found) for text in asked))
 
@@ -208,23 +208,27 @@ def _score_columns(part: Part, understood: Mapping[str, Understanding]) -> tuple
         odds = taken[key].odds.get(c.definition)
         found_far = distance if has_values else None
         alternatives[key].append(Alternative(c.definition, found_far, odds))
-    duration, late = float(part.reference.duration), _late(part)
+    duration = float(part.reference.duration)
     scores = []
-    for key, u in taken.items():
+    for (key, u), error in zip(taken.items(), found, strict=False):
         trace, reading = traces[key], _reading(part, traces[key], u)
+        half, floor = rounding(part, key, u.unit)
         scores.append(
             ColumnScore(
                 key=key,
                 unit=u.column.unit,
                 as_written=as_written.get(key, reading),
                 as_understood=reading,
-                floor=_floor(part, key, u, late),
+                floor=floor,
                 alternatives=tuple(alternatives[key]),
                 indistinguishable=u.indistinguishable,
                 growth=measures.growth(trace.time, trace.error, duration),
                 values=len(trace.time),
                 missing=int(np.count_nonzero(~np.isfinite(part.values[key]))),
                 trace=trace,
+                scale=part.reference.scale(u.column.name),
+                unexplained=float(np.fmax.reduce(np.abs(error) - half, initial=0.0)),
+                resolution=float(np.max(half)),
             )
         )
     return tuple(scores)
@@ -248,7 +252,7 @@ def _with_exact_zero(
         if not len(error):
             continue
         # Errors of the motion begin at nothing with it; those of rounding are nothing on average.
-        last_digit = _floor(part, key, u, _late(part)) or 0.0
+        last_digit = rounding(part, key, u.unit)[1] or 0.0
         if key not in part.lo:
             last_digit = max(last_digit, float(np.spacing(part.reference.scale(key))))
         is_rounding = np.ptp(error) <= _ROUNDED * last_digit
@@ -295,36 +299,3 @@ def _reading(part: Part, trace: Trace, u: Understanding) -> Reading:
         offset=u.offset + u.offset_lo,
         measures=measures.measures(trace.time, trace.error, trace.reference, size),
     )
-
-
-def _floor(part: Part, key: str, u: Understanding, late: float) -> float | None:
-    """Largest error that rounded values at times that are so late [s] may have [SI]."""
-    quantum = part.quantum.get(key)
-    largest = np.fmax.reduce(np.abs(part.values[key]), initial=-1.0)
-    if quantum is None or largest < 0:
-        return None
-    # Neighbouring numbers are farthest apart where they are largest.
-    floor = float(quantum.at(np.array([largest]))[0]) / 2 * factor(u.unit)[0]
-    if not late:
-        return floor
-    rows = part.reference.rows[u.column.name]
-    return floor + late * float(np.max(np.abs(np.diff(rows) / np.diff(part.reference.time))))
-
-
-def _late(part: Part) -> float:
-    """How far times that are rounded to the digits written may be off [s]; even ones are not."""
-    times = part.quantum.get("time")
-    if times is None or times.base != 10 or _is_even(part.time):
-        return 0.0
-    return float(np.max(times.at(part.time))) / 2
-
-
-def _is_even(time: Array) -> bool:
-    """Whether all rows but a few are evenly spaced, so that no digit of the times is missing."""
-    steps = np.diff(time)
-    usual = float(median(steps)) if len(steps) else 0.0
-    if usual <= 0.0:
-        return True
-    multiples = (time - time[0]) / usual
-    odd = np.abs(multiples - np.rint(multiples)) > 1e-6
-    return bool(np.mean(odd) < _FEW_ODD)

@@ -94,12 +94,21 @@ def test_what_breaks_a_rule_is_one_line_and_stops_nothing(folder, capsys, what):
     assert len(json.loads(out)["problems"][0]["entries"]) == 2
 
 
+def turned(row):
+    """The roll rates of a row turned round, but not the roll angles."""
+    values = row.split()
+    for i in (2, 10, 18):
+        values[i] = repr(-float(values[i]))
+    return " ".join(values)
+
+
 @pytest.mark.parametrize(
     ("change", "word"),
     [
         (lambda rows: rows[:900], "900 rows"),
         (lambda rows: [*rows[:5], rows[5].replace(rows[5].split()[3], "nan", 1), *rows[6:]],
          "a number in every row"),
+        (lambda rows: [turned(row) for row in rows], "opposite signs"),
         (lambda rows: [*rows[:5], "0.051 " + rows[5].split(" ", 1)[1], *rows[6:]], "row 5"),
     ],
 )  # fmt: skip

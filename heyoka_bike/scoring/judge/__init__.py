@@ -1,6 +1,7 @@
 """Findings: what the numbers of a report mean, in words. Each rule is a function of the report."""
 
 from collections.abc import Callable, Iterable
+from dataclasses import replace
 
 from heyoka_bike.scoring.findings import Finding
 from heyoka_bike.scoring.judge.consistency import against_itself
@@ -11,7 +12,7 @@ from heyoka_bike.scoring.judge.time_shift import time_shifted
 from heyoka_bike.scoring.judge.understood import understood
 from heyoka_bike.scoring.judge.unknown import unknown
 from heyoka_bike.scoring.judge.unseen import coverage, digits_written, energy_hides_error
-from heyoka_bike.scoring.report import Report
+from heyoka_bike.scoring.report import ManeuverScore, Report
 
 RULES: tuple[Callable[[Report], Iterable[Finding]], ...] = (
     conventions,
@@ -28,6 +29,16 @@ RULES: tuple[Callable[[Report], Iterable[Finding]], ...] = (
 """In the order in which their findings are said."""
 
 
-def explain(report: Report) -> tuple[Finding, ...]:
-    """What is worth saying about a report, by every rule."""
-    return tuple(finding for rule in RULES for finding in rule(report))
+def judged(report: Report) -> Report:
+    """A report with what is worth saying about it, by every rule."""
+    found = tuple(finding for rule in RULES for finding in rule(report))
+    contradicted = {
+        key for f in found if f.code == "signs_disagree" for key in f.evidence["columns"]
+    }
+
+    def marked(m: ManeuverScore) -> ManeuverScore:
+        columns = (replace(c, is_contradicted=c.key in contradicted) for c in m.columns)
+        return replace(m, columns=tuple(columns))
+
+    maneuvers = tuple(map(marked, report.maneuvers)) if contradicted else report.maneuvers
+    return replace(report, findings=report.findings + found, maneuvers=maneuvers)

@@ -47,8 +47,8 @@ def _choices() -> dict[str, frozenset[str]]:
             found[f"{end}_axle_force_{row}"] = axes[row] ^ {f"{end} action"}
             found[f"{end}_axle_moment_{row}"] = axes[row] ^ {f"{end} action", "sense"}
         found[f"{end}_frame_q0"] = {f"{end} -q"}
-        found[f"{end}_wheel_angle"] = {"rolling"}
-        found[f"{end}_wheel_omega_y"] = {"spin"}
+        # The rate is that of the angle, but for the pitch.
+        found[f"{end}_wheel_angle"] = found[f"{end}_wheel_omega_y"] = {"rolling"}
         found[f"{end}_normal_force"] = {"up", "floor action"}
         found[f"{end}_longitudinal_force"] = {"along", "floor action"}
         found[f"{end}_lateral_force"] = {"across", "floor action"}

@@ -14,9 +14,6 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED, LATERAL
 from heyoka_bike.scoring.alignment import Alignment, Part
 from heyoka_bike.scoring.findings import Finding, warning
 
-CODE = "never_filled"
-"""Of the finding; its evidence lists maneuvers and columns."""
-
 # Fewer rows may be alike.
 _FEW_ROWS = 10
 # Another number than zero is what was never filled in of these alone: a constant speed is what the
@@ -113,7 +110,7 @@ def _finding(found: Sequence[tuple[Part, dict[str, float]]]) -> Finding:
         for (number, where), names in alike.items()
     ]
     return warning(
-        CODE,
+        "never_filled",
         f"{', '.join(said)}: one number in every row of what varies, so never filled in; left out "
         "of the result",
         columns=[f"{part.number}.{key}" for part, keys in found for key in keys],
