@@ -30,8 +30,8 @@ from heyoka_bike.bicycle.parameters import read_bicycle as read_bicycle
 from heyoka_bike.bicycle.parameters import read_maneuvers as read_maneuvers
 from heyoka_bike.bicycle.stability.linear import linearise as linearise
 from heyoka_bike.motion.events import follow as follow
-from heyoka_bike.motion.fast.ensemble import Ensemble as Ensemble
-from heyoka_bike.motion.fast.simulate import simulate as simulate
+from heyoka_bike.workbench.fast.ensemble import Ensemble as Ensemble
+from heyoka_bike.workbench.fast.simulate import simulate as simulate
 from heyoka_bike.motion.integrate import integrate as integrate
 from heyoka_bike.motion.trajectory import Trajectory as Trajectory
 from heyoka_bike.numbers.exact import Exact as Exact

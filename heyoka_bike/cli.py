@@ -1,6 +1,6 @@
 """The command line: ``heyoka-bike`` and ``python -m heyoka_bike``.
 
-Each command is a module of `commands` with ``add_parser`` and ``run``; heavy imports happen in
+Each command is a module, see `registry`, with ``add_parser`` and ``run``; heavy imports happen in
 ``run``, so that ``--help`` is quick.
 """
 
@@ -8,8 +8,7 @@ import argparse
 import gc
 import os
 import sys
-from collections.abc import Sequence
-from importlib import import_module
+from collections.abc import Iterable, Sequence
 from io import TextIOWrapper
 from typing import Any, NoReturn
 
@@ -17,12 +16,8 @@ from heyoka_bike.commands.citation import Cite
 from heyoka_bike.commands.completion import SHELLS, PrintCompletion
 from heyoka_bike.commands.options import add_verbose, telling, using_workers
 from heyoka_bike.errors import BicycleError, Exit, InputError, did_you_mean, printable, unknown_word
+from heyoka_bike.registry import COMMANDS, command
 from heyoka_bike.version import __version__
-
-_COMMANDS = (
-    "generate", "score", "diagnose", "verify", "certify", "linear", "plot", "animate", "export",
-    "bench", "atlas", "leaderboard", "serve", "selfcheck",
-)  # fmt: skip
 
 # These spread their work over threads themselves; those of the linear algebra would only spin.
 _THREADED = ("score", "diagnose")
@@ -76,7 +71,7 @@ class _Parser(argparse.ArgumentParser):
             raise argparse.ArgumentError(action, message)
 
 
-def parser(commands: Sequence[str] = _COMMANDS) -> argparse.ArgumentParser:
+def parser(commands: Iterable[str] = COMMANDS) -> argparse.ArgumentParser:
     """The parser of the command line, of all commands or of some."""
     top = _Parser(
         prog="heyoka-bike",
@@ -95,7 +90,7 @@ def parser(commands: Sequence[str] = _COMMANDS) -> argparse.ArgumentParser:
     )
     subparsers = top.add_subparsers(title="commands", metavar="COMMAND", required=True)
     for name in commands:
-        import_module(f"heyoka_bike.commands.{name}").add_parser(subparsers)
+        command(name).add_parser(subparsers)
         add_verbose(subparsers.choices[name])
     return top
 
@@ -104,17 +99,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line; returns the exit code."""
     words = sys.argv[1:] if argv is None else list(argv)
     if argv is None:
-        if isinstance(sys.stdout, TextIOWrapper):
-            # A file's name may have letters that a code page does not.
-            sys.stdout.reconfigure(errors="backslashreplace")
-        # Nothing of what is imported is garbage: looking for it takes a thirtieth of a score.
-        gc.set_threshold(50_000)
-        if words[:1] and words[0] in _THREADED:
-            # Read when NumPy is imported.
-            os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+        _prepare(words)
     # Of one command the others need not be imported.
-    asked = [word for word in words[:1] if word in _COMMANDS]
-    top = parser(asked or _COMMANDS)
+    asked = [word for word in words[:1] if word in COMMANDS]
+    top = parser(asked or COMMANDS)
     try:
         try:
             arguments = top.parse_args(words or ["--help"], argparse.Namespace(words=words))
@@ -125,49 +113,62 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         return _unread()
     try:
-        if sys.stdout is None:
-            raise InputError("standard output is closed")
-        with telling(arguments), using_workers(arguments):
-            code: int = arguments.run(arguments)
-        sys.stdout.flush()
-        return code
-    except BicycleError as e:
-        _complain(str(e))
-        return e.exit_code
-    except KeyboardInterrupt:
-        _complain("interrupted")
-        return Exit.INTERRUPTED
-    except ModuleNotFoundError as e:
-        _complain(f"the package '{e.name}' is not installed, expected it with heyoka_bike")
-        return Exit.INPUT
-    except BrokenPipeError:
-        return _unread()
-    except OSError as e:
-        _complain(f"{e.filename or 'standard output'}: cannot be written: {e.strerror or e}")
-        return Exit.INPUT
+        return _carry_out(arguments)
     except SystemExit:
         # Only rich raises it here: when the reader of our output went away.
         return Exit.OK
-    except MemoryError:
-        _complain("out of memory")
-        return Exit.INTERNAL
-    except Exception as e:
-        if os.environ.get("HEYOKA_BIKE_TRACEBACK"):
+    except BrokenPipeError:
+        return _unread()
+    except (Exception, KeyboardInterrupt) as e:
+        code, message = _stopped_by(e)
+        if code == Exit.INTERNAL and os.environ.get("HEYOKA_BIKE_TRACEBACK"):
             raise
-        where = "".join(f", {note}" for note in getattr(e, "__notes__", ()))
-        _complain(
-            f"internal error: {type(e).__name__}: {e}{where} (set HEYOKA_BIKE_TRACEBACK=1 for "
-            "details)"
-        )
-        return Exit.INTERNAL
+        print(f"heyoka-bike: {' '.join(message.split())}", file=sys.stderr)
+        return code
+
+
+def _prepare(words: Sequence[str]) -> None:
+    """Settings of a process that runs the program and nothing else."""
+    if isinstance(sys.stdout, TextIOWrapper):
+        # A file's name may have letters that a code page does not.
+        sys.stdout.reconfigure(errors="backslashreplace")
+    # Nothing of what is imported is garbage: looking for it takes a thirtieth of a score.
+    gc.set_threshold(50_000)
+    if words[:1] and words[0] in _THREADED:
+        # Read when NumPy is imported.
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+
+def _carry_out(arguments: argparse.Namespace) -> int:
+    if sys.stdout is None:
+        raise InputError("standard output is closed")
+    with telling(arguments), using_workers(arguments):
+        code: int = arguments.run(arguments)
+    sys.stdout.flush()
+    return code
+
+
+def _stopped_by(e: BaseException) -> tuple[Exit, str]:
+    """Exit code, and the line that says what stopped a command."""
+    match e:
+        case BicycleError():
+            return e.exit_code, str(e)
+        case KeyboardInterrupt():
+            return Exit.INTERRUPTED, "interrupted"
+        case ModuleNotFoundError():
+            message = f"the package '{e.name}' is not installed, expected it with heyoka_bike"
+            return Exit.INPUT, message
+        case OSError():
+            place = e.filename or "standard output"
+            return Exit.INPUT, f"{place}: cannot be written: {e.strerror or e}"
+        case MemoryError():
+            return Exit.INTERNAL, "out of memory"
+    where = "".join(f", {note}" for note in getattr(e, "__notes__", ()))
+    said = f"internal error: {type(e).__name__}: {e}{where}"
+    return Exit.INTERNAL, f"{said} (set HEYOKA_BIKE_TRACEBACK=1 for details)"
 
 
 def _unread() -> Exit:
     """The reader of our output went away (head, less): not an error."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return Exit.OK
-
-
-def _complain(message: str) -> None:
-    line = " ".join(message.split())
-    print(f"heyoka-bike: {line}", file=sys.stderr)

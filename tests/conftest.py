@@ -38,7 +38,7 @@ if find_spec("heyoka") is None:
         "commands/test_score_diagnoses.py",
     ]  # fmt: skip
 if find_spec("uvicorn") is None:
-    collect_ignore += ["commands/test_serve_command.py", "serving"]
+    collect_ignore += ["workbench/test_serve_command.py", "workbench/serving"]
 
 MANEUVERS = (1, 2, 3)
 MadeOnce = Callable[[str, Callable[[Path], object]], Path]

@@ -5,11 +5,11 @@ import time
 import numpy as np
 
 from heyoka_bike import load_reference
-from heyoka_bike.bench.compiled import CompiledPeers
-from heyoka_bike.bench.problem import Problem
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.parameters import read_bicycle, read_maneuvers
 from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
+from heyoka_bike.workbench.bench.compiled import CompiledPeers
+from heyoka_bike.workbench.bench.problem import Problem
 
 NAME = "Runge-Kutta 4 in C, h = 0.001 s"
 STEP = 1e-3  # [s]

@@ -23,7 +23,8 @@ from scipy.integrate import solve_ivp
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.constants import constants
 from heyoka_bike.bicycle.equations.initial import few_product_state, initial_state
-from heyoka_bike.bicycle.equations.outputs import columns, unfold
+from heyoka_bike.bicycle.equations.kinematics import unfold
+from heyoka_bike.bicycle.equations.outputs import columns
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver, read_bicycle, read_maneuvers
 from heyoka_bike.motion.expressions import require_heyoka
 from heyoka_bike.motion.integrate import right_hand_side

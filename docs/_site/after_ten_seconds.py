@@ -24,8 +24,8 @@ from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.numbers.arithmetic import exact_ball
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.layout import AFTER
-from heyoka_bike.reference.proof.after_ten_seconds import settling_fact
 from heyoka_bike.system.resources import after_folder, benchmark_bicycle, benchmark_maneuvers
+from heyoka_bike.workbench.after_ten_seconds.facts import settling_fact
 
 PAGE = Path(__file__).parent.parent / "after-ten-seconds.md"
 MARKS = "<!-- {}: begin -->", "<!-- {}: end -->"

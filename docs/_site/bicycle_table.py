@@ -15,13 +15,13 @@ from pathlib import Path
 import mpmath
 
 from heyoka_bike.bicycle.parameters import read_bicycle
-from heyoka_bike.bicycle.stability.box import stability_box
 from heyoka_bike.bicycle.stability.linear import linearise
 from heyoka_bike.cli import main as command
-from heyoka_bike.commands.linear import above, below
 from heyoka_bike.reference.layout import CERTIFICATE
 from heyoka_bike.reference.manifest import MANIFEST, read_manifest
 from heyoka_bike.system.resources import collection
+from heyoka_bike.workbench.boxes.box import stability_box
+from heyoka_bike.workbench.boxes.report import above, below
 
 PAGE = Path(__file__).parent.parent / "bicycles.md"
 NAMES = [name for name in collection("bicycles") if name != "benchmark"]

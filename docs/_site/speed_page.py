@@ -16,17 +16,17 @@ import numpy as np
 from matplotlib.figure import Figure
 
 import heyoka_bike
-from heyoka_bike.bench.figure import COLOURS, MARKERS, draw
-from heyoka_bike.bench.floor import Floor
-from heyoka_bike.bench.problem import Problem
-from heyoka_bike.bench.race import CLASSES
 from heyoka_bike.bicycle.parameters import Maneuver, read_bicycle, read_maneuvers
 from heyoka_bike.cli import main
-from heyoka_bike.motion.fast.simulate import ACCURACIES, simulate
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.load import load_reference
 from heyoka_bike.showing.figures.style import render, style
 from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
+from heyoka_bike.workbench.bench.figure import COLOURS, MARKERS, draw
+from heyoka_bike.workbench.bench.floor import Floor
+from heyoka_bike.workbench.bench.problem import Problem
+from heyoka_bike.workbench.bench.race import CLASSES
+from heyoka_bike.workbench.fast.simulate import ACCURACIES, simulate
 
 DOCS = Path(__file__).parent.parent
 PAGE, RUN = DOCS / "speed.md", DOCS / "speed.json"

@@ -7,7 +7,7 @@ from field_figures import PASSES, RIGHT
 from field_page import shown
 from paper_fact import among, document, fact, part, power, text_of
 
-from heyoka_bike.bench.race import CLASSES
+from heyoka_bike.workbench.bench.race import CLASSES
 
 FIELD = "python data/peers/field.py --all -o docs/field.json"
 SPEED = "python docs/_site/speed_page.py --measure"
@@ -146,7 +146,7 @@ def race(accuracy, code):
     return f"{times[code] / ours:,.0f}"
 
 
-@fact("heyoka_bike/bench/race.py", "heyoka-bike bench --help")
+@fact("heyoka_bike/workbench/bench/race.py", "heyoka-bike bench --help")
 def accuracy(name):
     """Limit of a class of the race."""
     return power(among(CLASSES[name], r"under ([0-9e-]+)"))

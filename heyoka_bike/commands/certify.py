@@ -7,6 +7,7 @@ from typing import Any
 
 from heyoka_bike.commands.options import add_folder, add_format, add_workers, print_json
 from heyoka_bike.errors import Exit
+from heyoka_bike.registry import addition
 from heyoka_bike.system.console import print_table, progress_bars, table
 from heyoka_bike.version import __version__
 
@@ -49,11 +50,10 @@ def run(args: argparse.Namespace) -> int:
 
 def _after(args: argparse.Namespace) -> int:
     from heyoka_bike.reference.layout import AFTER
-    from heyoka_bike.reference.proof.after_file import certify_after
     from heyoka_bike.system.resources import after_folder
 
     with progress_bars({"certify": 1.0}) as progress:
-        facts = certify_after(args.folder or None, progress=progress)
+        facts = addition("certify_after")(args.folder or None, progress=progress)
     folder = args.folder or after_folder()
     if args.format == "json":
         said = [{"about": fact.about, "statement": fact.statement} for fact in facts]

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.commands.options import add_format, add_workers, print_json
 from heyoka_bike.errors import Exit, InputError
+from heyoka_bike.registry import addition
 from heyoka_bike.system.console import print_table, progress_bars, table
 from heyoka_bike.version import __version__
 
@@ -213,8 +214,6 @@ def _folders(args: argparse.Namespace) -> dict[Path, str]:
 
 def _after(args: argparse.Namespace) -> int:
     """What follows the ten seconds of the benchmark, and of nothing else."""
-    from heyoka_bike.reference.making.after_ten_seconds import generate_after
-
     given = {
         "--bicycle": args.bicycle,
         "--all-bicycles": args.all_bicycles,
@@ -230,7 +229,7 @@ def _after(args: argparse.Namespace) -> int:
             )
     out = "reference/after-ten-seconds" if args.out is None else args.out
     with progress_bars({"certify": 1.0}) as progress:
-        changed = generate_after(out, progress=progress)
+        changed = addition("generate_after")(out, progress=progress)
     if args.format == "json":
         made = {"folder": out, "dataset_version": None, "written": list(changed), "maneuvers": []}
         print_json(_document([made], {}))

@@ -6,22 +6,18 @@ import argparse
 import json
 import sys
 from collections.abc import Sequence
-from decimal import ROUND_CEILING, ROUND_FLOOR, Context, Decimal
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.commands.options import add_bicycle
 from heyoka_bike.errors import Exit, InputError
+from heyoka_bike.registry import addition
 from heyoka_bike.system.console import print_table, table
 
 if TYPE_CHECKING:
-    from heyoka_bike.bicycle.stability.box import BoxStability, CriticalSpeed, Interval
     from heyoka_bike.bicycle.stability.linear import Linearisation
 
 _MAX_SPEEDS = 10_001
-
-# It is of first order only.
-_DEVIATION_DIGITS = 3
 
 _UNITS = {"M": "kg m^2", "C1": "kg m", "K0": "kg m", "K2": "kg"}
 
@@ -80,20 +76,18 @@ def run(args: argparse.Namespace) -> int:
         print(f"heyoka-bike: warning: {bicycle.name}: {warning}", file=sys.stderr)
     box = None
     if args.uncertainty is not None:
-        from heyoka_bike.bicycle.stability.box import stability_box
-
-        box = stability_box(bicycle, parse_sigmas(args.uncertainty), args.digits)
+        box = addition("uncertain_stability")(bicycle, args.uncertainty, args.digits)
     linear = linearise(bicycle, args.digits)
     spectrum = [(v, linear.eigenvalues(v)) for v in speeds]
     if args.format == "json":
         document: dict[str, object] = {"bicycle": bicycle.name, **_as_json(linear, spectrum)}
         if box is not None:
-            document["uncertainty"] = _box_as_json(box, args.digits)
+            document["uncertainty"] = box.as_json()
         print(json.dumps(document, indent=2))
     else:
         _print(bicycle.name, linear, spectrum)
         if box is not None:
-            _print_box(box, args.digits)
+            box.print()
     return Exit.OK
 
 
@@ -122,29 +116,6 @@ def parse_speeds(text: str) -> list[Fraction]:
     if steps >= _MAX_SPEEDS:
         raise InputError(f"--speeds: found {steps + 1} speeds, expected at most {_MAX_SPEEDS}")
     return [first + i * step for i in range(steps + 1)]
-
-
-def parse_sigmas(text: str) -> Fraction:
-    """A positive number of standard deviations.
-
-    Raises
-    ------
-    InputError
-        The text is not one.
-    """
-    from heyoka_bike.errors import quoted
-    from heyoka_bike.numbers.exact import Exact
-
-    try:
-        sigmas = Exact.parse(text).fraction()
-    except ValueError:
-        sigmas = Fraction(0)
-    if sigmas <= 0:
-        raise InputError(
-            f"--uncertainty: found {quoted(text)}, expected a positive number of standard "
-            "deviations"
-        )
-    return sigmas
 
 
 def _speed(text: str) -> Fraction:
@@ -239,75 +210,3 @@ def _print(name: str, linear: Linearisation, spectrum: _Spectrum) -> None:
     ]
     rows += [[quantities[0], "none"] for quantities, found in critical if not found]
     print_table(table(("critical speeds", "value"), rows))
-
-
-def below(x: Fraction, digits: int) -> str:
-    """A decimal at or below x."""
-    return str(_divided(x, digits, ROUND_FLOOR))
-
-
-def above(x: Fraction, digits: int) -> str:
-    """A decimal at or above x."""
-    return str(_divided(x, digits, ROUND_CEILING))
-
-
-def _divided(x: Fraction, digits: int, rounding: str) -> Decimal:
-    return Context(prec=digits, rounding=rounding).divide(
-        Decimal(x.numerator), Decimal(x.denominator)
-    )
-
-
-def _bounds(v: CriticalSpeed, digits: int) -> dict[str, str]:
-    """Decimals that say no more than is proved or was attained."""
-    return {
-        "from": below(v.low, digits),
-        "to": above(v.high, digits),
-        "attained_from": above(v.least, digits),
-        "attained_to": below(v.most, digits),
-        "standard_deviation": above(v.deviation, _DEVIATION_DIGITS),
-    }
-
-
-def _ends(interval: Interval | None, digits: int, *, inward: bool) -> dict[str, str | None] | None:
-    """An interval of speeds, rounded inward or outward."""
-    if interval is None:
-        return None
-    low, high = interval
-    begin, end = (above, below) if inward else (below, above)
-    return {"from": begin(low, digits), "to": None if high is None else end(high, digits)}
-
-
-def _box_as_json(box: BoxStability, digits: int) -> dict[str, object]:
-    return {
-        "standard_deviations": str(box.sigmas),
-        "parameters": box.parameters,
-        **{
-            name: None if speeds is None else [_bounds(v, digits) for v in speeds]
-            for name, speeds in (("weave", box.weave), ("capsize", box.capsize))
-        },
-        "all_stable": _ends(box.every, digits, inward=True),
-        "some_stable": _ends(box.some, digits, inward=False),
-    }
-
-
-def _print_box(box: BoxStability, digits: int) -> None:
-    print(
-        f"Every bicycle whose {box.parameters} uncertain parameters are each within "
-        f"{box.sigmas} standard deviation(s):"
-    )
-    rows = []
-    for name, speeds in (("weave", box.weave), ("capsize", box.capsize)):
-        if speeds is None:
-            rows.append([f"{name} speed [m/s]", "not decided", "", "", "", ""])
-        elif not speeds:
-            rows.append([f"{name} speed [m/s]", "none", "", "", "", ""])
-        rows += [[f"{name} speed [m/s]", *_bounds(v, digits).values()] for v in speeds or ()]
-    for name, interval, inward in (
-        ("all are stable [m/s]", box.every, True),
-        ("none is stable outside [m/s]", box.some, False),
-    ):
-        ends = _ends(interval, digits, inward=inward)
-        found = ["no speed", ""] if ends is None else [x or "no end" for x in ends.values()]
-        rows.append([name, *found, "", "", ""])
-    heading = ("proved", "from", "to", "attained from", "attained to", "standard deviation")
-    print_table(table(heading, rows))

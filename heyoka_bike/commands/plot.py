@@ -9,6 +9,7 @@ from typing import Any
 
 from heyoka_bike.commands.options import lists
 from heyoka_bike.errors import Exit, InputError
+from heyoka_bike.registry import addition
 from heyoka_bike.showing.figures import ALL, ATLAS, DEFAULT, FIGURES, plates
 
 _DEFAULT_FOLDER = "figures"
@@ -99,7 +100,6 @@ def run(args: argparse.Namespace) -> int:
 
 def _atlas(args: argparse.Namespace) -> int:
     """The map of an atlas, or its page."""
-    from heyoka_bike.motion.atlas.store import load_atlas
     from heyoka_bike.showing.figures.style import save
     from heyoka_bike.system.files import write_output
 
@@ -112,15 +112,10 @@ def _atlas(args: argparse.Namespace) -> int:
         raise InputError("--format: expected none for the page of an atlas")
     _check_formats(args)
     paths = [Path(args.output)] if is_page else _paths(args, [ATLAS])[0]
-    atlas = load_atlas(args.reference)
     if is_page:
-        from heyoka_bike.showing.atlas.page import render
-
-        write_output(paths[0], render(atlas).encode())
+        write_output(paths[0], addition("atlas_page")(args.reference).encode())
     else:
-        from heyoka_bike.showing.figures.atlas import draw
-
-        figure = draw(atlas)
+        figure = addition("atlas_figure")(args.reference)
         for path in paths:
             save(figure, path)
     for path in paths:

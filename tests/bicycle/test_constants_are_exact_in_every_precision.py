@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from heyoka_bike.bicycle.equations.constants import constants
-from heyoka_bike.bicycle.equations.kinematics import state_names
+from heyoka_bike.bicycle.equations.kinematics import state_names, unfold
 from heyoka_bike.bicycle.equations.model import few_products, regular
-from heyoka_bike.bicycle.equations.outputs import columns, unfold
+from heyoka_bike.bicycle.equations.outputs import columns
 from heyoka_bike.motion.integrate import Native, right_hand_side
 from heyoka_bike.numbers.arithmetic import Multiprecision
 from heyoka_bike.numbers.precision import Precision

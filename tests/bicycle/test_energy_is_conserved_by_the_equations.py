@@ -3,9 +3,9 @@
 import pytest
 from support.on_the_floor import along, few_product_state, model, random_state
 
-from heyoka_bike.bicycle.equations.kinematics import front_contact_height
+from heyoka_bike.bicycle.equations.kinematics import front_contact_height, unfold
 from heyoka_bike.bicycle.equations.model import few_products, regular
-from heyoka_bike.bicycle.equations.outputs import energies, unfold
+from heyoka_bike.bicycle.equations.outputs import energies
 
 STATES = [
     *(pytest.param(seed, 0.1, 0.1, id=f"small angles {seed}") for seed in range(4)),

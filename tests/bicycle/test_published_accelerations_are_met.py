@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 from support.on_the_floor import along, few_product_state, model, pitch_on_the_floor
 
-from heyoka_bike.bicycle.equations.kinematics import front_contact_height
+from heyoka_bike.bicycle.equations.kinematics import front_contact_height, unfold
 from heyoka_bike.bicycle.equations.model import few_products, regular
-from heyoka_bike.bicycle.equations.outputs import energies, unfold, yaw_rate
+from heyoka_bike.bicycle.equations.outputs import energies, yaw_rate
 from heyoka_bike.bicycle.parameters import read_maneuvers
 from heyoka_bike.system.resources import benchmark_maneuvers
 

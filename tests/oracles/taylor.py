@@ -22,8 +22,9 @@ import flint
 
 from heyoka_bike.bicycle.equations.constants import Constants, constants
 from heyoka_bike.bicycle.equations.initial import initial_state
+from heyoka_bike.bicycle.equations.kinematics import unfold
 from heyoka_bike.bicycle.equations.model import regular
-from heyoka_bike.bicycle.equations.outputs import unfold, yaw_rate
+from heyoka_bike.bicycle.equations.outputs import yaw_rate
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
 from heyoka_bike.motion.trajectory import Trajectory

@@ -15,6 +15,7 @@ ROOT = Path(__file__).resolve().parents[2]
 # By contract: a package, and what must not be imported there.
 WRONG = {
     "Each wing uses only those below it": ("numbers", "heyoka_bike.scoring"),
+    "Inside the workbench": ("workbench/fast", "heyoka_bike.workbench.bench"),
     "Inside the reference": ("reference/proof", "heyoka_bike.reference.verification"),
     "Inside scoring": ("scoring/reading", "heyoka_bike.scoring.diagnosis"),
     "Inside showing": ("showing/formats", "heyoka_bike.showing.replay"),

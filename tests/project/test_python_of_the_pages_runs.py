@@ -19,7 +19,7 @@ _BLOCK = re.compile(r"^```(?:\{run\} )?python\b([^\n]*)\n(.*?)^```$", re.MULTILI
 # What a block of these pages needs that no test of seconds has, and where it is tried.
 ELSEWHERE = {
     "docs/after-ten-seconds.md": "runs of minutes; when the site is built",
-    "docs/atlas.md": "an atlas; tests/motion/test_an_atlas_says_what_becomes.py",
+    "docs/atlas.md": "an atlas; tests/workbench/test_an_atlas_says_what_becomes.py",
     "docs/how-to/cluster.md": "a cluster; tests/system/test_a_cluster_carries_out_jobs.py",
     "docs/pytest.md": "tests of a project; tests/example_project",
     "docs/how-to/continuous-integration.md": "tests of a project; tests/example_project",

@@ -14,7 +14,8 @@ import pytest
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.constants import constants
-from heyoka_bike.bicycle.equations.outputs import columns, unfold
+from heyoka_bike.bicycle.equations.kinematics import unfold
+from heyoka_bike.bicycle.equations.outputs import columns
 from heyoka_bike.numbers.arithmetic import Multiprecision
 
 pytestmark = pytest.mark.proof

@@ -20,7 +20,7 @@ from oracles.vectors import Matrix, Vector
 
 from heyoka_bike.bicycle.equations.configuration import INTEGRALS
 from heyoka_bike.bicycle.equations.forces import forces
-from heyoka_bike.bicycle.equations.outputs import unfold
+from heyoka_bike.bicycle.equations.kinematics import unfold
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.equations.whole_motion import motion_columns
 from heyoka_bike.bicycle.parameters import Bicycle

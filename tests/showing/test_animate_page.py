@@ -2,20 +2,16 @@
 
 import json
 import re
-import shutil
-import subprocess
 
 import numpy as np
 import pytest
-from test_renderers_html_stands_alone import Page, assert_runs_alone
+from support.pages import Page, assert_runs_alone, browser, data, look, widths
 
 from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.showing.replay.page import render
 from heyoka_bike.showing.replay.scenes import replay
 from heyoka_bike.system.resources import data_folder
 
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "chrome"))), None)
-browser = pytest.mark.skipif(CHROMIUM is None, reason="no chromium to look at the page with")
 RESULT = data_folder() / "peers" / "exudyn-h0.01.txt"
 PAGES = ["plain", "compared"]
 
@@ -26,11 +22,6 @@ def pages(reference):
         "plain": render(replay(reference)),
         "compared": render(replay(reference, read_results(RESULT, count=3)), str(RESULT)),
     }
-
-
-def data(page):
-    found = re.search(r'<script type="application/json" id="data">\n(.*?)\n</script>', page, re.S)
-    return json.loads(found[1])
 
 
 @pytest.mark.parametrize("name", PAGES)
@@ -93,33 +84,6 @@ def test_hostile_names_stay_text(reference):
     assert not re.search("[\x00-\x08\x0b-\x1f\x7f-\x9f]", text)
 
 
-# Without a picture chromium asks for frames when it likes; here they come with its virtual time.
-FRAMES = (
-    "<script>requestAnimationFrame = (f) => setTimeout(() => f(performance.now()), 16);</script>"
-)
-
-
-def look(page, folder, address="", *, what="--dump-dom", flags=(), budget=2500):
-    """What chromium says on standard output and on its console."""
-    path = folder / "page.html"
-    if what == "--dump-dom":
-        # The page runs its own script and no other; this one and hands are let in beside it.
-        page = re.sub(r"script-src [^\"]*", "script-src 'unsafe-inline'", page)
-        page = page.replace("<script type", f"{FRAMES}<script type")
-    path.write_text(page, encoding="utf-8")
-    run = subprocess.run(
-        [
-            CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu", "--hide-scrollbars",
-            f"--user-data-dir={folder / 'profile'}", "--enable-logging=stderr", "--v=0",
-            "--window-size=1280,900", f"--virtual-time-budget={budget}", *flags, what,
-            f"{path.as_uri()}{address}",
-        ],
-        capture_output=True, text=True, timeout=120, cwd=folder,
-    )  # fmt: skip
-    assert run.returncode == 0, run.stderr
-    return run.stdout, [line for line in run.stderr.splitlines() if "CONSOLE" in line]
-
-
 def clock(dom):
     return float(re.search(r'<output class="clock">([\d.]+) s<', dom)[1])
 
@@ -165,35 +129,6 @@ def test_it_plays_unless_motion_is_not_wanted(pages, tmp_path):
 def test_errors_of_a_page_would_be_seen(tmp_path, pages):
     broken = pages["plain"].replace("const draw = () => {", "const draw = () => { nothing();")
     assert look(broken, tmp_path)[1] != []
-
-
-def widths(page, folder, address):
-    """How wide a page is in windows of four widths, and the window."""
-    # A window of chromium is at least 500 wide: narrower ones are frames in another page.
-    frame = folder / "frames.html"
-    (folder / "page.html").write_text(page, encoding="utf-8")
-    frame.write_text(
-        "".join(
-            f'<iframe src="page.html{address}" width="{w}" height="900"></iframe>'
-            for w in (320, 400, 800, 1280)
-        )
-        + "<p></p><script>onload = () => setTimeout(() => { document.querySelector('p').textContent"
-        " = [...document.querySelectorAll('iframe')].map((f) =>"
-        " f.contentDocument.documentElement.scrollWidth + '/' +"
-        " f.contentDocument.documentElement.clientWidth).join(' '); }, 500)</script>"
-    )
-    run = subprocess.run(
-        [
-            CHROMIUM, "--headless", "--no-sandbox", "--disable-gpu",
-            f"--user-data-dir={folder / 'profile'}", "--allow-file-access-from-files",
-            "--hide-scrollbars", "--window-size=1400,900", "--virtual-time-budget=3000",
-            "--dump-dom", frame.as_uri(),
-        ],
-        capture_output=True, text=True, timeout=120,
-    )  # fmt: skip
-    found = re.search(r"<p>(.*?)</p>", run.stdout)[1].split()
-    assert len(found) == 4
-    return [tuple(map(int, pair.split("/"))) for pair in found]
 
 
 @browser

@@ -2,14 +2,14 @@
 
 import numpy as np
 import pytest
+from support.pages import Page
 from support.without_packages import python
-from test_renderers_html_stands_alone import Page
 
 from heyoka_bike import display
-from heyoka_bike.motion.fast.simulate import simulate
 from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.reference.values import Values
 from heyoka_bike.showing.views.card import card, head, plain_table
+from heyoka_bike.workbench.fast.simulate import simulate
 
 COLUMNS = ["roll_angle", "steer_angle"]
 

@@ -4,12 +4,11 @@ import re
 import subprocess
 import sys
 from dataclasses import replace
-from functools import cached_property
-from html.parser import HTMLParser
 
 import numpy as np
 import pytest
 from support import sample_reports
+from support.pages import Page
 
 from heyoka_bike.showing.formats import html
 from heyoka_bike.showing.formats.origin import Origin
@@ -20,62 +19,6 @@ SAMPLES = (
     "hostile", "series", "programs",
 )  # fmt: skip
 HEAVY = {"h5py", "heyoka", "flint", "mpmath", "scipy", "matplotlib", "rich", "plotly"}
-INLINE = {"b", "bdi", "i", "tspan"}
-VOID = {"meta", "link", "br", "hr", "img", "input", "wbr"}
-
-
-class Page(HTMLParser):
-    """What a browser would find; complains where tags do not match."""
-
-    def __init__(self, text):
-        super().__init__(convert_charrefs=True)
-        self.open, self.tags, self.words = [], [], []
-        self.feed(text)
-        self.close()
-        assert self.open == []
-
-    def handle_starttag(self, tag, attrs):
-        assert len(dict(attrs)) == len(attrs), (tag, attrs)
-        self.tags.append((tag, dict(attrs)))
-        self.words.append("" if tag in INLINE else " ")
-        if tag not in VOID:
-            self.open.append(tag)
-
-    def handle_startendtag(self, tag, attrs):
-        assert "svg" in self.open, tag
-        self.tags.append((tag, dict(attrs)))
-
-    def handle_endtag(self, tag):
-        assert self.open, tag
-        assert self.open.pop() == tag, self.getpos()
-        self.words.append("" if tag in INLINE else " ")
-
-    def handle_data(self, data):
-        if not self.open or self.open[-1] not in ("script", "style"):
-            self.words.append(data)
-
-    @cached_property
-    def text(self):
-        return " ".join("".join(self.words).split())
-
-    def all(self, tag):
-        return [attributes for name, attributes in self.tags if name == tag]
-
-
-def assert_runs_alone(text):
-    """A page with a script of its own asks for nothing else, and shows numbers."""
-    page = Page(text)
-    urls = set(re.findall(r"https?://[^\s\"'<>)]+", text))
-    assert urls <= {"https://jfly.uni-koeln.de/color/.", "http://www.w3.org/2000/svg"}
-    assert not re.search(r"url\(|@import|\bfetch\b|XMLHttpRequest|\bimport\b|\beval\b", text)
-    for tag, attributes in page.tags:
-        for key, value in attributes.items():
-            assert not key.startswith("on"), (tag, key)
-            if key in ("src", "href", "xlink:href", "srcset", "action", "style"):
-                assert value.startswith(("#", "data:")), (tag, key, value)
-    policy = [a["content"] for a in page.all("meta") if "http-equiv" in a]
-    assert policy[0].startswith("default-src 'none';")
-    assert not re.search(r"\bNone\b|(?i:\bnan\b|\binf\b|\binfinity\b)", page.text)
 
 
 @pytest.fixture(scope="module")

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 from support import sample_reports
+from support.pages import Page
 from support.without_packages import python
-from test_renderers_html_stands_alone import Page
 
 from heyoka_bike.errors import InputError
 from heyoka_bike.scoring.findings import Finding

@@ -8,7 +8,8 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.constants import constants
-from heyoka_bike.bicycle.equations.outputs import columns, unfold
+from heyoka_bike.bicycle.equations.kinematics import unfold
+from heyoka_bike.bicycle.equations.outputs import columns
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.motion.expressions import Expressions
 from heyoka_bike.motion.integrate import right_hand_side

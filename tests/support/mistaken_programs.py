@@ -9,9 +9,9 @@ from scipy.linalg import expm
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.bicycle.equations.constants import constants
-from heyoka_bike.bicycle.equations.kinematics import state_names
+from heyoka_bike.bicycle.equations.kinematics import state_names, unfold
 from heyoka_bike.bicycle.equations.model import regular
-from heyoka_bike.bicycle.equations.outputs import columns, unfold, yaw_rate
+from heyoka_bike.bicycle.equations.outputs import columns, yaw_rate
 from heyoka_bike.bicycle.parameters import Bicycle, read_bicycle
 from heyoka_bike.bicycle.stability.linear import linearise
 from heyoka_bike.motion.expressions import Expressions

@@ -53,7 +53,7 @@ class Configuration:
     ----------
     equations : Equations
     o, u
-        See `outputs.unfold`.
+        See `kinematics.unfold`.
     angles
         Roll, pitch, steer and yaw [rad].
     x, y

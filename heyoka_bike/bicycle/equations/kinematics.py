@@ -234,3 +234,16 @@ def state_names(regular: bool) -> Sequence[str]:
     """Names of the state variables of the few-product or the regular form."""
     rates = ("roll_rate", "steer_rate") if regular else ("w1", "w3")
     return ("roll", "pitch", "steer", *rates, "spin")
+
+
+def unfold(
+    k: Constants, a: Arithmetic, state: Sequence[Number], *, is_regular: bool
+) -> tuple[Posture, Speeds]:
+    """Posture and speeds from the state of either form; a seventh entry, the yaw, is ignored."""
+    roll, pitch, steer, rate1, rate3, spin = state[:6]
+    o = posture(k, a, roll, pitch, steer)
+    v = k.rear.r * spin
+    if not is_regular:
+        return o, speeds(k, o, v, rate1, rate3)
+    w1, w3 = rear_rates(o, v, rate1, rate3)
+    return o, speeds(k, o, v, w1, w3, rate3)

@@ -25,8 +25,8 @@ from heyoka_bike.bicycle.equations.kinematics import (
     lateral_condition,
     turn_divisor,
     turn_row,
+    unfold,
 )
-from heyoka_bike.bicycle.equations.outputs import unfold
 from heyoka_bike.numbers.arithmetic import Arithmetic, Number
 
 

@@ -6,11 +6,11 @@ The rear frame has attitude R = Rz(yaw) Rx(roll) Ry(pitch); z is down, so a posi
 the right and a positive yaw turns to the right.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from heyoka_bike.bicycle.equations.constants import Assembly, Constants
-from heyoka_bike.bicycle.equations.kinematics import Posture, Speeds, posture, rear_rates, speeds
+from heyoka_bike.bicycle.equations.kinematics import Posture, Speeds
 from heyoka_bike.numbers.arithmetic import Arithmetic, Number
 
 _Vector = tuple[Number, Number, Number]
@@ -27,19 +27,6 @@ class Energies:
     def total(self) -> Number:
         """What the motion keeps."""
         return self.potential + self.kinetic
-
-
-def unfold(
-    k: Constants, a: Arithmetic, state: Sequence[Number], *, is_regular: bool
-) -> tuple[Posture, Speeds]:
-    """Posture and speeds from the state of either form; a seventh entry, the yaw, is ignored."""
-    roll, pitch, steer, rate1, rate3, spin = state[:6]
-    o = posture(k, a, roll, pitch, steer)
-    v = k.rear.r * spin
-    if not is_regular:
-        return o, speeds(k, o, v, rate1, rate3)
-    w1, w3 = rear_rates(o, v, rate1, rate3)
-    return o, speeds(k, o, v, w1, w3, rate3)
 
 
 def yaw_rate(o: Posture, u: Speeds) -> Number:

@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 
 from heyoka_bike.bicycle.equations.bodies import Bodies, bodies
 from heyoka_bike.bicycle.equations.constants import Constants, constants
-from heyoka_bike.bicycle.equations.kinematics import Posture, Speeds, state_names
+from heyoka_bike.bicycle.equations.kinematics import Posture, Speeds, state_names, unfold
 from heyoka_bike.bicycle.equations.model import few_product_rates, regular_rates
-from heyoka_bike.bicycle.equations.outputs import Energies, columns, energies, unfold, yaw_rate
+from heyoka_bike.bicycle.equations.outputs import Energies, columns, energies, yaw_rate
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.arithmetic import Arithmetic, Arrays, Multiprecision, Number
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.errors import InputError
 from heyoka_bike.reference.load import Reference, load_reference
+from heyoka_bike.registry import addition
 from heyoka_bike.showing.figures import ATLAS, DEFAULT, plates
 from heyoka_bike.showing.figures.style import FORMATS, render, save
 
@@ -83,13 +84,10 @@ def _drawn(
             'reference; score(...).save("report.html") draws results'
         )
     if figure == ATLAS:
-        from heyoka_bike.motion.atlas.store import load_atlas
-        from heyoka_bike.showing.figures.atlas import draw
-
         if not isinstance(reference, str | PathLike) or maneuver is not None:
             raise InputError("reference, maneuver: expected the folder of an atlas, and none")
         (one,) = files([ATLAS])
-        return [(draw(load_atlas(Path(reference))), one)]
+        return [(addition("atlas_figure")(reference), one)]
     known = load_reference(reference)
     chosen = plates(known, figure, maneuver, dashes="")
     every = files([plate.name for plate in chosen])

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from heyoka_bike.bicycle.equations.configuration import track_speeds, wheel_rates
 from heyoka_bike.bicycle.equations.constants import Constants
-from heyoka_bike.bicycle.equations.outputs import unfold, yaw_rate
+from heyoka_bike.bicycle.equations.kinematics import unfold
+from heyoka_bike.bicycle.equations.outputs import yaw_rate
 from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.load import ReferenceManeuver

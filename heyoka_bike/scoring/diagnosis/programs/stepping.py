@@ -11,7 +11,7 @@ from functools import lru_cache
 import numpy as np
 
 from heyoka_bike.bicycle.equations.reduced import Equations
-from heyoka_bike.motion.fast.many_code import FIFTH, STAGES, STEP, Row
+from heyoka_bike.motion.dormand_prince import FIFTH, STAGES, STEP, Row
 from heyoka_bike.numbers.arithmetic import Arrays, Multiprecision
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.diagnosis.programs.simulator import (

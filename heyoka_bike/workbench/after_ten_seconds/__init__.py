@@ -1,0 +1,1 @@
+"""What becomes of the benchmark's motions after their ten seconds, proved."""

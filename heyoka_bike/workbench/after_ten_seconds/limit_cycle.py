@@ -1,0 +1,228 @@
+"""A cycle of the bicycle that is its own mirror image half a period later, proved to exist.
+
+It is looked for among motions that start upright, in steer angle, roll rate, steer rate and spin of
+the rear wheel, with the time T of the next upright crossing: five unknowns u. Wanted is that the
+state at T is the mirrored start, and that the energy is a given one. A box around the start of a
+candidate holds exactly one such u if Krawczyk's operator
+
+    K = u0 - C G(u0) + (1 - C G'(box)) (box - u0)
+
+maps the box into itself; G' follows from the derivatives of all motions that start in the box (see
+`nearby`). Three facts about the equations are used, which tests show to be identities: the mirror
+image of a motion is a motion, the energy is constant, and the front wheel stays on the floor. By
+the last two, spin and pitch need no conditions of their own: they are what the others and the
+energy or the floor say, as either of these changes with them.
+
+The motion that starts there is a cycle of period 2 T, and of no shorter one, as all these motions
+are upright once only. It attracts those of its energy if the multipliers of the half return map at
+this energy, its derivative's eigenvalues, are below 1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import permutations
+
+import flint
+
+from heyoka_bike.bicycle.equations.initial import initial_state
+from heyoka_bike.bicycle.equations.kinematics import front_contact_height
+from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.bicycle.parameters import Maneuver
+from heyoka_bike.errors import NotCertifiedError
+from heyoka_bike.motion.evaluator import evaluator
+from heyoka_bike.motion.events import UPRIGHT, events
+from heyoka_bike.motion.trajectory import Certificate, Trajectory
+from heyoka_bike.numbers.arithmetic import Number, exact_ball
+from heyoka_bike.numbers.ball_matrices import Vector, abs_times, identity
+from heyoka_bike.numbers.dual import Dual, Duals
+from heyoka_bike.reference.proof.enclose import Progress, enclose
+from heyoka_bike.reference.proof.error_flow import MATRIX_BITS, SIZE
+from heyoka_bike.workbench.after_ten_seconds.nearby import nearby
+
+_RADIUS = Fraction(1, 2**140)
+"""Of the box: far above what G leaves at the candidate, far below what its derivative asks for."""
+
+_GUARD_BITS = 64
+_ROLL, _PITCH, _STEER, _SPIN = 0, 1, 2, 5
+_MIRRORED = (2, 3, 4)
+"""Steer angle, roll rate and steer rate, in the state: of these the end is minus the start."""
+
+_UNKNOWNS = (*_MIRRORED, _SPIN)
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """A cycle that is shown to exist.
+
+    Attributes
+    ----------
+    run : Trajectory
+        The candidate.
+    certificate : Certificate
+        How far from it the cycle may be.
+    half_period : arb
+        [s]
+    multipliers : tuple of arb
+        Of the half return map at the cycle's energy, the largest in magnitude first.
+    """
+
+    run: Trajectory
+    certificate: Certificate
+    half_period: flint.arb
+    multipliers: tuple[flint.arb, ...]
+
+    @property
+    def is_attracting(self) -> bool:
+        """Whether it is shown to attract the motions of its energy that come near it."""
+        return all(abs(x) < 1 for x in self.multipliers)
+
+
+def prove_cycle(run: Trajectory, like: Maneuver, progress: Progress | None = None) -> Cycle:
+    """The cycle near a candidate, with the energy that a maneuver starts with.
+
+    Parameters
+    ----------
+    run : Trajectory
+        Upright at its start, for longer than half a period; of the regular form.
+    like : Maneuver
+    progress
+        See `enclose`.
+
+    Raises
+    ------
+    NotCertifiedError
+        It is not shown to exist, or its multipliers are not told apart.
+    """
+    if not (run.is_regular and run.maneuver.roll.is_zero):
+        raise _refused(run, "expected the regular form, and an upright start")
+    exact = enclose(run, progress)
+    crossing = next(events(run, (UPRIGHT,), exact), None)
+    if crossing is None:
+        raise _refused(run, "it does not come upright again")
+    at = evaluator(run, run.bits + _GUARD_BITS, exact)
+    with at.balls.precision():
+        equations, radius = at.equations, exact_ball(_RADIUS)
+        time = crossing.time.mid()
+        start = initial_state(equations, run.maneuver)
+        end = at.state(time)
+        energy = (
+            equations.energies(start).total
+            - equations.energies(initial_state(equations, like)).total
+        )
+        rest = [end[_ROLL], *(end[i] + start[i] for i in _MIRRORED), energy]
+        box, tilt = _starts(run, equations, start, radius)
+        unit = flint.arb(2) ** -run.grid
+        radii = [abs(x - row[0] * unit).upper() for x, row in zip(box, run.pieces[0], strict=True)]
+    near = nearby(run, radii)
+    at = evaluator(run, at.balls.bits, near.certificate)
+    with at.balls.precision():
+        times = flint.arb(time, radius)
+        end = at.state(times)
+        rates = equations.rates_with_yaw(end)
+        mirrored = [-x if i in _MIRRORED else x for i, x in enumerate(end)]
+        both = [x.union(y) for x, y in zip(box, mirrored, strict=True)]
+        by_energy = _energy_slopes(run, equations, both, tilt)
+        flow = near.derivative(times) * _start_slopes(tilt)
+    uprights = list(events(run, (UPRIGHT,), near.certificate))
+    if len(uprights) != 1 or not uprights[0].is_single:
+        raise _refused(run, "it is not shown to come upright once")
+    with flint.ctx.workprec(MATRIX_BITS):
+        _check_krawczyk(run, rest, _derivative(flow, rates, by_energy), radius)
+        return Cycle(run, near.certificate, times, _multipliers(run, flow, rates, by_energy))
+
+
+def _starts(
+    run: Trajectory, equations: Equations, start: Sequence[flint.arb], radius: flint.arb
+) -> tuple[list[flint.arb], flint.arb]:
+    """States of the box on the floor, and the derivative of their pitch by the steer angle."""
+    box = [flint.arb(x, radius) if i in _UNKNOWNS else x for i, x in enumerate(start)]
+    box[_PITCH] = flint.arb(start[_PITCH], radius)
+    by_pitch, by_steer = _height_slopes(equations, box)
+    # Newton's method in intervals: one pitch for each steer angle, inside of the box.
+    gap = front_contact_height(equations.k, equations.a, box[_ROLL], start[_PITCH], box[_STEER])
+    if not (abs(by_pitch) > 0 and abs(gap / by_pitch) < radius):
+        raise _refused(run, "no pitch is found for every steer angle of the box")
+    return box, -by_steer / by_pitch
+
+
+def _height_slopes(equations: Equations, state: Sequence[flint.arb]) -> Sequence[flint.arb]:
+    """Derivatives of the front wheel's height by pitch and steer angle."""
+    duals = Duals(equations.a)
+    pitch, steer = duals.variables([state[_PITCH], state[_STEER]])
+    slopes: Sequence[flint.arb] = front_contact_height(
+        equations.k, duals, state[_ROLL], pitch, steer
+    ).slopes
+    return slopes
+
+
+def _energy_slopes(
+    run: Trajectory, equations: Equations, state: Sequence[flint.arb], tilt: flint.arb
+) -> list[flint.arb]:
+    """Derivatives of the energy by the unknowns, over the starts and the mirrored ends."""
+    moving: list[Number] = list(state)
+    for i, x in zip(_UNKNOWNS, Duals(equations.a).variables([state[i] for i in _UNKNOWNS]),
+                    strict=True):  # fmt: skip
+        moving[i] = x
+    moving[_PITCH] = Dual(state[_PITCH], (tilt, 0, 0, 0))
+    slopes = list(equations.over(Duals(equations.a)).energies(moving).total.slopes)
+    if not (abs(slopes[-1]) > 0 and abs(_height_slopes(equations, state)[0]) > 0):
+        raise _refused(run, "energy and floor do not determine spin and pitch")
+    return slopes
+
+
+def _start_slopes(tilt: flint.arb) -> flint.arb_mat:
+    """Derivatives of the start by the unknowns, the yaw included."""
+    rows: list[list[Number]] = [[int(i == j) for j in _UNKNOWNS] for i in range(SIZE)]
+    rows[_PITCH] = [tilt, 0, 0, 0]
+    return flint.arb_mat(rows)
+
+
+def _derivative(
+    flow: flint.arb_mat, rates: Sequence[flint.arb], energy: Sequence[flint.arb]
+) -> flint.arb_mat:
+    """G' over the box: a row for each condition, a column for each unknown, the time last."""
+    rows = [[*(flow[_ROLL, j] for j in range(4)), rates[_ROLL]]]
+    for k, i in enumerate(_MIRRORED):
+        rows.append([*(flow[i, j] + int(j == k) for j in range(4)), rates[i]])
+    return flint.arb_mat([*rows, [*energy, 0]])
+
+
+def _check_krawczyk(
+    run: Trajectory, rest: Vector, derivative: flint.arb_mat, radius: flint.arb
+) -> None:
+    """That the box holds exactly one zero of G; `rest` is G in its middle."""
+    inverse = derivative.mid().inv().mid()
+    spread = abs_times(identity(5) - inverse * derivative, [radius] * 5)
+    moved = abs_times(inverse, [abs(x).upper() for x in rest])
+    for x, y in zip(moved, spread, strict=True):
+        if not x + y < radius:
+            raise _refused(run, "Krawczyk's operator leaves the box")
+
+
+def _multipliers(
+    run: Trajectory, flow: flint.arb_mat, rates: Sequence[flint.arb], energy: Sequence[flint.arb]
+) -> tuple[flint.arb, ...]:
+    """Eigenvalues of the half return map's derivative, by steer angle, roll and steer rate."""
+
+    def by(i: int, j: int) -> flint.arb:
+        # At the crossing: what the start does to the state, less what it does to the time.
+        return rates[i] * flow[_ROLL, j] / rates[_ROLL] - flow[i, j]
+
+    matrix = flint.acb_mat(
+        [[by(i, j) - by(i, 3) * energy[j] / energy[3] for j in range(3)] for i in _MIRRORED]
+    )
+    try:
+        values = matrix.eig()
+    except ValueError:
+        raise _refused(run, "the multipliers are not told apart") from None
+    # Conjugates of enclosures that hold one eigenvalue each are enclosures too: these are real.
+    if any(a.overlaps(b.conjugate()) for a, b in permutations(values, 2)):
+        raise _refused(run, "the multipliers are not shown to be real")
+    return tuple(sorted((x.real for x in values), key=lambda x: -abs(float(x.mid()))))
+
+
+def _refused(run: Trajectory, why: str) -> NotCertifiedError:
+    return NotCertifiedError(f"{run.maneuver.name}: the cycle is not certified: {why}")

@@ -1,0 +1,180 @@
+"""What an atlas is asked to be: its grid, and how that is cut into chunks."""
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from math import ceil, sqrt
+from typing import Any
+
+import numpy as np
+
+from heyoka_bike.bicycle.parameters import PARAMETERS, START, Bicycle
+from heyoka_bike.errors import InputError, quoted
+from heyoka_bike.numbers.double import Array
+from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.system.versions import versions
+from heyoka_bike.workbench.atlas.data import Axis
+from heyoka_bike.workbench.atlas.fates import LONGEST
+from heyoka_bike.workbench.fast.taylor_code import PLANS
+
+ACCURACY, EDGE_ACCURACY = 1e-10, "roundoff"
+"""Of the motions of the grid, and of those at the edge; see `PLANS`."""
+
+Chunk = tuple[int, int]
+"""Its number along both axes."""
+
+_MOST_POINTS = 10**9
+_CHUNKS = 100  # about as many, until they are as large as they may be
+_SIDES = (4, 128)
+
+
+@dataclass(frozen=True)
+class Design:
+    """What is to be computed.
+
+    Attributes
+    ----------
+    bicycle : Bicycle
+    axes : tuple of Axis
+        Two of them.
+    start : mapping
+        What the start is where no axis says it [SI], by the names of `START`.
+    longest
+        How long a motion is followed [s].
+    """
+
+    bicycle: Bicycle
+    axes: tuple[Axis, Axis]
+    start: Mapping[str, float]
+    longest: float = LONGEST
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Points along the two axes."""
+        return len(self.axes[0].values), len(self.axes[1].values)
+
+    @property
+    def side(self) -> int:
+        """Points of a chunk along either axis; it follows from the shape."""
+        least, most = _SIDES
+        return min(max(ceil(sqrt(self.shape[0] * self.shape[1] / _CHUNKS)), least), most)
+
+    def chunks(self) -> Iterator[Chunk]:
+        """All of them, in the order in which they are computed."""
+        rows, columns = (ceil(n / self.side) for n in self.shape)
+        return ((i, j) for i in range(rows) for j in range(columns))
+
+    def slices(self, chunk: Chunk) -> tuple[slice, slice]:
+        """The part of the grid that is in a chunk."""
+        side = self.side
+        first, second = (
+            slice(i * side, min((i + 1) * side, n)) for i, n in zip(chunk, self.shape, strict=True)
+        )
+        return first, second
+
+    def points(self, first: Array, second: Array) -> tuple[list[Bicycle], Array, Any]:
+        """Bicycles, starts in the order of `START`, and which bicycle each start is for.
+
+        Parameters
+        ----------
+        first, second : ndarray, shape (points,)
+            On the two axes.
+        """
+        starts = np.tile([self.start[name] for name in START], (len(first), 1))
+        changes: dict[str, Array] = {}
+        for axis, values in zip(self.axes, (first, second), strict=True):
+            if axis.name in START:
+                starts[:, START.index(axis.name)] = values
+            else:
+                changes[axis.name] = values
+        if not changes:
+            return [self.bicycle], starts, np.zeros(len(first), dtype=int)
+        table, which = np.unique(
+            np.column_stack(list(changes.values())), axis=0, return_inverse=True
+        )
+        bicycles = [
+            self.bicycle.replace(
+                **{s: Exact(Fraction(float(x))) for s, x in zip(changes, row, strict=True)}
+            )
+            for row in table
+        ]
+        # One bicycle's constants are compiled in; here all are read, in every chunk.
+        return [*bicycles, self.bicycle], starts, which.reshape(-1)
+
+    def provenance(self) -> dict[str, str]:
+        """All that the numbers depend on, as text."""
+        from heyoka_bike.motion.expressions import require_heyoka
+
+        inputs = {
+            "bicycle": {s: str(self.bicycle[s]) for s in PARAMETERS},
+            "axes": {a.name: [x.hex() for x in map(float, a.values)] for a in self.axes},
+            "start": {name: x.hex() for name, x in self.start.items()},
+        }
+        plan, edge = PLANS[ACCURACY], PLANS[EDGE_ACCURACY]
+        return {
+            "inputs": json.dumps(inputs, sort_keys=True),
+            "longest": f"{self.longest:g} s",
+            "method": f"Taylor steps of order {plan.order}, at the edge {edge.order}, binary64",
+            "heyoka_bike": versions()["heyoka_bike"],
+            "heyoka": require_heyoka().__version__,
+            "chunk": f"{self.side} x {self.side} points",
+        }
+
+
+def axis(text: str, name: str) -> Axis:
+    """The axis ``FROM:TO:N`` of a name of `START`, or of a parameter.
+
+    Raises
+    ------
+    InputError
+        Not such a text, or values that the model does not allow.
+    """
+    option = "--" + name.replace("_", "-") if name in START else f"--axis {name}"
+    parts = text.split(":")
+    if len(parts) != 3:
+        raise InputError(f"{option}: found {quoted(text)}, expected FROM:TO:N, such as 3:8:200")
+    try:
+        begin, end = (_number(part) for part in parts[:2])
+    except ValueError as e:
+        raise InputError(f"{option}: {e}") from None
+    if not parts[2].isdecimal() or not 2 <= int(parts[2]) <= _MOST_POINTS:
+        raise InputError(f"{option}: found {quoted(parts[2])} points, expected 2 or more")
+    count = int(parts[2])
+    if begin >= end:
+        raise InputError(f"{option}: found {quoted(text)}, expected FROM below TO")
+    step = (end - begin) / (count - 1)
+    return Axis(name, np.array([float(begin + i * step) for i in range(count)]))
+
+
+def design(
+    bicycle: Bicycle, axes: Sequence[Axis], start: Mapping[str, float] | None = None,
+    longest: float = LONGEST,
+) -> Design:  # fmt: skip
+    """A design that is checked; what is not said of the start is zero.
+
+    Raises
+    ------
+    InputError
+        Not two axes that differ, or values that the model does not allow.
+    """
+    names = [a.name for a in axes]
+    if len(names) != 2 or names[0] == names[1]:
+        raise InputError(f"found axes {', '.join(names) or 'none'}, expected two that differ")
+    whole = {**dict.fromkeys(START, 0.0), **(start or {})}
+    first, second = axes
+    made = Design(bicycle, (first, second), whole, longest)
+    if made.shape[0] * made.shape[1] > _MOST_POINTS:
+        raise InputError(f"found more than {_MOST_POINTS:.0e} points, expected fewer")
+    # The ends of the axes are refused before anything is computed.
+    corners = [(x, y) for x in (0, -1) for y in (0, -1)]
+    made.points(
+        np.array([first.values[i] for i, _ in corners]),
+        np.array([second.values[j] for _, j in corners]),
+    )
+    return made
+
+
+def _number(text: str) -> Fraction:
+    x = Exact.parse(text)
+    return x.rational if x.is_rational else Fraction(float(x))

@@ -1,0 +1,301 @@
+"""What becomes of each of many motions, decided from samples in binary64.
+
+A motion is followed window by window until one of these is so, or for `LONGEST`.
+
+- *It falls*: the handlebar is turned by a right angle either way, or the step size vanishes, as it
+  does at a singularity. The first is found as a zero of the Taylor polynomials.
+- *It comes to run straight.* Energy is constant, so the speed of straight running is known from the
+  start, and the eigenvalues of the equations linearised there. If all real parts are negative, and
+  roll, steer and their rates stay so small over a window that terms of third order are below a
+  hundredth of the decay, it has.
+- *It comes to a periodic weave*: over 20 s the lean changes sign, and its greatest magnitudes
+  repeat every first, second ... or eighth time, to a thousandth.
+
+A wheel leaves the floor where its normal force passes zero, found from samples, 32 times as many
+where these or the parabolas through three of them say that there is something to be found.
+
+None of this is proved. Where motions are chaotic, and next to the edge of falling, rounding
+decides.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heyoka_bike.numbers.double import Array
+from heyoka_bike.workbench.atlas.condition import EARLY, SECONDS, conditions
+from heyoka_bike.workbench.atlas.data import (
+    CYCLE,
+    FALLS,
+    FRONT,
+    LIFTS,
+    REAR,
+    UNDECIDED,
+    UPRIGHT,
+    VARIABLES,
+    WEAVES,
+)
+from heyoka_bike.workbench.atlas.runs import LATERAL, ROLL, SPACING, SPIN, STEER, WINDOW, Runs
+from heyoka_bike.workbench.atlas.tops import first_negative, largest, tops
+from heyoka_bike.workbench.fast.taylor_code import STATE
+
+LONGEST = 200.0
+"""How long a motion is followed [s] that does not come to anything sooner."""
+
+SETTLED = 0.01
+"""Roll and steer angle [rad] below which a motion that comes to run straight has settled."""
+
+_DURATION = WINDOW * SPACING
+_FLAT = 0.03  # against the square root of the decay, see `_is_straight`
+_LOOK = 4  # windows over which a weave must repeat itself
+_REPEATS = 1e-3
+_MOST_PEAKS = 8  # in a period
+_FINER = 32  # samples in place of one, where a wheel lifts
+
+
+@dataclass(frozen=True, slots=True)
+class Straight:
+    """Straight running with the energy of some motions.
+
+    Attributes
+    ----------
+    speed : ndarray
+        [m/s]; NaN where the energy does not suffice.
+    growth : ndarray
+        Largest real part of the eigenvalues at that speed [1/s]; negative if it is stable.
+    """
+
+    speed: Array
+    growth: Array
+
+    @classmethod
+    def of(cls, runs: Runs, states: Array, which: Array) -> "Straight":
+        equations = runs.equations(which)
+        upright = np.zeros_like(states)
+        upright[:, SPIN] = 1 / equations.k.length
+        still = equations.energies(list(upright.T))
+        surplus = equations.energies(list(states.T)).total - still.potential
+        with np.errstate(invalid="ignore"):
+            speed = np.sqrt(surplus / still.kinetic) * np.where(states[:, SPIN] < 0, -1.0, 1.0)
+        is_known = np.isfinite(speed)
+        growth = np.full(len(states), np.nan)
+        upright[:, SPIN] *= speed
+        slopes = runs.slopes(upright[is_known, None], which[is_known])[:, 0]
+        lateral = slopes[:, LATERAL][:, :, LATERAL]
+        growth[is_known] = np.linalg.eigvals(lateral).real.max(axis=1)
+        return cls(speed, growth)
+
+
+def fates(
+    runs: Runs, starts: Array, which: Array, longest: float = LONGEST, *, is_brief: bool = False
+) -> Mapping[str, Array]:
+    """The quantities of `VARIABLES` for each start.
+
+    Parameters
+    ----------
+    runs : Runs
+    starts : ndarray, shape (motions, 5)
+        In the order of `START`, SI units.
+    which : ndarray, shape (motions,)
+        Their bicycles.
+    longest
+        [s], a multiple of five.
+    is_brief
+        Leave out the condition.
+
+    Returns
+    -------
+    mapping of ndarray, shape (motions,)
+    """
+    return _Course(runs, starts, which).run(longest, is_brief=is_brief)
+
+
+class _Course:
+    """Motions on their way."""
+
+    def __init__(self, runs: Runs, starts: Array, which: Array) -> None:
+        self.runs, self.which = runs, which
+        self.states = runs.states(starts, which)
+        self.straight = Straight.of(runs, self.states, which)
+        count = len(starts)
+        self.found: dict[str, Array] = {
+            name: np.zeros(count, np.int8) if v.flags else np.full(count, np.nan)
+            for name, v in VARIABLES.items()
+        }
+        for name in ("largest_lean", "largest_steer", "fate_time"):
+            self.found[name][:] = 0.0
+        self.steps = np.abs(starts[:, -1])
+        self.before = np.full((count, 1, STATE), np.nan)
+        self.recent = np.full((count, _LOOK * WINDOW, 2), np.nan)
+        self.left = np.flatnonzero(np.isfinite(self.states).all(axis=1))
+
+    def run(self, longest: float, *, is_brief: bool) -> Mapping[str, Array]:
+        first: list[Array] = []
+        for window in range(round(longest / _DURATION)):
+            begin = window * _DURATION
+            left = self.left
+            if not len(left):
+                break
+            part = EARLY if begin < SECONDS else 1
+            samples, ends, self.steps[left] = self.runs.follow(
+                self.states[left], self.which[left], self.steps[left],
+                spacing=SPACING / part, count=WINDOW * part,
+            )  # fmt: skip
+            if begin < SECONDS and not is_brief:
+                whole = np.full((len(self.states), WINDOW * part + 1, STATE), np.nan)
+                whole[left] = samples
+                first.append(whole if not first else whole[:, 1:])
+            self._measure(samples, begin, SPACING / part)
+            # The sample before the next window, at the spacing there.
+            then = EARLY if begin + _DURATION < SECONDS else 1
+            self.before[left] = samples[:, [-1 - part // then]]
+            self._decide(samples, begin, ends)
+        self._give_up(longest)
+        if first:
+            self.found["condition"] = conditions(
+                self.runs, np.concatenate(first, axis=1), self.which
+            )
+        return self.found
+
+    def _measure(self, samples: Array, begin: float, spacing: float) -> None:
+        """Take what is largest, the first lift, and the last time of no small angles."""
+        left, found = self.left, self.found
+        seen = np.concatenate([self.before[left], samples], axis=1)
+        for name, variable in (("largest_lean", ROLL), ("largest_steer", STEER)):
+            most = largest(np.abs(seen[:, :, variable]))
+            found[name][left] = np.fmax(found[name][left], most)
+        angles = np.abs(samples[:, :, (ROLL, STEER)]).max(axis=2)
+        is_large = angles > SETTLED
+        last = samples.shape[1] - 1 - np.argmax(is_large[:, ::-1], axis=1)
+        some = left[is_large.any(axis=1)]
+        found["fate_time"][some] = begin + last[is_large.any(axis=1)] * spacing
+        self._lift(seen, begin - spacing, spacing)
+        self.recent[left, :-WINDOW] = self.recent[left, WINDOW:]
+        every = (samples.shape[1] - 1) // WINDOW
+        self.recent[left, -WINDOW:] = samples[:, every::every, (ROLL, SPIN)]
+        self.states[left] = samples[:, -1]
+
+    def _lift(self, seen: Array, begin: float, spacing: float) -> None:
+        """The first time that a wheel has no normal force, looked for again between samples."""
+        found = self.found
+        floor = self.runs.forces(seen, self.which[self.left])
+        some = np.flatnonzero(np.isnan(found["lift_time"][self.left]))
+        while len(some):
+            about, _ = _first_lift(floor[some])
+            some, about = some[np.isfinite(about)], about[np.isfinite(about)]
+            if not len(some):
+                break
+            first = np.floor(about).astype(int)
+            motions = self.left[some]
+            which = self.which[motions]
+            near, *_ = self.runs.follow(
+                seen[some, first],
+                which,
+                first.astype(float),
+                spacing=spacing / _FINER,
+                count=2 * _FINER,
+            )
+            after, wheel = _first_lift(self.runs.forces(near, which))
+            is_so = np.isfinite(after)
+            times = begin + spacing * (first + after / _FINER)
+            found["lift_time"][motions[is_so]] = times[is_so]
+            found["lift_wheel"][motions[is_so]] = wheel[is_so]
+            # Where a parabola was wrong, what comes later is looked at.
+            for i, j in zip(some[~is_so], first[~is_so], strict=True):
+                floor[i, : j + 3] = np.inf
+            some = some[~is_so]
+
+    def _decide(self, samples: Array, begin: float, ends: Array) -> None:
+        left, found = self.left, self.found
+        has_fallen = np.isfinite(ends)
+        found["fate"][left[has_fallen]] = FALLS
+        found["fate_time"][left[has_fallen]] = begin + ends[has_fallen]
+        is_straight = ~has_fallen & self._is_straight(samples)
+        found["fate"][left[is_straight]] = UPRIGHT
+        found["final_speed"][left[is_straight]] = self.straight.speed[left[is_straight]]
+        is_open = ~has_fallen & ~is_straight
+        end = begin + _DURATION
+        if end >= _LOOK * _DURATION:
+            for i in np.flatnonzero(is_open):
+                motion = left[i]
+                period = repeats(self.recent[motion, :, 0])
+                if period is not None:
+                    found["fate"][motion] = CYCLE
+                    found["fate_time"][motion] = end - _LOOK * _DURATION
+                    self._take_mean(motion, period)
+                    is_open[i] = False
+        self.left = left[is_open]
+
+    def _is_straight(self, samples: Array) -> NDArray[np.bool_]:
+        """Whether straight running attracts, and is so near that it is come to.
+
+        An amplitude a obeys about da/dt = growth a + c a^3, where c is some 6 per s for the
+        benchmark's weave: up to a = 0.03 sqrt(-growth) the second term is a hundredth of the first.
+        """
+        growth = self.straight.growth[self.left]
+        with np.errstate(invalid="ignore"):
+            small = np.minimum(_FLAT * np.sqrt(-growth), SETTLED)
+        largest = np.abs(samples[:, :, LATERAL]).max(axis=(1, 2))
+        found: NDArray[np.bool_] = largest <= small
+        return found
+
+    def _give_up(self, longest: float) -> None:
+        """Those that have come to nothing, and those that have lifted a wheel on their way."""
+        found = self.found
+        for motion in self.left:
+            found["fate_time"][motion] = longest
+            peaks = _peaks(self.recent[motion, :, 0])[1]
+            turns = np.sign(np.diff(peaks))
+            if len(peaks) > _MOST_PEAKS and not (turns == turns[0]).all():
+                found["fate"][motion] = WEAVES
+                self._take_mean(motion, slice(None))
+        has_lifted = np.isfinite(found["lift_time"])
+        comes_to = np.isin(found["fate"], (UPRIGHT, CYCLE, WEAVES))
+        found["fate"][has_lifted & comes_to] = LIFTS
+        is_unknown = ~np.isfinite(self.states).all(axis=1) & (found["fate"] == UNDECIDED)
+        for name in ("largest_lean", "largest_steer", "fate_time"):
+            found[name][is_unknown] = np.nan
+
+    def _take_mean(self, motion: Any, period: slice) -> None:
+        length = np.broadcast_to(self.runs.equations(self.which).k.length, self.which.shape)
+        speed = self.recent[motion, period, 1].mean() * length[motion]
+        self.found["final_speed"][motion] = speed
+
+
+def repeats(lean: Array) -> slice | None:
+    """Samples of whole periods of a weave that repeats itself; None if it does not.
+
+    Parameters
+    ----------
+    lean : ndarray, shape (samples,)
+        Of a motion [rad].
+    """
+    if not lean.min() < 0 < lean.max():
+        return None
+    places, peaks = _peaks(lean)
+    for every in range(1, _MOST_PEAKS + 1):
+        # Both ways, left and right: an even number of them is a period, or several.
+        period = every if every % 2 == 0 else 2 * every
+        if len(peaks) <= max(2 * every, period):
+            break
+        if max(np.ptp(peaks[i::every]) for i in range(every)) <= _REPEATS * peaks.max():
+            last = (len(peaks) - 1) // period * period
+            return slice(places[0], places[last])
+    return None
+
+
+def _peaks(lean: Array) -> tuple[Any, Array]:
+    """Places of the greatest leans either way, and how far it leans there."""
+    value, _ = tops(np.abs(lean)[None])
+    places = np.flatnonzero(np.isfinite(value[0]))
+    return places + 1, value[0, places]
+
+
+def _first_lift(floor: Array) -> tuple[Array, Array]:
+    """Of normal forces, shape (motions, samples, 2): first place below zero, and whose it is."""
+    rear, front = first_negative(floor[:, :, 0]), first_negative(floor[:, :, 1])
+    is_front = np.isnan(rear) | (front < rear)
+    return np.where(is_front, front, rear), np.where(is_front, FRONT, REAR)

@@ -1,0 +1,232 @@
+"""The map of an atlas: where a bicycle comes to run straight, weaves, or falls, and how soon."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.bicycle.parameters import START, Bicycle, Maneuver, read_bicycle, read_maneuvers
+from heyoka_bike.bicycle.stability.linear import linearise
+from heyoka_bike.numbers.double import Array
+from heyoka_bike.showing.figures.style import BLACK, WIDTH, style
+from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
+from heyoka_bike.workbench.atlas.data import CYCLE, FALLS, LIFTS, UNDECIDED, UPRIGHT, WEAVES, Atlas
+from heyoka_bike.workbench.atlas.store import load_atlas
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+_SIZE = (WIDTH, 4.9)  # [inch]
+_DIGITS = 15
+_NOTE: dict[str, Any] = {"fontsize": 7.5, "linespacing": 1.25}
+# Tints of Okabe and Ito's blue, sky, orange and vermillion; they differ in lightness too.
+_COLOURS = {
+    UNDECIDED: "#ffffff", UPRIGHT: "#7fb8d9", CYCLE: "#f7d98b", LIFTS: "#1f5f8b",
+    WEAVES: "#df8a4f",
+}  # fmt: skip
+_GREYS = (0.55, 0.94)
+"""From a fall at once to one after so long as was waited for."""
+_SOONEST = 0.1  # [s]
+_SHIFTS = {LIFTS: (-0.16, 0.13), WEAVES: (-0.115, -0.03), UNDECIDED: (0.14, 0.02)}
+"""How far the names of narrow regions are from them, in widths and heights of the map."""
+_NAME_WIDTH = 0.12  # of a maneuver's name, in widths of the map
+_LEAST = 0.002  # part of the map that a region has to have for a name
+_EDGE: dict[str, Any] = {"linestyle": "none", "marker": ".", "markersize": 2.4, "color": BLACK}
+_ARROW: dict[str, Any] = {"arrowstyle": "-", "linewidth": 0.5, "shrinkA": 1, "shrinkB": 0}
+
+
+@dataclass(frozen=True, slots=True)
+class Curve:
+    """Starts whose energy is that of straight running at a speed where stability changes.
+
+    Attributes
+    ----------
+    name
+        Of that speed.
+    limit
+        That speed [m/s].
+    speed, roll_rate : ndarray
+        Initial values [m/s, rad/s].
+    """
+
+    name: str
+    limit: float
+    speed: Array
+    roll_rate: Array
+
+
+def atlas_figure(folder: str | Path) -> Figure:
+    """The map of an atlas in a folder."""
+    return draw(load_atlas(folder))
+
+
+def draw(atlas: Atlas) -> Figure:
+    """The first axis to the right, the second up; falls are the darker, the sooner.
+
+    Over speed and roll rate: the range that is stable by the linear equations, dashed, and the
+    starts that have the energy of straight running at its ends. Of the benchmark its maneuvers.
+
+    Raises
+    ------
+    MissingPackageError
+        matplotlib is not installed.
+    """
+    with style():
+        from matplotlib.figure import Figure
+
+        figure = Figure(figsize=_SIZE, layout="constrained")
+        ax = figure.subplots()
+        ax.grid(visible=False)
+        _draw_map(figure, ax, atlas)
+        _draw_edge(ax, atlas)
+        names = tuple(axis.name for axis in atlas.axes)
+        if names == ("speed", "roll_rate") and not any(atlas.start.values()):
+            curves = limits(atlas)
+            for curve in curves:
+                _draw_limit(ax, curve)
+            barriers = [*(curve.limit for curve in curves), atlas.axes[0].values[-1]]
+            for number, maneuver in enumerate(_maneuvers(atlas.bicycle), start=1):
+                _draw_maneuver(ax, number, maneuver, barriers)
+            _name_stable_ranges(ax, atlas)
+        across, up = (f"{_title(a.name, a.long_name)} [{a.unit}]" for a in atlas.axes)
+        ax.set_xlabel(across)
+        ax.set_ylabel(up)
+        return figure
+
+
+def limits(atlas: Atlas) -> list[Curve]:
+    """For each end of a stable range the starts with the energy of running straight there."""
+    equations = Equations.binary64(atlas.bicycle)
+    k = equations.k
+    still, rolling, turning = (
+        equations.energies([0.0, 0.0, 0.0, rate, 0.0, speed / k.length])
+        for rate, speed in ((0.0, 0.0), (0.0, 1.0), (1.0, 0.0))
+    )
+    # Upright and straight the kinetic energy is a sum of squares.
+    ratio = (turning.kinetic - still.kinetic) / (rolling.kinetic - still.kinetic)
+    rates = np.linspace(0.0, atlas.axes[1].values[-1], 400)
+    found = []
+    for low, high in linearise(atlas.bicycle, _DIGITS).stable_ranges:
+        for name, limit in (("weave speed", low), ("capsize speed", high)):
+            if limit is not None:
+                square = float(limit) ** 2 - ratio * rates**2
+                speed = np.sqrt(np.maximum(square, 0.0))
+                found.append(Curve(name, float(limit), speed[square > 0], rates[square > 0]))
+    return found
+
+
+def _draw_map(figure: Figure, ax: Axes, atlas: Atlas) -> None:
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import LinearSegmentedColormap, LogNorm, to_rgb
+
+    fate, time = atlas.variables["fate"], atlas.variables["fate_time"]
+    longest = float(np.nanmax(time))
+    picture = np.ones((*fate.shape, 3))
+    for number, colour in _COLOURS.items():
+        picture[fate == number] = to_rgb(colour)
+    greys = LinearSegmentedColormap.from_list("falls", [(grey,) * 3 for grey in _GREYS])
+    norm = LogNorm(_SOONEST, longest, clip=True)
+    picture[fate == FALLS] = greys(norm(time[fate == FALLS]))[:, :3]
+    x, y = (axis.values for axis in atlas.axes)
+    ax.pcolormesh(x, y, picture.transpose(1, 0, 2), shading="nearest", rasterized=True)
+    ax.set_xlim(x[0], x[-1])
+    ax.set_ylim(y[0], y[-1])
+    bar = figure.colorbar(ScalarMappable(norm, greys), ax=ax, aspect=40, pad=0.015)
+    bar.set_label("falls after [s]")
+    bar.ax.yaxis.set_major_formatter("{x:g}")
+    names = {
+        UPRIGHT: "comes to run straight", CYCLE: "weaves\nfor ever", WEAVES: "weaves\nirregularly",
+        LIFTS: "lifts a wheel,\nrecovers", UNDECIDED: f"not decided\nafter {longest:g} s",
+    }  # fmt: skip
+    for number, name in names.items():
+        _name_region(ax, x, y, fate == number, name, _SHIFTS.get(number))
+
+
+def _name_region(
+    ax: Axes, x: Array, y: Array, is_here: Any, name: str, shift: tuple[float, float] | None
+) -> None:
+    """The name at the middle of a region, or beside it."""
+    if is_here.mean() < _LEAST:
+        return
+    places = np.argwhere(is_here)
+    i, j = places[np.argmin(np.square(places - places.mean(axis=0)).sum(axis=1))]
+    if shift is None:
+        ax.annotate(name, (x[i], y[j]), ha="center", va="center", **_NOTE)
+        return
+    at = (x[i] + shift[0] * (x[-1] - x[0]), y[j] + shift[1] * (y[-1] - y[0]))
+    ax.annotate(
+        name, (x[i], y[j]), at, ha="center", va="center", arrowprops=_ARROW, zorder=4, **_NOTE
+    )
+
+
+def _draw_edge(ax: Axes, atlas: Atlas) -> None:
+    edge, x, y = atlas.edge, atlas.axes[0].values, atlas.axes[1].values
+    if not len(edge.at):
+        return
+    # The neighbours are one as far as a picture goes.
+    ax.plot(edge.at, edge.stays, zorder=3, **_EDGE)
+    highest = edge.stays >= np.quantile(edge.stays, 0.5)
+    i = np.flatnonzero(highest)[np.argmin(edge.stays[highest])]
+    ax.annotate(
+        "edge of falling", (edge.at[i], edge.stays[i]),
+        (edge.at[i] - 0.06 * (x[-1] - x[0]), edge.stays[i] + 0.1 * (y[-1] - y[0])),
+        ha="center", va="center", arrowprops=_ARROW, zorder=4, **_NOTE,
+    )  # fmt: skip
+
+
+def _name_stable_ranges(ax: Axes, atlas: Atlas) -> None:
+    for low, high in linearise(atlas.bicycle, _DIGITS).stable_ranges:
+        if high is not None:
+            ax.annotate(
+                "stable by the\nlinear equations", (float(low + high) / 2, 1.0),
+                xycoords=("data", "axes fraction"), xytext=(0, 3), textcoords="offset points",
+                ha="center", va="bottom", **_NOTE,
+            )  # fmt: skip
+
+
+def _draw_limit(ax: Axes, curve: Curve) -> None:
+    ax.axvline(curve.limit, color=BLACK, linewidth=0.7, linestyle=(0, (4, 2)))
+    ax.plot(curve.speed, curve.roll_rate, color=BLACK, linewidth=0.9, linestyle=(0, (1, 1.2)))
+    ax.annotate(
+        f"{curve.name}\n{curve.limit:.4f} m/s", (curve.limit, 1.0),
+        xycoords=("data", "axes fraction"), xytext=(0, 3), textcoords="offset points",
+        ha="center", va="bottom", **_NOTE,
+    )  # fmt: skip
+    i = np.searchsorted(curve.roll_rate, 0.93 * ax.get_ylim()[1])
+    if i < len(curve.speed) and curve.speed[i] > ax.get_xlim()[0]:
+        ax.annotate(
+            f"energy as at\nthe {curve.name}",
+            (curve.speed[i], curve.roll_rate[i]), xytext=(6, 0), textcoords="offset points",
+            va="center", **_NOTE,
+        )  # fmt: skip
+
+
+def _draw_maneuver(ax: Axes, number: int, maneuver: Maneuver, barriers: Sequence[float]) -> None:
+    """A circle, its name on the side where no line is in the way."""
+    x, y = float(maneuver.speed), float(maneuver.roll_rate)
+    low, high = ax.get_xlim()
+    is_narrow = any(0 < barrier - x < _NAME_WIDTH * (high - low) for barrier in barriers)
+    ax.plot(
+        x, y, marker="o", markersize=4.5, markerfacecolor="white", markeredgecolor=BLACK,
+        clip_on=False, zorder=5,
+    )  # fmt: skip
+    ax.annotate(
+        f"maneuver {number}", (x, y), xytext=(-5 if is_narrow else 5, 5),
+        textcoords="offset points", ha="right" if is_narrow else "left", zorder=5, **_NOTE,
+    )  # fmt: skip
+
+
+def _maneuvers(bicycle: Bicycle) -> tuple[Maneuver, ...]:
+    """Those of the benchmark, for its bicycle."""
+    benchmark = read_bicycle(benchmark_bicycle())
+    return read_maneuvers(benchmark_maneuvers()) if bicycle.values == benchmark.values else ()
+
+
+def _title(name: str, long_name: str) -> str:
+    return f"initial {name.replace('_', ' ')}" if name in START else long_name

@@ -1,0 +1,105 @@
+"""Making an atlas: what is missing is computed, chunk by chunk, and the edge as rows get whole."""
+
+from collections import Counter
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+
+from heyoka_bike.numbers.double import Array
+from heyoka_bike.system.jobs import Job, Outcome
+from heyoka_bike.system.parallel import carry_out
+from heyoka_bike.workbench.atlas.compute import changes, chunk, edge
+from heyoka_bike.workbench.atlas.data import Atlas, Edge
+from heyoka_bike.workbench.atlas.design import Chunk, Design
+from heyoka_bike.workbench.atlas.store import Store, load_atlas
+
+_EDGE_SHARE = 0.3  # of the work, about
+_TOGETHER = 8  # changes that are bisected by a job
+
+
+def make_atlas(
+    design: Design, folder: str | Path, *, force: bool = False,
+    progress: Callable[[float], None] = lambda done: None,
+) -> Atlas:  # fmt: skip
+    """Compute an atlas into a folder, or what is missing of it.
+
+    Parameters
+    ----------
+    design : Design
+    folder
+        Of the Zarr store; one that was interrupted goes on where it was.
+    force
+        Replace another atlas that is there.
+    progress
+        Called with the part of the work that is done, 0 to 1.
+
+    Returns
+    -------
+    Atlas
+
+    Raises
+    ------
+    InputError
+        The folder holds something else, or cannot be written.
+    MissingPackageError
+        heyoka or zarr is not installed.
+    """
+    store = Store(Path(folder), design, force=force)
+    if not store.has_edge:
+        _Making(design, store, progress).carry_out()
+    progress(1.0)
+    return load_atlas(folder)
+
+
+class _Making:
+    """Chunks that are missing, and the edge along the second axis where all of them are there."""
+
+    def __init__(self, design: Design, store: Store, progress: Callable[[float], None]) -> None:
+        self.design, self.store, self.progress = design, store, progress
+        self.chunks = {Job(chunk, (design, which)): which for which in store.missing()}
+        self.left = Counter(i for i, _ in self.chunks.values())
+        # By their rows, as they are put together.
+        self.edges: dict[Job, int] = {}
+        self.found: dict[int, tuple[Array, ...]] = {}
+
+    def carry_out(self) -> None:
+        """All of it; the edge comes last."""
+        whole = sorted({i for i, _ in self.design.chunks()} - self.left.keys())
+        carry_out([*self.chunks, *(job for i in whole for job in self._edge(i))], self._ended)
+        parts = [self.found[place] for place in sorted(self.found)]
+        together = [np.concatenate(x) for x in zip(*parts, strict=True)]
+        self.store.put_edge(Edge(*together) if parts else Edge())
+
+    def _ended(self, job: Job, outcome: Outcome) -> list[Job]:
+        if job in self.edges:
+            self.found[self.edges[job]] = outcome.get()
+            done = len(self.found) / len(self.edges) if not self.left else 0.0
+            self._tell(done)
+            return []
+        which: Chunk = self.chunks.pop(job)
+        self.store.put(which, outcome.get())
+        self.left[which[0]] -= 1
+        self._tell(0.0)
+        if self.left[which[0]]:
+            return []
+        del self.left[which[0]]
+        return list(self._edge(which[0]))
+
+    def _tell(self, done: float) -> None:
+        total = sum(1 for _ in self.design.chunks())
+        there = (total - len(self.chunks)) / total
+        self.progress((1 - _EDGE_SHARE) * there + _EDGE_SHARE * done)
+
+    def _edge(self, i: int) -> Iterator[Job]:
+        """Jobs for the changes along the rows of a line of chunks."""
+        first, second = (axis.values for axis in self.design.axes)
+        rows, _ = self.design.slices((i, 0))
+        ends = [changes(second, self.store.row(row)) for row in range(rows.start, rows.stop)]
+        at = np.repeat(first[rows], [len(stays) for stays, _ in ends])
+        stays, falls = (np.concatenate(x) for x in zip(*ends, strict=True))
+        for begin in range(0, len(at), _TOGETHER):
+            some = slice(begin, begin + _TOGETHER)
+            job = Job(edge, (self.design, at[some], stays[some], falls[some]))
+            self.edges[job] = i * len(first) * len(second) + begin
+            yield job

@@ -1,0 +1,282 @@
+"""An atlas as one HTML page that needs nothing else: a map, and the motion of any start in it."""
+
+from __future__ import annotations
+
+import json
+from base64 import b64encode
+from collections.abc import Sequence
+from fractions import Fraction
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from heyoka_bike.bicycle.parameters import START, Bicycle, read_bicycle, read_maneuvers
+from heyoka_bike.bicycle.stability.linear import linearise
+from heyoka_bike.errors import printable
+from heyoka_bike.numbers.double import Array
+from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.showing.formats.markup import PAGE_STYLE, page
+from heyoka_bike.showing.replay.page import SCRIPT as REPLAY_SCRIPT
+from heyoka_bike.showing.replay.page import STYLE as REPLAY_STYLE
+from heyoka_bike.showing.replay.page import drawing, stage
+from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
+from heyoka_bike.workbench.atlas.data import FALLS, FATES, VARIABLES, Atlas, Axis
+from heyoka_bike.workbench.atlas.figure import limits
+from heyoka_bike.workbench.atlas.page.motion_source import MOTION_SCRIPT, motion_source
+from heyoka_bike.workbench.atlas.page.packed import Packed
+from heyoka_bike.workbench.atlas.store import load_atlas
+
+_HERE = Path(__file__).parent
+_SCRIPTS = (_HERE / "charts.js", _HERE / "atlas.js")
+_LONGEST = 200  # letters said of where it comes from: the inputs are more
+_SHAPES = 9  # along an axis that changes the bicycle
+_CURVE = 25  # points of a curve of speeds
+_DIGITS = 15  # of the speeds between which it is stable
+_SAID = {
+    "undecided": "not decided",
+    "upright": "comes to run straight",
+    "cycle": "weaves for ever",
+    "lifts": "lifts a wheel, recovers",
+    "weaves": "weaves irregularly",
+}
+# What goes before the time of a fate.
+_WHEN = {
+    "undecided": ", followed for", "weaves": ", followed for", "upright": " after",
+    "falls": " after",
+}  # fmt: skip
+# Title in the menu, and whether the scale is logarithmic.
+_SHOWN = {
+    "fate_time": ("time until decided", True),
+    "final_speed": ("final speed", False),
+    "largest_lean": ("largest lean", True),
+    "largest_steer": ("largest steer", True),
+    "condition": ("growth of a small error within 10 s", True),
+    "lift_time": ("time until a wheel lifts", True),
+}
+_UNITS = {"s": "s", "m s-1": "m/s", "rad": "rad", "1": ""}
+
+
+def atlas_page(folder: str | Path) -> str:
+    """The page of an atlas in a folder."""
+    return render(load_atlas(folder))
+
+
+def render(atlas: Atlas) -> str:
+    """The atlas as an HTML page."""
+    packed = {
+        name: Packed.of(atlas.variables[name], is_log=is_log)
+        for name, (_, is_log) in _SHOWN.items()
+        if name in atlas.variables
+    }
+    free = [axis.name for axis in atlas.axes if axis.name not in START]
+    body = f"""{_header(atlas)}
+<div class="atlas">
+{_map(atlas, packed)}
+{stage([("1", "1")], False)}
+</div>
+<section class="plots" aria-label="Charts over time"></section>
+{_about(packed)}"""
+    scripts = [
+        motion_source(atlas.bicycle, free), MOTION_SCRIPT,
+        *(file.read_text(encoding="utf-8") for file in (REPLAY_SCRIPT, *_SCRIPTS)),
+    ]  # fmt: skip
+    return page(
+        f"{printable(atlas.bicycle.name)} – atlas",
+        body,
+        [
+            (key.replace("_", " "), printable(said))
+            for key, said in atlas.provenance.items()
+            if len(said) <= _LONGEST
+        ],
+        styles=(PAGE_STYLE, REPLAY_STYLE, _HERE / "atlas.css"),
+        script='"use strict";\n' + "".join(scripts),
+        data=_data(atlas, packed),
+    )
+
+
+def _header(atlas: Atlas) -> str:
+    across, along = atlas.shape
+    return (
+        f'<header><p class="kicker">Atlas: {escape(printable(atlas.bicycle.name))}</p>'
+        f"<h1>What becomes of the bicycle, from {across} × {along} starts</h1></header>"
+    )
+
+
+def _map(atlas: Atlas, packed: dict[str, Packed]) -> str:
+    options = "".join(
+        f'<option value="{name}">{escape(_SHOWN[name][0])}</option>' for name in packed
+    )
+    boxes = "".join(
+        f'<label>{escape(_title(axis))} <input type="number" step="any" name="{place}" '
+        f'min="{axis.values[0]:.12g}" max="{axis.values[-1]:.12g}" required> '
+        f"{escape(axis.unit)}</label> "
+        for place, axis in zip("xy", atlas.axes, strict=True)
+    )
+    quick = "".join(
+        f'<button type="button" data-mark="{i}" aria-label="maneuver {mark["text"]}">'
+        f"{mark['text']}</button>"
+        for i, mark in enumerate(_marks(atlas))
+    )
+    quick = f"<span>maneuver {quick}</span>" if quick else ""
+    return f"""<section class="sheet" aria-label="Map">
+<form class="choose" autocomplete="off"><label>Colour <select name="shown">\
+<option value="fate">what becomes of it</option>{options}</select></label>
+<span><button type="button" data-zoom="0.5" aria-label="Nearer">+</button>
+<button type="button" data-zoom="2" aria-label="Farther">−</button>
+<button type="button" data-zoom="0">whole</button></span></form>
+<div class="map"><canvas tabindex="0" role="application" aria-label="Map of the starts. Arrow keys \
+move to the next start, with Shift by ten; Enter replays it; plus, minus and 0 zoom." \
+aria-describedby="said"></canvas></div>
+<div class="colours"></div>
+<p class="under" aria-hidden="true"></p>
+<form class="start" autocomplete="off">{boxes}<button>replay</button> {quick}</form>
+<p class="said" id="said" role="status"></p>
+<noscript><p>The map needs a browser with scripts.</p></noscript>
+</section>"""
+
+
+def _about(packed: dict[str, Packed]) -> str:
+    fates = "".join(
+        f"<dt>{escape(_SAID.get(name, name))}</dt><dd>{escape(meaning)}</dd>"
+        for name, meaning in FATES.items()
+    )
+    kept = "; ".join(
+        f"{_SHOWN[name][0]} to {p.precision:.1g} "
+        f"{'of itself' if p.is_log else _UNITS[VARIABLES[name].unit]}"
+        for name, p in packed.items()
+    )
+    return f"""<details><summary>What the words mean, how exact it is, and the keys</summary>
+<dl class="facts">{fates}</dl>
+<p>Each point of the map is a start that was computed, and the numbers said are those of the nearest
+one, here rounded: {kept}. The line is the edge of falling, found between neighbouring numbers of
+binary64.</p>
+<p>A replay is not read from a file: this page integrates the equations of motion from the start
+that is chosen, which may lie between those computed, by the formulas of Dormand and Prince. For the
+benchmark bicycle its angles, rates and speed are right to 1e-8 rad, rad/s and m/s after 10 s. Next
+to the edge of falling and where a motion weaves without end errors grow from there on, in the map
+as in the replay. Where a wheel would lift the model goes on, as if the floor could pull. A replay
+ends with its fall: where roll or steer come to a right angle, or the equations end.</p>
+<p>On the map: arrow keys go to the next start, with Shift by ten, Enter replays, plus and minus
+zoom, 0 shows the whole; drag to move a part. Space plays and pauses; left and right step by a
+frame, with Shift by a second. An address ending in <code>#at=4.6,0.5</code> opens that start,
+<code>&amp;t=3.2</code> may follow.</p></details>"""
+
+
+def _title(axis: Axis) -> str:
+    is_start = axis.name in START
+    return f"initial {axis.name.replace('_', ' ')}" if is_start else f"{axis.long_name} {axis.name}"
+
+
+def _marks(atlas: Atlas) -> list[dict[str, Any]]:
+    """The benchmark's maneuvers that are in the map."""
+    if atlas.bicycle.values != read_bicycle(benchmark_bicycle()).values:
+        return []
+    found = []
+    names = [axis.name for axis in atlas.axes]
+    for number, maneuver in enumerate(read_maneuvers(benchmark_maneuvers()), start=1):
+        start = {key: float(getattr(maneuver, key)) for key in START}
+        is_on = all(start[key] == x for key, x in atlas.start.items() if key not in names)
+        inside = all(a.values[0] <= start.get(a.name, np.nan) <= a.values[-1] for a in atlas.axes)
+        if is_on and inside:
+            x, y = (start[name] for name in names)
+            found.append({"text": str(number), "x": x, "y": y})
+    return found
+
+
+def _stable(atlas: Atlas) -> dict[str, Any]:
+    """Where upright running is stable in the linear theory, if an axis is the speed.
+
+    ``curves`` has the ends of the stable ranges, as points of the map. Where the bicycle is the
+    same everywhere, ``ranges`` has them as pairs of speeds, and none for one without end.
+    """
+    names = [axis.name for axis in atlas.axes]
+    if "speed" not in names:
+        return {"curves": [], "ranges": []}
+    other = atlas.axes[1 - names.index("speed")]
+    ends = (other.values[0], other.values[-1])
+    if other.name in START:
+        found = _ranges(atlas.bicycle)
+        at = [(x, found) for x in ends]
+    else:
+        values = np.linspace(*ends, _CURVE)
+        at = [
+            (x, _ranges(atlas.bicycle.replace(**{other.name: Exact(Fraction(x))}))) for x in values
+        ]
+    curves: list[list[list[float]]] = []
+    last: dict[tuple[int, int], list[list[float]]] = {}
+    for x, ranges in at:
+        now = {}
+        for i, one in enumerate(ranges):
+            for j, speed in enumerate(one):
+                if speed is None:
+                    continue
+                place = [speed, float(x)] if names[0] == "speed" else [float(x), speed]
+                now[i, j] = last.get((i, j), [])
+                now[i, j].append(place)
+                if len(now[i, j]) == 1:
+                    curves.append(now[i, j])
+        last = now
+    is_simple = names[0] == "speed" and other.name in START
+    return {"curves": curves, "ranges": at[0][1] if is_simple else []}
+
+
+def _energy(atlas: Atlas) -> list[list[list[float]]]:
+    """Starts with the energy of running straight at the ends of the stable range, as curves."""
+    names = tuple(axis.name for axis in atlas.axes)
+    if names != ("speed", "roll_rate") or any(atlas.start[n] for n in START if n not in names):
+        return []
+    return [np.column_stack((c.speed, c.roll_rate)).round(4).tolist() for c in limits(atlas)]
+
+
+def _ranges(bicycle: Bicycle) -> list[tuple[float, float | None]]:
+    found = linearise(bicycle, _DIGITS).stable_ranges
+    return [(float(low), None if high is None else float(high)) for low, high in found]
+
+
+def _shapes(atlas: Atlas) -> list[Any]:
+    """How the bicycle looks, along each axis that is a parameter at some of its values."""
+
+    def along(bicycle: Bicycle, axes: Sequence[Axis]) -> Any:
+        if not axes:
+            return drawing(bicycle)
+        name, values = axes[0].name, axes[0].values
+        if name in START:
+            return [along(bicycle, axes[1:])]
+        at = np.linspace(values[0], values[-1], _SHAPES if len(values) > 1 else 1)
+        return [along(bicycle.replace(**{name: Exact(Fraction(x))}), axes[1:]) for x in at]
+
+    found: list[Any] = along(atlas.bicycle, atlas.axes)
+    return found
+
+
+def _data(atlas: Atlas, packed: dict[str, Packed]) -> str:
+    quantities = {
+        name: {
+            "title": _SHOWN[name][0], "unit": _UNITS[VARIABLES[name].unit],
+            "low": p.low, "high": p.high, "isLog": p.is_log, "codes": p.text(),
+        }
+        for name, p in packed.items()
+    }  # fmt: skip
+    axes = [
+        {"name": a.name, "title": _title(a), "unit": a.unit, "values": a.values.tolist()}
+        for a in atlas.axes
+    ]
+    order = np.argsort(atlas.edge.at, kind="stable")
+    edge = (atlas.edge.at, atlas.edge.stays, atlas.edge.falls)
+    data = {
+        "axes": axes, "start": dict(atlas.start),
+        "fates": [_SAID.get(name, name) for name in FATES],
+        "fate": _bytes(atlas.variables["fate"]), "wheel": _bytes(atlas.variables["lift_wheel"]),
+        "falls": FALLS, "when": [_WHEN.get(name, ", settled after") for name in FATES],
+        "quantities": quantities, "edge": [x[order].tolist() for x in edge],
+        "marks": _marks(atlas), "stable": _stable(atlas), "energy": _energy(atlas),
+        "shapes": _shapes(atlas),
+    }  # fmt: skip
+    # Numbers and names of this package: nothing in it can end the element that it stands in.
+    return json.dumps(data, separators=(",", ":"), allow_nan=False)
+
+
+def _bytes(values: Array) -> str:
+    return b64encode(np.asarray(values, dtype=np.uint8).tobytes()).decode()

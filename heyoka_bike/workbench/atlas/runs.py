@@ -1,0 +1,225 @@
+"""Many motions side by side: sampled, with the forces of the floor and the slopes of the rates.
+
+The equations are in their regular form, which passes where the mechanical trail is zero: motions at
+the edge of falling do. Each motion has its own steps, so that what it gets does not depend on those
+that share its vector.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from heyoka_bike.bicycle.equations.forces import forces
+from heyoka_bike.bicycle.equations.initial import pitch_on_the_floor
+from heyoka_bike.bicycle.equations.kinematics import turn_divisor
+from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.bicycle.parameters import Bicycle
+from heyoka_bike.motion.expressions import Expressions, require_heyoka
+from heyoka_bike.numbers.arithmetic import Arrays
+from heyoka_bike.numbers.double import Array
+from heyoka_bike.numbers.dual import Duals
+from heyoka_bike.workbench.fast.taylor_code import CLOCK, NORM, STATE, Form, Plan, taylor_step
+
+ROLL, PITCH, STEER, ROLL_RATE, STEER_RATE, SPIN = range(STATE)
+LATERAL = (ROLL, STEER, ROLL_RATE, STEER_RATE)
+"""Variables that are zero in straight running."""
+
+SPACING = 1 / 32
+"""Time between two samples [s], a binary64 number."""
+WINDOW = 160
+"""Samples that are taken at a time."""
+
+ACROSS = np.pi / 2
+"""Steer angle at which the front wheel is across [rad]: from there on it has fallen."""
+
+LEAST_TURN = 0.1
+"""Where the equations are taken to end: what they divide by, in rear wheel radii, see
+`turn_divisor`. A step is as long as the way to a singularity, which a coarse one could pass."""
+
+_MOST_STEPS = 20_000  # in a window
+
+
+@dataclass(frozen=True, slots=True)
+class _Code:
+    """heyoka's: steps of a vector, normal forces, slopes of the rates."""
+
+    lanes: int
+    step: Any
+    forces: Any
+    slopes: Any
+
+
+class Runs:
+    """Compiled code for the motions of one bicycle, or of several.
+
+    Parameters
+    ----------
+    bicycles : sequence of Bicycle
+        The constants of a single one are compiled in; of several they are read as they are needed.
+    plan : Plan
+        Order and norm of the Taylor steps.
+
+    Raises
+    ------
+    MissingPackageError
+        heyoka is not installed.
+    """
+
+    def __init__(self, bicycles: Sequence[Bicycle], plan: Plan) -> None:
+        each = [Equations.binary64(bicycle) for bicycle in bicycles]
+        self._one = each[0]
+        self._numbers = np.array([_constants(x) for x in each]).T
+        self._is_single = len(bicycles) == 1
+        self._norm = plan.norm
+        compiled_in = (
+            tuple(self._numbers[:, 0]) if self._is_single else (None,) * len(self._numbers)
+        )
+        self._code = _code(compiled_in, plan.order, _Template(self._one))
+        self._interrupted = require_heyoka().taylor_outcome.success
+
+    def equations(self, which: Array) -> Equations:
+        """Those of the bicycles of some motions, in arrays."""
+        if self._is_single:
+            return self._one
+        numbers = iter(self._numbers[:, which])
+        return self._one.convert(lambda _: next(numbers), Arrays())
+
+    def states(self, starts: Array, which: Array) -> Array:
+        """States at the start, shape (motions, 6), of starts in the order of `START`."""
+        roll, steer, roll_rate, steer_rate, speed = starts.T
+        k = self.equations(which).k
+        pitch = pitch_on_the_floor(k, roll, np.zeros(len(roll)), steer)
+        return np.column_stack([roll, pitch, steer, roll_rate, steer_rate, speed / k.length])
+
+    def forces(self, states: Array, which: Array) -> Array:
+        """Normal forces on the rear and the front wheel [N], shape (motions, samples, 2)."""
+        return self._evaluated(self._code.forces, states, which)
+
+    def slopes(self, states: Array, which: Array) -> Array:
+        """Derivatives of the rates by the state, shape (motions, samples, 6, 6)."""
+        found = self._evaluated(self._code.slopes, states, which)
+        return found.reshape(*states.shape[:2], STATE, STATE)
+
+    def follow(
+        self, states: Array, which: Array, order: Array, *,
+        spacing: float = SPACING, count: int = WINDOW,
+    ) -> tuple[Array, Array, Array]:  # fmt: skip
+        """One window of each motion, or less: until the handlebar is turned by a right angle.
+
+        Parameters
+        ----------
+        states : ndarray, shape (motions, 6)
+        which : ndarray, shape (motions,)
+            Their bicycles.
+        order : ndarray, shape (motions,)
+            Motions of neighbouring numbers share a vector; best those of about as many steps.
+        spacing, count
+            Time between samples [s], and how many there are after the first.
+
+        Returns
+        -------
+        samples : ndarray, shape (motions, count + 1, 6)
+            NaN after the end of a motion.
+        ends : ndarray, shape (motions,)
+            Time [s] at which the handlebar is across, or the equations end; NaN if neither.
+        steps : ndarray, shape (motions,)
+            How many were taken.
+        """
+        samples = np.full((len(states), count + 1, STATE), np.nan)
+        ends = np.full(len(states), np.nan)
+        steps = np.empty(len(states))
+        at = np.repeat(np.arange(count + 1)[:, None] * spacing, self._code.lanes, axis=1)
+        places = np.argsort(order, kind="stable")
+        for begin in range(0, len(places), self._code.lanes):
+            left = places[begin : begin + self._code.lanes]
+            while len(left):
+                grid, results, times = self._propagate(states[left], which[left], at)
+                outcomes = [result[0] for result in results[: len(left)]]
+                # One that ends interrupts the others: they go again without it.
+                # A lane may reach its end in the very step that ends another.
+                is_there = times[: len(left)] == at[-1, 0]
+                is_whole = is_there & np.isfinite(grid[-1, 0, : len(left)])
+                is_ready = is_whole | (
+                    ~is_there & np.array([x != self._interrupted for x in outcomes])
+                )
+                if not is_ready.any():
+                    is_ready[:] = True
+                ready = left[is_ready]
+                samples[ready] = grid[:, :, : len(left)].transpose(2, 0, 1)[is_ready]
+                steps[ready] = [r[3] for r, x in zip(results, is_ready, strict=False) if x]
+                ends[left[is_ready & ~is_whole]] = times[: len(left)][is_ready & ~is_whole]
+                left = left[~is_ready]
+        return samples, ends, steps
+
+    def _propagate(self, states: Array, which: Array, at: Array) -> tuple[Array, Any, Array]:
+        """Samples by time, variable and lane; heyoka's results; times that were reached."""
+        ta = self._code.step
+        # Lanes that are free follow the first.
+        free = self._code.lanes - len(states)
+        states = np.concatenate([states, np.repeat(states[:1], free, axis=0)])
+        which = np.concatenate([which, np.repeat(which[:1], free)])
+        ta.set_time(0.0)
+        ta.state[:STATE] = states.T
+        ta.state[CLOCK], ta.state[NORM] = 0.0, self._norm
+        if not self._is_single:
+            ta.pars[:] = self._numbers[: len(ta.pars), which]
+        found = ta.propagate_grid(at, max_steps=_MOST_STEPS)
+        return found[-1][:, :STATE], ta.propagate_res, ta.time
+
+    def _evaluated(self, function: Any, states: Array, which: Array) -> Array:
+        flat = np.ascontiguousarray(states.reshape(-1, STATE).T)
+        given = {}
+        if not self._is_single:
+            numbers = self._numbers[:, np.repeat(which, states.shape[1])]
+            given["pars"] = np.ascontiguousarray(numbers[: function.nparams])
+        return np.ascontiguousarray(function(flat, **given).T).reshape(*states.shape[:2], -1)
+
+
+class _Template:
+    """Equations of any bicycle, into which constants are put: all are alike."""
+
+    def __init__(self, equations: Equations) -> None:
+        self.equations = equations
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Template)
+
+    def __hash__(self) -> int:
+        return 0
+
+
+@lru_cache(4)
+def _code(constants: tuple[float | None, ...], order: int, template: _Template) -> _Code:
+    """Compiled code, of constants that are compiled in, or None for those read later."""
+    hy = require_heyoka()
+    symbols = iter([hy.par[i] if x is None else hy.expression(x) for i, x in enumerate(constants)])
+    equations = template.equations.convert(lambda _: next(symbols), Expressions())
+    state = list(hy.make_vars(*equations.states))[:STATE]
+    lanes = hy.recommended_simd_size()
+    turn = turn_divisor(equations.unfold(state)[0])
+    ends = [state[STEER] * state[STEER] - ACROSS * ACROSS, turn * turn - LEAST_TURN * LEAST_TURN]
+    floor = forces(equations, state)
+    duals = Duals(Expressions())
+    rates = equations.over(duals).rates(duals.variables(state))
+    slopes = [p if isinstance(p, hy.expression) else hy.expression(float(p))
+              for rate in rates for p in rate.slopes]  # fmt: skip
+    return _Code(
+        lanes,
+        taylor_step(hy, equations, Form(order, lanes, is_regular=True), ends),
+        hy.cfunc([floor.rear.normal, floor.front.normal], state, fast_math=True),
+        hy.cfunc(slopes, state, fast_math=True),
+    )
+
+
+def _constants(equations: Equations) -> list[float]:
+    found: list[float] = []
+
+    def note(x: float) -> float:
+        found.append(x)
+        return x
+
+    equations.convert(note, equations.a)
+    return found

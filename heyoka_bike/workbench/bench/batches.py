@@ -1,0 +1,150 @@
+"""What the fast path does besides one maneuver: many at once, long, for the first time."""
+
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from fractions import Fraction
+from functools import partial
+from statistics import median
+
+import numpy as np
+
+from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
+from heyoka_bike.motion.integrate import integrate
+from heyoka_bike.workbench.fast.ensemble import Ensemble
+from heyoka_bike.workbench.fast.simulate import prepare
+
+ENSEMBLES = (1e-6, "roundoff")
+"""Accuracies of the ensembles."""
+
+DURATIONS = (10, 100, 1000, 10_000)
+"""Of the long runs [s]."""
+LONG = ("eq1", 1e-12, "roundoff")
+"""Accuracies of the long runs, in the sense of 10 s."""
+
+_LONG_ROWS, _LONG_SECONDS, _LONG_TURNS = 1001, 1.0, 30
+_MOTIONS = 4000
+_DURATION = 10.0  # [s]
+_ENSEMBLE_TURNS, _STARTS = 7, 5
+# The range of the benchmark's maneuvers, as far as the motion stays upright.
+_SPEEDS, _ROLL_RATES, _STEER_RATES = (4.3, 9.0), (-0.5, 0.5), (-0.4, 0.4)
+_SEED = 1
+
+_FIRST_RESULT = """
+import time
+begin = time.perf_counter()
+import numpy
+imported = time.perf_counter()
+from heyoka_bike import simulate
+simulate(2)
+print(imported - begin, time.perf_counter() - imported)
+"""
+
+
+@dataclass(frozen=True, slots=True)
+class Throughput:
+    """Motions of 10 s per second, by the number of threads; shortest of some times."""
+
+    accuracy: str | float
+    motions_per_second: dict[int, float]
+
+
+@dataclass(frozen=True, slots=True)
+class LongRun:
+    """A maneuver for another duration.
+
+    Attributes
+    ----------
+    accuracy
+        As for `simulate`.
+    duration
+        [s]
+    steps
+        Of the integration.
+    time
+        Shortest of the runs [s].
+    performance
+        Eq. (1) [%].
+    error
+        Of the last state, in the variables of the few-product form, against a run in 80-bit long
+        double.
+    """
+
+    accuracy: str | float
+    duration: float
+    steps: int
+    time: float
+    performance: float
+    error: float
+
+
+@dataclass(frozen=True, slots=True)
+class FirstResult:
+    """Median times of a new process [s]: the import of NumPy, and the first result after it."""
+
+    importing: float
+    result: float
+
+
+def throughput() -> list[Throughput]:
+    """Ends of many motions, with one thread and with two, in turns."""
+    random = np.random.default_rng(_SEED)
+    starts = np.zeros((_MOTIONS, 5))
+    for column, limits in ((2, _ROLL_RATES), (3, _STEER_RATES), (4, _SPEEDS)):
+        starts[:, column] = random.uniform(*limits, _MOTIONS)
+    counts = [n for n in (1, 2) if n <= (os.cpu_count() or 1)]
+    found = []
+    for accuracy in ENSEMBLES:
+        ensembles = [Ensemble(accuracy=accuracy, threads=n) for n in counts]
+        runs = [partial(e.ends, starts, _DURATION) for e in ensembles]
+        times = _in_turns(runs, _ENSEMBLE_TURNS)
+        rates = {n: _MOTIONS / min(x) for n, x in zip(counts, times, strict=True)}
+        found.append(Throughput(accuracy, rates))
+    return found
+
+
+def long_runs(bicycle: Bicycle, maneuver: Maneuver) -> list[LongRun]:
+    """A maneuver for each of `DURATIONS`, with as many rows."""
+    found = []
+    for duration in DURATIONS:
+        m = replace(maneuver, duration=Fraction(duration), spacing=Fraction(duration))
+        right = integrate(bicycle, m, "longdouble").state(m.duration)
+        for accuracy in LONG:
+            run = prepare(m, bicycle=bicycle, accuracy=accuracy, rows=_LONG_ROWS)
+            begin = time.perf_counter()
+            energy = run()["mechanical_energy"]
+            once = time.perf_counter() - begin
+            turns = min(_LONG_TURNS, 1 + int(_LONG_SECONDS / once))
+            (times,) = _in_turns([run], turns)
+            pairs = zip(run.states()[0][-1], right, strict=False)
+            error = float(max(abs(x - float(y.mid())) for x, y in pairs))
+            performance = float(100 * np.ptp(energy) / energy[0])
+            found.append(LongRun(accuracy, duration, run.steps[0], min(times), performance, error))
+    return found
+
+
+def first_result() -> FirstResult:
+    """Maneuver 2 in new processes; nothing that was compiled is kept."""
+    found = [_first() for _ in range(_STARTS)]
+    return FirstResult(*(median(x) for x in zip(*found, strict=True)))
+
+
+def _first() -> tuple[float, float]:
+    done = subprocess.run([sys.executable, "-c", _FIRST_RESULT], check=True, capture_output=True)
+    importing, result = done.stdout.split()
+    return float(importing), float(result)
+
+
+def _in_turns(runs: Sequence[Callable[[], object]], turns: int) -> list[list[float]]:
+    """Times of each, a run that is not counted before each one that is."""
+    times: list[list[float]] = [[] for _ in runs]
+    for _ in range(turns):
+        for run, found in zip(runs, times, strict=True):
+            run()
+            begin = time.perf_counter()
+            run()
+            found.append(time.perf_counter() - begin)
+    return times

@@ -1,0 +1,394 @@
+"""The codes that are compared; each is built and measured at a tolerance in its own sense.
+
+Each carries a maneuver out. `Several` carries out all of them with a code of that kind, one after
+the other; the fast path of this package does them at once.
+"""
+
+import importlib.util
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from types import ModuleType
+
+import numpy as np
+
+from heyoka_bike.motion.expressions import require_heyoka
+from heyoka_bike.motion.integrate import right_hand_side
+from heyoka_bike.numbers.precision import Precision
+from heyoka_bike.system.resources import data_folder
+from heyoka_bike.workbench.bench.compiled import CompiledPeers, NoCompilerError
+from heyoka_bike.workbench.bench.problem import (
+    PERFORMANCE_LIMIT,
+    Array,
+    Problem,
+    Trial,
+    Unavailable,
+)
+from heyoka_bike.workbench.fast.simulate import ACCURACIES, prepare
+
+PER_DECADE = 8
+"""How many tolerances of the grid there are in a decade."""
+MIDDLE, NEAR_ROUNDOFF, TIGHTEST = 4 * PER_DECADE, 13 * PER_DECADE, 16 * PER_DECADE
+"""Indices of the tolerances 1e-4, 1e-13, 1e-16."""
+
+_MIN_RTOL = 100 * float(np.finfo(np.float64).eps)  # SciPy goes no lower
+
+
+def tolerance_of(index: int) -> float:
+    """The grid on which tolerances are searched."""
+    return float(10 ** (-index / PER_DECADE))
+
+
+def _best(at: Callable[[float], Trial]) -> Trial:
+    """The trial of the smallest error, for a code that has no tolerance for roundoff."""
+    tried = [at(tolerance_of(i)) for i in range(NEAR_ROUNDOFF, TIGHTEST + 1)]
+    return min(tried, key=lambda x: x.error)
+
+
+@dataclass(eq=False)
+class Heyoka:
+    """heyoka's adaptive Taylor integrator.
+
+    Attributes
+    ----------
+    name, precision
+        As shown in the table.
+    problem
+        What is integrated.
+    is_compact
+        Whether its loops are rolled.
+    counts
+        What `Trial.count` counts.
+    """
+
+    name: str
+    precision: str
+    problem: Problem
+    is_compact: bool = True
+    counts: str = "steps"
+    _build: dict[int, float] = field(default_factory=dict, init=False, repr=False)
+
+    def at(self, tolerance: float | None) -> Trial:
+        """Build and measure at a tolerance, None for heyoka's default.
+
+        Raises
+        ------
+        Unavailable
+            This heyoka has no binary128.
+        """
+        hy, problem = require_heyoka(), self.problem
+        number, times, expected = float, problem.times, problem.expected
+        if self.precision == "binary128":
+            if not hasattr(hy, "real128"):
+                raise Unavailable("not in this heyoka")
+            number, expected = hy.real128, problem.reference.rows
+            exact = [problem.maneuver.time(i) for i in range(problem.maneuver.rows)]
+            times = np.array([number(t.numerator) / number(t.denominator) for t in exact])
+        start = problem.start(number)
+        begin = time.perf_counter()
+        integrator = hy.taylor_adaptive(
+            right_hand_side(problem.bicycle, Precision.of(self.precision), with_yaw=False),
+            start,
+            fp_type=number,
+            compact_mode=self.is_compact,
+            **({} if tolerance is None else {"tol": number(tolerance)}),
+        )
+        # What is compiled depends on the order only, and is kept: the first build of each counts.
+        build = self._build.setdefault(integrator.order, time.perf_counter() - begin)
+
+        columns = problem.columns(number)
+
+        def run() -> tuple[Array, int, Array]:
+            integrator.time = times[0]
+            integrator.state[:] = start
+            _, _, _, steps, _, rows = integrator.propagate_grid(times)
+            return rows, steps, columns(rows)
+
+        rows, steps, _ = run()
+        return Trial(
+            run, float(integrator.tol), build, steps, *problem.measure(rows, expected),
+            order=integrator.order,
+        )  # fmt: skip
+
+
+@dataclass(eq=False)
+class Tuned:
+    """The fast path of this package, by the tolerance of its steps; one maneuver after the other.
+
+    Attributes
+    ----------
+    name, problems, precision, counts
+        As of `Heyoka`, for each maneuver.
+    """
+
+    name: str
+    problems: Sequence[Problem]
+    precision: str = "binary64"
+    counts: str = "steps"
+    _build: float = field(default=0.0, init=False, repr=False)
+
+    def at(self, tolerance: float | None) -> Trial:
+        """Build and measure at a tolerance, None for the one of `simulate` for roundoff."""
+        if tolerance is None:
+            tolerance = ACCURACIES["roundoff"]
+        problems = self.problems
+        begin = time.perf_counter()
+        run = prepare(
+            [x.maneuver for x in problems], bicycle=problems[0].bicycle, tolerance=tolerance
+        )
+        # What is compiled is the same for all tolerances, and kept: the first build counts.
+        build = self._build = self._build or time.perf_counter() - begin
+        run()
+        states = run.states()
+        measured = [p.measure(x, p.expected) for p, x in zip(problems, states, strict=True)]
+        performance, error = (max(x) for x in zip(*measured, strict=True))
+        return Trial(run, tolerance, build, sum(run.steps), performance, error)
+
+
+@dataclass(eq=False)
+class _Peer:
+    """A code in binary64 for one maneuver."""
+
+    name: str
+    problem: Problem
+    precision: str = "binary64"
+    counts: str = "rhs_calls"
+
+
+@dataclass(eq=False)
+class SciPy(_Peer):
+    """A method of ``scipy.integrate.solve_ivp``, at rtol = atol; rtol stops at 2.2e-14."""
+
+    def at(self, tolerance: float | None) -> Trial:
+        """Build and measure at a tolerance; by default the one of the smallest state error.
+
+        Raises
+        ------
+        Unavailable
+            SciPy is not installed.
+        """
+        try:
+            from scipy.integrate import solve_ivp
+        except ImportError:
+            raise Unavailable("not installed") from None
+        if tolerance is None:
+            return _best(self.at)
+        problem, atol = self.problem, tolerance
+        start, times, method = problem.start(float), problem.times, self.name.split()[-1]
+        (slope, build), columns = problem.slope, problem.columns()
+
+        def run() -> tuple[Array, int, Array]:
+            found = solve_ivp(
+                slope, (times[0], times[-1]), start, method=method, t_eval=times,
+                rtol=max(atol, _MIN_RTOL), atol=atol,
+            )  # fmt: skip
+            return found.y.T, found.nfev, columns(found.y.T)
+
+        rows, calls, _ = run()
+        return Trial(run, atol, build, calls, *problem.measure(rows, problem.expected))
+
+
+@dataclass(eq=False)
+class Compiled(_Peer):
+    """A Runge-Kutta method in C with the right-hand side and columns in C, see `compiled`."""
+
+    @cached_property
+    def _built(self) -> tuple[CompiledPeers, float]:
+        begin = time.perf_counter()
+        try:
+            peers = CompiledPeers(self.problem.bicycle)
+        except NoCompilerError as e:
+            raise Unavailable(str(e)) from None
+        return peers, time.perf_counter() - begin
+
+    def at(self, tolerance: float | None) -> Trial:
+        """Build and measure at a tolerance; by default the one of the smallest state error.
+
+        Raises
+        ------
+        Unavailable
+            There is no C compiler.
+        """
+        peers, build = self._built
+        if tolerance is None:
+            return _best(self.at)
+        problem, method = self.problem, self.name.split()[-1]
+        start, times = problem.start(float), problem.times
+        # The error of RK4 goes with the fourth power of the step.
+        chosen = tolerance**0.25 if method == "RK4" else tolerance
+
+        def run() -> tuple[Array, Array, int]:
+            return peers.solve(method, start, times, chosen)
+
+        states, _, calls = run()
+        rows = states.T if calls > 0 else states.T[:0]
+        return Trial(run, chosen, build, calls, *problem.measure(rows, problem.expected))
+
+
+@dataclass(eq=False)
+class Sundials(_Peer):
+    """CVODE of SUNDIALS by its Adams methods, through scikit-sundae, at rtol = atol."""
+
+    def at(self, tolerance: float | None) -> Trial:
+        """Build and measure at a tolerance; by default the one of the smallest state error.
+
+        Raises
+        ------
+        Unavailable
+            scikit-sundae is not installed.
+        """
+        try:
+            from sksundae.cvode import CVODE
+        except ImportError:
+            raise Unavailable("not installed") from None
+        if tolerance is None:
+            return _best(self.at)
+        problem, columns = self.problem, self.problem.columns()
+        start, times = problem.start(float), problem.times
+        slope, build = problem.slope
+
+        def rates(t: float, y: Array, out: Array) -> None:
+            out[:] = slope(t, y)
+
+        solver = CVODE(rates, method="Adams", rtol=tolerance, atol=tolerance)
+
+        def run() -> tuple[Array, int, Array]:
+            found = solver.solve(times, start)
+            return found.y, found.nfev, columns(found.y)
+
+        rows, calls, _ = run()
+        return Trial(run, tolerance, build, calls, *problem.measure(rows, problem.expected))
+
+
+@dataclass(eq=False)
+class Exudyn(_Peer):
+    """The four-body model in Exudyn of ``data/peers``, at a fixed step; its own definitions."""
+
+    counts: str = "steps"
+    # A row needs a step; of second order, it does not get to small errors in any time.
+    steps_per_row: tuple[int, ...] = (1, 2, 4, 8)
+
+    @cached_property
+    def _model(self) -> ModuleType:
+        try:
+            import exudyn  # noqa: F401
+        except ImportError:
+            raise Unavailable("not installed") from None
+        path = data_folder() / "peers" / "exudyn_bicycle.py"
+        spec = importlib.util.spec_from_file_location("exudyn_bicycle", path)
+        assert spec is not None
+        assert spec.loader is not None
+        module = importlib.util.module_from_spec(spec)
+        # A dataclass looks up the module it is in.
+        sys.modules[spec.name] = module
+        spec.loader.exec_module(module)
+        return module
+
+    def at(self, tolerance: float | None) -> Trial:
+        """Measure at the largest step that keeps eq. (1), for any tolerance.
+
+        Raises
+        ------
+        Unavailable
+            Exudyn is not installed, or starts leaning or steered, which its model does not.
+        """
+        peer, m = self._model, self.problem.maneuver
+        if not (m.roll.is_zero and m.steer.is_zero and m.steer_rate.is_zero):
+            raise Unavailable("starts upright")
+        p = {symbol: float(x) for symbol, x in self.problem.bicycle.values.items()}
+        maneuver = peer.Maneuver(
+            float(m.speed), float(m.roll_rate), float(m.duration), float(m.spacing)
+        )
+        for count in self.steps_per_row:
+            step = maneuver.spacing / count
+
+            def run(step: float = step) -> Array:
+                found: Array = peer.run(p, maneuver, step)[0]
+                return found
+
+            performance, error = self.problem.measure_columns(run().T, _EXUDYN)
+            if performance < PERFORMANCE_LIMIT:
+                break
+        return Trial(run, step, 0.0, round(maneuver.duration / step), performance, error)
+
+
+_EXUDYN = {
+    "roll_angle": "roll_angle_tait_bryan_xyz",
+    "roll_rate": "roll_rate_body_x",
+    "forward_speed": "forward_speed_hub_body_x",
+}
+"""Definitions of its columns, see ``data/peers/README.md``."""
+
+
+@dataclass(eq=False)
+class Several:
+    """A code for each of several maneuvers, one after the other at the same tolerance."""
+
+    parts: Sequence[Heyoka | SciPy | Compiled | Sundials | Exudyn]
+
+    @property
+    def name(self) -> str:
+        return self.parts[0].name
+
+    @property
+    def precision(self) -> str:
+        return self.parts[0].precision
+
+    @property
+    def counts(self) -> str:
+        return self.parts[0].counts
+
+    def at(self, tolerance: float | None) -> Trial:
+        """Build and measure; without a tolerance each part chooses its own, the largest is told.
+
+        Raises
+        ------
+        Unavailable
+            The code does not run here.
+        """
+        trials = [part.at(tolerance) for part in self.parts]
+
+        def run() -> None:
+            for trial in trials:
+                trial.run()
+
+        return Trial(
+            run,
+            max(x.tolerance for x in trials),
+            max(x.build for x in trials),
+            sum(x.count for x in trials),
+            max(x.performance for x in trials),
+            max(x.error for x in trials),
+            order=trials[0].order,
+        )
+
+
+Code = Heyoka | Tuned | SciPy | Compiled | Sundials | Exudyn | Several
+
+
+def kind(code: Code) -> type[object]:
+    """What a code is, whether for one maneuver or several."""
+    return type(code.parts[0]) if isinstance(code, Several) else type(code)
+
+
+def codes(problems: Sequence[Problem]) -> list[Code]:
+    """Every code there is, installed or not, for one maneuver or several."""
+    each = [
+        [
+            Heyoka("heyoka", "binary64", x),
+            Heyoka("heyoka unrolled", "binary64", x, is_compact=False),
+            Heyoka("heyoka", "binary128", x),
+            Compiled("C DOPRI5", x),
+            Compiled("C DOP853", x),
+            Compiled("C RK4", x),
+            SciPy("SciPy DOP853", x),
+            SciPy("SciPy LSODA", x),
+            Sundials("SUNDIALS CVODE", x),
+            Exudyn("Exudyn", x),
+        ]
+        for x in problems
+    ]
+    others = each[0] if len(each) == 1 else [Several(parts) for parts in zip(*each, strict=True)]
+    return [Tuned("heyoka_bike simulate", problems), *others]

@@ -1,0 +1,244 @@
+"""Beyond binary64: `End`, heyoka, mpmath's `odefun`, a Taylor method in ball arithmetic, and C.
+
+All integrate the same equations from the same initial state, without rows. What would take minutes
+is measured over the first part of the maneuver and scaled to the whole of it, by the part of
+heyoka's steps that fall into it; a result says over how many seconds it was measured.
+"""
+
+import contextlib
+import math
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+import flint
+
+from heyoka_bike.bicycle.equations.initial import initial_state
+from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.motion.expressions import require_heyoka
+from heyoka_bike.motion.integrate import Native, integrate, right_hand_side
+from heyoka_bike.motion.trajectory import Trajectory
+from heyoka_bike.numbers.analytic import PowerSeries
+from heyoka_bike.numbers.arithmetic import Balls, Multiprecision, midpoint
+from heyoka_bike.numbers.precision import Precision
+from heyoka_bike.workbench.bench.compiled import NoCompilerError, QuadruplePeer
+from heyoka_bike.workbench.fast.ends import End
+
+PRECISIONS: Sequence[str | int] = ("binary128", 70)
+"""Those at which the codes are compared."""
+DIGITS: Sequence[str | int] = ("binary64", "longdouble", 25, "binary128", 64, 125, 250, 500, 1000)
+"""Those whose cost is measured with heyoka alone."""
+
+_TOLERANCE_BITS = 5  # of `integrate`, beyond the precision
+_GUARD = 64  # bits of the constants beyond those of the run
+_RUNS = 3
+_MPMATH_SPAN = Fraction(1, 20)  # [s]; takes seconds
+# Of the extrapolation in C, the fastest of 8 to 16 columns to an error of 1e-30; more of them lose
+# digits to their weights.
+_COLUMNS, _TOLERANCE = 8, 1e-29
+_QUADRUPLE = "binary128"  # what libquadmath has
+_SAFETY_BITS = 8  # of a ball Taylor step's truncation below the precision
+_COST_SECONDS = 5.0  # of stepping for one precision, but one step after the first at least
+_LONG_STEP = 60.0  # [s]; a first step that takes as long is the one that is timed
+
+
+@dataclass(frozen=True, slots=True)
+class Precise:
+    """A code at a precision.
+
+    Attributes
+    ----------
+    code, digits
+        Its name, and the decimal digits of the precision.
+    seconds
+        For the whole maneuver, building excluded; scaled if `measured_over` is less.
+    measured_over
+        Time of the motion that was integrated [s].
+    error
+        Largest difference of the state at the end of what was measured from the published run of 70
+        digits, in the variables of the few-product form.
+    """
+
+    code: str
+    digits: float
+    seconds: float
+    measured_over: float
+    error: float
+
+
+@dataclass(frozen=True, slots=True)
+class Cost:
+    """What a precision costs with heyoka, with the yaw and exact accumulation as in `integrate`.
+
+    Attributes
+    ----------
+    digits, order
+        Decimal digits of the precision, and Taylor order.
+    steps
+        That were timed: all but the first, or what a few seconds allow.
+    seconds_per_step
+        Their mean.
+    seconds
+        For the whole maneuver: with the steps of the published run where not all were timed; their
+        number hardly depends on the digits.
+    """
+
+    digits: float
+    order: int
+    steps: int
+    seconds_per_step: float
+    seconds: float
+
+
+def precise(published: Trajectory) -> list[Precise]:
+    """The codes at each of `PRECISIONS`, on the maneuver of a published run."""
+    found = []
+    for name in PRECISIONS:
+        p = Precision.of(name)
+        found += [measure(published, p) for measure in (_end, _heyoka, _mpmath, _balls)]
+        if name == _QUADRUPLE:
+            # Without a compiler there is one code less.
+            with contextlib.suppress(NoCompilerError):
+                found.append(_extrapolated(published, p))
+    return found
+
+
+def costs(published: Trajectory) -> list[Cost]:
+    """What each of `DIGITS` costs, on the maneuver of a published run."""
+    return [_cost(published, Precision.of(name)) for name in DIGITS]
+
+
+def _end(published: Trajectory, p: Precision) -> Precise:
+    run = End(published.bicycle, published.maneuver, p)
+    times = []
+    for _ in range(_RUNS):
+        begin = time.perf_counter()
+        found = run()
+        times.append(time.perf_counter() - begin)
+    state = [str(x) for x in found]
+    return _result("heyoka_bike End", p, published, min(times), published.maneuver.duration, state)
+
+
+def _heyoka(published: Trajectory, p: Precision) -> Precise:
+    hy, native = require_heyoka(), Native(p)
+    duration = published.maneuver.duration
+    start = [native.from_integer(*midpoint(x)) for x in _start(published, p)]
+    zero, one = native.from_integer(0, 0), native.from_integer(duration.denominator, 0)
+    end = native.from_integer(duration.numerator, 0) / one
+    integrator = hy.taylor_adaptive(
+        right_hand_side(published.bicycle, p, with_yaw=False), start,
+        fp_type=native.type, compact_mode=True, **({"prec": p.bits} if native.is_mpfr else {}),
+    )  # fmt: skip
+    times = []
+    for _ in range(_RUNS):
+        integrator.time = zero
+        integrator.state[:] = start
+        begin = time.perf_counter()
+        integrator.propagate_until(end)
+        times.append(time.perf_counter() - begin)
+    state = [str(x) for x in integrator.state]
+    return _result("heyoka", p, published, min(times), duration, state)
+
+
+def _mpmath(published: Trajectory, p: Precision) -> Precise:
+    a = Multiprecision(round(p.digits))
+    mp = a.context
+    equations = Equations.of(published.bicycle, a, is_regular=False)
+    start = [mp.mpf(x.str(a.context.dps + 5, radius=False)) for x in _start(published, p)]
+    span = _MPMATH_SPAN
+    begin = time.perf_counter()
+    solution = mp.odefun(lambda _, y: equations.rates(list(y)), 0, start)
+    state = solution(mp.mpf(span.numerator) / span.denominator)
+    took = time.perf_counter() - begin
+    text = [mp.nstr(x, mp.dps + 5) for x in state]
+    return _result("mpmath odefun", p, published, took, span, text)
+
+
+def _balls(published: Trajectory, p: Precision) -> Precise:
+    """One step: each order by one evaluation of the equations, up to the order heyoka takes."""
+    balls, order = Balls(p.bits), _order(p.bits)
+    equations = Equations.of(published.bicycle, balls, is_regular=False)
+    y = [[x] for x in _start(published, p)]
+    begin = time.perf_counter()
+    for n in range(1, order + 1):
+        series = PowerSeries(p.bits, n)
+        with series.precision():
+            rates = equations.over(series).rates([series.series(c) for c in y])
+            for c, rate in zip(y, rates, strict=True):
+                c.append(series.coefficients(rate)[n - 1] / n)
+    # The last term decides how long the step may be.
+    last = max(abs(float(c[-1].mid())) for c in y)
+    h = Fraction((last * 2.0 ** (p.bits + _SAFETY_BITS)) ** (-1 / order)).limit_denominator(1000)
+    with balls.precision():
+        state = [flint.arb_poly(c)(flint.arb(h.numerator) / h.denominator) for c in y]
+    took = time.perf_counter() - begin
+    text = [x.mid().str(round(p.digits) + 5, radius=False) for x in state]
+    return _result("Taylor in balls", p, published, took, h, text)
+
+
+def _extrapolated(published: Trajectory, p: Precision) -> Precise:
+    peer, duration = QuadruplePeer(published.bicycle), published.maneuver.duration
+    digits = round(p.digits) + 5
+    start = [x.mid().str(digits, radius=False) for x in _start(published, p)]
+    times = []
+    for _ in range(_RUNS):
+        begin = time.perf_counter()
+        state, _ = peer.end(_COLUMNS, start, str(float(duration)), _TOLERANCE)
+        times.append(time.perf_counter() - begin)
+    return _result("C extrapolation", p, published, min(times), duration, state)
+
+
+def _start(published: Trajectory, p: Precision) -> list[flint.arb]:
+    """Initial state of the few-product form, without the yaw."""
+    equations = Equations.of(published.bicycle, Balls(p.bits + _GUARD), is_regular=False)
+    return initial_state(equations, published.maneuver)[:6]
+
+
+def _result(
+    code: str, p: Precision, published: Trajectory, took: float, span: Fraction,
+    state: Sequence[str],
+) -> Precise:  # fmt: skip
+    with Balls(published.bits + _GUARD).precision():
+        pairs = zip(state, published.state(span), strict=False)
+        error = max(abs(float((flint.arb(x) - y).mid())) for x, y in pairs)
+    return Precise(code, p.digits, took / _part(published, span), float(span), error)
+
+
+def _part(published: Trajectory, span: Fraction) -> float:
+    """The part of a run's steps that the time from 0 to `span` takes."""
+    i = published.piece_at(span)
+    begin, end = published.breaks[i], published.breaks[i + 1]
+    whole = published.piece_at(published.maneuver.duration) + 1
+    return float(i + (span - begin) / (end - begin)) / whole if span < end else 1.0
+
+
+def _cost(published: Trajectory, p: Precision) -> Cost:
+    marks: list[float] = []
+    begin = time.perf_counter()
+
+    def step(_: float) -> None:
+        marks.append(time.perf_counter())
+        if len(marks) == 1 and marks[0] - begin > _LONG_STEP:
+            # What has to be built takes a hundredth of it.
+            marks.insert(0, begin)
+            raise _EnoughError
+        if len(marks) > 1 and marks[-1] - marks[0] > _COST_SECONDS:
+            raise _EnoughError
+
+    count = published.steps
+    with contextlib.suppress(_EnoughError):
+        count = integrate(published.bicycle, published.maneuver, p, progress=step).steps
+    # A first step that is short is left out: what has to be built is made with it.
+    timed = len(marks) - 1
+    per_step = (marks[-1] - marks[0]) / timed
+    return Cost(p.digits, _order(p.bits + _TOLERANCE_BITS), timed, per_step, per_step * count)
+
+
+def _order(bits: int) -> int:
+    """Of heyoka's Taylor steps, by its rule, for a tolerance of 2^-bits."""
+    return math.ceil(1 + bits * math.log(2) / 2)
+
+
+class _EnoughError(Exception):
+    """Raised to end a run that has shown what a step costs."""

@@ -1,0 +1,245 @@
+"""The report of a comparison: what was measured as JSON values, and the same as text."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict
+from statistics import median
+from typing import TYPE_CHECKING, Any
+
+from heyoka_bike.motion.trajectory import Trajectory
+from heyoka_bike.reference.proof.candidate import read_candidate
+from heyoka_bike.system.console import table
+from heyoka_bike.system.machine import installed, machine
+from heyoka_bike.system.resources import reference_folder
+from heyoka_bike.workbench.bench import race
+from heyoka_bike.workbench.bench.batches import first_result, long_runs, throughput
+from heyoka_bike.workbench.bench.compiled import FLAGS
+from heyoka_bike.workbench.bench.floor import floor
+from heyoka_bike.workbench.bench.precise import costs, precise
+from heyoka_bike.workbench.bench.problem import Problem
+from heyoka_bike.workbench.bench.race import CLASSES, Point, Progress, Timing
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+SCHEMA_VERSION = 1
+JUDGED, ALL_THREE = 2, (1, 2, 3)
+"""Maneuvers: the one that the benchmark judges, and all."""
+_ALL = "all maneuvers"
+_PACKAGES = ("heyoka_bike", "heyoka", "scipy", "scikit-sundae", "exudyn", "numpy")
+_WIDTH = 170
+
+
+def measure(
+    main: Problem, every: Sequence[Problem], runs: int, progress: Progress, *,
+    is_quick: bool, with_points: bool,
+) -> dict[str, Any]:  # fmt: skip
+    """Time every code, as JSON values.
+
+    Parameters
+    ----------
+    main
+        What is timed.
+    every
+        Timed as well, together; none leaves this out.
+    runs
+        Timed runs of each code.
+    is_quick
+        Whether to leave out what is slow to build.
+    with_points
+        Whether to measure time over error, too.
+    """
+    tasks = {main.maneuver.name: [main]} | ({_ALL: list(every)} if every else {})
+    results = []
+    for name, chosen in tasks.items():
+        lines = race.bench(chosen, runs, is_quick=is_quick, progress=progress)
+        results += [_result(line, lines, name) for line in lines]
+    found = {
+        "schema_version": SCHEMA_VERSION,
+        "maneuver": main.maneuver.name,
+        "rows": main.maneuver.rows,
+        "runs": runs,
+        "quick": is_quick,
+        "machine": machine(),
+        "versions": {"python": platform.python_version()}
+        | {name: installed(name) or "not installed" for name in _PACKAGES},
+        "results": results,
+    }
+    if every:
+        found["floor"] = asdict(floor(main.bicycle))
+    if with_points:
+        found["work_precision"] = [_point(x) for x in race.work_precision(main, progress)]
+    return found
+
+
+def measure_fast_path(progress: Progress) -> dict[str, Any]:
+    """What the fast path does besides one maneuver, as JSON values."""
+    progress("ensembles", 0.3)
+    ensembles = [
+        {"accuracy": x.accuracy, "threads": n, "motions_per_second": rate}
+        for x in throughput()
+        for n, rate in x.motions_per_second.items()
+    ]
+    progress("first result of a new process", 0.7)
+    first = first_result()
+    return {
+        "ensembles": ensembles,
+        "first_result": {
+            "import_numpy_s": first.importing,
+            "result_s": first.result,
+        },
+    }
+
+
+def measure_precise(folder: str | None, progress: Progress) -> dict[str, Any]:
+    """The codes that go beyond binary64, as JSON values."""
+    progress("34 and 70 digits", 0.0)
+    return {"precise": [asdict(x) for x in precise(_published(folder))]}
+
+
+def measure_costs(problem: Problem, folder: str | None, progress: Progress) -> dict[str, Any]:
+    """How the time grows with the duration and with the digits, as JSON values."""
+    progress("long runs", 0.0)
+    durations = [asdict(x) for x in long_runs(problem.bicycle, problem.maneuver)]
+    progress("up to 1000 digits", 0.1)
+    return {"durations": durations, "digits": [asdict(x) for x in costs(_published(folder))]}
+
+
+def _published(folder: str | None) -> Trajectory:
+    return read_candidate(reference_folder() if folder is None else folder)[JUDGED - 1]
+
+
+def _point(x: Point) -> dict[str, Any]:
+    return {
+        "code": x.code.name,
+        "precision": x.code.precision,
+        "tolerance": x.tolerance,
+        "min_ms": 1e3 * x.time,
+        "performance_percent": x.performance,
+        "max_state_error": x.error,
+    }
+
+
+def _result(line: Timing, lines: Sequence[Timing], maneuver: str) -> dict[str, Any]:
+    """A line of the report; what is unknown is None."""
+    result: dict[str, Any] = {
+        "maneuver": maneuver,
+        "class": line.accuracy_class,
+        "code": line.code.name,
+        "precision": line.code.precision,
+        "status": line.status,
+    }
+    t = line.trial
+    result |= {
+        "tolerance": t and t.tolerance,
+        "order": t and t.order,
+        "steps": t and t.count if line.code.counts == "steps" else None,
+        "rhs_calls": t and t.count if line.code.counts == "rhs_calls" else None,
+        "build_s": t and t.build,
+        "performance_percent": t and t.performance,
+        "max_state_error": t and t.error,
+        "runs": len(line.times),
+    }
+    if not line.times:
+        unknown = ("min_ms", "median_ms", "cold_ms", "ratio_to_fastest")
+        return result | dict.fromkeys(unknown)
+    group = (x for x in lines if x.times and x.accuracy_class == line.accuracy_class)
+    fastest = min(min(x.times) for x in group)
+    return result | {
+        "min_ms": 1e3 * min(line.times),
+        "median_ms": 1e3 * median(line.times),
+        "cold_ms": 1e3 * median(line.cold),
+        "ratio_to_fastest": min(line.times) / fastest,
+    }
+
+
+def as_text(document: Mapping[str, Any], is_shown: bool) -> str:
+    """The report as text, coloured only when it is shown on a terminal."""
+    from io import StringIO
+
+    from rich.console import Console
+
+    console = Console() if is_shown else Console(file=StringIO())
+    console.width = max(console.width, _WIDTH)
+    with console.capture() as capture:
+        for part in _parts(document):
+            console.print(part, markup=False, highlight=False)
+    return capture.get()
+
+
+def _parts(document: Mapping[str, Any]) -> Iterator[str | Table]:
+    for maneuver in dict.fromkeys(x["maneuver"] for x in document["results"]):
+        for name, title in CLASSES.items():
+            yield f"{maneuver}: {title}"
+            yield _timings(
+                [x for x in document["results"] if (x["maneuver"], x["class"]) == (maneuver, name)]
+            )
+    yield from _besides(document)
+    machine, versions = document["machine"], document["versions"]
+    yield from (
+        f"{document['rows']} rows of all eight columns; times of one run, building excluded; "
+        f"the codes of a class in turns, {document['runs']} times each, a slow one fewer times",
+        "min, median: after runs of the same code; cold: the processor's caches filled with "
+        "something else before",
+        "ratio: of the shortest time, to the fastest of the class",
+        "state error: the largest over the rows of roll and steer [rad], their rates [rad/s] "
+        "and the forward speed [m/s]",
+        "tolerance: heyoka_bike's is about the error of a step; of C RK4 and Exudyn it is the "
+        "step [s]; else relative and absolute (SciPy's relative one at least 2.2e-14)",
+        f"C: {' '.join(FLAGS)}",
+        f"machine: {machine['cpu']}, {machine['cores']} cores, {machine['system']}",
+        "versions: " + ", ".join(f"{k} {v}" for k, v in versions.items()),
+    )
+
+
+def _timings(results: Sequence[Mapping[str, Any]]) -> Table:
+    headings = (
+        "code", "precision", "tolerance", "count", "runs", "build [s]", "min [ms]",
+        "median [ms]", "cold [ms]", "eq. (1) [%]", "state error", "ratio",
+    )  # fmt: skip
+    rows: list[tuple[str, ...]] = []
+    for x in results:
+        if x["status"] != "ok":
+            rows.append((x["code"], x["precision"], x["status"]))
+            continue
+        count = f"{x['steps']} steps" if x["rhs_calls"] is None else f"{x['rhs_calls']} calls"
+        rows.append((
+            x["code"], x["precision"], f"{x['tolerance']:.1e}", count, str(x["runs"]),
+            f"{x['build_s']:.2f}", f"{x['min_ms']:.3f}", f"{x['median_ms']:.3f}",
+            f"{x['cold_ms']:.3f}",
+            f"{x['performance_percent']:.1e}", f"{x['max_state_error']:.1e}",
+            f"{x['ratio_to_fastest']:.1f}",
+        ))  # fmt: skip
+    return table(headings, rows, left=2)
+
+
+def _besides(document: Mapping[str, Any]) -> Iterator[str]:
+    """What else was measured, if it was."""
+    yield from (
+        f"ensemble, accuracy {x['accuracy']}, {x['threads']} threads: "
+        f"{x['motions_per_second']:.0f} motions of 10 s per second"
+        for x in document.get("ensembles", ())
+    )
+    if "first_result" in document:
+        first = document["first_result"]
+        yield (
+            f"first result of a new process: {first['result_s']:.2f} s, after "
+            f"{first['import_numpy_s']:.2f} s of importing NumPy"
+        )
+    yield from (
+        f"{x['code']}, {x['digits']:.0f} digits: {x['seconds']:.3g} s, error {x['error']:.0e} "
+        f"(measured over {x['measured_over']:.2g} s)"
+        for x in document.get("precise", ())
+    )
+    yield from (
+        f"{x['duration']} s at accuracy {x['accuracy']}: {1e3 * x['time']:.3g} ms, {x['steps']} "
+        f"steps, eq. (1) {x['performance']:.1e} %, error at the end {x['error']:.0e}"
+        for x in document.get("durations", ())
+    )
+    yield from (
+        f"{x['digits']:.0f} digits: order {x['order']}, {x['seconds_per_step']:.3g} s a step, "
+        f"{x['seconds']:.3g} s for the maneuver ({x['steps']} steps timed)"
+        for x in document.get("digits", ())
+    )

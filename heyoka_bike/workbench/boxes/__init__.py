@@ -1,0 +1,1 @@
+"""Critical speeds of every bicycle in a box of parameters, proved."""

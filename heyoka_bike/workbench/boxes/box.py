@@ -1,0 +1,398 @@
+"""Weave and capsize speed of every bicycle in a box of parameters, proved.
+
+Measured parameters have uncertainties. Here each may be anything within so many standard deviations
+of its value, independently of the others, and everything said holds for every bicycle of that box.
+A standard deviation is no limit: the truth may be outside.
+
+With x = v^2 the characteristic polynomial of the linear bicycle is
+
+    a s^4 + v b s^3 + (c0 + c1 x) s^2 + v (d0 + d1 x) s + e0 + e1 x,
+
+so a bicycle is stable where b, d, e and Hurwitz' determinant b c d - a d^2 - b^2 e are positive (c
+is then positive too). All is decided by signs of polynomials over the whole box (`box_range`):
+
+- capsize: if e0 and e1 differ in sign, e changes sign once. A speed is above that of all bicycles
+  if the sign of e there is that of e1 for all of them, and below if it is that of e0.
+- weave: if d0 < 0 < d1, d is positive beyond the x where it vanishes. If e is positive there, the
+  determinant is negative; if its leading coefficient is positive, it changes sign once beyond. A
+  speed is above that if d and the determinant are positive, and below if the latter is negative.
+
+A bound is found from a bicycle whose speed is extreme, and moved outward until the sign is proved.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import NamedTuple
+
+import flint
+
+from heyoka_bike.bicycle.parameters import PARAMETERS, Bicycle
+from heyoka_bike.bicycle.stability.closed_form import Matrix, closed_form
+from heyoka_bike.errors import InputError
+from heyoka_bike.numbers.arithmetic import Balls, Number, upper_fraction
+from heyoka_bike.numbers.dual import Dual, Duals
+from heyoka_bike.numbers.exact import ZERO, Exact
+from heyoka_bike.workbench.boxes.affine import Affines
+from heyoka_bike.workbench.boxes.box_range import Function, Side, corner, sign_over, slopes
+
+# Beyond the digits asked for: some hundred operations lose a digit or two, powers of v the more.
+_GUARD_BITS = 64
+_BITS_PER_DIGIT = Fraction(7, 2)
+
+# v^2 above any capsize speed of interest [m^2/s^2].
+_HIGH = 10**6
+# Each step goes to the corner that the last one points at; two or three reach it.
+_MAX_STEPS = 10
+# Powers of two by which v^2 is moved outward where roundoff is not enough for the proof.
+_MARGINS = (-20, -16, -12, -10, -8, -7, -6, -5, -4, -3, -2, -1)
+
+Interval = tuple[Fraction, Fraction | None]
+"""Speeds [m/s]; without end if the second is None."""
+
+
+@dataclass(frozen=True, slots=True)
+class CriticalSpeed:
+    """A weave or capsize speed over the box [m/s].
+
+    Attributes
+    ----------
+    low, high
+        Proved: every bicycle of the box has exactly one between them.
+    least, most
+        Bicycles of the box have speeds as far apart as these.
+    deviation
+        Standard deviation to first order, the parameters taken as independent.
+    """
+
+    low: Fraction
+    high: Fraction
+    least: Fraction
+    most: Fraction
+    deviation: Fraction
+
+
+@dataclass(frozen=True, slots=True)
+class BoxStability:
+    """What holds for every bicycle of the box.
+
+    Attributes
+    ----------
+    sigmas
+        Half widths of the box in standard deviations.
+    parameters
+        How many parameters have an uncertainty.
+    weave, capsize
+        The critical speed, if every bicycle has one, or none if none has; None if neither is
+        proved.
+    every
+        Speeds at which every bicycle is proved to be stable; None if none are.
+    some
+        Speeds outside of which none is stable, proved; None if none is stable at any.
+    """
+
+    sigmas: Fraction
+    parameters: int
+    weave: tuple[CriticalSpeed, ...] | None
+    capsize: tuple[CriticalSpeed, ...] | None
+    every: Interval | None
+    some: Interval | None
+
+
+def stability_box(bicycle: Bicycle, sigmas: Fraction, digits: int) -> BoxStability:
+    """Enclose the critical speeds of all bicycles within some standard deviations of this one.
+
+    Parameters
+    ----------
+    bicycle : Bicycle
+        With uncertainties; a parameter without one is taken as exact.
+    sigmas : Fraction
+        Half width of the box in standard deviations.
+    digits : int
+        To which roundoff may show in the results.
+
+    Raises
+    ------
+    InputError
+        The bicycle has no uncertainties, or the box contains what the model cannot use.
+    """
+    if not any(u.sign for u in bicycle.uncertainties.values()):
+        raise InputError(f"found no uncertainties of '{bicycle.name}', expected some in its file")
+    balls = Balls(int(digits * _BITS_PER_DIGIT) + _GUARD_BITS)
+    with balls.precision():
+        box = _Box.around(bicycle, sigmas, balls)
+        if box.sign(lambda p: p.a) != 1:
+            raise InputError(
+                f"the mass matrix of roll and steer of '{bicycle.name}' may be singular within "
+                f"{float(sigmas):g} standard deviations, expected fewer"
+            )
+        b, e, hurwitz = conditions = (box.damping(), box.capsize(), box.weave())
+        return BoxStability(
+            sigmas=sigmas,
+            parameters=sum(bool(u.sign) for u in bicycle.uncertainties.values()),
+            weave=hurwitz.speeds if b.sure else None,
+            capsize=e.speeds,
+            every=_common([x.sure for x in conditions]),
+            some=_common([x.possible for x in conditions]),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class _Condition:
+    """What is proved about a polynomial that has to be positive.
+
+    Attributes
+    ----------
+    speeds
+        Where it changes sign, as in `BoxStability`.
+    sure, possible
+        Speeds at which it is positive for every bicycle, and outside of which for none.
+    """
+
+    speeds: tuple[CriticalSpeed, ...] | None
+    sure: Interval | None
+    possible: Interval | None
+
+
+_ALL: Interval = (Fraction(0), None)
+_POSITIVE, _NEGATIVE = _Condition((), _ALL, _ALL), _Condition((), None, None)
+_NOT_PROVED = _Condition(None, None, _ALL)
+
+
+class _Polynomials(NamedTuple):
+    """Coefficients of the characteristic polynomial, those of x = v^2 lowest power first."""
+
+    a: Number
+    b: Number
+    c: tuple[Number, Number]
+    d: tuple[Number, Number]
+    e: tuple[Number, Number]
+
+    def d_at(self, x: Number) -> Number:
+        return self.d[0] + self.d[1] * x
+
+    def e_at(self, x: Number) -> Number:
+        return self.e[0] + self.e[1] * x
+
+    def hurwitz_at(self, x: Number) -> Number:
+        c, d, e = self.c[0] + self.c[1] * x, self.d_at(x), self.e_at(x)
+        return self.b * c * d - self.a * d * d - self.b * self.b * e
+
+    @property
+    def capsize(self) -> Number:
+        """Where e vanishes."""
+        return -self.e[0] / self.e[1]
+
+    @property
+    def weave(self) -> Number:
+        """Where Hurwitz' determinant vanishes last, if it is positive from there."""
+        a, b, c, d, e = self
+        p0 = b * c[0] * d[0] - a * d[0] * d[0] - b * b * e[0]
+        p1 = b * (c[0] * d[1] + c[1] * d[0]) - 2 * a * d[0] * d[1] - b * b * e[1]
+        p2 = b * c[1] * d[1] - a * d[1] * d[1]
+        return (_sqrt(p1 * p1 - 4 * p0 * p2) - p1) / (2 * p2)
+
+
+Select = Callable[[_Polynomials], Number]
+Rising = Callable[[_Polynomials, Number], Number]
+
+
+@dataclass(frozen=True, slots=True)
+class _Box:
+    """A box of parameters around a bicycle, in the order of `PARAMETERS`."""
+
+    sides: Sequence[Side]
+    centre: Sequence[flint.arb]
+    deviations: Sequence[flint.arb]
+    balls: Balls
+
+    @classmethod
+    def around(cls, bicycle: Bicycle, sigmas: Fraction, balls: Balls) -> _Box:
+        sides, centre, deviations = [], [], []
+        for symbol in PARAMETERS:
+            x, u = balls.number(bicycle[symbol]), bicycle.uncertainties.get(symbol, ZERO)
+            ends = x, x
+            if u.sign and sigmas:
+                low, high = (_moved(bicycle, symbol, k) for k in (-sigmas, sigmas))
+                ends = balls.number(low), balls.number(high)
+            sides.append(ends)
+            centre.append(x)
+            deviations.append(balls.number(u))
+        return cls(sides, centre, deviations, balls)
+
+    def function(self, select: Select) -> Function:
+        """Of the parameters, from one of the polynomials."""
+        return lambda x: select(self.polynomials(x))
+
+    def polynomials(self, x: Sequence[Number]) -> _Polynomials:
+        """At a point, or over what the numbers enclose."""
+        p = dict(zip(PARAMETERS, x, strict=True))
+        g = p["g"]
+        m, c1, k0, k2 = closed_form(p, Duals(Affines(self.balls)))
+        return _Polynomials(
+            a=_det(m), b=_mixed(m, c1), c=(g * _mixed(m, k0), _mixed(m, k2) + _det(c1)),
+            d=(g * _mixed(c1, k0), _mixed(c1, k2)),
+            # K2 has no first column, and so no determinant.
+            e=(g * g * _det(k0), g * _mixed(k0, k2)),
+        )  # fmt: skip
+
+    def sign(self, select: Select) -> int | None:
+        """The sign that a polynomial has for every bicycle, if that is proved."""
+        return sign_over(self.function(select), self.sides, self.balls)
+
+    def damping(self) -> _Condition:
+        """Whether b is positive."""
+        sign = self.sign(lambda p: p.b)
+        return {1: _POSITIVE, -1: _NEGATIVE}.get(sign or 0, _NOT_PROVED)
+
+    def capsize(self) -> _Condition:
+        """Where e is positive."""
+        first, last = self.sign(lambda p: p.e[0]), self.sign(lambda p: p.e[1])
+        if first == 1 and last is None:
+            return self._lowest_capsize()
+        if first is None or last is None:
+            return _NOT_PROVED
+        if first == last:
+            return _POSITIVE if first > 0 else _NEGATIVE
+        speed = self._speed(
+            lambda p: p.capsize,
+            lambda x: self.sign(lambda p: p.e_at(x)) == last,
+            lambda x: self.sign(lambda p: p.e_at(x)) == first,
+            lambda p, x: last * p.e_at(x),
+        )
+        if speed is None:
+            return _NOT_PROVED
+        if first > 0:
+            return _Condition((speed,), (Fraction(0), speed.low), (Fraction(0), speed.high))
+        return _Condition((speed,), (speed.high, None), (speed.low, None))
+
+    def _lowest_capsize(self) -> _Condition:
+        """Where e is positive, if some bicycles have a capsize speed and others may have none."""
+        least = self._extreme(
+            lambda p: p.capsize, lambda p, x: -p.e_at(x), -1, start=flint.arb(_HIGH)
+        )
+        low = self._outward(least, -1, lambda x: self.sign(lambda p: p.e_at(x)) == 1)
+        if low is None or not low > 0:
+            return _NOT_PROVED
+        return _Condition(None, (Fraction(0), -upper_fraction(-low.sqrt())), _ALL)
+
+    def weave(self) -> _Condition:
+        """Where d and Hurwitz' determinant are positive."""
+        d = self.sign(lambda p: p.d[0]), self.sign(lambda p: p.d[1])
+        if d == (-1, -1):
+            return _NEGATIVE
+        is_once = (
+            d == (-1, 1)
+            and self.sign(lambda p: p.e[0] * p.d[1] - p.e[1] * p.d[0]) == 1
+            and self.sign(lambda p: p.b * p.c[1] - p.a * p.d[1]) == 1
+        )
+        if not is_once:
+            return _NOT_PROVED
+        speed = self._speed(
+            lambda p: p.weave,
+            lambda x: (
+                self.sign(lambda p: p.d_at(x)) == 1 and self.sign(lambda p: p.hurwitz_at(x)) == 1
+            ),
+            lambda x: self.sign(lambda p: p.hurwitz_at(x)) == -1,
+            _Polynomials.hurwitz_at,
+        )
+        if speed is None:
+            return _NOT_PROVED
+        return _Condition((speed,), (speed.high, None), (speed.low, None))
+
+    def _speed(
+        self,
+        square: Select,
+        is_above: Callable[[flint.arb], bool],
+        is_below: Callable[[flint.arb], bool],
+        rising: Rising,
+    ) -> CriticalSpeed | None:
+        """The range of a critical speed, from its square v^2 for one bicycle.
+
+        `is_above` and `is_below` prove that a v^2 is above or below that of all bicycles, `rising`
+        is negative below and positive above that of each.
+        """
+        nominal = square(self.polynomials(self.centre))
+        most = self._extreme(square, rising, 1, start=nominal)
+        least = self._extreme(square, rising, -1, start=nominal)
+        high, low = self._outward(most, 1, is_above), self._outward(least, -1, is_below)
+        if high is None or low is None:
+            return None
+
+        def speed(x: Sequence[Number]) -> Number:
+            return _sqrt(square(self.polynomials(x)))
+
+        parts = zip(slopes(speed, self.centre, self.balls), self.deviations, strict=True)
+        deviation = sum(((s * u) ** 2 for s, u in parts), flint.arb(0)).sqrt()
+        least, most = least.sqrt(), most.sqrt()
+        return CriticalSpeed(
+            low=-upper_fraction(-low.sqrt()), high=upper_fraction(high.sqrt()),
+            least=upper_fraction(least), most=-upper_fraction(-most),
+            deviation=upper_fraction(deviation),
+        )  # fmt: skip
+
+    def _extreme(self, square: Select, rising: Rising, sign: int, *, start: flint.arb) -> flint.arb:
+        """The largest or least v^2 found: that of the bicycle farthest beyond the last one."""
+        x = start
+        for _ in range(_MAX_STEPS):
+            found = square(self.polynomials(self._farthest(x, rising, sign)))
+            if not sign * (found - x) > 0:
+                break
+            x = found
+        return x
+
+    def _farthest(self, x: flint.arb, rising: Rising, sign: int) -> tuple[flint.arb, ...]:
+        """The corner whose critical v^2 is beyond x by most."""
+        return corner(self.function(lambda p: -sign * rising(p, x)), self.sides, self.balls)
+
+    def _outward(
+        self, x: flint.arb, sign: int, is_beyond: Callable[[flint.arb], bool]
+    ) -> flint.arb | None:
+        """A v^2 a little farther out, beyond that of all bicycles."""
+        roundoff = _GUARD_BITS // 2 - self.balls.bits
+        for exponent in (roundoff, *_MARGINS):
+            moved = (x * (1 + sign * flint.arb(2) ** exponent)).mid()
+            if is_beyond(moved):
+                return moved
+        return None
+
+
+def _moved(bicycle: Bicycle, symbol: str, sigmas: Fraction) -> Exact:
+    """A parameter so many standard deviations away, checked."""
+    x, u = bicycle[symbol], bicycle.uncertainties[symbol]
+    moved = Exact(x.rational + sigmas * u.rational, x.pi_multiple + sigmas * u.pi_multiple)
+    try:
+        bicycle.replace(**{symbol: moved})
+    except InputError as e:
+        raise InputError(f"{float(sigmas):+g} standard deviations: {e}") from None
+    return moved
+
+
+def _common(intervals: Sequence[Interval | None]) -> Interval | None:
+    """The speeds that are in all of the intervals."""
+    low, high = _ALL
+    for interval in intervals:
+        if interval is None:
+            return None
+        low, high = max(low, interval[0]), _lesser(high, interval[1])
+    return (low, high) if high is None or low < high else None
+
+
+def _lesser(x: Fraction | None, y: Fraction | None) -> Fraction | None:
+    return min((v for v in (x, y) if v is not None), default=None)
+
+
+def _det(p: Matrix) -> Number:
+    return p[0][0] * p[1][1] - p[0][1] * p[1][0]
+
+
+def _mixed(p: Matrix, q: Matrix) -> Number:
+    """The part of det(p + q) that is of first order in both."""
+    return p[0][0] * q[1][1] + q[0][0] * p[1][1] - p[0][1] * q[1][0] - q[0][1] * p[1][0]
+
+
+def _sqrt(x: Number) -> Number:
+    """Of a ball or a dual number over balls."""
+    return x.chain(x.value.sqrt(), 1 / (2 * x.value.sqrt())) if isinstance(x, Dual) else x.sqrt()

@@ -1,0 +1,1 @@
+"""Commands of the workbench, as those of the package."""

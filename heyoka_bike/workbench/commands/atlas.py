@@ -1,0 +1,219 @@
+"""``heyoka-bike atlas``: what becomes of a bicycle, for a grid of starts."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from heyoka_bike.commands.options import add_bicycle, add_workers
+from heyoka_bike.errors import Exit, InputError, did_you_mean, quoted, unknown_word
+from heyoka_bike.system.console import print_table, progress_bar, table
+
+if TYPE_CHECKING:
+    from heyoka_bike.numbers.exact import Exact
+    from heyoka_bike.workbench.atlas.data import Atlas, Axis
+    from heyoka_bike.workbench.atlas.design import Design
+
+_DEFAULTS = {"speed": "2.5:8.5:200", "roll_rate": "0.02:4:200"}
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add the command to the command line."""
+    p = subparsers.add_parser(
+        "atlas",
+        help="what becomes of the bicycle, for a grid of initial speed and roll rate",
+        description=(
+            "Follow the bicycle from every point of a grid of starts, and say what becomes of it:\n"
+            "it comes to run straight, weaves for ever, lifts a wheel on its way, or falls; with\n"
+            "the time, the final speed, the largest lean and steer, and how much the motion\n"
+            "magnifies a small error of its start. The edge between falling and recovering is\n"
+            "bisected to neighbouring binary64 numbers. The result is a Zarr store, which xarray\n"
+            'opens; needs heyoka and zarr: pip install "heyoka_bike[atlas]", on Linux.\n'
+            "\n"
+            "The start is upright and straight unless an option says otherwise. A store that was\n"
+            "interrupted goes on where it was when the same command is given again."
+        ),
+        epilog=(
+            "names: speed [m/s], roll_rate [rad/s], roll, steer [rad], steer_rate [rad/s], or a\n"
+            "parameter of the bicycle by its symbol, such as c (trail), w, lam, mB, xB\n"
+            "\n"
+            "examples:\n"
+            "  heyoka-bike atlas -o benchmark.zarr\n"
+            "  heyoka-bike plot --figure atlas benchmark.zarr -o atlas.svg\n"
+            "  heyoka-bike atlas --speed 4:5:100 --axis steer=-0.3:0.3:61 -o steered.zarr\n"
+            "  heyoka-bike atlas --axis c=0.02:0.12:51 --start roll_rate=0.5 -o trail.zarr\n"
+            "\n"
+            "exit code 130 if interrupted, all that was finished is kept; 3 if --prove left\n"
+            "something open. docs/atlas.md says how each point is decided."
+        ),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    grid = "FROM:TO:N"
+    for name, about in (("speed", "initial speed [m/s]"), ("roll_rate", "initial roll rate")):
+        p.add_argument(
+            f"--{name.replace('_', '-')}",
+            metavar=grid,
+            dest=name,
+            help=f"{about}, N points from FROM to TO (default {_DEFAULTS[name]})",
+        )
+    p.add_argument(
+        "--axis",
+        metavar=f"NAME={grid}",
+        action="append",
+        default=[],
+        help="another axis; of one the other is the speed, of two these are the axes",
+    )
+    p.add_argument(
+        "--start",
+        metavar="NAME=VALUE",
+        action="append",
+        default=[],
+        help="what the start is where no axis says it (default 0); may be repeated",
+    )
+    add_bicycle(p)
+    p.add_argument(
+        "--longest",
+        metavar="SECONDS",
+        default="200",
+        help="how long a motion is followed that does not come to anything sooner (default 200)",
+    )
+    p.add_argument("-o", "--output", metavar="FOLDER", required=True, help="the Zarr store")
+    p.add_argument("--force", action="store_true", help="replace another atlas that is there")
+    p.add_argument(
+        "--prove",
+        metavar="X,Y",
+        action="append",
+        default=[],
+        help="prove of this point of the two axes when a wheel leaves the floor, or that none does "
+        "in 10 s (half a minute to minutes each); may be repeated",
+    )
+    add_workers(p)
+    p.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Carry out the command."""
+    from heyoka_bike.bicycle.parameters import read_bicycle
+    from heyoka_bike.system.resources import find_input
+    from heyoka_bike.workbench.atlas.design import design
+    from heyoka_bike.workbench.atlas.make import make_atlas
+
+    wanted = design(
+        read_bicycle(find_input("bicycles", args.bicycle)), _axes(args), _start(args),
+        _longest(args.longest),
+    )  # fmt: skip
+    points = [_point(word, wanted) for word in args.prove]
+    with progress_bar("atlas") as progress:
+        made = make_atlas(wanted, args.output, force=args.force, progress=progress)
+    _summary(made)
+    print(f"{args.output}: {made.shape[0]} x {made.shape[1]} points")
+    return _prove(wanted, points)
+
+
+def _point(word: str, wanted: Design) -> dict[str, Exact]:
+    """The exact values of a point, by the names of the axes."""
+    from heyoka_bike.numbers.exact import Exact
+
+    texts = word.split(",")
+    if len(texts) != len(wanted.axes):
+        names = ",".join(a.name for a in wanted.axes)
+        raise InputError(f"--prove: found {quoted(word)}, expected two numbers: {names}")
+    try:
+        return {a.name: Exact.parse(x) for a, x in zip(wanted.axes, texts, strict=True)}
+    except ValueError as e:
+        raise InputError(f"--prove: {e}") from None
+
+
+def _prove(wanted: Design, points: Sequence[Mapping[str, Exact]]) -> int:
+    """Say of each point what is proved of its wheels; exit code 3 if something was left open."""
+    from heyoka_bike.workbench.after_ten_seconds.lift import prove_lift
+    from heyoka_bike.workbench.atlas.compute import lift_of
+
+    code = Exit.OK
+    for point in points:
+        bicycle, maneuver, time = lift_of(wanted, point)
+        said = ", ".join(f"{name} {float(x):.12g}" for name, x in point.items())
+        proved = prove_lift(bicycle, maneuver, time)
+        if proved.lift is not None and proved.is_decided:
+            print(f"{said}: {proved.lift.what} at {float(proved.lift.time):.9f} s: proved")
+        elif proved.is_decided:
+            print(f"{said}: both wheels press on the floor for {float(proved.end):g} s: proved")
+        else:
+            print(f"{said}: not decided within {float(proved.end):g} s")
+            code = Exit.CHECK_FAILED
+    return code
+
+
+def _axes(args: argparse.Namespace) -> list[Axis]:
+    from heyoka_bike.workbench.atlas.design import axis
+
+    given = {name: text for name in _DEFAULTS if (text := getattr(args, name))}
+    for word in args.axis:
+        name, text = _pair(word, "--axis", "FROM:TO:N")
+        if name in given:
+            raise InputError(f"--axis: found {name} twice, expected it once")
+        given[name] = text
+    for name, text in _DEFAULTS.items():
+        if len(given) < 2 and name not in given:
+            given[name] = text
+    # The speed goes first, so that the edge is looked for along the other.
+    names = sorted(given, key=lambda name: name != "speed")
+    return [axis(given[name], name) for name in names]
+
+
+def _start(args: argparse.Namespace) -> dict[str, float]:
+    from heyoka_bike.bicycle.parameters import START
+    from heyoka_bike.numbers.exact import Exact
+
+    found = {}
+    for word in args.start:
+        name, text = _pair(word, "--start", "VALUE")
+        if name not in START:
+            raise InputError(f"--start: {unknown_word(name, list(START))}")
+        try:
+            found[name] = float(Exact.parse(text))
+        except ValueError as e:
+            raise InputError(f"--start {name}: {e}") from None
+    return found
+
+
+def _pair(word: str, option: str, what: str) -> tuple[str, str]:
+    from heyoka_bike.bicycle.parameters import PARAMETERS, START
+
+    name, sign, text = word.partition("=")
+    if not sign:
+        raise InputError(f"{option}: found {quoted(word)}, expected NAME={what}")
+    if name not in START and name not in PARAMETERS:
+        raise InputError(
+            f"{option}: found {quoted(name)}, expected one of {', '.join(START)}, or a parameter's "
+            f"symbol{did_you_mean(name, [*START, *PARAMETERS])}"
+        )
+    return name, text
+
+
+def _longest(text: str) -> float:
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = 0.0
+    if not 20 <= seconds <= 10_000 or seconds % 5:
+        raise InputError(
+            f"--longest: found {quoted(text)}, expected a multiple of 5 s from 20 to 10000"
+        )
+    return seconds
+
+
+def _summary(made: Atlas) -> None:
+    import numpy as np
+
+    from heyoka_bike.workbench.atlas.data import FATES
+
+    fates = made.variables["fate"]
+    counts = np.bincount(fates.ravel().astype(int), minlength=len(FATES))
+    rows = [
+        (name, str(count), f"{100 * count / fates.size:.1f} %", about)
+        for (name, about), count in zip(FATES.items(), counts, strict=True)
+    ]
+    print_table(table(("fate", "points", "part", "meaning"), rows, left=1, prose=(3,)), 92)
+    print(f"the edge of falling: {len(made.edge.at)} places, to neighbouring binary64 numbers")

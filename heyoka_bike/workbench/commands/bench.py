@@ -1,0 +1,121 @@
+"""``heyoka-bike bench``: how long maneuver 2 takes at equal accuracy, next to other codes."""
+
+import argparse
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+from heyoka_bike.commands.options import add_reference
+from heyoka_bike.errors import Exit, InputError
+from heyoka_bike.system.console import stage_bar
+
+_MAX_RUNS = 10_000
+_RUNS, _QUICK_RUNS = 30, 5
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add the command to the command line."""
+    p = subparsers.add_parser(
+        "bench",
+        help="time maneuver 2 at equal accuracy, next to other integrators",
+        description=(
+            "Time maneuver 2 with all rows of all eight columns: this package's fast path, heyoka "
+            "in binary64 and binary128, DOPRI5, DOP853 and RK4 in C (built here if there is a "
+            "compiler), SciPy, SUNDIALS and Exudyn, each at the loosest tolerance that keeps the "
+            "benchmark's eq. (1) under 1e-3 percent, at the loosest with a state error under "
+            "1e-12, and at roundoff. SciPy, scikit-sundae and Exudyn come with "
+            'pip install "heyoka_bike[bench,peers]". With -o NAME.png, .svg or .pdf a figure of '
+            "time over error is written, and the table is printed."
+        ),
+        epilog="example: heyoka-bike bench --format json -o bench.json",
+    )
+    p.add_argument(
+        "--runs",
+        metavar="N",
+        type=int,
+        help=f"timed runs of each code, fewer of a slow one (default {_RUNS})",
+    )
+    p.add_argument("--format", choices=("table", "json"), default="table", help="default: table")
+    p.add_argument("-o", "--output", metavar="FILE", help="write to a file; a figure if it ends so")
+    p.add_argument(
+        "--all",
+        action="store_true",
+        help="all three maneuvers as well; ensembles, the first result of a new process, and at 34 "
+        "and 70 digits mpmath, a Taylor method in ball arithmetic and C with libquadmath (about "
+        "ten minutes)",
+    )
+    p.add_argument(
+        "--costs",
+        action="store_true",
+        help="how the time grows with the digits, up to 1000, and with the duration, up to "
+        "10,000 s (about ten minutes)",
+    )
+    p.add_argument(
+        "--quick",
+        action="store_true",
+        help=f"leave out what is slow to build; {_QUICK_RUNS} runs by default",
+    )
+    add_reference(p, " of the benchmark")
+    p.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Carry out the command."""
+    from heyoka_bike.system.files import write_output
+    from heyoka_bike.workbench.bench import summary
+    from heyoka_bike.workbench.bench.problem import benchmark_problem
+
+    runs = args.runs if args.runs is not None else _QUICK_RUNS if args.quick else _RUNS
+    if not 1 <= runs <= _MAX_RUNS:
+        raise InputError(f"--runs: found {runs}, expected 1 to {_MAX_RUNS}")
+    _check_output(args.output)
+    figure_format = _figure_format(args.output)
+    main = benchmark_problem(args.reference, summary.JUDGED)
+    every = [benchmark_problem(args.reference, n) for n in summary.ALL_THREE] if args.all else []
+    with stage_bar() as progress:
+        with_points = figure_format is not None or args.all
+        document = summary.measure(
+            main, every, runs, progress, is_quick=args.quick, with_points=with_points
+        )
+        if args.all:
+            document |= summary.measure_fast_path(progress)
+            document |= summary.measure_precise(args.reference, progress)
+        if args.costs:
+            document |= summary.measure_costs(main, args.reference, progress)
+    is_shown = args.output is None or figure_format is not None
+    if args.format == "json":
+        text = json.dumps(document, indent=2, allow_nan=False) + "\n"
+    else:
+        text = summary.as_text(document, is_shown)
+    if figure_format is not None:
+        from heyoka_bike.showing.figures.style import render
+        from heyoka_bike.workbench.bench.figure import draw
+
+        title = f"{main.maneuver.name}, {main.maneuver.rows} rows, {document['machine']['cpu']}"
+        figure = draw(document["work_precision"], title)
+        write_output(Path(args.output), render(figure, figure_format))
+    if is_shown:
+        sys.stdout.write(text)
+    else:
+        write_output(Path(args.output), text.encode())
+    return Exit.OK
+
+
+def _figure_format(output: str | None) -> str | None:
+    """Format of a figure to be written, None if it is none."""
+    from heyoka_bike.showing.figures.style import FORMATS
+
+    suffix = Path(output or "").suffix[1:].lower()
+    return suffix if suffix in FORMATS else None
+
+
+def _check_output(output: str | None) -> None:
+    """Refuse what cannot be written before the work, not after it."""
+    if output is None:
+        return
+    path = Path(output)
+    if path.is_dir():
+        raise InputError("cannot be written: is a folder, expected a file", file=path)
+    if not path.parent.is_dir():
+        raise InputError("cannot be written: its folder does not exist", file=path)

@@ -1,0 +1,319 @@
+"""The benchmark as fast as possible in binary64, all columns included.
+
+``simulate()`` gives the 25 columns of the three maneuvers, ``simulate(2)`` the nine of one. Steps,
+dense output and columns are one compiled function, see `step_code`. `integrate` is what the
+reference is made with, and for accuracies beyond binary64.
+
+How accurate a run is was measured on the three maneuvers and on 20 other starts of the benchmark
+bicycle, see ``docs/speed.md``; for other bicycles it is an indication.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cache, lru_cache
+
+import numpy as np
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.bicycle.equations.initial import initial_state
+from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.bicycle.parameters import Bicycle, Maneuver, read_bicycle, read_maneuvers
+from heyoka_bike.errors import InputError, SingularMotionError
+from heyoka_bike.motion.integrate import LEAST_TRAIL, TrailTooSmallError
+from heyoka_bike.numbers.arithmetic import Balls
+from heyoka_bike.numbers.double import Array
+from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
+from heyoka_bike.workbench.fast.accuracies import choose
+from heyoka_bike.workbench.fast.model_code import STATE
+from heyoka_bike.workbench.fast.native import Motion, Native, Run
+
+Maneuvers = int | Maneuver | Sequence[Maneuver] | None
+
+
+ACCURACIES: Mapping[str | float, float] = {
+    "eq1": 3e-5,
+    1e-4: 1e-5,
+    1e-6: 1e-7,
+    1e-8: 2e-9,
+    1e-10: 5e-12,
+    1e-12: 1e-13,
+    1e-13: 3e-14,
+    "roundoff": 3e-15,
+}
+"""For each accuracy the tolerance of a step that keeps it in the three maneuvers and 20 other
+starts: ``eq1`` means eq. (1) under 1e-3 percent, a number the largest error of roll and steer angle
+[rad], their rates [rad/s] and the speed [m/s] over 10 s."""
+
+_BITS = 256  # for the initial state
+_LEAST_ROWS, _MOST_ROWS = 2, 1_000_001
+_KEPT = 32  # prepared runs
+# Energy drifts by 0.2 of the tolerance, and by rounding; a step over a singularity throws it off by
+# a good part of it.
+_DRIFT, _ROUNDING, _SHARPER, _LEAST_TOLERANCE = 10.0, 1e-11, 1e-2, 1e-13
+
+
+@dataclass(frozen=True, repr=False, slots=True)
+class Simulation:
+    """Rows of one maneuver or several.
+
+    Attributes
+    ----------
+    time : ndarray, shape (rows,)
+        [s]
+    values : ndarray, shape (maneuvers, 8, rows)
+        The columns of `columns.BENCHMARK_COLUMNS`, SI units.
+    """
+
+    time: Array
+    values: Array
+
+    def __repr__(self) -> str:
+        count = f"{len(self.values)} maneuver{'s' if len(self.values) != 1 else ''}"
+        return f"<simulation of {count}: {len(self.time)} rows to {self.time[-1]:g} s>"
+
+    def _repr_html_(self) -> str:
+        """For notebooks: the first and last rows of each maneuver; of several they unfold."""
+        from heyoka_bike.reference.values import Values
+        from heyoka_bike.showing.views.card import card, folded, head, plain_table, remark
+        from heyoka_bike.showing.views.values import table
+
+        shown = []
+        for columns in self.values:
+            values = Values(dict(zip(BENCHMARK_COLUMNS, columns, strict=True)), {}, time=self.time)
+            names, rows, said = table(values, len(BENCHMARK_COLUMNS))
+            shown.append(plain_table(names, rows, "Rows", "numbers") + remark(said))
+        if len(shown) > 1:
+            shown = [folded(f"Maneuver {i}", part) for i, part in enumerate(shown, start=1)]
+        return card(head(repr(self).strip("<>")), *shown)
+
+    def __getitem__(self, name: str) -> Array:
+        """A column by name: shape (rows,) for one maneuver, else (maneuvers, rows)."""
+        found: Array = self.values[:, BENCHMARK_COLUMNS.index(name)]
+        return found[0] if len(found) == 1 else found
+
+    def table(self) -> Array:
+        """As in the benchmark's result file, shape (rows, 1 + 8 maneuvers): the time goes first."""
+        return np.vstack([self.time, *self.values]).T
+
+
+def simulate(
+    maneuvers: Maneuvers = None, *, bicycle: Bicycle | None = None,
+    accuracy: str | float = 1e-12, rows: int | None = None,
+    spacing: Fraction | float | str | None = None,
+) -> Simulation:  # fmt: skip
+    """The columns of one maneuver or several, fast.
+
+    Parameters
+    ----------
+    maneuvers
+        One, several of equal duration, or the number of one of the benchmark's; by default its
+        three.
+    bicycle : Bicycle
+        By default the benchmark's.
+    accuracy
+        The largest error wanted, 1e-13 or more, ``roundoff``, or ``eq1``, which is fastest and no
+        more than eq. (1) asks for; see `ACCURACIES`.
+    rows, spacing
+        Number of rows, or time between them [s]; by default as the maneuvers say.
+
+    Returns
+    -------
+    Simulation
+        SI units; angles and rates are positive to the right, see `columns`.
+
+    Raises
+    ------
+    InputError
+        Something given cannot be used.
+    SingularMotionError
+        A motion meets a singularity before its end.
+    MissingPackageError
+        llvmlite is not installed.
+    """
+    values = None if bicycle is None else tuple(bicycle.values.items())
+    chosen = tuple(maneuvers) if isinstance(maneuvers, Sequence) else maneuvers
+    key = (chosen, values, accuracy, rows, spacing)
+    run = _PREPARED.pop(key, None)
+    if run is None:
+        run = prepare(maneuvers, bicycle=bicycle, accuracy=accuracy, rows=rows, spacing=spacing)
+    # The last one used is the last one to go.
+    _PREPARED[key] = run
+    while len(_PREPARED) > _KEPT:
+        _PREPARED.pop(next(iter(_PREPARED)), None)
+    return run()
+
+
+_PREPARED: dict[Hashable, Prepared] = {}
+
+
+def prepare(
+    maneuvers: Maneuvers = None, *, bicycle: Bicycle | None = None,
+    accuracy: str | float = 1e-12, rows: int | None = None,
+    spacing: Fraction | float | str | None = None, tolerance: float | None = None,
+) -> Prepared:  # fmt: skip
+    """A run that is ready to be called, again and again; see `simulate` for the parameters.
+
+    Compiles, and finds the initial states. A tolerance of the steps
+    is taken instead of an accuracy's.
+    """
+    chosen = _maneuvers(maneuvers)
+    times = _times(chosen, rows, spacing)
+    return Prepared(bicycle or _benchmark()[0], chosen, tolerance or _tolerance(accuracy), times)
+
+
+class Prepared:
+    """Motions from their start to their end.
+
+    Attributes
+    ----------
+    times : ndarray, shape (rows,)
+        [s]
+    """
+
+    def __init__(
+        self, bicycle: Bicycle, maneuvers: Sequence[Maneuver], tolerance: float, times: Array
+    ) -> None:
+        self.bicycle, self.maneuvers = bicycle, maneuvers
+        self.tolerance, self.times = tolerance, times
+        self._steps: tuple[int, ...] = ()
+        self._prepare(is_regular=False)
+
+    def __call__(self) -> Simulation:
+        """Integrate and evaluate the columns."""
+        try:
+            found = self._runs()
+        except TrailTooSmallError:
+            self._prepare(is_regular=True)
+            found = self._runs()
+        self._steps = tuple(x.steps for x in found)
+        # One maneuver needs no copy.
+        columns = [x.columns for x in found]
+        return Simulation(self.times, columns[0][None] if len(found) == 1 else np.array(columns))
+
+    @property
+    def steps(self) -> tuple[int, ...]:
+        """How many each motion took, in the last call."""
+        return self._steps
+
+    def states(self) -> Array:
+        """States at the rows in the variables of the form used, shape (maneuvers, rows, 6)."""
+        found = np.empty((len(self._motions), STATE, len(self.times)))
+        for motion, states in zip(self._motions, found, strict=True):
+            motion(states)
+        return found.transpose(0, 2, 1)
+
+    def _prepare(self, *, is_regular: bool) -> None:
+        self._is_regular = is_regular
+        native = _native(_Values(self.bicycle), is_regular)
+        starts = [np.array(_start(self.bicycle, m, is_regular)) for m in self.maneuvers]
+        self._motions = [native.motion(x, self.times, self.tolerance) for x in starts]
+
+    def _on_the_motion(self, motion: Motion) -> Run:
+        """A run that keeps its energy: one that does not has stepped over a singularity."""
+        run, tolerance = motion(), self.tolerance
+        while run.largest_energy - run.least_energy > run.largest_energy * max(
+            _DRIFT * tolerance, _ROUNDING
+        ):
+            tolerance *= _SHARPER
+            if tolerance < _LEAST_TOLERANCE:
+                raise SingularMotionError(
+                    f"the motion meets a singularity before t = {run.time:.9g} s", run.time
+                )
+            run = motion.sharper(tolerance)()
+        return run
+
+    def _runs(self) -> list[Run]:
+        found = []
+        for motion in self._motions:
+            run = self._on_the_motion(motion)
+            # Leave the few-product form where the mechanical trail is small or changes sign.
+            is_clear = run.least_trail > LEAST_TRAIL or run.largest_trail < -LEAST_TRAIL
+            if not self._is_regular and not (run.steps > 0 and is_clear):
+                raise TrailTooSmallError
+            if run.steps < 0:
+                raise SingularMotionError(
+                    f"the motion meets a singularity at t = {run.time:.9g} s", run.time
+                )
+            found.append(run)
+        return found
+
+
+def _start(bicycle: Bicycle, maneuver: Maneuver, is_regular: bool) -> list[float]:
+    equations = Equations.of(bicycle, Balls(_BITS), is_regular=is_regular)
+    return [float(x.mid()) for x in initial_state(equations, maneuver)[:STATE]]
+
+
+class _Values:
+    """A bicycle that is equal to another of the same parameters."""
+
+    def __init__(self, bicycle: Bicycle) -> None:
+        self.bicycle = bicycle
+        self.values = tuple(sorted((s, str(x)) for s, x in bicycle.values.items()))
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Values) and self.values == other.values
+
+    def __hash__(self) -> int:
+        return hash(self.values)
+
+
+@lru_cache(_KEPT)
+def _native(values: _Values, is_regular: bool) -> Native:
+    return Native(values.bicycle, is_regular=is_regular)
+
+
+@cache
+def _benchmark() -> tuple[Bicycle, tuple[Maneuver, ...]]:
+    return read_bicycle(benchmark_bicycle()), read_maneuvers(benchmark_maneuvers())
+
+
+def _maneuvers(given: Maneuvers) -> tuple[Maneuver, ...]:
+    if isinstance(given, Maneuver):
+        return (given,)
+    if isinstance(given, Sequence):
+        if not given:
+            raise InputError("found no maneuver, expected one or more")
+        return tuple(given)
+    published = _benchmark()[1]
+    if given is None:
+        return published
+    if not 1 <= given <= len(published):
+        raise InputError(f"found maneuver {given}, expected 1 to {len(published)}")
+    return (published[given - 1],)
+
+
+def _tolerance(accuracy: str | float) -> float:
+    """Of the steps for an accuracy, see `ACCURACIES`."""
+    return ACCURACIES[choose(accuracy, ACCURACIES)]
+
+
+def _times(
+    maneuvers: Sequence[Maneuver], rows: int | None, spacing: Fraction | float | str | None
+) -> Array:
+    """Times of the rows, correctly rounded [s]."""
+    duration = maneuvers[0].duration
+    if any(m.duration != duration for m in maneuvers):
+        raise InputError("found maneuvers of different durations, expected equal ones")
+    if rows is not None and spacing is not None:
+        raise InputError("found both rows and spacing, expected one of them")
+    if rows is not None:
+        if rows < _LEAST_ROWS:
+            raise InputError(f"found {rows} rows, expected {_LEAST_ROWS} or more")
+        step = duration / (rows - 1)
+    elif spacing is not None:
+        step = Fraction(str(spacing))
+        if not 0 < step <= duration:
+            raise InputError(f"found spacing {spacing} s, expected more than 0, up to {duration} s")
+    else:
+        step = maneuvers[0].spacing
+        if any(m.spacing != step for m in maneuvers):
+            raise InputError("found maneuvers of different spacings, expected equal ones or rows")
+    count = int(duration / step) + 1
+    if count > _MOST_ROWS:
+        raise InputError(f"found {count} rows, expected {_MOST_ROWS} or fewer")
+    times = np.array([i * step.numerator / step.denominator for i in range(count)])
+    times.flags.writeable = False
+    return times

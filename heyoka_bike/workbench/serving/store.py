@@ -1,0 +1,173 @@
+"""What a server keeps: the files of each result, until their time is over."""
+
+import re
+import secrets
+import shutil
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from time import time
+from unicodedata import normalize
+
+from heyoka_bike.workbench.serving.crew import BusyError, Job
+from heyoka_bike.workbench.serving.limits import Limits
+from heyoka_bike.workbench.serving.tasks import FILES, MADE, Kind, Task
+
+# In characters; and in bytes, of which file systems take 255.
+_LONGEST_NAME, _MOST_NAME_BYTES = 80, 240
+_NO_NAME = "results.txt"
+# When there is room for more requests, as a guess [s].
+_ROOM_IN = 5
+_UNUSUAL = re.compile(r"[^\w .()+=,@~-]")
+
+
+@dataclass(eq=False, slots=True)
+class Kept:
+    """A result: its files, and the work on them.
+
+    Attributes
+    ----------
+    key
+        In its address; who knows it may see the result.
+    folder : Path
+    until : float
+        When it is removed [s since 1970].
+    task
+        How its files are scored.
+    has_diagnosis
+        Whether it can be diagnosed here.
+    jobs
+        What was asked for.
+    """
+
+    key: str
+    folder: Path
+    until: float
+    task: Task
+    has_diagnosis: bool
+    jobs: dict[Kind, Job] = field(default_factory=dict)
+
+    def of(self, kind: Kind) -> Task:
+        """The task of another kind, of the same files."""
+        return replace(self.task, kind=kind)
+
+    def made(self, name: str) -> Path:
+        """A file that was made for it."""
+        return self.folder / MADE / name
+
+
+class Store:
+    """Results in a folder, each in one of its own.
+
+    Parameters
+    ----------
+    folder
+        Which is the server's alone.
+    limits
+    """
+
+    def __init__(self, folder: Path, limits: Limits) -> None:
+        self._folder, self._limits = folder, limits
+        self._kept: dict[str, Kept] = {}
+        # Of what is there and not kept, by folder [bytes].
+        self._arrived: dict[Path, int] = {}
+
+    def __len__(self) -> int:
+        return len(self._kept)
+
+    def __iter__(self) -> Iterator[Kept]:
+        return iter(list(self._kept.values()))
+
+    def room(self) -> Path:
+        """A new folder for the files of a request."""
+        folder = self._folder / secrets.token_urlsafe(12)
+        self._arrived[folder] = 0
+        (folder / FILES).mkdir(parents=True, mode=0o700)
+        return folder
+
+    def grow(self, folder: Path, size: int) -> None:
+        """Count bytes that arrive for a folder from `room`.
+
+        Raises
+        ------
+        BusyError
+            All requests together hold more than they may.
+        """
+        self._arrived[folder] += size
+        if sum(self._arrived.values()) > self._limits.arriving_bytes:
+            raise BusyError(_ROOM_IN)
+
+    def drop(self, folder: Path) -> None:
+        """Remove a folder from `room` that is not kept."""
+        _remove(folder)
+        self._arrived.pop(folder, None)
+
+    def keep(self, task: Task) -> Kept:
+        """Keep a task whose folder is from `room`, until its time is over."""
+        until = time() + self._limits.kept_seconds
+        kept = Kept(task.folder.name, task.folder, until, task, self._limits.has_diagnosis)
+        self._kept[kept.key] = kept
+        self._arrived.pop(task.folder, None)
+        return kept
+
+    def get(self, key: str) -> Kept | None:
+        """The result with this key, if it is there still."""
+        kept = self._kept.get(key)
+        return None if kept is None or kept.until < time() else kept
+
+    def remove(self, kept: Kept) -> None:
+        """Remove a result, and end what is done for it."""
+        for job in list(kept.jobs.values()):
+            job.is_unwanted = True
+        self._kept.pop(kept.key, None)
+        _remove(kept.folder)
+
+    def sweep(self) -> None:
+        """Remove what is over, and the oldest of what is too much."""
+        sizes = {kept: _size(kept.folder) for kept in self}
+        size = sum(sizes.values())
+        for kept in sorted(sizes, key=lambda kept: kept.until):
+            if (
+                kept.until >= time()
+                and len(self) <= self._limits.kept
+                and size <= self._limits.kept_bytes
+            ):
+                break
+            size -= sizes[kept]
+            self.remove(kept)
+        # What a process wrote after its result was removed.
+        for folder in self._folder.iterdir():
+            # In this order: one that has arrived is kept before it is no longer arriving.
+            if folder not in self._arrived and folder.name not in self._kept:
+                _remove(folder)
+
+
+def _remove(folder: Path) -> None:
+    shutil.rmtree(folder, ignore_errors=True)
+
+
+def file_name(given: str, taken: set[str]) -> str:
+    """A name for an uploaded file: as it was given, but without anything but a name."""
+    name = normalize("NFC", given.replace("\\", "/").rsplit("/", 1)[-1])
+    name = _UNUSUAL.sub("_", name).strip(" .-_~")[-_LONGEST_NAME:]
+    name = name.encode()[-_MOST_NAME_BYTES:].decode(errors="ignore").lstrip(" .-_~") or _NO_NAME
+    stem, dot, suffix = name.rpartition(".")
+    if not dot:
+        stem, suffix = name, ""
+    found, n = name, 1
+    while found.lower() in taken:
+        n += 1
+        found = f"{stem} ({n}){dot}{suffix}"
+    taken.add(found.lower())
+    return found
+
+
+def _size(folder: Path) -> int:
+    size = 0
+    # It may be removed meanwhile.
+    with suppress(OSError):
+        for path in folder.rglob("*"):
+            with suppress(OSError):
+                size += path.stat().st_size
+    return size

@@ -1,0 +1,135 @@
+"""Connections whose client sends no whole head, or reads nothing, end; too many are not kept."""
+
+import socket
+import threading
+import time
+from types import SimpleNamespace
+
+import pytest
+import uvicorn
+
+from heyoka_bike.workbench.serving import connections
+from heyoka_bike.workbench.serving.connections import Connection, most_requests
+
+resource = pytest.importorskip("resource")
+pytestmark = pytest.mark.timeout(60)
+HEAD = b"GET / HTTP/1.1\r\nHost: localhost\r\n"
+PAGE = b"x" * 20_000_000
+
+
+async def page(scope, receive, send):
+    if scope["type"] == "http":
+        await send({"type": "http.response.start", "status": 200, "headers": []})
+        await send({"type": "http.response.body", "body": PAGE})
+
+
+@pytest.fixture
+def port(monkeypatch):
+    """A server of two requests at once that waits a tenth of a second for its clients."""
+    monkeypatch.setattr(connections, "_PATIENCE", 0.1)
+    bound = socket.socket()
+    bound.bind(("127.0.0.1", 0))
+    config = uvicorn.Config(
+        page, log_config=None, lifespan="off", http=Connection, limit_concurrency=2
+    )
+    running = uvicorn.Server(config)
+    thread = threading.Thread(target=running.run, kwargs={"sockets": [bound]}, daemon=True)
+    thread.start()
+    while not running.started:
+        time.sleep(0.01)
+    yield bound.getsockname()[1]
+    running.should_exit = running.force_exit = True
+    thread.join(timeout=20)
+
+
+def connected(port):
+    client = socket.socket()
+    # So that an answer that is not read stays with the server.
+    client.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+    client.settimeout(20)
+    client.connect(("127.0.0.1", port))
+    return client
+
+
+def received(client):
+    size = 0
+    try:
+        while part := client.recv(1 << 20):
+            size += len(part)
+    except ConnectionError:
+        pass
+    return size
+
+
+@pytest.mark.parametrize("sent", [b"", HEAD, HEAD + b"X: "])
+def test_who_asks_nothing(port, sent):
+    with connected(port) as client:
+        client.sendall(sent)
+        assert received(client) == 0
+
+
+def test_who_reads_nothing(port):
+    with connected(port) as client:
+        client.sendall(HEAD + b"\r\n")
+        # What is on the way still arrives.
+        time.sleep(1.0)
+        assert received(client) < len(PAGE)
+
+
+class Client:
+    """A transport of which so much is unread, look by look."""
+
+    def __init__(self, *unread):
+        self.unread = iter(unread)
+        self.is_ended = False
+
+    def get_write_buffer_size(self):
+        return next(self.unread)
+
+    def abort(self):
+        self.is_ended = True
+
+
+@pytest.mark.parametrize(
+    ("unread", "is_complete", "is_ended"),
+    [
+        ((300, 200, 100, 1), True, False),
+        ((300, 200, 200), True, True),
+        # Of a file, a piece at a time.
+        ((300, 200, 200), False, True),
+        # Work for which the client waits.
+        ((0, 0, 0), False, False),
+        ((0, 0), True, True),
+    ],
+)
+def test_who_reads_slowly_is_waited_for(unread, is_complete, is_ended):
+    found = Connection.__new__(Connection)
+    found.transport = Client(*unread)
+    found.cycle = SimpleNamespace(response_complete=is_complete)
+    calls = []
+    found.loop = SimpleNamespace(call_later=lambda seconds, *call: calls.append(call))
+    found._look(None)
+    for _ in unread[1:]:
+        assert not found.transport.is_ended
+        look, before = calls.pop()
+        look(before)
+    assert found.transport.is_ended == is_ended
+
+
+def test_those_beyond_what_there_is_room_for(port):
+    held = [connected(port) for _ in range(4)]
+    with connected(port) as fifth:
+        assert received(fifth) == 0
+    for client in held:
+        client.close()
+
+
+def test_there_are_files_for_as_many_as_may_ask(monkeypatch):
+    given = []
+    monkeypatch.setattr(resource, "setrlimit", lambda kind, limits: given.append(limits))
+    monkeypatch.setattr(resource, "getrlimit", lambda kind: (1024, 100_000))
+    assert most_requests() == 1000
+    assert given == [(3100, 100_000)]
+    monkeypatch.setattr(resource, "getrlimit", lambda kind: (1024, 1024))
+    assert most_requests() == 308
+    assert len(given) == 1

@@ -1,0 +1,207 @@
+"""The page of an atlas needs nothing else, and a start that is chosen in it opens its replay."""
+
+import base64
+import json
+import re
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from support.pages import Page, assert_runs_alone, browser, data, look, widths
+
+from heyoka_bike.bicycle.stability.linear import linearise
+from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.workbench.atlas.data import FALLS, FATES, UPRIGHT, Atlas, Axis, Edge
+from heyoka_bike.workbench.atlas.page.packed import Packed
+from heyoka_bike.workbench.atlas.page.page import render
+
+POSITIVE = ("fate_time", "lift_time", "largest_lean", "largest_steer", "condition")
+
+
+def made(bicycle, x=("speed", 1.0, 9.0, 17), y=("roll_rate", 0.0, 4.0, 9)):
+    """An atlas of invented numbers: at half of the second axis falling begins."""
+    axes = tuple(Axis(name, np.linspace(low, high, n)) for name, low, high, n in (x, y))
+    shape = tuple(len(a.values) for a in axes)
+    rng = np.random.default_rng(7)
+    falls = np.broadcast_to(axes[1].values > np.mean(axes[1].values), shape)
+    variables = {name: np.exp(rng.normal(0, 2, shape)) for name in POSITIVE}
+    variables["largest_lean"][0, 0] = 0.0
+    variables["lift_time"][~falls] = np.nan
+    variables["final_speed"] = np.where(falls, np.nan, rng.uniform(4, 6, shape))
+    variables["fate"] = np.where(falls, FALLS, rng.integers(UPRIGHT, FALLS, shape)).astype(np.int8)
+    variables["lift_wheel"] = falls.astype(np.int8)
+    edge = np.full(shape[0], np.mean(axes[1].values))
+    start = {"roll": 0.0, "steer": 0.0, "roll_rate": 0.0, "steer_rate": 0.0, "speed": 5.0}
+    return Atlas(
+        bicycle, axes, start, variables, Edge(axes[0].values, edge, np.nextafter(edge, 9)),
+        {"version": '<b onclick="x">'},
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def page(bicycle):
+    return render(made(bicycle))
+
+
+def test_the_page_stands_alone(page):
+    assert_runs_alone(page)
+
+
+def test_an_atlas_of_200_by_200_stays_small(bicycle):
+    large = made(bicycle, ("speed", 1.0, 9.0, 200), ("roll_rate", 0.0, 4.0, 200))
+    assert len(render(large).encode()) < 1_500_000
+
+
+@pytest.mark.parametrize("is_log", [False, True])
+def test_packed_numbers_are_as_precise_as_they_say(is_log):
+    values = np.concatenate([[0.0, np.nan, np.inf], np.exp(np.linspace(-9, 6, 5000))])
+    p = Packed.of(values, is_log=is_log)
+    codes = np.frombuffer(base64.b64decode(p.text()), dtype="<u2")
+    found = p.low + (p.high - p.low) * codes / 65534
+    found = np.where(codes == 0, 0.0, 10**found) if is_log else found
+    assert np.array_equal(codes == 65535, ~np.isfinite(values))
+    there = np.isfinite(values) & (values > 0)
+    error = np.abs(found - values)[there] / (values[there] if is_log else 1.0)
+    assert error.max() <= p.precision * (1 + 1e-9)
+    assert error.max() > p.precision / 4
+    assert found[0] == 0.0
+
+
+def test_the_data_are_the_atlas(bicycle, page):
+    atlas, found = made(bicycle), data(page)
+    assert [a["values"] for a in found["axes"]] == [a.values.tolist() for a in atlas.axes]
+    fate = np.frombuffer(base64.b64decode(found["fate"]), np.uint8)
+    assert np.array_equal(fate, atlas.variables["fate"].ravel())
+    assert len(found["fates"]) == len(FATES) == len(found["when"])
+    for name in (*POSITIVE, "final_speed"):
+        q, exact = found["quantities"][name], atlas.variables[name].ravel()
+        codes = np.frombuffer(base64.b64decode(q["codes"]), dtype="<u2").astype(float)
+        codes[codes == 65535] = np.nan
+        value = q["low"] + (q["high"] - q["low"]) * codes / 65534
+        if q["isLog"]:
+            value = np.where(codes == 0, 0.0, 10**value)
+        np.testing.assert_allclose(value, exact, rtol=2e-4)
+    assert [(m["x"], m["y"]) for m in found["marks"]] == [(4.0, 0.05), (4.6, 0.5), (8.0, 0.05)]
+    weave, capsize = 4.29238253634110396, 6.02426201538835389
+    assert found["stable"]["ranges"] == [pytest.approx([weave, capsize], abs=1e-12)]
+    for curve, speed in zip(found["stable"]["curves"], (weave, capsize), strict=True):
+        assert curve == [pytest.approx([speed, x], abs=1e-12) for x in (0.0, 4.0)]
+
+
+def test_maneuvers_are_marked_where_they_are(bicycle):
+    leaning = made(bicycle, ("speed", 1.0, 9.0, 5), ("roll", 0.1, 0.4, 5))
+    assert data(render(leaning))["marks"] == []
+    slow = made(bicycle, ("roll_rate", 0.0, 1.0, 5), ("speed", 1.0, 5.0, 5))
+    found = data(render(slow))
+    assert [(m["x"], m["y"]) for m in found["marks"]] == [(0.05, 4.0), (0.5, 4.6)]
+    assert found["stable"]["curves"][0][0] == [0.0, pytest.approx(4.29238253634110396)]
+
+
+def said(dom):
+    return Page(re.search(r'<p class="said".*?</p>', dom, re.S)[0]).text
+
+
+@browser
+def test_the_address_opens_a_start(page, reference, tmp_path):
+    dom, complaints = look(page, tmp_path, "#at=4.6,0.5&t=3.2")
+    assert complaints == []
+    assert "4.6 m/s, 0.5 rad/s" in said(dom)
+    # Maneuver 2, computed here.
+    exact = reference[2].evaluate("3.2")
+    assert re.search(r'<output class="clock">3.20 s<', dom)
+    shown = dict(re.findall(r'<tr><th scope="row">(\w+) \[.*?</th><td>(.*?)</td>', dom))
+    for name, column in (("roll", "roll_angle"), ("speed", "forward_speed"), ("yaw", "yaw")):
+        value = float(shown[name].replace("−", "-"))
+        assert value == pytest.approx(exact[column], abs=5.1e-5)
+    assert dom.count('class="cursor"') == 4
+
+
+HANDS = """
+<p id="out"></p><script>
+const out = {}, soon = () => new Promise((done) => setTimeout(done, 50));
+const map = document.querySelector(".map canvas"), words = document.querySelector(".said");
+const key = (key, more = {}) => map.dispatchEvent(
+  new KeyboardEvent("keydown", { key, bubbles: true, cancelable: true, ...more }));
+const pointer = (type, x, y) => map.dispatchEvent(new PointerEvent(type,
+  { clientX: x, clientY: y, pointerId: 1, pointerType: "touch", bubbles: true }));
+const menu = document.querySelector('select[name="shown"]'), picture = () => map.toDataURL();
+(async () => {
+  await soon(); out.start = words.textContent.split(/[:.] /)[0];
+  key("ArrowRight"); await soon(); out.right = words.textContent.split(": ")[0];
+  out.quiet = words.textContent.includes("Replay");
+  key("ArrowUp", { shiftKey: true }); await soon(); out.top = words.textContent.split(": ")[0];
+  out.fate = words.querySelector("b").textContent.includes("falls after");
+  key("Enter"); await soon(); out.replayed = words.textContent.includes("Replay of ");
+  out.falls = words.textContent.includes("it falls");
+  out.address = location.hash;
+  const box = map.getBoundingClientRect(), x = box.left + 54 + 0.25 * (box.width - 68);
+  const y = box.top + 26 + 0.9 * (box.height - 68);
+  pointer("pointerdown", x, y); pointer("pointerup", x, y); await soon();
+  out.tapped = words.textContent.split(". ")[0];
+  pointer("pointermove", x, y);
+  out.under = document.querySelector(".under").textContent.length > 20;
+  const seen = [picture()];
+  for (const name of [...menu.options].map((o) => o.value).slice(1)) {
+    menu.value = name; menu.dispatchEvent(new Event("change", { bubbles: true })); await soon();
+    seen.push(picture());
+  }
+  key("+"); await soon(); seen.push(picture());
+  pointer("pointerdown", x, y); pointer("pointermove", x + 60, y - 40); pointer("pointerup", x, y);
+  await soon(); seen.push(picture());
+  out.pictures = new Set(seen).size;
+  key("0"); key(" "); await soon();
+  const [vx, vy] = document.querySelectorAll("form.start input");
+  vx.value = "4.61803"; vy.value = "0.25";
+  document.querySelector("form.start").requestSubmit(); await soon();
+  out.typed = words.textContent.split(". ")[0];
+  document.querySelector('[data-mark="2"]').click(); await soon();
+  out.marked = words.textContent.split(". ")[0];
+  document.getElementById("out").textContent = JSON.stringify(out);
+})();
+</script></body>"""
+
+
+@browser
+def test_keys_pointer_and_boxes_do_what_they_say(page, tmp_path):
+    hands = page.replace("</body>", HANDS)
+    dom, complaints = look(hands, tmp_path, "#at=5,0.5", budget=8000)
+    assert complaints == []
+    found = json.loads(re.search(r'<p id="out">(.*?)</p>', dom)[1])
+    assert found == {
+        "start": "5 m/s, 0.5 rad/s", "right": "5.5 m/s, 0.5 rad/s", "quiet": False,
+        "top": "5.5 m/s, 4 rad/s", "fate": True, "replayed": True, "falls": True,
+        "address": "#at=5.5,4", "tapped": "2.875 m/s, 0.2 rad/s", "under": True, "pictures": 9,
+        "typed": "4.61803 m/s, 0.25 rad/s", "marked": "8 m/s, 0.05 rad/s",
+    }  # fmt: skip
+
+
+@browser
+def test_errors_of_a_page_would_be_seen(page, tmp_path):
+    broken = page.replace("const drawEdge = () => {", "const drawEdge = () => { nothing();")
+    assert look(broken, tmp_path)[1] != []
+
+
+@browser
+def test_nothing_is_wider_than_the_window(page, tmp_path):
+    for content, window in widths(page, tmp_path, "#at=8,3"):
+        assert window > 250
+        assert content <= window
+
+
+@browser
+def test_an_axis_may_change_the_bicycle(bicycle, tmp_path):
+    page = render(made(bicycle, ("w", 0.9, 1.3, 5), ("speed", 3.0, 7.0, 5)))
+    shapes = data(page)["shapes"]
+    assert [s[0]["points"]["P3"][0] for s in shapes] == pytest.approx(np.linspace(0.9, 1.3, 9))
+    weave, capsize = data(page)["stable"]["curves"]
+    # A longer one is nowhere stable.
+    assert len(weave) == len(capsize) < 25
+    ((low, high),) = linearise(bicycle.replace(w=Exact(Fraction(0.9))), 15).stable_ranges
+    assert (weave[0], capsize[0]) == (
+        [0.9, pytest.approx(float(low))],
+        [0.9, pytest.approx(float(high))],
+    )
+    dom, complaints = look(page, tmp_path, "#at=1.02,4.6&t=3.2")
+    assert complaints == []
+    assert "1.02 m, 4.6 m/s. Replay of " in said(dom)
+    assert "wheel base w" in Page(dom).text

@@ -1,0 +1,75 @@
+"""What is written as LLVM's assembly computes what the model does, in every place of a vector."""
+
+import ctypes
+import math
+
+import numpy as np
+import pytest
+
+from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.workbench.fast.collocation import POINTS, collocation
+from heyoka_bike.workbench.fast.model_code import rates_source
+from heyoka_bike.workbench.fast.native import compiled
+from heyoka_bike.workbench.fast.vector_code import DECLARATIONS, Code, function
+
+
+def called(source, name, given, count):
+    """What a function of vectors gives: `count` vectors from those given."""
+    engine = compiled(source)
+    address = engine.get_function_address(name)
+    run = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(address)
+    given, found = np.ascontiguousarray(given, dtype=float), np.empty((count, POINTS))
+    run(given.ctypes.data, found.ctypes.data)
+    return found
+
+
+@pytest.mark.parametrize("size", [1e-9, 0.5, 3.0, 100.0, 1e6])
+def test_sines_and_cosines_are_rounded_once_or_nearly(size):
+    c = Code()
+    for i, x in enumerate(c.turns(c.load("%x", 0))):
+        c.store(x, "%y", i)
+    c.do("ret void")
+    source = function("void @turns(ptr %x, ptr %y)", c.lines) + DECLARATIONS
+    angles = size * np.random.default_rng(4).uniform(-1, 1, (40, POINTS))
+    angles[0] = size * np.linspace(-1, 1, POINTS)
+    for x in angles:
+        sine, cosine = called(source, "turns", x, 2)
+        # Two units of roundoff: the last parts of pi/2 and of the polynomials.
+        assert np.abs(sine - [math.sin(t) for t in x]).max() < 4.5e-16
+        assert np.abs(cosine - [math.cos(t) for t in x]).max() < 4.5e-16
+        assert np.allclose(sine, [math.sin(t) for t in x], rtol=1e-15, atol=1e-17 * size)
+
+
+@pytest.mark.parametrize("is_regular", [False, True])
+def test_rates_of_eight_states_are_those_of_each(bicycle, is_regular):
+    equations = Equations.binary64(bicycle, is_regular=is_regular)
+    random = np.random.default_rng(5)
+    states = np.vstack(
+        [random.uniform(-0.4, 0.4, (3, POINTS)), random.uniform(-2, 2, (2, POINTS)),
+         random.uniform(5, 30, (1, POINTS))]
+    )  # fmt: skip
+    source = rates_source(equations).replace("internal ", "") + DECLARATIONS
+    found = called(source, "rates", states, 6)
+    right = np.array(equations.rates(list(states)))
+    # Some hundred operations, some of them differences: 1e4 units of roundoff of the largest.
+    assert np.abs(found - right).max() < 1e-12 * np.abs(right).max()
+    assert np.ptp(found, axis=1).min() > 1e-3
+
+
+def test_the_constants_are_those_of_radaus_method():
+    m = collocation()
+    # Exact for polynomials of degree 7 at every point, and of degree 14 at the end.
+    for degree in range(8):
+        right = m.points ** (degree + 1) / (degree + 1)
+        assert np.abs(m.integral @ m.points**degree - right).max() < 1e-15
+    for degree in range(8, 15):
+        assert m.integral[-1] @ m.points**degree == pytest.approx(1 / (degree + 1), rel=1e-14)
+    assert abs(m.integral[-1] @ m.points**15 - 1 / 16) > 1e-10
+    # Modes: the inverse falls into blocks of two by two.
+    blocks = m.to_modes @ np.linalg.inv(m.integral) @ m.from_modes
+    re, im = np.diag(m.eigenvalues.real), np.diag(m.eigenvalues.imag)
+    assert np.abs(blocks - np.block([[re, -im], [im, re]])).max() < 1e-9
+    # Series: of a polynomial without constant part at the beginning.
+    x = 2 * m.points - 1
+    increments = np.polynomial.chebyshev.chebval(x, [1, 0, -1, 0, 0, 0, 0, 0.5, 0.5])
+    assert m.series @ increments == pytest.approx([0, -1, 0, 0, 0, 0, 0.5, 0.5], abs=1e-14)
