@@ -227,20 +227,15 @@ class ColumnScore:
         return self.as_understood.measures.time_to_tolerance
 
     @property
-    def evidence(self) -> verdict.Evidence:
-        """What its grade follows from."""
-        return verdict.Evidence(
-            error=self.max_abs_error,
+    def grade(self) -> Grade:
+        """Right, not to be told at the digits written, close or wrong, see `verdict.grade`."""
+        return verdict.grade(
+            self.max_abs_error,
             unexplained=self.unexplained,
             resolution=self.resolution,
             scale=self.scale,
             is_contradicted=self.is_contradicted,
         )
-
-    @property
-    def grade(self) -> Grade:
-        """Right, not to be told at the digits written, close or wrong, see `verdict.grade`."""
-        return verdict.grade(self.evidence)
 
     @property
     def is_right(self) -> bool:

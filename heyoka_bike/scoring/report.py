@@ -135,28 +135,23 @@ class ManeuverScore(Displayed, Held[str, ColumnScore]):
         found = (Worst(self.maneuver, c.key, c.scd) for c in self.columns if c.scd is not None)
         return min(found, key=lambda w: w.scd, default=None)
 
-    @property
-    def energy(self) -> verdict.Energy:
-        """What is known of the energy that eq. (1) is about."""
-        columns = {c.key: c for c in self.columns if c.values}
-        scale = self.part.reference.scale("mechanical_energy")
-        size = scale / 100
-        total = columns.get("mechanical_energy")
-        parts = [columns[k] for k in ("potential_energy", "kinetic_energy") if k in columns]
-        apart, floor = self.consistency.energy_sum, self.consistency.energy_sum_floor
-        explained = verdict.SUMMED * (inf if floor is None else floor) + verdict.ARITHMETIC * scale
-        if apart is not None and apart <= explained:
-            apart = 0.0
-        return verdict.Energy(
-            change=self.performance,
-            resolution=2 * sum(c.resolution for c in ([total] if total else parts)) / size,
-            sum_error=0.0 if total is None else apart,
-            true_error=((total and total.max_abs_error) or 0.0) / size,
-        )
-
     def claim(self, limit: float) -> tuple[float, str]:
         """Eq. (1) [%] as it may be claimed against a limit, and why it is not what was measured."""
-        return verdict.performance(self.energy, limit)
+        columns = {c.key: c for c in self.columns if c.values}
+        total = columns.get("mechanical_energy")
+        parts = [columns[k] for k in ("potential_energy", "kinetic_energy") if k in columns]
+        scale = self.part.reference.scale("mechanical_energy")
+        apart, floor = self.consistency.energy_sum, self.consistency.energy_sum_floor
+        explained = verdict.SUMMED * (inf if floor is None else floor) + verdict.ARITHMETIC * scale
+        if total is None or (apart is not None and apart <= explained):
+            apart = 0.0
+        return verdict.performance(
+            self.performance,
+            limit,
+            resolution=200 * sum(c.resolution for c in ([total] if total else parts)) / scale,
+            sum_error=apart,
+            true_error=100 * ((total and total.max_abs_error) or 0.0) / scale,
+        )
 
     @property
     def is_own_energy(self) -> bool:

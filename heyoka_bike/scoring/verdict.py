@@ -13,7 +13,6 @@ finely enough to show the limit.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from enum import IntEnum
 from math import inf, isfinite, log10
 
@@ -55,31 +54,6 @@ class Grade(IntEnum):
         return self.name.lower()
 
 
-@dataclass(frozen=True, slots=True)
-class Evidence:
-    """What is known of the errors of a column.
-
-    Attributes
-    ----------
-    error
-        The largest [SI unit]; None if nothing was compared.
-    unexplained
-        The largest that rounding to the digits of its own row does not explain [SI unit].
-    resolution
-        The largest error of a value that is rounded to the digits of its own row [SI unit].
-    scale
-        Largest value of the reference [SI unit].
-    is_contradicted
-        Whether the sign contradicts another column's.
-    """
-
-    error: float | None
-    unexplained: float
-    resolution: float
-    scale: float
-    is_contradicted: bool = False
-
-
 def digits(relative: float | None) -> float | None:
     """Correct digits of a relative error, -log10, at most 32; None of None."""
     if relative is None:
@@ -94,13 +68,33 @@ def digits_of(error: float, scale: float) -> float:
     return digits(error / scale if scale else 0.0) or 0.0
 
 
-def grade(e: Evidence) -> Grade:
-    """What a column is."""
-    if e.error is None or not (e.scale or e.error == 0.0):
+def grade(
+    error: float | None,
+    *,
+    unexplained: float,
+    resolution: float,
+    scale: float,
+    is_contradicted: bool = False,
+) -> Grade:
+    """What a column is.
+
+    Parameters
+    ----------
+    error
+        The largest [SI unit]; None if nothing was compared.
+    unexplained
+        The largest that rounding to the digits of its own row does not explain [SI unit].
+    resolution
+        The largest error of a value that is rounded to the digits of its own row [SI unit].
+    scale
+        Largest value of the reference [SI unit].
+    is_contradicted
+        Whether the sign contradicts another column's.
+    """
+    if error is None or not (scale or error == 0.0):
         return Grade.UNKNOWN
-    errors = (e.error, e.unexplained, e.resolution)
-    found, at_most, shown = (digits_of(x, e.scale) for x in errors)
-    if e.is_contradicted or at_most < CLOSE_DIGITS:
+    found, at_most, shown = (digits_of(x, scale) for x in (error, unexplained, resolution))
+    if is_contradicted or at_most < CLOSE_DIGITS:
         return Grade.WRONG
     if min(found, shown) >= RIGHT_DIGITS:
         return Grade.RIGHT
@@ -114,37 +108,36 @@ def is_right(grades: Iterable[Grade], *, is_whole: bool) -> bool:
     return is_whole and max(grades, default=Grade.UNKNOWN) == Grade.RIGHT
 
 
-@dataclass(frozen=True, slots=True)
-class Energy:
-    """What is known of the energy that eq. (1) is about, all in percent of its first value.
+def performance(
+    change: float | None,
+    limit: float,
+    *,
+    resolution: float,
+    sum_error: float | None,
+    true_error: float,
+) -> tuple[float, str]:
+    """Eq. (1) as it may be claimed, and why that is not what was measured; all in percent.
 
-    Attributes
+    Parameters
     ----------
     change
         Eq. (1) as it was measured; None without an energy.
+    limit
+        What is asked for.
     resolution
         The smallest change that the digits written can show.
     sum_error
-        How far it is from potential plus kinetic energy, beyond rounding; None if one of these is
-        not there.
+        How far the energy is from potential plus kinetic energy, beyond rounding; None if one of
+        these is not there.
     true_error
         How far it is from the exact one.
     """
-
-    change: float | None
-    resolution: float = 0.0
-    sum_error: float | None = 0.0
-    true_error: float = 0.0
-
-
-def performance(e: Energy, limit: float) -> tuple[float, str]:
-    """Eq. (1) [%] as a file may claim it against a limit, and why that is not what was measured."""
-    if e.change is None:
+    if change is None:
         return inf, "there is no mechanical energy to judge"
-    if e.sum_error:
+    if sum_error:
         return inf, "its energy is not its own potential plus kinetic energy"
-    if e.sum_error is None and e.change < limit <= e.true_error:
-        return e.true_error, "its energy is not the true one, and its parts are not in the file"
-    if e.change < limit < e.resolution:
-        return e.resolution, "it cannot be told at the digits written"
-    return e.change, ""
+    if sum_error is None and change < limit <= true_error:
+        return true_error, "its energy is not the true one, and its parts are not in the file"
+    if change < limit < resolution:
+        return resolution, "it cannot be told at the digits written"
+    return change, ""

@@ -117,7 +117,7 @@ def side_by_side(
         Run(
             scored(merge([files[i] for i in group]), reference, require),
             None,
-            _total([cpu[i] for i in group]) if cpu is not None else None,
+            total([cpu[i] for i in group]) if cpu is not None else None,
             name,
         )
         for name, group in groups.items()
@@ -140,7 +140,8 @@ def _file_names(files: Sequence[Alignment]) -> list[str]:
     ]
 
 
-def _total(times: Sequence[float | None]) -> float | None:
+def total(times: Sequence[float | None]) -> float | None:
+    """Processor time of several files; None if that of one is not known."""
     known = [t for t in times if t is not None]
     return sum(known) if len(known) == len(times) else None
 
