@@ -7,6 +7,7 @@ rank nothing.
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -112,7 +113,7 @@ def leaderboard(
     files = sorted(Path(folder).glob("*.toml"))
     if not files:
         what = "no folder" if not Path(folder).is_dir() else "no submission (*.toml)"
-        raise InputError(f"found {what}, expected a folder of submissions", file=folder)
+        raise _refuse(what, "a folder of submissions", folder)
     known = _by_inputs(references)
     entries, refused = [], []
     for i, file in enumerate(files, start=1):
@@ -140,6 +141,10 @@ def _finished(
     return [replace(e, report=report) for e, report in zip(entries, reports, strict=True)]
 
 
+def _refuse(found: str, expected: str, file: str | Path | None) -> InputError:
+    return InputError(f"found {found}, expected {expected}", file=file)
+
+
 def _by_inputs(references: Sequence[Reference]) -> References:
     """The sets by the inputs that they were made of, which are compared as they are."""
     asked = {names: _inputs(*names) for names in {p.inputs for p in PROBLEMS.values()}}
@@ -148,11 +153,8 @@ def _by_inputs(references: Sequence[Reference]) -> References:
         made_of = reference.parameters, [dict(reference[n].inputs) for n in reference]
         names = next((names for names, inputs in asked.items() if inputs == made_of), None)
         if names is None:
-            raise InputError(
-                "found a reference of other inputs, expected that of a problem: see "
-                "docs/harder-tier.md",
-                file=reference.folder,
-            )
+            what = "that of a problem: see docs/harder-tier.md"
+            raise _refuse("a reference of other inputs", what, reference.folder)
         found[names] = reference
     return found
 
@@ -171,11 +173,9 @@ def _entry(submission: Submission, known: References) -> Entry:
     problem = PROBLEMS[submission.problem]
     reference = known.get(problem.inputs)
     if reference is None:
-        raise InputError(
-            f"found problem {submission.problem}, whose reference is not here, expected "
-            "--reference with its folder: docs/harder-tier.md has the line that makes it",
-            file=submission.source,
-        )
+        what = f"problem {submission.problem}, whose reference is not here"
+        how = "--reference with its folder: docs/harder-tier.md has the line that makes it"
+        raise _refuse(what, how, submission.source)
     results = []
     for file in submission.files:
         try:
@@ -183,18 +183,13 @@ def _entry(submission: Submission, known: References) -> Entry:
         except OSError as e:
             raise InputError(f"cannot be read: {e.strerror}", file=file.path) from None
         if sha256 != file.sha256:
-            raise InputError(
-                f"found sha256 {sha256[:16]}..., expected {file.sha256[:16]}... of "
-                f"{submission.source.name}",
-                file=file.path,
-            )
+            said = f"{file.sha256[:16]}... of {submission.source.name}"
+            raise _refuse(f"sha256 {sha256[:16]}...", said, file.path)
         read = read_results(file.path, maneuver=file.maneuver, count=len(reference))
         held = [rows.maneuver for rows in read.maneuvers]
         if file.maneuver is not None and held != [file.maneuver]:
-            raise InputError(
-                f"found maneuver {', '.join(map(str, held))}, expected {file.maneuver} alone",
-                file=file.path,
-            )
+            found = f"maneuver {', '.join(map(str, held))}"
+            raise _refuse(found, f"{file.maneuver} alone", file.path)
         results.append(read)
     report = score(results, reference)
     _check_rules(submission, report, reference)
@@ -232,22 +227,17 @@ def other_definitions(report: Report) -> dict[str, str]:
 def _check_rules(submission: Submission, report: Report, reference: Reference) -> None:
     """All maneuvers of the problem, all their rows at their times, all columns."""
     numbers = PROBLEMS[submission.problem].numbers
-
-    def refuse(found: str, expected: str) -> InputError:
-        return InputError(f"found {found}, expected {expected}", file=submission.source)
-
+    refuse = partial(_refuse, file=submission.source)
     held = sorted(m.maneuver for m in report.maneuvers)
     if held != list(numbers):
         raise refuse(
             f"maneuver {', '.join(map(str, held))} in its files",
             f"{', '.join(map(str, numbers))} for problem {submission.problem}",
         )
-    if odd := [f.message for f in report.findings if f.code == "signs_disagree"]:
-        raise refuse(odd[0], "signs that some choice of axes gives")
-    if report.not_compared:
-        raise refuse(
-            named(list(report.not_compared)), "columns that were computed, each of them once"
-        )
+    if odd := sorted({c.key for m in report.maneuvers for c in m.columns if c.is_contradicted}):
+        raise refuse(f"{named(odd)} of signs that contradict each other", "those of some axes")
+    if lost := named(list(report.not_compared)):
+        raise refuse(f"{lost} beside what is compared", "columns that were computed, each once")
     for m in report.maneuvers:
         asked, part = reference[m.maneuver], m.part
         if len(part.time) != len(asked.time):

@@ -108,7 +108,7 @@ def turned(row):
         (lambda rows: rows[:900], "900 rows"),
         (lambda rows: [*rows[:5], rows[5].replace(rows[5].split()[3], "nan", 1), *rows[6:]],
          "a number in every row"),
-        (lambda rows: [turned(row) for row in rows], "opposite signs"),
+        (lambda rows: [turned(row) for row in rows], "signs that contradict"),
         (lambda rows: [*rows[:5], "0.051 " + rows[5].split(" ", 1)[1], *rows[6:]], "row 5"),
     ],
 )  # fmt: skip
