@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf
+from math import floor, inf
 
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring import verdict
 from heyoka_bike.scoring.verdict import Grade
+
+# Decimal logarithm of the odds that are put into words: nobody has tried more files than that.
+_SUREST = 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -266,3 +269,25 @@ class ColumnScore:
         """Whether the error is no more than so many times what the digits written allow."""
         error = self.as_understood.measures.max_abs_error
         return error is not None and self.floor is not None and error <= times * self.floor
+
+
+def odds(c: ColumnScore) -> str:
+    """How sure the definition of a column is: the odds against the likeliest other one."""
+    told = [
+        (a.log10_odds, a.definition)
+        for a in c.alternatives
+        if a.log10_odds is not None and a.definition not in c.indistinguishable
+    ]
+    if not told:
+        return ""
+    log10, definition = min(told)
+    return f"{odds_words(log10)} against {definition}"
+
+
+def odds_words(log10: float) -> str:
+    """Odds of which the decimal logarithm is given, as "300 to 1"."""
+    if log10 > _SUREST:
+        return f"over 10^{_SUREST} to 1"
+    if log10 < 0.0:
+        return f"1 to {10**-log10:.2g}" if log10 > -_SUREST else f"1 to over 10^{_SUREST}"
+    return f"10^{floor(log10)} to 1" if log10 >= 3 else f"{10**log10:.0f} to 1"

@@ -5,9 +5,8 @@ each choice leaves.
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from math import floor
 
-from heyoka_bike.scoring.column_score import Alternative, ColumnScore
+from heyoka_bike.scoring.column_score import Alternative, ColumnScore, odds
 from heyoka_bike.scoring.findings import Finding, info, named, warning
 from heyoka_bike.scoring.judge.signs import odd_signs
 from heyoka_bike.scoring.report import Place, Report
@@ -20,8 +19,6 @@ DEFAULT = (
 UNITS_BESIDE = "units_beside"
 """Finding of a diagnosis that the file has other units than those that were scored."""
 
-# Decimal logarithm of the odds that are put into words: nobody has tried more files than that.
-_SUREST = 6
 _SIDES: Mapping[str, tuple[str, ...]] = {
     "roll": ("roll_angle", "roll_rate"),
     "steer": ("steer_angle", "steer_rate"),
@@ -73,28 +70,6 @@ def errors_words(found: Iterable[ColumnScore | Alternative]) -> str:
     """Largest errors, one for each maneuver."""
     errors = (x.max_abs_error for x in found)
     return " / ".join("-" if x is None else f"{x:.2g}" for x in errors)
-
-
-def odds(c: ColumnScore) -> str:
-    """How sure the definition of a column is: the odds against the likeliest other one."""
-    told = [
-        (a.log10_odds, a.definition)
-        for a in c.alternatives
-        if a.log10_odds is not None and a.definition not in c.indistinguishable
-    ]
-    if not told:
-        return ""
-    log10, definition = min(told)
-    return f"{odds_words(log10)} against {definition}"
-
-
-def odds_words(log10: float) -> str:
-    """Odds of which the decimal logarithm is given, as "300 to 1"."""
-    if log10 > _SUREST:
-        return f"over 10^{_SUREST} to 1"
-    if log10 < 0.0:
-        return f"1 to {10**-log10:.2g}" if log10 > -_SUREST else f"1 to over 10^{_SUREST}"
-    return f"10^{floor(log10)} to 1" if log10 >= 3 else f"{10**log10:.0f} to 1"
 
 
 def _senses(turned: Sequence[str]) -> Iterator[str]:
