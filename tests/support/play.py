@@ -38,6 +38,8 @@ WRITTEN = {"wrong": 0.12, "honest": 0.4}
 _ARITHMETIC = 0.1
 # Rows nearer than the longest piece of the reference cover the run, in every maneuver.
 MOST_APART = 0.25
+# Digits of what is not wrong.
+_CLOSE = 3.0
 # Values between the published rows are compared with 31 digits.
 _MOST = 30.5
 
@@ -130,6 +132,9 @@ def play_honest(number, seed=SEED):
     except Exception:
         return Outcome(number, kind, (traceback.format_exc()[-400:],))
     lost = [f"{r.text} is not met: {r.message}" for r in report.requirements if not r.met]
+    said = report.verdict.partition(": ")[2]
+    if min(_allowed(k)[1] for k in true.values()) >= _CLOSE and said.startswith("wrong"):
+        lost.append(f"is said to be {said}")
     found = {(m.maneuver, c.key): c for m in report.maneuvers for c in m.columns}
     if set(found) != set(true):
         lost.append(f"columns left out or added: {set(found) ^ set(true)}")

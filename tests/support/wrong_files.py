@@ -566,8 +566,9 @@ def rows_at_whole_numbers(random):
         above = truth(n, ["roll_angle"], middle, 0 * middle)["roll_angle"][0] / unit > whole
         low, high = np.where(above == rises, low, middle), np.where(above == rises, middle, high)
     written = whole * unit * 180 / np.pi
+    form = str(random.choice(["{:.2f}", "{:.12f}"]))
     lines = ["time,roll_angle_deg", "0,0"]
-    lines += [f"{t!r},{x:.2f}" for t, x in zip(high.tolist(), written, strict=True)]
+    lines += [f"{t!r},{form.format(x)}" for t, x in zip(high.tolist(), written, strict=True)]
     part = correct(n, {"roll_angle": "roll_angle"})
     return _of_text([part], lines, ["roll_angle"], ["scd >= 6"])
 
