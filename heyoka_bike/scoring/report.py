@@ -142,7 +142,9 @@ class ManeuverScore(Displayed, Held[str, ColumnScore]):
         parts = [columns[k] for k in ("potential_energy", "kinetic_energy") if k in columns]
         scale = self.part.reference.scale("mechanical_energy")
         apart, floor = self.consistency.energy_sum, self.consistency.energy_sum_floor
-        explained = verdict.SUMMED * (inf if floor is None else floor) + verdict.ARITHMETIC * scale
+        explained = (
+            verdict.SUM_ROUNDING * (inf if floor is None else floor) + verdict.ARITHMETIC * scale
+        )
         if total is None or (apart is not None and apart <= explained):
             apart = 0.0
         return verdict.performance(

@@ -1,8 +1,9 @@
 """Scoring: a result file against the reference, at the file's own times.
 
 `score` is the pipeline: `alignment` finds the maneuvers and the rows that can be compared,
-`definitions` what the columns mean, `measures` how far they are from the reference, and
-`consistency` how well the file agrees with itself. The outcome is one `report.Report`.
+`definitions` what the columns mean, `measures` how far they are from the reference, `rounding` what
+the digits written allow, and `judge` what that means. The outcome is one `report.Report`, of which
+`verdict` decides what is right.
 """
 
 from collections.abc import Mapping, Sequence

@@ -31,7 +31,7 @@ CLOSE_DIGITS = -log10(TOLERANCE)
 WHOLE = 0.99
 """Of the duration: a run without its first row is whole enough to be judged."""
 
-SUMMED = 4.0
+SUM_ROUNDING = 4.0
 """Rounding of written values explains up to this many times its bound: sums are rounded, too."""
 
 

@@ -67,7 +67,7 @@ def test_the_game_sees_signs_taken_one_by_one(monkeypatch):
 
 def test_the_game_sees_zeros_that_count_as_digits(monkeypatch):
     monkeypatch.setattr(rounding, "_in_common", lambda values, largest: 0.0)
-    assert losers(["rows_at_whole_numbers"])
+    assert losers(["rows_at_whole_numbers"], 10)
 
 
 def test_the_game_sees_an_energy_that_nobody_asks_about(monkeypatch):

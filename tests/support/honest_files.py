@@ -253,11 +253,13 @@ def known(honest, said):
             zero = honest.zero if is_zeroed else 0.0
             e = errors(p.hi[k], p.lo[k], exact[p.maneuver][name], factor, zero)
             half = _half_a_digit(p.hi[k], honest.digits, p.is_rounded)
-            if not p.lo[k].any():
+            if p.lo[k].any():
+                # Zeros at the end of long numbers are not written: their digits are known to one.
+                half = max(half, 10 * _half_a_digit(p.hi[k], honest.digits, is_rounded=True))
+            else:
                 half = max(half, np.spacing(np.max(abs(p.hi[k]))) / 2)
-            if p.is_rounded and (honest.digits > 17 or np.ptp(p.hi[k]) == 0):
-                # How many digits a constant has is told by the other columns, and zeros at the end
-                # of longer numbers are not written: to one digit or so.
+            if p.is_rounded and np.ptp(p.hi[k]) == 0:
+                # How many digits a constant has is told by the other columns, to one or so.
                 half *= 10
             half /= float(abs(factor))
             if is_zeroed:

@@ -13,7 +13,7 @@ from heyoka_bike.scoring.comparison import FEW
 from heyoka_bike.scoring.findings import Finding, warning
 from heyoka_bike.scoring.measures import TOLERANCE, rms
 from heyoka_bike.scoring.report import Consistency, Report
-from heyoka_bike.scoring.verdict import SUMMED
+from heyoka_bike.scoring.verdict import SUM_ROUNDING
 
 # The angle's own error must explain less than this part of what its rate is wrong by: an error of
 # the integrator moves both alike, differences of a good angle do not.
@@ -42,7 +42,7 @@ def against_itself(report: Report) -> Iterator[Finding]:
     """Energies that do not add up, and rates that are visibly not those of their own angles."""
     for m in report.maneuvers:
         total, floor = m.consistency.energy_sum, m.consistency.energy_sum_floor
-        if total is not None and floor is not None and total > SUMMED * floor:
+        if total is not None and floor is not None and total > SUM_ROUNDING * floor:
             said = (
                 f"maneuver {m.maneuver}: potential plus kinetic energy differs from the mechanical "
                 f"energy by up to {total:.2g} J; rounding explains {floor:.2g} J"
