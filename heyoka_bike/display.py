@@ -18,7 +18,7 @@ def shown_by(module: str) -> Any:
 
 
 class Displayed:
-    """What a module of `showing.views`, which a class names as `_view`, makes text and HTML of.
+    """What a module of `showing.views`, which a class names as `_view`, makes text and blocks of.
 
     A class whose text is one line has it as its own ``__repr__``.
     """
@@ -31,7 +31,8 @@ class Displayed:
 
     def _repr_html_(self) -> str:
         """For notebooks: HTML without a script."""
-        return str(shown_by(f"views.{self._view}").html(self))
+        blocks = shown_by(f"views.{self._view}").blocks(self)
+        return str(shown_by("document.notebook").render(blocks))
 
 
 class Held(Mapping[K, V]):

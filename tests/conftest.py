@@ -5,12 +5,13 @@ from __future__ import annotations
 import os
 import pickle
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from importlib.util import find_spec
 from itertools import repeat
 from multiprocessing import get_context
 from pathlib import Path
+from typing import Any
 
 import hypothesis
 import pytest
@@ -20,10 +21,12 @@ from support.made_sets import make as make_set
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver, read_bicycle, read_maneuvers
 from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.motion.trajectory import Trajectory
+from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.load import Reference, load_reference
+from heyoka_bike.reference.proof import prove_again
 from heyoka_bike.reference.proof.candidate import read_candidate
 from heyoka_bike.reference.values import Dense
-from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
+from heyoka_bike.scoring.diagnosis.programs.simulator import Motion, Simulator
 from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers, reference_folder
 
 # A project of its own, which a test runs.
@@ -45,9 +48,10 @@ MadeOnce = Callable[[str, Callable[[Path], object]], Path]
 
 # What changes how pytest, rich and argparse print in the processes that the tests start: a runner
 # that sets CI, for one, has pytest repeat every failure in its summary.
+# They read what is compiled to bytecode once.
 for name in (
     *("CI", "BUILD_NUMBER", "PYTEST_ADDOPTS", "PY_COLORS", "FORCE_COLOR", "NO_COLOR"),
-    *("COLUMNS", "LINES"),
+    *("COLUMNS", "LINES", "PYTHONDONTWRITEBYTECODE"),
 ):
     os.environ.pop(name, None)
 
@@ -70,10 +74,33 @@ def bicycle() -> Bicycle:
     return read_bicycle(benchmark_bicycle())
 
 
+class RememberingSimulator(Simulator):
+    """Keeps the first motions asked for: those of the usual mistakes, which all files meet."""
+
+    most = 500  # of a third of a megabyte each
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.known: dict[Hashable, dict[str, Array]] = {}
+
+    def run_all(self, motions: Sequence[Motion]) -> list[dict[str, Array]]:
+        keys = [
+            (*m.bicycle.values.items(), *m.start, *m.amounts.items(), m.time.tobytes())
+            for m in motions
+        ]
+        new = {k: m for k, m in zip(keys, motions, strict=True) if k not in self.known}
+        made = dict(zip(new, super().run_all(list(new.values())), strict=True))
+        for key in list(new)[: self.most - len(self.known)]:
+            self.known[key] = made[key]
+            for values in made[key].values():
+                values.setflags(write=False)
+        return [dict(made.get(k) or self.known[k]) for k in keys]
+
+
 @pytest.fixture(scope="session")
 def simulator() -> Simulator:
-    """Of any bicycle; it takes seconds to build, and keeps nothing of what it ran."""
-    return Simulator()
+    """Of any bicycle; it takes seconds to build."""
+    return RememberingSimulator()
 
 
 @pytest.fixture(scope="session")
@@ -142,6 +169,31 @@ def long_runs(
 def small_set(made_once: MadeOnce) -> Path:
     """A set of one maneuver of five rows; not to be changed."""
     return made_once("small-set", lambda place: make_set(place, ("0.2", "0.05"))) / "set"
+
+
+@pytest.fixture(scope="module")
+def keep_proofs() -> Iterator[None]:
+    """What follows from a candidate alone is proved once, for `certify --workers 1`.
+
+    What is published in copies of one set is compared with it each time.
+    """
+    with pytest.MonkeyPatch.context() as patch:
+        for name in ("enclosed", "differentiate", "round_rows"):
+            patch.setattr(prove_again, name, kept(getattr(prove_again, name)))
+        yield
+
+
+def kept(prove: Callable[..., Any]) -> Callable[..., Any]:
+    """The function, which remembers; its last argument only listens."""
+    known: dict[bytes, Any] = {}
+
+    def once(*arguments: Any) -> Any:
+        of = pickle.dumps(arguments[:-1])
+        if of not in known:
+            known[of] = prove(*arguments)
+        return known[of]
+
+    return once
 
 
 @pytest.fixture(scope="module")

@@ -5,7 +5,7 @@ from typing import Any
 
 from speed_page import table
 
-from heyoka_bike.showing.formats.wording import label, number, one_decimal
+from heyoka_bike.showing.wording import label, number, one_decimal
 
 ALONE, EDGE = ("H2", "H4"), tuple(f"H3{x}" for x in "abcdef")
 """Problems with a table of their own, and those that share one."""

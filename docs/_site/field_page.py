@@ -18,7 +18,7 @@ from speed_page import filled, table
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.showing.figures.style import render
-from heyoka_bike.showing.formats.wording import label, number, one_decimal
+from heyoka_bike.showing.wording import label, number, one_decimal
 
 DOCS = Path(__file__).parent.parent
 PAGE, HARDER, RUN = DOCS / "field.md", DOCS / "field-harder.md", DOCS / "field.json"

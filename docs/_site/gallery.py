@@ -1,8 +1,9 @@
 """The pictures of docs/gallery.md, two of which the README shows, too.
 
 Run as a script, this carries out the commands of the page, or those that make the pictures named,
-in a folder of its own with a copy of ``data``. A page is photographed with Chromium, or another
-browser of its family, named by BROWSER; Pillow, which comes with matplotlib, makes all small::
+in a folder of its own with copies of ``data`` and of the figures that only pages show. A page is
+photographed with Chromium, or another browser of its family, named by BROWSER; Pillow, which comes
+with matplotlib, makes all small::
 
     python docs/_site/gallery.py [report replay ...]
 """
@@ -78,7 +79,8 @@ def main(names):
     found = entries()
     IMAGES.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory() as place:
-        shutil.copytree(DOCS.parent / "data", Path(place) / "data")
+        for name in ("data", "docs/_site/figures"):
+            shutil.copytree(DOCS.parent / name, Path(place) / name)
         for name in names or found:
             make(name, found[name], Path(place))
 

@@ -1,8 +1,8 @@
 """The directive ``run``: commands of a page are run when it is built, and their output is shown.
 
 On GitHub the block reads as plain commands. Blocks of a page share a folder of their own, with
-copies of ``data`` and ``docs/examples``, so nothing of the repository is ever written to. What
-follows the name, in any order::
+copies of ``data``, ``docs/examples`` and ``docs/_site/figures``, so nothing of the repository is
+ever written to. What follows the name, in any order::
 
     python            the block is Python, not shell
     code=3            exit code expected (default 0)
@@ -90,7 +90,7 @@ class Run(SphinxDirective):
         folder = _folder_of(self.env, self.env.docname)
         if not folder.exists():
             repository = Path(self.env.srcdir).parent
-            for name in ("data", "docs/examples"):
+            for name in ("data", "docs/examples", "docs/_site/figures"):
                 shutil.copytree(repository / name, folder / name)
         return folder
 

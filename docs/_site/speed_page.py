@@ -24,7 +24,7 @@ from heyoka_bike.showing.figures.style import render, style
 from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
 from heyoka_bike.workbench.bench.figure import COLOURS, MARKERS, draw
 from heyoka_bike.workbench.bench.floor import Floor
-from heyoka_bike.workbench.bench.problem import Problem
+from heyoka_bike.workbench.bench.problem import ReferenceProblem
 from heyoka_bike.workbench.bench.race import CLASSES
 from heyoka_bike.workbench.fast.simulate import ACCURACIES, simulate
 
@@ -184,7 +184,7 @@ def energy_alone():
     bicycle, reference = read_bicycle(benchmark_bicycle()), load_reference()
     found = []
     for number, maneuver in enumerate(read_maneuvers(benchmark_maneuvers()), start=1):
-        problem = Problem(bicycle, maneuver, reference[number])
+        problem = ReferenceProblem(bicycle, maneuver, reference[number])
         states = midpoint(problem.slope[0], problem.start(float), float(maneuver.duration))
         roll, energy = problem.columns()(states)[[0, 5]]
         right = reference[number].evaluate(STEP * np.arange(len(roll)), ("roll_angle",))

@@ -4,11 +4,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
-from field_page import figures
+import figures
+from field_page import figures as field_figures
 from paper_fact import ROOT, document
 
-from heyoka_bike.reference.load import load_reference
-from heyoka_bike.showing.figures import plates
 from heyoka_bike.showing.figures.style import render
 
 
@@ -32,15 +31,13 @@ class Drawn:
 
 
 def plot(name):
-    """A figure of `heyoka-bike plot`."""
-    reference = load_reference()
-    (plate,) = plates(reference, name)
-    return render(plate.draw(reference), "svg")
+    """A figure of the pages."""
+    return render(figures.draw(name), "svg")
 
 
 def field():
     """Correct digits of the programs over their time."""
-    return figures(document("docs/field.json"))["field.svg"]
+    return field_figures(document("docs/field.json"))["field.svg"]
 
 
 def atlas():
@@ -51,9 +48,11 @@ def atlas():
 FIGURES = {
     "bicycle": Drawn(
         partial(plot, "bicycle"), "data/bicycles/benchmark.toml",
-        "heyoka-bike plot --figure bicycle",
+        "python docs/_site/figures bicycle bicycle.svg",
     ),
-    "errors": Drawn(partial(plot, "errors"), "data/peers", "heyoka-bike plot --figure errors"),
+    "errors": Drawn(
+        partial(plot, "errors"), "data/peers", "python docs/_site/figures errors errors.svg"
+    ),
     "field": Drawn(field, "docs/field.json", "python docs/_site/field_page.py"),
     "atlas": Drawn(atlas, "docs/atlas.svg", "python docs/_site/atlas_page.py --store FOLDER"),
 }  # fmt: skip

@@ -5,10 +5,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from heyoka_bike.commands.options import add_folder, add_format, add_workers, print_json
+from heyoka_bike.commands.options import add_folder, add_format, add_workers
+from heyoka_bike.commands.printing import print_json, print_table
 from heyoka_bike.errors import Exit
 from heyoka_bike.registry import addition
-from heyoka_bike.system.console import print_table, progress_bars, table
+from heyoka_bike.system.console import progress_bars
 from heyoka_bike.version import __version__
 
 _SHARES = {"certify": 0.2, "rows": 0.02, "dense": 0.03, "motion": 0.15, "vary": 0.6}
@@ -38,7 +39,7 @@ def add_parser(subparsers: Any) -> None:
         help="prove what is said of the motions after their ten seconds instead: the folder is one "
         "with after-ten-seconds.json (default: the published one); two minutes of processor time",
     )
-    add_format(p, ("table", "json"))
+    add_format(p, ("table", "json"), default="table")
     add_workers(p)
     p.set_defaults(run=run)
 
@@ -95,7 +96,7 @@ def _set(args: argparse.Namespace) -> int:
         )
         for proof, dense in zip(proofs, widest, strict=True)
     ]  # fmt: skip
-    print_table(table(headings, rows, title=f"certificate of {folder}"))
+    print_table(headings, rows, title=f"certificate of {folder}")
     proved = ", ".join(f"{name} ({len(columns)} columns)" for name, columns in PROVED.items())
     print(f"{folder}: proved: {proved}")
     for name, how in COMPUTED.items():

@@ -6,15 +6,13 @@ import argparse
 import json
 from typing import TYPE_CHECKING, Any
 
-from heyoka_bike.commands.options import add_format, add_reference, add_workers
+from heyoka_bike.commands.options import add_format, add_maneuver, add_reference, add_workers
 from heyoka_bike.commands.result_files import add_columns
 from heyoka_bike.errors import Exit, NothingScoredError
 from heyoka_bike.system.console import progress_bar
 
 if TYPE_CHECKING:
     from heyoka_bike.scoring.report import Report
-
-_FORMATS = ("text", "json")
 
 
 def add_parser(subparsers: Any) -> None:
@@ -36,8 +34,8 @@ def add_parser(subparsers: Any) -> None:
         epilog="example: heyoka-bike diagnose my-results.txt",
     )
     p.add_argument("files", metavar="FILE", nargs="+", help="result file, or files of one run")
-    add_format(p, _FORMATS)
-    p.add_argument("--maneuver", metavar="N", help="maneuver that a file of one maneuver holds")
+    add_format(p, ("text", "json"), default="text")
+    add_maneuver(p, "maneuver that a file of one maneuver holds")
     add_columns(p)
     add_reference(p)
     add_workers(p)

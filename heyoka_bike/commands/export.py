@@ -6,7 +6,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from heyoka_bike.commands.options import add_reference
+from heyoka_bike.commands.options import add_format, add_maneuver, add_output, add_reference
 from heyoka_bike.errors import Exit, InputError
 
 _FORMATS = ("c", "fortran", "matlab", "json", "csv", "netcdf")
@@ -25,21 +25,10 @@ def add_parser(subparsers: Any) -> None:
         ),
         epilog="example: heyoka-bike export --format c --columns roll_angle,steer_angle -o src/",
     )
-    p.add_argument(
-        "--format",
-        metavar="FORMAT",
-        choices=_FORMATS,
-        required=True,
-        help=f"one of {', '.join(_FORMATS)}",
-    )
-    p.add_argument(
-        "-o",
-        "--output",
-        metavar="FILE_OR_DIR",
-        default=".",
-        help=f"file, or folder for {_STEM}.* (default: this folder)",
-    )
-    p.add_argument("--maneuver", metavar="N", type=int, help="export this one (default: all)")
+    add_format(p, _FORMATS, required=True)
+    said = f"file, or folder for {_STEM}.* (default: this folder)"
+    add_output(p, said, metavar="FILE_OR_DIR", default=".")
+    add_maneuver(p, "export this one (default: all)", int)
     p.add_argument(
         "--columns",
         metavar="NAMES",

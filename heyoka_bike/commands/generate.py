@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from heyoka_bike.commands.options import add_format, add_workers, print_json
+from heyoka_bike.commands.options import add_format, add_workers
+from heyoka_bike.commands.printing import complain, print_json, print_table
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.registry import addition
-from heyoka_bike.system.console import print_table, progress_bars, table
+from heyoka_bike.system.console import progress_bars
 from heyoka_bike.version import __version__
 
 if TYPE_CHECKING:
@@ -97,7 +97,7 @@ def add_parser(subparsers: Any) -> None:
     p.add_argument(
         "--force", action="store_true", help="replace a set of another version or of other inputs"
     )
-    add_format(p, ("table", "json"))
+    add_format(p, ("table", "json"), default="table")
     add_workers(p)
     p.set_defaults(run=run)
 
@@ -118,7 +118,7 @@ def run(args: argparse.Namespace) -> int:
             digits=args.digits,
             until=args.until,
             force=args.force,
-            say=lambda text: print(f"heyoka-bike: {text}", file=sys.stderr),
+            say=complain,
             progress=progress,
             made=sets_made.append,
         )
@@ -129,7 +129,7 @@ def run(args: argparse.Namespace) -> int:
         _print_sets(sets_made, is_one=len(sets) == 1)
     codes = [_code(error) for error in failed.values()]
     for folder, error in failed.items():
-        print(f"heyoka-bike: {folder}: not written: {error}", file=sys.stderr)
+        complain(f"{folder}: not written: {error}")
     if any(end.is_early for found in sets_made for end in found.endings):
         codes.append(Exit.STOPPED_EARLY)
     return codes[0] if codes else Exit.OK
@@ -141,7 +141,7 @@ def _print_sets(made: Sequence[Generated], *, is_one: bool) -> None:
         for found in made for table in found.tables
     ]  # fmt: skip
     if rows:
-        print_table(table(_HEADINGS, rows, title="reference solution"))
+        print_table(_HEADINGS, rows, title="reference solution")
     for found in made:
         written = f"written: {', '.join(found.changed)}"
         what = written if found.changed else "already up to date, nothing written"

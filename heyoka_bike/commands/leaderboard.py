@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 import argparse
-import sys
-import textwrap
 from pathlib import Path
 from typing import Any
 
-from heyoka_bike.commands.options import add_workers
+from heyoka_bike.commands.options import add_format, add_output, add_workers
+from heyoka_bike.commands.printing import complain, print_blocks, print_text
 from heyoka_bike.errors import Exit, InputError
-from heyoka_bike.system.console import print_table, progress_bar, table
+from heyoka_bike.system.console import progress_bar
 
-_FORMATS = ("table", "json", "html")
-_WIDTH = 92  # as the pages of the documentation have room for
 _SUFFIXES = {".json": "json", ".html": "html", ".htm": "html"}
 
 
@@ -41,13 +38,8 @@ def add_parser(subparsers: Any) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     p.add_argument("folder", metavar="FOLDER", help="folder of submissions")
-    p.add_argument("-o", "--output", metavar="FILE", help="write to this file (.html or .json)")
-    p.add_argument(
-        "--format",
-        metavar="FORMAT",
-        choices=_FORMATS,
-        help=f"one of {', '.join(_FORMATS)} (default: table)",
-    )
+    add_output(p, "write to this file (.html or .json)")
+    add_format(p, ("table", "json", "html"), said="default: table, and by the suffix of -o")
     p.add_argument(
         "--reference",
         metavar="DIR",
@@ -69,7 +61,8 @@ def run(args: argparse.Namespace) -> int:
     name = _format(args)
     from heyoka_bike.reference.load import load_reference
     from heyoka_bike.scoring.leaderboard import leaderboard
-    from heyoka_bike.showing.formats.leaderboard import render_html, render_json
+    from heyoka_bike.showing.document import html
+    from heyoka_bike.showing.formats.leaderboard import document, render_json
     from heyoka_bike.showing.formats.origin import origin
     from heyoka_bike.system.files import write_output
 
@@ -81,16 +74,17 @@ def run(args: argparse.Namespace) -> int:
     references = [load_reference(), *map(load_reference, args.reference)]
     with progress_bar("scoring") as progress:
         board = leaderboard(args.folder, references, progress, **finish)
+    found = document(board, origin(args.words))
     if name == "table":
-        _print(board)
+        print_blocks(*found.blocks)
     else:
-        text = render_json(board) if name == "json" else render_html(board, origin(args.words))
+        said = render_json(board) if name == "json" else html.render(found)
         if args.output:
-            write_output(Path(args.output), text.encode())
+            write_output(Path(args.output), said.encode())
         else:
-            print(text, end="")
+            print_text(said)
     for line in board.refused:
-        print(f"heyoka-bike: {line}", file=sys.stderr)
+        complain(line)
     return Exit.CHECK_FAILED if board.refused else Exit.OK
 
 
@@ -105,16 +99,3 @@ def _format(args: argparse.Namespace) -> str:
             f"{', '.join(_SUFFIXES)}, or --format json or html"
         )
     return str(found)
-
-
-def _print(board: Any) -> None:
-    from heyoka_bike.showing.formats.leaderboard import ABOUT, HEADINGS, WORDS, diagnosis, rows
-
-    for problem, entries in board.entries.items():
-        lines = rows(entries)
-        print_table(table(HEADINGS, lines, title=problem, left=2, prose=WORDS), _WIDTH)
-        for (place, *_), entry in zip(lines, entries, strict=True):
-            if said := diagnosis(entry):
-                print(textwrap.fill(f"{place}. {entry.submission.name}. {said}", _WIDTH))
-    if board.entries:
-        print(textwrap.fill(ABOUT, _WIDTH))

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 from collections.abc import Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from heyoka_bike.commands.options import add_bicycle
+from heyoka_bike.commands.options import add_bicycle, add_format
+from heyoka_bike.commands.printing import complain, print_blocks
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.registry import addition
-from heyoka_bike.system.console import print_table, table
 
 if TYPE_CHECKING:
     from heyoka_bike.bicycle.stability.linear import Linearisation
+    from heyoka_bike.showing.document import Block
 
 _MAX_SPEEDS = 10_001
 
@@ -58,7 +58,7 @@ def add_parser(subparsers: Any) -> None:
         help="prove between which speeds weave and capsize lie if every parameter may be so many "
         "of its standard deviations off (default 1), and where all such bicycles are stable",
     )
-    p.add_argument("--format", choices=("table", "json"), default="table", help="(default table)")
+    add_format(p, ("table", "json"), default="table")
     p.set_defaults(run=run)
 
 
@@ -73,7 +73,7 @@ def run(args: argparse.Namespace) -> int:
     speeds = parse_speeds(args.speeds)
     bicycle = read_bicycle(find_input("bicycles", args.bicycle))
     for warning in bicycle.warnings:
-        print(f"heyoka-bike: warning: {bicycle.name}: {warning}", file=sys.stderr)
+        complain(f"warning: {bicycle.name}: {warning}")
     box = None
     if args.uncertainty is not None:
         box = addition("uncertain_stability")(bicycle, args.uncertainty, args.digits)
@@ -85,9 +85,10 @@ def run(args: argparse.Namespace) -> int:
             document["uncertainty"] = box.as_json()
         print(json.dumps(document, indent=2))
     else:
-        _print(bicycle.name, linear, spectrum)
-        if box is not None:
-            box.print()
+        print(bicycle.name)
+        print("M q'' + v C1 q' + (g K0 + v^2 K2) q = 0 with q = (roll, steer)")
+        print(f"g = {_text(linear.g, linear.digits)} N/kg", end="\n\n")
+        print_blocks(*_blocks(linear, spectrum), *(() if box is None else box.blocks()))
     return Exit.OK
 
 
@@ -174,28 +175,24 @@ def _as_json(linear: Linearisation, spectrum: _Spectrum) -> dict[str, object]:
     }
 
 
-def _print(name: str, linear: Linearisation, spectrum: _Spectrum) -> None:
+def _blocks(linear: Linearisation, spectrum: _Spectrum) -> tuple[Block, ...]:
     """The same as tables."""
+    from heyoka_bike.showing.document import TableBlock
 
     def text(x: Any) -> str:
         return _text(x, linear.digits)
 
-    print(name)
-    print("M q'' + v C1 q' + (g K0 + v^2 K2) q = 0 with q = (roll, steer)")
-    print(f"g = {text(linear.g)} N/kg")
     matrices = [
         ["" if i else f"{name} [{unit}]", equation, *map(text, getattr(linear, name)[i])]
         for name, unit in _UNITS.items()
         for i, equation in enumerate(("roll", "steer"))
     ]
-    print_table(table(("matrix", "equation", "of roll", "of steer"), matrices, group=2))
     eigenvalues = [
         ["" if i else _speed_text(v, linear.digits), text(s.real), text(s.imag)]
         for v, values in spectrum
         for i, s in enumerate(values)
     ]
     heading = ("speed [m/s]", "eigenvalue, real part [1/s]", "imaginary part [rad/s]")
-    print_table(table(heading, eigenvalues, group=4))
     critical = (
         (("weave speed [m/s]", "weave frequency [rad/s]"), linear.weave_speeds),
         (("capsize speed [m/s]",), [(v,) for v in linear.capsize_speeds]),
@@ -209,4 +206,8 @@ def _print(name: str, linear: Linearisation, spectrum: _Spectrum) -> None:
         for quantity, x in zip(quantities, values, strict=True)
     ]
     rows += [[quantities[0], "none"] for quantities, found in critical if not found]
-    print_table(table(("critical speeds", "value"), rows))
+    return (
+        TableBlock(("matrix", "equation", "of roll", "of steer"), matrices, left=2, group=2),
+        TableBlock(heading, eigenvalues, group=4),
+        TableBlock(("critical speeds", "value"), rows),
+    )

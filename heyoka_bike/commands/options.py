@@ -1,11 +1,12 @@
 """Options that several commands have."""
 
 import os
-from argparse import Action, ArgumentParser, Namespace
-from collections.abc import Iterable, Mapping, Sequence
+from argparse import Action, ArgumentError, ArgumentParser, Namespace
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager, nullcontext
+from typing import Any
 
-from heyoka_bike.errors import InputError, unknown_word
+from heyoka_bike.errors import unknown_word
 
 
 def add_reference(parser: ArgumentParser, of: str = "") -> None:
@@ -75,22 +76,58 @@ def telling(args: Namespace) -> AbstractContextManager[None]:
     return shown(level)
 
 
-def add_format(parser: ArgumentParser, formats: Sequence[str]) -> None:
-    """Add ``--format``, by default the first."""
-    said = f"{' or '.join(formats)} (default {formats[0]})"
+def add_format(
+    parser: ArgumentParser, formats: Sequence[str], *, default: str | None = None,
+    required: bool = False, said: str = "",
+) -> None:  # fmt: skip
+    """Add ``--format``.
+
+    Parameters
+    ----------
+    default
+        The format if none is asked for; None if that depends on something else.
+    said
+        About the default.
+    """
+    about = said or (f"default {default}" if default else "")
     parser.add_argument(
-        "--format", metavar="FORMAT", choices=formats, default=formats[0], help=said
-    )
+        "--format", metavar="FORMAT", choices=formats, default=default, required=required,
+        help=f"one of {', '.join(formats)}{f' ({about})' if about else ''}",
+    )  # fmt: skip
 
 
-def print_json(document: Mapping[str, object]) -> None:
-    """Print one document, the only text on standard output."""
-    import json
+def add_formats(
+    parser: ArgumentParser, formats: Sequence[str], said: str, *, nargs: str | None = None
+) -> None:
+    """Add ``--format`` for several, as ``formats``."""
+    action = parser.add_argument(
+        "--format", metavar="FORMAT", dest="formats", action=_Formats, nargs=nargs,
+        help=f"one of {', '.join(formats)}; {said}",
+    )  # fmt: skip
+    lists(action, formats)
 
-    print(json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False))
+
+class _Formats(Action):
+    """Takes formats, separated by commas or not, as often as they are given."""
+
+    words: tuple[str, ...]
+
+    def __call__(
+        self, parser: ArgumentParser, namespace: Namespace, values: Any, option: Any = None
+    ) -> None:
+        given = [values] if isinstance(values, str) else values
+        found = [word for value in given for word in value.split(",")]
+        for word in found:
+            if word not in self.words:
+                raise ArgumentError(self, unknown_word(word, self.words))
+        setattr(namespace, self.dest, [*(getattr(namespace, self.dest) or ()), *found])
 
 
-def check_format(found: str, formats: Sequence[str]) -> None:
-    """Raise `InputError` if that is none of the formats."""
-    if found not in formats:
-        raise InputError(f"--format: {unknown_word(found, formats)}")
+def add_output(parser: ArgumentParser, said: str, **options: Any) -> None:
+    """Add ``-o`` and ``--output``, a file unless another ``metavar`` is given."""
+    parser.add_argument("-o", "--output", help=said, **{"metavar": "FILE"} | options)
+
+
+def add_maneuver(parser: ArgumentParser, said: str, kind: Callable[[str], Any] = str) -> None:
+    """Add ``--maneuver``."""
+    parser.add_argument("--maneuver", metavar="N", type=kind, help=said)

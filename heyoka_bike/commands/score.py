@@ -8,9 +8,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from heyoka_bike.commands.options import add_reference, check_format, lists
+from heyoka_bike.commands.options import add_formats, add_maneuver, add_output, add_reference
+from heyoka_bike.commands.printing import complain, print_text
 from heyoka_bike.commands.result_files import STANDARD_INPUT, add_columns, maneuvers_of, read
-from heyoka_bike.errors import Exit, InputError, quoted
+from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.showing.formats.output import FORMATS, SUFFIXES, WIDTH, render
 from heyoka_bike.system.console import has_colors, progress_bar
 
@@ -57,24 +58,9 @@ def add_parser(subparsers: Any) -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     p.add_argument("files", metavar="FILE", nargs="+", help="result files, or one list of runs")
-    formats = p.add_argument(
-        "--format",
-        metavar="FORMAT",
-        dest="formats",
-        action="append",
-        help=f"one of {', '.join(FORMATS)}; may be repeated (default: table, and by the suffix of "
-        "each -o)",
-    )
-    lists(formats, FORMATS)
-    p.add_argument(
-        "-o",
-        "--output",
-        metavar="FILE",
-        dest="outputs",
-        action="append",
-        default=[],
-        help="write to this file, its format by --format or its suffix; may be repeated",
-    )
+    add_formats(p, FORMATS, "may be repeated (default: table, and by the suffix of each -o)")
+    said = "write to this file, its format by --format or its suffix; may be repeated"
+    add_output(p, said, dest="outputs", action="append", default=[])
     p.add_argument(
         "--summary",
         action="store_true",
@@ -92,10 +78,9 @@ def add_parser(subparsers: Any) -> None:
         action="store_true",
         help="say why the file differs, too, and show it in the HTML; see 'heyoka-bike diagnose'",
     )
-    p.add_argument(
-        "--maneuver",
-        metavar="N",
-        help="maneuver that a file of one maneuver holds (default: recognised by its values); "
+    add_maneuver(
+        p,
+        "maneuver that a file of one maneuver holds (default: recognised by its values); "
         "separated by commas, one for each file",
     )
     add_columns(p)
@@ -151,7 +136,7 @@ def run(args: argparse.Namespace) -> int:
     for path, name in written:
         write_output(path, render(scored, name, made).encode())
     if on_screen is not None:
-        _print(_on_screen(scored, on_screen, made))
+        print_text(_on_screen(scored, on_screen, made))
     if not scored.passed:
         _complain(scored)
         return Exit.CHECK_FAILED
@@ -172,9 +157,7 @@ def _diagnosed(scored: Report | Series, reference: Reference) -> Report:
 
 def _outputs(args: argparse.Namespace) -> tuple[str | None, list[tuple[Path, str]]]:
     """Format for standard output, if any, and the files to write with theirs."""
-    formats: list[str] = [f for given in args.formats or () for f in given.split(",")]
-    for found in formats:
-        check_format(found, FORMATS)
+    formats: list[str] = args.formats or []
     left = list(dict.fromkeys(formats))
     written = []
     unclear = []
@@ -246,20 +229,9 @@ def _lists(files: Sequence[str]) -> list[str]:
 
 
 def _numbers(option: str, text: str | None) -> _Numbers:
-    from heyoka_bike.numbers.exact import Exact
+    from heyoka_bike.numbers.exact import positive_numbers
 
-    if text is None:
-        return None
-    found: list[float | None] = []
-    for part in text.split(","):
-        try:
-            value = float(Exact.parse(part))
-        except ValueError as e:
-            raise InputError(f"{option}: {e}") from None
-        if value <= 0:
-            raise InputError(f"{option}: found {quoted(part)}, expected more than zero")
-        found.append(value)
-    return found
+    return None if text is None else list(positive_numbers(option, text))
 
 
 def _on_screen(scored: Report | Series, name: str, made: Origin) -> str:
@@ -268,21 +240,11 @@ def _on_screen(scored: Report | Series, name: str, made: Origin) -> str:
     return render(scored, name, made, width=width, has_colors=has_colors(is_terminal))
 
 
-def _print(text: str) -> None:
-    try:
-        print(text, end="" if text.endswith("\n") else "\n")
-    except UnicodeEncodeError:
-        # A terminal or pipe of another encoding still gets every letter it has.
-        encoding = sys.stdout.encoding or "ascii"
-        print(text.encode(encoding, "replace").decode(encoding))
-
-
 def _complain(scored: Report | Series) -> None:
     """One line on standard error for each requirement that is not met."""
-    from heyoka_bike.showing.formats.wording import reports
+    from heyoka_bike.showing.wording import reports
 
     for report in reports(scored):
         for r in report.requirements:
             if not r.met:
-                line = f"{report.file.path}: required {r.text}, found {r.message}"
-                print(f"heyoka-bike: {' '.join(line.split())}", file=sys.stderr)
+                complain(f"{report.file.path}: required {r.text}, found {r.message}")

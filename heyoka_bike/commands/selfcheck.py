@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import argparse
-import json
 from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.commands.options import add_format
+from heyoka_bike.commands.printing import complain_of_checks, print_checks, print_json
 from heyoka_bike.errors import Exit
 
 if TYPE_CHECKING:
     from heyoka_bike.testing.selfcheck import Selfcheck
-
-_FORMATS = ("table", "json")
 
 
 def add_parser(subparsers: Any) -> None:
@@ -34,27 +32,24 @@ def add_parser(subparsers: Any) -> None:
         ),
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    add_format(p, _FORMATS)
+    add_format(p, ("table", "json"), default="table")
     p.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
-    from heyoka_bike.reference.verification.check_table import complain
     from heyoka_bike.testing.selfcheck import selfcheck
 
     found = selfcheck()
     if args.format == "json":
-        print(json.dumps(found.as_dict(), indent=2, allow_nan=False, ensure_ascii=False))
+        print_json(found.as_dict())
     else:
         _show(found)
-    complain(found.folder, found.checks)
+    complain_of_checks(found.folder, found.checks)
     return Exit.OK if found.passed else Exit.CHECK_FAILED
 
 
 def _show(found: Selfcheck) -> None:
-    from heyoka_bike.reference.verification.check_table import print_checks
-
     m = found.machine
     print(f"machine    {m['cpu']}, {m['cores']} cores, {m['system']}")
     print(f"reference  {found.folder}")

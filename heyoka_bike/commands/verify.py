@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import argparse
-import json
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+from heyoka_bike.commands import printing
 from heyoka_bike.commands.options import add_folder, add_format, add_workers
 from heyoka_bike.errors import Exit, InputError
-from heyoka_bike.system.console import patience, print_table, progress_bars, table
+from heyoka_bike.system.console import patience, progress_bars
 
 if TYPE_CHECKING:
     from heyoka_bike.reference.verification.outcome import Agreement, Verification
 
-_FORMATS = ("table", "json")
 _SHARES = {"integrate": 0.9, "compare": 0.1}
 
 
@@ -51,7 +50,7 @@ def add_parser(subparsers: Any) -> None:
     p.add_argument(
         "--quick", action="store_true", help="with --rerun: at binary128 and 40 digits only"
     )
-    add_format(p, _FORMATS)
+    add_format(p, ("table", "json"), default="table")
     add_workers(p)
     p.set_defaults(run=run)
 
@@ -66,7 +65,6 @@ def run(args: argparse.Namespace) -> int:
         from heyoka_bike.motion.expressions import require_heyoka
 
         require_heyoka()
-    from heyoka_bike.reference.verification.check_table import complain
     from heyoka_bike.reference.verification.rerun import run_again
     from heyoka_bike.reference.verification.verify import verify
 
@@ -76,17 +74,15 @@ def run(args: argparse.Namespace) -> int:
         with progress_bars(_SHARES) as progress:
             found = run_again(found, is_quick=args.quick, progress=progress)
     if args.format == "json":
-        print(json.dumps(found.as_dict(), indent=2, allow_nan=False, ensure_ascii=False))
+        printing.print_json(found.as_dict())
     else:
         _show(found)
-    complain(found.folder, found.checks)
+    printing.complain_of_checks(found.folder, found.checks)
     return Exit.OK if found.passed else Exit.CHECK_FAILED
 
 
 def _show(found: Verification) -> None:
-    from heyoka_bike.reference.verification.check_table import print_checks
-
-    print_checks(f"{found.folder}, dataset version {found.dataset_version}", found.checks)
+    printing.print_checks(f"{found.folder}, dataset version {found.dataset_version}", found.checks)
     if found.agreements:
         _show_digits(found.agreements)
     failed = sum(c.passed is False for c in found.checks)
@@ -108,4 +104,4 @@ def _show_digits(agreements: Sequence[Agreement]) -> None:
     rows.append(["time [s]", *(f"{a.seconds:.1f}" for a in agreements)])
     headings = ["column", *(f"{a.maneuver}\n{a.precision}" for a in agreements)]
     title = "agreeing digits: with the published numbers / with the candidate"
-    print_table(table(headings, rows, title=title, group=len(columns)))
+    printing.print_table(headings, rows, title=title, group=len(columns))

@@ -15,7 +15,7 @@ from decimal import Context, Decimal
 from fractions import Fraction
 from math import pi
 
-from heyoka_bike.errors import quoted
+from heyoka_bike.errors import InputError, quoted
 
 _TOKEN = re.compile(
     r"[ \t]*(?:(?P<number>(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?)(?![0-9A-Za-z_.])"
@@ -146,6 +146,33 @@ def shortest_decimal(x: Fraction, digits: int) -> str:
 
 class _ExpressionError(Exception):
     """Why a text is not an expression."""
+
+
+def positive_numbers(name: str, text: str) -> tuple[float, ...]:
+    """Read numbers more than zero, separated by commas.
+
+    Parameters
+    ----------
+    name
+        What they are, for errors.
+    text
+        Each as of `Exact.parse`.
+
+    Raises
+    ------
+    InputError
+        One of them is no such number.
+    """
+    found = []
+    for part in text.split(","):
+        try:
+            value = float(Exact.parse(part))
+        except ValueError as e:
+            raise InputError(f"{name}: {e}") from None
+        if value <= 0:
+            raise InputError(f"{name}: found {quoted(part)}, expected more than zero")
+        found.append(value)
+    return tuple(found)
 
 
 class _Parser:

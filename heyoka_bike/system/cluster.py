@@ -1,28 +1,29 @@
-"""Jobs on a Dask cluster, by its interface of `concurrent.futures`."""
+"""Calls on a Dask cluster, by its interface of `concurrent.futures`."""
 
 from __future__ import annotations
 
 import logging
 import sys
-from collections.abc import Callable, Iterator
-from concurrent.futures import CancelledError, Future
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import BrokenExecutor, Executor, Future
 from contextlib import contextmanager, suppress
+from functools import partial
+from itertools import count
 from pathlib import Path
-from queue import Empty, SimpleQueue
-from time import monotonic
 from typing import Any
 from uuid import uuid4
+from weakref import WeakValueDictionary
 
 from heyoka_bike.errors import InputError, MissingPackageError, VersionsDifferError, WorkerLostError
-from heyoka_bike.system.jobs import Hands, Outcome, Told, carried_out
+from heyoka_bike.system.executors import ProgressFuture
+from heyoka_bike.system.jobs import Throttle, reporting
 from heyoka_bike.system.versions import versions
 
 _ANSWERS = 5  # [s] in which a scheduler does
-_APART = 0.2  # [s] between two words of a job
 
 
 @contextmanager
-def connected(address: str) -> Iterator[Cluster]:
+def connected(address: str) -> Iterator[ClusterExecutor]:
     """A running Dask scheduler.
 
     Parameters
@@ -54,7 +55,7 @@ def connected(address: str) -> Iterator[Cluster]:
             "expected the address of one that runs, such as tcp://127.0.0.1:8786"
         ) from None
     try:
-        cluster = Cluster(client, address)
+        cluster = ClusterExecutor(client, address)
         cluster.check()
         yield cluster
     finally:
@@ -62,11 +63,49 @@ def connected(address: str) -> Iterator[Cluster]:
             client.close(timeout=_ANSWERS)
 
 
-class Cluster:
-    """The workers of a scheduler."""
+class ClusterExecutor(Executor):
+    """The workers of a scheduler, which begins a call again that ended its worker.
+
+    Its calls raise `BrokenExecutor` once they have ended three workers, and `WorkerLostError` when
+    the scheduler is gone.
+    """
 
     def __init__(self, client: Any, address: str) -> None:
         self.client, self.address = client, address
+        self._executor = client.get_executor(pure=False, retries=0)
+        self._topic = f"heyoka_bike-{uuid4()}"
+        self._numbers = count()
+        self._futures: WeakValueDictionary[int, ProgressFuture] = WeakValueDictionary()
+        client.subscribe_topic(self._topic, self._hear)
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> ProgressFuture:
+        """Begin a call as soon as a worker is free."""
+        future, number = ProgressFuture(), next(self._numbers)
+        self._futures[number] = future
+        try:
+            call = self._executor.submit(_run, versions(), self._topic, number, fn, args, kwargs)
+        except Exception as e:
+            raise self._lost() from e
+        future.add_done_callback(lambda _: call.cancel())
+        call.add_done_callback(partial(self._end, future))
+        return future
+
+    def _hear(self, event: tuple[float, tuple[int, str, float]]) -> None:
+        number, stage, t = event[1]
+        if (future := self._futures.get(number)) is not None:
+            future.progress = stage, t
+
+    def _end(self, future: ProgressFuture, call: Future[Any]) -> None:
+        """Take the result of a call over."""
+        if not future.set_running_or_notify_cancel():
+            return
+        error = self._lost() if call.cancelled() else call.exception()
+        if type(error).__name__ == "KilledWorker":
+            error = BrokenExecutor("its worker ended")
+        if error is None:
+            future.set_result(call.result())
+        else:
+            future.set_exception(error)
 
     def check(self) -> None:
         """Refuse workers of other versions; those that come later refuse their jobs."""
@@ -74,7 +113,7 @@ class Cluster:
             found = self.client.run(versions, on_error="return")
             threads = self.client.nthreads()
         except Exception as e:
-            raise self.lost() from e
+            raise self._lost() from e
         for worker, there in found.items():
             if isinstance(there, ImportError):
                 raise VersionsDifferError(
@@ -85,72 +124,18 @@ class Cluster:
             check_versions(versions(), there, worker)
         if not found:
             _say(f"no worker at {self.address} yet: waiting for one")
-        for worker, count in threads.items():
-            if count > 1:
+        for worker, many in threads.items():
+            if many > 1:
                 _say(
-                    f"{worker} has {count} threads and does one job at a time: start workers with "
+                    f"{worker} has {many} threads and does one job at a time: start workers with "
                     "--nthreads 1, one for each processor"
                 )
 
-    def lost(self) -> WorkerLostError:
+    def _lost(self) -> WorkerLostError:
         """For when the scheduler is gone."""
         return WorkerLostError(
             f"--cluster: the scheduler at {self.address} ended or does not answer any more"
         )
-
-    @contextmanager
-    def at_work(self, count: int, told: Told) -> Iterator[Hands]:
-        """See `jobs.Crew`."""
-        hands = _Remote(self, told)
-        try:
-            yield hands
-        finally:
-            hands.close()
-
-
-class _Remote:
-    """The client's side; that a worker ends the scheduler answers by itself, three times."""
-
-    tries = 1
-
-    def __init__(self, cluster: Cluster, told: Told) -> None:
-        self.cluster, self.told = cluster, told
-        self.topic = f"heyoka_bike-{uuid4()}"
-        self.heard: SimpleQueue[tuple[int, str, float]] = SimpleQueue()
-        self.executor = cluster.client.get_executor(pure=False, retries=0)
-        cluster.client.subscribe_topic(self.topic, lambda event: self.heard.put(event[1]))
-        self.begun: list[Future[Any]] = []
-
-    def free(self) -> bool:
-        return True
-
-    def submit(self, i: int, work: Callable[..., Any], arguments: tuple[Any, ...]) -> Future[Any]:
-        try:
-            future: Future[Any] = self.executor.submit(
-                _run, versions(), self.topic, i, work, arguments
-            )
-        except Exception as e:
-            raise self.cluster.lost() from e
-        self.begun.append(future)
-        return future
-
-    def look(self) -> None:
-        with suppress(Empty):
-            while True:
-                self.told(*self.heard.get_nowait())
-        if self.cluster.client.status != "running":
-            raise self.cluster.lost()
-
-    def is_lost(self, error: Exception) -> bool:
-        if isinstance(error, CancelledError):
-            raise self.cluster.lost() from None
-        return type(error).__name__ == "KilledWorker"
-
-    def close(self) -> None:
-        with suppress(Exception):
-            self.executor.shutdown(wait=False, cancel_futures=True)
-        with suppress(Exception):
-            self.cluster.client.unsubscribe_topic(self.topic)
 
 
 def check_versions(here: dict[str, str], there: dict[str, str], worker: str) -> None:
@@ -164,37 +149,29 @@ def check_versions(here: dict[str, str], there: dict[str, str], worker: str) -> 
 
 
 class _UnwantedError(Exception):
-    """Nobody waits for this job any more."""
+    """Nobody waits for this call any more."""
 
 
 def _run(
-    here: dict[str, str], topic: str, i: int, work: Callable[..., Any], arguments: tuple[Any, ...]
-) -> Outcome:
-    """A job, on a worker."""
+    here: dict[str, str], topic: str, number: int, fn: Callable[..., Any], args: Sequence[Any],
+    kwargs: Mapping[str, Any],
+) -> Any:  # fmt: skip
+    """A call, on a worker."""
     from distributed import get_worker
 
     worker = get_worker()
     check_versions(here, versions(), worker.address)
     key = worker.get_current_task()
-    return carried_out(work, arguments, _Teller(worker, key, topic, i))
+    report = Throttle(lambda stage, t: worker.log_event(topic, (number, stage, t)))
 
-
-class _Teller:
-    """What a job tells goes to the client; it ends where nobody wants its result any more."""
-
-    def __init__(self, worker: Any, key: Any, topic: str, i: int) -> None:
-        self.worker, self.key, self.topic, self.i = worker, key, topic, i
-        self.at = 0.0
-        self.last = ""
-
-    def __call__(self, stage: str, t: float) -> None:
-        task = self.worker.state.tasks.get(self.key)
+    def report_if_wanted(stage: str, t: float) -> None:
+        task = worker.state.tasks.get(key)
         if task is None or task.state == "cancelled":
             raise _UnwantedError
-        now = monotonic()
-        if stage != self.last or now > self.at + _APART:
-            self.last, self.at = stage, now
-            self.worker.log_event(self.topic, (self.i, stage, t))
+        report(stage, t)
+
+    reporting.set(report_if_wanted)
+    return fn(*args, **kwargs)
 
 
 def _say(text: str) -> None:

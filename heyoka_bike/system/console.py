@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
     from heyoka_bike.system import parallel
 
-_ANY_WIDTH = 1_000_000
-
 
 def table(
     headings: Sequence[str], rows: Iterable[Sequence[str | Text]], *,
@@ -69,16 +67,6 @@ def has_colors(is_terminal: bool) -> bool:
     if os.environ.get("NO_COLOR"):
         return False
     return is_terminal or bool(os.environ.get("FORCE_COLOR"))
-
-
-def print_table(view: Table, width: int = 0) -> None:
-    """Print a table on standard output, at least so wide; by default no number is ever cut."""
-    from rich.console import Console
-
-    console = Console()
-    natural = console.measure(view, options=console.options.update_width(_ANY_WIDTH)).maximum
-    console.width = max(console.width, width or natural)
-    console.print(view)
 
 
 def patience(doing: str) -> AbstractContextManager[Any]:

@@ -1,32 +1,29 @@
-"""Jobs, and who may carry them out."""
+"""Jobs: work that depends on its arguments alone, for any executor of `concurrent.futures`."""
 
 from __future__ import annotations
 
+import hashlib
+import pickle
 import time
 from collections.abc import Callable
-from concurrent.futures import Future
-from contextlib import AbstractContextManager
+from contextlib import suppress
+from contextvars import ContextVar
 from dataclasses import dataclass
+from pathlib import Path
 from threading import Lock
-from typing import Any, Protocol
+from typing import Any
+
+from heyoka_bike.system.files import replace_file
 
 Report = Callable[[str, float], None]
 """Called by a job with its stage, and the time that it has reached in the motion [s]."""
 
-Told = Callable[[int, str, float], None]
-"""Called with the number of a job, its stage and the time that it has reached [s]."""
+reporting: ContextVar[Report] = ContextVar("reporting", default=lambda stage, t: None)
+"""Where the progress of a job goes: an executor that can pass it on sets it in its workers."""
 
+_HASH = hashlib.sha256
+_INTERVAL = 0.1  # [s]
 _one_at_a_time = Lock()
-
-
-class Kept(Protocol):
-    """A place for the result of one job, which outlives the run."""
-
-    def get(self) -> Outcome | None:
-        """What is there, if anything is."""
-
-    def put(self, outcome: Outcome) -> None:
-        """Keep it."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -45,8 +42,8 @@ class Job:
         Of that motion [s], for its progress.
     stages
         Those that are over when it is.
-    kept : Kept or None
-        Where its result is looked for, and put.
+    cache : Path or None
+        A file of its result, which outlives the run: the hash of all other bytes, then these.
     """
 
     work: Callable[..., Any]
@@ -54,13 +51,32 @@ class Job:
     name: str = ""
     duration: float = 1.0
     stages: tuple[str, ...] = ()
-    kept: Kept | None = None
+    cache: Path | None = None
 
     @property
     def words(self) -> str:
         """The job in words."""
         name = self.work.__name__.lstrip("_").replace("_", " ")
         return f"{name} of {self.name}" if self.name else name
+
+    def load(self) -> Outcome | None:
+        """The result in the file; what is not whole is not there."""
+        if self.cache is None:
+            return None
+        with suppress(OSError):
+            data = self.cache.read_bytes()
+            size = _HASH().digest_size
+            if _HASH(data[size:]).digest() == data[:size]:
+                found: Outcome = pickle.loads(data[size:])
+                return found
+        return None
+
+    def store(self, outcome: Outcome) -> None:
+        """Put a result there; where there is no room for it, it is made again another time."""
+        if self.cache is not None:
+            data = pickle.dumps(outcome)
+            with suppress(OSError):
+                replace_file(self.cache, _HASH(data).digest() + data)
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,40 +104,23 @@ class Outcome:
         return self.value
 
 
-class Hands(Protocol):
-    """Where jobs run now.
-
-    Attributes
-    ----------
-    tries : int
-        How often a job is begun whose worker is lost.
-    """
-
-    tries: int
-
-    def free(self) -> bool:
-        """Whether one more job can be taken."""
-
-    def submit(self, i: int, work: Callable[..., Any], arguments: tuple[Any, ...]) -> Future[Any]:
-        """Begin job number `i`, as `carried_out` does it."""
-
-    def look(self) -> None:
-        """Pass on what jobs have told since, and see which have ended."""
-
-    def is_lost(self, error: Exception) -> bool:
-        """Whether this says that a worker ended, and nothing about its job."""
-
-
-class Crew(Protocol):
-    """Who carries out jobs."""
-
-    def at_work(self, count: int, told: Told) -> AbstractContextManager[Hands]:
-        """For so many jobs; where an exception is raised, what was begun is ended."""
-
-
-def carried_out(work: Callable[..., Any], arguments: tuple[Any, ...], report: Report) -> Outcome:
-    """A job, where it runs: precision is a setting of the whole process, so one at a time."""
+def run_job(work: Callable[..., Any], arguments: tuple[Any, ...]) -> Outcome:
+    """Carry out a job: precision is a setting of the whole process, so one at a time."""
     with _one_at_a_time:
         start = time.process_time()
-        value = work(*arguments, report)
+        value = work(*arguments, reporting.get())
         return Outcome(value, time.process_time() - start)
+
+
+class Throttle:
+    """A report that passes on each new stage, and ten times a second at most how far it is."""
+
+    def __init__(self, report: Report) -> None:
+        self._report = report
+        self._last, self._at = "", 0.0
+
+    def __call__(self, stage: str, t: float) -> None:
+        now = time.monotonic()
+        if stage != self._last or now > self._at + _INTERVAL:
+            self._last, self._at = stage, now
+            self._report(stage, t)

@@ -9,6 +9,7 @@ import os
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 from heyoka_bike.errors import InputError, unknown_word
 
@@ -49,6 +50,17 @@ def shown(level: str) -> Iterator[None]:
             del os.environ[VARIABLE]
         else:
             os.environ[VARIABLE] = given
+
+
+def fault(error: BaseException) -> str:
+    """What an error is and where it was raised: nothing of what a file holds or is called."""
+    place = error.__traceback__
+    if place is None:
+        return type(error).__name__
+    while place.tb_next is not None:
+        place = place.tb_next
+    file = Path(place.tb_frame.f_code.co_filename).name
+    return f"{type(error).__name__} at {file}:{place.tb_lineno}"
 
 
 class _Printed(logging.Handler):

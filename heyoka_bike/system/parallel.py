@@ -9,14 +9,16 @@ from __future__ import annotations
 import logging
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
+from concurrent.futures import BrokenExecutor, Executor, Future
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from contextvars import ContextVar
+from functools import partial
+from queue import Empty, SimpleQueue
 from typing import Any, TypeVar
 
 from heyoka_bike.errors import InputError, WorkerLostError
-from heyoka_bike.system.jobs import Crew, Hands, Job, Outcome
-from heyoka_bike.system.processes import Given, Processes
+from heyoka_bike.system.executors import InlineExecutor, ProcessExecutor, ProgressFuture
+from heyoka_bike.system.jobs import Job, Outcome, reporting, run_job
 
 T = TypeVar("T")
 Progress = Callable[[str, str, float], None]
@@ -29,7 +31,8 @@ WAITING = "waiting"
 _LOOK = 0.1  # [s]
 _log = logging.getLogger(__name__)
 
-_crew: ContextVar[Crew | None] = ContextVar("crew", default=None)
+# An executor, or how many processes of this machine.
+_chosen: ContextVar[Executor | int | None] = ContextVar("chosen", default=None)
 
 
 @contextmanager
@@ -70,21 +73,26 @@ def using(
         raise InputError("found two of --workers, --cluster and an executor, expected one")
     if workers is not None and workers < 1:
         raise InputError(f"--workers: found {workers}, expected 1 or more")
-    crew: AbstractContextManager[Crew | None]
+    connection: AbstractContextManager[Executor | None] = nullcontext(executor)
     if cluster is not None:
         from heyoka_bike.system.cluster import connected
 
-        crew = connected(cluster)
-    elif executor is not None:
-        crew = nullcontext(Given(executor))
-    else:
-        crew = nullcontext(Processes(workers) if workers else None)
-    with crew as chosen:
-        token = _crew.set(chosen)
+        connection = connected(cluster)
+    with connection as found:
+        token = _chosen.set(workers if found is None else found)
         try:
             yield
         finally:
-            _crew.reset(token)
+            _chosen.reset(token)
+
+
+def _executor(count: int) -> AbstractContextManager[Executor]:
+    """Who carries out so many jobs: of this machine, a single one runs in this process."""
+    chosen = _chosen.get()
+    if chosen is not None and not isinstance(chosen, int):
+        return nullcontext(chosen)
+    workers = min(chosen or processors(), count)
+    return ProcessExecutor(workers) if workers > 1 else InlineExecutor()
 
 
 def processors() -> int:
@@ -154,18 +162,19 @@ def carry_out(
         Called with each job as it ends. What it returns is carried out too; an exception that it
         raises ends all. One that a job raised is its outcome, and of those that need it.
     """
-    crew = _crew.get() or Processes(processors())
-    work = _Work(jobs, ended, progress)
-    with crew.at_work(len(work.jobs), work.told) as hands:
-        while work.waiting or work.running:
-            work.begin(hands)
-            done, _ = wait(work.running, timeout=_LOOK, return_when=FIRST_COMPLETED)
-            hands.look()
-            for future in done:
-                work.finish(hands, future)
+    work = _Schedule(jobs, ended, progress)
+    with _executor(len(work.waiting)) as executor:
+        try:
+            while work.waiting or work.running:
+                work.begin(executor)
+                if work.running:
+                    work.wait()
+        finally:
+            for future in work.running:
+                future.cancel()
 
 
-class _Work:
+class _Schedule:
     """What is left to do, what runs, and what has ended and is needed still."""
 
     def __init__(
@@ -173,89 +182,95 @@ class _Work:
         progress: Progress | None,
     ) -> None:  # fmt: skip
         self.tell_ended, self.progress = ended, progress
-        self.jobs: list[Job] = []
         self.names: set[str] = set()
-        self.tries: list[int] = []
-        self.waiting: list[int] = []
-        self.running: dict[Future[Any], int] = {}
+        self.waiting: list[Job] = []
+        self.running: dict[Future[Outcome], Job] = {}
+        # Not `concurrent.futures.wait`: an interrupt in the middle of it leaves futures locked.
+        self.done: SimpleQueue[Future[Outcome]] = SimpleQueue()
         self.outcomes: dict[Job, Outcome] = {}
         self.add(jobs)
 
     def add(self, jobs: Iterable[Job]) -> None:
         for job in jobs:
-            self.waiting.append(len(self.jobs))
-            self.jobs.append(job)
-            self.tries.append(0)
-            if self.progress is not None and job.name not in self.names:
-                self.progress(job.name, WAITING, 0.0)
+            self.waiting.append(job)
+            if job.name not in self.names:
+                self.report(job, WAITING, 0.0)
             self.names.add(job.name)
 
-    def told(self, i: int, stage: str, t: float) -> None:
+    def report(self, job: Job, stage: str, t: float) -> None:
         if self.progress is not None:
-            job = self.jobs[i]
             self.progress(job.name, stage, min(t / job.duration, 1.0))
 
-    def begin(self, hands: Hands) -> None:
+    def begin(self, executor: Executor) -> None:
         """Begin what can begin, the first ones first."""
-        for i in list(self.waiting):
-            if not hands.free():
-                return
-            job = self.jobs[i]
+        for job in list(self.waiting):
             needed = [x for x in job.arguments if isinstance(x, Job)]
             if any(x not in self.outcomes for x in needed):
                 continue
-            self.waiting.remove(i)
+            self.waiting.remove(job)
             failed = (self.outcomes[x] for x in needed if self.outcomes[x].error is not None)
-            found = next(failed, None)
-            if found is None and job.kept is not None:
-                found = job.kept.get()
-            if found is None:
-                self.submit(hands, i)
-            else:
+            if (found := next(failed, None) or job.load()) is not None:
                 _log.info("%s: is there from before, or cannot be", job.words)
                 self.end(job, found)
+            elif self.submit(executor, job).done():
+                # What an executor does at once is known before the next is begun.
+                return
 
-    def submit(self, hands: Hands, i: int) -> None:
-        job = self.jobs[i]
+    def submit(self, executor: Executor, job: Job) -> Future[Outcome]:
         arguments = tuple(
             self.outcomes[x].value if isinstance(x, Job) else x for x in job.arguments
         )
-        self.tries[i] += 1
         _log.info("%s: begins", job.words)
-        self.running[hands.submit(i, job.work, arguments)] = i
-
-    def finish(self, hands: Hands, future: Future[Any]) -> None:
-        i = self.running.pop(future)
-        job = self.jobs[i]
+        token = reporting.set(partial(self.report, job))
         try:
-            outcome: Outcome = future.result()
+            future = executor.submit(run_job, job.work, arguments)
+        finally:
+            reporting.reset(token)
+        self.running[future] = job
+        future.add_done_callback(self.done.put)
+        return future
+
+    def wait(self) -> None:
+        """Until a job is over, or for a moment; progress is passed on."""
+        try:
+            over = self.done.get(timeout=_LOOK)
+        except Empty:
+            over = None
+        for future, job in self.running.items():
+            if isinstance(future, ProgressFuture) and future.progress is not None:
+                progress, future.progress = future.progress, None
+                self.report(job, *progress)
+        if over is not None:
+            self.finish(over)
+
+    def finish(self, future: Future[Outcome]) -> None:
+        job = self.running.pop(future)
+        try:
+            outcome = future.result()
+        except BrokenExecutor:
+            said = (
+                f"{job.words}: its process ended every time, out of memory, from outside, or "
+                'as it read a script that begins this outside of: if __name__ == "__main__"'
+            )
+            outcome = Outcome(None, error=WorkerLostError(said))
+        except WorkerLostError:
+            # No other job has workers either.
+            raise
         except Exception as e:
-            if not hands.is_lost(e):
-                e.add_note(f"in {job.words}")
-                outcome = Outcome(None, error=e)
-            elif self.tries[i] < hands.tries:
-                _log.info("%s: its process ended", job.words)
-                self.submit(hands, i)
-                return
-            else:
-                said = (
-                    f"{job.words}: its process ended every time, out of memory, from outside, or "
-                    'as it read a script that begins this outside of: if __name__ == "__main__"'
-                )
-                outcome = Outcome(None, error=WorkerLostError(said))
-        if outcome.error is None and job.kept is not None:
-            job.kept.put(outcome)
+            e.add_note(f"in {job.words}")
+            outcome = Outcome(None, error=e)
+        if outcome.error is None:
+            job.store(outcome)
         how = "failed" if outcome.error else f"done, {outcome.seconds:.2f} s of processor time"
         _log.info("%s: %s", job.words, how)
         self.end(job, outcome)
 
     def end(self, job: Job, outcome: Outcome) -> None:
         self.outcomes[job] = outcome
-        if self.progress is not None and outcome.error is None:
+        if outcome.error is None:
             for stage in job.stages:
-                self.progress(job.name, stage, 1.0)
+                self.report(job, stage, job.duration)
         self.add(self.tell_ended(job, outcome))
-        # What nothing needs any more is let go, but for what is resubmitted if it is lost.
-        left = (*self.waiting, *self.running.values())
-        needed = {x for i in left for x in self.jobs[i].arguments if isinstance(x, Job)}
+        # What nothing needs any more is let go.
+        needed = {x for job in self.waiting for x in job.arguments if isinstance(x, Job)}
         self.outcomes = {x: o for x, o in self.outcomes.items() if x in needed}

@@ -4,20 +4,16 @@ from __future__ import annotations
 
 import hashlib
 import json
-import pickle
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 from heyoka_bike.errors import InputError
-from heyoka_bike.system.files import replace_file
-from heyoka_bike.system.jobs import Outcome
 from heyoka_bike.system.versions import versions
 
 SUFFIX = ".unfinished"
 _LOCK = "lock"
-_HASH = hashlib.sha256
 
 
 @contextmanager
@@ -37,11 +33,11 @@ def unfinished(folder: Path) -> Iterator[Unfinished]:
     try:
         place.mkdir(parents=True, exist_ok=True)
         with FileLock(place / _LOCK, timeout=0):
-            kept = Unfinished(place)
+            results = Unfinished(place)
             try:
-                yield kept
+                yield results
             finally:
-                if not len(kept):
+                if not len(results):
                     # Windows lets nobody remove a file that is open: there the lock does it.
                     with suppress(PermissionError):
                         (place / _LOCK).unlink()
@@ -61,11 +57,11 @@ class Unfinished:
     def __init__(self, place: Path) -> None:
         self.place = place
 
-    def at(self, *parts: Any) -> KeptFile:
-        """The place of a result that follows from these parts, which JSON can write."""
+    def at(self, *parts: Any) -> Path:
+        """The file of a result that follows from these parts, which JSON can write."""
         # And from versions.
         text = json.dumps([versions(), *parts], sort_keys=True)
-        return KeptFile(self.place / _HASH(text.encode()).hexdigest())
+        return self.place / hashlib.sha256(text.encode()).hexdigest()
 
     def clear(self) -> None:
         """Nothing of it is needed any more, nor what other inputs or versions have left."""
@@ -77,26 +73,3 @@ class Unfinished:
     def __len__(self) -> int:
         """How many results there are."""
         return sum(file.name != _LOCK for file in self.place.iterdir())
-
-
-class KeptFile:
-    """A result in a file whose first bytes are the hash of the others."""
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
-
-    def get(self) -> Outcome | None:
-        """See `jobs.Kept`; what is not whole is not there."""
-        with suppress(OSError):
-            data = self.path.read_bytes()
-            size = _HASH().digest_size
-            if _HASH(data[size:]).digest() == data[:size]:
-                found: Outcome = pickle.loads(data[size:])
-                return found
-        return None
-
-    def put(self, outcome: Outcome) -> None:
-        """See `jobs.Kept`; where there is no room for it, it is made again another time."""
-        data = pickle.dumps(outcome)
-        with suppress(OSError):
-            replace_file(self.path, _HASH(data).digest() + data)

@@ -12,7 +12,7 @@ from heyoka_bike.scoring.findings import Severity
 from heyoka_bike.scoring.measures import TOLERANCE
 from heyoka_bike.scoring.report import ManeuverScore, Report, Requirement
 from heyoka_bike.scoring.requirements import OF_COLUMN, Parsed, parse
-from heyoka_bike.showing.formats import wording as words
+from heyoka_bike.showing import wording as words
 
 # pytest puts nothing in front of the lines, and terminals have 80 columns at least, mostly more.
 _WIDTH = 96

@@ -18,7 +18,7 @@ from heyoka_bike.scoring.diagnosis.diagnose import diagnosed
 from heyoka_bike.scoring.report import WHOLE, Report
 from heyoka_bike.scoring.requirements import OF_COLUMN, OF_MANEUVER, check, parse
 from heyoka_bike.scoring.score import score
-from heyoka_bike.showing.formats import wording as words
+from heyoka_bike.showing import wording as words
 from heyoka_bike.testing.failure import failure
 
 # Of these more is better; of all other metrics less.

@@ -103,7 +103,7 @@ def test_the_strict_number_refuses_a_literal():
 
 
 @pytest.mark.parametrize("precision", ["binary64", "longdouble", "binary128", 70])
-@pytest.mark.parametrize("is_regular", [False, True])
+@pytest.mark.parametrize("is_regular", [pytest.param(False, marks=pytest.mark.proof), True])
 def test_accelerations_agree_with_mpmath(bicycle, precision, is_regular):
     p = Precision.of(precision)
     native = Native(p)

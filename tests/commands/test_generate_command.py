@@ -8,12 +8,14 @@ import signal
 import subprocess
 import sys
 import time
+from fractions import Fraction
 from pathlib import Path
 
 import pytest
 
 from heyoka_bike.cli import main
 from heyoka_bike.errors import DatasetError
+from heyoka_bike.motion import endings
 from heyoka_bike.reference.load import load_reference
 from heyoka_bike.reference.manifest import read_file, read_manifest, render, write_set
 
@@ -56,11 +58,16 @@ def test_writes_a_set_that_loads(short_set, reference):
         assert loaded[1].rows.lo[name].tolist() == reference[1].rows.lo[name][:4].tolist()
 
 
-def test_same_bytes_again_and_nothing_touched(short_set, tmp_path, capsys):
+def test_same_bytes_again_nothing_touched_and_quiet_when_not_a_terminal(short_set, tmp_path):
     before = {p.name: (p.read_bytes(), p.stat().st_mtime_ns) for p in short_set.iterdir()}
-    arguments = ["generate", "--maneuvers", write(tmp_path), "--out", str(short_set)]
-    assert main(arguments) == 0
-    assert "nothing written" in capsys.readouterr().out
+    run = subprocess.run(
+        [sys.executable, "-m", "heyoka_bike", "generate", "--maneuvers", write(tmp_path),
+         "--out", str(short_set)],
+        capture_output=True, text=True, timeout=300, check=True,
+    )  # fmt: skip
+    assert run.stderr == ""
+    assert "max |E - E0| / E0" in run.stdout
+    assert "nothing written" in run.stdout
     after = {p.name: (p.read_bytes(), p.stat().st_mtime_ns) for p in short_set.iterdir()}
     assert after == before
 
@@ -70,16 +77,6 @@ def test_more_digits_leave_the_published_numbers_as_they_are(short_set, tmp_path
     arguments = ["generate", "--maneuvers", write(tmp_path), "--out", str(tmp_path / "out")]
     assert main([*arguments, "--digits", "90"]) == 0
     assert read_manifest(tmp_path / "out").content_sha256 == read_manifest(short_set).content_sha256
-
-
-def test_is_quiet_when_not_a_terminal(tmp_path):
-    run = subprocess.run(
-        [sys.executable, "-m", "heyoka_bike", "generate", "--maneuvers", write(tmp_path),
-         "--out", str(tmp_path / "out")],
-        capture_output=True, text=True, timeout=300, check=True,
-    )  # fmt: skip
-    assert run.stderr == ""
-    assert "max |E - E0| / E0" in run.stdout
 
 
 def test_refuses_another_version_and_other_inputs(short_set, tmp_path, capsys):
@@ -133,6 +130,19 @@ def test_unwritable_output_is_one_line(tmp_path, capsys):
     assert error.count("\n") == 1
 
 
+def test_what_ends_early_is_kept_marked_and_said(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(endings, "LONGEST", Fraction(1))
+    out = tmp_path / "out"
+    arguments = ["--maneuvers", write(tmp_path), "--out", str(out), "--workers", "1"]
+    assert main(["generate", *arguments, "--until", "fall"]) == 4
+    error = capsys.readouterr().err
+    assert "stopped early: a: " in error
+    assert error.count("\n") == 1
+    (maneuver,) = load_reference(out).values()
+    assert maneuver.name == "a, no fall within 1 s"
+
+
+@pytest.mark.slow
 def test_a_singular_motion_is_reported_with_its_time_and_kept_up_to_it(tmp_path, capsys):
     fall = SHORT.replace('"0.03"', '"10"').replace('"0.05"', '"5"') + 'roll = "1.4"\n'
     out = tmp_path / "out"

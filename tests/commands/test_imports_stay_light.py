@@ -8,30 +8,42 @@ from support.without_packages import HEAVY, python
 
 from heyoka_bike.system.resources import data_folder
 
-
-def test_the_reader_needs_numpy_and_h5py_only():
-    code = """
-from heyoka_bike import load_reference, load_sensitivities
-r = load_reference()
-print(r[2].evaluate("0.07")["roll_angle"])
-load_sensitivities()[2].evaluate([0.07])
-"""
-    run = python(code, HEAVY)
-    assert run.returncode == 0, run.stderr
-    assert float(run.stdout) == pytest.approx(0.03396573763788303, abs=0)
-
-
 RESULTS = str(data_folder() / "peers" / "exudyn-h0.001.txt")
 
 
-@pytest.mark.parametrize(
-    "arguments",
-    [["linear", "--speeds", "5"], ["--help"], ["score", RESULTS]],
-)
-def test_commands_work_without_heyoka(arguments):
-    code = f"import sys; from heyoka_bike.cli import main; sys.exit(main({arguments!r}))"
-    run = python(code, {"heyoka"})
+def test_reading_a_reference_and_scoring_need_numpy_and_h5py_only():
+    code = f"""
+from heyoka_bike import load_reference, load_sensitivities
+from heyoka_bike.cli import main
+for name in ("table", "json", "csv", "junit", "html"):
+    assert main(["score", {RESULTS!r}, "--format", name]) == 0
+r = load_reference()
+load_sensitivities()[2].evaluate([0.07])
+print()
+print(r[2].evaluate("0.07")["roll_angle"])
+"""
+    run = python(code, HEAVY)
+    assert (run.returncode, run.stderr) == (0, "")
+    assert float(run.stdout.splitlines()[-1]) == pytest.approx(0.03396573763788303, abs=0)
+
+
+def test_without_heyoka_commands_work_or_say_that_they_need_it():
+    works = [["linear", "--speeds", "5"], ["score", RESULTS]]
+    needs = [["generate"], ["bench"], ["verify", "--rerun"]]
+    code = f"""
+from heyoka_bike.cli import main
+for arguments in {works!r}:
+    assert main(arguments) == 0, arguments
+for arguments in {needs!r}:
+    assert main(arguments) == 1, arguments
+"""
+    run = python(code, {"heyoka", "llvmlite", "filelock"})
     assert run.returncode == 0, run.stderr
+    lines = run.stderr.splitlines()
+    assert len(lines) == len(needs)
+    for line in lines:
+        assert "heyoka is not installed" in line
+        assert "pip install 'heyoka_bike[generate]' on Linux, or conda install heyoka.py" in line
 
 
 def test_fast_runs_work_without_heyoka():
@@ -48,16 +60,6 @@ print(simulate(2)["roll_angle"][-1], Ensemble().ends([[0, 0, 0.5, 0, 4.6]], 10.0
     assert "simulate needs it (pip install 'heyoka_bike[generate]')" in missing.stderr
 
 
-@pytest.mark.parametrize("arguments", [["generate"], ["bench"], ["verify", "--rerun"]])
-def test_commands_that_need_heyoka_say_so(arguments):
-    code = f"import sys; from heyoka_bike.cli import main; sys.exit(main({arguments!r}))"
-    run = python(code, {"heyoka", "llvmlite", "filelock"})
-    assert run.returncode == 1
-    assert "heyoka is not installed" in run.stderr
-    assert "pip install 'heyoka_bike[generate]' on Linux, or conda install heyoka.py" in run.stderr
-    assert run.stderr.count("\n") == 1
-
-
 def test_output_that_cannot_be_written_is_no_internal_error():
     command = f"{sys.executable} -m heyoka_bike linear"
     for shell, code in (
@@ -72,26 +74,14 @@ def test_output_that_cannot_be_written_is_no_internal_error():
 
 
 def test_help_imports_nothing_heavy():
-    code = """
+    code = f"""
 import sys
 from heyoka_bike.cli import parser
 parser()
-print(sorted({m.partition(".")[0] for m in sys.modules} & %r))
+print(sorted({{m.partition(".")[0] for m in sys.modules}} & {HEAVY | {"numpy", "h5py"}!r}))
 """
-    run = python(code % (HEAVY | {"numpy", "h5py"}))
+    run = python(code)
     assert run.stdout.strip() == "[]", run.stderr
-
-
-@pytest.mark.parametrize("name", ["table", "json", "csv", "junit", "html"])
-def test_scoring_needs_little(name):
-    code = f"""
-import sys
-from heyoka_bike.cli import main
-sys.exit(main(["score", {RESULTS!r}, "--format", {name!r}]))
-"""
-    run = python(code, HEAVY)
-    assert run.returncode == 0, run.stderr
-    assert run.stderr == ""
 
 
 def test_a_score_imports_what_it_uses():

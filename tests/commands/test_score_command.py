@@ -226,15 +226,15 @@ def test_standard_input_is_read(tmp_path):
         ([], 1, "FILE"),
     ],
 )
-def test_bad_usage_is_one_line(arguments, code, says):
-    found = subprocess.run(
-        [sys.executable, "-m", "heyoka_bike", "score", *arguments],
-        capture_output=True, text=True, stdin=subprocess.DEVNULL, timeout=60,
-    )  # fmt: skip
-    assert found.returncode == code, found.stderr
-    assert found.stderr.count("\n") == 1
-    assert says in found.stderr
-    assert found.stdout == ""
+def test_bad_usage_is_one_line(capsys, arguments, code, says):
+    try:
+        found, out, err = run(*arguments, capsys=capsys)
+    except SystemExit as refused:  # by the parser
+        found, (out, err) = refused.code, capsys.readouterr()
+    assert found == code, err
+    assert err.count("\n") == 1
+    assert says in err
+    assert out == ""
 
 
 def test_nothing_to_score_is_exit_code_2(capsys, tmp_path):

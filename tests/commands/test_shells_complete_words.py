@@ -39,7 +39,7 @@ def completion(shell, capsys):
         ("heyoka-bike score --re", {"--require", "--reference"}),
         ("heyoka-bike score my-f", {"my-file.txt", "my-folder"}),
         ("heyoka-bike score --reference my", {"my-folder"}),
-        ("heyoka-bike plot --figure over", {"overview"}),
+        ("heyoka-bike plot --figure stab", {"stability"}),
         ("heyoka-bike generate --bicycle my-b", {"my-bicycle.toml"}),
     ],
 )

@@ -20,7 +20,7 @@ from heyoka_bike.errors import did_you_mean
         (["export", "--format", "jsn"], "--format: found 'jsn', expected one of c, fortran"),
         (["export", "--format", "jsn"], "did you mean json?"),
         (["verify", "--format", "jsno"], "expected table or json; did you mean json?"),
-        (["plot", "--figure", "overveiw"], "did you mean overview?"),
+        (["plot", "--figure", "stabilty"], "did you mean stability?"),
         (["score", "x.txt", "--format", "tableau"], "did you mean table?"),
         (["score", "x.txt", "--require", "max_abs_eror < 1"], "did you mean max_abs_error?"),
         (["score", "x.txt", "--require", "roll_agle.scd > 1"], "did you mean roll_angle?"),

@@ -8,6 +8,8 @@ import pytest
 
 pytest.importorskip("heyoka")
 
+pytestmark = pytest.mark.proof
+
 CODE = """
 import heyoka
 from fractions import Fraction

@@ -75,7 +75,7 @@ def test_commands_of_pages_that_are_not_run_by_the_site_work(folder, tmp_path, m
         assert command == "heyoka-bike"
         assert main(arguments) == 0, line
     assert {p.name for p in tmp_path.iterdir()} >= {
-        "uncontrolled-bicycle.html", "replay.html", "maneuver-2.gif",
+        "uncontrolled-bicycle.html", "replay.html", "two.html",
     }  # fmt: skip
 
 

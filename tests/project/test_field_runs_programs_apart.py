@@ -159,6 +159,7 @@ def test_a_file_is_shortened_to_the_digits_that_are_right(reference):
     assert asked.judge(asked.text(rows, [4] * 24), reference)["digits"] < 4
 
 
+@pytest.mark.proof
 def test_a_set_that_is_not_there_is_one_line(tmp_path):
     code, _, err = field("linear", "--problem", "H4", "--sets", tmp_path)
     assert code == 2
@@ -198,6 +199,7 @@ def test_a_program_is_run_scored_and_kept(tmp_path):
     assert path.read_text() == before
 
 
+@pytest.mark.proof
 def test_an_unknown_program_is_one_line():
     code, _, err = field("mujocco")
     assert code == 2

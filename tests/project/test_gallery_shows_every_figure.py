@@ -6,6 +6,7 @@ import pytest
 
 pytest.importorskip("PIL")
 
+import figures
 from gallery import IMAGES, PAGE, SHOTS, entries
 
 from heyoka_bike.showing.figures import FIGURES
@@ -21,10 +22,18 @@ def test_every_figure_of_plot_is_there():
     assert {w[1] for w in words} >= {"plot", "score", "animate", "leaderboard", "atlas"}
 
 
+def test_every_figure_of_the_pages_is_there():
+    words = [shlex.split(line) for block in entries().values() for line in block.splitlines()]
+    drawn = {w[2] for w in words if w[:2] == ["python", "docs/_site/figures"]}
+    assert drawn == figures.FIGURES.keys()
+
+
 def test_every_command_makes_the_picture_below_it():
     for name, block in entries().items():
         suffix = ".html" if name in SHOTS else ".png"
-        assert block.rstrip().endswith(f"-o {name}{suffix}")
+        *_, option, file = block.split()
+        assert file == f"{name}{suffix}"
+        assert option in ("-o", name)
 
 
 def test_pictures_are_those_of_the_page_and_small():

@@ -68,6 +68,7 @@ def test_names_do_not_depend_on_how_python_runs(option):
     assert run.stdout.split() == heyoka_bike.__all__, run.stderr
 
 
+@pytest.mark.proof
 def test_type_checkers_see_the_names(tmp_path):
     pytest.importorskip("mypy")
     code = "import heyoka_bike as h\n" + "".join(f"reveal_type(h.{name})\n" for name in PUBLIC)

@@ -39,32 +39,15 @@ def test_the_pages_that_are_left_out_have_python():
     assert "docs/reference/python.md" in set(WITH_PYTHON) - set(ELSEWHERE)
 
 
-def is_long(code):
-    """Whether a block takes ten seconds; it has to stand alone."""
-    return "diagnose(" in code
-
-
-RUN = sorted(set(WITH_PYTHON) - set(ELSEWHERE))
-
-
-@pytest.mark.parametrize("name", RUN)
-def test_blocks_run(name, tmp_path):
-    run([code for code in blocks(WITH_PYTHON[name]) if not is_long(code)], name, tmp_path)
-
-
 @pytest.mark.proof
-@pytest.mark.parametrize("name", [n for n in RUN if any(map(is_long, blocks(WITH_PYTHON[n])))])
-def test_long_blocks_run(name, tmp_path):
-    run(filter(is_long, blocks(WITH_PYTHON[name])), name, tmp_path)
-
-
-def run(codes, name, folder):
-    """Run blocks in turn in one namespace, in a folder with what the site's builder has there."""
-    shutil.copytree(ROOT / "data", folder / "data")
-    shutil.copyfile(ROOT / "data" / "peers" / "exudyn-h0.001.txt", folder / "my-results.txt")
+@pytest.mark.parametrize("name", sorted(set(WITH_PYTHON) - set(ELSEWHERE)))
+def test_blocks_run(name, tmp_path):
+    """In turn in one namespace, in a folder with what the site's builder has there."""
+    shutil.copytree(ROOT / "data", tmp_path / "data")
+    shutil.copyfile(ROOT / "data" / "peers" / "exudyn-h0.001.txt", tmp_path / "my-results.txt")
     namespace = {"__name__": "page"}
-    with chdir(folder):
-        for number, code in enumerate(codes, start=1):
+    with chdir(tmp_path):
+        for number, code in enumerate(blocks(WITH_PYTHON[name]), start=1):
             try:
                 exec(compile(code, f"{name}, block {number}", "exec"), namespace)
             except Exception as error:

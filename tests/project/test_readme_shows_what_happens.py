@@ -6,8 +6,6 @@ import shlex
 import pytest
 
 from heyoka_bike.cli import main
-from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
-from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.system.resources import data_folder
 
 ROOT = data_folder().parent
@@ -40,16 +38,6 @@ def test_the_scored_tables_are_printed_by_the_command_above_them(
     verdict = " ".join(shown[: shown.index(table[0])])
     assert " ".join(verdict.split()) in " ".join(" ".join(printed).split())
     assert (tmp_path / "report.html").exists()
-
-
-@pytest.mark.parametrize(
-    "name", ["README.md", "docs/start.md", "docs/diagnosis.md", "docs/reference/mistakes.md"]
-)
-def test_the_number_of_mistakes_is_that_of_the_library(name):
-    text = " ".join((ROOT / name).read_text(encoding="utf-8").split())
-    assert set(re.findall(r"(\S+) usual mistakes", text)) == {
-        str(len(MISTAKES) + len(EQUATION_MISTAKES))
-    }
 
 
 def test_the_numbers_of_the_field_are_those_of_its_page():

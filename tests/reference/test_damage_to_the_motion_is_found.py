@@ -9,7 +9,7 @@ from support.made_sets import accept
 from heyoka_bike.cli import main
 from heyoka_bike.reference.layout import content_sha256
 
-pytestmark = pytest.mark.proof
+pytestmark = [pytest.mark.proof, pytest.mark.usefixtures("keep_proofs")]
 
 
 @pytest.fixture
@@ -32,8 +32,12 @@ def run(capsys, *arguments):
     return code, capsys.readouterr().err
 
 
+def certify(capsys, folder):
+    return run(capsys, "certify", folder, "--workers", "1")
+
+
 def test_the_whole_set_is_proved(copy, capsys):
-    assert run(capsys, "certify", copy) == (0, "")
+    assert certify(capsys, copy) == (0, "")
 
 
 @pytest.mark.parametrize(
@@ -48,7 +52,7 @@ def test_the_whole_set_is_proved(copy, capsys):
 )
 def test_certify_names_a_changed_number(copy, capsys, dataset, index, factor, fragment):
     change(copy, dataset, index, factor)
-    code, error = run(capsys, "certify", copy)
+    code, error = certify(capsys, copy)
     assert code == 3
     assert fragment in error
 

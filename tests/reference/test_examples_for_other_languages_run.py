@@ -56,6 +56,7 @@ def commands(path):
 
 
 # One percent on everything, against scd >= 6.
+@pytest.mark.proof
 @pytest.mark.parametrize(
     ("name", "starter", "tools", "old", "new"),
     [

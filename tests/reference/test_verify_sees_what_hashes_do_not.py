@@ -26,9 +26,9 @@ ULP = 2.0**-52
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory):
+def whole(made_once):
     """One maneuver of 15 rows and several dense pieces."""
-    return make(tmp_path_factory.mktemp("small"), ("0.7", "0.05"))
+    return made_once("whole-set", lambda place: make(place, ("0.7", "0.05"))) / "set"
 
 
 @pytest.fixture

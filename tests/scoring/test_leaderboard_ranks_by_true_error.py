@@ -39,11 +39,14 @@ def entry(folder, change=lambda text: text, file=None):
     return path
 
 
-def test_published_submissions_are_ranked_as_score_sees_them(capsys):
-    assert main(["leaderboard", str(RESULTS), "--format", "json"]) == 0
+@pytest.mark.parametrize("of", ["two", pytest.param("all", marks=pytest.mark.proof)])
+def test_published_submissions_are_ranked_as_score_sees_them(folder, capsys, of):
+    submissions = RESULTS if of == "all" else folder
+    assert main(["leaderboard", str(submissions), "--format", "json"]) == 0
     board = json.loads(capsys.readouterr().out)
     assert board["refused"] == []
     (h1,) = (p for p in board["problems"] if p["problem"] == "H1")
+    assert len(h1["entries"]) >= 2
     digits = [e["scd"] for e in h1["entries"]]
     assert digits == sorted(digits, reverse=True)
     for e in h1["entries"]:

@@ -18,9 +18,8 @@ from heyoka_bike.errors import BicycleError, Exit
 from heyoka_bike.reference.load import load_reference
 from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.series import score_files
-from heyoka_bike.showing.formats import csv as as_csv
-from heyoka_bike.showing.formats import html, junit, table
 from heyoka_bike.showing.formats import json as as_json
+from heyoka_bike.showing.formats.output import render
 
 # A hang is what this is to find, not a slow machine.
 pytestmark = pytest.mark.timeout(300)
@@ -183,7 +182,7 @@ def check(raw, path, renderers=(as_json.render,)):
 
 
 def everything(scored):
-    return [table.render(scored, 100, False), *(m.render(scored) for m in (html, junit, as_csv))]
+    return [render(scored, name) for name in ("table", "html", "junit", "csv")]
 
 
 def test_the_undamaged_files_are_scored(tmp_path):

@@ -21,8 +21,11 @@ def shifted(results, shift):
     return Results(results.path, results.format, tuple(parts), results.significant_digits)
 
 
-@pytest.mark.parametrize("shift", [1.0, -1.0, 0.37, -0.05, 2.5, 1 / 3])
-@pytest.mark.parametrize("name", ["scipy-rtol1e-7.txt", "exudyn-h0.001.txt"])
+@pytest.mark.parametrize(
+    ("name", "shift"),
+    [*(("scipy-rtol1e-7.txt", x) for x in (1.0, -0.05, 1 / 3)),
+     *(("exudyn-h0.001.txt", x) for x in (-1.0, 0.37, 2.5))],
+)  # fmt: skip
 def test_the_constant_is_found(reference, name, shift):
     report = score(shifted(read_results(PEERS / name), shift), reference)
     (found,) = [f for f in report.findings if f.code == "time_shifted"]

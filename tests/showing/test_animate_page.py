@@ -115,6 +115,7 @@ def test_the_address_opens_a_moment(pages, reference, tmp_path, name):
         assert found["steer"][2] == pytest.approx(difference, rel=0.05)
 
 
+@pytest.mark.proof
 @browser
 def test_it_plays_unless_motion_is_not_wanted(pages, tmp_path):
     dom, complaints = look(pages["plain"], tmp_path)
@@ -125,12 +126,14 @@ def test_it_plays_unless_motion_is_not_wanted(pages, tmp_path):
     assert clock(look(pages["plain"], tmp_path, "#t=5")[0]) == 5
 
 
+@pytest.mark.proof
 @browser
 def test_errors_of_a_page_would_be_seen(tmp_path, pages):
     broken = pages["plain"].replace("const draw = () => {", "const draw = () => { nothing();")
     assert look(broken, tmp_path)[1] != []
 
 
+@pytest.mark.proof
 @browser
 def test_nothing_is_wider_than_the_window(pages, tmp_path):
     found = widths(pages["compared"], tmp_path, "#t=3&maneuver=3&exaggerate=20")
@@ -140,7 +143,13 @@ def test_nothing_is_wider_than_the_window(pages, tmp_path):
 
 
 @browser
-@pytest.mark.parametrize("camera", ["follow", "side", "behind", "above", "rider"])
+@pytest.mark.parametrize(
+    "camera",
+    [
+        "follow",
+        *(pytest.param(x, marks=pytest.mark.proof) for x in ("side", "behind", "above", "rider")),
+    ],
+)
 def test_the_scene_shows_a_bicycle(pages, tmp_path, camera):
     image = pytest.importorskip("matplotlib.image")
     picture = tmp_path / "picture.png"

@@ -8,7 +8,8 @@ from support.without_packages import python
 from heyoka_bike import display
 from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.reference.values import Values
-from heyoka_bike.showing.views.card import card, head, plain_table
+from heyoka_bike.showing.document import TableBlock
+from heyoka_bike.showing.document.notebook import head, render
 from heyoka_bike.workbench.fast.simulate import simulate
 
 COLUMNS = ["roll_angle", "steer_angle"]
@@ -101,7 +102,7 @@ def test_names_are_text_not_markup():
     times = np.array([0.0, 1.0])
     pieces = (
         shown(Values({hostile: times}, {}, time=times)),
-        Page(card(head(hostile, hostile), plain_table([hostile], [[hostile]], hostile))),
+        Page(render([*head(hostile, hostile), TableBlock([hostile], [[hostile]], hostile)])),
     )
     for page in pieces:
         assert "b" not in {tag for tag, attrs in page.tags if attrs}
@@ -121,7 +122,7 @@ def every_view():
 def test_every_class_names_a_view_that_is_there():
     for c, name in every_view().items():
         view = display.shown_by(f"views.{name}")
-        assert callable(view.html), c
+        assert callable(view.blocks), c
         is_one_line = any("__repr__" in vars(b) for b in c.__mro__ if b is not display.Displayed
                           and issubclass(b, display.Displayed))  # fmt: skip
         assert is_one_line or callable(view.text), c

@@ -16,10 +16,10 @@ TABLE = np.loadtxt(FILE)
 
 def test_a_figure_is_given_or_written_as_the_command_does(tmp_path):
     pytest.importorskip("matplotlib")
-    figure = hb.plot("bicycle")
+    figure = hb.plot("stability")
     assert figure._repr_png_().startswith(b"\x89PNG")
-    (path,) = hb.plot("bicycle", tmp_path / "python.svg")
-    assert main(["plot", "--figure", "bicycle", "-o", str(tmp_path / "command.svg")]) == 0
+    (path,) = hb.plot("stability", tmp_path / "python.svg")
+    assert main(["plot", "--figure", "stability", "-o", str(tmp_path / "command.svg")]) == 0
     assert path.read_bytes() == (tmp_path / "command.svg").read_bytes()
 
 

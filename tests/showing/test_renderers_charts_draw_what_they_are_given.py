@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from heyoka_bike.scoring.score import score
-from heyoka_bike.showing.formats import axis
-from heyoka_bike.showing.formats.chart import Level, Line, chart
-from heyoka_bike.showing.formats.charts import run_time
-from heyoka_bike.showing.formats.decimate import envelope, highest
+from heyoka_bike.showing.charts import axis
+from heyoka_bike.showing.charts.chart import Level, Line, chart
+from heyoka_bike.showing.charts.decimate import envelope, highest
+from heyoka_bike.showing.charts.maneuver import run_time
 from heyoka_bike.system.resources import data_folder
 
 

@@ -10,8 +10,8 @@ import pytest
 from support import sample_reports
 from support.pages import Page
 
-from heyoka_bike.showing.formats import html
-from heyoka_bike.showing.formats.origin import Origin
+from heyoka_bike.showing.formats.origin import UNKNOWN, Origin
+from heyoka_bike.showing.formats.output import render as rendered
 from heyoka_bike.version import __version__
 
 SAMPLES = (
@@ -21,9 +21,13 @@ SAMPLES = (
 HEAVY = {"h5py", "heyoka", "flint", "mpmath", "scipy", "matplotlib", "rich", "plotly"}
 
 
+def render(scored, made=UNKNOWN):
+    return rendered(scored, "html", made)
+
+
 @pytest.fixture(scope="module")
 def pages():
-    return {name: html.render(getattr(sample_reports, name)()) for name in SAMPLES}
+    return {name: render(getattr(sample_reports, name)()) for name in SAMPLES}
 
 
 @pytest.fixture(scope="module")
@@ -124,10 +128,10 @@ def test_true_error_leads_and_eq_1_is_a_remark(pages):
 def test_right_in_part_is_not_shown_as_right():
     report = sample_reports.sample(1e-9)
     first, *rest = report.maneuvers
-    assert '<p class="verdict right">' in html.render(report)
+    assert '<p class="verdict right">' in render(report)
     for coverage, style in ((0.5, "close"), (0.995, "right")):
         short = (replace(first, coverage=coverage), *rest)
-        assert f'<p class="verdict {style}">' in html.render(replace(report, maneuvers=short))
+        assert f'<p class="verdict {style}">' in render(replace(report, maneuvers=short))
 
 
 @pytest.mark.parametrize("name", SAMPLES)
@@ -152,12 +156,12 @@ def test_every_mark_is_explained_and_nothing_needs_a_pointer(pages, parsed, name
 def test_the_foot_says_where_a_page_comes_from(parsed):
     made = Origin("2026-11-22 09:30 UTC", "heyoka-bike score 'a b.txt' -o <x>.html")
     report = sample_reports.sample()
-    text = html.render(report, made)
+    text = render(report, made)
     foot = Page(text[text.index("<footer>") : text.index("</footer>") + 9]).text
     for part in (made.date, made.command, f"heyoka_bike {__version__}", report.dataset_version):
         assert part in foot
     assert report.reference_sha256 in foot
-    assert text == html.render(sample_reports.sample(), made)
+    assert text == render(sample_reports.sample(), made)
 
 
 def test_tables_hold_every_score(pages):
@@ -292,7 +296,7 @@ def test_a_series_is_drawn_against_steps_and_times(pages):
     slopes = [slope(g, by_step[0]) for g in re.findall('class="guide" d="([^"]*)"', by_step[0])]
     assert slopes == pytest.approx([3, 4, 5], rel=0.01)
     assert all(f.count('class="guide"') == 0 for f in by_time)
-    plain = html.render(sample_reports.series(cpu=False, steps=False))
+    plain = render(sample_reports.series(cpu=False, steps=False))
     assert not re.search(r"step size \[s\]|processor time \[s\]", plain)
     Page(plain)
 
@@ -321,7 +325,7 @@ def slope(path, figure):
 def test_files_stay_small(pages):
     # The benchmark's 1001 rows of 24 columns, and far more than anyone's.
     assert len(pages["sample"].encode()) < 700_000
-    many = html.render(sample_reports.many_rows(200_000))
+    many = render(sample_reports.many_rows(200_000))
     assert len(many.encode()) < 700_000
     # One bad row of them must not get lost.
     drawn = [f for f in figures(many) if 'data-name="reference"' in f]
@@ -334,7 +338,8 @@ def test_files_stay_small(pages):
 def test_all_renderers_need_numpy_only():
     code = f"""
 import sys
-from heyoka_bike.showing.formats import csv, html, json, junit, summary, table
+from heyoka_bike.showing.document import html, notebook, text
+from heyoka_bike.showing.formats import csv, json, junit, report, series, summary
 print(sorted({{m.partition(".")[0] for m in sys.modules}} & {HEAVY}))
 """
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
@@ -342,4 +347,4 @@ print(sorted({{m.partition(".")[0] for m in sys.modules}} & {HEAVY}))
 
 
 def test_the_same_report_gives_the_same_page(pages):
-    assert html.render(sample_reports.sample()) == pages["sample"]
+    assert render(sample_reports.sample()) == pages["sample"]

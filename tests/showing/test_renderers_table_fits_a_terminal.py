@@ -6,8 +6,8 @@ from dataclasses import replace
 import pytest
 from support import sample_reports
 
-from heyoka_bike.showing.formats import table
-from heyoka_bike.showing.formats.origin import Origin
+from heyoka_bike.showing.formats.origin import UNKNOWN, Origin
+from heyoka_bike.showing.formats.output import render as rendered
 from heyoka_bike.version import __version__
 
 SAMPLES = (
@@ -16,8 +16,12 @@ SAMPLES = (
 )  # fmt: skip
 
 
+def render(scored, width, has_colors=False, made=UNKNOWN):
+    return rendered(scored, "table", made, width=width, has_colors=has_colors)
+
+
 def text_of(name, width=100, color=False):
-    return table.render(getattr(sample_reports, name)(), width, color)
+    return render(getattr(sample_reports, name)(), width, color)
 
 
 def with_long_definitions(report):
@@ -43,7 +47,7 @@ def test_lines_are_no_longer_than_the_width(name, width):
 
 def test_all_columns_fit_into_100():
     for report in (sample_reports.rough(), with_long_definitions(sample_reports.sample())):
-        text = table.render(report, 100, False)
+        text = render(report, 100, False)
         assert max(map(len, text.split("\n"))) <= 100
         for heading in ("rms", "rel.", "scd", "mescd", "floor", "1e-3 [s]"):
             assert re.search(rf"(?m)^.*{re.escape(heading)}(?: .*)?$", text), heading
@@ -52,7 +56,7 @@ def test_all_columns_fit_into_100():
 @pytest.mark.parametrize("width", [1, 40, 60])
 def test_a_narrow_terminal_leaves_columns_out_but_cuts_nothing(width):
     report = sample_reports.sample()
-    text = table.render(report, width, False)
+    text = render(report, width, False)
     assert "…" not in text
     for m in report.maneuvers:
         for c in m.columns:
@@ -115,7 +119,7 @@ def test_a_file_of_very_many_columns_shows_the_worst_of_them():
     report = sample_reports.sample()
     (m, *_) = report.maneuvers
     columns = tuple(replace(c, key=f"{c.key}_{i}") for i in range(9) for c in m.columns)
-    text = table.render(replace(report, maneuvers=(replace(m, columns=columns),)), 100, False)
+    text = render(replace(report, maneuvers=(replace(m, columns=columns),)), 100, False)
     assert "and 60 more columns, none with fewer digits" in text
     block = text.partition("\ncorrect digits")[2].partition("\n\n")[0]
     assert block.count("steer_rate_") == 9
@@ -125,7 +129,7 @@ def test_what_is_not_complete_does_not_read_as_100_percent():
     report = sample_reports.sample()
     (first, *rest) = report.maneuvers
     short = replace(report, maneuvers=(replace(first, coverage=0.99996), *rest))
-    text = table.render(short, 100, False)
+    text = render(short, 100, False)
     assert "covers 99.9 % of maneuver 1" in " ".join(text.split())
     assert "covers" not in text_of("sample")
 
@@ -156,7 +160,8 @@ def test_what_matters_most_comes_first():
     text = text_of("rough")
     order = [
         "wrong, worst", "correct digits", "remark: eq. (1)", "WARNING", "info", "ok  ", "FAILED  ",
-        "maneuver 1: 1001 rows", "eq. (1) of the benchmark, 100", "the file against itself", "by: ",
+        "maneuver 1: 1001 rows", "eq. (1), 100 (max E - min E) / E0", "potential + kinetic -",
+        "by: ",
     ]  # fmt: skip
     places = [text.index(part) for part in order]
     assert places == sorted(places)
@@ -165,7 +170,7 @@ def test_what_matters_most_comes_first():
 def test_the_foot_says_where_a_report_comes_from():
     made = Origin("2026-11-22 09:30 UTC", "heyoka-bike score a.txt")
     report = sample_reports.sample()
-    foot = table.render(report, 100, False, made)[-400:]
+    foot = render(report, 100, False, made)[-400:]
     for part in (made.date, made.command, f"heyoka_bike {__version__}", report.dataset_version):
         assert part in foot
     assert report.reference_sha256 in foot
@@ -187,7 +192,7 @@ def test_a_series_shows_errors_orders_and_times():
 
 
 def test_a_series_without_steps_or_times_says_less():
-    text = table.render(sample_reports.series(cpu=False, steps=False), 100, False)
+    text = render(sample_reports.series(cpu=False, steps=False), 100, False)
     assert "CPU" not in text
     assert "order  " not in text
     assert "step [s]" not in text

@@ -2,6 +2,7 @@
 
 import os
 import signal
+import sys
 import time
 from pathlib import Path
 
@@ -44,3 +45,17 @@ def precise(digits, report):
     with flint.ctx.workprec(digits):
         time.sleep(0.05)
         return str(flint.arb(1) / 3)
+
+
+def nothing(stage, t):
+    """A report that nobody hears."""
+
+
+def imported(name):
+    return os.getpid(), name in sys.modules
+
+
+def memory_limit():
+    import resource
+
+    return resource.getrlimit(resource.RLIMIT_AS)[0]

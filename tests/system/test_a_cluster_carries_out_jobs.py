@@ -19,6 +19,8 @@ from heyoka_bike.system.versions import versions
 
 pytest.importorskip("distributed")
 
+pytestmark = pytest.mark.proof
+
 MANY = [(i, 1) for i in range(20)]
 
 

@@ -1,10 +1,11 @@
 """Jobs give the same whoever carries them out, survive a lost process, and end with who asked."""
 
+import multiprocessing
 import os
 import signal
 import subprocess
 import sys
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import BrokenExecutor, CancelledError, ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -13,6 +14,7 @@ from support import jobs
 from support.clusters import HEARS, TESTS, wait_for
 
 from heyoka_bike.errors import InputError, WorkerLostError
+from heyoka_bike.system.executors import ProcessExecutor, ProcessLimits, RemoteError
 from heyoka_bike.system.jobs import Job, Outcome
 from heyoka_bike.system.parallel import WAITING, carry_out, side_by_side, using
 
@@ -26,7 +28,7 @@ def threads():
 
 
 @pytest.fixture(params=["here", "processes", "threads"])
-def crew(request):
+def executor(request):
     made = {"here": lambda: using(1), "processes": lambda: using(2), "threads": threads}
     with made[request.param]():
         yield request.param
@@ -44,11 +46,11 @@ def outcomes(made):
     return found
 
 
-def test_results_come_in_the_order_of_the_jobs(crew):
+def test_results_come_in_the_order_of_the_jobs(executor):
     assert side_by_side(jobs.add, MANY) == [1, 2, 3, 4, 5, 6, 7]
 
 
-def test_a_job_gets_the_results_of_others(crew):
+def test_a_job_gets_the_results_of_others(executor):
     first = Job(jobs.add, (1, 2), "first")
     second = Job(jobs.add, (first, 10), "second")
     third = Job(jobs.add, (second, first), "third")
@@ -57,7 +59,7 @@ def test_a_job_gets_the_results_of_others(crew):
     assert [x.value for x in found.values()] == [3, 13, 16]
 
 
-def test_what_fails_ends_what_needs_it_and_nothing_else(crew):
+def test_what_fails_ends_what_needs_it_and_nothing_else(executor):
     bad = Job(jobs.fail, (), "bad")
     found = outcomes([Job(jobs.add, (bad, 1), "needs it"), bad, Job(jobs.add, (1, 1), "other")])
     assert found["other"].value == 2
@@ -67,7 +69,7 @@ def test_what_fails_ends_what_needs_it_and_nothing_else(crew):
         assert caught.value.__notes__ == ["in fail of bad"]
 
 
-def test_jobs_may_ask_for_more(crew):
+def test_jobs_may_ask_for_more(executor):
     found = []
 
     def ended(job, outcome):
@@ -78,7 +80,7 @@ def test_jobs_may_ask_for_more(crew):
     assert found == [1, 2, 3, 4]
 
 
-def test_precision_is_of_one_job_at_a_time(crew):
+def test_precision_is_of_one_job_at_a_time(executor):
     """It is a setting of the whole process, which threads would take from each other."""
     bits = [(53 + 40 * (i % 3),) for i in range(9)]
     found = side_by_side(jobs.precise, bits)
@@ -86,25 +88,17 @@ def test_precision_is_of_one_job_at_a_time(crew):
     assert len(set(found)) == 3
 
 
-def test_what_is_kept_is_not_made_again():
-    class Place:
-        def __init__(self):
-            self.kept = []
-
-        def get(self):
-            return self.kept[0] if self.kept else None
-
-        def put(self, outcome):
-            self.kept.append(outcome)
-
-    there, empty = Place(), Place()
-    there.put(Outcome("kept"))
+def test_what_is_kept_is_not_made_again(tmp_path):
+    there = Job(jobs.fail, (), "there", cache=tmp_path / "there")
+    empty = Job(jobs.add, (1, 2), "empty", cache=tmp_path / "empty")
+    there.store(Outcome("kept"))
+    assert empty.load() is None
     with using(1):
-        found = outcomes([
-            Job(jobs.fail, (), "there", kept=there), Job(jobs.add, (1, 2), "empty", kept=empty),
-        ])  # fmt: skip
+        found = outcomes([there, empty])
     assert found["there"].value == "kept"
-    assert [x.value for x in empty.kept] == [3]
+    assert empty.load().value == 3
+    # Where there is no room, nothing is kept and nothing fails.
+    Job(jobs.add, (1, 2), cache=tmp_path / "no" / "folder").store(Outcome(3))
 
 
 def test_progress_is_told_from_elsewhere(tmp_path):
@@ -152,6 +146,49 @@ def test_a_script_that_begins_processes_as_it_is_read_is_told_so(tmp_path):
     )  # fmt: skip
     assert run.stderr.count("Traceback") == 1, "only the process that began it says something"
     assert 'outside of: if __name__ == "__main__"' in run.stderr.splitlines()[-1]
+
+
+@pytest.fixture(scope="module")
+def limited():
+    """Processes that are forked from one in which modules have been imported."""
+    limits = ProcessLimits(4.0, 2_000_000_000)
+    with ProcessExecutor(2, limits, ["support.jobs", "colorsys"]) as pool:
+        yield pool
+
+
+def test_a_call_with_limits_has_a_process_of_its_own(limited):
+    calls = [limited.submit(jobs.imported, "colorsys") for _ in range(2)]
+    found = [call.result() for call in calls]
+    assert len({pid for pid, _ in found} | {os.getpid()}) == 3
+    forks = "forkserver" in multiprocessing.get_all_start_methods()
+    assert [is_there for _, is_there in found] == [forks] * 2
+
+
+def test_limits_of_a_call_end_it(limited, tmp_path):
+    with pytest.raises(TimeoutError):
+        limited.submit(jobs.begin, str(tmp_path), 600.0, jobs.nothing).result()
+    assert_all_ended(tmp_path)
+    assert limited.submit(jobs.memory_limit).result() == 2_000_000_000
+    # It is not begun again.
+    with pytest.raises(BrokenExecutor):
+        limited.submit(jobs.die_once, str(tmp_path / "flag"), jobs.nothing).result()
+    # Neither contents nor objects come back of what a file may have brought about.
+    with pytest.raises(RemoteError, match=r"^ZeroDivisionError at jobs\.py:\d+$"):
+        limited.submit(jobs.fail, jobs.nothing).result()
+    with pytest.raises(RemoteError, match="TypeError at"):
+        limited.submit(object).result()
+
+
+def test_what_is_cancelled_ends_whether_it_runs_or_waits(tmp_path):
+    with ProcessExecutor(1) as pool:
+        runs, waits = (pool.submit(jobs.begin, str(tmp_path), 600.0, jobs.nothing) for _ in "ab")
+        wait_for(lambda: numbered(tmp_path))
+        pool.shutdown(cancel_futures=True)
+    for call in (runs, waits):
+        with pytest.raises(CancelledError):
+            call.result()
+    assert len(numbered(tmp_path)) == 1
+    assert_all_ended(tmp_path)
 
 
 def test_the_first_exception_ends_the_others(tmp_path):

@@ -12,6 +12,7 @@ import heyoka_bike
 from heyoka_bike.cli import main
 from heyoka_bike.errors import InputError
 from heyoka_bike.reference.making import generate as module
+from heyoka_bike.system.jobs import Job
 from heyoka_bike.system.parallel import carry_out, using
 from heyoka_bike.system.unfinished import SUFFIX, Unfinished, unfinished
 
@@ -116,17 +117,20 @@ def test_two_runs_cannot_write_one_folder(tmp_path):
 
 
 def test_what_is_damaged_or_of_other_code_is_made_again(tmp_path, monkeypatch):
-    first = Unfinished(tmp_path).at("stage", {"mass": "2"}, 70)
-    first.put(module.Outcome([1, 2, 3]))
-    assert Unfinished(tmp_path).at("stage", {"mass": "2"}, 70).get().value == [1, 2, 3]
+    def there(*parts):
+        return Job(print, (), cache=Unfinished(tmp_path).at(*parts)).load()
+
+    first = Job(print, (), cache=Unfinished(tmp_path).at("stage", {"mass": "2"}, 70))
+    first.store(module.Outcome([1, 2, 3]))
+    assert there("stage", {"mass": "2"}, 70).value == [1, 2, 3]
     for other in (("stage", {"mass": "3"}, 70), ("stage", {"mass": "2"}, 90)):
-        assert Unfinished(tmp_path).at(*other).get() is None
+        assert there(*other) is None
     monkeypatch.setattr("heyoka_bike.system.unfinished.versions", lambda: {"heyoka": "other"})
-    assert Unfinished(tmp_path).at("stage", {"mass": "2"}, 70).get() is None
-    whole = first.path.read_bytes()
+    assert there("stage", {"mass": "2"}, 70) is None
+    whole = first.cache.read_bytes()
     for damaged in (whole[:-1], whole[:40] + b"x" + whole[41:], b""):
-        first.path.write_bytes(damaged)
-        assert first.get() is None
+        first.cache.write_bytes(damaged)
+        assert first.load() is None
 
 
 def test_a_set_that_fails_does_not_stop_the_others(expected, sets, tmp_path, capsys):

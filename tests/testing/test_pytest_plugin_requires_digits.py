@@ -10,7 +10,7 @@ pytest_plugins = ["pytester"]
 
 
 def run(pytester, *options):
-    return pytester.runpytest_subprocess("-rA", *QUICK, *options)
+    return pytester.runpytest_inprocess("-rA", *QUICK, *options)
 
 
 def check_names(result):
@@ -279,7 +279,7 @@ def test_markers_that_cannot_be_understood_are_refused_before_any_test(pytester,
             pass
         """
     )
-    result = pytester.runpytest_subprocess(*QUICK)
+    result = pytester.runpytest_inprocess(*QUICK)
     assert result.ret == pytest.ExitCode.INTERRUPTED
     result.stdout.fnmatch_lines([f"*::test_marked?1?: @pytest.mark.bicycle: {expected}"])
     assert "not to be run" not in result.stdout.str()

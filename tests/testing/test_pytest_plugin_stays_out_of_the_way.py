@@ -66,20 +66,20 @@ def test_a_run_that_does_not_use_it_does_not_load_it(pytester, options):
 
 def test_it_is_absent_if_not_wanted(pytester):
     pytester.makepyfile("def test_x(bicycle_score):\n    pass")
-    result = pytester.runpytest_subprocess(*BARE, "-p", "no:heyoka_bike")
+    result = pytester.runpytest_inprocess(*BARE, "-p", "no:heyoka_bike")
     result.stdout.fnmatch_lines(["*fixture 'bicycle_score' not found"])
 
 
 def test_its_options_marker_and_fixtures_are_listed(pytester):
     pytester.makepyfile("")
-    shown = pytester.runpytest_subprocess(*BARE, "--help").stdout.str()
+    shown = pytester.runpytest_inprocess(*BARE, "--help").stdout.str()
     for name in ("scd", "reference", "diagnose"):
         assert f"--bicycle-{name}=" in shown
         assert f"bicycle_{name} (string)" in shown
-    pytester.runpytest_subprocess(*BARE, "--markers").stdout.fnmatch_lines(
+    pytester.runpytest_inprocess(*BARE, "--markers").stdout.fnmatch_lines(
         ["@pytest.mark.bicycle(*"]
     )
-    fixtures = pytester.runpytest_subprocess(*BARE, "--fixtures").stdout
+    fixtures = pytester.runpytest_inprocess(*BARE, "--fixtures").stdout
     fixtures.fnmatch_lines(["bicycle_reference ?session scope?*", "bicycle_score -- *"])
 
 
@@ -123,7 +123,7 @@ def test_the_call_comes_before_the_marker_the_command_line_and_the_file(
     pytester, ini, options, expected
 ):
     project(pytester, TEST, ini)
-    found = outcomes(pytester.runpytest_subprocess("-rA", *QUICK, *options))
+    found = outcomes(pytester.runpytest_inprocess("-rA", *QUICK, *options))
     assert tuple(found.values()) == () or len(found) == 5
     names = ("settings", "call", "marker", "marker_without_number", "call_before_marker")
     assert tuple(found[f"test_{name}"] for name in names) == expected
@@ -157,12 +157,12 @@ def test_the_reference_is_chosen_by_call_then_command_line_then_file(pytester, f
         f"bicycle_reference = {other_set}",
     )
     published = read_manifest(folder)
-    from_file = pytester.runpytest_subprocess(*QUICK, "-s")
+    from_file = pytester.runpytest_inprocess(*QUICK, "-s")
     from_file.stdout.fnmatch_lines(
         ["heyoka_bike: reference 9.9.9 (content *)", "*used 9.9.9*", "*scored 9.9.9*",
          "heyoka_bike: scored against reference 9.9.9 (content *)"]
     )  # fmt: skip
-    by_option = pytester.runpytest_subprocess(*QUICK, "-s", f"--bicycle-reference={folder}")
+    by_option = pytester.runpytest_inprocess(*QUICK, "-s", f"--bicycle-reference={folder}")
     words = f"reference {published.dataset_version} (content {published.content_sha256[:12]})"
     by_option.stdout.fnmatch_lines(
         [f"heyoka_bike: {words}", f"*used {published.dataset_version}*", "*scored 9.9.9*"]
@@ -175,7 +175,7 @@ def test_folders_are_relative_to_where_they_are_named(pytester, other_set):
     other_set.rename(pytester.path.parent / "other")
     (pytester.path / "elsewhere").symlink_to(pytester.path.parent / "other")
     pytester.chdir()
-    assert pytester.runpytest_subprocess(*QUICK).ret == 0
+    assert pytester.runpytest_inprocess(*QUICK).ret == 0
     run = ["-m", "pytest", *QUICK, "-c", "../pytest.ini", "--rootdir=..", ".."]
     for extra, code in ([], 0), (["--bicycle-reference=../elsewhere"], 0), (
         ["--bicycle-reference=elsewhere"], 4,
@@ -195,9 +195,9 @@ def test_folders_are_relative_to_where_they_are_named(pytester, other_set):
 )
 def test_bad_settings_are_usage_errors_of_one_line(pytester, name, value, expected):
     pytester.makepyfile("def test_x():\n    pass")
-    by_option = pytester.runpytest_subprocess(*BARE, f"--bicycle-{name}={value}")
+    by_option = pytester.runpytest_inprocess(*BARE, f"--bicycle-{name}={value}")
     pytester.makeini(f"[pytest]\nbicycle_{name} = {value}")
-    by_file = pytester.runpytest_subprocess(*BARE)
+    by_file = pytester.runpytest_inprocess(*BARE)
     for run, where in ((by_option, f"--bicycle-{name}"), (by_file, f"bicycle_{name}")):
         assert run.ret == pytest.ExitCode.USAGE_ERROR
         (line,) = filter(None, run.errlines)

@@ -22,9 +22,8 @@ from heyoka_bike.workbench.atlas.data import CYCLE, FALLS, FATES, LIFTS, REAR, U
 from heyoka_bike.workbench.atlas.design import ACCURACY, axis, design
 from heyoka_bike.workbench.atlas.fates import fates, repeats
 from heyoka_bike.workbench.atlas.make import make_atlas
-from heyoka_bike.workbench.atlas.runs import LEAST_TURN, SPACING, Runs
-from heyoka_bike.workbench.atlas.store import Store, load_atlas
-from heyoka_bike.workbench.fast.taylor_code import PLANS
+from heyoka_bike.workbench.atlas.runs import LEAST_TURN, PLANS, SPACING, Runs
+from heyoka_bike.workbench.atlas.store import AtlasStore, load_atlas
 
 PLAN = PLANS[ACCURACY]
 
@@ -215,12 +214,12 @@ def test_xarray_opens_an_atlas(whole, small):
 
 def test_an_interrupted_atlas_goes_on_to_the_same_bytes(whole, small, tmp_path):
     folder = tmp_path / "again.zarr"
-    store = Store(folder, small)
+    store = AtlasStore(folder, small)
     atlas = load_atlas(whole)
     first = next(iter(small.chunks()))
     part = small.slices(first)
     store.put(first, {name: values[part] for name, values in atlas.variables.items()})
-    assert first not in Store(folder, small).missing()
+    assert first not in AtlasStore(folder, small).missing()
     assert content(folder) != content(whole)
     with ThreadPoolExecutor(1) as pool, using(executor=pool):
         made = make_atlas(small, folder)
@@ -231,11 +230,11 @@ def test_an_interrupted_atlas_goes_on_to_the_same_bytes(whole, small, tmp_path):
 def test_a_folder_of_something_else_is_refused(whole, bicycle, small, tmp_path):
     other = design(bicycle, [axis("4:5:6", "speed"), axis("0.4:2:5", "roll_rate")])
     with pytest.raises(InputError, match="differs in inputs, expected this one"):
-        Store(whole, other)
+        AtlasStore(whole, other)
     (tmp_path / "notes.txt").write_text("mine")
     for force in (False, True):
         with pytest.raises(InputError, match="no atlas"):
-            Store(tmp_path, small, force=force)
+            AtlasStore(tmp_path, small, force=force)
     assert (tmp_path / "notes.txt").read_text() == "mine"
     with pytest.raises(DatasetError, match="no atlas can be read"):
         load_atlas(tmp_path)

@@ -11,7 +11,7 @@ from support.pages import Page, assert_runs_alone, browser, data, look, widths
 
 from heyoka_bike.bicycle.stability.linear import linearise
 from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.workbench.atlas.data import FALLS, FATES, UPRIGHT, Atlas, Axis, Edge
+from heyoka_bike.workbench.atlas.data import FALLS, FATES, UPRIGHT, Atlas, Edge, GridAxis
 from heyoka_bike.workbench.atlas.page.packed import Packed
 from heyoka_bike.workbench.atlas.page.page import render
 
@@ -20,7 +20,7 @@ POSITIVE = ("fate_time", "lift_time", "largest_lean", "largest_steer", "conditio
 
 def made(bicycle, x=("speed", 1.0, 9.0, 17), y=("roll_rate", 0.0, 4.0, 9)):
     """An atlas of invented numbers: at half of the second axis falling begins."""
-    axes = tuple(Axis(name, np.linspace(low, high, n)) for name, low, high, n in (x, y))
+    axes = tuple(GridAxis(name, np.linspace(low, high, n)) for name, low, high, n in (x, y))
     shape = tuple(len(a.values) for a in axes)
     rng = np.random.default_rng(7)
     falls = np.broadcast_to(axes[1].values > np.mean(axes[1].values), shape)
@@ -175,12 +175,14 @@ def test_keys_pointer_and_boxes_do_what_they_say(page, tmp_path):
     }  # fmt: skip
 
 
+@pytest.mark.proof
 @browser
 def test_errors_of_a_page_would_be_seen(page, tmp_path):
     broken = page.replace("const drawEdge = () => {", "const drawEdge = () => { nothing();")
     assert look(broken, tmp_path)[1] != []
 
 
+@pytest.mark.proof
 @browser
 def test_nothing_is_wider_than_the_window(page, tmp_path):
     for content, window in widths(page, tmp_path, "#at=8,3"):
@@ -188,6 +190,7 @@ def test_nothing_is_wider_than_the_window(page, tmp_path):
         assert content <= window
 
 
+@pytest.mark.proof
 @browser
 def test_an_axis_may_change_the_bicycle(bicycle, tmp_path):
     page = render(made(bicycle, ("w", 0.9, 1.3, 5), ("speed", 3.0, 7.0, 5)))

@@ -22,7 +22,7 @@ from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.reference.load import load_reference
 from heyoka_bike.workbench.bench import batches, codes, compiled, precise, race
 from heyoka_bike.workbench.bench.codes import Compiled, Exudyn, SciPy, Sundials, Tuned
-from heyoka_bike.workbench.bench.problem import Problem
+from heyoka_bike.workbench.bench.problem import ReferenceProblem
 from heyoka_bike.workbench.bench.race import CLASSES, Timing
 from heyoka_bike.workbench.bench.summary import as_text
 
@@ -68,7 +68,7 @@ def document(folder, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def problem(bicycle, maneuvers, folder):
-    return Problem(bicycle, maneuvers[1], load_reference(folder)[2])
+    return ReferenceProblem(bicycle, maneuvers[1], load_reference(folder)[2])
 
 
 def of_class(document, name):
@@ -218,7 +218,7 @@ def test_columns_in_other_definitions_are_measured_in_those(problem, reference):
 
 def test_a_figure_is_written_beside_the_table(folder, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(race, "bench", lambda *_, **__: [])
-    point = race.Point(SciPy("SciPy LSODA", None), 1e-4, 1e-3, 1e-3, 1e-4)
+    point = race.Point("SciPy LSODA", "binary64", 1e-4, 1.0, 1e-3, 1e-4)
     monkeypatch.setattr(race, "work_precision", lambda *_: [point, point])
     for suffix, head in (("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")):
         path = tmp_path / f"bench.{suffix}"
@@ -276,7 +276,9 @@ def test_a_reference_of_other_inputs_is_refused(folder, monkeypatch, capsys):
 
 
 def test_several_maneuvers_count_by_the_worst(problem, bicycle, maneuvers, reference):
-    problems = [Problem(bicycle, m, reference[i]) for i, m in enumerate(maneuvers, start=1)]
+    problems = [
+        ReferenceProblem(bicycle, m, reference[i]) for i, m in enumerate(maneuvers, start=1)
+    ]
     for code in codes.codes(problems):
         if code.name == "heyoka_bike simulate" or (code.name == "C DOPRI5" and HAS_COMPILER):
             whole = code.at(1e-5)
@@ -297,9 +299,7 @@ def test_codes_beyond_binary64_are_right_where_they_stop(candidate, monkeypatch)
     monkeypatch.setattr(precise, "_RUNS", 1)
     monkeypatch.setattr(precise, "_MPMATH_SPAN", Fraction(1, 1000))
     found = precise.precise(candidate[1])
-    wholes = {
-        "heyoka_bike End": True, "heyoka": True, "mpmath odefun": False, "Taylor in balls": False,
-    }  # fmt: skip
+    wholes = {"heyoka": True, "mpmath odefun": False, "Taylor in balls": False}
     with suppress(compiled.NoCompilerError):
         compiled.QuadruplePeer(candidate[1].bicycle)
         wholes["C extrapolation"] = True

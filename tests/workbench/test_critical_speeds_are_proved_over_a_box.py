@@ -22,6 +22,8 @@ from heyoka_bike.workbench.boxes.affine import Affine, Affines
 from heyoka_bike.workbench.boxes.box import stability_box
 from heyoka_bike.workbench.boxes.box_range import corner, is_negative, sign_over
 
+pytestmark = pytest.mark.proof
+
 MEASURED = ("browser", "crescendo", "pista", "rigid", "rigid-jason", "yellow", "yellowrev")
 SAMPLES = 25
 # The box's speeds are computed to this, and rounded outward.

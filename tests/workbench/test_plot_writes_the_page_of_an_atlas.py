@@ -20,6 +20,7 @@ def store(tmp_path_factory):
     return folder
 
 
+@pytest.mark.proof
 def test_the_page_is_of_that_atlas(store, tmp_path, capsys):
     out = tmp_path / "new" / "atlas.html"
     assert main(["plot", "--figure", "atlas", str(store), "-o", str(out)]) == Exit.OK

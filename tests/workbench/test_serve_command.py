@@ -24,6 +24,7 @@ def started(tmp_path, *options):
     )  # fmt: skip
 
 
+@pytest.mark.proof
 @pytest.mark.timeout(60)
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGTERM])
 def test_it_answers_until_it_is_told_to_end(tmp_path, how):
@@ -40,6 +41,7 @@ def test_it_answers_until_it_is_told_to_end(tmp_path, how):
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.proof
 @pytest.mark.timeout(60)
 @pytest.mark.parametrize("share", [0.5, 1.0])
 def test_a_client_that_vanishes_leaves_nothing(tmp_path, share):
@@ -65,6 +67,7 @@ def test_a_client_that_vanishes_leaves_nothing(tmp_path, share):
     assert "Traceback" not in log
 
 
+@pytest.mark.proof
 @pytest.mark.timeout(60)
 def test_what_a_killed_server_kept_is_removed_by_the_next(tmp_path):
     with started(tmp_path) as killed, started(tmp_path) as living:
@@ -105,6 +108,7 @@ def test_what_others_put_in_its_place_is_left_alone(tmp_path, monkeypatch):
     assert left == ["heyoka-bike-serve-link", "heyoka-bike-serve-pipe"]
 
 
+@pytest.mark.proof
 @pytest.mark.timeout(60)
 def test_on_every_address_it_tells_its_name(tmp_path):
     with started(tmp_path, "--host", "0.0.0.0", "--name", "bicycle.example.org") as server:

@@ -7,17 +7,15 @@ import numpy as np
 import pytest
 
 from heyoka_bike.bicycle.equations.reduced import Equations
-from heyoka_bike.workbench.fast.collocation import POINTS, collocation
-from heyoka_bike.workbench.fast.model_code import rates_source
-from heyoka_bike.workbench.fast.native import compiled
-from heyoka_bike.workbench.fast.vector_code import DECLARATIONS, Code, function
+from heyoka_bike.workbench.fast.collocation import collocation
+from heyoka_bike.workbench.fast.model_code import rates_code
+from heyoka_bike.workbench.fast.native import function
+from heyoka_bike.workbench.fast.vector_code import POINTS, Code, Loop, module, turns
 
 
 def called(source, name, given, count):
     """What a function of vectors gives: `count` vectors from those given."""
-    engine = compiled(source)
-    address = engine.get_function_address(name)
-    run = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)(address)
+    run = function(source, name, None, ctypes.c_void_p, ctypes.c_void_p)
     given, found = np.ascontiguousarray(given, dtype=float), np.empty((count, POINTS))
     run(given.ctypes.data, found.ctypes.data)
     return found
@@ -25,11 +23,11 @@ def called(source, name, given, count):
 
 @pytest.mark.parametrize("size", [1e-9, 0.5, 3.0, 100.0, 1e6])
 def test_sines_and_cosines_are_rounded_once_or_nearly(size):
-    c = Code()
-    for i, x in enumerate(c.turns(c.load("%x", 0))):
-        c.store(x, "%y", i)
+    c = Code("void @turns(ptr, ptr)")
+    x, y = (a.vectors() for a in c.arguments)
+    y.store(turns(x[0]))
     c.do("ret void")
-    source = function("void @turns(ptr %x, ptr %y)", c.lines) + DECLARATIONS
+    source = module(c)
     angles = size * np.random.default_rng(4).uniform(-1, 1, (40, POINTS))
     angles[0] = size * np.linspace(-1, 1, POINTS)
     for x in angles:
@@ -48,12 +46,33 @@ def test_rates_of_eight_states_are_those_of_each(bicycle, is_regular):
         [random.uniform(-0.4, 0.4, (3, POINTS)), random.uniform(-2, 2, (2, POINTS)),
          random.uniform(5, 30, (1, POINTS))]
     )  # fmt: skip
-    source = rates_source(equations).replace("internal ", "") + DECLARATIONS
+    source = module(rates_code(equations)).replace("internal ", "")
     found = called(source, "rates", states, 6)
     right = np.array(equations.rates(list(states)))
     # Some hundred operations, some of them differences: 1e4 units of roundoff of the largest.
     assert np.abs(found - right).max() < 1e-12 * np.abs(right).max()
     assert np.ptp(found, axis=1).min() > 1e-3
+
+
+def test_loops_and_branches_do_what_they_say():
+    """The sum of odd numbers up to a limit, in each place."""
+    c = Code("void @odd(ptr, ptr)")
+    limit, total = (a.vectors() for a in c.arguments)
+    most = limit[0].over_places("fmax")
+    number, found, is_odd = c.variable(0.0), c.variable(limit[0] * 0.0), c.variable(0)
+    with Loop(c) as numbers:
+        numbers.leave(number[0] >= most)
+        number[0] += 1.0
+        is_odd[0] = 1 - is_odd[0]
+        numbers.again(is_odd[0] < 1)
+        wide = number[0].spread()
+        with c.unless(number[0] > 90.0):
+            found[0] += (wide <= limit[0]).choose(wide, 0.0)
+    total[0] = found[0]
+    c.do("ret void")
+    limits = [0, 1, 2, 3, 9, 10, 100, 101]
+    right = [sum(x for x in range(1, n + 1, 2) if x <= 90) for n in limits]
+    assert called(module(c), "odd", limits, 1)[0].tolist() == right
 
 
 def test_the_constants_are_those_of_radaus_method():

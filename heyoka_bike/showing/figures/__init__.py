@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Literal
 
-from heyoka_bike.errors import InputError, MissingPackageError, unknown_word
+from heyoka_bike.errors import InputError, unknown_word
 
 if TYPE_CHECKING:
     from heyoka_bike.reference.load import Reference
@@ -35,20 +35,13 @@ class Kind:
     about
         What is drawn, in a few words.
     shows
-        ``each``: a figure for each maneuver; ``one``: a figure of one, the first if none is chosen;
-        ``all``: a figure with all; ``none``: no motion.
-    is_of_benchmark
-        Whether only a set of the benchmark itself can be drawn.
-    needs_heyoka
-        Whether motions are computed for it; without heyoka ``all`` leaves it out.
+        ``each``: a figure for each maneuver; ``all``: a figure with all; ``none``: no motion.
     """
 
     module: str
     file: str
     about: str
-    shows: Literal["each", "one", "all", "none"]
-    is_of_benchmark: bool = False
-    needs_heyoka: bool = False
+    shows: Literal["each", "all", "none"]
 
 
 FIGURES: Mapping[str, Kind] = {
@@ -57,23 +50,6 @@ FIGURES: Mapping[str, Kind] = {
     ),
     "stability": Kind("eigenvalues", "stability", "eigenvalues over forward speed", "none"),
     "phase": Kind("phase", "phase", "phase portraits", "all"),
-    "errors": Kind(
-        "true_errors", "errors", "errors of other programs, and what eq. (1) says", "one", True
-    ),
-    "definitions": Kind(
-        "definition_distances",
-        "definitions",
-        "how far apart the definitions of a column are",
-        "one",
-    ),
-    "certificate": Kind(
-        "certified_bounds", "certificate", "certified bound and true error, in a minute", "all"
-    ),
-    "after": Kind(
-        "after", "after", "what follows the ten seconds; needs heyoka", "all", True, True
-    ),
-    "bicycle": Kind("dimensions", "bicycle", "the parameters of the bicycle", "none"),
-    "overview": Kind("overview", "overview", "a wide picture for a page on any background", "all"),
 }
 """The kinds by name."""
 
@@ -101,9 +77,7 @@ class Plate:
         Raises
         ------
         MissingPackageError
-            matplotlib is not installed, or heyoka, if the figure needs it.
-        DatasetError
-            A file of the set that this figure needs is missing or damaged.
+            matplotlib is not installed.
         """
         return import_module(f"{__name__}.{self.kind.module}").draw(reference, self.numbers)
 
@@ -125,28 +99,15 @@ def plates(
     Raises
     ------
     InputError
-        No such figure or maneuver, or a figure that there is not of this set.
+        No such figure or maneuver.
     """
-    from heyoka_bike.reference.manifest import CUSTOM
-
     if name not in FIGURES and name != ALL:
         raise InputError(f"{dashes}figure: {unknown_word(name, [*FIGURES, ATLAS, ALL])}")
     if maneuver is not None and maneuver not in reference:
         raise InputError(f"{dashes}maneuver: found {maneuver}, expected 1 to {len(reference)}")
-    is_benchmark = reference.dataset_version != CUSTOM
     if name == ALL:
-        has_heyoka = _has_heyoka()
-        kinds = [
-            k for k in FIGURES.values()
-            if (is_benchmark or not k.is_of_benchmark) and (has_heyoka or not k.needs_heyoka)
-        ]  # fmt: skip
-        return [plate for kind in kinds for plate in _plates(kind, reference, maneuver)]
+        return [plate for kind in FIGURES.values() for plate in _plates(kind, reference, maneuver)]
     kind = FIGURES[name]
-    if kind.is_of_benchmark and not is_benchmark:
-        raise InputError(
-            f"{dashes}figure: found '{name}' for a set of one's own, expected a set of the "
-            "benchmark"
-        )
     if kind.shows == "none" and maneuver is not None:
         raise InputError(
             f"{dashes}maneuver: found {maneuver}, expected none: '{name}' shows no motion"
@@ -159,15 +120,5 @@ def _plates(kind: Kind, reference: Reference, maneuver: int | None) -> list[Plat
         return [Plate(kind.file, kind, ())]
     if kind.shows == "all" and maneuver is None:
         return [Plate(kind.file, kind, tuple(reference))]
-    numbers = tuple(reference) if maneuver is None and kind.shows == "each" else (maneuver or 1,)
+    numbers = tuple(reference) if maneuver is None else (maneuver,)
     return [Plate(f"{kind.file}_{n}", kind, (n,)) for n in numbers]
-
-
-def _has_heyoka() -> bool:
-    from heyoka_bike.motion.expressions import require_heyoka
-
-    try:
-        require_heyoka()
-    except MissingPackageError:
-        return False
-    return True

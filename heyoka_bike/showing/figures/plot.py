@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from os import PathLike
 from pathlib import Path
@@ -32,13 +32,12 @@ def plot(
     Parameters
     ----------
     figure
-        What to draw: ``maneuvers``, ``stability``, ``phase``, ``errors``, ``definitions``,
-        ``certificate``, ``after``, ``bicycle``, ``overview``, or ``all``; ``atlas`` of an atlas.
+        What to draw: ``maneuvers``, ``stability``, ``phase``, or ``all``; ``atlas`` of an atlas.
     path
         A file (.png, .svg, .pdf) for one figure, or a folder, which gets PNG and SVG. By default
         nothing is written.
     maneuver
-        Draw this one; by default all, in errors and definitions the first.
+        Draw this one; by default all.
     reference
         From `load_reference`, or the folder of a set, of the figure ``atlas`` that of an atlas; the
         published set by default.
@@ -53,45 +52,61 @@ def plot(
     InputError
         No such figure or maneuver, or a path that cannot be written.
     MissingPackageError
-        matplotlib is not installed, or heyoka, if the figure needs it.
+        matplotlib is not installed.
     """
     if path is not None and not isinstance(path, str | PathLike):
         raise InputError(f"path: found a {type(path).__name__}, expected the name of a file")
-    drawn = _drawn(figure, maneuver, reference, None if path is None else str(path))
-    if path is None:
-        figures = tuple(_for_notebooks(one) for one, _ in drawn)
-        return figures[0] if len(figures) == 1 else figures
-    for one, files in drawn:
-        for file in files:
-            save(one, file)
-    return tuple(file for _, files in drawn for file in files)
-
-
-def _drawn(
-    figure: str, maneuver: int | None, reference: Any, path: str | None
-) -> list[tuple[Figure, list[Path]]]:
-    """Each figure with its files; a path that does not do is refused before anything is drawn."""
-
-    def files(names: Sequence[str]) -> list[list[Path]]:
-        if path is None:
-            return [[] for _ in names]
-        hint = ", or maneuver=N" if figure == DEFAULT else ""
-        return paths_of(path, names, None, option="path", hint=hint)
-
     if not isinstance(figure, str):
         raise InputError(
             f"figure: found a {type(figure).__name__}, expected the name of a figure of the "
             'reference; score(...).save("report.html") draws results'
         )
+    if figure == ATLAS and (not isinstance(reference, str | PathLike) or maneuver is not None):
+        raise InputError("reference, maneuver: expected the folder of an atlas, and none")
+    every = drawn(figure, maneuver, reference, None if path is None else str(path))
+    if path is None:
+        figures = tuple(_for_notebooks(one) for one, _ in every)
+        return figures[0] if len(figures) == 1 else figures
+    written: list[Path] = []
+    for one, files in every:
+        for file in files:
+            save(one, file)
+        written += files
+    return tuple(written)
+
+
+def drawn(
+    figure: str, maneuver: int | None, reference: Any, output: str | None,
+    formats: Sequence[str] | None = None, *, dashes: str = "",
+) -> Iterator[tuple[Figure, list[Path]]]:  # fmt: skip
+    """Each figure with its files; what does not do is refused before anything is drawn.
+
+    Parameters
+    ----------
+    reference
+        What `load_reference` takes, or the folder of an atlas.
+    output
+        A folder, or the file of a single figure; None for no files.
+    formats
+        For a folder; None if they are not told.
+    dashes
+        See `plates`.
+    """
+
+    def files(names: Sequence[str]) -> list[list[Path]]:
+        if output is None:
+            return [[] for _ in names]
+        hint = (", or --maneuver N" if dashes else ", or maneuver=N") if figure == DEFAULT else ""
+        option = "--output" if dashes else "path"
+        return paths_of(output, names, formats, option=option, hint=hint)
+
     if figure == ATLAS:
-        if not isinstance(reference, str | PathLike) or maneuver is not None:
-            raise InputError("reference, maneuver: expected the folder of an atlas, and none")
         (one,) = files([ATLAS])
-        return [(addition("atlas_figure")(reference), one)]
+        return iter([(addition("atlas_figure")(reference), one)])
     known = load_reference(reference)
-    chosen = plates(known, figure, maneuver, dashes="")
+    chosen = plates(known, figure, maneuver, dashes=dashes)
     every = files([plate.name for plate in chosen])
-    return [(plate.draw(known), one) for plate, one in zip(chosen, every, strict=True)]
+    return ((plate.draw(known), one) for plate, one in zip(chosen, every, strict=True))
 
 
 def _for_notebooks(figure: Figure) -> Figure:

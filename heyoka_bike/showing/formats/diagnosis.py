@@ -5,7 +5,7 @@ import textwrap
 from heyoka_bike.scoring.judge.conventions import DEFAULT, UNITS_BESIDE
 from heyoka_bike.scoring.judge.signs import ODD_SIGNS
 from heyoka_bike.scoring.report import Report
-from heyoka_bike.showing.formats.wording import verdict
+from heyoka_bike.showing.wording import verdict
 
 _WIDTH = 96
 # Findings of the score that are said before the diagnosis, which leaves these columns out.

@@ -1,34 +1,32 @@
-"""The leaderboard in every format: rows of a table, JSON, an HTML page."""
+"""The leaderboard: a document for text and pages, and JSON."""
 
 import json
 from collections.abc import Sequence
-from html import escape
+from functools import partial
 from itertools import pairwise
 from typing import Any
 
 from heyoka_bike.scoring.leaderboard import Entry, Leaderboard
-from heyoka_bike.showing.formats import axis
-from heyoka_bike.showing.formats.chart import Guide, Mark, chart
-from heyoka_bike.showing.formats.html import SCRIPT
-from heyoka_bike.showing.formats.markup import PAGE_STYLE, page, prose
+from heyoka_bike.showing import document as doc
+from heyoka_bike.showing.charts import axis
+from heyoka_bike.showing.charts.chart import Guide, Mark, chart, wide
 from heyoka_bike.showing.formats.origin import Origin, reference_words
-from heyoka_bike.showing.formats.wording import label, number, readable
+from heyoka_bike.showing.wording import label, number, readable
 from heyoka_bike.version import __version__
 
 SCHEMA_VERSION = 1
 
-HEADINGS = ("", "submission", "digits", "grade", "worst column", "eq. (1)\n[%]", "CPU\n[s]")
-WORDS = (1, 4)
-"""The columns of words, which may be folded."""
-
-ABOUT = (
+_ABOUT = (
     "Digits: the correct ones of the worst value of the worst column, which is named with its "
     "maneuver: -log10 of its error over the column's largest value. Grade: the highest of 3, 6, 9, "
     "12 that they reach. Eq. (1), the benchmark's own measure, sees only whether a program's own "
     "energy stays constant. Times are those that the submissions state, of their own machines; "
     "they rank nothing."
 )
-
+_COLUMNS = (
+    doc.Words("place", ""), doc.TableColumn("submission", is_prose=True), "digits", "grade",
+    doc.TableColumn("worst column", is_prose=True), "eq. (1)\n[%]", "CPU\n[s]",
+)  # fmt: skip
 # What a submission says of itself, in the order in which it is shown.
 _SAID = ("program", "version", "method", "step", "tolerance", "coordinates", "precision",
          "steps", "calls", "machine", "wall_time", "model", "licence", "contact")  # fmt: skip
@@ -37,25 +35,39 @@ _HEIGHT = 420
 _LOWEST = -1.0
 
 
-def rows(entries: Sequence[Entry]) -> list[list[str]]:
-    """A row of text for each entry; equal digits share their place."""
-    return [
-        [
-            str(place),
-            entry.submission.name,
-            f"{entry.digits:.1f}",
-            str(entry.grade or "-"),
-            _place(entry),
-            number(entry.performance),
-            readable(entry.submission.processor_time),
-        ]
-        for place, entry in _places(entries)
-    ]
+def document(board: Leaderboard, made: Origin) -> doc.Document:
+    """The submissions to each problem, by true error."""
+    count = sum(map(len, board.entries.values()))
+    said = [("made", made.date), ("command", made.command)]
+    origin = [(a, b) for a, b in said if b]
+    problems = (
+        doc.Chapter(
+            problem,
+            (_table(entries), doc.Chart(partial(_picture, problem, entries)), _diagnoses(entries)),
+            problem,
+        )
+        for problem, entries in board.entries.items()
+    )
+    refused = doc.Listing(tuple(map(doc.Item, board.refused)))
+    return doc.Document(
+        "Leaderboard – uncontrolled bicycle", "", "Uncontrolled bicycle: leaderboard",
+        (
+            doc.Paragraph(
+                f"{count} submission{'s' * (count != 1)}, by true error", "verdict heading",
+                only=doc.HTML,
+            ),
+            doc.Paragraph(_ABOUT, only=doc.HTML),
+            *problems,
+            doc.Paragraph(_ABOUT if board.entries else "", only=doc.TEXT),
+            doc.Chapter("Refused", (refused,), "refused", only=doc.HTML),
+        ),
+        origin + reference_words("benchmark bicycle", board.dataset_version),
+    )  # fmt: skip
 
 
 def render_json(board: Leaderboard) -> str:
     """The leaderboard as JSON."""
-    document = {
+    found = {
         "schema_version": SCHEMA_VERSION,
         "dataset_version": board.dataset_version,
         "version": __version__,
@@ -65,53 +77,30 @@ def render_json(board: Leaderboard) -> str:
         ],
         "refused": list(board.refused),
     }
-    return json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+    return json.dumps(found, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
 
 
-def render_html(board: Leaderboard, made: Origin) -> str:
-    """The leaderboard as a page that needs nothing else."""
-    count = sum(map(len, board.entries.values()))
-    body = [
-        '<header><p class="kicker">Uncontrolled bicycle: leaderboard</p>',
-        f'<h1 class="verdict">{count} submission{"s" * (count != 1)}, by true error</h1>',
-        f"<p>{prose(ABOUT)}</p></header>",
+def _table(entries: Sequence[Entry]) -> doc.TableBlock:
+    """A row for each entry; equal digits share their place."""
+    rows: list[doc.Row] = [
+        [
+            str(place),
+            doc.Cell(entry.submission.name, facts=_facts(entry)),
+            f"{entry.digits:.1f}",
+            str(entry.grade or "-"),
+            f"{label(entry.worst[1])}, {entry.worst[0]}",
+            number(entry.performance),
+            readable(entry.submission.processor_time),
+        ]
+        for place, entry in _places(entries)
     ]
-    for problem, entries in board.entries.items():
-        body += [f'<section id="{problem}"><h2>{problem}</h2>{_table(entries)}']
-        body += [_picture(problem, entries), "</section>"]
-    if board.refused:
-        lines = "".join(f"<li>{escape(line)}</li>" for line in board.refused)
-        body.append(
-            f'<section id="refused"><h2>Refused</h2><ul class="said">{lines}</ul></section>'
-        )
-    said = [("made", made.date), ("command", made.command)]
-    origin = [(a, b) for a, b in said if b]
-    origin += reference_words("benchmark bicycle", board.dataset_version)
-    return page(
-        "Leaderboard – uncontrolled bicycle", "\n".join(body), origin,
-        styles=(PAGE_STYLE,), script=SCRIPT,
-    )  # fmt: skip
+    return doc.TableBlock(_COLUMNS, rows, "submissions", "board", left=2)
 
 
-def _table(entries: Sequence[Entry]) -> str:
-    heads = "".join(f'<th scope="col">{escape(h) or "place"}</th>' for h in HEADINGS)
-    body = []
-    for cells, entry in zip(rows(entries), entries, strict=True):
-        facts = "".join(
-            f"<dt>{escape(key.replace('_', ' '))}</dt><dd>{escape(text)}</dd>"
-            for key, text in _facts(entry)
-        )
-        place, name, *others = cells
-        body.append(
-            f'<tr><th scope="row">{place}</th><td><details><summary>{escape(name)}'
-            f'</summary><dl class="facts">{facts}</dl></details></td>'
-            + "".join(f"<td>{escape(x)}</td>" for x in others)
-            + "</tr>"
-        )
-    return (
-        '<div class="scroll" tabindex="0" role="group" aria-label="submissions"><table '
-        f'class="board"><thead><tr>{heads}</tr></thead><tbody>{"".join(body)}</tbody></table></div>'
-    )
+def _diagnoses(entries: Sequence[Entry]) -> doc.Listing:
+    found = ((place, e, diagnosis(e)) for place, e in _places(entries))
+    items = (doc.Item(f"{e.submission.name}. {said}", mark=f"{n}.") for n, e, said in found if said)
+    return doc.Listing(tuple(items), doc.TEXT)
 
 
 def _picture(problem: str, entries: Sequence[Entry]) -> str:
@@ -132,21 +121,22 @@ def _picture(problem: str, entries: Sequence[Entry]) -> str:
         title="correct digits", x_title="processor time [s]", height=_HEIGHT, guides=guides,
         marks=marks,
     )  # fmt: skip
-    return (
-        f'<figure class="wide">{drawn}<figcaption>What digits cost: further up is more right, '
-        "further left is cheaper. Numbers are the places in the table, lines join runs of one "
-        "program; what is below −1 is drawn there. Each time is of the machine that its submission "
-        "names.</figcaption></figure>"
+    return wide(
+        drawn,
+        "What digits cost: further up is more right, further left is cheaper. Numbers are the "
+        "places in the table, lines join runs of one program; what is below −1 is drawn there. "
+        "Each time is of the machine that its submission names.",
     )
 
 
-def _facts(entry: Entry) -> list[tuple[str, str]]:
+def _facts(entry: Entry) -> doc.Facts:
     said = entry.submission.said
-    facts = [(key, said[key]) for key in _SAID if key in said]
+    facts = {key: said[key] for key in _SAID if key in said}
     taken = ", ".join(f"{label(key)}: {name}" for key, name in entry.definitions.items())
-    facts.append(("definitions", taken or "the default ones"))
-    said_of_it = diagnosis(entry)
-    return [*facts, ("diagnosis", said_of_it)] if said_of_it else facts
+    facts["definitions"] = taken or "the default ones"
+    if found := diagnosis(entry):
+        facts["diagnosis"] = found
+    return doc.Facts(tuple((key.replace("_", " "), text, "") for key, text in facts.items()))
 
 
 def diagnosis(entry: Entry) -> str:
@@ -159,11 +149,6 @@ def diagnosis(entry: Entry) -> str:
 def _places(entries: Sequence[Entry]) -> list[tuple[int, Entry]]:
     shown = [f"{e.digits:.1f}" for e in entries]
     return [(shown.index(digits) + 1, e) for digits, e in zip(shown, entries, strict=True)]
-
-
-def _place(entry: Entry) -> str:
-    maneuver, key = entry.worst
-    return f"{label(key)}, {maneuver}"
 
 
 def _as_json(place: int, entry: Entry) -> dict[str, Any]:

@@ -1,104 +1,121 @@
 """The first thing a report shows: correct digits of every column in every maneuver."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
 
 from heyoka_bike.errors import printable
 from heyoka_bike.scoring.column_score import ColumnScore
-from heyoka_bike.scoring.report import Report
-from heyoka_bike.showing.formats.grades import Grade, grade
-from heyoka_bike.showing.formats.wording import is_default, one_decimal, plain, unit_text
+from heyoka_bike.scoring.report import Report, Series
+from heyoka_bike.showing import wording as words
+from heyoka_bike.showing.document import HTML, TEXT, Cell, Row, TableBlock, TableColumn, Words
+from heyoka_bike.showing.grades import Grade, grade
 
 _MOST_ROWS = 12  # the benchmark has eight columns, a file of the whole motion up to a hundred
 
 
-@dataclass(frozen=True, slots=True)
-class Cell:
-    """A column in one maneuver, or of one program.
+def of_report(report: Report) -> TableBlock:
+    """Columns by maneuvers of a file, and how each column was taken.
 
-    Attributes
-    ----------
-    digits
-        Correct digits, ``-`` if unknown.
-    grade : Grade
+    Of a file with very many columns those with the fewest digits.
     """
-
-    digits: str
-    grade: Grade
-
-
-@dataclass(frozen=True, slots=True)
-class Row:
-    """A column of the file.
-
-    Attributes
-    ----------
-    key
-    cells : tuple of Cell
-        One for each maneuver.
-    taken
-        How the file's values were taken, in words.
-    """
-
-    key: str
-    cells: tuple[Cell, ...]
-    taken: str
-
-
-@dataclass(frozen=True, slots=True)
-class Matrix:
-    """Correct digits, columns by maneuvers.
-
-    Attributes
-    ----------
-    maneuvers : tuple of int
-    rows : tuple of Row
-        Of a file with very many columns those with the fewest digits.
-    left_out
-        How many others there are.
-    """
-
-    maneuvers: tuple[int, ...]
-    rows: tuple[Row, ...]
-    left_out: int
-
-    @property
-    def grades(self) -> set[Grade]:
-        """Those that occur."""
-        return {cell.grade for row in self.rows for cell in row.cells}
-
-
-def cell(column: ColumnScore | None) -> Cell:
-    """What is shown of a column; None where there is none."""
-    if column is None:
-        return Cell("-", Grade.UNKNOWN)
-    return Cell(one_decimal(column.as_understood.measures.scd), grade(column))
-
-
-def worst_cell(columns: Sequence[ColumnScore]) -> Cell:
-    """The fewest digits of some columns, and the worst grade."""
-    known = [c for c in columns if c.as_understood.measures.scd is not None]
-    if not known:
-        return cell(None)
-    return Cell(one_decimal(_fewest(known)), max(map(grade, known)))
-
-
-def matrix(report: Report) -> Matrix:
-    """Correct digits of a report."""
     columns = by_key(report)
     worst = sorted(columns, key=lambda key: _fewest(columns[key]))[:_MOST_ROWS]
-    rows = []
+    rows: list[Row] = []
     for key, found in columns.items():
         if key in worst:
-            cells = (next((c for c in m.columns if c.key == key), None) for m in report.maneuvers)
-            rows.append(Row(key, tuple(map(cell, cells)), taken(found)))
-    numbers = tuple(m.maneuver for m in report.maneuvers)
-    return Matrix(numbers, tuple(rows), len(columns) - len(rows))
+            cells = (_cell(m.get(key)) for m in report.maneuvers)
+            rows.append([Words(words.label(key), printable(key)), *cells, taken(found)])
+    left_out = len(columns) - len(rows)
+    more = f" {left_out} more columns have no fewer digits." if left_out else ""
+    return TableBlock(
+        [
+            Words("Correct digits", "correct digits"),
+            *_maneuvers(report),
+            TableColumn("taken as", is_prose=True, leave_out=1, style="taken"),
+        ],
+        rows,
+        about="Correct digits",
+        style="matrix",
+        note=Words(
+            "Correct digits of the worst value of a column, -log10 of its error relative to the "
+            f"column's largest value.{more} Taken as: the definition, sign, unit and zero that the "
+            "values follow; none of it is an error.",
+            f"and {left_out} more columns, none with fewer digits" if left_out else "",
+        ),
+    )
+
+
+def of_series(series: Series) -> TableBlock:
+    """The worst columns of runs or programs by maneuvers, with eq. (1) as a remark."""
+    numbers = sorted({n for run in series.runs for n in run.report})
+    rows: list[Row] = []
+    for run in series.runs:
+        held = run.report
+        cells = (_worst_cell(held[n].columns if n in held else ()) for n in numbers)
+        said = words.worst_place(run.report)
+        # Files without energies have nothing to say of it.
+        if any(m.performance is not None for m in held.values()):
+            drifts = (words.number(held[n].performance) for n in numbers if n in held)
+            said += f"; eq. (1) {' / '.join(drifts)} %"
+        name = words.run_name(series, run)
+        drifts = (words.number(held[n].performance) if n in held else "-" for n in numbers)
+        rows.append([Words(name, words.short_name(name)), *cells, said, *drifts])
+    what = "Run" if series.is_one_program else "Program"
+    return TableBlock(
+        [
+            Words(what, "digits of\nworst column"),
+            *_maneuvers(numbers),
+            TableColumn("worst column; energy", is_prose=True, style="taken", only=HTML),
+            *(TableColumn(f"eq. (1) [%]\n{n}", leave_out=1, only=TEXT) for n in numbers),
+        ],
+        rows,
+        about=what,
+        style="matrix",
+        only=HTML if series.is_one_program else "",
+        note=Words(
+            "Correct digits of the worst value of the worst column. Eq. (1), the benchmark's own "
+            "measure, sees only whether a program's own energy stays constant, and judges none of "
+            "these digits.",
+            "eq. (1) sees the energy only: it judges no digits.",
+        ),
+    )
+
+
+def side_by_side(series: Series, maneuver: int) -> TableBlock:
+    """Columns by programs in one maneuver."""
+    keys = dict.fromkeys(c.key for c in series.convergence if c.maneuver == maneuver)
+    held = (run.report.get(maneuver) for run in series.runs)
+    scores = [dict(m) if m else {} for m in held]
+    names = (words.run_name(series, run) for run in series.runs)
+    return TableBlock(
+        [Words("Correct digits", ""), *(Words(name, words.short_name(name)) for name in names)],
+        [[words.label(key), *(_cell(found.get(key)) for found in scores)] for key in keys],
+        about="Correct digits",
+        style="matrix",
+        in_parts=True,
+    )
+
+
+def _maneuvers(numbers: Iterable[int]) -> list[Words]:
+    return [Words(f"maneuver {n}", f"maneuver\n{n}") for n in numbers]
+
+
+def _cell(column: ColumnScore | None) -> Cell:
+    """What is shown of a column; None where there is none."""
+    if column is None:
+        return Cell("-", grade=Grade.UNKNOWN)
+    return Cell(words.one_decimal(column.scd), grade=grade(column))
+
+
+def _worst_cell(columns: Sequence[ColumnScore]) -> Cell:
+    """The fewest digits of some columns, and the worst grade."""
+    known = [c for c in columns if c.scd is not None]
+    if not known:
+        return _cell(None)
+    return Cell(words.one_decimal(_fewest(known)), grade=max(map(grade, known)))
 
 
 def _fewest(columns: Sequence[ColumnScore]) -> float:
-    digits = (c.as_understood.measures.scd for c in columns)
-    return min((x for x in digits if x is not None), default=0.0)
+    return min((c.scd for c in columns if c.scd is not None), default=0.0)
 
 
 def taken(columns: Sequence[ColumnScore]) -> str:
@@ -116,7 +133,7 @@ def unusual(columns: Sequence[ColumnScore]) -> list[str]:
     said = []
     if not c.is_known:
         said.append("the nearest, but its definition is unknown")
-    elif not is_default(c):
+    elif not words.is_default(c):
         said.append(f"not the default {printable(c.as_written.definition)}")
     others = {name: None for x in found for name in x.indistinguishable if name != r.definition}
     if others:
@@ -124,9 +141,9 @@ def unusual(columns: Sequence[ColumnScore]) -> list[str]:
     if r.sign != c.as_written.sign:
         said.append("other sign")
     if r.unit != c.as_written.unit:
-        said.append(f"in {unit_text(r.unit)}")
+        said.append(f"in {words.unit_text(r.unit)}")
     if r.offset != c.as_written.offset:
-        said.append(f"zero at {plain(r.offset, 5)} {unit_text(c.unit)}")
+        said.append(f"zero at {words.plain(r.offset, 5)} {words.unit_text(c.unit)}")
     return said
 
 

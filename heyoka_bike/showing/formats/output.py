@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from importlib import import_module
 from os import PathLike
 from pathlib import Path
@@ -12,6 +11,7 @@ from heyoka_bike.errors import InputError, quoted, unknown_word
 
 if TYPE_CHECKING:
     from heyoka_bike.scoring.report import Report, Series
+    from heyoka_bike.showing.document import Document
     from heyoka_bike.showing.formats.origin import Origin
 
 FORMATS = ("table", "json", "csv", "junit", "html")
@@ -40,16 +40,35 @@ def render(
     made
         When and how; by default now.
     width, has_colors
-        Of text, see `table.render`.
+        Of text, see `document.text.render`.
     """
-    from heyoka_bike.showing.formats.origin import origin
+    if name == "html":
+        from heyoka_bike.showing.document import html
 
-    made = origin() if made is None else made
-    module = import_module(f"heyoka_bike.showing.formats.{name}")
-    text: Callable[..., str] = module.render
-    if name in ("table", "summary"):
-        return text(scored, width, has_colors, made)
-    return text(scored, made) if name == "html" else text(scored)
+        return html.render(document_of(scored, made))
+    if name == "table":
+        from heyoka_bike.showing.document import text
+
+        return text.render(document_of(scored, made), width, has_colors)
+    if name == "summary":
+        from heyoka_bike.showing.formats import summary
+
+        return summary.render(scored, width, has_colors)
+    return str(import_module(f"heyoka_bike.showing.formats.{name}").render(scored))
+
+
+def document_of(scored: Report | Series, made: Origin | None = None) -> Document:
+    """All that the report of a file or of a series says; by default made now."""
+    from dataclasses import replace
+
+    from heyoka_bike.scoring.report import Report
+    from heyoka_bike.showing.formats import report, series
+    from heyoka_bike.showing.formats.origin import origin, origin_words
+    from heyoka_bike.showing.wording import reports
+
+    found = report.document(scored) if isinstance(scored, Report) else series.document(scored)
+    words = origin_words(reports(scored)[0], origin() if made is None else made)
+    return replace(found, title=f"{found.title} – uncontrolled bicycle", origin=words)
 
 
 def save(scored: Report | Series, path: str | PathLike[str], name: str | None = None) -> Path:
@@ -60,7 +79,7 @@ def save(scored: Report | Series, path: str | PathLike[str], name: str | None = 
     InputError
         No such format, a file that cannot be written, or one of the files that were scored.
     """
-    from heyoka_bike.showing.formats.wording import reports
+    from heyoka_bike.showing.wording import reports
     from heyoka_bike.system.files import refuse_overwriting, write_output
 
     file = Path(path)
@@ -81,6 +100,6 @@ def save(scored: Report | Series, path: str | PathLike[str], name: str | None = 
 def verdict(scored: Report | Series) -> str:
     """One line that says what the results are worth."""
     from heyoka_bike.scoring.report import Report
-    from heyoka_bike.showing.formats import wording
+    from heyoka_bike.showing import wording
 
     return wording.verdict(scored) if isinstance(scored, Report) else wording.series_verdict(scored)

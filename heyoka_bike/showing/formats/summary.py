@@ -8,25 +8,10 @@ from heyoka_bike.errors import printable
 from heyoka_bike.scoring.findings import Severity
 from heyoka_bike.scoring.reading.source import ARRAY
 from heyoka_bike.scoring.report import Report, Run, Series
-from heyoka_bike.showing.formats.grades import Grade, file_grade, is_part, text_color
+from heyoka_bike.showing import wording as words
+from heyoka_bike.showing.document.text import TextPage
 from heyoka_bike.showing.formats.matrix import conventions
-from heyoka_bike.showing.formats.origin import UNKNOWN, Origin
-from heyoka_bike.showing.formats.text_page import TextPage
-from heyoka_bike.showing.formats.wording import (
-    by_severity,
-    caveats,
-    fewest_digits,
-    graded,
-    is_judged,
-    one_decimal,
-    performance_words,
-    requirement_words,
-    run_name,
-    sentence,
-    series_verdict,
-    warnings_words,
-    worst_error_words,
-)
+from heyoka_bike.showing.grades import Grade, file_grade, is_part, text_color
 
 _RUNS = 4  # of a series, each on a line
 _NAMES = 14  # letters at the start of a line
@@ -37,24 +22,23 @@ _Entry = tuple[str, str, int]
 
 
 def render(
-    scored: Report | Series, width: int | None, color: bool, made: Origin = UNKNOWN, *,
-    in_python: bool = False,
-) -> str:  # fmt: skip
+    scored: Report | Series, width: int | None, has_colors: bool, *, in_python: bool = False
+) -> str:
     """Ten lines at most; what does not fit is cut, the table has all of it.
 
     Parameters
     ----------
-    width, color, made
-        See `table.render`.
+    width, has_colors
+        See `document.text.render`.
     in_python
         Whether what to do next is said for Python, not for the command line.
     """
-    page = TextPage(width, color)
+    page = TextPage(width, has_colors)
     if isinstance(scored, Report):
         page.brief("", _verdict(scored), 2, f"bold {text_color(file_grade(scored))}")
         entries = [*_report(scored), ("next", _next(scored, in_python), 1)]
     else:
-        page.brief("", series_verdict(scored), 2, "bold")
+        page.brief("", words.series_verdict(scored), 2, "bold")
         entries = [*_series(scored), ("next", _next_of_series(scored, in_python), 1)]
     for name, text, lines in entries:
         if text:
@@ -63,11 +47,14 @@ def render(
 
 
 def _report(report: Report) -> Iterator[_Entry]:
-    digits = (f"maneuver {m.maneuver}: {one_decimal(fewest_digits(m))}" for m in report.maneuvers)
-    judged = (f"maneuver {m.maneuver}: {performance_words(m)}; it sees the energy only"
-              for m in report.maneuvers if is_judged(m))  # fmt: skip
+    digits = (
+        f"maneuver {m.maneuver}: {words.one_decimal(words.fewest_digits(m))}"
+        for m in report.maneuvers
+    )
+    judged = (f"maneuver {m.maneuver}: {words.performance_words(m)}; it sees the energy only"
+              for m in report.maneuvers if words.is_judged(m))  # fmt: skip
     yield "digits", ", ".join(digits), 1
-    yield "worst", worst_error_words(report), 1
+    yield "worst", words.worst_error_words(report), 1
     yield "conventions", conventions(report), 2
     yield "eq. (1)", ", ".join(judged), 1
     yield "required", _unmet(report), 1
@@ -76,37 +63,40 @@ def _report(report: Report) -> Iterator[_Entry]:
 
 def _series(series: Series) -> Iterator[_Entry]:
     shown = series.runs if len(series.runs) <= _RUNS else series.runs[: _RUNS - 1]
-    names = [run_name(series, run) for run in shown]
+    names = [words.run_name(series, run) for run in shown]
     wide = max(map(len, names))
     for name, run in zip(names, shown, strict=True):
-        yield "", f"{name:<{wide}}  {graded(run.report)}", 1
+        yield "", f"{name:<{wide}}  {words.graded(run.report)}", 1
     if len(shown) < len(series.runs):
         yield "", f"and {len(series.runs) - len(shown)} more", 1
-    yield "required", requirement_words(series), 1
-    found = by_severity(series.findings)
-    yield "found", sentence(found[0].message) if found else "", 2
+    yield "required", words.requirement_words(series), 1
+    found = words.by_severity(series.findings)
+    yield "found", words.sentence(found[0].message) if found else "", 2
 
 
 def _verdict(report: Report) -> str:
     """The verdict without the requirements, which have a line of their own."""
-    return f"{printable(report.file.path)}: {'; '.join([graded(report), *caveats(report)])}"
+    said = "; ".join([words.graded(report), *words.caveats(report)])
+    return f"{printable(report.file.path)}: {said}"
 
 
 def _unmet(report: Report) -> str:
     first = next((r for r in report.requirements if not r.met), None)
-    said = requirement_words(report)
-    return f"{said}: {printable(first.text)}, found {sentence(first.message)}" if first else said
+    said = words.requirement_words(report)
+    return (
+        f"{said}: {printable(first.text)}, found {words.sentence(first.message)}" if first else said
+    )
 
 
 def _warnings(report: Report) -> str:
     first = next((f for f in report.said if f.severity == Severity.WARNING), None)
-    return f"{warnings_words(report)}: {sentence(first.message)}" if first else ""
+    return f"{words.warnings_words(report)}: {words.sentence(first.message)}" if first else ""
 
 
 def _next(report: Report, in_python: bool) -> str:
     """What to do with the result."""
     if report.diagnosis:
-        return sentence(report.diagnosis[0].message)
+        return words.sentence(report.diagnosis[0].message)
     found = file_grade(report)
     if found == Grade.UNKNOWN:
         return "look at the headings and the times of the file: nothing in it could be compared"

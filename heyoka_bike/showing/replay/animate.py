@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from html import escape
 from os import PathLike
@@ -13,8 +12,8 @@ from heyoka_bike.errors import InputError
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring.reading.given import results_of
 from heyoka_bike.scoring.reading.source import ARRAY
-from heyoka_bike.showing.replay import FORMATS, SUFFIXES, film, page
-from heyoka_bike.showing.replay.scenes import RATE, Replay, replay
+from heyoka_bike.showing.replay import check_suffix, page
+from heyoka_bike.showing.replay.scenes import Replay, replay
 from heyoka_bike.system.files import refuse_overwriting, write_output
 
 _HEIGHT = 720  # of the page in a notebook [px]
@@ -54,7 +53,6 @@ def animate(
     *,
     maneuver: int | None = None,
     reference: Reference | str | PathLike[str] | None = None,
-    progress: Callable[[float], None] | None = None,
     **named: Any,
 ) -> Page | Path:
     """Replay the maneuvers in 3D, results beside the reference.
@@ -64,13 +62,11 @@ def animate(
     results
         What `score` takes; without any the reference is shown alone.
     path
-        The file to write, .html, .gif or .mp4; by default nothing is written.
+        The file to write, .html; by default nothing is written.
     maneuver
-        Show this one, which results of one maneuver then hold; by default all, of a film the first.
+        Show this one, which results of one maneuver then hold; by default all.
     reference
         From `load_reference`, or the folder of a set; the published one by default.
-    progress
-        Called with the part of a film that is drawn, 0 to 1.
     named
         Columns by name, as in `score`.
 
@@ -83,11 +79,10 @@ def animate(
     ------
     InputError, NothingScoredError
         See `score`; or a path of another format, or that cannot be written.
-    MissingPackageError
-        matplotlib is not installed, which a film needs.
     """
     known = load_reference(reference)
-    kind = FORMATS[0] if path is None else _format(Path(path))
+    if path is not None:
+        check_suffix(Path(path))
     if maneuver is not None and maneuver not in known:
         raise InputError(f"found maneuver {maneuver!r:.40}, expected 1 to {len(known)}")
     given = None
@@ -95,27 +90,9 @@ def animate(
         given = results_of(results, len(known), maneuver=maneuver, named=named, is_only=False)
     if path is not None:
         refuse_overwriting([r.path for r in given or ()], [Path(path)])
-    found = replay(known, given, maneuver, film.RATES.get(kind, RATE))
-    if path is None:
-        return Page(page.render(found, _name(found)))
-    write_output(Path(path), rendered(found, kind, _name(found), progress))
-    return Path(path)
-
-
-def rendered(
-    found: Replay, kind: str, name: str, progress: Callable[[float], None] | None = None
-) -> bytes:
-    """The bytes of a replay in one of `FORMATS`; name is that of the results, if any."""
-    if kind == FORMATS[0]:
-        return page.render(found, name).encode()
-    return film.render(found, kind, name, progress)
-
-
-def _format(path: Path) -> str:
-    found = SUFFIXES.get(path.suffix.lower())
-    if found is None:
-        raise InputError(f"found '{path.name}', expected a name ending in {', '.join(SUFFIXES)}")
-    return found
+    found = replay(known, given, maneuver)
+    shown = Page(page.render(found, _name(found)))
+    return shown if path is None else shown.save(path)
 
 
 def _name(found: Replay) -> str:

@@ -4,6 +4,7 @@ import json
 from collections.abc import Mapping, Sequence
 from html import escape
 from pathlib import Path
+from string import Template
 from typing import Any
 
 import numpy as np
@@ -11,19 +12,22 @@ import numpy as np
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.errors import printable
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.showing.figures.shapes import shape
-from heyoka_bike.showing.formats import axis
-from heyoka_bike.showing.formats.chart import Line, chart
-from heyoka_bike.showing.formats.charts import legend
-from heyoka_bike.showing.formats.markup import PAGE_STYLE, page, prose
+from heyoka_bike.showing.charts import axis
+from heyoka_bike.showing.charts.chart import Line, chart
+from heyoka_bike.showing.charts.maneuver import legend
+from heyoka_bike.showing.document.html import PAGE_STYLE, page, prose
 from heyoka_bike.showing.formats.origin import reference_words
-from heyoka_bike.showing.formats.wording import sentence, worst_words
 from heyoka_bike.showing.replay.motion_3d import Motion3D
 from heyoka_bike.showing.replay.scenes import Replay, Scene
+from heyoka_bike.showing.replay.shapes import shape
+from heyoka_bike.showing.wording import sentence, worst_words
 
 STYLE = Path(__file__).with_name("replay.css")
 SCRIPT = Path(__file__).with_name("replay.js")
 """Of the stage: ``replay(data)`` draws `drawing` and the motions in it."""
+
+_STAGE = Template(Path(__file__).with_name("stage.html").read_text(encoding="utf-8"))
+_ABOUT = Path(__file__).with_name("about.html").read_text(encoding="utf-8")
 
 _HEIGHT = 84  # of the lines of a chart [px]
 _PANELS = (
@@ -88,60 +92,28 @@ def stage(scenes: Sequence[tuple[str, str]], has_result: bool) -> str:
     has_result
         Whether results are shown beside the reference.
     """
-    shows = [("points", "points", True), ("tracks", "tracks", True), ("rider", "rider", True)]
+    keys = result = ""
     if has_result:
-        shows.append(("result", "result", True))
-    boxes = "".join(
-        f'<label><input type="checkbox" name="{key}"{" checked" if on else ""}> {said}</label>'
-        for key, said, on in shows
-    )
-    magnify = (
-        '<label class="menu">difference <select name="magnify"></select></label>'
-        if has_result
-        else ""
-    )
-    keys = (
-        '<ul class="legend keys"><li><span class="swatch mine"></span> reference</li>'
-        '<li><span class="swatch result"></span> result</li></ul>'
-        if has_result
-        else ""
-    )
-    return f"""<section class="stage" aria-label="Scene">
-<div class="view"><canvas tabindex="0" role="img" aria-label="The bicycle in perspective. Drag or \
-Shift with the arrow keys to turn the camera, wheel, pinch or plus and minus to zoom."></canvas>
-{keys}<p class="scale" hidden></p></div>
-<form class="controls" autocomplete="off">
-<div class="time"><button type="button" class="play" aria-label="Play">▶</button>
-<button type="button" class="step" data-step="-1" aria-label="One frame back">‹</button>
-<button type="button" class="step" data-step="1" aria-label="One frame on">›</button>
-<input type="range" name="t" min="0" step="any" value="0" aria-label="Time [s]">
-<output class="clock">0.00 s</output></div>
-{_choice("maneuver", "Maneuver", scenes, scenes[0][0])}
-{_choice("speed", "Speed", [(x, f"{x}×") for x in ("0.1", "0.25", "0.5", "1", "2", "4")], "1")}
-{
-        _choice(
-            "camera",
-            "Camera",
-            [(x, x) for x in ("follow", "side", "behind", "above", "rider")],
-            "follow",
+        keys = (
+            '<ul class="legend keys"><li><span class="swatch mine"></span> reference</li>'
+            '<li><span class="swatch result"></span> result</li></ul>'
         )
-    }
-{_choice("exaggerate", "Roll and steer", [("1", "as is"), ("5", "×5"), ("20", "×20")], "1")}
-<fieldset class="shows"><legend>Show</legend>{boxes}{magnify}</fieldset>
-</form>
-<table class="values" aria-label="Values at this time"></table>
-<noscript><p>The replay needs a browser with scripts; the charts do not.</p></noscript>
-</section>"""
+        result = (
+            '<label><input type="checkbox" name="result" checked> result</label>'
+            '<label class="menu">difference <select name="magnify"></select></label>'
+        )
+    return _STAGE.substitute(keys=keys, result=result, maneuver=_choice(scenes))
 
 
-def _choice(name: str, said: str, items: Sequence[tuple[str, str]], chosen: str) -> str:
+def _choice(scenes: Sequence[tuple[str, str]]) -> str:
+    """Of the maneuver, the first at the beginning; hidden if there is but one."""
     options = "".join(
-        f'<label><input type="radio" name="{name}" value="{escape(value)}"'
-        f"{' checked' if value == chosen else ''}><span>{escape(text)}</span></label>"
-        for value, text in items
+        f'<label><input type="radio" name="maneuver" value="{escape(number)}"'
+        f"{'' if i else ' checked'}><span>{escape(name)}</span></label>"
+        for i, (number, name) in enumerate(scenes)
     )
-    hidden = " hidden" if len(items) < 2 else ""
-    return f'<fieldset class="choice"{hidden}><legend>{said}</legend>{options}</fieldset>'
+    hidden = " hidden" if len(scenes) < 2 else ""
+    return f'<fieldset class="choice"{hidden}><legend>Maneuver</legend>{options}</fieldset>'
 
 
 def _name(scene: Scene) -> str:
@@ -188,7 +160,7 @@ def _line(name: str, style: str, motion: Motion3D, values: Array) -> Line:
     return Line(name, style, motion.time, values)
 
 
-def _chart(scene: Scene, time: axis.Axis, lines: Sequence[Line], title: str, unit: str) -> str:
+def _chart(scene: Scene, time: axis.ChartAxis, lines: Sequence[Line], title: str, unit: str) -> str:
     own = [line.y for line in lines if line.style != "result"]
     low, high = min(float(y.min()) for y in own), max(float(y.max()) for y in own)
     # A result that leaves the picture does not flatten the reference.
@@ -213,19 +185,7 @@ def _about(replay: Replay, has_result: bool) -> str:
             f"{f', maneuver {s.number}' if len(replay.scenes) > 1 else ''}</h2>"
             f"<ul>{items}</ul></section>"
         )
-    parts.append(
-        "<details><summary>What is exact here, and the keys</summary>"
-        "<p>Wheels, hubs (P1, P3), the steer axis with P2, the centre of mass B of frame and "
-        "rider, and both contact points are where the reference has them; the yaw and the tracks "
-        "are integrated from it. Frame, fork and rider are drawings around them: the model gives "
-        "its bodies no shape, and its rider moves with the frame and holds on to nothing. Lines "
-        "on the ground are 1 m apart; the dotted one is the initial heading.</p>"
-        "<p>Space plays and pauses; left and right step by a frame, with Shift (not on the scene) "
-        "by a second; Home and End go to the ends; 1 to 9 choose the maneuver; a click into a "
-        "chart goes to that time. An address ending in <code>#t=3.2&amp;maneuver=2</code> opens "
-        "the page there; <code>camera</code>, <code>exaggerate</code>, <code>speed</code> and "
-        "<code>play=1</code> may follow.</p></details>"
-    )
+    parts.append(_ABOUT)
     return "\n".join(parts)
 
 

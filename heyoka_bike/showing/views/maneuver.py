@@ -1,25 +1,18 @@
-"""What a report says of one maneuver."""
+"""What a report says of one maneuver: its table, and its errors over time."""
 
 from heyoka_bike.scoring.report import ManeuverScore
-from heyoka_bike.showing.formats import tables
-from heyoka_bike.showing.formats.charts import all_errors
-from heyoka_bike.showing.formats.html_parts import capital
+from heyoka_bike.showing.document import Block, Paragraph
+from heyoka_bike.showing.document import text as as_text
 from heyoka_bike.showing.formats.output import WIDTH
-from heyoka_bike.showing.formats.table import render_maneuver
-from heyoka_bike.showing.formats.wording import heading
-from heyoka_bike.showing.views.card import card, head
+from heyoka_bike.showing.formats.report import maneuver
 
 
 def text(m: ManeuverScore) -> str:
     """Its table."""
-    return render_maneuver(m, WIDTH).strip("\n")
+    return as_text.render([maneuver(m, is_within=True)], WIDTH).strip("\n")
 
 
-def html(m: ManeuverScore) -> str:
-    """Its table, and its errors over time."""
-    return card(head(capital(heading(m))), parts(m))
-
-
-def parts(m: ManeuverScore) -> str:
-    """The same within something else."""
-    return tables.scores(m, explained=False) + all_errors(m)
+def blocks(m: ManeuverScore) -> tuple[Block, ...]:
+    """Its table and its errors."""
+    shown = maneuver(m, is_within=True)
+    return (Paragraph(str(shown.title), "head"), *shown.blocks)

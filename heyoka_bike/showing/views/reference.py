@@ -3,13 +3,14 @@
 from fractions import Fraction
 
 from heyoka_bike.reference.load import Motion, Reference
-from heyoka_bike.showing.formats.wording import plain
-from heyoka_bike.showing.views.card import card, head, plain_table
+from heyoka_bike.showing.document import Block, TableBlock
+from heyoka_bike.showing.document.notebook import head
+from heyoka_bike.showing.wording import plain
 
 _NAMES = ("maneuver", "name", "speed [m/s]", "roll rate [rad/s]", "ends at [s]", "rows", "columns")
 
 
-def html(found: Reference | Motion) -> str:
+def blocks(found: Reference | Motion) -> tuple[Block, ...]:
     """What it is, and a row for each maneuver."""
     rows = [
         (
@@ -19,11 +20,10 @@ def html(found: Reference | Motion) -> str:
         for number, m in found.items()
     ]  # fmt: skip
     facts = f"content sha256 {found.content_sha256}; {found.folder}"
+    title = "Whole motion"
     if isinstance(found, Reference):
         title = f"Reference {found.dataset_version} of {found.bicycle}"
-    else:
-        title = "Whole motion"
-    return card(head(title, facts), plain_table(_NAMES, rows, "Maneuvers"))
+    return *head(title, facts), TableBlock(_NAMES, rows, "Maneuvers")
 
 
 def _decimal(exact: str) -> str:

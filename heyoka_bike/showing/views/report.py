@@ -1,20 +1,14 @@
 """A report, a diagnosis or a series: what its summary says, and in a notebook its tables."""
 
+from collections.abc import Iterator
+
 from heyoka_bike.scoring.report import Report, Series
-from heyoka_bike.showing.formats import diagnosis, matrix_table, summary, tables
-from heyoka_bike.showing.formats.html import verdict_parts
-from heyoka_bike.showing.formats.html_parts import (
-    asked,
-    capital,
-    finding_list,
-    remark,
-    requirement_list,
-)
-from heyoka_bike.showing.formats.markup import prose
+from heyoka_bike.showing.document import Block, Chapter
+from heyoka_bike.showing.formats import diagnosis, matrix, summary
+from heyoka_bike.showing.formats import report as single
+from heyoka_bike.showing.formats import series as several
 from heyoka_bike.showing.formats.output import WIDTH
-from heyoka_bike.showing.formats.wording import heading, run_name, series_verdict
-from heyoka_bike.showing.views import maneuver
-from heyoka_bike.showing.views.card import card, folded
+from heyoka_bike.showing.wording import run_name
 
 
 def text(scored: Report | Series) -> str:
@@ -24,31 +18,31 @@ def text(scored: Report | Series) -> str:
     return summary.render(scored, WIDTH, False, in_python=True).rstrip("\n")
 
 
-def html(scored: Report | Series) -> str:
+def blocks(scored: Report | Series) -> tuple[Block, ...]:
     """Verdict and digits; what more there is is folded."""
-    return card(*(_report(scored) if isinstance(scored, Report) else _series(scored)))
+    return tuple(_report(scored) if isinstance(scored, Report) else _series(scored))
 
 
-def _report(report: Report) -> list[str]:
+def _report(report: Report) -> Iterator[Block]:
     said = [f for f in report.findings if f not in report.diagnosis]
-    return [
-        *verdict_parts(report),
-        folded("Why it differs", finding_list(report.diagnosis), is_open=True),
-        matrix_table.of_report(report),
-        remark(report),
-        folded("Requirements", requirement_list(report.requirements), is_open=not report.passed),
-        folded(f"Findings ({len(said)})", finding_list(tuple(said))),
-        *(folded(capital(heading(m)), maneuver.parts(m)) for m in report.maneuvers),
-    ]
+    required = single.requirements(report.requirements)
+    yield from single.verdict_of(report)
+    yield _folded("Why it differs", single.findings(report.diagnosis), is_open=True)
+    yield matrix.of_report(report)
+    yield single.remark(report)
+    yield _folded("Requirements", required, is_open=not report.passed)
+    yield _folded(f"Findings ({len(said)})", single.findings(said))
+    yield from (single.maneuver(m, is_within=True) for m in report.maneuvers)
 
 
-def _series(series: Series) -> list[str]:
-    numbers = sorted({c.maneuver for c in series.convergence})
-    return [
-        f'<p class="verdict">{prose(capital(series_verdict(series)))}.</p>',
-        asked(series),
-        matrix_table.of_series(series),
-        folded(f"Findings ({len(series.findings)})", finding_list(series.findings)),
-        *(folded(f"Errors in maneuver {n}", tables.convergence(series, n)) for n in numbers),
-        *(folded(run_name(series, r), "".join(_report(r.report))) for r in series.runs),
-    ]
+def _series(series: Series) -> Iterator[Block]:
+    yield from several.verdict_of(series)
+    yield _folded(f"Findings ({len(series.findings)})", single.findings(series.findings))
+    for n in several.maneuvers_of(series):
+        yield _folded(f"Errors in maneuver {n}", several.convergence(series, n))
+    for run in series.runs:
+        yield _folded(run_name(series, run), *_report(run.report))
+
+
+def _folded(title: str, *content: Block, is_open: bool = False) -> Chapter:
+    return Chapter(title, content, is_folded=True, is_open=is_open)

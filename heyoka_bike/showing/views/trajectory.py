@@ -5,8 +5,9 @@ from __future__ import annotations
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from heyoka_bike.showing.formats.wording import plain
-from heyoka_bike.showing.views.card import card, head, plain_table
+from heyoka_bike.showing.document import Block, TableBlock
+from heyoka_bike.showing.document.notebook import head
+from heyoka_bike.showing.wording import plain
 
 if TYPE_CHECKING:
     from heyoka_bike.motion.trajectory import Trajectory
@@ -14,12 +15,10 @@ if TYPE_CHECKING:
 _TIMES = 6
 
 
-def html(run: Trajectory) -> str:
+def blocks(run: Trajectory) -> tuple[Block, ...]:
     """States at even times, the last the end of the run."""
     end = run.breaks[-1] if run.maneuver.duration > run.breaks[-1] else run.maneuver.duration
     times = [end * Fraction(i, _TIMES - 1) for i in range(_TIMES)]
     rows = [(plain(float(t)), *(f"{float(x.mid()):.10g}" for x in run.state(t))) for t in times]
     title, facts = run.words
-    return card(
-        head(title, facts), plain_table(("time [s]", *run.states), rows, "States", "numbers")
-    )
+    return *head(title, facts), TableBlock(("time [s]", *run.states), rows, "States", "numbers")

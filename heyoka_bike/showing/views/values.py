@@ -1,53 +1,40 @@
 """Columns at some times, as a table; at one time a column is a row, with all its digits."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.reference.values import Values
+from heyoka_bike.showing.document import Block, TableBlock
+from heyoka_bike.showing.document import text as as_text
+from heyoka_bike.showing.document.notebook import head
 from heyoka_bike.showing.formats.output import WIDTH
-from heyoka_bike.showing.formats.text_page import TextPage, text_table
-from heyoka_bike.showing.formats.wording import unit_text
-from heyoka_bike.showing.views.card import card, head, plain_table, remark
+from heyoka_bike.showing.wording import unit_text
 
 _MOST_ROWS = 10
 _MOST_COLUMNS = 9
 _SHOWN = 10  # significant digits of a value among others
 _UNITS = {c.name: c.unit for columns in COMPARED.values() for c in columns}
 
-Table = tuple[Sequence[str], Sequence[Sequence[str]], str]
-"""Headings, rows, and a word on what is not shown."""
-
 
 def text(values: Values) -> str:
     """The table as lines; a word where there are no times to show it by."""
-    page = TextPage(WIDTH, color=False)
     for most in range(_MOST_COLUMNS, 0, -1):
-        names, rows, said = table(values, most)
-        if not rows:
-            return _in_a_word(values)
-        view = text_table(names, rows, left=1)
-        if page.fits(view):
+        found = as_text.render([table(values, most)], WIDTH)
+        if max(map(len, found.splitlines()), default=0) <= WIDTH:
             break
-    page.show(view)
-    if said:
-        page.say(said)
-    return page.text().rstrip("\n")
+    return found.rstrip("\n") or _in_a_word(values)
 
 
-def html(values: Values) -> str:
+def blocks(values: Values) -> tuple[Block, ...]:
     """The table."""
-    names, rows, said = table(values, _MOST_COLUMNS)
-    if not rows:
-        return card(head(_in_a_word(values)))
-    return card(plain_table(names, rows, "Values", "numbers"), remark(said))
+    shown = table(values, _MOST_COLUMNS)
+    return (shown,) if shown.rows else head(_in_a_word(values))
 
 
-def table(values: Values, most: int) -> Table:
+def table(values: Values, most: int, about: str = "Values") -> TableBlock:
     """At most so many columns of the values; nothing without their times."""
     if values.time is None or any(x.shape != values.time.shape for x in values.hi.values()):
-        return (), (), ""
+        return TableBlock((), (), about)
     if not values.time.shape:
         return _at_one_time(values)
     shown = list(values)[:most]
@@ -64,13 +51,15 @@ def table(values: Values, most: int) -> Table:
     left_out = len(values) - len(shown)
     said = [f"{len(time)} rows"] if cut else []
     said += [f"{left_out} more columns"] if left_out else []
-    return ["time [s]", *map(_heading, shown)], lines, ", ".join(said)
+    names = ["time [s]", *map(_heading, shown)]
+    return TableBlock(names, lines, about, "numbers", note=", ".join(said))
 
 
-def _at_one_time(values: Values) -> Table:
+def _at_one_time(values: Values) -> TableBlock:
     lo = {name: float(values.lo.get(name, 0.0)) for name in values}
     rows = [[_heading(name), repr(float(x)), repr(lo[name])] for name, x in values.items()]
-    return [f"at {float(values.time or 0.0)!r} s", "value", "+ the rest"], rows, ""
+    names = (f"at {float(values.time or 0.0)!r} s", "value", "+ the rest")
+    return TableBlock(names, rows, "Values", "numbers")
 
 
 def _heading(name: str) -> str:

@@ -12,8 +12,7 @@ from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.workbench.atlas.data import FALLS, UNDECIDED
 from heyoka_bike.workbench.atlas.design import ACCURACY, EDGE_ACCURACY, Chunk, Design
 from heyoka_bike.workbench.atlas.fates import fates
-from heyoka_bike.workbench.atlas.runs import Runs
-from heyoka_bike.workbench.fast.taylor_code import PLANS
+from heyoka_bike.workbench.atlas.runs import PLANS, Runs
 
 Quantities = Mapping[str, Array]
 

@@ -12,7 +12,7 @@ from heyoka_bike.bicycle.parameters import START
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.workbench.atlas.runs import LATERAL, PITCH, ROLL, SPACING, SPIN, STEER, Runs
 from heyoka_bike.workbench.atlas.tops import largest
-from heyoka_bike.workbench.fast.taylor_code import STATE
+from heyoka_bike.workbench.fast.vector_code import STATE
 
 SECONDS = 10
 """How long magnification is looked at [s]."""

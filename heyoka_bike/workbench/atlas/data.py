@@ -65,7 +65,7 @@ VARIABLES: Mapping[str, Variable] = {
 
 
 @dataclass(frozen=True, slots=True)
-class Axis:
+class GridAxis:
     """A side of the grid.
 
     Attributes
@@ -119,7 +119,7 @@ class Atlas:
     ----------
     bicycle : Bicycle
         A parameter that is an axis has the value of the axis instead.
-    axes : tuple of Axis
+    axes : tuple of GridAxis
         Two of them.
     start : mapping
         What the start is where no axis says it [SI], by the names of `START`.
@@ -131,7 +131,7 @@ class Atlas:
     """
 
     bicycle: Bicycle
-    axes: tuple[Axis, Axis]
+    axes: tuple[GridAxis, GridAxis]
     start: Mapping[str, float]
     variables: Mapping[str, Array]
     edge: Edge

@@ -14,9 +14,9 @@ from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.system.versions import versions
-from heyoka_bike.workbench.atlas.data import Axis
+from heyoka_bike.workbench.atlas.data import GridAxis
 from heyoka_bike.workbench.atlas.fates import LONGEST
-from heyoka_bike.workbench.fast.taylor_code import PLANS
+from heyoka_bike.workbench.atlas.runs import PLANS
 
 ACCURACY, EDGE_ACCURACY = 1e-10, "roundoff"
 """Of the motions of the grid, and of those at the edge; see `PLANS`."""
@@ -36,7 +36,7 @@ class Design:
     Attributes
     ----------
     bicycle : Bicycle
-    axes : tuple of Axis
+    axes : tuple of GridAxis
         Two of them.
     start : mapping
         What the start is where no axis says it [SI], by the names of `START`.
@@ -45,7 +45,7 @@ class Design:
     """
 
     bicycle: Bicycle
-    axes: tuple[Axis, Axis]
+    axes: tuple[GridAxis, GridAxis]
     start: Mapping[str, float]
     longest: float = LONGEST
 
@@ -122,7 +122,7 @@ class Design:
         }
 
 
-def axis(text: str, name: str) -> Axis:
+def axis(text: str, name: str) -> GridAxis:
     """The axis ``FROM:TO:N`` of a name of `START`, or of a parameter.
 
     Raises
@@ -144,11 +144,11 @@ def axis(text: str, name: str) -> Axis:
     if begin >= end:
         raise InputError(f"{option}: found {quoted(text)}, expected FROM below TO")
     step = (end - begin) / (count - 1)
-    return Axis(name, np.array([float(begin + i * step) for i in range(count)]))
+    return GridAxis(name, np.array([float(begin + i * step) for i in range(count)]))
 
 
 def design(
-    bicycle: Bicycle, axes: Sequence[Axis], start: Mapping[str, float] | None = None,
+    bicycle: Bicycle, axes: Sequence[GridAxis], start: Mapping[str, float] | None = None,
     longest: float = LONGEST,
 ) -> Design:  # fmt: skip
     """A design that is checked; what is not said of the start is zero.

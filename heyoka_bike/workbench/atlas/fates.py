@@ -40,7 +40,7 @@ from heyoka_bike.workbench.atlas.data import (
 )
 from heyoka_bike.workbench.atlas.runs import LATERAL, ROLL, SPACING, SPIN, STEER, WINDOW, Runs
 from heyoka_bike.workbench.atlas.tops import first_negative, largest, tops
-from heyoka_bike.workbench.fast.taylor_code import STATE
+from heyoka_bike.workbench.fast.vector_code import STATE
 
 LONGEST = 200.0
 """How long a motion is followed [s] that does not come to anything sooner."""

@@ -42,7 +42,7 @@ _ARROW: dict[str, Any] = {"arrowstyle": "-", "linewidth": 0.5, "shrinkA": 1, "sh
 
 
 @dataclass(frozen=True, slots=True)
-class Curve:
+class EnergyCurve:
     """Starts whose energy is that of straight running at a speed where stability changes.
 
     Attributes
@@ -100,7 +100,7 @@ def draw(atlas: Atlas) -> Figure:
         return figure
 
 
-def limits(atlas: Atlas) -> list[Curve]:
+def limits(atlas: Atlas) -> list[EnergyCurve]:
     """For each end of a stable range the starts with the energy of running straight there."""
     equations = Equations.binary64(atlas.bicycle)
     k = equations.k
@@ -117,7 +117,7 @@ def limits(atlas: Atlas) -> list[Curve]:
             if limit is not None:
                 square = float(limit) ** 2 - ratio * rates**2
                 speed = np.sqrt(np.maximum(square, 0.0))
-                found.append(Curve(name, float(limit), speed[square > 0], rates[square > 0]))
+                found.append(EnergyCurve(name, float(limit), speed[square > 0], rates[square > 0]))
     return found
 
 
@@ -190,7 +190,7 @@ def _name_stable_ranges(ax: Axes, atlas: Atlas) -> None:
             )  # fmt: skip
 
 
-def _draw_limit(ax: Axes, curve: Curve) -> None:
+def _draw_limit(ax: Axes, curve: EnergyCurve) -> None:
     ax.axvline(curve.limit, color=BLACK, linewidth=0.7, linestyle=(0, (4, 2)))
     ax.plot(curve.speed, curve.roll_rate, color=BLACK, linewidth=0.9, linestyle=(0, (1, 1.2)))
     ax.annotate(

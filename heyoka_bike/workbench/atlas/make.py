@@ -12,7 +12,7 @@ from heyoka_bike.system.parallel import carry_out
 from heyoka_bike.workbench.atlas.compute import changes, chunk, edge
 from heyoka_bike.workbench.atlas.data import Atlas, Edge
 from heyoka_bike.workbench.atlas.design import Chunk, Design
-from heyoka_bike.workbench.atlas.store import Store, load_atlas
+from heyoka_bike.workbench.atlas.store import AtlasStore, load_atlas
 
 _EDGE_SHARE = 0.3  # of the work, about
 _TOGETHER = 8  # changes that are bisected by a job
@@ -45,17 +45,19 @@ def make_atlas(
     MissingPackageError
         heyoka or zarr is not installed.
     """
-    store = Store(Path(folder), design, force=force)
+    store = AtlasStore(Path(folder), design, force=force)
     if not store.has_edge:
-        _Making(design, store, progress).carry_out()
+        _AtlasMaking(design, store, progress).carry_out()
     progress(1.0)
     return load_atlas(folder)
 
 
-class _Making:
+class _AtlasMaking:
     """Chunks that are missing, and the edge along the second axis where all of them are there."""
 
-    def __init__(self, design: Design, store: Store, progress: Callable[[float], None]) -> None:
+    def __init__(
+        self, design: Design, store: AtlasStore, progress: Callable[[float], None]
+    ) -> None:
         self.design, self.store, self.progress = design, store, progress
         self.chunks = {Job(chunk, (design, which)): which for which in store.missing()}
         self.left = Counter(i for i, _ in self.chunks.values())

@@ -3,10 +3,19 @@
 The equations are in their regular form, which passes where the mechanical trail is zero: motions at
 the edge of falling do. Each motion has its own steps, so that what it gets does not depend on those
 that share its vector.
+
+heyoka's step law takes the order from a tolerance, and the step from the two last coefficients x
+of the state: it is about e^-2 times the smaller of ``(norm / |x|)^(1 / order)``, where ``norm`` is
+the largest variable of the state. To choose both freely, the state is given a constant more, the
+norm: the error of a step is about e^(-2 order) of it. Another variable counts the time.
+
+The code is unrolled, and multiplications and additions are contracted (``fast_math``): each is then
+rounded once. No sum of the equations depends on the order of its terms.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
 
@@ -21,7 +30,7 @@ from heyoka_bike.motion.expressions import Expressions, require_heyoka
 from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.dual import Duals
-from heyoka_bike.workbench.fast.taylor_code import CLOCK, NORM, STATE, Form, Plan, taylor_step
+from heyoka_bike.workbench.fast.vector_code import STATE
 
 ROLL, PITCH, STEER, ROLL_RATE, STEER_RATE, SPIN = range(STATE)
 LATERAL = (ROLL, STEER, ROLL_RATE, STEER_RATE)
@@ -40,6 +49,22 @@ LEAST_TURN = 0.1
 `turn_divisor`. A step is as long as the way to a singularity, which a coarse one could pass."""
 
 _MOST_STEPS = 20_000  # in a window
+# Places in the state of the compiled step of the time, over a power of two that keeps the clock
+# exact and small against the norm in long runs, and of the norm.
+_CLOCK, _NORM, _TICK = STATE, STATE + 1, 1024.0
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """Order and norm of the Taylor steps; the norm is no less than the speed."""
+
+    order: int
+    norm: float
+
+
+PLANS: Mapping[str | float, Plan] = {1e-10: Plan(15, 28.0), "roundoff": Plan(19, 16.0)}
+"""For the largest error of roll and steer angle [rad], their rates [rad/s] and the speed [m/s] over
+10 s the fastest plan found that keeps it in the three maneuvers and 20 other starts."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,7 +188,7 @@ class Runs:
         which = np.concatenate([which, np.repeat(which[:1], free)])
         ta.set_time(0.0)
         ta.state[:STATE] = states.T
-        ta.state[CLOCK], ta.state[NORM] = 0.0, self._norm
+        ta.state[_CLOCK], ta.state[_NORM] = 0.0, self._norm
         if not self._is_single:
             ta.pars[:] = self._numbers[: len(ta.pars), which]
         found = ta.propagate_grid(at, max_steps=_MOST_STEPS)
@@ -178,17 +203,11 @@ class Runs:
         return np.ascontiguousarray(function(flat, **given).T).reshape(*states.shape[:2], -1)
 
 
+@dataclass(frozen=True, slots=True)
 class _Template:
     """Equations of any bicycle, into which constants are put: all are alike."""
 
-    def __init__(self, equations: Equations) -> None:
-        self.equations = equations
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Template)
-
-    def __hash__(self) -> int:
-        return 0
+    equations: Equations = field(compare=False)
 
 
 @lru_cache(4)
@@ -206,9 +225,24 @@ def _code(constants: tuple[float | None, ...], order: int, template: _Template) 
     rates = equations.over(duals).rates(duals.variables(state))
     slopes = [p if isinstance(p, hy.expression) else hy.expression(float(p))
               for rate in rates for p in rate.slopes]  # fmt: skip
+    clock, norm = hy.make_vars("clock", "norm")
+    system = [
+        *zip(state, equations.rates(state), strict=True),
+        (clock, hy.expression(1 / _TICK)),
+        (norm, hy.expression(0.0)),
+    ]
+    step = hy.taylor_adaptive_batch(
+        system,
+        [[1.0] * lanes for _ in system],
+        # heyoka takes ceil(1 - log(tol) / 2) as the order.
+        tol=math.exp(-2 * (order - 1.5)),
+        compact_mode=False,
+        fast_math=True,
+        t_events=[hy.t_event_batch(x) for x in ends],
+    )
     return _Code(
         lanes,
-        taylor_step(hy, equations, Form(order, lanes, is_regular=True), ends),
+        step,
         hy.cfunc([floor.rear.normal, floor.front.normal], state, fast_math=True),
         hy.cfunc(slopes, state, fast_math=True),
     )

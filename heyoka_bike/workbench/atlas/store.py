@@ -15,7 +15,7 @@ from typing import Any
 from heyoka_bike.bicycle.parameters import PARAMETERS, START, Bicycle
 from heyoka_bike.errors import DatasetError, InputError, MissingPackageError
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.workbench.atlas.data import FATES, VARIABLES, Atlas, Axis, Edge
+from heyoka_bike.workbench.atlas.data import FATES, VARIABLES, Atlas, Edge, GridAxis
 from heyoka_bike.workbench.atlas.design import Chunk, Design
 
 _COMPLETE = "complete"
@@ -23,7 +23,7 @@ _EDGE = ("edge_at", "edge_stays", "edge_falls")
 _KIND = "heyoka_bike atlas"
 
 
-class Store:
+class AtlasStore:
     """A store that is being filled.
 
     Parameters
@@ -189,7 +189,7 @@ def load_atlas(folder: str | Path) -> Atlas:
         said = dict(group.attrs)
         if said.get("kind") != _KIND:
             raise ValueError("it is something else")
-        first, second = (Axis(name, group[name][:]) for name in said["axes"])
+        first, second = (GridAxis(name, group[name][:]) for name in said["axes"])
         return Atlas(
             bicycle=Bicycle.parse(said["bicycle"]["name"], said["bicycle"]["parameters"]),
             axes=(first, second),

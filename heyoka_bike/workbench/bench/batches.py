@@ -3,7 +3,6 @@
 import os
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -14,6 +13,7 @@ import numpy as np
 
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
 from heyoka_bike.motion.integrate import integrate
+from heyoka_bike.workbench.bench.problem import seconds
 from heyoka_bike.workbench.fast.ensemble import Ensemble
 from heyoka_bike.workbench.fast.simulate import prepare
 
@@ -46,10 +46,11 @@ print(imported - begin, time.perf_counter() - imported)
 
 @dataclass(frozen=True, slots=True)
 class Throughput:
-    """Motions of 10 s per second, by the number of threads; shortest of some times."""
+    """Motions of 10 s per second, of so many threads; shortest of some times."""
 
     accuracy: str | float
-    motions_per_second: dict[int, float]
+    threads: int
+    motions_per_second: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,8 +86,8 @@ class LongRun:
 class FirstResult:
     """Median times of a new process [s]: the import of NumPy, and the first result after it."""
 
-    importing: float
-    result: float
+    import_numpy_s: float
+    result_s: float
 
 
 def throughput() -> list[Throughput]:
@@ -101,8 +102,8 @@ def throughput() -> list[Throughput]:
         ensembles = [Ensemble(accuracy=accuracy, threads=n) for n in counts]
         runs = [partial(e.ends, starts, _DURATION) for e in ensembles]
         times = _in_turns(runs, _ENSEMBLE_TURNS)
-        rates = {n: _MOTIONS / min(x) for n, x in zip(counts, times, strict=True)}
-        found.append(Throughput(accuracy, rates))
+        for n, x in zip(counts, times, strict=True):
+            found.append(Throughput(accuracy, n, _MOTIONS / min(x)))
     return found
 
 
@@ -114,13 +115,11 @@ def long_runs(bicycle: Bicycle, maneuver: Maneuver) -> list[LongRun]:
         right = integrate(bicycle, m, "longdouble").state(m.duration)
         for accuracy in LONG:
             run = prepare(m, bicycle=bicycle, accuracy=accuracy, rows=_LONG_ROWS)
-            begin = time.perf_counter()
-            energy = run()["mechanical_energy"]
-            once = time.perf_counter() - begin
-            turns = min(_LONG_TURNS, 1 + int(_LONG_SECONDS / once))
+            turns = min(_LONG_TURNS, 1 + int(_LONG_SECONDS / seconds(run)))
             (times,) = _in_turns([run], turns)
             pairs = zip(run.states()[0][-1], right, strict=False)
             error = float(max(abs(x - float(y.mid())) for x, y in pairs))
+            energy = run()["mechanical_energy"]
             performance = float(100 * np.ptp(energy) / energy[0])
             found.append(LongRun(accuracy, duration, run.steps[0], min(times), performance, error))
     return found
@@ -128,14 +127,9 @@ def long_runs(bicycle: Bicycle, maneuver: Maneuver) -> list[LongRun]:
 
 def first_result() -> FirstResult:
     """Maneuver 2 in new processes; nothing that was compiled is kept."""
-    found = [_first() for _ in range(_STARTS)]
-    return FirstResult(*(median(x) for x in zip(*found, strict=True)))
-
-
-def _first() -> tuple[float, float]:
-    done = subprocess.run([sys.executable, "-c", _FIRST_RESULT], check=True, capture_output=True)
-    importing, result = done.stdout.split()
-    return float(importing), float(result)
+    command = [sys.executable, "-c", _FIRST_RESULT]
+    found = [subprocess.check_output(command).split() for _ in range(_STARTS)]
+    return FirstResult(*(median(map(float, x)) for x in zip(*found, strict=True)))
 
 
 def _in_turns(runs: Sequence[Callable[[], object]], turns: int) -> list[list[float]]:
@@ -144,7 +138,5 @@ def _in_turns(runs: Sequence[Callable[[], object]], turns: int) -> list[list[flo
     for _ in range(turns):
         for run, found in zip(runs, times, strict=True):
             run()
-            begin = time.perf_counter()
-            run()
-            found.append(time.perf_counter() - begin)
+            found.append(seconds(run))
     return times

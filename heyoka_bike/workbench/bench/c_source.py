@@ -23,15 +23,7 @@ def slope_source(bicycle: Bicycle) -> str:
     The form is `model.few_products`, the one that heyoka integrates.
     """
     code = StraightLine()
-    state = [code.variable(f"y[{i}]") for i in range(_STATE)]
-    rates = _equations(bicycle, code).rates(state)
-    return _function(
-        "static void slope(const double *restrict y, double *restrict f)",
-        [
-            *_assignments(code.statements),
-            *(f"f[{i}] = {x.text};" for i, x in enumerate(rates)),
-        ],
-    )
+    return _slope(_equations(bicycle, code), code, "double")
 
 
 def quadruple_source(bicycle: Bicycle) -> str:
@@ -46,15 +38,16 @@ def quadruple_source(bicycle: Bicycle) -> str:
         return code.variable(f"k[{len(constants) - 1}]")
 
     equations = Equations.of(bicycle, exact, is_regular=False).convert(constant, code)
+    slope = _slope(equations, code, "real")
+    return f"static const real k[] = {{{', '.join(constants)}}};\n{slope}"
+
+
+def _slope(equations: Equations, code: StraightLine, kind: str) -> str:
     rates = equations.rates([code.variable(f"y[{i}]") for i in range(_STATE)])
-    table = f"static const real k[] = {{{', '.join(constants)}}};\n"
-    return table + _function(
-        "static void slope(const real *restrict y, real *restrict f)",
-        [
-            *_assignments(needed(code.statements, [x.text for x in rates]), "real"),
-            *(f"f[{i}] = {x.text};" for i, x in enumerate(rates)),
-        ],
-    )
+    lines = _assignments(needed(code.statements, [x.text for x in rates]), kind)
+    lines += [f"f[{i}] = {x.text};" for i, x in enumerate(rates)]
+    head = f"static void slope(const {kind} *restrict y, {kind} *restrict f)"
+    return _function(head, lines)
 
 
 def columns_source(bicycle: Bicycle) -> str:

@@ -4,9 +4,12 @@ Each carries a maneuver out. `Several` carries out all of them with a code of th
 the other; the fast path of this package does them at once.
 """
 
+from __future__ import annotations
+
 import importlib.util
 import sys
 import time
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -22,7 +25,7 @@ from heyoka_bike.workbench.bench.compiled import CompiledPeers, NoCompilerError
 from heyoka_bike.workbench.bench.problem import (
     PERFORMANCE_LIMIT,
     Array,
-    Problem,
+    ReferenceProblem,
     Trial,
     Unavailable,
 )
@@ -33,18 +36,15 @@ PER_DECADE = 8
 MIDDLE, NEAR_ROUNDOFF, TIGHTEST = 4 * PER_DECADE, 13 * PER_DECADE, 16 * PER_DECADE
 """Indices of the tolerances 1e-4, 1e-13, 1e-16."""
 
+_Run = Callable[[], tuple[Array, int, Array]]
+"""Gives states, calls of the right-hand side, and columns."""
+
 _MIN_RTOL = 100 * float(np.finfo(np.float64).eps)  # SciPy goes no lower
 
 
 def tolerance_of(index: int) -> float:
     """The grid on which tolerances are searched."""
     return float(10 ** (-index / PER_DECADE))
-
-
-def _best(at: Callable[[float], Trial]) -> Trial:
-    """The trial of the smallest error, for a code that has no tolerance for roundoff."""
-    tried = [at(tolerance_of(i)) for i in range(NEAR_ROUNDOFF, TIGHTEST + 1)]
-    return min(tried, key=lambda x: x.error)
 
 
 @dataclass(eq=False)
@@ -65,7 +65,7 @@ class Heyoka:
 
     name: str
     precision: str
-    problem: Problem
+    problem: ReferenceProblem
     is_compact: bool = True
     counts: str = "steps"
     _build: dict[int, float] = field(default_factory=dict, init=False, repr=False)
@@ -124,7 +124,7 @@ class Tuned:
     """
 
     name: str
-    problems: Sequence[Problem]
+    problems: Sequence[ReferenceProblem]
     precision: str = "binary64"
     counts: str = "steps"
     _build: float = field(default=0.0, init=False, repr=False)
@@ -152,14 +152,13 @@ class _Peer:
     """A code in binary64 for one maneuver."""
 
     name: str
-    problem: Problem
+    problem: ReferenceProblem
     precision: str = "binary64"
     counts: str = "rhs_calls"
 
 
-@dataclass(eq=False)
-class SciPy(_Peer):
-    """A method of ``scipy.integrate.solve_ivp``, at rtol = atol; rtol stops at 2.2e-14."""
+class _ByTolerance(_Peer, ABC):
+    """A code whose steps are chosen by a tolerance."""
 
     def at(self, tolerance: float | None) -> Trial:
         """Build and measure at a tolerance; by default the one of the smallest state error.
@@ -167,35 +166,45 @@ class SciPy(_Peer):
         Raises
         ------
         Unavailable
-            SciPy is not installed.
+            The code, or a C compiler for it, is not installed.
         """
-        try:
-            from scipy.integrate import solve_ivp
-        except ImportError:
-            raise Unavailable("not installed") from None
         if tolerance is None:
-            return _best(self.at)
-        problem, atol = self.problem, tolerance
+            # It has none for roundoff.
+            tried = [self.at(tolerance_of(i)) for i in range(NEAR_ROUNDOFF, TIGHTEST + 1)]
+            return min(tried, key=lambda x: x.error)
+        run, chosen, build = self._built(tolerance)
+        rows, calls, _ = run()
+        measured = self.problem.measure(rows, self.problem.expected)
+        return Trial(run, chosen, build, calls, *measured)
+
+    @abstractmethod
+    def _built(self, tolerance: float) -> tuple[_Run, float, float]:
+        """A run, the tolerance in the code's own sense, and the time of building it [s]."""
+
+
+class SciPy(_ByTolerance):
+    """A method of ``scipy.integrate.solve_ivp``, at rtol = atol; rtol stops at 2.2e-14."""
+
+    def _built(self, tolerance: float) -> tuple[_Run, float, float]:
+        solve_ivp, problem = _import("scipy.integrate").solve_ivp, self.problem
         start, times, method = problem.start(float), problem.times, self.name.split()[-1]
         (slope, build), columns = problem.slope, problem.columns()
 
         def run() -> tuple[Array, int, Array]:
             found = solve_ivp(
                 slope, (times[0], times[-1]), start, method=method, t_eval=times,
-                rtol=max(atol, _MIN_RTOL), atol=atol,
+                rtol=max(tolerance, _MIN_RTOL), atol=tolerance,
             )  # fmt: skip
             return found.y.T, found.nfev, columns(found.y.T)
 
-        rows, calls, _ = run()
-        return Trial(run, atol, build, calls, *problem.measure(rows, problem.expected))
+        return run, tolerance, build
 
 
-@dataclass(eq=False)
-class Compiled(_Peer):
+class Compiled(_ByTolerance):
     """A Runge-Kutta method in C with the right-hand side and columns in C, see `compiled`."""
 
     @cached_property
-    def _built(self) -> tuple[CompiledPeers, float]:
+    def _peers(self) -> tuple[CompiledPeers, float]:
         begin = time.perf_counter()
         try:
             peers = CompiledPeers(self.problem.bicycle)
@@ -203,48 +212,25 @@ class Compiled(_Peer):
             raise Unavailable(str(e)) from None
         return peers, time.perf_counter() - begin
 
-    def at(self, tolerance: float | None) -> Trial:
-        """Build and measure at a tolerance; by default the one of the smallest state error.
-
-        Raises
-        ------
-        Unavailable
-            There is no C compiler.
-        """
-        peers, build = self._built
-        if tolerance is None:
-            return _best(self.at)
-        problem, method = self.problem, self.name.split()[-1]
-        start, times = problem.start(float), problem.times
+    def _built(self, tolerance: float) -> tuple[_Run, float, float]:
+        peers, build = self._peers
+        start, times = self.problem.start(float), self.problem.times
+        method = self.name.split()[-1]
         # The error of RK4 goes with the fourth power of the step.
         chosen = tolerance**0.25 if method == "RK4" else tolerance
 
-        def run() -> tuple[Array, Array, int]:
-            return peers.solve(method, start, times, chosen)
+        def run() -> tuple[Array, int, Array]:
+            states, columns, calls = peers.solve(method, start, times, chosen)
+            return states.T if calls > 0 else states.T[:0], calls, columns
 
-        states, _, calls = run()
-        rows = states.T if calls > 0 else states.T[:0]
-        return Trial(run, chosen, build, calls, *problem.measure(rows, problem.expected))
+        return run, chosen, build
 
 
-@dataclass(eq=False)
-class Sundials(_Peer):
+class Sundials(_ByTolerance):
     """CVODE of SUNDIALS by its Adams methods, through scikit-sundae, at rtol = atol."""
 
-    def at(self, tolerance: float | None) -> Trial:
-        """Build and measure at a tolerance; by default the one of the smallest state error.
-
-        Raises
-        ------
-        Unavailable
-            scikit-sundae is not installed.
-        """
-        try:
-            from sksundae.cvode import CVODE
-        except ImportError:
-            raise Unavailable("not installed") from None
-        if tolerance is None:
-            return _best(self.at)
+    def _built(self, tolerance: float) -> tuple[_Run, float, float]:
+        cvode = _import("sksundae.cvode").CVODE
         problem, columns = self.problem, self.problem.columns()
         start, times = problem.start(float), problem.times
         slope, build = problem.slope
@@ -252,14 +238,13 @@ class Sundials(_Peer):
         def rates(t: float, y: Array, out: Array) -> None:
             out[:] = slope(t, y)
 
-        solver = CVODE(rates, method="Adams", rtol=tolerance, atol=tolerance)
+        solver = cvode(rates, method="Adams", rtol=tolerance, atol=tolerance)
 
         def run() -> tuple[Array, int, Array]:
             found = solver.solve(times, start)
             return found.y, found.nfev, columns(found.y)
 
-        rows, calls, _ = run()
-        return Trial(run, tolerance, build, calls, *problem.measure(rows, problem.expected))
+        return run, tolerance, build
 
 
 @dataclass(eq=False)
@@ -272,10 +257,7 @@ class Exudyn(_Peer):
 
     @cached_property
     def _model(self) -> ModuleType:
-        try:
-            import exudyn  # noqa: F401
-        except ImportError:
-            raise Unavailable("not installed") from None
+        _import("exudyn")
         path = data_folder() / "peers" / "exudyn_bicycle.py"
         spec = importlib.util.spec_from_file_location("exudyn_bicycle", path)
         assert spec is not None
@@ -328,17 +310,9 @@ class Several:
 
     parts: Sequence[Heyoka | SciPy | Compiled | Sundials | Exudyn]
 
-    @property
-    def name(self) -> str:
-        return self.parts[0].name
-
-    @property
-    def precision(self) -> str:
-        return self.parts[0].precision
-
-    @property
-    def counts(self) -> str:
-        return self.parts[0].counts
+    def __post_init__(self) -> None:
+        first = self.parts[0]
+        self.name, self.precision, self.counts = first.name, first.precision, first.counts
 
     def at(self, tolerance: float | None) -> Trial:
         """Build and measure; without a tolerance each part chooses its own, the largest is told.
@@ -368,12 +342,19 @@ class Several:
 Code = Heyoka | Tuned | SciPy | Compiled | Sundials | Exudyn | Several
 
 
+def _import(module: str) -> ModuleType:
+    try:
+        return importlib.import_module(module)
+    except ImportError:
+        raise Unavailable("not installed") from None
+
+
 def kind(code: Code) -> type[object]:
     """What a code is, whether for one maneuver or several."""
     return type(code.parts[0]) if isinstance(code, Several) else type(code)
 
 
-def codes(problems: Sequence[Problem]) -> list[Code]:
+def codes(problems: Sequence[ReferenceProblem]) -> list[Code]:
     """Every code there is, installed or not, for one maneuver or several."""
     each = [
         [

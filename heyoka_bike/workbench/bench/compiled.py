@@ -24,6 +24,11 @@ METHODS = ("DOPRI5", "DOP853", "RK4")
 FLAGS = ("-O3", "-march=native")
 """Without ``-ffast-math``: that would be another arithmetic than the model's."""
 
+_POINTER, _LONG, _DOUBLE = ctypes.c_void_p, ctypes.c_long, ctypes.c_double
+_SOLVE = ctypes.CFUNCTYPE(
+    _LONG, ctypes.c_int, _POINTER, _LONG, _POINTER, _DOUBLE, _POINTER, _POINTER
+)
+_EVALUATE = ctypes.CFUNCTYPE(None, _POINTER, _POINTER, _POINTER)
 _STATE = 6
 _MOST_SECONDS = 120  # of compiling; it takes about one
 
@@ -43,16 +48,10 @@ class CompiledPeers:
 
     def __init__(self, bicycle: Bicycle) -> None:
         equations = slope_source(bicycle) + columns_source(bicycle)
-        self._library = _built("runge_kutta.c", equations, "-lm")
-        pointer = ctypes.c_void_p
-        self._solve = self._library.solve
-        self._solve.restype = ctypes.c_long
-        self._solve.argtypes = [
-            ctypes.c_int, pointer, ctypes.c_long, pointer, ctypes.c_double, pointer, pointer,
-        ]  # fmt: skip
-        self._evaluate = self._library.evaluate
-        self._evaluate.restype = None
-        self._evaluate.argtypes = [pointer, pointer, pointer]
+        library = _built("runge_kutta.c", equations, "-lm")
+        # Their prototypes hold the library.
+        self._solve = _SOLVE(("solve", library))
+        self._evaluate = _EVALUATE(("evaluate", library))
 
     def solve(
         self, method: str, start: Array, times: Array, tolerance: float

@@ -5,23 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from heyoka_bike.showing.figures.style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    ORANGE,
-    PURPLE,
-    SKY,
-    VERMILLION,
-    style,
-)
+from heyoka_bike.showing.figures import style as s
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _SIZE = (7.0, 4.6)  # [inch]; the width of a printed page of text
-COLOURS = (VERMILLION, ORANGE, BLUE, SKY, GREEN, PURPLE, BLACK, GREY)
+COLOURS = (s.VERMILLION, s.ORANGE, s.BLUE, s.SKY, s.GREEN, s.PURPLE, s.BLACK, s.GREY)
 MARKERS = "osD^vP*X"
 
 
@@ -33,7 +23,7 @@ def draw(points: Sequence[Mapping[str, Any]], title: str) -> Figure:
     MissingPackageError
         matplotlib is not installed.
     """
-    with style():
+    with s.style():
         from matplotlib.figure import Figure
 
         figure = Figure(figsize=_SIZE, layout="constrained")

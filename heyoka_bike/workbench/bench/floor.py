@@ -6,16 +6,16 @@ constant. The peak is measured: fused products and sums of whole vectors that wa
 """
 
 import ctypes
-import time
 from dataclasses import dataclass
 
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.workbench.bench.c_source import operations
-from heyoka_bike.workbench.fast.collocation import POINTS
-from heyoka_bike.workbench.fast.native import compiled
-from heyoka_bike.workbench.fast.vector_code import DECLARATIONS, WHOLE, Code, constant, function
+from heyoka_bike.workbench.bench.problem import seconds
+from heyoka_bike.workbench.fast.native import function
+from heyoka_bike.workbench.fast.vector_code import POINTS, Code, Loop, fused, module
 
-_CHAINS, _LOOPS, _RUNS = 12, 200_000, 20  # chains: more than a product takes cycles
+_CHAINS = 12  # more than a product takes cycles
+_LOOPS, _TURNS, _RUNS = 5_000, 40, 20
 _PRODUCTS = ("*", "/", "sin", "cos")
 
 
@@ -50,30 +50,19 @@ def floor(bicycle: Bicycle) -> Floor:
 
 
 def _peak() -> float:
-    c = Code()
-    starts = [c.load("%x", 0) for _ in range(_CHAINS)]
-    c.do("br label %loop")
-    c.label("loop")
-    c.lines.append("  %i = phi i64 [ 0, %0 ], [ %next, %loop ]")
-    c.lines += [
-        f"  %v{i} = phi {WHOLE} [ {x}, %0 ], [ %w{i}, %loop ]" for i, x in enumerate(starts)
-    ]
-    factor = constant(WHOLE, 0.5)
-    for i in range(_CHAINS):
-        of = f"{WHOLE} %v{i}, {WHOLE} {factor}, {WHOLE} %v{i}"
-        c.lines.append(f"  %w{i} = call {WHOLE} @llvm.fmuladd.v{POINTS}f64({of})")
-    c.lines.append("  %next = add i64 %i, 1")
-    c.do(f"br i1 {c.assign(f'icmp slt i64 %next, {_LOOPS}')}, label %loop, label %out")
-    c.label("out")
-    for i in range(_CHAINS):
-        c.store(f"%w{i}", "%x", i)
+    c = Code("void @peak(ptr)")
+    (memory,) = c.arguments
+    loops = c.variable(0)
+    with Loop(c) as loop:
+        loop.leave(loops[0] >= _LOOPS)
+        values = memory.vectors().load(_CHAINS)
+        # Every chain waits for its own products alone; memory is left out of most turns.
+        for _ in range(_TURNS):
+            values = fused(values, 0.5, values)
+        memory.vectors().store(values)
+        loops[0] += 1
     c.do("ret void")
-    engine = compiled(function("void @peak(ptr %x)", c.lines) + DECLARATIONS)
-    run = ctypes.CFUNCTYPE(None, ctypes.c_void_p)(engine.get_function_address("peak"))
-    room = (ctypes.c_double * (POINTS * _CHAINS))()
-    times = []
-    for _ in range(_RUNS):
-        begin = time.perf_counter()
-        run(room)
-        times.append(time.perf_counter() - begin)
-    return _LOOPS * _CHAINS * POINTS / min(times)
+    run = function(module(c), "peak", None, ctypes.c_void_p)
+    numbers = (ctypes.c_double * (POINTS * _CHAINS))()
+    shortest = min(seconds(lambda: run(numbers)) for _ in range(_RUNS))
+    return _LOOPS * _TURNS * _CHAINS * POINTS / shortest

@@ -1,4 +1,4 @@
-"""Beyond binary64: `End`, heyoka, mpmath's `odefun`, a Taylor method in ball arithmetic, and C.
+"""Beyond binary64: heyoka, mpmath's `odefun`, a Taylor method in ball arithmetic, and C.
 
 All integrate the same equations from the same initial state, without rows. What would take minutes
 is measured over the first part of the maneuver and scaled to the whole of it, by the part of
@@ -11,6 +11,7 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import partial
 
 import flint
 
@@ -23,7 +24,7 @@ from heyoka_bike.numbers.analytic import PowerSeries
 from heyoka_bike.numbers.arithmetic import Balls, Multiprecision, midpoint
 from heyoka_bike.numbers.precision import Precision
 from heyoka_bike.workbench.bench.compiled import NoCompilerError, QuadruplePeer
-from heyoka_bike.workbench.fast.ends import End
+from heyoka_bike.workbench.bench.problem import seconds
 
 PRECISIONS: Sequence[str | int] = ("binary128", 70)
 """Those at which the codes are compared."""
@@ -96,7 +97,7 @@ def precise(published: Trajectory) -> list[Precise]:
     found = []
     for name in PRECISIONS:
         p = Precision.of(name)
-        found += [measure(published, p) for measure in (_end, _heyoka, _mpmath, _balls)]
+        found += [measure(published, p) for measure in (_heyoka, _mpmath, _balls)]
         if name == _QUADRUPLE:
             # Without a compiler there is one code less.
             with contextlib.suppress(NoCompilerError):
@@ -109,17 +110,6 @@ def costs(published: Trajectory) -> list[Cost]:
     return [_cost(published, Precision.of(name)) for name in DIGITS]
 
 
-def _end(published: Trajectory, p: Precision) -> Precise:
-    run = End(published.bicycle, published.maneuver, p)
-    times = []
-    for _ in range(_RUNS):
-        begin = time.perf_counter()
-        found = run()
-        times.append(time.perf_counter() - begin)
-    state = [str(x) for x in found]
-    return _result("heyoka_bike End", p, published, min(times), published.maneuver.duration, state)
-
-
 def _heyoka(published: Trajectory, p: Precision) -> Precise:
     hy, native = require_heyoka(), Native(p)
     duration = published.maneuver.duration
@@ -130,15 +120,14 @@ def _heyoka(published: Trajectory, p: Precision) -> Precise:
         right_hand_side(published.bicycle, p, with_yaw=False), start,
         fp_type=native.type, compact_mode=True, **({"prec": p.bits} if native.is_mpfr else {}),
     )  # fmt: skip
-    times = []
-    for _ in range(_RUNS):
+
+    def run() -> None:
         integrator.time = zero
         integrator.state[:] = start
-        begin = time.perf_counter()
         integrator.propagate_until(end)
-        times.append(time.perf_counter() - begin)
-    state = [str(x) for x in integrator.state]
-    return _result("heyoka", p, published, min(times), duration, state)
+
+    took = min(seconds(run) for _ in range(_RUNS))
+    return _result("heyoka", p, published, took, duration, [str(x) for x in integrator.state])
 
 
 def _mpmath(published: Trajectory, p: Precision) -> Precise:
@@ -181,12 +170,9 @@ def _extrapolated(published: Trajectory, p: Precision) -> Precise:
     peer, duration = QuadruplePeer(published.bicycle), published.maneuver.duration
     digits = round(p.digits) + 5
     start = [x.mid().str(digits, radius=False) for x in _start(published, p)]
-    times = []
-    for _ in range(_RUNS):
-        begin = time.perf_counter()
-        state, _ = peer.end(_COLUMNS, start, str(float(duration)), _TOLERANCE)
-        times.append(time.perf_counter() - begin)
-    return _result("C extrapolation", p, published, min(times), duration, state)
+    run = partial(peer.end, _COLUMNS, start, str(float(duration)), _TOLERANCE)
+    took = min(seconds(run) for _ in range(_RUNS))
+    return _result("C extrapolation", p, published, took, duration, run()[0])
 
 
 def _start(published: Trajectory, p: Precision) -> list[flint.arb]:

@@ -47,7 +47,7 @@ _STATE_COLUMNS = ("roll_angle", "steer_angle", "roll_rate", "steer_rate", "forwa
 
 
 @dataclass(frozen=True)
-class Problem:
+class ReferenceProblem:
     """What is integrated, and the reference it is compared with."""
 
     bicycle: Bicycle
@@ -135,6 +135,13 @@ class Problem:
         return Equations.of(self.bicycle, Balls(_BITS), is_regular=False)
 
 
+def seconds(run: Callable[[], object]) -> float:
+    """How long a run takes."""
+    begin = time.perf_counter()
+    run()
+    return time.perf_counter() - begin
+
+
 class Unavailable(Exception):  # noqa: N818
     """A code that does not run here; its text says why, in a few words."""
 
@@ -168,7 +175,7 @@ class Trial:
     order: int | None = None
 
 
-def benchmark_problem(folder: str | None, number: int) -> Problem:
+def benchmark_problem(folder: str | None, number: int) -> ReferenceProblem:
     """A maneuver of the benchmark, with its reference.
 
     Parameters
@@ -196,4 +203,4 @@ def benchmark_problem(folder: str | None, number: int) -> Problem:
             f"{folder}: found a reference of other inputs, expected {maneuver.name} of the "
             f"{bicycle.name}"
         )
-    return Problem(bicycle, maneuver, reference[number])
+    return ReferenceProblem(bicycle, maneuver, reference[number])

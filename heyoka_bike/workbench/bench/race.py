@@ -12,7 +12,6 @@ else.
 import gc
 import math
 import os
-import time
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -23,23 +22,14 @@ from typing import Any
 import numpy as np
 
 from heyoka_bike.motion.expressions import require_heyoka
-from heyoka_bike.workbench.bench.codes import (
-    MIDDLE,
-    PER_DECADE,
-    TIGHTEST,
-    Code,
-    Exudyn,
-    Heyoka,
-    codes,
-    kind,
-    tolerance_of,
-)
+from heyoka_bike.workbench.bench import codes
 from heyoka_bike.workbench.bench.problem import (
     ERROR_LIMIT,
     PERFORMANCE_LIMIT,
-    Problem,
+    ReferenceProblem,
     Trial,
     Unavailable,
+    seconds,
 )
 
 CLASSES: Mapping[str, str] = {
@@ -57,7 +47,7 @@ _WARM = 0.003  # [s] of runs that are not counted; a run that takes longer warms
 _COLD_RUNS = 5
 _CACHE = 64 * 2**20  # bytes; the processor's caches are smaller
 # Tolerances of the work-precision figure, as indices of the grid: two a decade.
-_SWEEP = range(2 * PER_DECADE, TIGHTEST, PER_DECADE // 2)
+_SWEEP = range(2 * codes.PER_DECADE, codes.TIGHTEST, codes.PER_DECADE // 2)
 _SWEEP_RUNS, _SWEEP_SECONDS = 10, 0.5
 
 
@@ -80,7 +70,7 @@ class Timing:
     """
 
     accuracy_class: str
-    code: Code
+    code: codes.Code
     status: str = "ok"
     trial: Trial | None = None
     times: list[float] = field(default_factory=list)
@@ -93,23 +83,26 @@ class Point:
 
     Attributes
     ----------
-    code, tolerance
+    code, precision
+        Its name and number type.
+    tolerance
         In the code's own sense.
-    time
-        Shortest of the runs [s].
-    performance, error
+    min_ms
+        Shortest of the runs [ms].
+    performance_percent, max_state_error
         Eq. (1) [%] and state error.
     """
 
-    code: Code
+    code: str
+    precision: str
     tolerance: float
-    time: float
-    performance: float
-    error: float
+    min_ms: float
+    performance_percent: float
+    max_state_error: float
 
 
 def bench(
-    problems: Sequence[Problem],
+    problems: Sequence[ReferenceProblem],
     runs: int,
     *,
     is_quick: bool = False,
@@ -132,7 +125,7 @@ def bench(
         heyoka is not installed; the right-hand side comes from it too.
     """
     report = progress or (lambda what, done: None)
-    every = codes(problems)
+    every = codes.codes(problems)
     trials = [cache(code.at) for code in every]
     lines: list[Timing] = []
     with _quiet():
@@ -147,10 +140,10 @@ def bench(
                     line.status = "left out"
                     continue
                 # The other forms of heyoka have its truncation error: they start where it passed.
-                is_form = kind(line.code) is Heyoka and passed > 0
+                is_form = codes.kind(line.code) is codes.Heyoka and passed > 0
                 _prepare(line, trials[j], passed if is_form else None)
-                if kind(line.code) is Heyoka and line.trial is not None and not passed:
-                    passed = round(-PER_DECADE * math.log10(line.trial.tolerance))
+                if codes.kind(line.code) is codes.Heyoka and line.trial is not None and not passed:
+                    passed = round(-codes.PER_DECADE * math.log10(line.trial.tolerance))
 
             def timed(part: float, i: int = i, name: str = accuracy_class) -> None:
                 report(f"{name}: timing", (i + (1 + part) / 2) / len(CLASSES))
@@ -159,13 +152,13 @@ def bench(
     return lines
 
 
-def work_precision(problem: Problem, progress: Progress | None = None) -> list[Point]:
+def work_precision(problem: ReferenceProblem, progress: Progress | None = None) -> list[Point]:
     """Each code that is there at many tolerances; heyoka in compact mode and Exudyn not."""
     points = []
     chosen = [
         x
-        for x in codes([problem])
-        if kind(x) not in (Heyoka, Exudyn) or x.name == "heyoka unrolled"
+        for x in codes.codes([problem])
+        if codes.kind(x) not in (codes.Heyoka, codes.Exudyn) or x.name == "heyoka unrolled"
     ]
     with _quiet(), _pinned():
         for j, code in enumerate(chosen):
@@ -174,17 +167,16 @@ def work_precision(problem: Problem, progress: Progress | None = None) -> list[P
                     part = (j + k / len(_SWEEP)) / len(chosen)
                     progress(f"work and precision: {code.name}", part)
                 try:
-                    trial = code.at(tolerance_of(i))
+                    trial = code.at(codes.tolerance_of(i))
                 except Unavailable:
                     break
                 if not math.isfinite(trial.error):
                     continue
-                once = _time(trial)
+                once = seconds(trial.run)
                 count = min(_SWEEP_RUNS, int(_SWEEP_SECONDS / once))
-                shortest = min([once, *(_time(trial) for _ in range(count))])
-                points.append(
-                    Point(code, trial.tolerance, shortest, trial.performance, trial.error)
-                )
+                shortest = min([once, *(seconds(trial.run) for _ in range(count))])
+                measured = trial.tolerance, 1e3 * shortest, trial.performance, trial.error
+                points.append(Point(code.name, code.precision, *measured))
     return points
 
 
@@ -200,10 +192,10 @@ def _prepare(line: Timing, at: Callable[[float | None], Trial], first: int | Non
         return math.log10(min(max(ratio, 1e-99), 1e99))
 
     def excess(i: int) -> float:
-        return excess_of(at(tolerance_of(i)))
+        return excess_of(at(codes.tolerance_of(i)))
 
     try:
-        if kind(line.code) is Exudyn:
+        if codes.kind(line.code) is codes.Exudyn:
             # Its steps are chosen by itself, for the first class.
             line.trial = at(None)
             if line.accuracy_class != "performance" or excess_of(line.trial) >= 0:
@@ -212,7 +204,7 @@ def _prepare(line: Timing, at: Callable[[float | None], Trial], first: int | Non
             line.trial = at(None)
         else:
             found = _loosest(excess) if first is None else _first(excess, first)
-            line.trial = None if found is None else at(tolerance_of(found))
+            line.trial = None if found is None else at(codes.tolerance_of(found))
     except Unavailable as e:
         line.status = str(e)
         return
@@ -223,7 +215,7 @@ def _prepare(line: Timing, at: Callable[[float | None], Trial], first: int | Non
 def _loosest(excess: Callable[[int], float]) -> int | None:
     """Index of a tolerance that passes while the next looser one fails; None if there is none."""
     # Errors are about proportional to tolerances: one trial says where to look.
-    i = min(max(MIDDLE + round(PER_DECADE * excess(MIDDLE)), 0), TIGHTEST)
+    i = min(max(codes.MIDDLE + round(codes.PER_DECADE * excess(codes.MIDDLE)), 0), codes.TIGHTEST)
     if excess(i) >= 0:
         return _first(excess, i + 1)
     while i > 0 and excess(i - 1) < 0:
@@ -232,14 +224,14 @@ def _loosest(excess: Callable[[int], float]) -> int | None:
 
 
 def _first(excess: Callable[[int], float], start: int) -> int | None:
-    return next((i for i in range(start, TIGHTEST + 1) if excess(i) < 0), None)
+    return next((i for i in range(start, codes.TIGHTEST + 1) if excess(i) < 0), None)
 
 
 def _race(lines: Sequence[Timing], runs: int, progress: Callable[[float], None]) -> None:
     """Time the codes in turns, after one run of each that is not counted."""
     trials = [line.trial for line in lines if line.trial is not None]
     with _pinned():
-        counts = [min(runs, max(_MIN_RUNS, int(_SECONDS / _time(trial)))) for trial in trials]
+        counts = [min(runs, max(_MIN_RUNS, int(_SECONDS / seconds(trial.run)))) for trial in trials]
         gc.collect()
         gc.disable()
         try:
@@ -253,24 +245,18 @@ def _race(lines: Sequence[Timing], runs: int, progress: Callable[[float], None])
                 for line, trial, count in zip(lines, trials, counts, strict=True):
                     if turn < count:
                         other += 1
-                        line.cold.append(_time(trial))
+                        line.cold.append(seconds(trial.run))
         finally:
             gc.enable()
 
 
 def _warm_time(trial: Trial) -> float:
     """Time of a run after others of the same code."""
-    took = spent = _time(trial)
+    took = spent = seconds(trial.run)
     while spent < _WARM:
-        took = _time(trial)
+        took = seconds(trial.run)
         spent += took
     return took
-
-
-def _time(trial: Trial) -> float:
-    begin = time.perf_counter()
-    trial.run()
-    return time.perf_counter() - begin
 
 
 @contextmanager

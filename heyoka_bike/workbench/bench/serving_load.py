@@ -11,12 +11,12 @@ import re
 import subprocess
 import sys
 import tempfile
-import threading
 from collections import Counter
+from concurrent.futures import ThreadPoolExecutor, wait
+from contextlib import closing, suppress
 from http.client import HTTPConnection, HTTPException
-from itertools import count
 from pathlib import Path
-from time import perf_counter, sleep
+from time import perf_counter
 
 from heyoka_bike.system.parallel import processors
 from heyoka_bike.system.resources import data_folder
@@ -38,7 +38,7 @@ def main() -> None:
         server = subprocess.Popen(
             [sys.executable, "-m", "heyoka_bike", "serve", "--port", "0", "--queue",
              str(args.queue)],
-            stdout=subprocess.PIPE, stderr=log, text=True, env=_environment(folder),
+            stdout=subprocess.PIPE, stderr=log, text=True, env=os.environ | {"TMPDIR": folder},
         )  # fmt: skip
         try:
             assert server.stdout is not None
@@ -52,10 +52,6 @@ def main() -> None:
             server.wait()
 
 
-def _environment(folder: str) -> dict[str, str]:
-    return os.environ | {"TMPDIR": folder}
-
-
 def _form(content: bytes) -> bytes:
     said = f'Content-Disposition: form-data; name="file"; filename="{_FILE}"'
     return (
@@ -63,46 +59,33 @@ def _form(content: bytes) -> bytes:
     )
 
 
-def _ask(port: int, body: bytes) -> int:
-    connection = HTTPConnection("127.0.0.1", port, timeout=300)
+def _ask(port: int, body: bytes) -> tuple[int, float]:
+    """Status of the answer, 0 if there was none, and how long it took [s]."""
+    start = perf_counter()
+    status = 0
     kind = {"Content-Type": f"multipart/form-data; boundary={_BOUNDARY}"}
-    try:
+    with (
+        suppress(OSError, HTTPException),
+        closing(HTTPConnection("127.0.0.1", port, timeout=300)) as connection,
+    ):
         connection.request("POST", "/score", body, kind)
         answer = connection.getresponse()
         answer.read()
-        return answer.status
-    except (OSError, HTTPException):
-        return 0
-    finally:
-        connection.close()
+        status = answer.status
+    return status, perf_counter() - start
 
 
 def _load(
     port: int, body: bytes, clients: int, files: int, pid: int, folder: str
 ) -> dict[str, object]:
-    codes: Counter[int] = Counter()
-    seconds: list[float] = []
-    numbers = count()
-    lock = threading.Lock()
-
-    def client() -> None:
-        while next(numbers) < files:
-            start = perf_counter()
-            code = _ask(port, body)
-            with lock:
-                codes[code] += 1
-                seconds.append(perf_counter() - start)
-
-    most = 0
-    threads = [threading.Thread(target=client) for _ in range(clients)]
-    start = perf_counter()
-    for thread in threads:
-        thread.start()
-    while any(thread.is_alive() for thread in threads):
-        most = max(most, _memory(pid))
-        sleep(_LOOK)
+    most, start = 0, perf_counter()
+    with ThreadPoolExecutor(clients) as pool:
+        asked = [pool.submit(_ask, port, body) for _ in range(files)]
+        while wait(asked, _LOOK).not_done:
+            most = max(most, _memory(pid))
     took = perf_counter() - start
-    seconds.sort()
+    codes = Counter(x.result()[0] for x in asked)
+    seconds = sorted(x.result()[1] for x in asked)
     left = list(Path(folder).glob("heyoka-bike-*/*"))
     return {
         "clients": clients,

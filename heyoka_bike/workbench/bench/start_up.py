@@ -23,8 +23,6 @@ from heyoka_bike.system.resources import data_folder
 
 _RUNS = 20
 _IMPORTS, _SCORE = "import numpy, h5py", "score"
-# Rows of a large file that are written at once.
-_BLOCK = 10_000
 # What a program would be wrong by, of the size of each column.
 _ERROR = 1e-8
 _READERS = {
@@ -97,10 +95,7 @@ def write_rows(stem: Path, rows: int) -> None:
         columns += [exact[name] + scales[name] * np.sin(time) for name in names]
     table = np.column_stack(columns)
     np.save(f"{stem}.npy", table)
-    line = " ".join(["%.17g"] * len(columns)) + "\n"
-    with Path(f"{stem}.txt").open("w", encoding="ascii") as file:
-        for start in range(0, rows, _BLOCK):
-            file.writelines(line % tuple(row) for row in table[start : start + _BLOCK].tolist())
+    np.savetxt(f"{stem}.txt", table, fmt="%.17g")
 
 
 def _used(command: Sequence[str]) -> Used:

@@ -18,8 +18,8 @@ from heyoka_bike.workbench.bench.batches import first_result, long_runs, through
 from heyoka_bike.workbench.bench.compiled import FLAGS
 from heyoka_bike.workbench.bench.floor import floor
 from heyoka_bike.workbench.bench.precise import costs, precise
-from heyoka_bike.workbench.bench.problem import Problem
-from heyoka_bike.workbench.bench.race import CLASSES, Point, Progress, Timing
+from heyoka_bike.workbench.bench.problem import ReferenceProblem
+from heyoka_bike.workbench.bench.race import CLASSES, Progress, Timing
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -33,7 +33,7 @@ _WIDTH = 170
 
 
 def measure(
-    main: Problem, every: Sequence[Problem], runs: int, progress: Progress, *,
+    main: ReferenceProblem, every: Sequence[ReferenceProblem], runs: int, progress: Progress, *,
     is_quick: bool, with_points: bool,
 ) -> dict[str, Any]:  # fmt: skip
     """Time every code, as JSON values.
@@ -70,27 +70,16 @@ def measure(
     if every:
         found["floor"] = asdict(floor(main.bicycle))
     if with_points:
-        found["work_precision"] = [_point(x) for x in race.work_precision(main, progress)]
+        found["work_precision"] = [asdict(x) for x in race.work_precision(main, progress)]
     return found
 
 
 def measure_fast_path(progress: Progress) -> dict[str, Any]:
     """What the fast path does besides one maneuver, as JSON values."""
     progress("ensembles", 0.3)
-    ensembles = [
-        {"accuracy": x.accuracy, "threads": n, "motions_per_second": rate}
-        for x in throughput()
-        for n, rate in x.motions_per_second.items()
-    ]
+    ensembles = [asdict(x) for x in throughput()]
     progress("first result of a new process", 0.7)
-    first = first_result()
-    return {
-        "ensembles": ensembles,
-        "first_result": {
-            "import_numpy_s": first.importing,
-            "result_s": first.result,
-        },
-    }
+    return {"ensembles": ensembles, "first_result": asdict(first_result())}
 
 
 def measure_precise(folder: str | None, progress: Progress) -> dict[str, Any]:
@@ -99,7 +88,9 @@ def measure_precise(folder: str | None, progress: Progress) -> dict[str, Any]:
     return {"precise": [asdict(x) for x in precise(_published(folder))]}
 
 
-def measure_costs(problem: Problem, folder: str | None, progress: Progress) -> dict[str, Any]:
+def measure_costs(
+    problem: ReferenceProblem, folder: str | None, progress: Progress
+) -> dict[str, Any]:
     """How the time grows with the duration and with the digits, as JSON values."""
     progress("long runs", 0.0)
     durations = [asdict(x) for x in long_runs(problem.bicycle, problem.maneuver)]
@@ -109,17 +100,6 @@ def measure_costs(problem: Problem, folder: str | None, progress: Progress) -> d
 
 def _published(folder: str | None) -> Trajectory:
     return read_candidate(reference_folder() if folder is None else folder)[JUDGED - 1]
-
-
-def _point(x: Point) -> dict[str, Any]:
-    return {
-        "code": x.code.name,
-        "precision": x.code.precision,
-        "tolerance": x.tolerance,
-        "min_ms": 1e3 * x.time,
-        "performance_percent": x.performance,
-        "max_state_error": x.error,
-    }
 
 
 def _result(line: Timing, lines: Sequence[Timing], maneuver: str) -> dict[str, Any]:

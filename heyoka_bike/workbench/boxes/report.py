@@ -7,7 +7,7 @@ from fractions import Fraction
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.system.console import print_table, table
+from heyoka_bike.showing.document import Block, Paragraph, TableBlock
 from heyoka_bike.workbench.boxes.box import BoxStability, CriticalSpeed, Interval, stability_box
 
 # It is of first order only.
@@ -35,10 +35,10 @@ class UncertainStability:
             "some_stable": _ends(box.some, digits, inward=False),
         }
 
-    def print(self) -> None:
-        """As a table on the terminal."""
+    def blocks(self) -> tuple[Block, ...]:
+        """As a table."""
         box, digits = self.box, self.digits
-        print(
+        said = (
             f"Every bicycle whose {box.parameters} uncertain parameters are each within "
             f"{box.sigmas} standard deviation(s):"
         )
@@ -57,7 +57,7 @@ class UncertainStability:
             found = ["no speed", ""] if ends is None else [x or "no end" for x in ends.values()]
             rows.append([name, *found, "", "", ""])
         heading = ("proved", "from", "to", "attained from", "attained to", "standard deviation")
-        print_table(table(heading, rows))
+        return Paragraph(said), TableBlock(heading, rows)
 
 
 def uncertain_stability(bicycle: Bicycle, sigmas: str, digits: int) -> UncertainStability:

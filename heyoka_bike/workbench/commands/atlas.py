@@ -7,12 +7,13 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.commands.options import add_bicycle, add_workers
+from heyoka_bike.commands.printing import print_table
 from heyoka_bike.errors import Exit, InputError, did_you_mean, quoted, unknown_word
-from heyoka_bike.system.console import print_table, progress_bar, table
+from heyoka_bike.system.console import progress_bar
 
 if TYPE_CHECKING:
     from heyoka_bike.numbers.exact import Exact
-    from heyoka_bike.workbench.atlas.data import Atlas, Axis
+    from heyoka_bike.workbench.atlas.data import Atlas, GridAxis
     from heyoka_bike.workbench.atlas.design import Design
 
 _DEFAULTS = {"speed": "2.5:8.5:200", "roll_rate": "0.02:4:200"}
@@ -145,7 +146,7 @@ def _prove(wanted: Design, points: Sequence[Mapping[str, Exact]]) -> int:
     return code
 
 
-def _axes(args: argparse.Namespace) -> list[Axis]:
+def _axes(args: argparse.Namespace) -> list[GridAxis]:
     from heyoka_bike.workbench.atlas.design import axis
 
     given = {name: text for name in _DEFAULTS if (text := getattr(args, name))}
@@ -207,6 +208,7 @@ def _longest(text: str) -> float:
 def _summary(made: Atlas) -> None:
     import numpy as np
 
+    from heyoka_bike.showing.document import TableColumn
     from heyoka_bike.workbench.atlas.data import FATES
 
     fates = made.variables["fate"]
@@ -215,5 +217,5 @@ def _summary(made: Atlas) -> None:
         (name, str(count), f"{100 * count / fates.size:.1f} %", about)
         for (name, about), count in zip(FATES.items(), counts, strict=True)
     ]
-    print_table(table(("fate", "points", "part", "meaning"), rows, left=1, prose=(3,)), 92)
+    print_table(("fate", "points", "part", TableColumn("meaning", is_prose=True)), rows)
     print(f"the edge of falling: {len(made.edge.at)} places, to neighbouring binary64 numbers")

@@ -127,10 +127,11 @@ def _board(args: argparse.Namespace) -> str | None:
         return None
     from heyoka_bike.reference.load import load_reference
     from heyoka_bike.scoring.leaderboard import leaderboard
-    from heyoka_bike.showing.formats.leaderboard import render_html
+    from heyoka_bike.showing.document import html
+    from heyoka_bike.showing.formats.leaderboard import document
     from heyoka_bike.showing.formats.origin import origin
     from heyoka_bike.system.console import progress_bar
 
     with progress_bar("scoring") as progress:
         board = leaderboard(args.leaderboard, [load_reference()], progress)
-    return render_html(board, origin(("leaderboard", args.leaderboard)))
+    return html.render(document(board, origin(("leaderboard", args.leaderboard))))

@@ -7,14 +7,15 @@ polynomial through them is of degree 8, and good to that degree all over the ste
 
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
-import mpmath
+import flint
 import numpy as np
 
 from heyoka_bike.numbers.double import Array
+from heyoka_bike.workbench.fast.vector_code import POINTS
 
-POINTS = 8
-_DIGITS = 40
+_BITS = 160
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,47 +48,36 @@ class Collocation:
 
 @cache
 def collocation() -> Collocation:
-    """Constants, each rounded once from 40 digits but for the modes.
+    """Constants, each rounded once from balls of 160 bits but for the modes.
 
     The modes only precondition an iteration; what it converges to does not depend on them.
     """
-    with mpmath.workdps(_DIGITS):
-        points = _points()
-        powers = mpmath.matrix(POINTS, POINTS)
-        integrals = mpmath.matrix(POINTS, POINTS)
-        for i, c in enumerate(points):
-            for j in range(POINTS):
-                powers[i, j] = c**j
-                integrals[i, j] = c ** (j + 1) / (j + 1)
-        integral = integrals * mpmath.inverse(powers)
-        inverse = np.array(mpmath.inverse(integral).tolist(), dtype=float)
+    with flint.ctx.workprec(_BITS):
+        # Zeros of P_8 - P_7 on 0 to 1, P being Legendre's polynomials.
+        difference = flint.fmpq_poly.legendre_p(POINTS) - flint.fmpq_poly.legendre_p(POINTS - 1)
+        roots: Any = difference.complex_roots()
+        points = sorted(((x.real + 1) / 2 for x, _ in roots), key=float)
+        powers = flint.arb_mat([[c**j for j in range(POINTS)] for c in points])
+        integrals = flint.arb_mat([[c**j / j for j in range(1, POINTS + 1)] for c in points])
+        integral = integrals * powers.inv()
         # The increment at the beginning is zero, which gives coefficient 0.
-        chebyshev = mpmath.matrix(POINTS, POINTS)
-        for i, c in enumerate(points):
-            for j in range(1, POINTS + 1):
-                chebyshev[i, j - 1] = mpmath.chebyt(j, 2 * c - 1) - (-1) ** j
-        series = mpmath.inverse(chebyshev)
+        chebyshev = [
+            [(2 * c - 1).chebyshev_t(j) - (-1) ** j for j in range(1, POINTS + 1)] for c in points
+        ]
+        inverse, series = _rounded(integral.inv()), _rounded(flint.arb_mat(chebyshev).inv())
     values, vectors = np.linalg.eig(inverse)
     chosen = values.imag > 0
     # Of z + conj(z) = 2 (re re - im im).
     from_modes = 2 * np.hstack([vectors[:, chosen].real, -vectors[:, chosen].imag])
     return Collocation(
         points=np.array(points, dtype=float),
-        integral=np.array(integral.tolist(), dtype=float),
+        integral=_rounded(integral),
         eigenvalues=values[chosen],
         to_modes=np.linalg.inv(from_modes),
         from_modes=from_modes,
-        series=np.array(series.tolist(), dtype=float),
+        series=series,
     )
 
 
-def _points() -> list[mpmath.mpf]:
-    """Zeros of P_8 - P_7 on 0 to 1, P being Legendre's polynomials; the last one is 1."""
-    legendre = np.polynomial.legendre
-    near = np.sort(legendre.legroots([0.0] * (POINTS - 1) + [-1.0, 1.0]).real)
-
-    def difference(x: mpmath.mpf) -> mpmath.mpf:
-        return mpmath.legendre(POINTS, x) - mpmath.legendre(POINTS - 1, x)
-
-    inner = [mpmath.findroot(difference, mpmath.mpf(float(x))) for x in near[:-1]]
-    return [*((x + 1) / 2 for x in inner), mpmath.mpf(1)]
+def _rounded(matrix: flint.arb_mat) -> Array:
+    return np.array(matrix.tolist(), dtype=float)

@@ -1,62 +1,74 @@
 """Four complex linear systems side by side, in the places of half a vector."""
 
-from collections.abc import Sequence
+from __future__ import annotations
 
-from heyoka_bike.workbench.fast.vector_code import HALF, Code, constant
+from dataclasses import dataclass
+from typing import Any
 
-Pair = tuple[str, str]
-"""Names of real and imaginary parts."""
+import numpy as np
+
+from heyoka_bike.workbench.fast.vector_code import POINTS, Register, fused
+
+Numbers = np.ndarray[Any, np.dtype[np.object_]]
+"""Arrays of `Complex`."""
 
 
-def factor(c: Code, m: list[list[Pair]]) -> list[Pair]:
-    """Factors of four complex matrices in their place; the inverses of the pivots.
+@dataclass(frozen=True, slots=True)
+class Complex:
+    """Four complex numbers: real and imaginary parts."""
+
+    re: Register
+    im: Register
+
+    @staticmethod
+    def of_halves(x: Register) -> Complex:
+        """A vector's first half and its second."""
+        return Complex(x.places(range(POINTS // 2)), x.places(range(POINTS // 2, POINTS)))
+
+    def joined(self) -> Register:
+        """Real and imaginary parts as one vector."""
+        return self.re.places(range(POINTS), self.im)
+
+    def __mul__(self, other: Complex) -> Complex:
+        return Complex(
+            fused(self.re, other.re, -(self.im * other.im)),
+            fused(self.re, other.im, self.im * other.re),
+        )
+
+    def inverse(self) -> Complex:
+        over = 1.0 / fused(self.re, self.re, self.im * self.im)
+        return Complex(self.re * over, -(self.im * over))
+
+    def without(self, x: Complex, y: Complex) -> Complex:
+        """What is left of it without the product of two others."""
+        minus = -x.re
+        return Complex(
+            fused(x.im, y.im, fused(minus, y.re, self.re)),
+            fused(-x.im, y.re, fused(minus, y.im, self.im)),
+        )
+
+
+_without = np.frompyfunc(Complex.without, 3, 1)
+
+
+def factor(m: Numbers) -> None:
+    """Factors of four complex matrices in their place; inverses on the diagonal.
 
     Without exchanges: a short step makes the diagonal large, and where the iteration does not
     converge the step is made shorter.
     """
-    inverses = []
     for k in range(len(m)):
-        re, im = m[k][k]
-        square = c.fused(re, re, c.operation("*", im, im, HALF), HALF)
-        over = c.operation("/", constant(HALF, 1.0), square, HALF)
-        inverse = (
-            c.operation("*", re, over, HALF),
-            c.negative(c.operation("*", im, over, HALF), HALF),
-        )
-        inverses.append(inverse)
-        for i in range(k + 1, len(m)):
-            m[i][k] = _times(c, m[i][k], inverse)
-            for j in range(k + 1, len(m)):
-                m[i][j] = _minus_times(c, m[i][j], m[i][k], m[k][j])
-    return inverses
+        m[k, k] = m[k, k].inverse()
+        rest = slice(k + 1, None)
+        m[rest, k] *= m[k, k]
+        m[rest, rest] = _without(m[rest, rest], m[rest, k : k + 1], m[k, rest])
 
 
-def solve(
-    c: Code, m: Sequence[Sequence[Pair]], inverses: Sequence[Pair], right: Sequence[Pair]
-) -> list[Pair]:
-    """Solutions of four complex systems, from what `factor` left of their matrices."""
-    x = list(right)
+def solve(m: Numbers, x: Numbers) -> Numbers:
+    """Solutions of four complex systems in place of the right sides, from what `factor` left."""
     for k in range(len(m)):
-        for i in range(k + 1, len(m)):
-            x[i] = _minus_times(c, x[i], m[i][k], x[k])
+        x[k + 1 :] = _without(x[k + 1 :], m[k + 1 :, k], x[k])
     for k in reversed(range(len(m))):
-        x[k] = _times(c, x[k], inverses[k])
-        for i in range(k):
-            x[i] = _minus_times(c, x[i], m[i][k], x[k])
+        x[k] *= m[k, k]
+        x[:k] = _without(x[:k], m[:k, k], x[k])
     return x
-
-
-def _times(c: Code, x: Pair, y: Pair) -> Pair:
-    (a, b), (p, q) = x, y
-    re = c.fused(a, p, c.negative(c.operation("*", b, q, HALF), HALF), HALF)
-    im = c.fused(a, q, c.operation("*", b, p, HALF), HALF)
-    return re, im
-
-
-def _minus_times(c: Code, z: Pair, x: Pair, y: Pair) -> Pair:
-    """What is left of z without the product."""
-    (a, b), (p, q) = x, y
-    minus = c.negative(a, HALF)
-    re = c.fused(b, q, c.fused(minus, p, z[0], HALF), HALF)
-    im = c.fused(c.negative(b, HALF), p, c.fused(minus, q, z[1], HALF), HALF)
-    return re, im

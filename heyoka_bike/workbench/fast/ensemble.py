@@ -20,9 +20,8 @@ from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.system.resources import benchmark_bicycle
 from heyoka_bike.workbench.fast.accuracies import choose
-from heyoka_bike.workbench.fast.collocation import POINTS
-from heyoka_bike.workbench.fast.model_code import STATE
-from heyoka_bike.workbench.fast.native import Many
+from heyoka_bike.workbench.fast.native import EnsembleCode
+from heyoka_bike.workbench.fast.vector_code import POINTS, STATE
 
 START = ("roll_angle", "steer_angle", "roll_rate", "steer_rate", "forward_speed")
 """What a start is given by [rad, rad/s, m/s], each in its default definition."""
@@ -71,7 +70,7 @@ class Ensemble:
         bicycle = bicycle or read_bicycle(benchmark_bicycle())
         self._tolerance = TOLERANCES[choose(accuracy, TOLERANCES)]
         self._threads = threads
-        self._many = Many(bicycle)
+        self._code = EnsembleCode(bicycle)
         self._constants = Equations.binary64(bicycle).k
 
     def ends(self, starts: Array, duration: float) -> Array:
@@ -96,11 +95,9 @@ class Ensemble:
         filled = np.concatenate([order, np.full(-count % POINTS, order[-1])])
         packed = np.ascontiguousarray(states[:, filled])
         columns = np.empty((len(BENCHMARK_COLUMNS), len(filled)))
-        parts = [
-            range(begin, min(begin + _PART, len(filled))) for begin in range(0, len(filled), _PART)
-        ]
+        parts = [range(len(filled))[i : i + _PART] for i in range(0, len(filled), _PART)]
         work = partial(
-            self._many.ends, packed, columns, duration=duration, tolerance=self._tolerance
+            self._code.ends, packed, columns, duration=duration, tolerance=self._tolerance
         )
         if self._threads == 1:
             work(range(len(filled)))

@@ -1,41 +1,66 @@
-"""The model as LLVM's assembly: rates and columns of eight states at once."""
+"""The model as code: rates and columns of eight states at once."""
 
-from collections.abc import Sequence
+import operator
+from collections.abc import Callable, Iterable, Sequence
+from functools import cache
+from typing import Any
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.reduced import Equations
-from heyoka_bike.numbers.straight_line import StraightLine, needed
-from heyoka_bike.workbench.fast.vector_code import Code, function
+from heyoka_bike.numbers.straight_line import Recorded, StraightLine, needed
+from heyoka_bike.workbench.fast.vector_code import STATE, Code, Memory, Register, turns
 
-STATE = 6
-
-
-def rates_source(equations: Equations) -> str:
-    """Function ``rates(y, f)`` of eight states."""
-    record, formulas, names = _recorded(equations)
-    rates = [x.text for x in formulas.rates([record.variable(x) for x in names])]
-    c = Code()
-    given = {name: c.load("%y", i) for i, name in enumerate(names)}
-    for i, x in enumerate(c.statements(given, needed(record.statements, rates), rates)):
-        c.store(x, "%f", i)
-    return function(
-        "internal void @rates(ptr noalias %y, ptr noalias %f)", [*c.lines, "  ret void"]
-    )
+ENERGY = BENCHMARK_COLUMNS.index("mechanical_energy")
+_NAMES = [f"y{i}" for i in range(STATE)]
+_OPERATORS = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv}
 
 
-def column_values(c: Code, equations: Equations, values: Sequence[str]) -> list[str]:
-    """The benchmark's columns of a state, then the mechanical trail over the front's radius."""
-    record, formulas, names = _recorded(equations)
-    state = [record.variable(x) for x in names]
-    columns = formulas.columns([*state, record.variable("yaw")])
-    o, _ = formulas.unfold(state)
-    trail = o.trail / formulas.k.front.r
-    results = [*(columns[name].text for name in BENCHMARK_COLUMNS), trail.text]
-    given = dict(zip(names, values, strict=True))
-    return c.statements(given, needed(record.statements, results), results)
-
-
-def _recorded(equations: Equations) -> tuple[StraightLine, Equations, list[str]]:
-    """A record, the equations that write to it, and the names of the state's variables in it."""
+def rates_code(equations: Equations) -> Code:
+    """Function ``rates(y, f)`` of eight states: their time derivatives."""
     code = StraightLine()
-    return code, equations.convert(code.literal, code), [f"y{i}" for i in range(STATE)]
+    rates = equations.convert(code.literal, code).rates([code.variable(x) for x in _NAMES])
+    c = Code("internal void @rates(ptr, ptr)")
+    y, f = c.arguments
+    f.vectors().store(_computed(code, y.vectors().load(), rates))
+    c.do("ret void")
+    return c
+
+
+def call_rates(y: Memory, f: Memory) -> None:
+    """Time derivatives of eight states in memory, each variable a vector."""
+    y.code.call("void", "rates", y.address, f.address)
+
+
+def columns_and_trail(equations: Equations, values: Iterable[Register]) -> list[Any]:
+    """The benchmark's columns of a state, then the mechanical trail over the front's radius."""
+    code = StraightLine()
+    formulas = equations.convert(code.literal, code)
+    state = [code.variable(x) for x in _NAMES]
+    columns = formulas.columns([*state, code.variable("yaw")])
+    trail = formulas.unfold(state)[0].trail / formulas.k.front.r
+    return _computed(code, values, [*(columns[name] for name in BENCHMARK_COLUMNS), trail])
+
+
+def _computed(
+    code: StraightLine, values: Iterable[Register], results: Sequence[Recorded]
+) -> list[Any]:
+    """Values of recorded formulas, from those of the state's variables."""
+    found = dict(zip(_NAMES, values, strict=True))
+    pair = cache(turns)
+    functions: dict[str, Callable[[Register], Register]] = {"sqrt": Register.sqrt}
+    functions |= {"sin": lambda x: pair(x)[0], "cos": lambda x: pair(x)[1]}
+
+    def value(text: str) -> Any:
+        if text in found:
+            return found[text]
+        return -found[text[1:]] if text[1:] in found else float(text)
+
+    texts = [x.text for x in results]
+    for name, text in needed(code.statements, texts).items():
+        function, _, rest = text.partition("(")
+        if rest:
+            found[name] = functions[function](value(rest[:-1]))
+        else:
+            x, sign, y = text.split(" ")
+            found[name] = _OPERATORS[sign](value(x), value(y))
+    return [value(x) for x in texts]

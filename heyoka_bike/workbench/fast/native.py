@@ -1,7 +1,9 @@
 """Machine code of a run, made by LLVM when it is first needed; no compiler has to be installed."""
 
 import ctypes
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -16,21 +18,15 @@ from heyoka_bike.workbench.fast.step_code import RUN, run_source
 
 _MOST_STEPS = 200_000  # of one run
 _LEVEL = 3  # of optimisation
-# A run takes some ten microseconds, and the address of an array by `ndarray.ctypes` one: those that
-# stay are taken once, and the one of the result through the buffer it is.
 _Byte, _Report = ctypes.c_char, ctypes.c_double * 5
-_ADDRESS, _COUNT = ctypes.c_void_p, ctypes.c_int64
-_SIGNATURE = (
-    _COUNT, _ADDRESS, _COUNT, _ADDRESS, ctypes.c_double, _COUNT, _ADDRESS, _ADDRESS, _ADDRESS
-)  # fmt: skip
-_MANY = (
-    None, _ADDRESS, _COUNT, _COUNT, _COUNT, ctypes.c_double, ctypes.c_double, _COUNT, _ADDRESS
-)  # fmt: skip
+_ADDRESS, _COUNT, _NUMBER = ctypes.c_void_p, ctypes.c_int64, ctypes.c_double
+_RUN = _COUNT, _ADDRESS, _COUNT, _ADDRESS, _NUMBER, _COUNT, _ADDRESS, _ADDRESS, _ADDRESS
+_ENDS = None, _ADDRESS, _COUNT, _COUNT, _COUNT, _NUMBER, _NUMBER, _COUNT, _ADDRESS
 
 
 @dataclass(frozen=True, slots=True)
-class Run:
-    """One run of a motion.
+class Solution:
+    """A motion at its rows.
 
     Attributes
     ----------
@@ -55,7 +51,7 @@ class Run:
     largest_energy: float
 
 
-class Native:
+class MotionCode:
     """Compiled code for motions of one bicycle, see `step_code`; any thread may call it.
 
     Raises
@@ -66,53 +62,41 @@ class Native:
 
     def __init__(self, bicycle: Bicycle, *, is_regular: bool) -> None:
         source = run_source(Equations.binary64(bicycle, is_regular=is_regular))
-        # The engine owns the code: it lives as long as what calls it.
-        self._engine = compiled(source)
-        address = self._engine.get_function_address(RUN)
-        self.function = ctypes.CFUNCTYPE(*_SIGNATURE)(address)
+        self._run = function(source, RUN, *_RUN)
 
-    def motion(self, start: Array, times: Array, tolerance: float) -> "Motion":
-        """A motion that is ready to be carried out, again and again."""
-        return Motion(self, start, times, tolerance)
+    def motion(self, start: Array, times: Array, tolerance: float) -> Callable[..., Solution]:
+        """A motion from time 0 through ascending times, to be carried out again and again.
 
+        Parameters
+        ----------
+        start : ndarray, shape (6,)
+        times : ndarray, shape (rows,)
+            [s]
+        tolerance
+            Of a step: about the error of the state within it.
 
-class Motion:
-    """A motion from time 0 through ascending times.
+        Returns
+        -------
+        callable
+            Carries it out; its argument, shape (6, rows), gets the states if it is there.
+        """
+        # A run takes some ten microseconds, and the address of an array by `ndarray.ctypes` one:
+        # those that stay are taken once, and the one of the result through the buffer it is.
+        given = start.ctypes.data, len(times), times.ctypes.data, tolerance, _MOST_STEPS
+        return partial(self._carry_out, (start, times), given)
 
-    Parameters
-    ----------
-    native
-        What carries it out.
-    start : ndarray, shape (6,)
-    times : ndarray, shape (rows,)
-        [s]
-    tolerance
-        Of a step: about the error of the state within it.
-    """
-
-    def __init__(self, native: Native, start: Array, times: Array, tolerance: float) -> None:
-        # What is given by its address must not be let go.
-        self._kept = native, start, times
-        self._run = native.function
-        self._shape = len(BENCHMARK_COLUMNS), len(times)
-        self._given = start.ctypes.data, len(times), times.ctypes.data, tolerance, _MOST_STEPS
-
-    def sharper(self, tolerance: float) -> "Motion":
-        """The same with another tolerance."""
-        native, start, times = self._kept
-        return Motion(native, start, times, tolerance)
-
-    def __call__(self, states: Array | None = None) -> Run:
-        """Carry it out; `states`, shape (6, rows), gets the states at the rows."""
-        columns, report = np.empty(self._shape), _Report()
+    def _carry_out(
+        self, arrays: tuple[Array, Array], given: tuple[Any, ...], states: Array | None = None
+    ) -> Solution:
+        columns, report = np.empty((len(BENCHMARK_COLUMNS), len(arrays[1]))), _Report()
         steps = self._run(
-            *self._given, ctypes.byref(_Byte.from_buffer(columns.data)),
+            *given, ctypes.byref(_Byte.from_buffer(columns.data)),
             None if states is None else states.ctypes.data, report,
         )  # fmt: skip
-        return Run(columns, steps, *report)
+        return Solution(columns, steps, *report)
 
 
-class Many:
+class EnsembleCode:
     """Compiled code for many motions of one bicycle to one time, see `many_code`.
 
     Raises
@@ -122,9 +106,8 @@ class Many:
     """
 
     def __init__(self, bicycle: Bicycle) -> None:
-        self._engine = compiled(ends_source(Equations.binary64(bicycle, is_regular=False)))
-        address = self._engine.get_function_address(ENDS)
-        self._ends = ctypes.CFUNCTYPE(*_MANY)(address)
+        source = ends_source(Equations.binary64(bicycle, is_regular=False))
+        self._ends = function(source, ENDS, *_ENDS)
 
     def ends(
         self, states: Array, columns: Array, part: range, duration: float, tolerance: float
@@ -150,8 +133,14 @@ class Many:
         )  # fmt: skip
 
 
-def compiled(source: str) -> Any:
-    """LLVM's engine that holds the code of a module: it lives as long as the engine."""
+def function(source: str, name: str, *signature: Any) -> Any:
+    """A function of a module in LLVM's language, compiled, for ctypes.
+
+    Raises
+    ------
+    MissingPackageError
+        llvmlite is not installed.
+    """
     try:
         import llvmlite.binding as llvm
     except ModuleNotFoundError as e:
@@ -167,4 +156,7 @@ def compiled(source: str) -> Any:
     )
     engine = llvm.create_mcjit_compiler(llvm.parse_assembly(source), machine)
     engine.finalize_object()
-    return engine
+    found: Any = ctypes.CFUNCTYPE(*signature)(engine.get_function_address(name))
+    # The engine owns the code: it lives as long as what calls it.
+    found.engine = engine
+    return found

@@ -10,7 +10,7 @@ bicycle, see ``docs/speed.md``; for other bicycles it is an indication.
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from functools import cache, lru_cache
@@ -25,13 +25,14 @@ from heyoka_bike.errors import InputError, SingularMotionError
 from heyoka_bike.motion.integrate import LEAST_TRAIL, TrailTooSmallError
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.double import Array
+from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
 from heyoka_bike.workbench.fast.accuracies import choose
-from heyoka_bike.workbench.fast.model_code import STATE
-from heyoka_bike.workbench.fast.native import Motion, Native, Run
+from heyoka_bike.workbench.fast.native import MotionCode, Solution
+from heyoka_bike.workbench.fast.vector_code import STATE
 
 Maneuvers = int | Maneuver | Sequence[Maneuver] | None
-
+_Values = tuple[tuple[str, Exact], ...]  # of a bicycle
 
 ACCURACIES: Mapping[str | float, float] = {
     "eq1": 3e-5,
@@ -77,17 +78,17 @@ class Simulation:
     def _repr_html_(self) -> str:
         """For notebooks: the first and last rows of each maneuver; of several they unfold."""
         from heyoka_bike.reference.values import Values
-        from heyoka_bike.showing.views.card import card, folded, head, plain_table, remark
+        from heyoka_bike.showing.document import Block, Chapter
+        from heyoka_bike.showing.document.notebook import head, render
         from heyoka_bike.showing.views.values import table
 
-        shown = []
-        for columns in self.values:
+        shown: list[Block] = list(head(repr(self).strip("<>")))
+        for i, columns in enumerate(self.values, start=1):
             values = Values(dict(zip(BENCHMARK_COLUMNS, columns, strict=True)), {}, time=self.time)
-            names, rows, said = table(values, len(BENCHMARK_COLUMNS))
-            shown.append(plain_table(names, rows, "Rows", "numbers") + remark(said))
-        if len(shown) > 1:
-            shown = [folded(f"Maneuver {i}", part) for i, part in enumerate(shown, start=1)]
-        return card(head(repr(self).strip("<>")), *shown)
+            rows = table(values, len(BENCHMARK_COLUMNS), "Rows")
+            is_one = len(self.values) == 1
+            shown.append(rows if is_one else Chapter(f"Maneuver {i}", (rows,), is_folded=True))
+        return render(shown)
 
     def __getitem__(self, name: str) -> Array:
         """A column by name: shape (rows,) for one maneuver, else (maneuvers, rows)."""
@@ -135,18 +136,16 @@ def simulate(
     """
     values = None if bicycle is None else tuple(bicycle.values.items())
     chosen = tuple(maneuvers) if isinstance(maneuvers, Sequence) else maneuvers
-    key = (chosen, values, accuracy, rows, spacing)
-    run = _PREPARED.pop(key, None)
-    if run is None:
-        run = prepare(maneuvers, bicycle=bicycle, accuracy=accuracy, rows=rows, spacing=spacing)
-    # The last one used is the last one to go.
-    _PREPARED[key] = run
-    while len(_PREPARED) > _KEPT:
-        _PREPARED.pop(next(iter(_PREPARED)), None)
-    return run()
+    return _prepared(chosen, values, accuracy, rows, spacing)()
 
 
-_PREPARED: dict[Hashable, Prepared] = {}
+@lru_cache(_KEPT)
+def _prepared(
+    maneuvers: Maneuvers, values: _Values | None, accuracy: str | float, rows: int | None,
+    spacing: Fraction | float | str | None,
+) -> Prepared:  # fmt: skip
+    bicycle = None if values is None else Bicycle("bicycle", dict(values))
+    return prepare(maneuvers, bicycle=bicycle, accuracy=accuracy, rows=rows, spacing=spacing)
 
 
 def prepare(
@@ -161,7 +160,8 @@ def prepare(
     """
     chosen = _maneuvers(maneuvers)
     times = _times(chosen, rows, spacing)
-    return Prepared(bicycle or _benchmark()[0], chosen, tolerance or _tolerance(accuracy), times)
+    tolerance = tolerance or ACCURACIES[choose(accuracy, ACCURACIES)]
+    return Prepared(bicycle or _benchmark()[0], chosen, tolerance, times)
 
 
 class Prepared:
@@ -171,6 +171,8 @@ class Prepared:
     ----------
     times : ndarray, shape (rows,)
         [s]
+    steps
+        How many each motion took, in the last call.
     """
 
     def __init__(
@@ -178,25 +180,20 @@ class Prepared:
     ) -> None:
         self.bicycle, self.maneuvers = bicycle, maneuvers
         self.tolerance, self.times = tolerance, times
-        self._steps: tuple[int, ...] = ()
+        self.steps: tuple[int, ...] = ()
         self._prepare(is_regular=False)
 
     def __call__(self) -> Simulation:
         """Integrate and evaluate the columns."""
         try:
-            found = self._runs()
+            found = self._solutions()
         except TrailTooSmallError:
             self._prepare(is_regular=True)
-            found = self._runs()
-        self._steps = tuple(x.steps for x in found)
+            found = self._solutions()
+        self.steps = tuple(x.steps for x in found)
         # One maneuver needs no copy.
         columns = [x.columns for x in found]
         return Simulation(self.times, columns[0][None] if len(found) == 1 else np.array(columns))
-
-    @property
-    def steps(self) -> tuple[int, ...]:
-        """How many each motion took, in the last call."""
-        return self._steps
 
     def states(self) -> Array:
         """States at the rows in the variables of the form used, shape (maneuvers, rows, 6)."""
@@ -207,62 +204,41 @@ class Prepared:
 
     def _prepare(self, *, is_regular: bool) -> None:
         self._is_regular = is_regular
-        native = _native(_Values(self.bicycle), is_regular)
-        starts = [np.array(_start(self.bicycle, m, is_regular)) for m in self.maneuvers]
-        self._motions = [native.motion(x, self.times, self.tolerance) for x in starts]
+        self._code = _code(tuple(self.bicycle.values.items()), is_regular)
+        equations = Equations.of(self.bicycle, Balls(_BITS), is_regular=is_regular)
+        states = [initial_state(equations, m)[:STATE] for m in self.maneuvers]
+        self._starts = [np.array([float(x.mid()) for x in state]) for state in states]
+        self._motions = [self._code.motion(x, self.times, self.tolerance) for x in self._starts]
 
-    def _on_the_motion(self, motion: Motion) -> Run:
-        """A run that keeps its energy: one that does not has stepped over a singularity."""
-        run, tolerance = motion(), self.tolerance
-        while run.largest_energy - run.least_energy > run.largest_energy * max(
-            _DRIFT * tolerance, _ROUNDING
-        ):
-            tolerance *= _SHARPER
-            if tolerance < _LEAST_TOLERANCE:
-                raise SingularMotionError(
-                    f"the motion meets a singularity before t = {run.time:.9g} s", run.time
-                )
-            run = motion.sharper(tolerance)()
-        return run
-
-    def _runs(self) -> list[Run]:
+    def _solutions(self) -> list[Solution]:
         found = []
-        for motion in self._motions:
-            run = self._on_the_motion(motion)
+        for motion, start in zip(self._motions, self._starts, strict=True):
+            x, tolerance = motion(), self.tolerance
+            # What does not keep its energy has stepped over a singularity.
+            while x.largest_energy - x.least_energy > x.largest_energy * max(
+                _DRIFT * tolerance, _ROUNDING
+            ):
+                tolerance *= _SHARPER
+                if tolerance < _LEAST_TOLERANCE:
+                    raise _singular("before", x)
+                x = self._code.motion(start, self.times, tolerance)()
             # Leave the few-product form where the mechanical trail is small or changes sign.
-            is_clear = run.least_trail > LEAST_TRAIL or run.largest_trail < -LEAST_TRAIL
-            if not self._is_regular and not (run.steps > 0 and is_clear):
+            is_clear = x.least_trail > LEAST_TRAIL or x.largest_trail < -LEAST_TRAIL
+            if not self._is_regular and not (x.steps > 0 and is_clear):
                 raise TrailTooSmallError
-            if run.steps < 0:
-                raise SingularMotionError(
-                    f"the motion meets a singularity at t = {run.time:.9g} s", run.time
-                )
-            found.append(run)
+            if x.steps < 0:
+                raise _singular("at", x)
+            found.append(x)
         return found
 
 
-def _start(bicycle: Bicycle, maneuver: Maneuver, is_regular: bool) -> list[float]:
-    equations = Equations.of(bicycle, Balls(_BITS), is_regular=is_regular)
-    return [float(x.mid()) for x in initial_state(equations, maneuver)[:STATE]]
-
-
-class _Values:
-    """A bicycle that is equal to another of the same parameters."""
-
-    def __init__(self, bicycle: Bicycle) -> None:
-        self.bicycle = bicycle
-        self.values = tuple(sorted((s, str(x)) for s, x in bicycle.values.items()))
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Values) and self.values == other.values
-
-    def __hash__(self) -> int:
-        return hash(self.values)
+def _singular(place: str, x: Solution) -> SingularMotionError:
+    return SingularMotionError(f"the motion meets a singularity {place} t = {x.time:.9g} s", x.time)
 
 
 @lru_cache(_KEPT)
-def _native(values: _Values, is_regular: bool) -> Native:
-    return Native(values.bicycle, is_regular=is_regular)
+def _code(values: _Values, is_regular: bool) -> MotionCode:
+    return MotionCode(Bicycle("bicycle", dict(values)), is_regular=is_regular)
 
 
 @cache
@@ -283,11 +259,6 @@ def _maneuvers(given: Maneuvers) -> tuple[Maneuver, ...]:
     if not 1 <= given <= len(published):
         raise InputError(f"found maneuver {given}, expected 1 to {len(published)}")
     return (published[given - 1],)
-
-
-def _tolerance(accuracy: str | float) -> float:
-    """Of the steps for an accuracy, see `ACCURACIES`."""
-    return ACCURACIES[choose(accuracy, ACCURACIES)]
 
 
 def _times(

@@ -1,15 +1,31 @@
-"""Text of LLVM's assembly for vectors: the few operations that `step_code` is written with."""
+"""Functions of numbers and vectors in LLVM's language: registers, memory, loops and branches.
+
+A vector has eight places, half of one four. Operators on registers write instructions; a number
+beside a vector is put into all of its places.
+"""
 
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from functools import cache, reduce
+from itertools import count
+from typing import Any
+
+import numpy as np
 
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.workbench.fast.collocation import POINTS
 
-WHOLE, HALF, ONE = f"<{POINTS} x double>", f"<{POINTS // 2} x double>", "double"
-_SIGNS = {"+": "fadd", "-": "fsub", "*": "fmul", "/": "fdiv"}
+STATE = 6
+"""Variables of a state, without the yaw."""
+POINTS = 8
+"""Places of a vector: as many numbers as the largest register of the processor holds."""
+
+ONE, INTEGER, BIT, POINTER, VOID = "double", "i64", "i1", "ptr", "void"
+WHOLE, HALF = f"<{POINTS} x {ONE}>", f"<{POINTS // 2} x {ONE}>"
+INTEGERS, BITS = f"<{POINTS} x {INTEGER}>", f"<{POINTS} x {BIT}>"
+_SUFFIXES = {ONE: "f64", WHOLE: f"v{POINTS}f64", HALF: f"v{POINTS // 2}f64"}
 
 # Sine and cosine on -pi/4 to pi/4 as x + x^3 S(x^2) and 1 - x^2/2 + x^4 C(x^2), to half a unit of
 # roundoff: least maxima as in Sun's fdlibm (k_sin.c, k_cos.c), highest power first.
@@ -27,233 +43,355 @@ _TO_QUARTERS = 0.63661977236758134308
 # Added and taken away again it leaves the nearest integer, whose bits are the last of the sum.
 _INTEGER = 6755399441055744.0
 
-
-def literal(x: float) -> str:
-    """A number as LLVM reads it, exactly."""
-    return f"0x{struct.unpack('<Q', struct.pack('<d', x))[0]:016X}"
+Registers = np.ndarray[Any, np.dtype[np.object_]]
+"""Arrays of registers: NumPy's operators act on each."""
 
 
-def constant(kind: str, values: float | Iterable[float]) -> str:
-    """A constant of a vector or of `ONE`."""
-    if kind == ONE:
-        assert isinstance(values, float)
-        return literal(values)
-    count = POINTS if kind == WHOLE else POINTS // 2
-    each = [values] * count if isinstance(values, float) else list(values)
-    assert len(each) == count
-    return "<" + ", ".join(f"double {literal(float(x))}" for x in each) + ">"
+@cache
+def constant(kind: str, value: float | tuple[float, ...]) -> str:
+    """One number, or one for each place, exactly."""
+    element = kind.split()[-1].rstrip(">")
+    if isinstance(value, tuple):
+        return f"<{', '.join(f'{element} {constant(element, x)}' for x in value)}>"
+    text = f"0x{struct.pack('>d', value).hex()}" if element == ONE else str(value)
+    return text if kind == element else f"splat ({element} {text})"
+
+
+def _binary(name: str, *, is_swapped: bool = False) -> Callable[[Register, Any], Register]:
+    def operator(self: Register, other: Any) -> Any:
+        if isinstance(other, np.ndarray):
+            return NotImplemented
+        kind, x, y = self.code.alike(self, other)
+        operation = f"f{name} contract" if kind in _SUFFIXES else name
+        operands = f"{y}, {x}" if is_swapped else f"{x}, {y}"
+        return self.code.assign(kind, f"{operation} {kind} {operands}")
+
+    return operator
+
+
+def _comparison(sign: str) -> Callable[[Register, Operand], Register]:
+    def operator(self: Register, other: Operand) -> Register:
+        kind, x, y = self.code.alike(self, other)
+        operation = f"fcmp o{sign}" if kind in _SUFFIXES else f"icmp s{sign}"
+        return self.code.assign(BITS if kind[0] == "<" else BIT, f"{operation} {kind} {x}, {y}")
+
+    return operator
+
+
+def _intrinsic(name: str) -> Callable[..., Register]:
+    def operator(self: Register, *others: Operand) -> Register:
+        kind, *texts = self.code.alike(self, *others)
+        operands = [Register(self.code, kind, x) for x in texts]
+        return self.code.call(kind, f"llvm.{name}.{_SUFFIXES[kind]}", *operands)
+
+    return operator
+
+
+def _kind(value: Operand) -> str:
+    if isinstance(value, Register):
+        return value.kind
+    return INTEGER if isinstance(value, int) else ONE
+
+
+class Register:
+    """A number that a function computes, an integer, a bit, or a vector of them.
+
+    A product and a sum may be joined, and then are rounded once.
+
+    Parameters
+    ----------
+    code
+        The function.
+    kind, text
+        LLVM's names of the kind and of the register.
+    """
+
+    __slots__ = ("code", "kind", "text")
+
+    def __init__(self, code: Code, kind: str, text: str) -> None:
+        self.code, self.kind, self.text = code, kind, text
+
+    __add__, __sub__, __mul__, __truediv__ = map(_binary, ("add", "sub", "mul", "div"))
+    __radd__, __rmul__ = __add__, __mul__
+    __rsub__, __rtruediv__ = _binary("sub", is_swapped=True), _binary("div", is_swapped=True)
+    __and__, __or__, __xor__, __lshift__ = map(_binary, ("and", "or", "xor", "shl"))
+    __lt__, __le__, __gt__, __ge__ = map(_comparison, ("lt", "le", "gt", "ge"))
+    __abs__, sqrt = map(_intrinsic, ("fabs", "sqrt"))
+    # Of what is no number the other operand.
+    at_most, at_least = map(_intrinsic, ("minnum", "maxnum"))
+
+    def __neg__(self) -> Register:
+        return self.code.assign(self.kind, f"fneg {self.kind} {self.text}")
+
+    def __invert__(self) -> Register:
+        return self ^ -1
+
+    def is_null(self) -> Register:
+        """Whether an address is none."""
+        return self.code.assign(BIT, f"icmp eq {POINTER} {self.text}, null")
+
+    def choose(self, x: Operand, y: Operand) -> Register:
+        """The first operand where a bit is set, the second elsewhere; of bits one is a vector."""
+        kind, yes, no = self.code.alike(x, y)
+        operands = f"{self.kind} {self.text}, {kind} {yes}, {kind} {no}"
+        return self.code.assign(kind, f"select {operands}")
+
+    def cast(self, name: str, kind: str) -> Register:
+        """``bitcast`` or ``trunc`` to another kind."""
+        return self.code.assign(kind, f"{name} {self.kind} {self.text} to {kind}")
+
+    def spread(self, kind: str = WHOLE) -> Register:
+        """A number in every place of a vector."""
+        first = self.code.assign(
+            kind, f"insertelement {kind} poison, {self.kind} {self.text}, i32 0"
+        )
+        return first.places([0] * int(kind[1:].split()[0]))
+
+    def places(self, chosen: Iterable[int], other: Register | None = None) -> Register:
+        """A vector of some places of this one, followed by another."""
+        places = [f"i32 {i}" for i in chosen]
+        second = "poison" if other is None else other.text
+        operands = f"{self.kind} {self.text}, {self.kind} {second}"
+        mask = f"<{len(places)} x i32> <{', '.join(places)}>"
+        kind = f"<{len(places)} x {self.kind.split()[-1]}"
+        return self.code.assign(kind, f"shufflevector {operands}, {mask}")
+
+    def over_places(self, name: str) -> Register:
+        """``fmin`` or ``fmax`` of all places."""
+        return self.code.call(ONE, f"llvm.vector.reduce.{name}.{_SUFFIXES[self.kind]}", self)
+
+    def total(self) -> Register:
+        """Of all places, added in any order."""
+        name = f"llvm.vector.reduce.fadd.{_SUFFIXES[self.kind]}"
+        return self.code.call(ONE, name, Register(self.code, ONE, "-0.0"), self, flags="reassoc")
+
+
+Operand = Register | float
+"""A register, or a constant of the kind of the other operand."""
+
+
+class Memory:
+    """Values of a kind, one after the other.
+
+    Parameters
+    ----------
+    address
+        Where the first one is.
+    kind
+        Of what is at an index.
+    """
+
+    def __init__(self, address: Register, kind: str) -> None:
+        self.code, self.address, self.kind = address.code, address, kind
+
+    def numbers(self, index: Register | int = 0) -> Memory:
+        """From an index on, number by number."""
+        return Memory(self.part(index).address, ONE)
+
+    def vectors(self, index: Register | int = 0) -> Memory:
+        """From an index on, vector by vector."""
+        return Memory(self.part(index).address, WHOLE)
+
+    def part(self, index: Register | int) -> Memory:
+        """What begins at an index."""
+        if isinstance(index, int) and index == 0:
+            return self
+        place = self.code.text(index, INTEGER)
+        address = f"getelementptr {self.kind}, ptr {self.address.text}, {INTEGER} {place}"
+        return Memory(self.code.assign(POINTER, address), self.kind)
+
+    def __getitem__(self, index: Register | int) -> Register:
+        address = self.part(index).address.text
+        return self.code.assign(self.kind, f"load {self.kind}, ptr {address}, align 8")
+
+    def __setitem__(self, index: Register | int, value: Operand) -> None:
+        address, text = self.part(index).address.text, self.code.text(value, self.kind)
+        self.code.do(f"store {self.kind} {text}, ptr {address}, align 8")
+
+    def load(self, count: int = STATE) -> Registers:
+        return np.array([self[i] for i in range(count)])
+
+    def store(self, values: Iterable[Operand]) -> None:
+        for i, value in enumerate(values):
+            self[i] = value
+
+
+class Loop:
+    """A loop: what is written in its context is repeated until it is left."""
+
+    def __init__(self, code: Code) -> None:
+        self._code, self._body, self._rest = code, code.block(), code.block()
+
+    def __enter__(self) -> Loop:
+        self._code.begin(self._body)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._code.do(f"br label %{self._body}\n{self._rest}:")
+
+    def again(self, condition: Register) -> None:
+        """If a condition holds, to the beginning of the body."""
+        self._code.jump(self._body, condition)
+
+    def leave(self, condition: Register) -> None:
+        """If a condition holds, to what follows the loop."""
+        self._code.jump(self._rest, condition)
 
 
 class Code:
-    """Lines of one function, whose values are names or constants.
+    """A function while it is written.
+
+    Parameters
+    ----------
+    head
+        As LLVM declares functions: linkage, kind of the result, name, and kinds of the arguments.
 
     Attributes
     ----------
-    lines
-        What was written.
+    arguments
+        Registers; of pointers memory, which no other one points to.
+    declarations
+        Of the functions that are called.
     """
 
-    def __init__(self) -> None:
-        self.lines: list[str] = []
-        self._count = 0
+    def __init__(self, head: str) -> None:
+        self._lines, self._rooms, self._names = list[str](), list[str](), count()
+        self.declarations: set[str] = set()
+        name, _, kinds = head.rstrip(")").partition("(")
+        given = [Register(self, kind, self._name()) for kind in kinds.split(", ")]
+        texts = [f"{x.kind} {x.text}".replace(POINTER, f"{POINTER} noalias") for x in given]
+        self._head = f"define {name}({', '.join(texts)}) {{"
+        self.arguments: list[Any] = [Memory(x, ONE) if x.kind == POINTER else x for x in given]
 
-    def assign(self, text: str) -> str:
-        """A new name for what an instruction gives."""
-        self._count += 1
-        self.lines.append(f"  %t{self._count} = {text}")
-        return f"%t{self._count}"
+    def __str__(self) -> str:
+        return "\n".join([self._head, *self._rooms, *self._lines, "}"])
 
     def do(self, text: str) -> None:
-        """An instruction that gives nothing."""
-        self.lines.append(f"  {text}")
+        """Write an instruction that gives nothing."""
+        self._lines.append(text)
 
-    def label(self, name: str) -> None:
-        """Begin a block."""
-        self.lines.append(f"{name}:")
+    def assign(self, kind: str, text: str) -> Register:
+        """A register for what an instruction gives."""
+        found = Register(self, kind, self._name())
+        self.do(text if kind == VOID else f"{found.text} = {text}")
+        return found
 
-    def operation(self, sign: str, x: str, y: str, kind: str = WHOLE) -> str:
-        """One of ``+ - * /``; a product and a sum may be joined, and then are rounded once."""
-        return self.assign(f"{_SIGNS[sign]} contract {kind} {x}, {y}")
+    def text(self, value: Operand, kind: str) -> str:
+        """A constant, or a register, put into all places of a vector if need be."""
+        if not isinstance(value, Register):
+            return constant(kind, value)
+        return value.text if value.kind == kind else value.spread(kind).text
 
-    def negative(self, x: str, kind: str = WHOLE) -> str:
-        return self.assign(f"fneg {kind} {x}")
+    def alike(self, *operands: Operand) -> list[str]:
+        """The kind of operands, a vector's if there is one among them, and their texts."""
+        kinds = [x.kind for x in operands if isinstance(x, Register)]
+        kind = next((x for x in kinds if x[0] == "<"), kinds[0])
+        return [kind, *(self.text(x, kind) for x in operands)]
 
-    def fused(self, x: str, y: str, z: str, kind: str = WHOLE) -> str:
-        """Product of the first two plus the third."""
-        return self.call("fmuladd", kind, x, y, z)
+    def vector(self, values: Iterable[float]) -> Register:
+        """A constant."""
+        places = tuple(values)
+        kind = f"<{len(places)} x {_kind(places[0])}>"
+        return Register(self, kind, constant(kind, places))
 
-    def call(self, name: str, kind: str, *given: str) -> str:
-        """An intrinsic function of values of one kind."""
-        suffix = {WHOLE: f"v{POINTS}f64", HALF: f"v{POINTS // 2}f64", ONE: "f64"}[kind]
-        arguments = ", ".join(f"{kind} {x}" for x in given)
-        return self.assign(f"call {kind} @llvm.{name}.{suffix}({arguments})")
+    def call(self, kind: str, name: str, *arguments: Register, flags: str = "") -> Register:
+        """What a function gives."""
+        given = ", ".join(f"{x.kind} {x.text}" for x in arguments)
+        if name.startswith("llvm."):
+            kinds = ", ".join(x.kind for x in arguments)
+            self.declarations.add(f"declare {kind} @{name}({kinds})")
+        return self.assign(kind, f"call {flags} {kind} @{name}({given})")
 
-    def array(self, kind: str, count: int) -> str:
+    def memory(self, count: int = STATE, kind: str = WHOLE) -> Memory:
         """Room for values, until the function ends."""
-        return self.assign(f"alloca {kind}, i32 {count}, align 64")
+        address = Register(self, POINTER, self._name())
+        self._rooms.append(f"{address.text} = alloca {kind}, i32 {count}, align 64")
+        return Memory(address, kind)
 
-    def at(self, array: str, index: int | str, kind: str) -> str:
-        """Address of an element."""
-        return self.assign(f"getelementptr {kind}, ptr {array}, i64 {index}")
+    def variable(self, value: Operand) -> Memory:
+        """Room for one value."""
+        found = self.memory(1, _kind(value))
+        found[0] = value
+        return found
 
-    def load(self, array: str, index: int | str = 0, kind: str = WHOLE) -> str:
-        place = array if index == 0 else self.at(array, index, kind)
-        return self.assign(f"load {kind}, ptr {place}, align 8")
+    @contextmanager
+    def unless(self, condition: Register) -> Iterator[None]:
+        """What is written in this context is left out if a condition holds."""
+        rest = self.block()
+        self.jump(rest, condition)
+        yield
+        self.begin(rest)
 
-    def store(self, x: str, array: str, index: int | str = 0, kind: str = WHOLE) -> None:
-        place = array if index == 0 else self.at(array, index, kind)
-        self.do(f"store {kind} {x}, ptr {place}, align 8")
+    def block(self) -> str:
+        """Name of a block that begins later."""
+        return self._name()[1:]
 
-    def accumulate(self, sums: str, rests: str, index: int, x: str) -> None:
-        """Add to one of some sums; what rounding took from it before is added, too."""
-        before = self.load(sums, index, ONE)
-        x = self.operation("+", x, self.load(rests, index, ONE), ONE)
-        after = self.operation("+", before, x, ONE)
-        added = self.operation("-", after, before, ONE)
-        kept = self.operation("-", after, added, ONE)
-        lost = self.operation("-", before, kept, ONE)
-        rest = self.operation("+", self.operation("-", x, added, ONE), lost, ONE)
-        self.store(rest, rests, index, ONE)
-        self.store(after, sums, index, ONE)
+    def begin(self, block: str) -> None:
+        """Begin a block, which follows the one before."""
+        self.do(f"br label %{block}\n{block}:")
 
-    def spread(self, x: str, kind: str = WHOLE) -> str:
-        """One number in every place of a vector."""
-        count = POINTS if kind == WHOLE else POINTS // 2
-        first = self.assign(f"insertelement {kind} poison, double {x}, i32 0")
-        places = f"<{count} x i32> zeroinitializer"
-        return self.assign(f"shufflevector {kind} {first}, {kind} poison, {places}")
+    def jump(self, block: str, condition: Register) -> None:
+        """To a block, if a condition holds."""
+        rest = self.block()
+        self.do(f"br i1 {condition.text}, label %{block}, label %{rest}\n{rest}:")
 
-    def halves(self, x: str) -> tuple[str, str]:
-        """First and second half of a vector."""
-        n = POINTS // 2
-        first, second = (
-            self.assign(f"shufflevector {WHOLE} {x}, {WHOLE} poison, {_places(range(i, i + n))}")
-            for i in (0, n)
-        )
-        return first, second
-
-    def joined(self, first: str, second: str) -> str:
-        """A vector from its halves."""
-        places = _places(range(POINTS))
-        return self.assign(f"shufflevector {HALF} {first}, {HALF} {second}, {places}")
-
-    def element(self, x: str, place: int, kind: str = WHOLE) -> str:
-        return self.assign(f"extractelement {kind} {x}, i32 {place}")
-
-    def product(self, matrix: Array, array: str, index: int) -> str:
-        """A constant matrix times a column, which is element `index` of an array of vectors."""
-        found = ["", ""]
-        for j in range(POINTS):
-            x = self.spread(self.load(array, POINTS * index + j, ONE))
-            column = constant(WHOLE, [row[j] for row in matrix])
-            # Two sums, which do not wait for each other.
-            half = found[j % 2]
-            found[j % 2] = self.fused(x, column, half) if half else self.operation("*", x, column)
-        return self.operation("+", *found)
-
-    def turns(self, x: str) -> tuple[str, str]:
-        """Sine and cosine of angles up to a million."""
-        k = constant(WHOLE, _INTEGER)
-        shifted = self.fused(x, constant(WHOLE, _TO_QUARTERS), k)
-        quarters = self.assign(f"fsub {WHOLE} {shifted}, {k}")
-        r = x
-        for part in _QUARTER:
-            r = self.fused(quarters, constant(WHOLE, -part), r)
-        square = self.operation("*", r, r)
-        sine = self.fused(self.operation("*", square, r), self._polynomial(_SINE, square), r)
-        half = self.fused(square, constant(WHOLE, -0.5), constant(WHOLE, 1.0))
-        fourth = self.operation("*", square, square)
-        cosine = self.fused(fourth, self._polynomial(_COSINE, square), half)
-        integers = f"<{POINTS} x i64>"
-        bits = self.assign(f"bitcast {WHOLE} {shifted} to {integers}")
-        odd = self.assign(f"trunc {integers} {bits} to <{POINTS} x i1>")
-        by_sine = self._chosen(odd, cosine, sine)
-        by_cosine = self._chosen(odd, sine, cosine)
-        return self._signed(by_sine, bits, 0), self._signed(by_cosine, bits, 1)
-
-    def _polynomial(self, coefficients: Sequence[float], x: str) -> str:
-        value = constant(WHOLE, coefficients[0])
-        for c in coefficients[1:]:
-            value = self.fused(value, x, constant(WHOLE, c))
-        return value
-
-    def _chosen(self, mask: str, x: str, y: str) -> str:
-        return self.assign(f"select <{POINTS} x i1> {mask}, {WHOLE} {x}, {WHOLE} {y}")
-
-    def _signed(self, x: str, quarters: str, ahead: int) -> str:
-        """The sign changed where the second bit of the quarters, and so many more, is set."""
-        integers = f"<{POINTS} x i64>"
-        if ahead:
-            ones = "<" + ", ".join(["i64 1"] * POINTS) + ">"
-            quarters = self.assign(f"add {integers} {quarters}, {ones}")
-        shift = "<" + ", ".join(["i64 62"] * POINTS) + ">"
-        top = "<" + ", ".join([f"i64 {-(2**63)}"] * POINTS) + ">"
-        moved = self.assign(f"shl {integers} {quarters}, {shift}")
-        sign = self.assign(f"and {integers} {moved}, {top}")
-        bits = self.assign(f"bitcast {WHOLE} {x} to {integers}")
-        changed = self.assign(f"xor {integers} {bits}, {sign}")
-        return self.assign(f"bitcast {integers} {changed} to {WHOLE}")
-
-    def statements(
-        self, given: Mapping[str, str], statements: Mapping[str, str], results: Iterable[str]
-    ) -> list[str]:
-        """Values of a recorded formula, see `straight_line`, from those of its variables."""
-        found = dict(given)
-        pairs: dict[str, tuple[str, str]] = {}
-
-        def value(text: str) -> str:
-            if text in found:
-                return found[text]
-            try:
-                return constant(WHOLE, float(text))
-            except ValueError:
-                return self.negative(found[text[1:]])
-
-        for name, text in statements.items():
-            function, _, rest = text.partition("(")
-            if not rest:
-                x, sign, y = text.split(" ")
-                found[name] = self.operation(sign, value(x), value(y))
-                continue
-            argument = rest[:-1]
-            if function == "sqrt":
-                found[name] = self.call("sqrt", WHOLE, value(argument))
-                continue
-            if argument not in pairs:
-                pairs[argument] = self.turns(value(argument))
-            found[name] = pairs[argument][function == "cos"]
-        return [value(x) for x in results]
+    def _name(self) -> str:
+        return f"%t{next(self._names)}"
 
 
-def _places(places: Iterable[int]) -> str:
-    found = [f"i32 {i}" for i in places]
-    return f"<{len(found)} x i32> <{', '.join(found)}>"
+def module(*functions: Code) -> str:
+    """Text of functions, with declarations of those of LLVM's that they call."""
+    return "\n".join([*map(str, functions), *set().union(*(x.declarations for x in functions)), ""])
 
 
-def function(head: str, lines: Sequence[str]) -> str:
-    """Text of a function."""
-    return "\n".join([f"define {head} {{", *lines, "}", ""])
+fused: Callable[..., Any] = np.frompyfunc(_intrinsic("fmuladd"), 3, 1)
+"""Product of the first two plus the third, of registers or arrays of them."""
+choose: Callable[..., Any] = np.frompyfunc(Register.choose, 3, 1)
+"""The second where a bit of the first is set, else the third, of registers or arrays of them."""
 
 
-def _declare(name: str, kind: str, count: int) -> str:
-    suffix = {WHOLE: f"v{POINTS}f64", HALF: f"v{POINTS // 2}f64", ONE: "f64"}[kind]
-    return f"declare {kind} @llvm.{name}.{suffix}({', '.join([kind] * count)})"
+def eighth_root(x: Register) -> Register:
+    """Of a number, or of each of a vector."""
+    return x.sqrt().sqrt().sqrt()
 
 
-_KINDS = (WHOLE, HALF, ONE)
-DECLARATIONS = "\n".join(
-    [
-        *(_declare("fmuladd", kind, 3) for kind in _KINDS),
-        *(_declare(name, kind, 1) for name in ("fabs", "sqrt") for kind in _KINDS),
-        *(_declare(name, kind, 2) for name in ("maxnum", "minnum") for kind in _KINDS),
-        *(
-            f"declare double @llvm.vector.reduce.{name}.v{POINTS}f64({WHOLE})"
-            for name in ("fmin", "fmax")
-        ),
-        f"declare double @llvm.vector.reduce.fadd.v{POINTS}f64(double, {WHOLE})",
-        f"declare {WHOLE} @llvm.masked.load.v{POINTS}f64.p0(ptr, i32, <{POINTS} x i1>, {WHOLE})",
-        f"declare void @llvm.masked.store.v{POINTS}f64.p0({WHOLE}, ptr, i32, <{POINTS} x i1>)",
-        "",
-    ]
-)
-"""Of the intrinsic functions that are called."""
+def products(matrix: Array, columns: Memory) -> Registers:
+    """A constant matrix times the vector of each variable."""
+    factors = [columns.code.vector(x) for x in matrix.T]
+    numbers = [columns.numbers(i).load(POINTS) for i in range(STATE)]
+    return np.array([weighted([x.spread() for x in row], factors) for row in numbers])
+
+
+def weighted(values: Sequence[Any], factors: Sequence[Operand]) -> Any:
+    """Sum of products, of registers or arrays of them."""
+    # Two sums, which do not wait for each other.
+    sums: list[Any] = []
+    for x, factor in zip(values, factors, strict=True):
+        sums.append(x * factor if len(sums) < 2 else fused(x, factor, sums[-2]))
+    return sums[-2] + sums[-1] if len(sums) > 1 else sums[0]
+
+
+def turns(x: Register) -> tuple[Register, Register]:
+    """Sine and cosine of angles up to a million."""
+    shifted = fused(x, _TO_QUARTERS, _INTEGER)
+    quarters = shifted - _INTEGER
+    r = x
+    for part in _QUARTER:
+        r = fused(quarters, -part, r)
+    square = r * r
+    sine = fused(square * r, _polynomial(_SINE, square), r)
+    cosine = fused(square * square, _polynomial(_COSINE, square), fused(square, -0.5, 1.0))
+    count = shifted.cast("bitcast", INTEGERS)
+    odd = count.cast("trunc", BITS)
+    by_sine, by_cosine = odd.choose(cosine, sine), odd.choose(sine, cosine)
+    return _signed(by_sine, count), _signed(by_cosine, count + 1)
+
+
+def _polynomial(coefficients: Sequence[float], x: Register) -> Any:
+    return reduce(lambda value, c: fused(x, value, c), coefficients)
+
+
+def _signed(x: Register, quarters: Register) -> Register:
+    """The sign changed where the second bit of the quarters is set."""
+    sign = (quarters << 62) & -(2**63)
+    return (x.cast("bitcast", INTEGERS) ^ sign).cast("bitcast", WHOLE)

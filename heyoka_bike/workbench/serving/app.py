@@ -2,7 +2,7 @@
 
 import asyncio
 import shutil
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import AsyncIterator, Mapping, Sequence
 from contextlib import asynccontextmanager
 from functools import partial
 from pathlib import Path
@@ -24,19 +24,20 @@ from starlette.responses import (
 from starlette.routing import Route
 
 from heyoka_bike.errors import InputError
-from heyoka_bike.showing.formats.html import SCRIPT as REPORT_SCRIPT
-from heyoka_bike.showing.formats.markup import PAGE_STYLE, policy
+from heyoka_bike.showing.document.html import PAGE_STYLE, policy
+from heyoka_bike.showing.document.html import SCRIPT as REPORT_SCRIPT
 from heyoka_bike.showing.replay.page import SCRIPT as REPLAY_SCRIPT
 from heyoka_bike.showing.replay.page import START
+from heyoka_bike.system.log import fault
 from heyoka_bike.system.resources import data_folder
 from heyoka_bike.workbench.serving import pages
-from heyoka_bike.workbench.serving.api import api_page, description
-from heyoka_bike.workbench.serving.crew import BusyError, Crew, Job
+from heyoka_bike.workbench.serving.api import description
 from heyoka_bike.workbench.serving.guard import Guard
 from heyoka_bike.workbench.serving.limits import Limits
-from heyoka_bike.workbench.serving.store import Kept, Store
-from heyoka_bike.workbench.serving.tasks import FILES, MADE, RENDERED, Kind, Task, fault, stem
-from heyoka_bike.workbench.serving.uploads import TooLargeError, receive
+from heyoka_bike.workbench.serving.queue import BusyError, QueuedTask, TaskQueue
+from heyoka_bike.workbench.serving.store import ResultStore, StoredResult
+from heyoka_bike.workbench.serving.tasks import FILES, RENDERED, Ending, Kind, Task
+from heyoka_bike.workbench.serving.uploads import receive
 
 _KINDS: tuple[Kind, ...] = ("score", "diagnose", "replay")
 # A page waits so long for its work before it says that it waits [s].
@@ -50,6 +51,12 @@ _STATIC = {
     "page.css": (PAGE_STYLE, "text/css"),
     "serve.css": (pages.STATIC / "serve.css", "text/css"),
     "serve.js": (pages.STATIC / "serve.js", "text/javascript"),
+}
+_TITLES = {400: "Cannot be scored", 408: "Too slow", 413: "Too large", 503: "Busy"}
+# What Starlette says, in more words.
+_USUAL = {
+    "Not Found": "There is no such page.",
+    "Method Not Allowed": "This address does not take such a request.",
 }
 _NEVER = "frame-ancestors 'none'; base-uri 'none'; form-action 'self'"
 # Only files of this package are styles and scripts.
@@ -84,8 +91,8 @@ class Server:
         board: str | None = None, log: Any = print,
     ) -> None:  # fmt: skip
         self.limits, self.board, self.log = limits, board, log
-        self.store = Store(folder, limits)
-        self.crew = Crew(limits, log)
+        self.store = ResultStore(folder, limits)
+        self.queue = TaskQueue(limits, log)
         self.app = Starlette(
             routes=self._routes(),
             lifespan=self._lifespan,
@@ -93,24 +100,14 @@ class Server:
                 Middleware(Guard, hosts=[name.lower() for name in hosts], log=log),
             ],
             exception_handlers={
-                HTTPException: _refused,
-                InputError: _unreadable,
-                TooLargeError: self._too_large,
-                BusyError: _busy,
-                TimeoutError: _late,
-                ClientDisconnect: _gone,
+                HTTPException: _refused, InputError: _unreadable, ClientDisconnect: _gone,
             },
-        )
+        )  # fmt: skip
         # It would lead to the name and scheme that it is asked by, which may be those of a proxy.
         self.app.router.redirect_slashes = False
 
     def _routes(self) -> list[Route]:
-        def get(path: str, endpoint: Any) -> Route:
-            return Route(path, endpoint, methods=["GET"])
-
-        def post(path: str, endpoint: Any) -> Route:
-            return Route(path, endpoint, methods=["POST"])
-
+        get, post = partial(Route, methods=["GET"]), partial(Route, methods=["POST"])
         return [
             get("/", self.home),
             get("/static/{name}", self.static),
@@ -136,7 +133,7 @@ class Server:
             yield
         finally:
             sweeping.cancel()
-            await run_in_threadpool(self.crew.close)
+            await self.queue.close()
 
     async def _sweep(self) -> None:
         while True:
@@ -160,7 +157,7 @@ class Server:
 
     async def health(self, request: Request) -> Response:
         """Whether it works, and how much it has to do."""
-        said = {"status": "ok", "waiting": self.crew.waiting(), "kept": len(self.store)}
+        said = {"status": "ok", "waiting": self.queue.waiting(), "kept": len(self.store)}
         return JSONResponse(said)
 
     async def leaderboard(self, request: Request) -> Response:
@@ -171,7 +168,7 @@ class Server:
 
     async def api(self, request: Request) -> Response:
         """How programs use the server."""
-        return _page(api_page(self.limits, str(request.base_url)))
+        return _page(pages.api(self.limits, str(request.base_url)))
 
     async def openapi(self, request: Request) -> Response:
         """The same for programs."""
@@ -188,9 +185,9 @@ class Server:
         return await self._begun(request, Task("score", folder, (_EXAMPLE,)))
 
     async def _begun(self, request: Request, task: Task) -> Response:
-        kept = self._kept(task)
-        await _ended(kept.jobs["score"], _AT_ONCE)
-        address = f"/results/{kept.key}/score"
+        result = self._stored(task)
+        await asyncio.wait([result.jobs["score"].over], timeout=_AT_ONCE)
+        address = f"/results/{result.key}/score"
         if _wants_json(request):
             return JSONResponse({"location": address}, 201, {"location": address})
         return RedirectResponse(address, 303)
@@ -201,62 +198,64 @@ class Server:
 
     async def remove(self, request: Request) -> Response:
         """Remove a result at once."""
-        kept = self._found(request)
-        await run_in_threadpool(self.store.remove, kept)
+        result = self._found(request)
+        await run_in_threadpool(self.store.remove, result)
         return RedirectResponse("/", 303)
 
     async def ask(self, request: Request) -> Response:
         """Begin a diagnosis or a replay of a result."""
-        kept, kind = self._found(request), _kind(request.path_params["kind"])
+        result, kind = self._found(request), _kind(request.path_params["kind"])
         self._check_offered(kind)
-        if kind not in kept.jobs:
-            kept.jobs[kind] = self.crew.submit(kept.of(kind))
-        await _ended(kept.jobs[kind], _AT_ONCE)
-        return RedirectResponse(f"/results/{kept.key}/{kind}", 303)
+        if kind not in result.jobs:
+            result.jobs[kind] = self.queue.submit(result.of(kind))
+        await asyncio.wait([result.jobs[kind].over], timeout=_AT_ONCE)
+        return RedirectResponse(f"/results/{result.key}/{kind}", 303)
 
     async def show(self, request: Request) -> Response:
         """A result as a page, or as a file to take away: ``score``, ``score.json`` ..."""
-        kept, path = self._found(request), Path(request.path_params["name"])
+        result, path = self._found(request), Path(request.path_params["name"])
         kind, suffix = _kind(path.stem), path.suffix
-        job = kept.jobs.get(kind)
+        job = result.jobs.get(kind)
         if job is None or suffix not in ("", *RENDERED.values()):
             raise HTTPException(404)
-        if not job.has_ended:
+        if job.ending is None:
             if suffix:
                 raise HTTPException(404, "not done yet")
-            return _page(pages.waiting(kept, kind, job, self.crew.waiting()))
+            return _page(pages.waiting(result, kind, job, self.queue.waiting()))
         if job.state != "done":
             title = "Cannot be scored" if kind == "score" else "Cannot be done"
-            return _page(pages.error(title, job.message, kept=kept, kind=kind), _status(job))
-        made = kept.made(f"{stem(kind)}{suffix or '.html'}")
+            text = pages.error(title, job.ending.message, result=result, kind=kind)
+            return _page(text, _status(job.ending))
+        made = job.task.made(suffix or ".html")
         if not made.is_file():
             raise HTTPException(404)
         if suffix:
-            name = f"{Path(kept.task.files[0]).stem}-{stem(kind)}{suffix}"
+            name = f"{Path(job.task.files[0]).stem}-{made.name}"
             return FileResponse(made, filename=name, media_type=_TYPES.get(suffix, "text/html"))
         text = await run_in_threadpool(made.read_text, encoding="utf-8")
-        suffixes = [x for x in RENDERED.values() if kept.made(stem(kind) + x).is_file()]
-        diagnosis = (job.answer or {}).get("diagnosis", ())
-        return _report(pages.with_bar(text, pages.bar(kept, kind, suffixes), diagnosis))
+        suffixes = [x for x in RENDERED.values() if job.task.made(x).is_file()]
+        return _report(
+            pages.with_bar(text, pages.bar(result, kind, suffixes), job.ending.diagnosis)
+        )
 
     async def job(self, request: Request) -> Response:
         """How far a piece of work is."""
-        kept, kind = self._found(request), _kind(request.path_params["kind"])
-        job = kept.jobs.get(kind)
+        result, kind = self._found(request), _kind(request.path_params["kind"])
+        job = result.jobs.get(kind)
         if job is None:
             raise HTTPException(404)
-        return JSONResponse(_said(kept, kind, job))
+        return JSONResponse(_said(result, kind, job))
 
     async def score(self, request: Request) -> Response:
         """Score files, for a program: the report is the answer, and nothing is kept."""
         task = await self._received(request)
         try:
-            job = self.crew.submit(task)
-            await _ended_or_left(request, job)
-            if job.state != "done":
-                return JSONResponse({"error": job.message, "exit_code": job.code}, _status(job))
-            made = task.folder / MADE / f"{stem('score')}.json"
-            return Response(await run_in_threadpool(made.read_bytes), media_type="application/json")
+            job = self.queue.submit(task)
+            ending = await _ended_or_left(request, job)
+            if ending.state != "done":
+                return JSONResponse(_error(ending), _status(ending))
+            made = await run_in_threadpool(task.made(".json").read_bytes)
+            return Response(made, media_type="application/json")
         finally:
             await run_in_threadpool(self.store.drop, task.folder)
 
@@ -264,43 +263,39 @@ class Server:
         """Begin a diagnosis, for a program."""
         self._check_offered("diagnose")
         task = await self._received(request, "diagnose")
-        kept = self._kept(task)
-        address = f"/jobs/{kept.key}/diagnose"
-        said = _said(kept, "diagnose", kept.jobs["diagnose"])
+        result = self._stored(task)
+        address = f"/jobs/{result.key}/diagnose"
+        said = _said(result, "diagnose", result.jobs["diagnose"])
         return JSONResponse(said, 202, {"location": address})
 
     async def _received(self, request: Request, kind: Kind = "score") -> Task:
-        self.crew.check(kind)
+        self.queue.check(kind)
         folder = self.store.room()
         try:
             arrived = partial(self.store.grow, folder)
-            return (await receive(request, folder, self.limits, arrived)).task(kind)
-        except BaseException:
+            async with asyncio.timeout(self.limits.upload_seconds):
+                return await receive(request, kind, folder, self.limits, arrived)
+        except BaseException as e:
             self.store.drop(folder)
-            raise
+            if not isinstance(e, TimeoutError):
+                raise
+            said, close = "the files took too long to arrive", {"connection": "close"}
+            raise HTTPException(408, said, close) from None
 
-    def _kept(self, task: Task) -> Kept:
+    def _stored(self, task: Task) -> StoredResult:
         """Keep a task once it has a place in the queue."""
         try:
-            job = self.crew.submit(task)
+            job = self.queue.submit(task)
         except BusyError:
             self.store.drop(task.folder)
             raise
-        kept = self.store.keep(task)
-        kept.jobs[task.kind] = job
-        return kept
+        return self.store.keep(job)
 
-    def _found(self, request: Request) -> Kept:
-        kept = self.store.get(request.path_params["key"])
-        if kept is None:
+    def _found(self, request: Request) -> StoredResult:
+        result = self.store.get(request.path_params["key"])
+        if result is None:
             raise HTTPException(404, "There is no such result, or its time is over.")
-        return kept
-
-    async def _too_large(self, request: Request, error: Exception) -> Response:
-        most = self.limits.upload // 1_000_000
-        message = f"found more than {most} MB, expected less; 1001 rows of a maneuver are usual"
-        # The rest of it is not read.
-        return _answer(request, 413, "Too large", message, {"connection": "close"})
+        return result
 
     def _check_offered(self, kind: Kind) -> None:
         if kind == "diagnose" and not self.limits.has_diagnosis:
@@ -314,34 +309,33 @@ def _kind(text: str) -> Kind:
     raise HTTPException(404)
 
 
-async def _ended(job: Job, seconds: float | None = None) -> None:
-    """Wait for the end of a job, at most so long."""
-    await asyncio.wait([asyncio.wrap_future(job.over)], timeout=seconds)
-
-
-async def _ended_or_left(request: Request, job: Job) -> None:
-    """Wait for the end of a job; if the client goes away, nobody wants it any more."""
-    over = asyncio.wrap_future(job.over)
-    while not (await asyncio.wait([over], timeout=_LOOK))[0]:
+async def _ended_or_left(request: Request, job: QueuedTask) -> Ending:
+    """The end of a job; if the client goes away before it, nobody wants it any more."""
+    while not (await asyncio.wait([job.over], timeout=_LOOK))[0]:
         if await request.is_disconnected():
-            job.is_unwanted = True
+            job.cancel()
+    return job.over.result()
 
 
-def _status(job: Job) -> int:
+def _status(ending: Ending) -> int:
     """Of the answer, for how a job ended."""
-    return 422 if job.state == "refused" else 500
+    return 422 if ending.state == "refused" else 500
 
 
-def _said(kept: Kept, kind: Kind, job: Job) -> dict[str, Any]:
-    root = f"/results/{kept.key}/{kind}"
+def _error(ending: Ending) -> dict[str, Any]:
+    return {"error": ending.message, "exit_code": ending.code}
+
+
+def _said(result: StoredResult, kind: Kind, job: QueuedTask) -> dict[str, Any]:
+    root = f"/results/{result.key}/{kind}"
     said: dict[str, Any] = {
-        "id": kept.key, "kind": kind, "state": job.state, "progress": job.share,
-        "job": f"/jobs/{kept.key}/{kind}",
+        "id": result.key, "kind": kind, "state": job.state, "progress": job.share,
+        "job": f"/jobs/{result.key}/{kind}",
     }  # fmt: skip
     if job.state == "done":
         said |= {"page": root, "result": f"{root}.{'html' if kind == 'replay' else 'json'}"}
-    elif job.has_ended:
-        said |= {"error": job.message, "exit_code": job.code}
+    elif job.ending is not None:
+        said |= _error(job.ending)
     return said
 
 
@@ -359,39 +353,24 @@ def _wants_json(request: Request) -> bool:
 
 
 def _answer(
-    request: Request, status: int, title: str, message: str, headers: dict[str, str] | None = None
+    request: Request, status: int, message: str, headers: Mapping[str, str] | None = None
 ) -> Response:
     """An error as the client reads it."""
     if _wants_json(request):
         return JSONResponse({"error": message}, status, headers)
-    found = _page(pages.error(title, message), status)
+    found = _page(pages.error(_TITLES.get(status, "Not found"), message), status)
     found.headers.update(headers or {})
     return found
 
 
 async def _refused(request: Request, error: Exception) -> Response:
     assert isinstance(error, HTTPException)
-    said = {404: "There is no such page.", 405: "This address does not take such a request."}
-    is_own = error.detail and error.detail not in ("Not Found", "Method Not Allowed")
-    message = error.detail if is_own else said.get(error.status_code, error.detail)
-    headers = dict(error.headers or {})
-    return _answer(request, error.status_code, "Not found", message, headers)
+    said = _USUAL.get(error.detail, error.detail)
+    return _answer(request, error.status_code, said, error.headers)
 
 
 async def _unreadable(request: Request, error: Exception) -> Response:
-    return _answer(request, 400, "Cannot be scored", str(error))
-
-
-async def _busy(request: Request, error: Exception) -> Response:
-    assert isinstance(error, BusyError)
-    # What has not arrived of it is not read.
-    headers = {"retry-after": str(error.seconds), "connection": "close"}
-    return _answer(request, 503, "Busy", str(error), headers)
-
-
-async def _late(request: Request, error: Exception) -> Response:
-    message, headers = "the files took too long to arrive", {"connection": "close"}
-    return _answer(request, 408, "Too slow", message, headers)
+    return _answer(request, 400, str(error))
 
 
 async def _gone(request: Request, error: Exception) -> Response:

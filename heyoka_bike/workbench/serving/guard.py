@@ -7,7 +7,7 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from heyoka_bike.workbench.serving.tasks import fault
+from heyoka_bike.system.log import fault
 
 _SAFE = {
     "x-content-type-options": "nosniff",

@@ -1,11 +1,10 @@
-"""What a server gives to one request, and how a process is kept to it."""
+"""What a server gives to one request."""
 
 from dataclasses import dataclass
 
-_MB = 1_000_000
+from heyoka_bike.system.executors import ProcessLimits
 
-# A report of all columns has some hundred kB; a replay 3 MB at most.
-_LARGEST_OUTPUT = 100 * _MB
+_MB = 1_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,32 +53,7 @@ class Limits:
     arriving_bytes: int = 2000 * _MB
     has_diagnosis: bool = True
 
-    def seconds(self, is_long: bool) -> float:
-        """What a piece of work is given [s]; a diagnosis is long."""
-        return self.diagnose_seconds if is_long else self.score_seconds
-
-
-def keep_to(seconds: float, memory: int) -> None:
-    """Keep this process to so much time [s] and memory [bytes], where the system can do that."""
-    try:
-        import resource
-    except ImportError:
-        return
-    bounds = {
-        "RLIMIT_CPU": int(seconds) + 2,
-        "RLIMIT_AS": memory,
-        "RLIMIT_FSIZE": _LARGEST_OUTPUT,
-        "RLIMIT_CORE": 0,
-    }
-    for name, bound in bounds.items():
-        kind = getattr(resource, name, None)
-        if kind is None:
-            continue
-        try:
-            _, most = resource.getrlimit(kind)
-            if most != resource.RLIM_INFINITY:
-                bound = min(bound, most)
-            resource.setrlimit(kind, (bound, bound))
-        except (OSError, ValueError):
-            # macOS refuses some of them; the clock of the parent still holds.
-            continue
+    def of_process(self, is_long: bool) -> ProcessLimits:
+        """Of the process of a piece of work; a diagnosis is long."""
+        seconds = self.diagnose_seconds if is_long else self.score_seconds
+        return ProcessLimits(seconds, self.memory)

@@ -3,16 +3,15 @@
 import re
 import secrets
 import shutil
-from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from time import time
 from unicodedata import normalize
 
-from heyoka_bike.workbench.serving.crew import BusyError, Job
 from heyoka_bike.workbench.serving.limits import Limits
-from heyoka_bike.workbench.serving.tasks import FILES, MADE, Kind, Task
+from heyoka_bike.workbench.serving.queue import BusyError, QueuedTask
+from heyoka_bike.workbench.serving.tasks import FILES, Kind, Task
 
 # In characters; and in bytes, of which file systems take 255.
 _LONGEST_NAME, _MOST_NAME_BYTES = 80, 240
@@ -23,14 +22,13 @@ _UNUSUAL = re.compile(r"[^\w .()+=,@~-]")
 
 
 @dataclass(eq=False, slots=True)
-class Kept:
+class StoredResult:
     """A result: its files, and the work on them.
 
     Attributes
     ----------
     key
         In its address; who knows it may see the result.
-    folder : Path
     until : float
         When it is removed [s since 1970].
     task
@@ -42,22 +40,17 @@ class Kept:
     """
 
     key: str
-    folder: Path
     until: float
     task: Task
     has_diagnosis: bool
-    jobs: dict[Kind, Job] = field(default_factory=dict)
+    jobs: dict[Kind, QueuedTask]
 
     def of(self, kind: Kind) -> Task:
         """The task of another kind, of the same files."""
         return replace(self.task, kind=kind)
 
-    def made(self, name: str) -> Path:
-        """A file that was made for it."""
-        return self.folder / MADE / name
 
-
-class Store:
+class ResultStore:
     """Results in a folder, each in one of its own.
 
     Parameters
@@ -69,15 +62,12 @@ class Store:
 
     def __init__(self, folder: Path, limits: Limits) -> None:
         self._folder, self._limits = folder, limits
-        self._kept: dict[str, Kept] = {}
-        # Of what is there and not kept, by folder [bytes].
+        self._results: dict[str, StoredResult] = {}
+        # Of what is there and not stored, by folder [bytes].
         self._arrived: dict[Path, int] = {}
 
     def __len__(self) -> int:
-        return len(self._kept)
-
-    def __iter__(self) -> Iterator[Kept]:
-        return iter(list(self._kept.values()))
+        return len(self._results)
 
     def room(self) -> Path:
         """A new folder for the files of a request."""
@@ -103,43 +93,44 @@ class Store:
         _remove(folder)
         self._arrived.pop(folder, None)
 
-    def keep(self, task: Task) -> Kept:
-        """Keep a task whose folder is from `room`, until its time is over."""
-        until = time() + self._limits.kept_seconds
-        kept = Kept(task.folder.name, task.folder, until, task, self._limits.has_diagnosis)
-        self._kept[kept.key] = kept
+    def keep(self, job: QueuedTask) -> StoredResult:
+        """Keep a result whose folder is from `room`, until its time is over."""
+        task, limits = job.task, self._limits
+        until = time() + limits.kept_seconds
+        result = StoredResult(task.folder.name, until, task, limits.has_diagnosis, {task.kind: job})
+        self._results[result.key] = result
         self._arrived.pop(task.folder, None)
-        return kept
+        return result
 
-    def get(self, key: str) -> Kept | None:
+    def get(self, key: str) -> StoredResult | None:
         """The result with this key, if it is there still."""
-        kept = self._kept.get(key)
-        return None if kept is None or kept.until < time() else kept
+        result = self._results.get(key)
+        return None if result is None or result.until < time() else result
 
-    def remove(self, kept: Kept) -> None:
+    def remove(self, result: StoredResult) -> None:
         """Remove a result, and end what is done for it."""
-        for job in list(kept.jobs.values()):
-            job.is_unwanted = True
-        self._kept.pop(kept.key, None)
-        _remove(kept.folder)
+        for job in list(result.jobs.values()):
+            job.cancel()
+        self._results.pop(result.key, None)
+        _remove(result.task.folder)
 
     def sweep(self) -> None:
         """Remove what is over, and the oldest of what is too much."""
-        sizes = {kept: _size(kept.folder) for kept in self}
+        sizes = {result: _size(result.task.folder) for result in list(self._results.values())}
         size = sum(sizes.values())
-        for kept in sorted(sizes, key=lambda kept: kept.until):
+        for result in sorted(sizes, key=lambda result: result.until):
             if (
-                kept.until >= time()
+                result.until >= time()
                 and len(self) <= self._limits.kept
                 and size <= self._limits.kept_bytes
             ):
                 break
-            size -= sizes[kept]
-            self.remove(kept)
+            size -= sizes[result]
+            self.remove(result)
         # What a process wrote after its result was removed.
         for folder in self._folder.iterdir():
             # In this order: one that has arrived is kept before it is no longer arriving.
-            if folder not in self._arrived and folder.name not in self._kept:
+            if folder not in self._arrived and folder.name not in self._results:
                 _remove(folder)
 
 

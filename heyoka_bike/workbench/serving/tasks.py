@@ -1,33 +1,27 @@
 """What is done with uploaded files, in a process of its own that is ended when it takes too much.
 
-The process reads ``files`` in a folder and writes ``made`` beside them. To its parent it tells
-JSON, so that nothing that a file brought about in it is unpickled there.
+The process reads ``files`` in a folder and writes ``made`` beside them.
 """
 
-import json
 import os
-import sys
-from collections.abc import Callable
-from dataclasses import dataclass
-from functools import cache
-from importlib import import_module
-from multiprocessing.connection import Connection
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, Literal
 
 from heyoka_bike.errors import BicycleError, Exit, InputError, printable
-from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring.reading.given import results_of
-from heyoka_bike.scoring.report import Report, Series
+from heyoka_bike.scoring.report import Series
 from heyoka_bike.scoring.series import score_files
 from heyoka_bike.showing.formats import output
 from heyoka_bike.showing.formats.origin import origin
 from heyoka_bike.system.files import write_output
-from heyoka_bike.workbench.serving.limits import Limits, keep_to
+from heyoka_bike.system.jobs import reporting
 
 Kind = Literal["score", "diagnose", "replay"]
 
 FILES, MADE = "files", "made"
+_STEMS: dict[Kind, str] = {"score": "report", "diagnose": "diagnosis", "replay": "replay"}
 RENDERED = {"html": ".html", "json": ".json", "csv": ".csv", "junit": ".xml"}
 """Formats of a report, and how the names of their files end."""
 
@@ -67,77 +61,66 @@ class Task:
     names: tuple[str, ...] | None = None
     require: tuple[str, ...] = ()
 
+    def made(self, suffix: str) -> Path:
+        """What is made of it, in a format with this suffix."""
+        return self.folder / MADE / f"{_STEMS[self.kind]}{suffix}"
+
+
+@dataclass(frozen=True, slots=True)
+class Ending:
+    """How a task ended.
+
+    Attributes
+    ----------
+    state
+    message
+        Why it was refused or failed: one line for the user.
+    code : int
+        Exit code that the command ends with.
+    is_one_run
+        Whether the files are those of one run, which can be diagnosed.
+    diagnosis
+        What is said of the cause.
+    """
+
+    state: Literal["done", "refused", "failed"]
+    message: str = ""
+    code: int = 0
+    is_one_run: bool = False
+    diagnosis: Sequence[str] = ()
+
 
 def is_long(kind: Kind) -> bool:
     """Whether a piece of work of this kind may take minutes."""
     return kind == "diagnose"
 
 
-def stem(kind: Kind) -> str:
-    """Name of what a piece of work makes, without the suffix."""
-    return {"score": "report", "diagnose": "diagnosis", "replay": "replay"}[kind]
+def work(task: Task, memory: int) -> dict[str, Any]:
+    """Carry out a task in a process of its own; gives the parts of an `Ending`.
 
-
-def warm() -> None:
-    """Load what every piece of work needs, so that each process begins with it."""
-    _reference()
-    for name in ("array_files", "json_files", "matlab_files", "table_files", "text_table"):
-        import_module(f"heyoka_bike.scoring.reading.{name}")
-    for name in RENDERED:
-        import_module(f"heyoka_bike.showing.formats.{name}")
-
-
-def work(connection: Connection, task: Task, limits: Limits) -> None:
-    """Carry out a task and tell how it went; the process ends with it."""
-    os.environ["OPENBLAS_NUM_THREADS"] = "1"
-    if hasattr(os, "setsid"):
-        # What it starts is ended with it.
-        os.setsid()
-    keep_to(limits.seconds(is_long(task.kind)), limits.memory)
-
-    def tell(**said: Any) -> None:
-        connection.send_bytes(json.dumps(said).encode())
-
+    Parameters
+    ----------
+    task
+    memory
+        That the process is limited to [bytes].
+    """
     try:
         os.chdir(task.folder / FILES)
-        tell(done=_carry_out(task, lambda share: tell(share=round(share, 3))))
+        return asdict(_carry_out(task))
     except BicycleError as e:
         line = printable(" ".join(str(e).split()))
-        tell(refused=line[:_LONGEST_LINE], code=int(e.exit_code))
+        return asdict(Ending("refused", line[:_LONGEST_LINE], e.exit_code))
     except MemoryError:
-        tell(
-            refused=f"needs more than {limits.memory // 1_000_000} MB of memory, expected less",
-            code=int(Exit.INPUT),
-        )
-    except Exception as e:
-        tell(failed=fault(e))
-    finally:
-        connection.close()
-        sys.stderr.flush()
-        # Nothing that was begun in the process keeps it alive.
-        os._exit(0)
+        said = f"needs more than {memory // 1_000_000} MB of memory, expected less"
+        return asdict(Ending("refused", said, Exit.INPUT))
 
 
-def fault(error: BaseException) -> str:
-    """What an error is and where it was raised: nothing of what a file holds or is called."""
-    place = error.__traceback__
-    if place is None:
-        return type(error).__name__
-    while place.tb_next is not None:
-        place = place.tb_next
-    file = Path(place.tb_frame.f_code.co_filename).name
-    return f"{type(error).__name__} at {file}:{place.tb_lineno}"
+def _carry_out(task: Task) -> Ending:
+    from heyoka_bike.workbench.serving.preload import REFERENCE
 
-
-@cache
-def _reference() -> Reference:
-    return load_reference()
-
-
-def _carry_out(task: Task, progress: Callable[[float], None]) -> dict[str, Any]:
-    reference = _reference()
+    report = reporting.get()
     results = results_of(
-        list(task.files), len(reference), maneuver=task.maneuver, columns=task.columns
+        list(task.files), len(REFERENCE), maneuver=task.maneuver, columns=task.columns
     )
     if task.kind == "replay":
         if len(results) > 1:
@@ -145,12 +128,12 @@ def _carry_out(task: Task, progress: Callable[[float], None]) -> dict[str, Any]:
         from heyoka_bike.showing.replay.page import render
         from heyoka_bike.showing.replay.scenes import replay
 
-        page = render(replay(reference, results[0], task.maneuver), task.files[0])
-        _write(task, ".html", page)
-        return {}
+        page = render(replay(REFERENCE, results[0], task.maneuver), task.files[0])
+        write_output(task.made(".html"), page.encode())
+        return Ending("done")
     scored = score_files(
         results,
-        reference,
+        REFERENCE,
         steps=task.steps,
         tolerances=task.tolerances,
         names=task.names,
@@ -161,15 +144,11 @@ def _carry_out(task: Task, progress: Callable[[float], None]) -> dict[str, Any]:
             raise InputError(f"found {len(scored.runs)} runs, expected the files of one")
         from heyoka_bike.scoring.diagnosis.diagnose import diagnosed
 
-        scored = diagnosed(scored, reference, progress)
+        scored = diagnosed(scored, REFERENCE, lambda share: report(task.kind, round(share, 3)))
     made = origin((task.kind, *task.files))
     for name, suffix in RENDERED.items():
-        _write(task, suffix, output.render(scored, name, made))
-    said = [] if isinstance(scored, Series) else [printable(f.message) for f in scored.diagnosis]
-    return {"is_one_run": isinstance(scored, Report), "diagnosis": said}
-
-
-def _write(task: Task, suffix: str, text: str) -> None:
-    folder = task.folder / MADE
-    folder.mkdir(exist_ok=True)
-    write_output(folder / f"{stem(task.kind)}{suffix}", text.encode())
+        write_output(task.made(suffix), output.render(scored, name, made).encode())
+    if isinstance(scored, Series):
+        return Ending("done")
+    said = tuple(printable(f.message) for f in scored.diagnosis)
+    return Ending("done", is_one_run=True, diagnosis=said)

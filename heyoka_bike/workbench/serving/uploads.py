@@ -1,9 +1,9 @@
 """Result files as a request brings them: by a form, or as its body."""
 
 import asyncio
-from collections.abc import Callable, Mapping, Sequence
+import shutil
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from pathlib import Path
 
 from python_multipart.multipart import parse_options_header
@@ -13,7 +13,7 @@ from starlette.requests import Request
 from starlette.types import Message
 
 from heyoka_bike.errors import InputError, quoted, unknown_word
-from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.numbers.exact import positive_numbers
 from heyoka_bike.scoring import requirements
 from heyoka_bike.workbench.serving.limits import Limits
 from heyoka_bike.workbench.serving.store import file_name
@@ -35,61 +35,31 @@ _LONGEST_FIELD = 10_000_000
 _CHUNK = 1 << 20
 _UTF_8 = ("", "utf-8", "utf8", "us-ascii")
 # Forms are taken apart beside the loop that answers, and few at once: their fields are in memory.
-_FORMS = ThreadPoolExecutor(2, "forms")
+_PARSERS = ThreadPoolExecutor(2, "forms")
+_FORM = "form"
+_Fields = Sequence[tuple[str, str]]
 
 
-class TooLargeError(Exception):
-    """More than one request may hold."""
+class TooLargeError(HTTPException):
+    """More bytes than one request may hold."""
 
-
-@dataclass(frozen=True, slots=True)
-class Upload:
-    """The files of a request, written to a folder.
-
-    Attributes
-    ----------
-    folder : Path
-    files
-        Their names in it.
-    options
-        What was told beside them, by names of `OPTIONS`.
-    """
-
-    folder: Path
-    files: tuple[str, ...]
-    options: Mapping[str, Sequence[str]]
-
-    def task(self, kind: Kind) -> Task:
-        """What is to be done with them.
-
-        Raises
-        ------
-        InputError
-            An option that cannot be understood.
-        """
-        count = len(self.files)
-        told = {key: texts[0] for key, texts in self.options.items()}
-        columns, name = told.get("columns"), told.get("name")
-        require = tuple(self.options.get(_REPEATED, ()))
-        for text in require:
-            requirements.parse(text)
-        return Task(
-            kind, self.folder, self.files, _maneuver(told.get("maneuver")),
-            None if columns is None else tuple(columns.split(",")),
-            _numbers("step", told.get("step"), count),
-            _numbers("tolerance", told.get("tolerance"), count),
-            None if name is None else tuple(x.strip() for x in name.split(",")), require,
-        )  # fmt: skip
+    def __init__(self, limits: Limits) -> None:
+        most = limits.upload // 1_000_000
+        said = f"found more than {most} MB, expected less; 1001 rows of a maneuver are usual"
+        # The rest of it is not read.
+        super().__init__(413, said, {"connection": "close"})
 
 
 async def receive(
-    request: Request, folder: Path, limits: Limits, arrived: Callable[[int], None]
-) -> Upload:
+    request: Request, kind: Kind, folder: Path, limits: Limits, arrived: Callable[[int], None]
+) -> Task:
     """Write the files of a request to a folder.
 
     Parameters
     ----------
     request
+    kind
+        Of what is to be done with them.
     folder
     limits
     arrived
@@ -98,132 +68,116 @@ async def receive(
     Raises
     ------
     InputError
-        No file, an empty one, too many, or a form that is none.
+        No file, an empty one, too many, a form that is none, or an option that is.
     TooLargeError
         More bytes than `limits` allows; as soon as it is known, which may be before any arrives.
     ClientDisconnect
         The client went away.
-    TimeoutError
-        It took too long.
     """
-    async with asyncio.timeout(limits.upload_seconds):
-        return await _receive(request, folder, limits, arrived)
-
-
-async def _receive(
-    request: Request, folder: Path, limits: Limits, arrived: Callable[[int], None]
-) -> Upload:
     told = request.headers.get("content-length", "")
     most = limits.upload + _BESIDE
     if told and (not told.isascii() or not told.isdigit() or int(told[:18]) > most):
-        raise TooLargeError
-    kind = request.headers.get("content-type", "").partition(";")[0].strip().lower()
-    _count(request, most, arrived)
+        raise TooLargeError(limits)
+
+    async def save(path: Path) -> int:
+        """Write the body to a file; its size [bytes], whatever it was said to be."""
+        size = 0
+        with path.open("wb") as out:
+            async for chunk in request.stream():
+                size += len(chunk)
+                if size > most:
+                    raise TooLargeError(limits)
+                arrived(len(chunk))
+                out.write(chunk)
+        return size
+
+    content, parameters = parse_options_header(request.headers.get("content-type", ""))
     query = request.query_params.multi_items()
-    if kind == "multipart/form-data":
-        return await _of_form(request, query, folder, limits)
-    if kind == "application/x-www-form-urlencoded":
+    if content.lower() == b"multipart/form-data":
+        if parameters.get(b"charset", b"").decode("latin-1").lower() not in _UTF_8:
+            # It might name any codec of Python's, some of which take for ever.
+            raise InputError("found a form in another encoding, expected UTF-8")
+        await save(folder / _FORM)
+        files, fields = await asyncio.get_running_loop().run_in_executor(
+            _PARSERS, lambda: asyncio.run(_parsed(request, folder, limits))
+        )
+        return _task(kind, folder, files, [*query, *fields])
+    if content.lower() == b"application/x-www-form-urlencoded":
         raise InputError(
             "found a form without files, expected multipart/form-data or the file as the body "
             "(curl -F file=@FILE)"
         )
-    options = _options([item for item in query if item[0] != _NAME])
     name = file_name(request.query_params.get(_NAME, ""), set())
-    if not await _saved(request, folder / FILES / name):
+    task = _task(kind, folder, [name], [item for item in query if item[0] != _NAME])
+    if not await save(folder / FILES / name):
         raise InputError("found an empty request, expected a result file as its body")
-    return Upload(folder, (name,), options)
+    return task
 
 
-async def _saved(request: Request, path: Path) -> int:
-    """Write the body of a request to a file; its size [bytes]."""
-    with path.open("wb") as out:
-        async for chunk in request.stream():
-            out.write(chunk)
-        return out.tell()
-
-
-def _count(request: Request, most: int, arrived: Callable[[int], None]) -> None:
-    """Stop the request where more arrives than it may hold, whatever it said before."""
-    get, size = request._receive, 0
-
-    async def counted() -> Message:
-        nonlocal size
-        message = await get()
-        part = len(message.get("body", b""))
-        size += part
-        if size > most:
-            raise TooLargeError
-        arrived(part)
-        return message
-
-    request._receive = counted
-
-
-async def _of_form(
-    request: Request, query: Sequence[tuple[str, str]], folder: Path, limits: Limits
-) -> Upload:
-    _, told = parse_options_header(request.headers["content-type"])
-    if told.get(b"charset", b"").decode("latin-1").lower() not in _UTF_8:
-        # It might name any codec of Python's, some of which take for ever.
-        raise InputError("found a form in another encoding, expected UTF-8")
-    body = folder / "form"
-    await _saved(request, body)
+async def _parsed(request: Request, folder: Path, limits: Limits) -> tuple[list[str], _Fields]:
+    """Names of the files of a form, which are written to the folder, and the filled fields."""
+    body = folder / _FORM
     try:
-        return await asyncio.get_running_loop().run_in_executor(
-            _FORMS, lambda: asyncio.run(_parsed(request, body, query, folder, limits))
-        )
+        with body.open("rb") as file:
+
+            async def receive() -> Message:
+                chunk = file.read(_CHUNK)
+                return {"type": "http.request", "body": chunk, "more_body": bool(chunk)}
+
+            async with Request(request.scope, receive).form(
+                max_files=limits.files, max_fields=_MOST_FIELDS, max_part_size=_LONGEST_FIELD
+            ) as form:
+                return _written(form, folder / FILES)
     except HTTPException as e:
         raise InputError(f"found a form that cannot be read ({e.detail})") from None
     finally:
         body.unlink(missing_ok=True)
 
 
-async def _parsed(
-    request: Request, body: Path, query: Sequence[tuple[str, str]], folder: Path, limits: Limits
-) -> Upload:
-    with body.open("rb") as file:
-
-        async def receive() -> Message:
-            chunk = file.read(_CHUNK)
-            return {"type": "http.request", "body": chunk, "more_body": bool(chunk)}
-
-        async with Request(request.scope, receive).form(
-            max_files=limits.files, max_fields=_MOST_FIELDS, max_part_size=_LONGEST_FIELD
-        ) as form:
-            return _written(form, query, folder)
-
-
-def _written(form: FormData, query: Sequence[tuple[str, str]], folder: Path) -> Upload:
+def _written(form: FormData, folder: Path) -> tuple[list[str], _Fields]:
     taken: set[str] = set()
-    files = []
-    for given in form.getlist(_FILE_FIELD):
-        # A browser sends a file without name and content where none was chosen.
-        if isinstance(given, UploadFile) and (given.filename or given.size):
-            name = file_name(given.filename or "", taken)
-            with (folder / FILES / name).open("wb") as out:
-                while chunk := given.file.read(_CHUNK):
-                    out.write(chunk)
-            files.append(name)
+    files, fields = [], []
+    for key, given in form.multi_items():
+        if isinstance(given, UploadFile):
+            # A browser sends a file without name and content where none was chosen.
+            if key == _FILE_FIELD and (given.filename or given.size):
+                name = file_name(given.filename or "", taken)
+                with (folder / name).open("wb") as out:
+                    shutil.copyfileobj(given.file, out, _CHUNK)
+                files.append(name)
+        elif key not in (_FILE_FIELD, _PASTED_FIELD) and given.strip():
+            # A form has all of its fields, and those that nobody filled are empty.
+            fields.append((key, given.strip()))
     pasted = form.get(_PASTED_FIELD)
     if isinstance(pasted, str) and pasted.strip():
         name = file_name("pasted.txt", taken)
-        (folder / FILES / name).write_text(pasted, encoding="utf-8", newline="")
+        (folder / name).write_text(pasted, encoding="utf-8", newline="")
         files.append(name)
     if not files:
         raise InputError(
             f"found no file and no pasted rows, expected one of them in the field {_FILE_FIELD} or "
             f"{_PASTED_FIELD}"
         )
-    fields = [
-        (key, text.strip())
-        for key, text in form.multi_items()
-        if key not in (_FILE_FIELD, _PASTED_FIELD) and isinstance(text, str)
-    ]
-    # A form has all of its fields, and those that nobody filled are empty.
-    return Upload(folder, tuple(files), _options([*query, *(f for f in fields if f[1])]))
+    return files, fields
 
 
-def _options(told: Sequence[tuple[str, str]]) -> dict[str, list[str]]:
+def _task(kind: Kind, folder: Path, files: Sequence[str], fields: _Fields) -> Task:
+    options = _options(fields)
+    told = {key: texts[0] for key, texts in options.items()}
+    columns, name = told.get("columns"), told.get("name")
+    require = tuple(options.get(_REPEATED, ()))
+    for text in require:
+        requirements.parse(text)
+    return Task(
+        kind, folder, tuple(files), _maneuver(told.get("maneuver")),
+        None if columns is None else tuple(columns.split(",")),
+        _numbers("step", told.get("step"), len(files)),
+        _numbers("tolerance", told.get("tolerance"), len(files)),
+        None if name is None else tuple(x.strip() for x in name.split(",")), require,
+    )  # fmt: skip
+
+
+def _options(told: _Fields) -> dict[str, list[str]]:
     """What is told beside the files, by option.
 
     Raises
@@ -258,16 +212,6 @@ def _maneuver(text: str | None) -> int | None:
 def _numbers(name: str, text: str | None, count: int) -> tuple[float, ...] | None:
     if text is None:
         return None
-    found: list[float] = []
-    parts = text.split(",")
-    if len(parts) != count:
-        raise InputError(f"{name}: found {len(parts)} for {count} files, expected one for each")
-    for part in parts:
-        try:
-            value = float(Exact.parse(part))
-        except ValueError as e:
-            raise InputError(f"{name}: {e}") from None
-        if value <= 0:
-            raise InputError(f"{name}: found {quoted(part)}, expected more than zero")
-        found.append(value)
-    return tuple(found)
+    if (found := text.count(",") + 1) != count:
+        raise InputError(f"{name}: found {found} for {count} files, expected one for each")
+    return positive_numbers(name, text)

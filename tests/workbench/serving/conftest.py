@@ -1,4 +1,4 @@
-"""A server in this process, with a crew of its own, and one that small limits apply to."""
+"""A server in this process, with processes of its own, and one that small limits apply to."""
 
 from pathlib import Path
 

@@ -12,7 +12,8 @@ from support.submissions import copied
 
 from heyoka_bike.reference.load import load_reference
 from heyoka_bike.scoring.leaderboard import leaderboard
-from heyoka_bike.showing.formats.leaderboard import render_html
+from heyoka_bike.showing.document.html import render
+from heyoka_bike.showing.formats.leaderboard import document
 from heyoka_bike.showing.formats.origin import origin
 from heyoka_bike.workbench.serving.app import Server
 from heyoka_bike.workbench.serving.limits import Limits
@@ -36,7 +37,7 @@ DROP = """([name, text]) => {
 def board(folder):
     """The leaderboard of two of the published submissions."""
     found = leaderboard(str(copied(folder)), [load_reference()], lambda share: None)
-    return render_html(found, origin(("leaderboard", "results")))
+    return render(document(found, origin(("leaderboard", "results"))))
 
 
 @pytest.fixture(scope="module")

@@ -1,17 +1,18 @@
 """Time, memory, size, number and place: what passes a bound is refused in one line, and leaves."""
 
-import os
-import signal
+import asyncio
 import time
 from dataclasses import replace
-from threading import Event, Thread
+from multiprocessing import active_children
+from threading import Thread
 
 import pytest
 
-from heyoka_bike.workbench.serving import crew, tasks
-from heyoka_bike.workbench.serving.crew import BusyError
+from heyoka_bike.system.executors import ProgressFuture
+from heyoka_bike.workbench.serving import tasks
 from heyoka_bike.workbench.serving.limits import Limits
-from heyoka_bike.workbench.serving.store import Store, file_name
+from heyoka_bike.workbench.serving.queue import BusyError, QueuedTask, TaskQueue
+from heyoka_bike.workbench.serving.store import ResultStore, file_name
 
 BROWSER = {"accept": "text/html"}
 
@@ -58,7 +59,7 @@ def test_requests_together_hold_so_much_and_no_more(serving, tmp_path):
     # What was refused takes no room.
     assert client.post("/score", content=b"1 " * 4000).status_code == 422
     assert not list(client.folder.iterdir())
-    store = Store(tmp_path, Limits(arriving_bytes=15_000))
+    store = ResultStore(tmp_path, Limits(arriving_bytes=15_000))
     one, other = store.room(), store.room()
     store.grow(one, 8000)
     with pytest.raises(BusyError):
@@ -88,32 +89,51 @@ def test_a_full_queue_says_when_to_try_again(serving, example):
     assert not list(client.folder.iterdir())
 
 
-def test_diagnoses_do_not_keep_files_waiting(monkeypatch, tmp_path):
-    go_on = Event()
+def test_diagnoses_do_not_keep_files_waiting(tmp_path):
+    """The test ends the calls, in place of processes."""
+    calls = []
 
-    def carry_out(self, job):
-        if tasks.is_long(job.task.kind):
-            go_on.wait(20.0)
-        job.state = "done"
+    class Calls:
+        def submit(self, work, task, memory):
+            calls.append(ProgressFuture())
+            return calls[-1]
 
-    monkeypatch.setattr(crew.Crew, "_carry_out", carry_out)
-    found = crew.Crew(Limits(workers=2, waiting=6), lambda line: None)
-    task = tasks.Task("diagnose", tmp_path, ("a.txt",))
-    working = found.submit(task)
-    until(lambda: not found.waiting())
-    # One works, and half of the places are for those that wait.
-    waiting = [found.submit(task) for _ in range(3)]
-    for refused in (lambda: found.submit(task), lambda: found.check("diagnose")):
-        with pytest.raises(crew.BusyError):
-            refused()
-    found.check("score")
-    found.submit(replace(task, kind="score")).over.result(20.0)
-    assert not working.over.done()
-    go_on.set()
-    for job in (working, *waiting):
-        job.over.result(20.0)
-    found.close()
-    assert not any(thread.is_alive() for thread in found._threads)
+        def shutdown(self):
+            pass
+
+    async def work():
+        found = TaskQueue(Limits(workers=2, waiting=6), lambda line: None)
+        found._executors = {True: Calls(), False: Calls()}
+        diagnose = tasks.Task("diagnose", tmp_path, ("a.txt",))
+        working = found.submit(diagnose)
+        await asyncio.sleep(0.01)
+        assert working.state == "working"
+        # One works, and half of the places are for those that wait.
+        waiting = [found.submit(diagnose) for _ in range(3)]
+        for refused in (lambda: found.submit(diagnose), lambda: found.check("diagnose")):
+            with pytest.raises(BusyError):
+                refused()
+        found.check("score")
+        score = found.submit(replace(diagnose, kind="score"))
+        await asyncio.sleep(0.01)
+        assert [x.state for x in (working, *waiting)] == ["working", *["waiting"] * 3]
+        calls[-1].set_result({"state": "done"})
+        await asyncio.wait_for(score.over, 20.0)
+        calls[0].set_result({"state": "done"})
+        for queued in waiting:
+            while queued.future is None:
+                await asyncio.sleep(0.01)
+            # The one that works, in its turn.
+            assert [x.state for x in waiting].count("working") == 1
+            calls[-1].set_result({"state": "done"})
+            await asyncio.wait_for(queued.over, 20.0)
+        assert {x.state for x in (working, score, *waiting)} == {"done"}
+        last = [found.submit(diagnose) for _ in range(2)]
+        await found.close()
+        assert [x.ending.message for x in last] == ["given up"] * 2
+        assert not found.waiting()
+
+    asyncio.run(asyncio.wait_for(work(), 60.0))
 
 
 def test_what_takes_too_long_is_ended(serving, example):
@@ -141,10 +161,10 @@ def test_a_worker_that_is_killed_is_said_and_the_next_one_works(serving, example
     seen = []
 
     def kill():
-        until(lambda: client.server.crew.processes())
-        for pid in client.server.crew.processes():
-            os.kill(pid, signal.SIGKILL)
-            seen.append(pid)
+        until(active_children)
+        for process in active_children():
+            process.kill()
+            seen.append(process)
 
     killer = Thread(target=kill)
     killer.start()
@@ -160,10 +180,10 @@ def test_a_worker_that_is_killed_is_said_and_the_next_one_works(serving, example
 def test_a_client_that_leaves_frees_its_place(serving, example, monkeypatch):
     client = serving()
     monkeypatch.setattr(tasks, "FILES", tasks.FILES)
-    job = client.server.crew.submit
+    job = client.server.queue.submit
     begun = []
     monkeypatch.setattr(
-        client.server.crew, "submit", lambda task: begun.append(job(task)) or begun[-1]
+        client.server.queue, "submit", lambda task: begun.append(job(task)) or begun[-1]
     )
 
     async def left(self):
@@ -172,7 +192,7 @@ def test_a_client_that_leaves_frees_its_place(serving, example, monkeypatch):
     monkeypatch.setattr("starlette.requests.Request.is_disconnected", left)
     monkeypatch.setattr("heyoka_bike.workbench.serving.app._LOOK", 0.001)
     client.post("/score", files={"file": (example.name, example.read_bytes())})
-    assert begun[0].is_unwanted
+    assert begun[0].unwanted.is_set()
     assert begun[0].state == "failed"
     assert not list(client.folder.iterdir())
 
@@ -193,7 +213,7 @@ def test_a_sweep_that_fails_is_not_the_last(serving, monkeypatch):
         raise FileNotFoundError("secret")
 
     monkeypatch.setattr("heyoka_bike.workbench.serving.app._SWEEP", 0.001)
-    monkeypatch.setattr(Store, "sweep", sweep)
+    monkeypatch.setattr(ResultStore, "sweep", sweep)
     client = serving()
     until(lambda: len(swept) > 2)
     assert client.lines[0].startswith("sweep: FileNotFoundError at ")
@@ -201,12 +221,12 @@ def test_a_sweep_that_fails_is_not_the_last(serving, monkeypatch):
 
 
 def test_what_is_kept_in_the_middle_of_a_sweep_stays(tmp_path):
-    store = Store(tmp_path, Limits())
+    store = ResultStore(tmp_path, Limits())
 
     class Arrived(dict):
         def __contains__(self, folder):
             if dict.__contains__(self, folder):
-                store.keep(tasks.Task("score", folder, ("a.txt",)))
+                store.keep(QueuedTask(tasks.Task("score", folder, ("a.txt",))))
             return dict.__contains__(self, folder)
 
     store._arrived = Arrived()
@@ -344,15 +364,14 @@ def test_the_log_has_no_names_and_no_contents(serving):
 def test_a_fault_of_the_program_is_said_without_its_insides(serving, monkeypatch, example):
     client = serving()
 
-    def told(job, said):
+    def submit(*_):
         raise RuntimeError("what nobody should see")
 
-    monkeypatch.setattr(client.server.crew, "_hear", told)
+    monkeypatch.setattr(client.server.queue._executors[False], "submit", submit)
     answer = client.post("/score", files={"file": (example.name, example.read_bytes())})
     assert answer.status_code == 500
     assert "see" not in answer.json()["error"].replace("server", "")
     assert any("RuntimeError at" in line for line in client.lines)
-    assert isinstance(client.server.crew, crew.Crew)
 
 
 def test_a_fault_of_the_server_has_no_names_in_its_log(serving, monkeypatch, example):

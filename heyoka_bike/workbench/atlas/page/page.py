@@ -17,12 +17,12 @@ from heyoka_bike.bicycle.stability.linear import linearise
 from heyoka_bike.errors import printable
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.showing.formats.markup import PAGE_STYLE, page
+from heyoka_bike.showing.document.html import PAGE_STYLE, page
 from heyoka_bike.showing.replay.page import SCRIPT as REPLAY_SCRIPT
 from heyoka_bike.showing.replay.page import STYLE as REPLAY_STYLE
 from heyoka_bike.showing.replay.page import drawing, stage
 from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
-from heyoka_bike.workbench.atlas.data import FALLS, FATES, VARIABLES, Atlas, Axis
+from heyoka_bike.workbench.atlas.data import FALLS, FATES, VARIABLES, Atlas, GridAxis
 from heyoka_bike.workbench.atlas.figure import limits
 from heyoka_bike.workbench.atlas.page.motion_source import MOTION_SCRIPT, motion_source
 from heyoka_bike.workbench.atlas.page.packed import Packed
@@ -164,7 +164,7 @@ frame, with Shift by a second. An address ending in <code>#at=4.6,0.5</code> ope
 <code>&amp;t=3.2</code> may follow.</p></details>"""
 
 
-def _title(axis: Axis) -> str:
+def _title(axis: GridAxis) -> str:
     is_start = axis.name in START
     return f"initial {axis.name.replace('_', ' ')}" if is_start else f"{axis.long_name} {axis.name}"
 
@@ -238,7 +238,7 @@ def _ranges(bicycle: Bicycle) -> list[tuple[float, float | None]]:
 def _shapes(atlas: Atlas) -> list[Any]:
     """How the bicycle looks, along each axis that is a parameter at some of its values."""
 
-    def along(bicycle: Bicycle, axes: Sequence[Axis]) -> Any:
+    def along(bicycle: Bicycle, axes: Sequence[GridAxis]) -> Any:
         if not axes:
             return drawing(bicycle)
         name, values = axes[0].name, axes[0].values

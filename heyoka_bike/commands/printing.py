@@ -1,0 +1,75 @@
+"""What commands print: documents, tables of checks, JSON, and lines of what failed."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from heyoka_bike.reference.verification.checks import Check
+    from heyoka_bike.showing.document import Block, Cell, TableColumn
+
+_RESULT = {True: ("ok", "passed"), False: ("FAILED", "failed"), None: ("not made", "unmade")}
+
+
+def print_text(text: str) -> None:
+    """Print text that may have letters of any kind."""
+    try:
+        print(text, end="" if text.endswith("\n") else "\n")
+    except UnicodeEncodeError:
+        # A terminal or pipe of another encoding still gets every letter it has.
+        encoding = sys.stdout.encoding or "ascii"
+        print(text.encode(encoding, "replace").decode(encoding))
+
+
+def print_blocks(*blocks: Block) -> None:
+    """Print blocks of a document, as wide as the terminal."""
+    from heyoka_bike.showing.document.text import render
+    from heyoka_bike.system.console import has_colors
+
+    print_text(render(blocks, has_colors=has_colors(sys.stdout.isatty())))
+
+
+def print_table(
+    columns: Sequence[str | TableColumn], rows: Sequence[Sequence[str | Cell]], *,
+    title: str = "", left: int = 1, group: int = 0,
+) -> None:  # fmt: skip
+    """Print one table; see `TableBlock`."""
+    from heyoka_bike.showing.document import Chapter, TableBlock
+
+    table = TableBlock(columns, rows, left=left, group=group)
+    print_blocks(Chapter(title, (table,)) if title else table)
+
+
+def print_json(document: Mapping[str, object]) -> None:
+    """Print one document, the only text on standard output."""
+    import json
+
+    print(json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False))
+
+
+def print_checks(title: str, checks: Sequence[Check]) -> None:
+    """Print a line for each check: name, file, result, how many values, what was measured."""
+    from heyoka_bike.showing.document import Cell, TableColumn
+
+    said = TableColumn("what was measured", is_prose=True)
+    rows = []
+    for c in checks:
+        text, style = _RESULT[c.passed]
+        result = Cell(text, style=style)
+        rows.append((c.check, c.file, result, str(c.evidence["values"]), c.message))
+    print_table(("check", "file", "result", "values", said), rows, title=title, left=3)
+
+
+def complain(line: str) -> None:
+    """Print one line on standard error."""
+    print(f"heyoka-bike: {' '.join(line.split())}", file=sys.stderr)
+
+
+def complain_of_checks(place: str, checks: Sequence[Check]) -> None:
+    """Print a line for each failed check, naming the file and what differs."""
+    for c in checks:
+        if c.passed is False:
+            where = f"{place}/{c.file}" if c.file else place
+            complain(f"{where}: {c.check}: {c.message.removeprefix(f'{where}: ')}")

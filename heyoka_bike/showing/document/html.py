@@ -1,0 +1,238 @@
+"""Documents as HTML: pages that need nothing else, and pieces of them.
+
+Pages are readable without script and on paper; the script only reads values off the charts.
+"""
+
+import re
+from base64 import b64encode
+from collections.abc import Sequence
+from hashlib import sha256
+from html import escape
+from pathlib import Path
+from string import Template
+
+from heyoka_bike.showing import document as doc
+from heyoka_bike.showing.grades import MEANINGS, SIGNS, WORDS, Grade
+
+PAGE_STYLE = Path(__file__).with_name("page.css")
+SCRIPT = Path(__file__).with_name("page.js").read_text(encoding="utf-8")
+"""Of every report."""
+_PAGE = Template(Path(__file__).with_name("page.html").read_text(encoding="utf-8"))
+
+# A line must not end within 1e-05, nor before a unit.
+_NUMBER = re.compile(r"-?[0-9.]+(?:e[-+]?[0-9]+)?(?: (?:%|s\b|J\b|rad\b(?:/s)?|m/s))?")
+
+
+def render(document: doc.Document) -> str:
+    """A page that needs nothing else; places that its contents name follow its first blocks."""
+    blocks = doc.of_medium(document.blocks, doc.HTML)
+    start = next((i for i, b in enumerate(blocks) if isinstance(b, doc.Chapter)), len(blocks))
+    heading = f"<h1>{escape(document.heading)}</h1>" if document.heading else ""
+    places = [(b.anchor, b.link) for b in blocks if isinstance(b, doc.Chapter) and b.link]
+    items = "".join(f'<li><a href="#{where}">{escape(said)}</a></li>' for where, said in places)
+    contents = f'<nav aria-label="Contents"><ul>{items}</ul></nav>' if items else ""
+    body = (
+        f'<header><p class="kicker">{escape(document.kind)}</p>{heading}'
+        f"{markup(blocks[:start])}\n{contents}</header>\n{markup(blocks[start:])}"
+    )
+    return page(document.title, body, document.origin, styles=(PAGE_STYLE,), script=SCRIPT)
+
+
+def markup(blocks: Sequence[doc.Block], level: int = 2, is_folding: bool = False) -> str:
+    """Blocks as HTML.
+
+    Parameters
+    ----------
+    level
+        Of the headings.
+    is_folding
+        Whether chapters fold that can be folded.
+    """
+    return "\n".join(_block(b, level, is_folding) for b in doc.of_medium(blocks, doc.HTML))
+
+
+def _block(block: doc.Block, level: int, is_folding: bool) -> str:
+    match block:
+        case doc.Paragraph():
+            return _paragraph(block)
+        case doc.Listing():
+            return f'<ul class="said">{"".join(map(_item, block.items))}</ul>'
+        case doc.Facts():
+            return _facts(block)
+        case doc.TableBlock():
+            return _table(block)
+        case doc.Chart():
+            return block.markup
+        case doc.Chapter():
+            return _chapter(block, level, is_folding)
+
+
+def _paragraph(block: doc.Paragraph) -> str:
+    sign = f'<span aria-hidden="true">{block.sign}</span> ' if block.sign else ""
+    lead = f"<b>{escape(capital(block.lead))}.</b> " if block.lead else ""
+    text = prose(capital(block.text) if lead else block.text)
+    if block.link:
+        said, where = block.link
+        text += f'; <a href="#{where}">{escape(said)}</a>'
+    note = f" <span>{escape(block.note)}</span>" if block.note else ""
+    if block.style == "head":
+        return f"<p><b>{escape(block.text)}</b></p>"
+    style = f' class="{block.style}"' if block.style else ""
+    tag = "h1" if "heading" in block.style else "p"
+    return f"<{tag}{style}>{sign}{lead}{text}{note}</{tag}>"
+
+
+def _item(item: doc.Item) -> str:
+    style = f' class="{item.style}"' if item.style else ""
+    mark = f"<b>{escape(item.mark)}</b> " if item.mark else ""
+    text = prose(item.text)
+    if item.typed:
+        text = f"<code>{escape(item.typed)}</code> <span>{text}</span>"
+    return f"<li{style}>{mark}{text}</li>"
+
+
+def _facts(block: doc.Facts) -> str:
+    items = "".join(
+        f"<dt>{escape(name)}</dt><dd>"
+        + (f"<b>{prose(said)}</b> <span>{escape(more)}</span>" if more else prose(said))
+        + "</dd>"
+        for name, said, more in block.facts
+    )
+    return f'<dl class="facts">{items}</dl>'
+
+
+def _chapter(block: doc.Chapter, level: int, is_folding: bool) -> str:
+    if is_folding and block.is_folded:
+        content = markup(block.blocks, level, is_folding)
+        state = " open" if block.is_open else ""
+        return f"<details{state}><summary>{escape(block.title)}</summary>{content}</details>"
+    content = f"<h{level}>{escape(block.title)}</h{level}>{markup(block.blocks, level + 1)}"
+    return f'<section id="{block.anchor}">{content}</section>' if block.anchor else content
+
+
+def _table(table: doc.TableBlock) -> str:
+    """A table that scrolls in its box, what its signs mean, and what else is said below."""
+    columns = table.columns_of(doc.HTML)
+    top = "".join(f'<th scope="col"{_class(c)}>{_inline(c.heading)}</th>' for _, c in columns)
+    body = []
+    for row in table.rows:
+        (first, _), *others = columns
+        cells = "".join(_cell(row[i], column) for i, column in others)
+        body.append(f'<tr><th scope="row">{_inline(row[first])}</th>{cells}</tr>')
+    found = (
+        f'<div class="scroll" tabindex="0" role="group" aria-label="{escape(table.about)}">'
+        f'<table class="{table.style}"><thead><tr>{top}</tr></thead><tbody>{"".join(body)}</tbody>'
+        "</table></div>"
+    )
+    if table.grades:
+        items = "".join(
+            f'<li><b class="{g.style}">{SIGNS[g]}</b> {escape(MEANINGS[g])}</li>'
+            for g in table.grades
+        )
+        found += f'<ul class="signs">{items}</ul>'
+    if table.note:
+        found += f'<p class="facts">{prose(table.note)}</p>'
+    if table.is_explained:
+        said = ((escape(str(c.heading)), escape(c.meaning)) for _, c in columns[1:])
+        meanings = "".join(f"<dt>{name}</dt><dd>{meaning}</dd>" for name, meaning in said)
+        found += f'<dl class="meanings">{meanings}</dl>'
+    return found
+
+
+def _class(column: doc.TableColumn) -> str:
+    return f' class="{column.style}"' if column.style else ""
+
+
+def _cell(cell: str | doc.Cell, column: doc.TableColumn) -> str:
+    if not isinstance(cell, doc.Cell) or cell.grade is None:
+        inner = prose(cell) if column.is_prose and isinstance(cell, str) else _inline(cell)
+        return f"<td{_class(column)}>{inner}</td>"
+    if cell.grade == Grade.UNKNOWN:
+        return f'<td class="unknown">{escape(cell.text)}</td>'
+    return (
+        f'<td class="{cell.grade.style}"><b aria-hidden="true">{SIGNS[cell.grade]}</b> '
+        f'{escape(cell.text)}<span class="spoken"> {WORDS[cell.grade]}</span></td>'
+    )
+
+
+def _inline(cell: str | doc.Cell) -> str:
+    if not isinstance(cell, doc.Cell):
+        return escape(cell)
+    text = escape(cell.text) + (f" <i>[{escape(cell.unit)}]</i>" if cell.unit else "")
+    if cell.style:
+        text = f"<i>{text}</i>" if text else ""
+    if cell.facts:
+        return f"<details><summary>{text}</summary>{_facts(cell.facts)}</details>"
+    return text
+
+
+def capital(text: str) -> str:
+    """With a large first letter, unless that is of a name: of a column, or of a file."""
+    first = text.partition(" ")[0].rstrip(".:")
+    is_name = "_" in first or "." in first
+    return text if is_name else text[:1].upper() + text[1:]
+
+
+def prose(text: str) -> str:
+    """Text as HTML, every number with its unit kept on one line."""
+    return "".join(
+        f"<bdi>{escape(part)}</bdi>" if is_number else escape(part)
+        for part, is_number in _parts(text)
+    )
+
+
+def _parts(text: str) -> list[tuple[str, bool]]:
+    parts, end = [], 0
+    for found in _NUMBER.finditer(text):
+        if "e" not in found[0] and " " not in found[0]:
+            continue  # nothing to break
+        parts += [(text[end : found.start()], False), (found[0], True)]
+        end = found.end()
+    return [*parts, (text[end:], False)]
+
+
+def policy(*scripts: str) -> str:
+    """Content security policy of pages: they load nothing, and run nothing but these scripts.
+
+    References
+    ----------
+    Content Security Policy Level 3, https://www.w3.org/TR/CSP3/.
+    """
+    hashes = (b64encode(sha256(f"\n{script}".encode()).digest()).decode() for script in scripts)
+    allowed = " ".join(f"'sha256-{x}'" for x in hashes)
+    return f"default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src {allowed}"
+
+
+def page(
+    title: str, body: str, origin: Sequence[tuple[str, str]], *, styles: Sequence[Path],
+    script: str, data: str | None = None,
+) -> str:  # fmt: skip
+    """A page that needs nothing else.
+
+    It says itself what it loads and runs, and a browser keeps it to that: see `policy`.
+
+    Parameters
+    ----------
+    title
+        As text.
+    body
+        As HTML.
+    origin
+        Where it comes from: names and what is said of them, as text.
+    styles
+        Files.
+    script
+        JavaScript.
+    data
+        JSON for the script, if it needs any.
+    """
+    given = f'<script type="application/json" id="data">\n{data}\n</script>\n' if data else ""
+    return _PAGE.substitute(
+        title=escape(title),
+        body=body,
+        origin="".join(f"<dt>{escape(a)}</dt><dd>{escape(b)}</dd>" for a, b in origin),
+        styles="".join(file.read_text(encoding="utf-8") for file in styles),
+        policy=policy(script),
+        script=script,
+        data=given,
+    )

@@ -1,0 +1,241 @@
+"""Documents as text for a terminal or a pipe: plain, or with the colours of a terminal."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import textwrap
+from collections.abc import Sequence
+from itertools import zip_longest
+
+from heyoka_bike.showing import document as doc
+from heyoka_bike.showing.document import brief
+from heyoka_bike.showing.grades import ASCII_SIGNS, MEANINGS, Grade, text_color
+
+PROSE = 100
+"""The longest line of text, and what a table of scores fits into."""
+
+_KEPT = "\N{NO-BREAK SPACE}"
+_MARK = 8  # letters of an item's mark
+_LEAST_WORDS = 16  # letters that a column of prose needs, to be shown
+# Select Graphic Rendition, ECMA-48 8.3.117.
+_CODES = {"bold": "1", "dim": "2", "red": "31", "green": "32", "yellow": "33", "": ""}
+# Of the classes of paragraphs, items and cells; those of grades beside them.
+_LOOKS = {
+    "verdict": "bold", "head": "bold", "facts": "dim", "warning": "bold yellow", "info": "dim",
+    "passed": "green", "failed": "bold red", "unmade": "yellow", "right": "green",
+    "untold": "yellow", "close": "yellow", "wrong": "red",
+}  # fmt: skip
+
+_Piece = tuple[str, str]
+"""Text, and words of `_CODES`."""
+
+
+def render(
+    shown: doc.Document | Sequence[doc.Block], width: int | None = None, has_colors: bool = False
+) -> str:
+    """A document, or some blocks, as text.
+
+    Parameters
+    ----------
+    width
+        Letters of a line; None for those of the terminal. Tables leave out what does not fit, but
+        never cut a number.
+    has_colors
+        Whether to use the colours of a terminal.
+    """
+    page = TextPage(width, has_colors)
+    if isinstance(shown, doc.Document):
+        page.show(shown.blocks)
+        page.say("")
+        for name, text in shown.origin:
+            page.say(f"{name + ':':<11}{text}", "dim", " " * 11)
+    else:
+        page.show(shown)
+    return page.text()
+
+
+class TextPage:
+    """Lines of text of at most so many letters, by default those of the terminal."""
+
+    def __init__(self, width: int | None, has_colors: bool) -> None:
+        columns = shutil.get_terminal_size((PROSE, 24)).columns if width is None else width
+        self._lines: list[str] = []
+        self._has_colors = has_colors
+        self._explained: set[Grade] = set()
+        self.width = max(columns, 40)
+        self.prose = min(self.width, PROSE)
+
+    def show(self, blocks: Sequence[doc.Block]) -> None:
+        """Blocks, one below the other; an empty line before each table and after it."""
+        last: doc.Block | None = None
+        for block in doc.of_medium(blocks, doc.TEXT):
+            is_apart = isinstance(block, doc.TableBlock) or isinstance(
+                last, doc.TableBlock | doc.Chapter
+            )
+            if last is not None and is_apart and not isinstance(block, doc.Chapter):
+                self.say("")
+            last = block
+            match block:
+                case doc.Paragraph():
+                    lead = f"{block.lead}: " if block.lead else ""
+                    indent = "" if block.style == "facts" else "  "
+                    self.say(lead + brief(block.text), _look(block.style), indent)
+                case doc.Listing():
+                    for item in block.items:
+                        self._item(item)
+                case doc.Facts():
+                    for name, text, _ in block.facts:
+                        self.say(f"  {brief(name)}: {text}", indent="    ")
+                case doc.TableBlock():
+                    self._table(block)
+                case doc.Chapter():
+                    self.head(brief(block.title))
+                    self.show(block.blocks)
+
+    def say(self, text: str, style: str = "", indent: str = "") -> None:
+        """Text, wrapped; all lines but the first are indented."""
+        for i, line in enumerate(wrap(text, self.prose - len(indent))):
+            self._add((indent * (i > 0) + line, style))
+
+    def brief(self, name: str, text: str, most: int, style: str = "") -> None:
+        """Text behind a name, in at most so many lines: what is more is cut, and shows that."""
+        lines = wrap(text, self.prose - len(name))
+        if len(lines) > most:
+            last = " ".join(lines[most - 1 :])[: self.prose - len(name) - 4]
+            lines = [*lines[: most - 1], f"{last.rstrip()} ..."]
+        for i, line in enumerate(lines):
+            self._add((name if not i else " " * len(name), ""), (line, style))
+
+    def head(self, text: str) -> None:
+        """A heading, after an empty line."""
+        if self._lines and self._lines[-1]:
+            self.say("")
+        self.say(text, "bold", "  ")
+
+    def text(self) -> str:
+        """All of it."""
+        return "".join(f"{line}\n" for line in self._lines)
+
+    def _item(self, item: doc.Item) -> None:
+        typed = f"{item.typed}: " if item.typed else ""
+        for i, line in enumerate(wrap(typed + brief(item.text), self.prose - _MARK - 2)):
+            mark = brief(item.mark) if not i else ""
+            self._add((f"  {mark:<{_MARK}}", _look(item.style)), (line, ""))
+
+    def _table(self, table: doc.TableBlock) -> None:
+        """What does not fit is left out or shown below, and else not cut."""
+        columns = table.columns_of(doc.TEXT)
+        for order in sorted({c.leave_out for _, c in columns} - {0}):
+            if _Layout(table, columns, self.width).fits:
+                break
+            columns = [x for x in columns if x[1].leave_out != order]
+        left, others = columns[: table.left], columns[table.left :]
+        while others:
+            count = len(others)
+            while table.in_parts and count > 1:
+                if _Layout(table, left + others[:count], self.width).fits:
+                    break
+                count -= 1
+            for line in _Layout(table, left + others[:count], self.width).lines():
+                self._add(*line)
+            others = others[count:]
+            if others:
+                self.say("")
+        if note := brief(table.note):
+            self.say(note, "dim")
+        if meanings := [g for g in table.grades if g not in self._explained]:
+            self._explained |= set(meanings)
+            self.say("; ".join(f"{ASCII_SIGNS[g]} {MEANINGS[g]}" for g in meanings), "dim")
+
+    def _add(self, *pieces: _Piece) -> None:
+        line = ""
+        for text, style in pieces:
+            codes = ";".join(_CODES[word] for word in style.split()) if self._has_colors else ""
+            line += f"\x1b[{codes}m{text}\x1b[0m" if codes and text.strip() else text
+        self._lines.append(line.rstrip())
+
+
+class _Layout:
+    """Some columns of a table, in lines with a rule below the headings."""
+
+    def __init__(
+        self, table: doc.TableBlock, columns: Sequence[tuple[int, doc.TableColumn]], width: int
+    ) -> None:
+        self._group = table.group
+        rows = [[_written(row[i]) for i, _ in columns] for row in table.rows]
+        head = [_written(c.heading)[0] for _, c in columns]
+        height = max(text.count("\n") for text in head)
+        # Headings stand on the rule.
+        top = [("\n" * (height - text.count("\n")) + text, "bold") for text in head]
+        prose = [c.is_prose for _, c in columns]
+        self._is_left = [i < table.left or p for i, p in enumerate(prose)]
+        # Two spaces in front of each number but the first, which follows words of many lengths.
+        self._gaps = [" " * ((i > 0) + (i > table.left)) for i in range(len(columns))]
+        self._widths = [
+            max(len(line) for row in (top, *rows) for line in row[i][0].split("\n"))
+            for i in range(len(columns))
+        ]
+        while self.width > width:
+            longest = max((w for w, p in zip(self._widths, prose, strict=True) if p), default=0)
+            if longest <= _LEAST_WORDS:
+                break
+            self._widths[self._widths.index(longest)] -= 1
+        self.fits = self.width <= width
+        self._rows = [
+            [
+                ("\n".join(wrap(text, w)) if p else text, style)
+                for (text, style), w, p in zip(row, self._widths, prose, strict=True)
+            ]
+            for row in rows
+        ]
+        self._top = top
+
+    @property
+    def width(self) -> int:
+        """Of the longest line."""
+        return sum(self._widths) + sum(map(len, self._gaps))
+
+    def lines(self) -> list[list[_Piece]]:
+        """Each as pieces of text with their style."""
+        rule = [("-" * self.width, "")]
+        found = [*self._row(self._top), rule]
+        for i, row in enumerate(self._rows, start=1):
+            found += self._row(row)
+            if self._group and i % self._group == 0 and i < len(self._rows):
+                found.append(rule)
+        return found
+
+    def _row(self, row: Sequence[_Piece]) -> list[list[_Piece]]:
+        styles = [style for _, style in row]
+        return [
+            [
+                (gap + (text.ljust(width) if is_left else text.rjust(width)), style)
+                for text, gap, width, is_left, style in zip(
+                    texts, self._gaps, self._widths, self._is_left, styles, strict=True
+                )
+            ]
+            for texts in zip_longest(*(text.split("\n") for text, _ in row), fillvalue="")
+        ]
+
+
+def wrap(text: str, width: int) -> list[str]:
+    """Lines of at most so many letters; a unit stays with its number."""
+    kept = re.sub(r"(?<=[0-9]) (?=(?:%|s|J|rad(?:/s)?|m/s)(?![a-z]))", _KEPT, text)
+    lines = textwrap.wrap(kept, width, break_on_hyphens=False) or [""]
+    return [line.replace(_KEPT, " ") for line in lines]
+
+
+def _written(cell: str | doc.Cell) -> _Piece:
+    if not isinstance(cell, doc.Cell):
+        return brief(cell), ""
+    text = brief(cell.text)
+    if cell.unit:
+        text += f"{'' if text.endswith(chr(10)) else ' '}[{cell.unit}]"
+    if cell.grade is None:
+        return text, _look(cell.style)
+    return f"{text} {ASCII_SIGNS.get(cell.grade, ' ')}", text_color(cell.grade)
+
+
+def _look(style: str) -> str:
+    return " ".join(_LOOKS[word] for word in style.split() if word in _LOOKS)

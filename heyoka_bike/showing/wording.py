@@ -1,0 +1,385 @@
+"""Words and numbers that the output formats have in common."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from heyoka_bike.errors import printable
+from heyoka_bike.scoring.column_score import ColumnScore
+from heyoka_bike.scoring.findings import Finding, Severity, named
+from heyoka_bike.scoring.measures import MOST_DIGITS
+from heyoka_bike.scoring.report import WHOLE, ManeuverScore, Report, Run, Series
+from heyoka_bike.showing.grades import judgement
+
+_LONGEST_NAME = 30
+
+
+def sentence(text: str) -> str:
+    """A message as one line: white space collapsed, then as `printable`."""
+    return printable(" ".join(text.split()))
+
+
+def number(x: float | None, digits: int = 2) -> str:
+    """An error to a few significant digits, ``-`` if unknown."""
+    if x is None or not math.isfinite(x):
+        return "-"
+    return "0" if x == 0 else f"{x:.{digits - 1}e}"
+
+
+def readable(x: float | None) -> str:
+    """A number within a sentence: a decimal where that is short, ``-`` if unknown."""
+    if x is not None and 0.01 <= abs(x) < 1000:
+        return f"{x:.2g}" if abs(x) < 100 else f"{x:.0f}"
+    return number(x)
+
+
+def plain(x: float | None, digits: int = 4) -> str:
+    """A time or a step to a few digits without padding, ``-`` if unknown."""
+    return "-" if x is None or not math.isfinite(x) else f"{x:.{digits}g}"
+
+
+def one_decimal(x: float | None) -> str:
+    """Correct digits, or an order; ``-`` if unknown."""
+    # No digits are not minus none.
+    return "-" if x is None or not math.isfinite(x) else f"{round(x, 1) + 0.0:.1f}"
+
+
+def unit_text(unit: str) -> str:
+    """A unit as people write it: ``rad s-1`` is rad/s."""
+    return printable(unit.replace(" s-1", "/s").replace(" h-1", "/h"))
+
+
+def in_unit(said: str, unit: str) -> str:
+    """A number with its unit behind it, if it has one."""
+    return said if unit == "1" else f"{said} {unit_text(unit)}"
+
+
+def label(key: str) -> str:
+    """A column's key in words."""
+    return printable(key.replace("_", " "))
+
+
+def heading(m: ManeuverScore) -> str:
+    """Number of a maneuver, and its name if that says more."""
+    return f"maneuver {m.maneuver}" + (
+        "" if m.name == f"maneuver {m.maneuver}" else f", {printable(m.name)}"
+    )
+
+
+def reports(scored: Report | Series) -> tuple[Report, ...]:
+    """The report, or those of all runs."""
+    return (scored,) if isinstance(scored, Report) else tuple(r.report for r in scored.runs)
+
+
+def scale(column: ColumnScore) -> float | None:
+    """Scale of a column, by which its relative error is divided; None if unknown or 0."""
+    m = column.as_understood.measures
+    if m.max_abs_error and m.max_rel_error:
+        return m.max_abs_error / m.max_rel_error
+    return float(np.max(np.abs(column.trace.reference), initial=0.0)) or None
+
+
+def is_default(column: ColumnScore) -> bool:
+    """Whether a column is understood as the default definition."""
+    return column.as_understood.definition == column.as_written.definition
+
+
+def mark(column: ColumnScore) -> str:
+    """``*`` if the definition is not the default one, ``~`` if others fit as well."""
+    return ("" if is_default(column) else "*") + ("~" if column.indistinguishable else "")
+
+
+def mark_meanings(columns: Sequence[ColumnScore]) -> list[str]:
+    """What the marks of some columns mean, those that occur."""
+    found = []
+    if not all(map(is_default, columns)):
+        found.append("* is not the default definition")
+    if open_ones := [c for c in columns if c.indistinguishable]:
+        others = (
+            f"{' or '.join(map(printable, c.indistinguishable))} of {label(c.key)}"
+            for c in open_ones
+        )
+        found.append(f"~ others fit as well: {', '.join(others)}")
+    return found
+
+
+def notes(column: ColumnScore) -> tuple[str, ...]:
+    """How else a column is understood in another way than by default: sign, unit, offset."""
+    r = column.as_understood
+    found = []
+    if not column.is_known:
+        found.append("definition unknown")
+    if r.sign != column.as_written.sign:
+        found.append(f"sign {r.sign}")
+    if r.unit != column.as_written.unit:
+        found.append(unit_text(r.unit))
+    if r.offset != column.as_written.offset:
+        found.append(f"offset {plain(r.offset, 5)}")
+    return tuple(found)
+
+
+def first_above(column: ColumnScore) -> str:
+    """First time above the tolerance [s], ``never`` or ``-``."""
+    m = column.as_understood.measures
+    if m.max_abs_error is None:
+        return "-"
+    return "never" if m.time_to_tolerance is None else plain(m.time_to_tolerance)
+
+
+def by_severity(findings: tuple[Finding, ...]) -> list[Finding]:
+    """The conventions, then warnings, otherwise in the order given."""
+    return sorted(findings, key=lambda f: (f.code != "conventions", f.severity != Severity.WARNING))
+
+
+def warnings_words(report: Report) -> str:
+    """How many warnings there are; empty without any."""
+    count = sum(f.severity == Severity.WARNING for f in report.said)
+    return f"{count} warning{'s' if count > 1 else ''}" if count else ""
+
+
+def fewest_digits(m: ManeuverScore) -> float | None:
+    """Correct digits of the worst column of a maneuver; None if nothing was compared."""
+    return None if m.worst is None else m.worst.scd
+
+
+def worst_place(report: Report) -> str:
+    """Which column is the worst."""
+    found = report.worst
+    return f"{label(found.column)} of maneuver {found.maneuver}" if found else "nothing compared"
+
+
+def worst_words(report: Report) -> str:
+    """How good the worst column is."""
+    found = report.worst
+    if found is None:
+        return "nothing could be compared"
+    c = report[found.maneuver][found.column]
+    where = f"maneuver {found.maneuver} {printable(c.key)}"
+    if found.scd >= MOST_DIGITS:
+        return "no error in any column"
+    if found.scd < 0:
+        wrong = f"{readable(c.max_rel_error)} times its scale"
+        return f"worst column without a correct digit ({where}, wrong by {wrong})"
+    limit = ", all its digits allow" if c.is_at_floor() else ""
+    return f"worst column {found.scd:.1f} correct digits ({where}{limit})"
+
+
+def coverage_words(report: Report) -> str:
+    """How much of the reference's runs is covered; empty if all of it."""
+    short = [m for m in report.maneuvers if m.coverage < 1]
+    if not short:
+        return ""
+    m = min(short, key=lambda m: m.coverage)
+    # Rounded down: what is not complete must not read as 100 %.
+    return f"covers {percent(m.coverage)} of maneuver {m.maneuver}"
+
+
+def caveats(report: Report) -> list[str]:
+    """What is to be known beside the digits: how much is covered, and signs that may be wrong."""
+    codes = {f.code for f in report.findings}
+    signs = ""
+    if "signs_disagree" in codes:
+        signs = "signs contradict each other, see the warning"
+    elif "senses_opposed" in codes:
+        signs = "roll and steer have opposite senses, see the warning"
+    lost = f"{named(list(report.not_compared))} not compared" if report.not_compared else ""
+    return [said for said in (coverage_words(report), lost, signs) if said]
+
+
+def percent(part: float) -> str:
+    """A part of the whole, rounded down: 100 % is all of it."""
+    return f"{math.floor(1000 * part) / 10:g} %"
+
+
+def is_judged(m: ManeuverScore) -> bool:
+    """Whether the benchmark has a limit for the maneuver's eq. (1)."""
+    return m.performance_limit is not None
+
+
+def is_whole(m: ManeuverScore) -> bool:
+    """Whether a maneuver is judged over its whole run, or nearly."""
+    return m.coverage >= WHOLE
+
+
+def performance_words(m: ManeuverScore) -> str:
+    """Eq. (1) of a maneuver and what the benchmark says to it."""
+    text = f"{readable(m.performance)} %" if m.performance is not None else "no energy to judge"
+    verdict = m.meets_limit
+    if verdict is None:
+        return text
+    if why := _no_claim(m):
+        return f"{text} (does not count: {why})"
+    so_far = "so far " if verdict and not is_whole(m) else ""
+    return f"{text} ({so_far}{'passes, below' if verdict else 'FAILS, not below'} {limit_text(m)})"
+
+
+def _no_claim(m: ManeuverScore) -> str:
+    """Why eq. (1) of a maneuver does not count, whatever it is."""
+    return m.claim(m.performance_limit)[1] if m.performance_limit else ""
+
+
+def limit_text(m: ManeuverScore) -> str:
+    """What the benchmark allows for eq. (1) of a maneuver."""
+    assert m.performance_limit is not None
+    return f"{m.performance_limit:.0e} %".replace("e-0", "e-")
+
+
+def digits_words(report: Report) -> str:
+    """How many digits the file was written with."""
+    digits = report.file.significant_digits
+    return "unknown digits" if digits is None else f"{digits} digits written"
+
+
+def requirement_words(scored: Report | Series) -> str:
+    """How many requirements are met; empty without any."""
+    every = [r for report in reports(scored) for r in report.requirements]
+    if not every:
+        return ""
+    failed = sum(not r.met for r in every)
+    if len(every) == 1:
+        return "the requirement FAILED" if failed else "the requirement is met"
+    if not failed:
+        return f"all {len(every)} requirements met"
+    return f"{failed} of {len(every)} requirements FAILED"
+
+
+def graded(report: Report) -> str:
+    """What the file is worth by its true error: the judgement, and its worst column."""
+    word = judgement(report)
+    return f"{word}, {worst_words(report)}" if word else worst_words(report)
+
+
+def verdict(report: Report) -> str:
+    """One line that says what the file is worth."""
+    parts = [graded(report), *caveats(report), requirement_words(report)]
+    return f"{printable(report.file.path)}: {'; '.join(p for p in parts if p)}"
+
+
+def contents(report: Report) -> str:
+    """What the file holds, in a few words."""
+    f = report.file
+    parts = [f"{f.rows} rows", f"{plain(f.t_start)} to {plain(f.t_end)} s", digits_words(report)]
+    return ", ".join([*parts, f"{printable(f.format)} file"])
+
+
+def worst_error_words(report: Report) -> str:
+    """The largest error of the worst column, its time and its part of the scale."""
+    found = report.worst
+    if found is None:
+        return ""
+    c = report[found.maneuver][found.column]
+    if not c.max_abs_error:
+        return ""
+    error = in_unit(readable(c.max_abs_error), c.unit)
+    part = c.max_rel_error
+    of_scale = f", {readable(100 * part)} % of its largest value" if part else ""
+    where = f"{label(c.key)}, maneuver {found.maneuver}"
+    return f"{where}: off by {error} at {plain(c.time_of_max)} s{of_scale}"
+
+
+def performance_remark(report: Report) -> str:
+    """What eq. (1) says of the maneuver that the benchmark judges by it, and what it sees.
+
+    Empty without such a maneuver, or without an energy.
+    """
+    judged = [m for m in report.maneuvers if is_judged(m)]
+    if all(m.performance is None for m in judged):
+        return ""
+    said = ", ".join(_judged_words(m) for m in judged)
+    return (
+        f"eq. (1), the benchmark's own measure, {said}. It sees only whether the file's own energy "
+        "stays constant; angles, rates and speed may be wrong all the same"
+    )
+
+
+def _judged_words(m: ManeuverScore) -> str:
+    found = m.meets_limit
+    so_far = " so far" if found and not is_whole(m) else ""
+    outcome = f"{'passes' if found else 'FAILS'}{so_far}: less than {limit_text(m)} is asked for"
+    if why := _no_claim(m):
+        outcome = f"does not count: {why}"
+    return f"is {readable(m.performance)} % in maneuver {m.maneuver}, which {outcome}"
+
+
+def series_verdict(series: Series) -> str:
+    """One line that says how a series converges, or which of several programs is the best."""
+    name, run = chosen(series)
+    if not series.is_one_program:
+        best = f"{run_name(series, run)} is the best of {len(series.runs)} programs"
+        if any(f.code == "maneuvers_differ" for f in series.findings):
+            best += ", which cover different maneuvers"
+        parts = [f"{best}: {graded(run.report)}", requirement_words(series)]
+        return "; ".join(p for p in parts if p)
+    steps = [r.step for r in series.runs if r.step is not None]
+    parts = [f"{len(series.runs)} runs of one program"]
+    if steps:
+        parts[0] += f", steps {plain(max(steps))} to {plain(min(steps))} s"
+    elif tolerances := [r.tolerance for r in series.runs if r.tolerance is not None]:
+        parts[0] += f", tolerances {plain(max(tolerances))} to {plain(min(tolerances))}"
+    parts += [f"the {name} one: {graded(run.report)}", order_words(series)]
+    return "; ".join(p for p in [*parts, requirement_words(series)] if p)
+
+
+def chosen(series: Series) -> tuple[str, Run]:
+    """The run that is shown in full, and what makes it so: the finest, or else the best."""
+    if series.is_one_program and all(size_text(run) for run in series.runs):
+        return "finest", series.runs[-1]
+
+    def digits(run: Run) -> float:
+        found = run.report.worst
+        return -math.inf if found is None else found.scd
+
+    return "best", max(series.runs, key=digits)
+
+
+def order_words(series: Series) -> str:
+    """Observed orders of the finest pair of runs that has any."""
+    for pair in reversed(range(len(series.runs) - 1)):
+        orders = [c.orders[pair] for c in series.convergence if pair < len(c.orders)]
+        known = [x for x in orders if x is not None]
+        if known:
+            low, high = f"{min(known):.1f}", f"{max(known):.1f}"
+            between = low if low == high else f"{low} to {high}"
+            return f"observed order {between}"
+    return ""
+
+
+def size_text(run: Run) -> str:
+    """The step [s] of a run, or else its tolerance; empty if neither is known."""
+    return plain(run.tolerance if run.step is None else run.step).strip("-")
+
+
+def size_heading(series: Series) -> str:
+    """What `size_text` is of the runs of a series; empty if it is nothing."""
+    if any(run.step is not None for run in series.runs):
+        return "step [s]"
+    return "tolerance" if any(run.tolerance is not None for run in series.runs) else ""
+
+
+def run_name(series: Series, run: Run) -> str:
+    """A short name of a run: the program's, the step or tolerance, or the file's."""
+    if series.is_one_program and run.step is not None:
+        return f"step {plain(run.step)} s"
+    if series.is_one_program and run.tolerance is not None:
+        return f"tolerance {plain(run.tolerance)}"
+    return printable(run.name or Path(run.report.file.path).name)
+
+
+def short_name(name: str) -> str:
+    """A name that leaves room for numbers: the end of a path tells more than its start."""
+    return name if len(name) <= _LONGEST_NAME else f"...{name[3 - _LONGEST_NAME :]}"
+
+
+def run_words(run: Run) -> str:
+    """Name of a run's file, its step and its processor time."""
+    path = printable(run.report.file.path)
+    parts = [path if run.name in ("", Path(path).name) else f"{printable(run.name)}, {path}"]
+    if run.step is not None:
+        parts.append(f"step {plain(run.step)} s")
+    if run.tolerance is not None:
+        parts.append(f"tolerance {plain(run.tolerance)}")
+    if run.cpu is not None:
+        parts.append(f"{plain(run.cpu, 3)} s of processor time")
+    return ", ".join(parts)

@@ -1,0 +1,185 @@
+"""A bounded queue of tasks, each carried out in a process of its own that has limits."""
+
+import asyncio
+import os
+from collections import deque
+from collections.abc import Callable
+from concurrent.futures import BrokenExecutor, CancelledError
+from contextlib import nullcontext
+from threading import Event
+from time import monotonic
+from typing import Literal
+
+from starlette.exceptions import HTTPException
+
+from heyoka_bike.system.executors import ProcessExecutor, ProgressFuture, RemoteError
+from heyoka_bike.system.log import fault
+from heyoka_bike.workbench.serving.limits import Limits
+from heyoka_bike.workbench.serving.tasks import Ending, Kind, Task, is_long, work
+
+_PRELOAD = ("heyoka_bike.workbench.serving.tasks", "heyoka_bike.workbench.serving.preload")
+# What the time of a task is said to be before there is any [s].
+_FIRST_GUESS = 1.0
+
+
+class BusyError(HTTPException):
+    """There is too much to do.
+
+    Parameters
+    ----------
+    seconds : int
+        When to try again [s].
+    """
+
+    def __init__(self, seconds: int) -> None:
+        # What has not arrived of the request is not read.
+        headers = {"retry-after": str(seconds), "connection": "close"}
+        super().__init__(503, f"busy, try again in {seconds} s", headers)
+
+
+class QueuedTask:
+    """A task on its way; the loop of the server writes it, anybody reads it.
+
+    Attributes
+    ----------
+    task
+    ending : Ending or None
+        None until it has ended.
+    over : asyncio.Task
+        Gives the ending.
+    unwanted : threading.Event
+        Set once nobody waits for it any more.
+    """
+
+    over: asyncio.Task[Ending]
+
+    def __init__(self, task: Task) -> None:
+        self.task = task
+        self.ending: Ending | None = None
+        self.unwanted = Event()
+        self.future: ProgressFuture | None = None
+
+    @property
+    def state(self) -> Literal["waiting", "working", "done", "refused", "failed"]:
+        """Where it is."""
+        if self.ending is not None:
+            return self.ending.state
+        return "waiting" if self.future is None else "working"
+
+    @property
+    def share(self) -> float:
+        """Of the work that is done, 0 to 1."""
+        if self.state == "done":
+            return 1.0
+        progress = self.future and self.future.progress
+        return progress[1] if progress else 0.0
+
+    def cancel(self) -> None:
+        """Nobody waits for it any more: it ends, from whichever thread that is said."""
+        self.unwanted.set()
+        if self.future is not None:
+            self.future.cancel()
+
+
+class TaskQueue:
+    """Tasks that wait, and those that are carried out: as many at once as `limits` says.
+
+    Parameters
+    ----------
+    limits
+    log
+        Called with one line about what went wrong, without contents.
+    """
+
+    def __init__(self, limits: Limits, log: Callable[[str], None]) -> None:
+        self._limits, self._log = limits, log
+        self._tasks: list[QueuedTask] = []
+        self._seconds: deque[float] = deque([_FIRST_GUESS], maxlen=50)
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+        # By whether a task is long.
+        self._executors = {
+            is_long: ProcessExecutor(limits.workers, limits.of_process(is_long), _PRELOAD)
+            for is_long in (False, True)
+        }
+        self._places = asyncio.Semaphore(limits.workers)
+        # One of several does no long work, so that a few diagnoses do not keep all files waiting.
+        self._long_places = asyncio.Semaphore(max(1, limits.workers - 1))
+
+    def submit(self, task: Task) -> QueuedTask:
+        """Put a task at the end of the queue.
+
+        Raises
+        ------
+        BusyError
+            So many wait already that one more would have to wait too long.
+        """
+        self.check(task.kind)
+        queued = QueuedTask(task)
+        self._tasks.append(queued)
+        queued.over = asyncio.create_task(self._carry_out(queued))
+        return queued
+
+    def check(self, kind: Kind) -> None:
+        """Raise `BusyError` if a task of this kind could not be put there now."""
+        most = self._limits.waiting
+        long = [x for x in self._tasks if x.state == "waiting" and is_long(x.task.kind)]
+        # Half of the places at most are for diagnoses, each of which may take minutes.
+        if self.waiting() >= most or (is_long(kind) and 2 * len(long) >= most):
+            each = sum(self._seconds) / len(self._seconds)
+            seconds = each * self.waiting() / self._limits.workers / 2
+            raise BusyError(max(1, round(seconds)))
+
+    def waiting(self) -> int:
+        """How many wait."""
+        return sum(queued.state == "waiting" for queued in self._tasks)
+
+    async def close(self) -> None:
+        """End all work."""
+        for queued in self._tasks:
+            queued.cancel()
+        await asyncio.gather(*(queued.over for queued in self._tasks))
+        for executor in self._executors.values():
+            await asyncio.to_thread(executor.shutdown)
+
+    async def _carry_out(self, queued: QueuedTask) -> Ending:
+        kind = queued.task.kind
+        async with self._long_places if is_long(kind) else nullcontext(), self._places:
+            start = monotonic()
+            queued.ending = await self._ending(queued)
+            self._tasks.remove(queued)
+            self._seconds.append(monotonic() - start)
+            return queued.ending
+
+    async def _ending(self, queued: QueuedTask) -> Ending:
+        """How a task ended, for its user; the log has what is not for users."""
+        task, kind = queued.task, queued.task.kind
+        limits = self._limits.of_process(is_long(kind))
+        try:
+            if queued.unwanted.is_set():
+                raise CancelledError
+            queued.future = self._executors[is_long(kind)].submit(work, task, limits.memory)
+            if queued.unwanted.is_set():
+                # Said by another thread meanwhile.
+                queued.future.cancel()
+            over = asyncio.wrap_future(queued.future)
+            await asyncio.gather(over, return_exceptions=True)
+            return Ending(**queued.future.result())
+        except CancelledError:
+            return Ending("failed", "given up", 70)
+        except TimeoutError:
+            return Ending("refused", f"takes more than {limits.seconds:g} s, expected less", 1)
+        except BrokenExecutor:
+            # Killed by the system, most likely for its memory or its time.
+            self._log(f"{kind}: its process ended by itself")
+            said = (
+                f"ended before it was done: it needs more than {limits.seconds:g} s or "
+                f"{limits.memory // 1_000_000} MB of memory"
+            )
+            return Ending("refused", said, 1)
+        except RemoteError as e:
+            self._log(f"{kind}: {e}")
+            said = "an error of the program, not of the file; please report it"
+        except Exception as e:
+            self._log(f"{kind}: {fault(e)} in the server")
+            said = "the server could not do it; this is a fault of the server"
+        return Ending("failed", said, 70)
