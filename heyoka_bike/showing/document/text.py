@@ -24,7 +24,7 @@ _CODES = {"bold": "1", "dim": "2", "red": "31", "green": "32", "yellow": "33", "
 _LOOKS = {
     "verdict": "bold", "head": "bold", "facts": "dim", "warning": "bold yellow", "info": "dim",
     "passed": "green", "failed": "bold red", "unmade": "yellow", "right": "green",
-    "rounded": "green", "close": "yellow", "wrong": "red",
+    "untold": "yellow", "close": "yellow", "wrong": "red",
 }  # fmt: skip
 
 _Piece = tuple[str, str]

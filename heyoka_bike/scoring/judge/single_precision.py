@@ -1,11 +1,13 @@
 """Files of single-precision numbers: written as such, or computed with them on the way."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import Part
 from heyoka_bike.scoring.column_score import ColumnScore
-from heyoka_bike.scoring.findings import Finding, Severity
+from heyoka_bike.scoring.findings import Finding, warning
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.report import Report
 
@@ -25,37 +27,30 @@ _OF_DIGITS = 4.0
 _MOSTLY = 2 / 3
 
 
-def single_precision(report: Report) -> Finding | None:
+def single_precision(report: Report) -> Iterator[Finding]:
     """Whether a file was written or computed in single precision, though with more digits."""
-    columns = [(m.part, c) for m in report.maneuvers for c in m.columns if _tells(c)]
-    single = {c.key for part, c in columns if _is_single(part, c)}
-    others = {c.key for _, c in columns} - single
-    if columns and len(single) >= len(others):
-        # A constant is a number of any precision.
-        keys = single if others else {c.key for m in report.maneuvers for c in m.columns}
-        return Finding(
+    every = [(m.part, c) for m in report.maneuvers for c in m.columns]
+    # A constant is a number of any precision.
+    telling = [(p, c) for p, c in every if c.values >= _FEW_ROWS and np.ptp(c.trace.value)]
+    single = {c.key for part, c in telling if _is_single(part, c)}
+    others = {c.key for _, c in telling} - single
+    noisy = [c.key for _, c in telling if _has_its_noise(c)]
+    if telling and len(single) >= len(others):
+        yield warning(
             "single_precision",
             f"{'Most' if others else 'All'} values are single-precision numbers, good to seven "
             "digits, however many are written: an error of 1e-7 of a value, or one that grows from "
             "that, is the arithmetic and not the model; compute and store in double precision",
-            Severity.WARNING,
-            {"columns": sorted(keys)},
+            columns=sorted(single if others else {c.key for _, c in every}),
         )
-    noisy = [c for _, c in columns if _has_its_noise(c)]
-    if columns and len(noisy) >= _MOSTLY * len(columns):
-        return Finding(
+    elif telling and len(noisy) >= _MOSTLY * len(telling):
+        yield warning(
             "single_precision",
             "The values jump from row to row by some 1e-7 of their size, as numbers of single "
             "precision on the way leave them: this is the arithmetic and not the model; compute "
             "in double precision throughout",
-            Severity.WARNING,
-            {"columns": sorted({c.key for c in noisy})},
+            columns=sorted(set(noisy)),
         )
-    return None
-
-
-def _tells(c: ColumnScore) -> bool:
-    return c.values >= _FEW_ROWS and bool(np.ptp(c.trace.value))
 
 
 def _is_single(part: Part, c: ColumnScore) -> bool:

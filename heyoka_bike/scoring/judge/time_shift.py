@@ -4,7 +4,7 @@ Small shifts look like other errors and are left to the diagnosis. Here the whol
 shifted by one and the same time in all maneuvers, what was wrong all over is right.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +13,9 @@ from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.numbers.double import Array, median
 from heyoka_bike.reference.load import ReferenceManeuver
 from heyoka_bike.scoring.alignment import Part, spread
+from heyoka_bike.scoring.findings import Finding, warning
 from heyoka_bike.scoring.measures import rms
+from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.units import factor
 
 # Rows that are compared, and times that are tried first [s]: the fastest mode decays in 0.05 s.
@@ -33,6 +35,22 @@ _GOLDEN = (5**0.5 - 1) / 2
 # A time of few decimals is meant if the file cannot tell it from the best one [s].
 _DECIMALS = range(7)
 _AS_GOOD = 1.1
+
+
+def time_shifted(report: Report) -> Iterator[Finding]:
+    """Times that are off by a constant."""
+    shift = time_shift([m.part for m in report.maneuvers])
+    if shift is None:
+        return
+    first = all(abs(m.part.time[0] - shift) < (m.step or 0.0) / 10 for m in report.maneuvers)
+    starts = f"; the first row, at {shift:.6g} s, holds the initial state" if first else ""
+    yield warning(
+        "time_shifted",
+        f"All times are {abs(shift):.9g} s too {'late' if shift > 0 else 'early'}: with that taken "
+        f"{'off' if shift > 0 else 'into account'} the motion fits{starts}. The errors here are "
+        "those at the times as written",
+        shift=shift,
+    )
 
 
 def time_shift(parts: Sequence[Part]) -> float | None:

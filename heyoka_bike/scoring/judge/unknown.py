@@ -7,15 +7,19 @@ speed and the energies with their squares only: these may be right beside a moti
 that one of the former must be right.
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import replace
+from math import floor
 
 import numpy as np
 
 from heyoka_bike.bicycle.columns import COMPARED, LATERAL
 from heyoka_bike.numbers.double import median
 from heyoka_bike.scoring.column_score import ColumnScore
+from heyoka_bike.scoring.findings import Finding, warning
+from heyoka_bike.scoring.judge.conventions import errors_words
 from heyoka_bike.scoring.measures import rms
-from heyoka_bike.scoring.report import ManeuverScore
+from heyoka_bike.scoring.report import ManeuverScore, Report
 
 # Columns of one motion are wrong by parts of their scales that differ by up to 100: the steer rate
 # follows the fastest mode, the energies hardly move.
@@ -26,15 +30,40 @@ _OTHERS = 3
 _AT_FLOOR = 4.0
 
 
-def unknown_columns(maneuvers: Sequence[ManeuverScore]) -> frozenset[str]:
-    """Keys of the columns whose definition is not known, the same in every maneuver."""
+def unknown(report: Report) -> Iterator[Finding]:
+    """Columns whose definition is not known, of a motion that is right."""
+    known = [c for m in report.maneuvers for c in m.columns if c.is_known]
+    for key, places in report.by_column().items():
+        columns = [c for _, c in places]
+        if columns[0].is_known:
+            continue
+        others = min(c.scd for c in known if c.scd is not None)
+        nearest = columns[0].definition
+        yield warning(
+            "definition_unknown",
+            f"{key}: no definition that is known here gives this column; the other columns have "
+            f"{floor(others)} digits or more, so the motion is right. The nearest definition "
+            f"is {nearest}, with errors {errors_words(columns)}. It is of another point or axis, "
+            "or written wrongly: say what it is",
+            column=key,
+            nearest=nearest,
+            max_abs_error=[c.max_abs_error for c in columns],
+            digits_of_others=others,
+        )
+
+
+def without_meaning(maneuvers: tuple[ManeuverScore, ...]) -> tuple[ManeuverScore, ...]:
+    """Maneuvers with the columns marked whose definition is not known, the same in each."""
     having = [m for m in maneuvers if any(c.values for c in m.columns)]
-    found = [_of_several_meanings(m) for m in having]
-    return frozenset.intersection(*found) if found else frozenset()
-
-
-def _of_several_meanings(m: ManeuverScore) -> frozenset[str]:
-    return far_worse(m, [c.key for c in m.columns if len(COMPARED[c.key]) > 1])[0]
+    several = [[c.key for c in m.columns if len(COMPARED[c.key]) > 1] for m in having]
+    found = [far_worse(m, keys)[0] for m, keys in zip(having, several, strict=True)]
+    unknown = frozenset.intersection(*found) if found else frozenset()
+    if not unknown:
+        return maneuvers
+    return tuple(
+        replace(m, columns=tuple(replace(c, is_known=c.key not in unknown) for c in m.columns))
+        for m in maneuvers
+    )
 
 
 def far_worse(m: ManeuverScore, keys: Collection[str]) -> tuple[frozenset[str], float]:

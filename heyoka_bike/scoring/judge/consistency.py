@@ -1,6 +1,6 @@
 """How well a file agrees with itself, whatever its distance from the reference."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -10,15 +10,16 @@ from heyoka_bike.reference.load import ReferenceManeuver
 from heyoka_bike.scoring.alignment import Part
 from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.comparison import FEW
-from heyoka_bike.scoring.measures import rms
-from heyoka_bike.scoring.report import Consistency
+from heyoka_bike.scoring.findings import Finding, warning
+from heyoka_bike.scoring.measures import TOLERANCE, rms
+from heyoka_bike.scoring.report import Consistency, Report
+from heyoka_bike.scoring.verdict import SUM_ROUNDING
 
 # The angle's own error must explain less than this part of what its rate is wrong by: an error of
 # the integrator moves both alike, differences of a good angle do not.
 _MUCH_BETTER = 1 / 3
 # Rounding of neighbouring values explains this many times the floors.
 _ROUNDED = 3.0
-
 # Rows farther apart than this [s] do not show the derivative: the fastest mode decays in 0.05 s.
 _WIDEST = 0.05
 
@@ -35,6 +36,27 @@ def consistency(part: Part, columns: Sequence[ColumnScore]) -> Consistency:
         steer_rate=found["steer_rate"][0],
         contradicted=tuple(key for key, (_, is_contradicted) in found.items() if is_contradicted),
     )
+
+
+def against_itself(report: Report) -> Iterator[Finding]:
+    """Energies that do not add up, and rates that are visibly not those of their own angles."""
+    for m in report.maneuvers:
+        total, floor = m.consistency.energy_sum, m.consistency.energy_sum_floor
+        if total is not None and floor is not None and total > SUM_ROUNDING * floor:
+            said = (
+                f"maneuver {m.maneuver}: potential plus kinetic energy differs from the mechanical "
+                f"energy by up to {total:.2g} J; rounding explains {floor:.2g} J"
+            )
+            yield warning("energy_sum", said, maneuver=m.maneuver, energy_sum=total, floor=floor)
+        for key in m.consistency.contradicted:
+            found = getattr(m.consistency, key)
+            if found > TOLERANCE * float(abs(m[key].trace.reference).max()):
+                said = (
+                    f"maneuver {m.maneuver}: {key} is not the derivative of its own angle, which "
+                    f"is much better than it: {found:.2g} rad/s apart (root mean square)"
+                )
+                evidence = {"maneuver": m.maneuver, "column": key, "rms_difference": found}
+                yield warning("rate_is_not_the_derivative", said, **evidence)
 
 
 def _energy_sum(

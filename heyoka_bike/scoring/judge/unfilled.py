@@ -12,10 +12,7 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, LATERAL
 from heyoka_bike.scoring.alignment import Alignment, Part
-from heyoka_bike.scoring.findings import Finding, Severity
-
-CODE = "never_filled"
-"""Of the finding; its evidence lists maneuvers and columns."""
+from heyoka_bike.scoring.findings import Finding, warning
 
 # Fewer rows may be alike.
 _FEW_ROWS = 10
@@ -43,8 +40,7 @@ def without_unfilled(alignment: Alignment) -> Alignment:
     )
     if not kept or not any(keys for _, keys in found):
         return alignment
-    findings = alignment.findings + tuple(_finding(found))
-    return replace(alignment, parts=kept, findings=findings)
+    return replace(alignment, parts=kept, findings=(*alignment.findings, _finding(found)))
 
 
 def _unfilled(part: Part) -> dict[str, float]:
@@ -99,28 +95,23 @@ def _should_vary(part: Part, key: str, number: float) -> bool:
     return True
 
 
-def _finding(found: Sequence[tuple[Part, dict[str, float]]]) -> list[Finding]:
-    places = [(part.number, key, number) for part, keys in found for key, number in keys.items()]
-    alike: dict[tuple[float, tuple[int, ...]], list[str]] = {}
-    for key in dict.fromkeys(key for _, key, _ in places):
-        for held in dict.fromkeys(x for _, k, x in places if k == key):
-            where = tuple(n for n, k, x in places if (k, x) == (key, held))
-            alike.setdefault((held, where), []).append(key)
+def _finding(found: Sequence[tuple[Part, dict[str, float]]]) -> Finding:
+    held: dict[tuple[str, float], list[int]] = {}
+    for part, keys in found:
+        for key, number in keys.items():
+            held.setdefault((key, number), []).append(part.number)
+    alike: dict[tuple[float, str], list[str]] = {}
+    for (key, number), numbers in held.items():
+        where = f" of maneuver {', '.join(map(str, numbers))}" if len(numbers) < len(found) else ""
+        alike.setdefault((number, where), []).append(key)
     said = [
-        f"{', '.join(keys)}{_of(where, len(found))} hold"
-        f"{'s' * (len(keys) == 1)} {f'{held:.9g}' if held else 'nothing but zeros'}"
-        for (held, where), keys in alike.items()
+        f"{', '.join(names)}{where} hold{'s' if len(names) == 1 else ''} "
+        f"{f'{number:.9g}' if number else 'nothing but zeros'}"
+        for (number, where), names in alike.items()
     ]
-    return [
-        Finding(
-            CODE,
-            f"{', '.join(said)}: one number in every row of what varies, so never filled in; left "
-            "out of the result",
-            Severity.WARNING,
-            {"columns": [f"{number}.{key}" for number, key, _ in places]},
-        )
-    ]
-
-
-def _of(maneuvers: Sequence[int], of: int) -> str:
-    return "" if len(maneuvers) == of else f" of maneuver {', '.join(map(str, maneuvers))}"
+    return warning(
+        "never_filled",
+        f"{', '.join(said)}: one number in every row of what varies, so never filled in; left out "
+        "of the result",
+        columns=[f"{part.number}.{key}" for part, keys in found for key in keys],
+    )

@@ -8,10 +8,19 @@ choices give the signs of a file is a linear system over the integers modulo 2.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+
+import numpy as np
 
 from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
+from heyoka_bike.numbers.double import median
+from heyoka_bike.scoring.alignment import MOST_SAMPLED, spread
+from heyoka_bike.scoring.findings import Finding, named, warning
+from heyoka_bike.scoring.report import Place, Report
+
+ODD_SIGNS = ("signs_disagree", "senses_opposed")
+"""Findings about signs that may be errors: those columns' signs are not called conventions."""
 
 _ENDS = ("rear", "front")
 _GROUND = {axis: f"ground {axis}" for axis in "xyz"}
@@ -38,8 +47,8 @@ def _choices() -> dict[str, frozenset[str]]:
             found[f"{end}_axle_force_{row}"] = axes[row] ^ {f"{end} action"}
             found[f"{end}_axle_moment_{row}"] = axes[row] ^ {f"{end} action", "sense"}
         found[f"{end}_frame_q0"] = {f"{end} -q"}
-        found[f"{end}_wheel_angle"] = {"rolling"}
-        found[f"{end}_wheel_omega_y"] = {"spin"}
+        # The rate is that of the angle, but for the pitch.
+        found[f"{end}_wheel_angle"] = found[f"{end}_wheel_omega_y"] = {"rolling"}
         found[f"{end}_normal_force"] = {"up", "floor action"}
         found[f"{end}_longitudinal_force"] = {"along", "floor action"}
         found[f"{end}_lateral_force"] = {"across", "floor action"}
@@ -54,6 +63,40 @@ def _choices() -> dict[str, frozenset[str]]:
 
 CHOICES: Mapping[str, frozenset[str]] = _choices()
 """By key of a column, the choices that turn it round; a column that is not here has one sign."""
+
+
+def odd_signs(report: Report) -> Iterator[Finding]:
+    """Signs that contradict each other, and senses that are likely to be an error."""
+    signs = {
+        key: places[0][1].as_understood.sign
+        for key, places in report.by_column().items()
+        if _has_sign(places)
+    }
+    for keys in contradictions(signs):
+        if len(keys) == 2:
+            what = f"{keys[0]} and {keys[1]} have opposite signs: one of them is turned round"
+        else:
+            what = f"{named(keys)} have signs that no axes give together: some are turned round"
+            what += ", or they are of an inverse attitude" if "frame_" in keys[0] else ""
+        yield warning("signs_disagree", what, columns=list(keys))
+    if keys := opposed(signs):
+        yield warning(
+            "senses_opposed",
+            "roll and steer have opposite senses: roll is positive to the left, steer to the "
+            "right. Right-handed axes give this only if one points backward and another down (with "
+            "x forward and z up it is steer that turns round): if yours are not so, one of the two "
+            "has a sign error",
+            columns=list(keys),
+        )
+
+
+def _has_sign(places: Sequence[Place]) -> bool:
+    """Whether most values are nearer to the reference than they would be with another sign."""
+    for _, c in places:
+        some = spread(len(c.trace.time), MOST_SAMPLED)
+        if median(np.abs(c.trace.error[some])) >= median(np.abs(c.trace.reference[some])):
+            return False
+    return True
 
 
 def contradictions(signs: Mapping[str, int]) -> list[tuple[str, ...]]:

@@ -1,22 +1,21 @@
 """Several programs side by side: each judged by itself, their errors in one table."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import repeat
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
-from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.errors import InputError
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring.alignment import Alignment, merge
-from heyoka_bike.scoring.column_score import ColumnScore
-from heyoka_bike.scoring.findings import Finding, Severity
+from heyoka_bike.scoring.findings import Finding, info, warning
 from heyoka_bike.scoring.reading.given import results_of, several
 from heyoka_bike.scoring.reading.source import ARRAY
-from heyoka_bike.scoring.report import Convergence, Run, Series
+from heyoka_bike.scoring.report import Run, Series
 from heyoka_bike.scoring.score import aligned, scored
+from heyoka_bike.scoring.series.convergence import columns_of, converge, nothing_shared
 
 _ARRAYS = repeat(ARRAY)
 
@@ -118,13 +117,15 @@ def side_by_side(
         Run(
             scored(merge([files[i] for i in group]), reference, require),
             None,
-            _total([cpu[i] for i in group]) if cpu is not None else None,
+            total([cpu[i] for i in group]) if cpu is not None else None,
             name,
         )
         for name, group in groups.items()
     )
-    errors = _errors(programs)
-    findings = (*_nothing_shared(errors), *_maneuvers(programs), *_definitions(programs))
+    # Programs have no step in common, and each its own digits: only the errors are side by side.
+    errors = tuple(replace(c, floor=None) for c in converge(programs))
+    nothing = nothing_shared(errors, "programs share: nothing is side by side")
+    findings = (*nothing, *_maneuvers(programs), *_definitions(programs))
     return Series(programs, errors, findings, is_one_program=False)
 
 
@@ -139,56 +140,10 @@ def _file_names(files: Sequence[Alignment]) -> list[str]:
     ]
 
 
-def _total(times: Sequence[float | None]) -> float | None:
+def total(times: Sequence[float | None]) -> float | None:
+    """Processor time of several files; None if that of one is not known."""
     known = [t for t in times if t is not None]
     return sum(known) if len(known) == len(times) else None
-
-
-def _columns(programs: Sequence[Run]) -> Mapping[tuple[int, str], list[ColumnScore | None]]:
-    """Each maneuver and column, with its score in each program."""
-    found: dict[tuple[int, str], list[ColumnScore | None]] = {}
-    for i, program in enumerate(programs):
-        for m in program.report.maneuvers:
-            for c in m.columns:
-                found.setdefault((m.maneuver, c.key), [None] * len(programs))[i] = c
-    order = list(COMPARED)
-    return dict(sorted(found.items(), key=lambda x: (x[0][0], order.index(x[0][1]))))
-
-
-def _errors(programs: Sequence[Run]) -> tuple[Convergence, ...]:
-    """Errors of every column that more than one program has; no orders are sought."""
-    found = []
-    for (maneuver, key), columns in _columns(programs).items():
-        known = [c for c in columns if c is not None]
-        if len(known) < 2:
-            continue
-        found.append(
-            Convergence(
-                maneuver=maneuver,
-                key=key,
-                unit=known[-1].unit,
-                definition=known[-1].as_understood.definition,
-                errors=tuple(
-                    None if c is None else c.as_understood.measures.max_abs_error for c in columns
-                ),
-                orders=(None,) * (len(programs) - 1),
-                richardson_error=None,
-                floor=None,
-            )
-        )
-    return tuple(found)
-
-
-def _nothing_shared(errors: Sequence[Convergence]) -> list[Finding]:
-    if errors:
-        return []
-    return [
-        Finding(
-            "no_shared_columns",
-            "no maneuver has a column that two of the programs share: nothing is side by side",
-            Severity.WARNING,
-        )
-    ]
 
 
 def _maneuvers(programs: Sequence[Run]) -> list[Finding]:
@@ -199,33 +154,24 @@ def _maneuvers(programs: Sequence[Run]) -> list[Finding]:
     if len(who) < 2:
         return []
     held = "; ".join(f"{', '.join(names)}: {numbers or 'none'}" for numbers, names in who.items())
-    return [
-        Finding(
-            "maneuvers_differ",
-            f"the programs cover different maneuvers ({held}), so that the digits of their worst "
-            "columns do not compare: look at the maneuvers that they share",
-            Severity.WARNING,
-            {"maneuvers": {program.name: list(program.report) for program in programs}},
-        )
-    ]
+    said = (
+        f"the programs cover different maneuvers ({held}), so that the digits of their worst "
+        "columns do not compare: look at the maneuvers that they share"
+    )
+    numbers = {program.name: list(program.report) for program in programs}
+    return [warning("maneuvers_differ", said, maneuvers=numbers)]
 
 
-def _definitions(programs: Sequence[Run]) -> list[Finding]:
+def _definitions(programs: Sequence[Run]) -> Iterator[Finding]:
     """Columns that the programs define in different ways: no error of any of them."""
     ways: dict[str, dict[str, list[str]]] = {}
-    for (_, key), columns in _columns(programs).items():
+    for (_, key), columns in columns_of(programs).items():
         for program, c in zip(programs, columns, strict=True):
             if c is not None and c.values:
-                who = ways.setdefault(key, {}).setdefault(c.as_understood.definition, [])
+                who = ways.setdefault(key, {}).setdefault(c.definition, [])
                 who += [program.name] * (program.name not in who)
-    return [
-        Finding(
-            "definitions_differ",
-            f"{key} is "
-            + "; ".join(f"{definition} in {', '.join(who)}" for definition, who in by.items())
-            + ": each is compared with its own definition, so this is no error",
-            evidence={"column": key, "definitions": by},
-        )
-        for key, by in ways.items()
-        if len(by) > 1
-    ]
+    for key, by in ways.items():
+        if len(by) > 1:
+            each = "; ".join(f"{definition} in {', '.join(who)}" for definition, who in by.items())
+            said = f"{key} is {each}: each is compared with its own definition, so this is no error"
+            yield info("definitions_differ", said, column=key, definitions=by)

@@ -24,15 +24,14 @@ from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import median
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring.alignment import Alignment, Part, merge
-from heyoka_bike.scoring.convergence import converge
 from heyoka_bike.scoring.definitions import Understanding, understand
-from heyoka_bike.scoring.falling import falling
-from heyoka_bike.scoring.findings import Finding, Severity
+from heyoka_bike.scoring.findings import Finding, warning
 from heyoka_bike.scoring.reading.given import results_of, several
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.report import Convergence, Report, Run, Series
 from heyoka_bike.scoring.score import aligned, scored
-from heyoka_bike.scoring.side_by_side import check_names, side_by_side
+from heyoka_bike.scoring.series.convergence import columns_of, converge, falling, nothing_shared
+from heyoka_bike.scoring.series.side_by_side import check_names, side_by_side, total
 
 # Steps that differ by less than this are the same for a program.
 _SAME_STEP = 1e-6
@@ -79,8 +78,8 @@ def score_series(
         See `scoring.score`; or steps or times that do not match the files.
     """
     known = load_reference(reference)
-    files = _files(several(results), known, steps, tolerances, cpu)
-    return _series(files, known, steps, tolerances, cpu, require)
+    told = {"step": steps, "tolerance": tolerances, "cpu": cpu}
+    return _series(_files(several(results), known, told), known, told, require)
 
 
 def score_files(
@@ -102,7 +101,8 @@ def score_files(
     """
     known = load_reference(reference)
     check_names(names, len(results))
-    files = _files(results, known, steps, tolerances, cpu)
+    told = {"step": steps, "tolerance": tolerances, "cpu": cpu}
+    files = _files(results, known, told)
     held = [p.number for a in files for p in a.parts]
     if len(set(held)) == len(held) and len(set(names or ())) < 2:
         return scored(merge(files), known, require)
@@ -112,24 +112,21 @@ def score_files(
         return side_by_side(files, known, names=names, cpu=cpu, require=require)
     if names is not None:
         raise InputError("name: found with runs of one program, expected it with several programs")
-    return _series(files, known, steps, tolerances, cpu, require)
+    return _series(files, known, told, require)
 
 
-def _files(
-    results: Sequence[Any],
-    reference: Reference,
-    steps: Sequence[float | None] | None,
-    tolerances: Sequence[float | None] | None,
-    cpu: Sequence[float | None] | None,
-) -> list[Alignment]:
+# Steps, tolerances and processor times of the files, by the name of the option.
+_Told = Mapping[str, Sequence[float | None] | None]
+
+
+def _files(results: Sequence[Any], reference: Reference, told: _Told) -> list[Alignment]:
     """The files laid beside the reference, once what is told of them fits them."""
-    for name, given in (("step", steps), ("tolerance", tolerances), ("cpu", cpu)):
+    for name, given in told.items():
         if given is None:
             continue
         if len(given) != len(results):
-            raise InputError(
-                f"{name}: found {len(given)} for {len(results)} files, expected as many"
-            )
+            count = f"{len(given)} for {len(results)} files"
+            raise InputError(f"{name}: found {count}, expected as many")
         if name != "tolerance" and not all(x is None or _SHORTEST <= x <= _LONGEST for x in given):
             raise InputError(
                 f"{name}: found {list(given)}, expected positive numbers of seconds, "
@@ -139,19 +136,13 @@ def _files(
 
 
 def _series(
-    files: Sequence[Alignment],
-    known: Reference,
-    steps: Sequence[float | None] | None,
-    tolerances: Sequence[float | None] | None,
-    cpu: Sequence[float | None] | None,
-    require: str | Sequence[str],
+    files: Sequence[Alignment], known: Reference, told: _Told, require: str | Sequence[str]
 ) -> Series:
-    unknown: list[float | None] = [None] * len(files)
-    if steps is None:
-        sizes = [_rows_apart(a) for a in files] if tolerances is None else unknown
-    else:
-        sizes = list(steps)
-    runs = _runs(files, sizes, tolerances or unknown, cpu or unknown)
+    unknown: Sequence[float | None] = [None] * len(files)
+    steps, tolerances, cpu = told["step"], told["tolerance"], told["cpu"]
+    is_told = steps is not None or tolerances is not None
+    apart = unknown if is_told else [_rows_apart(a) for a in files]
+    runs = _runs(files, steps or apart, tolerances or unknown, cpu or unknown)
     findings: list[Finding] = []
     if not _are_unknown([run.step for run in runs]):
         runs.sort(key=lambda run: -(run.step or 0.0))
@@ -160,20 +151,15 @@ def _series(
         if not _are_unknown([run.tolerance for run in runs]):
             runs.sort(key=lambda run: -(run.tolerance or 0.0))
         elif steps is None or any(step is not None for step in steps) or tolerances is not None:
-            why = (
-                "the rows of several files are equally far apart"
-                if steps is tolerances is None
-                else "several files are given as alike"
+            why = "several files are given as alike"
+            if not is_told:
+                why = "the rows of several files are equally far apart"
+            said = (
+                f"{why}, so the step sizes do not tell the runs apart; give those of the "
+                "integrator (--step) to see the order of convergence, or the tolerances of its "
+                "solver (--tolerance)"
             )
-            findings.append(
-                Finding(
-                    "steps_unknown",
-                    f"{why}, so the step sizes do not tell the runs apart; give those of the "
-                    "integrator (--step) to see the order of convergence, or the tolerances of "
-                    "its solver (--tolerance)",
-                    Severity.WARNING,
-                )
-            )
+            findings.append(warning("steps_unknown", said))
     understood = [understand(run.alignment.parts) for run in runs]
     found = _score(runs, understood, known, require)
     convergence = converge(found)
@@ -183,7 +169,7 @@ def _series(
     if _definitions(understood_better) != _definitions(understood):
         found = _score(runs, understood_better, known, require)
         convergence = converge(found)
-    findings += _nothing_shared(convergence)
+    findings += nothing_shared(convergence, "files share; those of one run go in one file")
     findings += _disagreement(found)
     findings += falling(found, convergence)
     return Series(found, convergence, tuple(findings))
@@ -214,31 +200,27 @@ def _are_unknown(steps: Sequence[float | None]) -> bool:
     return len(known) < len(steps) or any(b - a <= _SAME_STEP * b for a, b in pairwise(known))
 
 
-def _runs(
-    files: Sequence[Alignment],
-    steps: Sequence[float | None],
-    tolerances: Sequence[float | None],
-    cpu: Sequence[float | None],
-) -> list[_Sized]:
+def _runs(files: Sequence[Alignment], *sizes: Sequence[float | None]) -> list[_Sized]:
     """Files of different maneuvers and the same step or tolerance belong to one run."""
-    groups: list[list[int]] = []
-    for i, a in enumerate(files):
-        for group in groups:
-            held = {p.number for j in group for p in files[j].parts}
-            alike = any(_same(sizes[i], sizes[group[0]]) for sizes in (steps, tolerances))
-            if alike and not held & {p.number for p in a.parts}:
-                group.append(i)
-                break
-        else:
-            groups.append([i])
-    runs: list[_Sized] = []
-    for group in groups:
-        times = [cpu[i] for i in group]
-        total = None if None in times else sum(t for t in times if t is not None)
-        first = group[0]
-        merged = merge([files[i] for i in group])
-        runs.append(_Sized(merged, steps[first], tolerances[first], total))
-    return runs
+    groups: list[list[_Sized]] = []
+    for one in (_Sized(*x) for x in zip(files, *sizes, strict=True)):
+        group = next((g for g in groups if _belongs(one, g)), None)
+        if group is None:
+            groups.append(group := [])
+        group.append(one)
+    return [
+        group[0]._replace(
+            alignment=merge([run.alignment for run in group]),
+            cpu=total([run.cpu for run in group]),
+        )
+        for group in groups
+    ]
+
+
+def _belongs(one: _Sized, group: Sequence[_Sized]) -> bool:
+    held = {p.number for run in group for p in run.alignment.parts}
+    is_alike = _same(one.step, group[0].step) or _same(one.tolerance, group[0].tolerance)
+    return is_alike and not held & {p.number for p in one.alignment.parts}
 
 
 def _same(a: float | None, b: float | None) -> bool:
@@ -297,60 +279,32 @@ def _score(
 def _extrapolate(runs: Sequence[_Sized], convergence: Sequence[Convergence]) -> list[Part]:
     """Richardson extrapolation of the two finest runs, at the times that both have."""
     orders = [c.orders[-1] for c in convergence if c.orders[-1] is not None]
-    if len(runs) < 2:
-        return []
-    coarse, fine = (run.alignment for run in runs[-2:])
-    step, next_step = (run.step for run in runs[-2:])
     order = round(float(median(orders))) if orders else 0
-    if order < 1 or step is None or next_step is None:
+    coarse, fine = (runs[-2], runs[-1]) if len(runs) > 1 else (None, None)
+    if order < 1 or not (coarse and coarse.step and fine and fine.step):
         return []
-    weight = 1.0 / ((step / next_step) ** order - 1.0)
+    weight = 1.0 / ((coarse.step / fine.step) ** order - 1.0)
+    by_number = {p.number: p for p in coarse.alignment.parts}
     parts = []
-    by_number = {p.number: p for p in coarse.parts}
-    for b in fine.parts:
-        a = by_number.get(b.number)
-        if a is None:
-            continue
+    for b in fine.alignment.parts:
+        a = by_number.get(b.number, b.only(()))
         time, i, j = np.intersect1d(a.time, b.time, return_indices=True)
-        values = {
-            key: b.values[key][j] + weight * (b.values[key][j] - a.values[key][i])
-            for key in b.values
-            if key in a.values
-        }
+        shared = a.values.keys() & b.values.keys()
+        values = {k: b.values[k][j] + weight * (b.values[k][j] - a.values[k][i]) for k in shared}
         if 2 * len(time) >= len(a.time) and values:
             parts.append(replace(b, time=time, time_lo=b.time_lo[j], values=values, lo={}))
     return parts
 
 
-def _nothing_shared(convergence: Sequence[Convergence]) -> list[Finding]:
-    if convergence:
-        return []
-    return [
-        Finding(
-            "no_shared_columns",
-            "no maneuver has a column that two of the files share; those of one run go in one file",
-            Severity.WARNING,
-        )
-    ]
-
-
 def _disagreement(runs: Sequence[Run]) -> list[Finding]:
     """Columns that are taken in different ways: perhaps the files are not of one program."""
     taken: dict[str, set[tuple[str, int, str]]] = {}
-    for run in runs:
-        for m in run.report.maneuvers:
-            for c in m.columns:
-                u = c.as_understood
-                taken.setdefault(c.key, set()).add((u.definition, u.sign, u.unit))
+    for (_, key), columns in columns_of(runs).items():
+        ways = (c.as_understood for c in columns if c is not None)
+        taken.setdefault(key, set()).update((u.definition, u.sign, u.unit) for u in ways)
     different = [key for key, ways in taken.items() if len(ways) > 1]
-    if not different:
-        return []
-    return [
-        Finding(
-            "definitions_differ",
-            f"{', '.join(different)} of these files have different definitions, signs or units; "
-            "are they of one program?",
-            Severity.WARNING,
-            {"columns": different},
-        )
-    ]
+    said = (
+        f"{', '.join(different)} of these files have different definitions, signs or units; are "
+        "they of one program?"
+    )
+    return [warning("definitions_differ", said, columns=different)] if different else []
