@@ -21,7 +21,8 @@ from support.texts_apart import assert_texts_are_apart  # noqa: E402
 from heyoka_bike.showing.figures import eigenvalues, phase  # noqa: E402
 from heyoka_bike.showing.figures.style import render  # noqa: E402
 
-FORMATS = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}
+# SVG first: a layout depends on what it was drawn for before.
+FORMATS = {"svg": b"<?xml", "png": b"\x89PNG", "pdf": b"%PDF"}
 ANCHORS = Path(__file__).parents[1] / "anchors"
 
 
