@@ -12,6 +12,7 @@ from heyoka_bike.commands.options import add_formats, add_maneuver, add_output, 
 from heyoka_bike.commands.printing import complain, print_text
 from heyoka_bike.commands.result_files import STANDARD_INPUT, add_columns, maneuvers_of, read
 from heyoka_bike.errors import Exit, InputError
+from heyoka_bike.scoring.reading.formats import listed
 from heyoka_bike.showing.formats.output import FORMATS, SUFFIXES, WIDTH, render
 from heyoka_bike.system.console import has_colors, progress_bar
 
@@ -32,9 +33,9 @@ def add_parser(subparsers: Any) -> None:
             "(time, then for each maneuver roll angle, roll angular velocity, forward speed, "
             "potential, kinetic and mechanical energy, steer angle, steer velocity), or 9 of one "
             "maneuver, in SI units; or a line of column names, which may be any of the eight and "
-            "of those of motion.h5 (yaw, com_z, rear_normal_force). Text with any separators, "
-            "headers and comments, JSON, .npy, .npz, .mat, netCDF, HDF5, .xlsx (with openpyxl), "
-            "Parquet (with pyarrow), gzip of these; - is standard input. The definition, unit, "
+            "of those of motion.h5 (yaw, com_z, rear_normal_force). Formats are "
+            f"{listed('and', with_packages=True)}, gzip of these; text has any separators, "
+            "headers and comments; - is standard input. The definition, unit, "
             "sign and zero of each column are recognised, and said. Several files are several "
             "programs, shown side by side, unless they hold different maneuvers of one run. With "
             "--step or --tolerance they are runs of one program, and show how its error falls; a "

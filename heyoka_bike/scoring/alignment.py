@@ -212,16 +212,18 @@ def spread(count: int, most: int) -> NDArray[np.intp]:
 def _with_their_columns(results: Results, reference: Reference) -> tuple[Results, Reference]:
     """The reference with all columns of the results, without those that it does not have."""
     written = {key for rows in results.maneuvers for key in rows.values}
-    unknown = [key for key in COMPARED if key in written and key not in reference[1].columns]
-    if not unknown:
+    if written <= reference[1].definitions.keys():
         return results, reference
     whole = reference.with_motion()
-    if whole is not None:
-        return results, whole
+    lacks = f"no {MOTION}" if whole is None else "no such columns"
+    reference = whole or reference
+    unknown = [key for key in COMPARED if key in written - reference[1].definitions.keys()]
+    if not unknown:
+        return results, reference
     known = written - set(unknown)
     finding = Finding(
         "columns_without_reference",
-        f"{', '.join(unknown)}: left out, for the reference in {reference.folder} has no {MOTION}",
+        f"{', '.join(unknown)}: left out, for the reference in {reference.folder} has {lacks}",
         Severity.WARNING,
         {"columns": unknown},
     )

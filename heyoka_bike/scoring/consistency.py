@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from heyoka_bike.bicycle.columns import DEFINITIONS, RATE_OF
+from heyoka_bike.bicycle.columns import RATE_OF
 from heyoka_bike.numbers.double import median, two_sum
 from heyoka_bike.reference.load import ReferenceManeuver
 from heyoka_bike.scoring.alignment import Part
@@ -105,9 +105,10 @@ def _distance_left_open(
     reference: ReferenceManeuver, rate: ColumnScore, angle: ColumnScore
 ) -> float:
     """How far apart the rates are that the two columns may honestly mean, rms [rad/s]."""
-    rate_of_angle = {of: definition for (_, definition), of in RATE_OF.items()}
-    names = {c.definition: c.name for c in DEFINITIONS[rate.key]}
+    names = {c.definition: c.name for c in reference.definitions[rate.key]}
+    angles = {(angle.key, other) for other in angle.indistinguishable}
     meant = list(rate.indistinguishable)
-    meant += [rate_of_angle[angle.key, other] for other in angle.indistinguishable]
+    # A set may have an angle and not its rate.
+    meant += [d for (_, d), of in RATE_OF.items() if of in angles and d in names]
     chosen = reference.rows[names[rate.as_understood.definition]]
     return max((rms(reference.rows[names[other]] - chosen) for other in meant), default=0.0)

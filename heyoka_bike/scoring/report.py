@@ -11,7 +11,7 @@ from heyoka_bike.errors import unknown_word
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.findings import Finding
-from heyoka_bike.scoring.reading.column_names import recognise
+from heyoka_bike.scoring.reading.names.columns import recognise
 from heyoka_bike.scoring.scored import Scored
 
 if TYPE_CHECKING:

@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.numbers.double import Array, Double, add, median, two_sum
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.reference.manifest import CUSTOM
@@ -194,7 +193,8 @@ def _energy(
 
 def _score_columns(part: Part, understood: Mapping[str, Understanding]) -> tuple[ColumnScore, ...]:
     """Verdicts on the columns, in the benchmark's order."""
-    keys = [key for key in COMPARED if key in part.values]
+    definitions = part.reference.definitions
+    keys = [key for key in definitions if key in part.values]
     # Without a usable value nothing is understood of a column.
     understood = {key: understood.get(key) or plain(key) for key in keys}
     written = {key: _double(part, key) for key in keys}
@@ -204,7 +204,7 @@ def _score_columns(part: Part, understood: Mapping[str, Understanding]) -> tuple
     as_written = [Candidate(written[key], key) for key in moved]
     found = errors(part, best + as_written)
     of_written = dict(zip(moved, found[len(best) :], strict=True))
-    others = [(key, c) for key in keys for c in COMPARED[key] if c is not understood[key].column]
+    others = [(key, c) for key in keys for c in definitions[key] if c is not understood[key].column]
     far = largest_errors(part, [Candidate(si[key], c.name) for key, c in others])
     alternatives: dict[str, list[Alternative]] = {key: [] for key in keys}
     for (key, c), distance in zip(others, far, strict=True):

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED, LATERAL
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, LATERAL
 from heyoka_bike.scoring.alignment import Alignment, Part
 from heyoka_bike.scoring.findings import Finding, Severity
 
@@ -85,7 +85,7 @@ def _runs_straight(part: Part) -> bool:
 
 def _should_vary(part: Part, key: str, number: float) -> bool:
     """Whether no definition of the quantity is one number, as far as the digits written show."""
-    names = [c.name for c in COMPARED[key]]
+    names = [c.name for c in part.reference.definitions[key]]
     rows = part.time[part.sample()]
     quantum = part.quantum.get(key)
     for name, expected in part.reference.approximate(rows, names).items():

@@ -57,7 +57,7 @@ def promising(
     times : sequence of ndarray
         Of the rows of each maneuver [s].
     """
-    names = [c.name for key in BENCHMARK_COLUMNS for c in DEFINITIONS[key]]
+    names = [c.name for key in BENCHMARK_COLUMNS for c in DEFINITIONS[key] if c.name in correct[0]]
     place = {name: i for i, name in enumerate(names)}
     base = _joined(correct, names, times)
     made = np.stack([_joined(r.expected, names, times) for r in alone])
