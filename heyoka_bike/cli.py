@@ -49,7 +49,7 @@ def _epilog() -> str:
     return f"exit codes:\n{codes}\nenvironment:\n{variables}"
 
 
-class _Parser(argparse.ArgumentParser):
+class _CommandParser(argparse.ArgumentParser):
     """argparse, with one line and exit code 1 for a usage error, and what may have been meant."""
 
     def error(self, message: str) -> NoReturn:
@@ -73,7 +73,7 @@ class _Parser(argparse.ArgumentParser):
 
 def parser(commands: Iterable[str] = COMMANDS) -> argparse.ArgumentParser:
     """The parser of the command line, of all commands or of some."""
-    top = _Parser(
+    top = _CommandParser(
         prog="heyoka-bike",
         description='Reference solutions for the IFToMM benchmark "Uncontrolled bicycle".',
         epilog=_epilog(),

@@ -5,7 +5,7 @@ defining them, and honest programs differ. Each column here has one default defi
 alternates, stored as ``<key>_<definition>``. How they follow from the state is in `outputs`.
 """
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 
 from heyoka_bike.bicycle.column import Column
 from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
@@ -108,12 +108,22 @@ BENCHMARK_COLUMNS: tuple[str, ...] = tuple(c.name for c in COLUMNS[:8])
 LATERAL = ("roll_angle", "roll_rate", "steer_angle", "steer_rate")
 """Columns of the benchmark that are zero upright and straight."""
 
-COMPARED: Mapping[str, tuple[Column, ...]] = {
-    column.key: tuple(c for c in (*COLUMNS, *MOTION_COLUMNS) if c.key == column.key)
-    for column in (*COLUMNS, *MOTION_COLUMNS)
-}
+
+def definitions_among(names: Container[str]) -> dict[str, tuple[Column, ...]]:
+    """The columns of these names, as the definitions of each key, the default first."""
+    found: dict[str, tuple[Column, ...]] = {}
+    for column in (*COLUMNS, *MOTION_COLUMNS):
+        if column.name in names:
+            found[column.key] = (*found.get(column.key, ()), column)
+    return found
+
+
+COMPARED: Mapping[str, tuple[Column, ...]] = definitions_among(
+    {column.name for column in (*COLUMNS, *MOTION_COLUMNS)}
+)
 """The definitions of every column that results are compared in, the default first: those of the
-benchmark, then what a file may have besides by name, of `COLUMNS` and of `MOTION_COLUMNS`."""
+benchmark, then what a file may have besides by name, of `COLUMNS` and of `MOTION_COLUMNS`. All that
+this version knows: those of a set are `ReferenceManeuver.definitions`."""
 
 DEFINITIONS: Mapping[str, tuple[Column, ...]] = {key: COMPARED[key] for key in BENCHMARK_COLUMNS}
 """The definitions of each column of the benchmark, the default first."""

@@ -1,19 +1,19 @@
 """A TOML file that knows where its entries stand, so that an error can name line and column.
 
 `tomllib` decides what is valid; it does not say where things were. When an error is to be reported,
-and only then, a lenient scanner walks over the text and notes the position of each entry.
+and only then, the text is cut into its statements: ``[table]``, ``[[table]]`` and ``key = value``.
+What is inside a value is placed where the value begins.
 """
 
 from __future__ import annotations
 
-import contextlib
 import difflib
 import re
 import stat
 import tomllib
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from heyoka_bike.errors import InputError, printable, quoted
 from heyoka_bike.numbers.exact import Exact
@@ -24,7 +24,6 @@ Where = tuple[str | int, ...]
 _MAX_BYTES = 200_000
 # tomllib's time grows with the square of the parts of a dotted key; a short line bounds them.
 _MAX_LINE = 2000
-_MAX_DEPTH = 50
 _WIDE = (b"\xff\xfe", b"\xfe\xff")
 
 
@@ -155,11 +154,11 @@ class TomlSource:
         """Line and column of an entry's value, of its first part, or of the table around it."""
         if self.path is None:
             return None, None
-        places = _Scanner(self.text).places()
+        statements = list(_statements(self.text))
         for length in range(len(where), 0, -1):
             wanted = where[:length]
-            exact = (at for path, at in places if path == wanted)
-            inside = (at for path, at in places if path[:length] == wanted)
+            exact = (x.value for x in statements if x.path == wanted)
+            inside = (x.value for x in statements if x.path[:length] == wanted)
             at = next(exact, next(inside, None))
             if at is not None:
                 return self._line_and_column(at)
@@ -167,6 +166,10 @@ class TomlSource:
 
     def _line_and_column(self, at: int) -> tuple[int, int]:
         return self.text.count("\n", 0, at) + 1, at - self.text.rfind("\n", 0, at)
+
+    def _error_at(self, message: str, at: int) -> InputError:
+        line, column = self._line_and_column(at)
+        return InputError(message, file=self.path, line=line, column=column)
 
     def _read(self, path: Path) -> bytes:
         try:
@@ -196,37 +199,26 @@ class TomlSource:
             return raw.decode("utf-8-sig").replace("\r\n", "\n")
         except UnicodeDecodeError as e:
             # e.object is the input after the byte order mark, should there be one.
-            before = e.object[: e.start].decode("utf-8").replace("\r\n", "\n")
-            raise InputError(
-                f"found byte 0x{e.object[e.start]:02x}, expected UTF-8 text",
-                file=self.path,
-                line=before.count("\n") + 1,
-                column=len(before) - before.rfind("\n"),
-            ) from None
+            self.text = e.object[: e.start].decode("utf-8").replace("\r\n", "\n")
+            message = f"found byte 0x{e.object[e.start]:02x}, expected UTF-8 text"
+            raise self._error_at(message, len(self.text)) from None
 
     def _check_lines(self) -> None:
-        for number, line in enumerate(self.text.split("\n"), start=1):
+        at = 0
+        for line in self.text.split("\n"):
             if len(line) > _MAX_LINE:
-                raise InputError(
-                    f"found a line of {len(line)} characters, expected at most {_MAX_LINE}",
-                    file=self.path,
-                    line=number,
-                    column=_MAX_LINE + 1,
-                )
+                message = f"found a line of {len(line)} characters, expected at most {_MAX_LINE}"
+                raise self._error_at(message, at + _MAX_LINE)
+            at += len(line) + 1
 
     def _parse(self) -> None:
         try:
             self.tree = tomllib.loads(self.text, parse_float=UnquotedDecimal)
         except RecursionError:
-            scanner = _Scanner(self.text)
-            scanner.places()
-            line, column = self._line_and_column(scanner.start)
-            raise InputError(
-                "found values nested too deeply, expected numbers and text",
-                file=self.path,
-                line=line,
-                column=column,
-            ) from None
+            nothing = _Statement((), 0, 0, 0)
+            deepest = max(_statements(self.text), key=lambda x: x.brackets, default=nothing)
+            message = "found values nested too deeply, expected numbers and text"
+            raise self._error_at(message, deepest.start) from None
         except ValueError as e:
             raise self._syntax_error(str(e)) from None
 
@@ -239,28 +231,22 @@ class TomlSource:
                 lines = self.text.split("\n")
                 at = sum(len(line) + 1 for line in lines[: int(place[1]) - 1]) + int(place[2]) - 1
         first: dict[Where, int] = {}
-        for path, start in _Scanner(self.text).places():
-            if start > at:
+        for x in _statements(self.text):
+            if x.value > at:
                 break
-            if path in first:
-                line, column = self._line_and_column(start)
-                return InputError(
-                    f"found {quoted(str(path[-1]))} a second time, expected it once "
-                    f"(first in line {self._line_and_column(first[path])[0]})",
-                    file=self.path,
-                    line=line,
-                    column=column,
+            if x.path in first:
+                return self._error_at(
+                    f"found {quoted(str(x.path[-1]))} a second time, expected it once "
+                    f"(first in line {self._line_and_column(first[x.path])[0]})",
+                    x.value,
                 )
-            first[path] = start
-        line, column = self._line_and_column(at)
+            first[x.path] = x.value
+        if twice := re.match(r"Duplicate inline table key ('.*')", what):
+            message = f"found {printable(twice[1])} a second time, expected it once"
+            return self._error_at(message, at)
         rest = self.text[at:].partition("\n")[0]
         found = quoted(rest) if rest else "the end of the line"
-        return InputError(
-            f"found {found}, expected valid TOML ({printable(what[:100])})",
-            file=self.path,
-            line=line,
-            column=column,
-        )
+        return self._error_at(f"found {found}, expected valid TOML ({printable(what[:100])})", at)
 
 
 def kind(value: object) -> str:
@@ -281,134 +267,81 @@ def _printable_path(path: str | Path) -> str:
     return shown if len(shown) <= 1000 else f"{shown[:500]}...{shown[-400:]}"
 
 
+_PART = r"""(?:[A-Za-z0-9_-]+|"(?:\\.|[^"\\\n])*"|'[^'\n]*')"""
+_KEY = rf"{_PART}(?:[ \t]*\.[ \t]*{_PART})*"
+_HEADER = re.compile(rf"(\[\[?)[ \t]*({_KEY})")
+_PAIR = re.compile(rf"({_KEY})[ \t]*=[ \t]*")
 _BLANK = re.compile(r"(?:[ \t\r\n]|#[^\n]*)*")
-_SPACE = re.compile(r"[ \t]*")
-_DOT = re.compile(r"[ \t]*\.[ \t]*")
-_PART = re.compile(r"[A-Za-z0-9_-]+|\"(?:\\.|[^\"\\\n])*\"|'[^'\n]*'")
-_STRING = re.compile(
+# Strings and comments, in which nothing counts; brackets; ends of lines; all else.
+_TOKEN = re.compile(
     r'"""(?:\\.|[^\\])*?"""+'
     r"|'''.*?'''+"
     r'|"(?:\\.|[^"\\\n])*"'
-    r"|'[^'\n]*'",
+    r"|'[^'\n]*'"
+    r"|#[^\n]*|[\[\]{}\n]|[^\[\]{}\n\"'#]+|.",
     re.DOTALL,
 )
-_WORD = re.compile(r"[^\s,\]}#=][^,\]}#\n]*")
 
 
-class _UnreadableError(Exception):
-    """The text stops being TOML here."""
+class _Statement(NamedTuple):
+    """A table's header, or a key with its value."""
+
+    path: Where
+    start: int
+    value: int
+    brackets: int
 
 
-class _Scanner:
-    """Paths of the entries of a TOML text and where their values start, in the text's order.
+def _statements(text: str) -> Iterator[_Statement]:
+    """The statements of a TOML text in its order, as far as it makes sense.
 
-    Made for text that tomllib has read or refused: it judges nothing, and stops where the text
-    stops making sense or is nested deeper than any file should be.
+    Made for text that tomllib has read or refused: nothing is judged.
     """
-
-    def __init__(self, text: str) -> None:
-        self.text = text
-        self.at = 0
-        self.start = 0
-        self.depth = 0
-        self.found: list[tuple[Where, int]] = []
-
-    def places(self) -> list[tuple[Where, int]]:
-        with contextlib.suppress(_UnreadableError):
-            self._document()
-        return self.found
-
-    def _document(self) -> None:
-        table: Where = ()
-        elements: dict[Where, int] = {}
-        while not self._ends():
-            self.start = self.at
-            if not self._take("["):
-                self._pair(table)
-                continue
-            is_element = self._take("[")
+    table: Where = ()
+    elements: dict[Where, int] = {}
+    at = _end(_BLANK, text, 0)
+    while at < len(text):
+        if header := _HEADER.match(text, at):
             table = ()
-            for part in self._key():
+            for part in _parts(header[2]):
                 # A key through an array of tables means its latest table.
                 if table in elements:
                     table = (*table, elements[table])
                 table = (*table, part)
-            if is_element:
+            if header[1] == "[[":
                 elements[table] = elements.get(table, -1) + 1
                 table = (*table, elements[table])
-            self.found.append((table, self.start))
-            self._skip(_SPACE)
-            if not self._take("]]" if is_element else "]"):
-                raise _UnreadableError
-
-    def _pair(self, table: Where) -> None:
-        key = self._key()
-        self._skip(_SPACE)
-        if not self._take("="):
-            raise _UnreadableError
-        self._skip(_SPACE)
-        path = (*table, *key)
-        self.found.append((path, self.at))
-        self._value(path)
-
-    def _value(self, path: Where) -> None:
-        self.depth += 1
-        if self.depth > _MAX_DEPTH:
-            raise _UnreadableError
-        if self._take("["):
-            index = 0
-            while not (self._ends() or self._take("]")):
-                self.found.append(((*path, index), self.at))
-                self._value((*path, index))
-                self._skip(_BLANK)
-                index += 1
-                self._take(",")
-        elif self._take("{"):
-            while not (self._ends() or self._take("}")):
-                self._pair(path)
-                self._skip(_BLANK)
-                self._take(",")
+            path, value, end = table, at, header.end()
+        elif pair := _PAIR.match(text, at):
+            path, value = (*table, *_parts(pair[1])), pair.end()
+            end = value
         else:
-            match = _STRING.match(self.text, self.at) or _WORD.match(self.text, self.at)
-            if match is None:
-                raise _UnreadableError
-            self.at = match.end()
-        self.depth -= 1
-
-    def _key(self) -> tuple[str, ...]:
-        parts = []
-        while True:
-            self._skip(_SPACE)
-            part = _PART.match(self.text, self.at)
-            if part is None:
-                raise _UnreadableError
-            self.at = part.end()
-            parts.append(_plain(part[0]))
-            dot = _DOT.match(self.text, self.at)
-            if dot is None:
-                return tuple(parts)
-            self.at = dot.end()
-
-    def _ends(self) -> bool:
-        self._skip(_BLANK)
-        return self.at == len(self.text)
-
-    def _skip(self, what: re.Pattern[str]) -> None:
-        match = what.match(self.text, self.at)
-        self.at = match.end() if match else self.at
-
-    def _take(self, sign: str) -> bool:
-        if not self.text.startswith(sign, self.at):
-            return False
-        self.at += len(sign)
-        return True
+            return
+        depth = brackets = 0
+        tables: list[int] = []
+        for token in _TOKEN.finditer(text, value):
+            end = token.end()
+            depth += (token[0] in "[{") - (token[0] in "]}")
+            brackets += token[0] in "[{"
+            if token[0] == "{" and depth == 2:
+                tables.append(token.start())
+            if token[0] == "\n" and depth <= 0:
+                break
+        yield _Statement(path, at, value, brackets)
+        # Tables in an array may begin on lines of their own.
+        yield from (_Statement((*path, i), x, x, 0) for i, x in enumerate(tables))
+        at = _end(_BLANK, text, end)
 
 
-def _plain(part: str) -> str:
-    """A part of a key without its quotes and escapes."""
-    if part[0] not in "\"'":
-        return part
-    try:
-        return next(iter(tomllib.loads(f"{part} = 0")))
-    except tomllib.TOMLDecodeError:
-        return part
+def _end(pattern: re.Pattern[str], text: str, at: int) -> int:
+    match = pattern.match(text, at)
+    return at if match is None else match.end()
+
+
+def _parts(key: str) -> Iterator[str]:
+    """The parts of a key, without quotes and escapes."""
+    for part in re.findall(_PART, key):
+        try:
+            yield next(iter(tomllib.loads(f"{part} = 0")))
+        except tomllib.TOMLDecodeError:
+            yield part

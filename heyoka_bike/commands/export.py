@@ -66,8 +66,7 @@ def _digits(args: argparse.Namespace) -> int:
         raise InputError("--digits: expected with --format csv only")
     if args.digits not in DIGITS:
         raise InputError(f"--digits: found {args.digits}, expected {' or '.join(map(str, DIGITS))}")
-    number: int = args.digits
-    return number
+    return int(args.digits)
 
 
 def _place(output: str, suffixes: tuple[str, ...]) -> tuple[Path, str]:

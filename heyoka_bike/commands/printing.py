@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from heyoka_bike.reference.verification.checks import Check
     from heyoka_bike.showing.document import Block, Cell, TableColumn
 
+_WIDTH = 120  # of checks that go to a file or a pipe
 _RESULT = {True: ("ok", "passed"), False: ("FAILED", "failed"), None: ("not made", "unmade")}
 
 
@@ -23,23 +24,24 @@ def print_text(text: str) -> None:
         print(text.encode(encoding, "replace").decode(encoding))
 
 
-def print_blocks(*blocks: Block) -> None:
-    """Print blocks of a document, as wide as the terminal."""
+def print_blocks(*blocks: Block, width: int | None = None) -> None:
+    """Print blocks of a document, as wide as the terminal, or so wide to a file or a pipe."""
     from heyoka_bike.showing.document.text import render
     from heyoka_bike.system.console import has_colors
 
-    print_text(render(blocks, has_colors=has_colors(sys.stdout.isatty())))
+    is_terminal = sys.stdout.isatty()
+    print_text(render(blocks, None if is_terminal else width, has_colors(is_terminal)))
 
 
 def print_table(
     columns: Sequence[str | TableColumn], rows: Sequence[Sequence[str | Cell]], *,
-    title: str = "", left: int = 1, group: int = 0,
+    title: str = "", left: int = 1, group: int = 0, width: int | None = None,
 ) -> None:  # fmt: skip
-    """Print one table; see `TableBlock`."""
+    """Print one table; see `TableBlock` and `print_blocks`."""
     from heyoka_bike.showing.document import Chapter, TableBlock
 
     table = TableBlock(columns, rows, left=left, group=group)
-    print_blocks(Chapter(title, (table,)) if title else table)
+    print_blocks(Chapter(title, (table,)) if title else table, width=width)
 
 
 def print_json(document: Mapping[str, object]) -> None:
@@ -59,7 +61,9 @@ def print_checks(title: str, checks: Sequence[Check]) -> None:
         text, style = _RESULT[c.passed]
         result = Cell(text, style=style)
         rows.append((c.check, c.file, result, str(c.evidence["values"]), c.message))
-    print_table(("check", "file", "result", "values", said), rows, title=title, left=3)
+    print_table(
+        ("check", "file", "result", "values", said), rows, title=title, left=3, width=_WIDTH
+    )
 
 
 def complain(line: str) -> None:

@@ -12,13 +12,13 @@ from heyoka_bike.commands.options import add_formats, add_maneuver, add_output, 
 from heyoka_bike.commands.printing import complain, print_text
 from heyoka_bike.commands.result_files import STANDARD_INPUT, add_columns, maneuvers_of, read
 from heyoka_bike.errors import Exit, InputError
+from heyoka_bike.scoring.reading.formats import listed
 from heyoka_bike.showing.formats.output import FORMATS, SUFFIXES, WIDTH, render
 from heyoka_bike.system.console import has_colors, progress_bar
 
 if TYPE_CHECKING:
     from heyoka_bike.reference.load import Reference
     from heyoka_bike.scoring.report import Report, Series
-    from heyoka_bike.showing.formats.origin import Origin
 
 _ROWS = "rows"
 
@@ -33,9 +33,9 @@ def add_parser(subparsers: Any) -> None:
             "(time, then for each maneuver roll angle, roll angular velocity, forward speed, "
             "potential, kinetic and mechanical energy, steer angle, steer velocity), or 9 of one "
             "maneuver, in SI units; or a line of column names, which may be any of the eight and "
-            "of those of motion.h5 (yaw, com_z, rear_normal_force). Text with any separators, "
-            "headers and comments, JSON, .npy, .npz, .mat, netCDF, HDF5, .xlsx (with openpyxl), "
-            "Parquet (with pyarrow), gzip of these; - is standard input. The definition, unit, "
+            "of those of motion.h5 (yaw, com_z, rear_normal_force). Formats are "
+            f"{listed('and', with_packages=True)}, gzip of these; text has any separators, "
+            "headers and comments; - is standard input. The definition, unit, "
             "sign and zero of each column are recognised, and said. Several files are several "
             "programs, shown side by side, unless they hold different maneuvers of one run. With "
             "--step or --tolerance they are runs of one program, and show how its error falls; a "
@@ -115,6 +115,7 @@ def run(args: argparse.Namespace) -> int:
     from heyoka_bike.scoring import requirements
     from heyoka_bike.scoring.series import score_files
     from heyoka_bike.showing.formats.origin import origin
+    from heyoka_bike.showing.wording import reports
     from heyoka_bike.system.files import refuse_overwriting, write_output
 
     on_screen, written = _outputs(args)
@@ -136,11 +137,13 @@ def run(args: argparse.Namespace) -> int:
     for path, name in written:
         write_output(path, render(scored, name, made).encode())
     if on_screen is not None:
-        print_text(_on_screen(scored, on_screen, made))
-    if not scored.passed:
-        _complain(scored)
-        return Exit.CHECK_FAILED
-    return Exit.OK
+        is_terminal = sys.stdout.isatty()
+        width, colors = None if is_terminal else WIDTH, has_colors(is_terminal)
+        print_text(render(scored, on_screen, made, width=width, has_colors=colors))
+    unmet = [(r, x) for r in reports(scored) for x in r.requirements if not x.met]
+    for report, required in unmet:
+        complain(f"{report.file.path}: required {required.text}, found {required.message}")
+    return Exit.OK if scored.passed else Exit.CHECK_FAILED
 
 
 def _diagnosed(scored: Report | Series, reference: Reference) -> Report:
@@ -202,7 +205,7 @@ _Numbers = list[float | None] | None
 def _inputs(args: argparse.Namespace) -> tuple[list[str], _Numbers, _Numbers, _Numbers]:
     """Result files, their step sizes, tolerances and processor times."""
     if lists := _lists(args.files):
-        from heyoka_bike.scoring.runs_file import read_runs
+        from heyoka_bike.scoring.series.runs_file import read_runs
 
         if len(args.files) > 1:
             raise InputError(
@@ -232,19 +235,3 @@ def _numbers(option: str, text: str | None) -> _Numbers:
     from heyoka_bike.numbers.exact import positive_numbers
 
     return None if text is None else list(positive_numbers(option, text))
-
-
-def _on_screen(scored: Report | Series, name: str, made: Origin) -> str:
-    is_terminal = sys.stdout.isatty()
-    width = None if is_terminal else WIDTH
-    return render(scored, name, made, width=width, has_colors=has_colors(is_terminal))
-
-
-def _complain(scored: Report | Series) -> None:
-    """One line on standard error for each requirement that is not met."""
-    from heyoka_bike.showing.wording import reports
-
-    for report in reports(scored):
-        for r in report.requirements:
-            if not r.met:
-                complain(f"{report.file.path}: required {r.text}, found {r.message}")

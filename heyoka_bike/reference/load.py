@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import logging
 from collections import ChainMap
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
@@ -13,26 +13,28 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-import h5py
 import numpy as np
 
 from heyoka_bike.bicycle.column import Column
-from heyoka_bike.bicycle.columns import COLUMNS
-from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, definitions_among
+from heyoka_bike.bicycle.motion_columns import CONTACT_FORCES
 from heyoka_bike.display import Displayed
 from heyoka_bike.errors import InputError, unknown_word
 from heyoka_bike.numbers.double import Array, Double
 from heyoka_bike.reference import manifest as manifest_file
 from heyoka_bike.reference.exact_times import Time, as_double
 from heyoka_bike.reference.friction import with_friction
+from heyoka_bike.reference.hdf5 import of_maneuvers, on_demand, opened, read_array
 from heyoka_bike.reference.layout import HDF5, MOTION
-from heyoka_bike.reference.on_demand import on_demand, read_array
 from heyoka_bike.reference.values import Dense, Numbered, Values
-
-_log = logging.getLogger(__name__)
 
 if TYPE_CHECKING:
     from heyoka_bike.reference.sensitivities import Sensitivities
+
+_log = logging.getLogger(__name__)
+
+NEEDED = (*BENCHMARK_COLUMNS, "pitch", "yaw", "yaw_rate")
+"""Columns without which a set is none."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -74,6 +76,21 @@ class ReferenceManeuver(Displayed):
         """Names of the columns, alternates included."""
         return tuple(self.rows.hi)
 
+    @cached_property
+    def at_any_time(self) -> Set[str]:
+        """Names of the columns that can be evaluated; those of older sets may have rows only."""
+        pieces = {name for dense in (self.dense, *self.more) for name in dense.hi}
+        follow = {name for name, forces in CONTACT_FORCES.items() if pieces.issuperset(forces)}
+        return (pieces | follow) & self.rows.hi.keys()
+
+    @cached_property
+    def definitions(self) -> Mapping[str, tuple[Column, ...]]:
+        """The definitions of each column that its set has, the default first, by key.
+
+        Results are compared with these, whatever others there are in `columns.COMPARED`.
+        """
+        return definitions_among(self.at_any_time)
+
     @property
     def breaks(self) -> Array:
         """Ends of the dense pieces [s], shape (P + 1,)."""
@@ -97,18 +114,22 @@ class ReferenceManeuver(Displayed):
             Time or times [s], see `Time`. A float means exactly that binary64: 0.07 is not 7/100;
             write ``"0.07"`` or ``Fraction(7, 100)`` for that.
         columns
-            Names; by default all.
+            Names; by default all of `at_any_time`.
 
         Raises
         ------
         InputError
-            A time outside the run, not a number, or a column that is unknown.
+            A time outside the run, not a number, or a column that is unknown or has rows only.
         """
         chosen = (columns,) if isinstance(columns, str) else columns
-        names = tuple(self.columns if chosen is None else chosen)
+        if chosen is None:
+            chosen = [name for name in self.columns if name in self.at_any_time]
+        names = tuple(chosen)
         for name in names:
             if name not in self.rows.hi:
                 raise InputError(unknown_word(name, self.columns, "column "))
+            if name not in self.at_any_time:
+                raise InputError(f"{name}: this set has it at the rows only: maneuver[{name!r}]")
         hi, lo = as_double(t)
         shape = hi.shape
         times: Double = (hi.ravel(), lo.ravel())
@@ -323,7 +344,12 @@ def load_reference(folder: Reference | str | PathLike[str] | None = None) -> Ref
         )
     where, manifest, raw = manifest_file.load_file(None if folder is None else Path(folder), HDF5)
     with manifest_file.reading(where / HDF5, "a reference file"):
-        f, maneuvers = _read_maneuvers(raw, manifest, COLUMNS)
+        f = opened(raw)
+        maneuvers = _read_maneuvers(f, manifest)
+        for m in maneuvers:
+            for key in (*NEEDED, *m.definitions):
+                if key not in m.at_any_time:
+                    raise ValueError(f"{m.name}: no {key}, the default definition of that column")
         _log.info("%s: %d maneuvers, data %s", where, len(maneuvers), manifest.dataset_version)
         return Reference(
             dataset_version=manifest.dataset_version,
@@ -339,7 +365,7 @@ def load_reference(folder: Reference | str | PathLike[str] | None = None) -> Ref
 class Motion(Displayed, Numbered[ReferenceManeuver]):
     """The whole motion of all maneuvers of a set; ``motion[2]`` is its second.
 
-    Its columns are those of `motion_columns.MOTION_COLUMNS`.
+    Its columns are those of `motion_columns.MOTION_COLUMNS`, as far as its set has them.
 
     Attributes
     ----------
@@ -379,33 +405,28 @@ def load_motion(folder: str | Path | None = None) -> Motion:
     """
     where, manifest, raw = manifest_file.load_file(folder, MOTION)
     with manifest_file.reading(where / MOTION, "a file of a whole motion"):
-        f, maneuvers = _read_maneuvers(raw, manifest, MOTION_COLUMNS)
-        return Motion(maneuvers, str(f.attrs["content_sha256"]), where)
+        f = opened(raw)
+        return Motion(_read_maneuvers(f, manifest), str(f.attrs["content_sha256"]), where)
 
 
 def _read_maneuvers(
-    raw: bytes, manifest: manifest_file.Manifest, columns: Sequence[Column]
-) -> tuple[h5py.File, tuple[ReferenceManeuver, ...]]:
-    # In memory, checked against the manifest; it stays open for the columns not yet read.
-    # As an image: a Python object would be asked for at its closing, when Python has ended.
-    f = h5py.File(h5py.h5f.open_file_image(raw))
-    numbers = range(1, len(manifest.inputs["maneuvers"]) + 1)
-    return f, tuple(_read_maneuver(f[f"maneuver_{i}"], columns) for i in numbers)
+    f: Mapping[str, Any], manifest: manifest_file.Manifest
+) -> tuple[ReferenceManeuver, ...]:
+    return tuple(map(_read_maneuver, of_maneuvers(f, len(manifest.inputs["maneuvers"]))))
 
 
-def _read_maneuver(group: Any, columns: Sequence[Column]) -> ReferenceManeuver:
+def _read_maneuver(group: Any) -> ReferenceManeuver:
     dense = group["dense"]
+    rows = Values(*on_demand(group))
+    known = definitions_among(rows.hi).values()
     return ReferenceManeuver(
         name=str(group.attrs["name"]),
         inputs={k: str(v) for k, v in group.attrs.items() if k != "name"},
         time=read_array(group, "time"),
         time_lo=read_array(group, "time_lo"),
-        rows=Values(*on_demand(group, [c.name for c in columns])),
-        dense=Dense(
-            *on_demand(dense, [c.name for c in columns if c.is_dense]),
-            breaks=read_array(dense, "breaks"),
-        ),
-        units={c.name: c.unit for c in columns},
+        rows=rows,
+        dense=Dense(*on_demand(dense), breaks=read_array(dense, "breaks")),
+        units={c.name: c.unit for columns in known for c in columns},
     )
 
 

@@ -32,6 +32,15 @@ _HDF5_VERSION = "1.5.0"
 PUBLISHED_MANIFEST_SHA256 = "1d8bd8ea16f79f6d8f9dc06b35e6b602b490aba33544ad22ea2482a8692f3b07"
 """Hash of the manifest of the published set."""
 
+OLDER_MANIFESTS_SHA256 = {
+    "1.0.0": "a7d78b3c2ada41809800cd61c104e341091defa82be935d1644c277c8081d796",
+    "1.1.0": "6b228c1bf199b25514c5107763725ae1018ad7182707361af1c11187dd6f8d49",
+    "1.2.0": "e04aac71d666541e02812a116e340219b7c1851f44402372040c0590847932a6",
+    "1.3.0": "4439ff3838aa21363afee0039a7bc4eba6ad1f0e96177092047903476f42a220",
+    "1.4.0": "8ec0d7570157b423d758a1b56d39b4e42f7797d0654aacb1a265a48bd1f31dbb",
+}
+"""Hashes of the manifests of the sets that were published before, by version."""
+
 CUSTOM = "custom"
 """Dataset version of a set made from other inputs than the benchmark's."""
 

@@ -4,23 +4,21 @@ The unknowns are the 26 parameters of the bicycle and the five numbers of a star
 computed and proved is in `variation`; reading and evaluating needs NumPy and h5py only.
 """
 
-import io
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 from numpy.typing import ArrayLike
 
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.bicycle.parameters import PARAMETERS, START, STATE_INPUTS
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.chebyshev import locate
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference import manifest as manifest_file
+from heyoka_bike.reference.hdf5 import BOUND, of_maneuvers, on_demand, opened
 from heyoka_bike.reference.layout import SENSITIVITIES
 from heyoka_bike.reference.values import Numbered
 
@@ -146,27 +144,26 @@ def load_sensitivities(folder: str | Path | None = None) -> Sensitivities:
         The set has none, or the file is damaged.
     """
     where, manifest, raw = manifest_file.load_file(folder, SENSITIVITIES)
-    with (
-        manifest_file.reading(where / SENSITIVITIES, "a file of sensitivities"),
-        h5py.File(io.BytesIO(raw), "r") as f,
-    ):
+    with manifest_file.reading(where / SENSITIVITIES, "a file of sensitivities"), opened(raw) as f:
         if tuple(json.loads(f.attrs["unknowns"])) != tuple(UNKNOWNS):
             raise ValueError("other unknowns than this version has")
-        groups = [f[f"maneuver_{i}"] for i in range(1, len(manifest.inputs["maneuvers"]) + 1)]
+        groups = of_maneuvers(f, len(manifest.inputs["maneuvers"]))
         return Sensitivities(tuple(map(read_group, groups)))
 
 
 def read_group(group: Any) -> Sensitivity:
     """A maneuver from an open file; sets before 1.4.0 have no bounds and no rows."""
-    names = [c.name for c in COLUMNS]
+    breaks = group["breaks"][:]
     if "rows" not in group:
-        return Sensitivity(group["breaks"][:], {name: group[name][:] for name in names})
-    rows = group["rows"]
+        (coefficients,) = on_demand(group, ("",))
+        return Sensitivity(breaks, dict(coefficients))
+    coefficients, bound = on_demand(group, ("", BOUND))
+    values, values_bound = on_demand(group["rows"], ("", BOUND))
     return Sensitivity(
-        breaks=group["breaks"][:],
-        coefficients={name: group[name][:] for name in names},
-        bound={name: group[f"{name}_bound"][:] for name in names},
-        time=rows["time"][:],
-        values={name: rows[name][:] for name in BENCHMARK_COLUMNS},
-        values_bound={name: rows[f"{name}_bound"][:] for name in BENCHMARK_COLUMNS},
+        breaks=breaks,
+        coefficients=dict(coefficients),
+        bound=dict(bound),
+        time=group["rows/time"][:],
+        values=dict(values),
+        values_bound=dict(values_bound),
     )

@@ -1,85 +1,23 @@
 """How the HDF5 files of a set are built: declared once, to be written and to be verified.
 
-All have attributes of the whole file and a group for each maneuver, ``maneuver_1`` and so on.
+A group of a set that lacks some columns is declared with the columns that it has.
 """
 
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any, TypeVar
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 from heyoka_bike.bicycle.column import Column
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.reference.description.facts import CONVENTIONS, attributes_of
+from heyoka_bike.reference.hdf5 import INDEX, Dataset, Group
 from heyoka_bike.reference.layout import CANDIDATE, HDF5, MOTION, NODES, SENSITIVITIES
 from heyoka_bike.reference.sensitivities import UNKNOWNS
 
-T = TypeVar("T")
-
-INDEX = "<i4"
-"""Kind of a dataset that counts along an axis: 0, 1, 2, ..."""
-
 STATED = ("states", "form", "grid", "taylor_order", "precision", "precision_bits")
 """What candidate.h5 says of a trajectory, beside the inputs."""
-
-
-@dataclass(frozen=True, slots=True)
-class Dataset:
-    """A dataset of a group.
-
-    Attributes
-    ----------
-    name : str
-    shape : tuple of int
-    attributes : mapping of str to str
-    scales : tuple of str
-        The datasets of its group that are the dimension scales of its first axes.
-    is_scale : bool
-        Whether it is one itself.
-    is_column : bool
-        Whether it holds numbers of a column.
-    kind : str
-        Its dtype.
-    has_nan : bool
-        Whether NaN says that there is no number.
-    """
-
-    name: str
-    shape: tuple[int, ...]
-    attributes: Mapping[str, str] = field(default_factory=dict)
-    scales: tuple[str, ...] = ()
-    is_scale: bool = False
-    is_column: bool = False
-    kind: str = "<f8"
-    has_nan: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class Group:
-    """A group, or a whole file; attributes and members are in the order of their creation.
-
-    Attributes
-    ----------
-    attributes : mapping
-    datasets : tuple of Dataset
-    groups : mapping of str to Group
-    """
-
-    attributes: Mapping[str, Any]
-    datasets: tuple[Dataset, ...] = ()
-    groups: Mapping[str, Group] = field(default_factory=dict)
-
-    @property
-    def members(self) -> tuple[str, ...]:
-        """Names of its datasets and groups."""
-        return (*(dataset.name for dataset in self.datasets), *self.groups)
-
-
-def by_maneuver(items: Iterable[T]) -> dict[str, T]:
-    """What there is of each maneuver, by the name of its group."""
-    return {f"maneuver_{i}": item for i, item in enumerate(items, start=1)}
 
 
 def about_reference(inputs: Mapping[str, Any], version: str, content: str) -> dict[str, str]:
@@ -147,17 +85,19 @@ def table(inputs: Mapping[str, str], columns: Sequence[Column], rows: int, piece
     return Group(inputs, tuple(_rows(columns, rows)), {"dense": dense})
 
 
-def sensitivity(inputs: Mapping[str, str], pieces: int, orders: int, rows: int) -> Group:
+def sensitivity(
+    inputs: Mapping[str, str], columns: Sequence[Column], pieces: int, orders: int, rows: int
+) -> Group:
     """Derivatives of the columns along a maneuver, and of the benchmark's columns at some rows."""
     count = len(UNKNOWNS)
     dense = [Dataset("breaks", (pieces + 1,), _BREAKS)]
     certified = "certified: largest distance of the piece from the exact derivative"
-    for c in COLUMNS:
+    for c in columns:
         dense += _derivatives(c, (pieces, orders, count), c.meaning, (pieces, count), certified)
     said = "nearest binary64 to the time of the row"
     at_rows = [Dataset("time", (rows,), _described("s", "time", said))]
     certified = "certified: abs(exact derivative - value) <= this"
-    for c in (c for c in COLUMNS if c.name in BENCHMARK_COLUMNS):
+    for c in (c for c in columns if c.name in BENCHMARK_COLUMNS):
         at_rows += _derivatives(c, (rows, count), c.meaning, (rows, count), certified)
     comment = (
         "Derivatives at every tenth row, the exact ones rounded to the nearest binary64; zero "
@@ -183,8 +123,9 @@ def trajectory(
     shape = (pieces, 7, int(stated["taylor_order"]) + 1, width)
     said = "by piece, state, power and byte: little-endian two's complement integers"
     about = _described("1", "coefficients of the states", said)
-    breaks = Dataset("breaks", (pieces + 1,), _BREAKS)
-    return Group({**inputs, **stated}, (breaks, Dataset("coefficients", shape, about, kind="u1")))
+    breaks = Dataset("breaks", (pieces + 1,), _BREAKS, is_column=True)
+    coefficients = Dataset("coefficients", shape, about, is_column=True, kind="u1")
+    return Group({**inputs, **stated}, (breaks, coefficients))
 
 
 def _bicycle(inputs: Mapping[str, Any]) -> dict[str, str]:

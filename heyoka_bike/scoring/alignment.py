@@ -14,7 +14,7 @@ from heyoka_bike.errors import InputError, NothingScoredError
 from heyoka_bike.numbers.double import Array, median
 from heyoka_bike.reference.layout import MOTION
 from heyoka_bike.reference.load import Reference, ReferenceManeuver
-from heyoka_bike.scoring.findings import Finding, Severity
+from heyoka_bike.scoring.findings import Finding, info, warning
 from heyoka_bike.scoring.reading.results import Quantum, Results, Rows
 from heyoka_bike.scoring.units import factor, tried
 
@@ -124,13 +124,8 @@ def align(results: Results, reference: Reference) -> Alignment:
         number = rows.maneuver
         if number is None:
             number = _recognise(results, rows, reference)
-            findings.append(
-                Finding(
-                    "maneuver_recognised",
-                    f"the columns are those of maneuver {number}, recognised by their values",
-                    evidence={"maneuver": number},
-                )
-            )
+            said = f"the columns are those of maneuver {number}, recognised by their values"
+            findings.append(info("maneuver_recognised", said, maneuver=number))
         if number not in reference:
             raise InputError(
                 f"found maneuver {number}, expected 1 to {len(reference)}", file=results.path
@@ -195,7 +190,7 @@ def merge(alignments: Sequence[Alignment]) -> Alignment:
         ),
         parts=tuple(sorted((p for a in alignments for p in a.parts), key=lambda p: p.number)),
         findings=tuple(
-            Finding(f.code, f"{a.file.path}: {f.message}", f.severity, f.evidence)
+            replace(f, message=f"{a.file.path}: {f.message}")
             for a in alignments
             for f in a.findings
         ),
@@ -212,19 +207,17 @@ def spread(count: int, most: int) -> NDArray[np.intp]:
 def _with_their_columns(results: Results, reference: Reference) -> tuple[Results, Reference]:
     """The reference with all columns of the results, without those that it does not have."""
     written = {key for rows in results.maneuvers for key in rows.values}
-    unknown = [key for key in COMPARED if key in written and key not in reference[1].columns]
-    if not unknown:
+    if written <= reference[1].definitions.keys():
         return results, reference
     whole = reference.with_motion()
-    if whole is not None:
-        return results, whole
+    lacks = f"no {MOTION}" if whole is None else "no such columns"
+    reference = whole or reference
+    unknown = [key for key in COMPARED if key in written - reference[1].definitions.keys()]
+    if not unknown:
+        return results, reference
     known = written - set(unknown)
-    finding = Finding(
-        "columns_without_reference",
-        f"{', '.join(unknown)}: left out, for the reference in {reference.folder} has no {MOTION}",
-        Severity.WARNING,
-        {"columns": unknown},
-    )
+    said = f"{', '.join(unknown)}: left out, for the reference in {reference.folder} has {lacks}"
+    finding = warning("columns_without_reference", said, columns=unknown)
     if not known:
         raise NothingScoredError(f"{results.path}: {finding.message}")
     maneuvers = tuple(replace(r, values=_only(r.values, known)) for r in results.maneuvers)
@@ -265,15 +258,11 @@ def _of_another(part: Part, rows: Rows, reference: Reference) -> tuple[Finding, 
     nearest = min(distance, key=distance.__getitem__)
     if nearest == part.number or distance[nearest] > min(own / 2, _FAR):
         return ()
-    return (
-        Finding(
-            "another_maneuver",
-            f"the values in the place of maneuver {part.number} are nearer to maneuver {nearest} "
-            f"(relative distance {distance[nearest]:.2g}, against {own:.2g})",
-            Severity.WARNING,
-            {"maneuver": part.number, "nearest": nearest},
-        ),
+    said = (
+        f"the values in the place of maneuver {part.number} are nearer to maneuver {nearest} "
+        f"(relative distance {distance[nearest]:.2g}, against {own:.2g})"
     )
+    return (warning("another_maneuver", said, maneuver=part.number, nearest=nearest),)
 
 
 def _distance(part: Part) -> float:
@@ -310,24 +299,16 @@ def _within(
     late = (hi > end_hi) | ((hi == end_hi) & (lo > end_lo))
     late &= hi > end_hi * (1 + SUMMED)
     keep = ~(early | late)
-    findings: tuple[Finding, ...] = ()
+    findings = []
     if not keep.all():
         left_out = hi[~keep]
-        count = len(left_out)
-        findings = (
-            Finding(
-                "time_outside",
-                f"{count} row{'s' if count > 1 else ''} with times from {left_out.min():.6g} to "
-                f"{left_out.max():.6g} s left out: the reference covers 0 to {end_hi:g} s and "
-                f"nothing is extrapolated{_milliseconds(hi, end_hi)}",
-                Severity.WARNING,
-                {
-                    "rows": count,
-                    "t_first": float(left_out.min()),
-                    "t_last": float(left_out.max()),
-                },
-            ),
+        count, first, last = len(left_out), float(left_out.min()), float(left_out.max())
+        said = (
+            f"{count} row{'s' if count > 1 else ''} with times from {first:.6g} to {last:.6g} s "
+            f"left out: the reference covers 0 to {end_hi:g} s and nothing is extrapolated"
+            f"{_milliseconds(hi, end_hi)}"
         )
+        findings.append(warning("time_outside", said, rows=count, t_first=first, t_last=last))
 
     def kept_of(array: Array) -> Array:
         # A long file is not copied for nothing.
@@ -338,16 +319,9 @@ def _within(
         kept = kept_of(written)
         too_large = np.abs(kept) > _LARGEST
         values[key] = np.where(too_large, np.nan, kept) if too_large.any() else kept
-        if too_large.any():
-            findings += (
-                Finding(
-                    "too_large",
-                    f"maneuver {number}: {int(too_large.sum())} values of {key} are beyond 1e150 "
-                    "and left out",
-                    Severity.WARNING,
-                    {"maneuver": number, "column": key, "values": int(too_large.sum())},
-                ),
-            )
+        if count := int(too_large.sum()):
+            said = f"maneuver {number}: {count} values of {key} are beyond 1e150 and left out"
+            findings.append(warning("too_large", said, maneuver=number, column=key, values=count))
     part = Part(
         number=number,
         reference=reference,
@@ -358,7 +332,7 @@ def _within(
         quantum=rows.quantum,
         units=rows.units,
     )
-    return part, findings
+    return part, tuple(findings)
 
 
 def _why_nothing(results: Results, reference: Reference, has_rows: bool) -> str:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import floor, inf
 
 from heyoka_bike.numbers.double import Array
+from heyoka_bike.scoring import verdict
+from heyoka_bike.scoring.verdict import Grade
 
-RIGHT_DIGITS = 6.0
-"""Correct digits of what is called right: what the examples of ``--require`` ask for."""
+# Decimal logarithm of the odds that are put into words: nobody has tried more files than that.
+_SUREST = 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,8 +147,8 @@ class ColumnScore:
     as_understood : Reading
         Taken as the definition, sign, unit and offset that fit.
     floor
-        What the digits written and the times written allow at best [SI unit]: the largest error of
-        correctly rounded values; None if unknown.
+        What the digits written allow at best [SI unit]: the largest error of correctly rounded
+        values; None if unknown.
     alternatives : tuple of Alternative
         The other definitions, with the same sign, unit and offset.
     indistinguishable : tuple of str
@@ -155,6 +158,15 @@ class ColumnScore:
     values, missing
         How many values were compared, and how many were not finite.
     trace : Trace
+    scale
+        Largest value of the reference over its whole run [SI unit].
+    unexplained
+        Largest error beyond what rounding to the digits of its own row explains [SI unit].
+    resolution
+        Largest error of a value rounded to the digits of its own row [SI unit]; of rows with
+        different digits it is more than the floor.
+    is_contradicted
+        True if its sign and those of other columns are of no choice of axes.
     is_known
         False if none of the definitions gives this column, while the motion of the file is right:
         the one that it is compared with is the nearest.
@@ -171,6 +183,10 @@ class ColumnScore:
     values: int
     missing: int
     trace: Trace
+    scale: float
+    unexplained: float
+    resolution: float
+    is_contradicted: bool = False
     is_known: bool = True
 
     @property
@@ -214,9 +230,34 @@ class ColumnScore:
         return self.as_understood.measures.time_to_tolerance
 
     @property
+    def grade(self) -> Grade:
+        """Right, not to be told at the digits written, close or wrong, see `verdict.grade`."""
+        return verdict.grade(
+            self.max_abs_error,
+            unexplained=self.unexplained,
+            resolution=self.resolution,
+            scale=self.scale,
+            is_contradicted=self.is_contradicted,
+        )
+
+    @property
     def is_right(self) -> bool:
-        """Whether it has six correct digits, as they are shown, or all that it was written with."""
-        return self.scd is not None and (round(self.scd, 1) >= RIGHT_DIGITS or self.is_at_floor())
+        """Whether it has six correct digits, and is written with as many."""
+        return self.grade == Grade.RIGHT
+
+    def shown(self, metric: str) -> float | None:
+        """A measure as far as the digits written can show it: no better than they are."""
+        found: float | None = getattr(self.as_understood.measures, metric)
+        least = self.resolution
+        if metric == "time_to_tolerance":
+            found = inf if found is None else found
+            return 0.0 if least > verdict.TOLERANCE * self.scale else found
+        if found is None or metric == "rms_error":
+            return found
+        if metric in ("scd", "mescd"):
+            size = self.scale if metric == "scd" else 1.0 + self.scale
+            return min(found, verdict.digits_of(least, size))
+        return max(found, least / (self.scale or inf) if metric == "max_rel_error" else least)
 
     def __repr__(self) -> str:
         if self.scd is None:
@@ -228,3 +269,25 @@ class ColumnScore:
         """Whether the error is no more than so many times what the digits written allow."""
         error = self.as_understood.measures.max_abs_error
         return error is not None and self.floor is not None and error <= times * self.floor
+
+
+def odds(c: ColumnScore) -> str:
+    """How sure the definition of a column is: the odds against the likeliest other one."""
+    told = [
+        (a.log10_odds, a.definition)
+        for a in c.alternatives
+        if a.log10_odds is not None and a.definition not in c.indistinguishable
+    ]
+    if not told:
+        return ""
+    log10, definition = min(told)
+    return f"{odds_words(log10)} against {definition}"
+
+
+def odds_words(log10: float) -> str:
+    """Odds of which the decimal logarithm is given, as "300 to 1"."""
+    if log10 > _SUREST:
+        return f"over 10^{_SUREST} to 1"
+    if log10 < 0.0:
+        return f"1 to {10**-log10:.2g}" if log10 > -_SUREST else f"1 to over 10^{_SUREST}"
+    return f"10^{floor(log10)} to 1" if log10 >= 3 else f"{10**log10:.0f} to 1"

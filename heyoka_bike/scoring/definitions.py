@@ -120,7 +120,7 @@ def understand_samples(samples: Sequence[Sample]) -> Mapping[str, Understanding]
     for key in COMPARED:
         having = [s for s in samples if key in s.values]
         if having:
-            found[key] = _choose(key, having, _expected(key, found))
+            found[key] = _choose(key, having, found)
     _share_the_unit_of_energies(found)
     _find_offset(found, samples)
     return found
@@ -135,8 +135,8 @@ class Sample:
     pick : ndarray of int, shape (n,)
         The rows; by default as `Part.sample` has it.
     expected : mapping of str to ndarray, shape (n,)
-        Columns in every definition at these rows; by default those of the reference. Rows where
-        it is not finite do not count.
+        Columns at these rows in every definition that the reference has; by default those of the
+        reference. Rows where it is not finite do not count.
     """
 
     def __init__(
@@ -147,8 +147,9 @@ class Sample:
     ) -> None:
         rows = part.sample() if pick is None else pick
         present = {key: v[rows] for key, v in part.values.items()}
+        self.definitions = definitions = part.reference.definitions
         if expected is None:
-            names = [c.name for key in present for c in COMPARED[key]]
+            names = [c.name for key in present for c in definitions[key]]
             expected = part.reference.approximate(part.time[rows], names)
         self.values, self.expected, self.scale, self.floor = {}, {}, {}, {}
         self.at_start: set[str] = set()
@@ -160,7 +161,7 @@ class Sample:
             self.values[key] = values[good]
             if good[0] and part.time[rows[0]] == 0.0:
                 self.at_start.add(key)
-            self.expected.update({c.name: expected[c.name][good] for c in COMPARED[key]})
+            self.expected.update({c.name: expected[c.name][good] for c in definitions[key]})
             scale = part.reference.scale(key)
             quantum = part.quantum.get(key)
             written = 0.0 if quantum is None else float(median(quantum.at(values[good]))) / 2
@@ -226,17 +227,22 @@ def _joint(sizes: Sequence[float]) -> float:
     return float(np.sum(np.log(sizes)))
 
 
-def _expected(key: str, found: Mapping[str, Understanding]) -> tuple[Column, ...]:
+def _expected(
+    key: str, columns: Sequence[Column], found: Mapping[str, Understanding]
+) -> tuple[Column, ...]:
     """What a column is thought to be before: its default, and the rate of the angle beside it."""
-    default, *others = COMPARED[key]
+    default, *others = columns
     own = [c for c in others if (of := RATE_OF.get((key, c.definition)))
            and of[0] in found and found[of[0]].column.definition == of[1]]  # fmt: skip
     return default, *own
 
 
-def _choose(key: str, samples: Sequence[Sample], expected: Sequence[Column]) -> Understanding:
-    """Unit and sign, then the definition under them."""
-    columns = COMPARED[key]
+def _choose(
+    key: str, samples: Sequence[Sample], found: Mapping[str, Understanding]
+) -> Understanding:
+    """Unit and sign, then the definition under them; `found` is how other columns are taken."""
+    columns = samples[0].definitions[key]
+    expected = _expected(key, columns, found)
     if all(float(np.ptp(s.values[key])) == 0.0 for s in samples):
         # One number, such as the speed of the linear equations, is nearest to whichever definition
         # varies the least, and means none of them.

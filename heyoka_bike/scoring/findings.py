@@ -36,6 +36,16 @@ class Finding:
     evidence: Mapping[str, Any] = field(default_factory=dict)
 
 
+def info(code: str, message: str, **evidence: Any) -> Finding:
+    """A finding about how the file was understood."""
+    return Finding(code, message, evidence=evidence)
+
+
+def warning(code: str, message: str, **evidence: Any) -> Finding:
+    """A finding about what could not be used, or is odd."""
+    return Finding(code, message, Severity.WARNING, evidence)
+
+
 def named(keys: Sequence[str], most: int = 8) -> str:
     """Columns of a sentence, not too many of them; by default as many as the benchmark has."""
     more = len(keys) - most

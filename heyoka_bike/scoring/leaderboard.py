@@ -7,6 +7,7 @@ rank nothing.
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -15,8 +16,9 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.parameters import describe_inputs, read_bicycle, read_maneuvers
 from heyoka_bike.errors import BicycleError, InputError
 from heyoka_bike.reference.load import Reference
+from heyoka_bike.scoring.findings import named
 from heyoka_bike.scoring.reading import read_results
-from heyoka_bike.scoring.report import ManeuverScore, Report
+from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.score import score
 from heyoka_bike.scoring.submission import PROBLEMS, Submission, read_submission
 from heyoka_bike.system import jobs
@@ -111,7 +113,7 @@ def leaderboard(
     files = sorted(Path(folder).glob("*.toml"))
     if not files:
         what = "no folder" if not Path(folder).is_dir() else "no submission (*.toml)"
-        raise InputError(f"found {what}, expected a folder of submissions", file=folder)
+        raise _refuse(what, "a folder of submissions", folder)
     known = _by_inputs(references)
     entries, refused = [], []
     for i, file in enumerate(files, start=1):
@@ -123,12 +125,9 @@ def leaderboard(
     if finish:
         entries = _finished(entries, known, finish, progress)
     entries.sort(key=lambda e: (-e.digits, e.submission.name))
-    return Leaderboard(
-        entries={p: found for p in PROBLEMS
-                 if (found := tuple(e for e in entries if e.submission.problem == p))},
-        refused=tuple(refused),
-        dataset_version=references[0].dataset_version,
-    )  # fmt: skip
+    by_problem = {p: tuple(e for e in entries if e.submission.problem == p) for p in PROBLEMS}
+    held = {problem: found for problem, found in by_problem.items() if found}
+    return Leaderboard(held, tuple(refused), references[0].dataset_version)
 
 
 def _finished(
@@ -142,6 +141,10 @@ def _finished(
     return [replace(e, report=report) for e, report in zip(entries, reports, strict=True)]
 
 
+def _refuse(found: str, expected: str, file: str | Path | None) -> InputError:
+    return InputError(f"found {found}, expected {expected}", file=file)
+
+
 def _by_inputs(references: Sequence[Reference]) -> References:
     """The sets by the inputs that they were made of, which are compared as they are."""
     asked = {names: _inputs(*names) for names in {p.inputs for p in PROBLEMS.values()}}
@@ -150,11 +153,8 @@ def _by_inputs(references: Sequence[Reference]) -> References:
         made_of = reference.parameters, [dict(reference[n].inputs) for n in reference]
         names = next((names for names, inputs in asked.items() if inputs == made_of), None)
         if names is None:
-            raise InputError(
-                "found a reference of other inputs, expected that of a problem: see "
-                "docs/harder-tier.md",
-                file=reference.folder,
-            )
+            what = "that of a problem: see docs/harder-tier.md"
+            raise _refuse("a reference of other inputs", what, reference.folder)
         found[names] = reference
     return found
 
@@ -173,11 +173,9 @@ def _entry(submission: Submission, known: References) -> Entry:
     problem = PROBLEMS[submission.problem]
     reference = known.get(problem.inputs)
     if reference is None:
-        raise InputError(
-            f"found problem {submission.problem}, whose reference is not here, expected "
-            "--reference with its folder: docs/harder-tier.md has the line that makes it",
-            file=submission.source,
-        )
+        what = f"problem {submission.problem}, whose reference is not here"
+        how = "--reference with its folder: docs/harder-tier.md has the line that makes it"
+        raise _refuse(what, how, submission.source)
     results = []
     for file in submission.files:
         try:
@@ -185,24 +183,20 @@ def _entry(submission: Submission, known: References) -> Entry:
         except OSError as e:
             raise InputError(f"cannot be read: {e.strerror}", file=file.path) from None
         if sha256 != file.sha256:
-            raise InputError(
-                f"found sha256 {sha256[:16]}..., expected {file.sha256[:16]}... of "
-                f"{submission.source.name}",
-                file=file.path,
-            )
+            said = f"{file.sha256[:16]}... of {submission.source.name}"
+            raise _refuse(f"sha256 {sha256[:16]}...", said, file.path)
         read = read_results(file.path, maneuver=file.maneuver, count=len(reference))
         held = [rows.maneuver for rows in read.maneuvers]
         if file.maneuver is not None and held != [file.maneuver]:
-            raise InputError(
-                f"found maneuver {', '.join(map(str, held))}, expected {file.maneuver} alone",
-                file=file.path,
-            )
+            found = f"maneuver {', '.join(map(str, held))}"
+            raise _refuse(found, f"{file.maneuver} alone", file.path)
         results.append(read)
     report = score(results, reference)
     _check_rules(submission, report, reference)
     scores = correct_digits(report)
     worst = min(scores, key=scores.__getitem__)
-    drifts = [m.performance for m in _judged(report) if m.performance is not None]
+    judged = [m for m in report.maneuvers if m.performance_limit is not None] or report.maneuvers
+    drifts = [m.performance for m in judged if m.performance is not None and m.is_own_energy]
     return Entry(
         submission=submission,
         digits=scores[worst],
@@ -215,9 +209,9 @@ def _entry(submission: Submission, known: References) -> Entry:
 
 
 def correct_digits(report: Report) -> dict[tuple[int, str], float]:
-    """The scd of each maneuver and column of the benchmark."""
+    """The scd of each maneuver and column of the benchmark, as far as the digits show it."""
     return {
-        (m.maneuver, c.key): c.as_understood.measures.scd or 0.0
+        (m.maneuver, c.key): c.shown("scd") or 0.0
         for m in report.maneuvers
         for c in m.columns
         if c.key in BENCHMARK_COLUMNS
@@ -226,31 +220,24 @@ def correct_digits(report: Report) -> dict[tuple[int, str], float]:
 
 def other_definitions(report: Report) -> dict[str, str]:
     """By which definition each column is taken, where that is not the default."""
-    return {
-        c.key: c.as_understood.definition
-        for m in report.maneuvers
-        for c in m.columns
-        if c.as_understood.definition != c.as_written.definition
-    }
-
-
-def _judged(report: Report) -> Sequence[ManeuverScore]:
-    return [m for m in report.maneuvers if m.performance_limit is not None] or report.maneuvers
+    columns = (c for m in report.maneuvers for c in m.columns)
+    return {c.key: c.definition for c in columns if c.definition != c.as_written.definition}
 
 
 def _check_rules(submission: Submission, report: Report, reference: Reference) -> None:
     """All maneuvers of the problem, all their rows at their times, all columns."""
     numbers = PROBLEMS[submission.problem].numbers
-
-    def refuse(found: str, expected: str) -> InputError:
-        return InputError(f"found {found}, expected {expected}", file=submission.source)
-
+    refuse = partial(_refuse, file=submission.source)
     held = sorted(m.maneuver for m in report.maneuvers)
     if held != list(numbers):
         raise refuse(
             f"maneuver {', '.join(map(str, held))} in its files",
             f"{', '.join(map(str, numbers))} for problem {submission.problem}",
         )
+    if odd := sorted({c.key for m in report.maneuvers for c in m.columns if c.is_contradicted}):
+        raise refuse(f"{named(odd)} of signs that contradict each other", "those of some axes")
+    if lost := named(list(report.not_compared)):
+        raise refuse(f"{lost} beside what is compared", "columns that were computed, each once")
     for m in report.maneuvers:
         asked, part = reference[m.maneuver], m.part
         if len(part.time) != len(asked.time):

@@ -4,22 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from math import inf
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 from heyoka_bike.display import Displayed, Held
 from heyoka_bike.errors import unknown_word
 from heyoka_bike.numbers.double import Array
+from heyoka_bike.scoring import verdict
 from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.findings import Finding
-from heyoka_bike.scoring.reading.column_names import recognise
+from heyoka_bike.scoring.reading.names.columns import recognise
 from heyoka_bike.scoring.scored import Scored
+from heyoka_bike.scoring.verdict import WHOLE as WHOLE
+from heyoka_bike.scoring.verdict import Grade
 
 if TYPE_CHECKING:
     from heyoka_bike.scoring.alignment import FileInfo, Part
-
-
-WHOLE = 0.99
-"""Of the duration: a run without its first row is whole enough to be judged."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,6 +135,42 @@ class ManeuverScore(Displayed, Held[str, ColumnScore]):
         found = (Worst(self.maneuver, c.key, c.scd) for c in self.columns if c.scd is not None)
         return min(found, key=lambda w: w.scd, default=None)
 
+    def claim(self, limit: float) -> tuple[float, str]:
+        """Eq. (1) [%] as it may be claimed against a limit, and why it is not what was measured."""
+        columns = {c.key: c for c in self.columns if c.values}
+        total = columns.get("mechanical_energy")
+        parts = [columns[k] for k in ("potential_energy", "kinetic_energy") if k in columns]
+        scale = self.part.reference.scale("mechanical_energy")
+        apart, floor = self.consistency.energy_sum, self.consistency.energy_sum_floor
+        explained = (
+            verdict.SUM_ROUNDING * (inf if floor is None else floor) + verdict.ARITHMETIC * scale
+        )
+        if total is None or (apart is not None and apart <= explained):
+            apart = 0.0
+        return verdict.performance(
+            self.performance,
+            limit,
+            resolution=200 * sum(c.resolution for c in ([total] if total else parts)) / scale,
+            sum_error=apart,
+            true_error=100 * ((total and total.max_abs_error) or 0.0) / scale,
+        )
+
+    @property
+    def is_own_energy(self) -> bool:
+        """Whether eq. (1) is of the file's own energy, or of the true one, whatever the limit."""
+        return not self.claim(inf)[1]
+
+    @property
+    def meets_limit(self) -> bool | None:
+        """The benchmark's verdict by eq. (1); None if it has none, or there is no energy."""
+        if self.performance is None or self.performance_limit is None:
+            return None
+        return self.claim(self.performance_limit)[0] < self.performance_limit
+
+
+Place = tuple[ManeuverScore, ColumnScore]
+"""A column, and the maneuver it is of."""
+
 
 @dataclass(frozen=True, slots=True)
 class Requirement:
@@ -245,6 +281,15 @@ class Report(Scored, Held[int, ManeuverScore]):
         found = (m.worst for m in self.maneuvers)
         return min((w for w in found if w), key=lambda w: w.scd, default=None)
 
+    def by_column(self) -> dict[str, list[Place]]:
+        """The columns that hold a value, by key, in every maneuver that has them."""
+        found: dict[str, list[Place]] = {}
+        for m in self.maneuvers:
+            for c in m.columns:
+                if c.values:
+                    found.setdefault(c.key, []).append((m, c))
+        return found
+
     @property
     def said(self) -> tuple[Finding, ...]:
         """All findings, those of the diagnosis first; none of them twice."""
@@ -262,16 +307,39 @@ class Report(Scored, Held[int, ManeuverScore]):
     def is_right(self) -> bool:
         """Whether the verdict is that the file is right, over the whole run.
 
-        Every column that was compared has six correct digits, or all that it was written with, and
-        no signs contradict each other. Columns that are not in the file are not asked for.
+        Every column has six correct digits and is written with as many, and no signs contradict
+        each other. Columns that are not in the file are not asked for.
         """
-        compared = [c for m in self.maneuvers for c in m.columns if c.scd is not None]
-        return (
-            bool(compared)
-            and all(c.is_right for c in compared)
-            and all(m.coverage >= WHOLE for m in self.maneuvers)
-            and not any(f.code == "signs_disagree" for f in self.findings)
-        )
+        return verdict.is_right(self.grades, is_whole=self.is_whole)
+
+    @property
+    def grades(self) -> list[Grade]:
+        """Those of all columns; a file has the worst of them."""
+        return [c.grade for m in self.maneuvers for c in m.columns]
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether all of the run was compared, and all that the file has under known names."""
+        has_gaps = any(c.missing for m in self.maneuvers for c in m.columns)
+        is_covered = all(m.coverage >= WHOLE for m in self.maneuvers)
+        return is_covered and not has_gaps and not self.not_compared
+
+    @property
+    def not_compared(self) -> dict[str, str]:
+        """What was never filled in, or is one too many beside a column that was compared.
+
+        By its name in the file, or its place (``2.roll_angle``), the key of the column.
+        """
+        keys = {c.key for m in self.maneuvers for c in m.columns}
+        found: dict[str, str] = {}
+        for f in self.findings:
+            if f.code == "never_filled":
+                found |= {place: place.partition(".")[2] for place in f.evidence["columns"]}
+            elif f.code == "known_columns_left_out":
+                # Those of a name with a number.
+                meant = {n: recognise(n.rstrip("0123456789 _")) for n in f.evidence["names"]}
+                found |= {name: m[0] for name, m in meant.items() if m and m[0] in keys}
+        return found
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,13 +10,13 @@ import operator
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from math import inf, isfinite
+from math import isfinite
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
 from heyoka_bike.errors import InputError, did_you_mean, unknown_word
 from heyoka_bike.scoring.column_score import ColumnScore
-from heyoka_bike.scoring.report import Report, Requirement
-from heyoka_bike.scoring.unfilled import CODE
+from heyoka_bike.scoring.findings import named
+from heyoka_bike.scoring.report import ManeuverScore, Report, Requirement
 
 OF_COLUMN = (
     "scd", "mescd", "max_abs_error", "rms_error", "max_rel_error", "time_to_tolerance",
@@ -101,59 +101,84 @@ def check(text: str, report: Report) -> Requirement:
         See `parse`.
     """
     r = parse(text)
-    unfilled = [p for f in report.findings if f.code == CODE for p in f.evidence["columns"]]
-    if asked := [place.split(".") for place in unfilled if _asks(r, place)]:
-        numbers, keys = (", ".join(dict.fromkeys(x)) for x in zip(*asked, strict=True))
-        return Requirement(text, False, None, f"maneuver {numbers}, {keys}: never filled in")
-    maneuvers = [m for m in report.maneuvers if r.maneuver in (None, m.maneuver)]
-    if not maneuvers:
-        return Requirement(text, False, None, f"maneuver {r.maneuver} is not in the file")
-    contradicted = {
-        key: f.message
-        for f in report.findings
-        if f.code == "signs_disagree"
-        for key in f.evidence["columns"]
-    }
-    values: list[tuple[float, str]] = []
-    for m in maneuvers:
-        where = f"maneuver {m.maneuver}"
-        if r.metric in OF_MANEUVER:
-            lacking = next((c for c in m.columns if c.missing and _matters(c, r.metric)), None)
-            if lacking is not None:
-                return Requirement(text, False, None, f"{where}, {_why_missing(lacking)}")
-            value = getattr(m, r.metric)
-            if value is None:
-                why = f"{where} has no mechanical energy to judge"
-                return Requirement(text, False, None, why)
-            values.append((value, where))
-            continue
-        for c in m.columns:
-            if r.column not in (None, c.key):
-                continue
-            if c.missing:
-                return Requirement(text, False, None, f"{where}, {_why_missing(c)}")
-            if c.key in contradicted:
-                return Requirement(text, False, None, f"{where}, {contradicted[c.key]}")
-            value = _value(c, r.metric)
-            if value is None:
-                why = f"{r.metric} is not defined, nothing could be compared"
-                return Requirement(text, False, None, f"{where}, {c.key}: {why}")
-            values.append((value, f"{where}, {c.key}"))
-    if not values:
-        where = "reference" if _is_left_out(r.column, report) else "file"
-        return Requirement(text, False, None, f"{r.column or 'no column'} is not in the {where}")
-    value, where = (max if r.op in ("<", "<=") else min)(values)
+    try:
+        value, where = (max if r.op in ("<", "<=") else min)(_values(r, report))
+    except _NotMetError as e:
+        return Requirement(text, False, None, str(e))
     found = value if isfinite(value) else None
     shown = "never" if found is None else f"{found:.3g}"
     return Requirement(text, _OPERATORS[r.op](value, r.number), found, f"{shown} ({where})")
 
 
-def _asks(r: Parsed, place: str) -> bool:
-    """Whether a requirement speaks of a column of a maneuver ("2.roll_angle")."""
-    number, key = place.split(".")
-    if r.maneuver not in (None, int(number)) or r.column not in (None, key):
-        return False
-    return r.metric in (*OF_COLUMN, "coverage", "gap") or key.endswith("energy")
+class _NotMetError(Exception):
+    """Why a requirement is not met, whatever the numbers are."""
+
+
+def _values(r: Parsed, report: Report) -> list[tuple[float, str]]:
+    """Each value that a requirement speaks of, as far as the digits show it, and where it is."""
+    if left_out := _left_out(r, report):
+        raise _NotMetError(left_out)
+    maneuvers = [m for m in report.maneuvers if r.maneuver in (None, m.maneuver)]
+    if not maneuvers:
+        raise _NotMetError(f"maneuver {r.maneuver} is not in the file")
+    if r.metric in OF_MANEUVER:
+        return [(_of_maneuver(m, r), f"maneuver {m.maneuver}") for m in maneuvers]
+    values = []
+    for m in maneuvers:
+        for c in m.columns:
+            if r.column not in (None, c.key):
+                continue
+            where = f"maneuver {m.maneuver}, {c.key}"
+            if c.missing:
+                raise _NotMetError(f"maneuver {m.maneuver}, {_why_missing(c)}")
+            if c.is_contradicted:
+                said = (f for f in report.findings if f.code == "signs_disagree")
+                why = next(f.message for f in said if c.key in f.evidence["columns"])
+                raise _NotMetError(f"maneuver {m.maneuver}, {why}")
+            value = c.shown(r.metric) if c.values else None
+            if value is None:
+                why = f"{r.metric} is not defined, nothing could be compared"
+                raise _NotMetError(f"{where}: {why}")
+            measured = getattr(c.as_understood.measures, r.metric)
+            by_digits = "" if measured is None or value == measured else ", at the digits written"
+            values.append((value, where + by_digits))
+    if not values:
+        where = "reference" if _is_left_out(r.column, report) else "file"
+        raise _NotMetError(f"{r.column or 'no column'} is not in the {where}")
+    return values
+
+
+def _of_maneuver(m: ManeuverScore, r: Parsed) -> float:
+    for c in m.columns:
+        if c.missing and (r.metric != "performance" or c.key.endswith("energy")):
+            raise _NotMetError(f"maneuver {m.maneuver}, {_why_missing(c)}")
+    if r.metric != "performance":
+        value: float = getattr(m, r.metric)
+        return value
+    if m.performance is None:
+        raise _NotMetError(f"maneuver {m.maneuver} has no mechanical energy to judge")
+    value, why = m.claim(r.number)
+    if why:
+        raise _NotMetError(f"maneuver {m.maneuver}: {why}")
+    return value
+
+
+def _left_out(r: Parsed, report: Report) -> str:
+    """Why a requirement is not met that speaks of what the file has and was not compared."""
+    unfilled, beside = [], []
+    for name, key in report.not_compared.items():
+        number = name.removesuffix(f".{key}")
+        is_place = number != name
+        if r.column not in (None, key) or (is_place and r.maneuver not in (None, int(number))):
+            continue
+        if is_place and (r.metric != "performance" or key.endswith("energy")):
+            unfilled.append((number, key))
+        elif not is_place and r.metric in OF_COLUMN:
+            beside.append(name)
+    if unfilled:
+        numbers, keys = (", ".join(dict.fromkeys(x)) for x in zip(*unfilled, strict=True))
+        return f"maneuver {numbers}, {keys}: never filled in"
+    return f"{named(beside)}: one too many, and not compared" if beside else ""
 
 
 def _is_left_out(column: str | None, report: Report) -> bool:
@@ -165,19 +190,5 @@ def _is_left_out(column: str | None, report: Report) -> bool:
     )
 
 
-def _matters(c: ColumnScore, metric: str) -> bool:
-    return metric in ("coverage", "gap") or c.key.endswith("energy")
-
-
 def _why_missing(c: ColumnScore) -> str:
     return f"{c.key}: {c.missing} of {c.missing + c.values} values are not finite"
-
-
-def _value(c: ColumnScore, metric: str) -> float | None:
-    measures = c.as_understood.measures
-    if measures.max_abs_error is None:
-        return None
-    value: float | None = getattr(measures, metric)
-    if metric == "time_to_tolerance" and value is None:
-        return inf
-    return value

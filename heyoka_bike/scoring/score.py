@@ -1,18 +1,18 @@
 """Scoring: a result file against the reference, at the file's own times.
 
 `score` is the pipeline: `alignment` finds the maneuvers and the rows that can be compared,
-`definitions` what the columns mean, `measures` how far they are from the reference, and
-`consistency` how well the file agrees with itself. The outcome is one `report.Report`.
+`definitions` what the columns mean, `measures` how far they are from the reference, `rounding` what
+the digits written allow, and `judge` what that means. The outcome is one `report.Report`, of which
+`verdict` decides what is right.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from os import PathLike
 from typing import Any
 
 import numpy as np
 
-from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.numbers.double import Array, Double, add, median, two_sum
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.reference.manifest import CUSTOM
@@ -20,23 +20,22 @@ from heyoka_bike.scoring import measures
 from heyoka_bike.scoring.alignment import SUMMED, Alignment, Part, align, merge
 from heyoka_bike.scoring.column_score import Alternative, ColumnScore, Reading, Trace
 from heyoka_bike.scoring.comparison import Candidate, errors, is_small, largest_errors
-from heyoka_bike.scoring.conclusions import explain
-from heyoka_bike.scoring.consistency import consistency
 from heyoka_bike.scoring.definitions import Understanding, plain, understand
+from heyoka_bike.scoring.judge import judged
+from heyoka_bike.scoring.judge.consistency import consistency
+from heyoka_bike.scoring.judge.unfilled import without_unfilled
+from heyoka_bike.scoring.judge.unknown import without_meaning
 from heyoka_bike.scoring.reading.given import results_of, words
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.report import ManeuverScore, Report
 from heyoka_bike.scoring.requirements import check
-from heyoka_bike.scoring.unfilled import without_unfilled
-from heyoka_bike.scoring.units import factor, to_si
-from heyoka_bike.scoring.unknown import unknown_columns
+from heyoka_bike.scoring.rounding import rounding
+from heyoka_bike.scoring.units import to_si
 
 # The benchmark judges maneuver 2, by eq. (1) below 1e-3 %.
 _JUDGED: Mapping[int, float] = {2: 1e-3}
 # Correct values that were rounded once or twice are apart by up to this many last digits.
 _ROUNDED = 4.0
-# A last row at the end of the run, or one at an event, does not make the others uneven.
-_FEW_ODD = 0.02
 
 
 def score(
@@ -99,12 +98,12 @@ def scored(
     understood: Mapping[str, Understanding] | None = None,
 ) -> Report:
     """The report of aligned results, with their columns as understood or as they fit best."""
-    benchmark = reference.dataset_version != CUSTOM
+    limits = _JUDGED if reference.dataset_version != CUSTOM else {}
     taken = understand(alignment.parts) if understood is None else understood
     taken = _with_exact_zero(taken, alignment.parts)
 
     def score_part(part: Part) -> ManeuverScore:
-        return _score_maneuver(part, taken, _JUDGED.get(part.number) if benchmark else None)
+        return _score_maneuver(part, taken, limits.get(part.number))
 
     if all(is_small(part) for part in alignment.parts):
         maneuvers = tuple(map(score_part, alignment.parts))
@@ -116,17 +115,16 @@ def scored(
         # NumPy computes on long arrays outside the interpreter's lock.
         with ThreadPoolExecutor(processors()) as pool:
             maneuvers = tuple(pool.map(score_part, alignment.parts))
-    unknown = unknown_columns(maneuvers)
-    maneuvers = tuple(_without_meaning(m, unknown) for m in maneuvers)
-    found = Report(
-        dataset_version=reference.dataset_version,
-        bicycle=reference.bicycle,
-        file=alignment.file,
-        maneuvers=maneuvers,
-        findings=alignment.findings,
-        reference_sha256=reference.content_sha256,
+    found = judged(
+        Report(
+            dataset_version=reference.dataset_version,
+            bicycle=reference.bicycle,
+            file=alignment.file,
+            maneuvers=without_meaning(maneuvers),
+            findings=alignment.findings,
+            reference_sha256=reference.content_sha256,
+        )
     )
-    found = replace(found, findings=alignment.findings + explain(found))
     asked = [require] if isinstance(require, str) else words(require, "require")
     return replace(found, requirements=tuple(check(text, found) for text in asked))
 
@@ -152,12 +150,6 @@ def _score_maneuver(
         columns=columns,
         part=part,
     )
-
-
-def _without_meaning(m: ManeuverScore, unknown: Collection[str]) -> ManeuverScore:
-    if not unknown:
-        return m
-    return replace(m, columns=tuple(replace(c, is_known=c.key not in unknown) for c in m.columns))
 
 
 def _coverage(part: Part) -> tuple[float, float, float, float]:
@@ -194,47 +186,50 @@ def _energy(
 
 def _score_columns(part: Part, understood: Mapping[str, Understanding]) -> tuple[ColumnScore, ...]:
     """Verdicts on the columns, in the benchmark's order."""
-    keys = [key for key in COMPARED if key in part.values]
+    definitions = part.reference.definitions
+    keys = [key for key in definitions if key in part.values]
     # Without a usable value nothing is understood of a column.
-    understood = {key: understood.get(key) or plain(key) for key in keys}
-    written = {key: _double(part, key) for key in keys}
-    si = {key: _as_understood(written[key], understood[key]) for key in keys}
-    best = [Candidate(si[key], understood[key].column.name) for key in keys]
-    moved = [key for key in keys if not understood[key].is_plain()]
-    as_written = [Candidate(written[key], key) for key in moved]
-    found = errors(part, best + as_written)
-    of_written = dict(zip(moved, found[len(best) :], strict=True))
-    others = [(key, c) for key in keys for c in COMPARED[key] if c is not understood[key].column]
-    far = largest_errors(part, [Candidate(si[key], c.name) for key, c in others])
+    taken = {key: understood.get(key) or plain(key) for key in keys}
+    values = {key: _as_understood(_double(part, key), u) for key, u in taken.items()}
+    moved = [key for key, u in taken.items() if not u.is_plain()]
+    best = [Candidate(values[key], u.column.name) for key, u in taken.items()]
+    found = errors(part, best + [Candidate(_double(part, key), key) for key in moved])
+    traces = {
+        key: _trace(part.time, c.values[0], e) for key, c, e in zip(keys, best, found, strict=False)
+    }
+    as_written = {
+        key: _reading(part, _trace(part.time, part.values[key], e), plain(key))
+        for key, e in zip(moved, found[len(best) :], strict=True)
+    }
+    others = [(key, c) for key, u in taken.items() for c in definitions[key] if c is not u.column]
+    far = largest_errors(part, [Candidate(values[key], c.name) for key, c in others])
     alternatives: dict[str, list[Alternative]] = {key: [] for key in keys}
     for (key, c), distance in zip(others, far, strict=True):
-        has_values = bool(np.isfinite(written[key][0]).any())
-        odds = understood[key].odds.get(c.definition)
+        has_values = len(traces[key].time) > 0
+        odds = taken[key].odds.get(c.definition)
         found_far = distance if has_values else None
         alternatives[key].append(Alternative(c.definition, found_far, odds))
-    scores, late = [], _late(part)
-    for key, candidate, error in zip(keys, best, found, strict=False):
-        u = understood[key]
-        missing = int(np.count_nonzero(~np.isfinite(part.values[key])))
-        trace = _trace(part.time, candidate.values[0], error)
-        reading = _reading(part, trace, u)
-        plain_reading = reading
-        if key in of_written:
-            plain_trace = _trace(part.time, written[key][0], of_written[key])
-            plain_reading = _reading(part, plain_trace, plain(key))
+    duration = float(part.reference.duration)
+    scores = []
+    for (key, u), error in zip(taken.items(), found, strict=False):
+        trace, reading = traces[key], _reading(part, traces[key], u)
+        half, floor = rounding(part, key, u.unit)
         scores.append(
             ColumnScore(
                 key=key,
                 unit=u.column.unit,
-                as_written=plain_reading,
+                as_written=as_written.get(key, reading),
                 as_understood=reading,
-                floor=_floor(part, key, u, late),
+                floor=floor,
                 alternatives=tuple(alternatives[key]),
                 indistinguishable=u.indistinguishable,
-                growth=measures.growth(trace.time, trace.error, float(part.reference.duration)),
+                growth=measures.growth(trace.time, trace.error, duration),
                 values=len(trace.time),
-                missing=missing,
+                missing=int(np.count_nonzero(~np.isfinite(part.values[key]))),
                 trace=trace,
+                scale=part.reference.scale(u.column.name),
+                unexplained=float(np.fmax.reduce(np.abs(error) - half, initial=0.0)),
+                resolution=float(np.max(half)),
             )
         )
     return tuple(scores)
@@ -258,7 +253,7 @@ def _with_exact_zero(
         if not len(error):
             continue
         # Errors of the motion begin at nothing with it; those of rounding are nothing on average.
-        last_digit = _floor(part, key, u, _late(part)) or 0.0
+        last_digit = rounding(part, key, u.unit)[1] or 0.0
         if key not in part.lo:
             last_digit = max(last_digit, float(np.spacing(part.reference.scale(key))))
         is_rounding = np.ptp(error) <= _ROUNDED * last_digit
@@ -305,36 +300,3 @@ def _reading(part: Part, trace: Trace, u: Understanding) -> Reading:
         offset=u.offset + u.offset_lo,
         measures=measures.measures(trace.time, trace.error, trace.reference, size),
     )
-
-
-def _floor(part: Part, key: str, u: Understanding, late: float) -> float | None:
-    """Largest error that rounded values at times that are so late [s] may have [SI]."""
-    quantum = part.quantum.get(key)
-    largest = np.fmax.reduce(np.abs(part.values[key]), initial=-1.0)
-    if quantum is None or largest < 0:
-        return None
-    # Neighbouring numbers are farthest apart where they are largest.
-    floor = float(quantum.at(np.array([largest]))[0]) / 2 * factor(u.unit)[0]
-    if not late:
-        return floor
-    rows = part.reference.rows[u.column.name]
-    return floor + late * float(np.max(np.abs(np.diff(rows) / np.diff(part.reference.time))))
-
-
-def _late(part: Part) -> float:
-    """How far times that are rounded to the digits written may be off [s]; even ones are not."""
-    times = part.quantum.get("time")
-    if times is None or times.base != 10 or _is_even(part.time):
-        return 0.0
-    return float(np.max(times.at(part.time))) / 2
-
-
-def _is_even(time: Array) -> bool:
-    """Whether all rows but a few are evenly spaced, so that no digit of the times is missing."""
-    steps = np.diff(time)
-    usual = float(median(steps)) if len(steps) else 0.0
-    if usual <= 0.0:
-        return True
-    multiples = (time - time[0]) / usual
-    odd = np.abs(multiples - np.rint(multiples)) > 1e-6
-    return bool(np.mean(odd) < _FEW_ODD)

@@ -40,7 +40,7 @@ _LONGEST = 500
 
 
 @dataclass(frozen=True, slots=True)
-class Problem:
+class RankedProblem:
     """A problem of the leaderboard.
 
     Attributes
@@ -63,11 +63,11 @@ class Problem:
 
 _EDGE = "harder/edge-of-falling"
 
-PROBLEMS: Mapping[str, Problem] = {
-    "H1": Problem("benchmark", "benchmark", (1, 2, 3)),
-    "H2": Problem("benchmark", "harder/longer", (1,)),
-    **{f"H3{x}": Problem("benchmark", _EDGE, (n,)) for n, x in enumerate("abcdefg", start=1)},
-    "H4": Problem("browser-jason", "harder/another-bicycle", (1, 2, 3)),
+PROBLEMS: Mapping[str, RankedProblem] = {
+    "H1": RankedProblem("benchmark", "benchmark", (1, 2, 3)),
+    "H2": RankedProblem("benchmark", "harder/longer", (1,)),
+    **{f"H3{x}": RankedProblem("benchmark", _EDGE, (n,)) for n, x in enumerate("abcdefg", start=1)},
+    "H4": RankedProblem("browser-jason", "harder/another-bicycle", (1, 2, 3)),
 }
 """Those of docs/harder-tier.md; in H3 each maneuver is one of its own."""
 

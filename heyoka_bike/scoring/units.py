@@ -8,11 +8,6 @@ import numpy as np
 
 from heyoka_bike.numbers.double import Double, multiply
 
-# OEIS A000796; more than hi + lo can hold.
-_PI = "3.14159265358979323846264338327950288419716939937510"
-# 0.3048 times the pound's weight at 9.80665 m/s2, exactly.
-_FOOT_POUND = "1.3558179483314004"
-
 UNITS: Mapping[str, tuple[str, ...]] = {
     "rad": ("rad", "degree"),
     "rad s-1": ("rad s-1", "degree s-1"),
@@ -37,59 +32,32 @@ NAMED: Mapping[str, tuple[str, ...]] = {
 }
 """Units that are tried only in columns whose heading names them."""
 
-# Numerator and denominator.
-_FACTORS: Mapping[str, tuple[str, str]] = {
-    "rad": ("1", "1"),
-    "degree": (_PI, "180"),
-    "rad s-1": ("1", "1"),
-    "degree s-1": (_PI, "180"),
-    "m s-1": ("1", "1"),
-    "km h-1": ("5", "18"),
-    "mm s-1": ("1", "1000"),
-    "J": ("1", "1"),
-    "kJ": ("1000", "1"),
-    "mJ": ("1", "1000"),
-    "m": ("1", "1"),
-    "mm": ("1", "1000"),
-    "N": ("1", "1"),
-    "kN": ("1000", "1"),
-    "mN": ("1", "1000"),
-    "N m": ("1", "1"),
-    "kN m": ("1000", "1"),
-    "N mm": ("1", "1000"),
-    "1": ("1", "1"),
-    "mrad": ("1", "1000"),
-    "urad": ("1", "1000000"),
-    "arcminute": (_PI, "10800"),
-    "arcsecond": (_PI, "648000"),
-    "grade": (_PI, "200"),
-    "revolution": (_PI, "0.5"),
-    "mrad s-1": ("1", "1000"),
-    "degree min-1": (_PI, "10800"),
-    "revolution s-1": (_PI, "0.5"),
-    "revolution min-1": (_PI, "30"),
-    "cm s-1": ("1", "100"),
-    "km s-1": ("1000", "1"),
-    "m min-1": ("1", "60"),
-    "foot s-1": ("0.3048", "1"),
-    "inch s-1": ("0.0254", "1"),
-    "mile h-1": ("0.44704", "1"),
-    "knot": ("1852", "3600"),
-    "uJ": ("1", "1000000"),
-    "MJ": ("1000000", "1"),
-    "W h": ("3600", "1"),
-    "foot lbf": (_FOOT_POUND, "1"),
-    "cm": ("1", "100"),
-    "km": ("1000", "1"),
-    "um": ("1", "1000000"),
-    "inch": ("0.0254", "1"),
-    "foot": ("0.3048", "1"),
-    "MN": ("1000000", "1"),
-    "kgf": ("9.80665", "1"),
-    "lbf": ("4.4482216152605", "1"),
-    "N cm": ("1", "100"),
-    "MN m": ("1000000", "1"),
+# OEIS A000796; more than hi + lo can hold.
+_PI = "3.14159265358979323846264338327950288419716939937510"
+
+# In SI units.
+_SIZES: Mapping[str, str] = {
+    "rad": "1",
+    "degree": "pi/180",
+    "arcminute": "pi/10800",
+    "arcsecond": "pi/648000",
+    "grade": "pi/200",
+    "revolution": "pi/0.5",
+    "m": "1",
+    "inch": "0.0254",
+    "foot": "0.3048",
+    "mile": "1609.344",
+    "s": "1",
+    "min": "60",
+    "h": "3600",
+    "knot": "1852/3600",
+    "N": "1",
+    "kgf": "9.80665",
+    "lbf": "4.4482216152605",
+    "J": "1",
+    "W": "1",
 }
+_PREFIXES = {"u": "1e-6", "m": "1e-3", "c": "1e-2", "k": "1e3", "M": "1e6"}
 
 
 def tried(si: str, named: str | None) -> tuple[str, ...]:
@@ -100,10 +68,16 @@ def tried(si: str, named: str | None) -> tuple[str, ...]:
 @cache
 def factor(unit: str) -> tuple[float, float]:
     """What a value in a unit is multiplied by to be in SI units, as hi + lo."""
-    numerator, denominator = _FACTORS[unit]
     with localcontext() as context:
         context.prec = 50
-        exact = Decimal(numerator) / Decimal(denominator)
+        exact = Decimal(1)
+        for word in unit.split() if unit != "1" else ():
+            name = word.removesuffix("-1")
+            prefix, base = ("", name) if name in _SIZES else (name[0], name[1:])
+            numerator, _, denominator = _SIZES[base].replace("pi", _PI).partition("/")
+            size = Decimal(_PREFIXES.get(prefix, "1")) * Decimal(numerator)
+            size /= Decimal(denominator or "1")
+            exact = exact * size if name == word else exact / size
         hi = float(exact)
         return hi, float(exact - Decimal(hi))
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from heyoka_bike.errors import printable
 from heyoka_bike.scoring.column_score import ColumnScore
-from heyoka_bike.scoring.findings import Finding, Severity
+from heyoka_bike.scoring.findings import Finding, Severity, named
 from heyoka_bike.scoring.measures import MOST_DIGITS
 from heyoka_bike.scoring.report import WHOLE, ManeuverScore, Report, Run, Series
 from heyoka_bike.showing.grades import judgement
@@ -184,7 +184,8 @@ def caveats(report: Report) -> list[str]:
         signs = "signs contradict each other, see the warning"
     elif "senses_opposed" in codes:
         signs = "roll and steer have opposite senses, see the warning"
-    return [said for said in (coverage_words(report), signs) if said]
+    lost = f"{named(list(report.not_compared))} not compared" if report.not_compared else ""
+    return [said for said in (coverage_words(report), lost, signs) if said]
 
 
 def percent(part: float) -> str:
@@ -202,21 +203,21 @@ def is_whole(m: ManeuverScore) -> bool:
     return m.coverage >= WHOLE
 
 
-def passes(m: ManeuverScore) -> bool | None:
-    """The benchmark's verdict on a maneuver's eq. (1); None if it has none."""
-    if m.performance is None or m.performance_limit is None:
-        return None
-    return m.performance < m.performance_limit
-
-
 def performance_words(m: ManeuverScore) -> str:
     """Eq. (1) of a maneuver and what the benchmark says to it."""
     text = f"{readable(m.performance)} %" if m.performance is not None else "no energy to judge"
-    verdict = passes(m)
+    verdict = m.meets_limit
     if verdict is None:
         return text
+    if why := _no_claim(m):
+        return f"{text} (does not count: {why})"
     so_far = "so far " if verdict and not is_whole(m) else ""
     return f"{text} ({so_far}{'passes, below' if verdict else 'FAILS, not below'} {limit_text(m)})"
+
+
+def _no_claim(m: ManeuverScore) -> str:
+    """Why eq. (1) of a maneuver does not count, whatever it is."""
+    return m.claim(m.performance_limit)[1] if m.performance_limit else ""
 
 
 def limit_text(m: ManeuverScore) -> str:
@@ -294,12 +295,12 @@ def performance_remark(report: Report) -> str:
 
 
 def _judged_words(m: ManeuverScore) -> str:
-    found = passes(m)
+    found = m.meets_limit
     so_far = " so far" if found and not is_whole(m) else ""
-    return (
-        f"is {readable(m.performance)} % in maneuver {m.maneuver}, which "
-        f"{'passes' if found else 'FAILS'}{so_far}: less than {limit_text(m)} is asked for"
-    )
+    outcome = f"{'passes' if found else 'FAILS'}{so_far}: less than {limit_text(m)} is asked for"
+    if why := _no_claim(m):
+        outcome = f"does not count: {why}"
+    return f"is {readable(m.performance)} % in maneuver {m.maneuver}, which {outcome}"
 
 
 def series_verdict(series: Series) -> str:

@@ -124,8 +124,9 @@ class ProcessExecutor(Executor):
         another exception only kind and place come back, as a `RemoteError`.
     preload
         Modules that are imported once, in the process that all others are forked from, where the
-        system can do that. Without them each process is a fresh interpreter: forking one that
-        holds threads and a JIT compiler is unsafe.
+        system can do that. It is begun by the first executor that has some, for all that do.
+        Without them each process is a fresh interpreter: forking one that holds threads and a JIT
+        compiler is unsafe.
     """
 
     def __init__(

@@ -171,7 +171,8 @@ def _run(folder: Path, precision: str) -> Check:
 
     require_heyoka()
     from heyoka_bike.numbers.precision import Precision
-    from heyoka_bike.reference.verification.agreement import certificate_of
+    from heyoka_bike.reference.layout import HDF5
+    from heyoka_bike.reference.verification.contents import BOUNDS
     from heyoka_bike.reference.verification.hashes import check_files
     from heyoka_bike.reference.verification.rerun import agreement
     from heyoka_bike.reference.verification.verify import read_content
@@ -181,13 +182,10 @@ def _run(folder: Path, precision: str) -> Check:
         raise DatasetError("the manifest is gone")
     content, _ = read_content(folder, files.manifest, files.data)
     part = content.parts[MANEUVER - 1]
-    if part.stored is None or part.run is None or part.entry is None:
+    if not part.files.keys() >= {HDF5, BOUNDS}:
         raise DatasetError("a file of the reference cannot be read")
     try:
-        found = agreement(
-            part.stored, part.run, certificate_of(part.run, part.entry), part.long_text,
-            Precision.of(precision), lambda stage, t: None,
-        )  # fmt: skip
+        found = agreement(part, Precision.of(precision), lambda stage, t: None)
     except InputError as e:
         # A build of heyoka may lack a format.
         return Check(f"run_{precision}", None, "", f"not made: {e}", {"values": 0})

@@ -9,6 +9,7 @@ import pytest
 from heyoka_bike.cli import main
 from heyoka_bike.errors import Exit
 from heyoka_bike.reference.load import load_reference
+from heyoka_bike.showing.figures import FIGURES
 
 matplotlib = pytest.importorskip("matplotlib")
 
@@ -24,6 +25,7 @@ LABELS = (
     "change of energy [J]",
     "time [s]",
 )
+ALL = len(FIGURES) + 2  # one of them for each maneuver
 PANELS = ("roll_angle", "roll_rate", "steer_angle", "steer_rate", "forward_speed")
 ENERGIES = ("kinetic_energy", "potential_energy", "mechanical_energy")
 
@@ -134,7 +136,7 @@ def test_another_format_is_refused_by_the_parser(capsys):
         (["--maneuver", "0"], "--maneuver: found 0, expected 1 to 3"),
         (["--maneuver", "1", "-o", "x.jpg"], "--output: found 'x.jpg', expected a file ending in"),
         (["-o", "x.png"], "--output: found the file 'x.png' for 3 figures, expected a folder"),
-        (["--figure", "all", "-o", "x.png"], "--output: found the file 'x.png' for 5 figures"),
+        (["--figure", "all", "-o", "x.png"], f"--output: found the file 'x.png' for {ALL} figures"),
         (["--figure", "best"], "--figure: found 'best', expected one of maneuvers, stability,"),
         (["--figure", "phase", "--maneuver", "4"], "--maneuver: found 4, expected 1 to 3"),
         (

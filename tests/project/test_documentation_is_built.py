@@ -13,6 +13,7 @@ import pytest
 
 from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.cli import main
+from heyoka_bike.scoring.reading.formats import FORMATS
 from heyoka_bike.system.resources import data_folder
 
 ROOT = data_folder().parent
@@ -38,6 +39,13 @@ def test_the_table_of_columns_is_that_of_the_code():
     assert made.page(text) == text, "run python docs/_site/columns_table.py"
     for column in COLUMNS:
         assert f"| `{column.name}` | {column.unit} |" in text
+
+
+def test_the_table_of_formats_is_that_of_the_code():
+    made = module(DOCS / "_site" / "formats_table.py")
+    text = made.PAGE.read_text(encoding="utf-8")
+    assert made.page(text) == text, "run python docs/_site/formats_table.py"
+    assert all(f"| {f.label} | {f.about}" in text for f in FORMATS)
 
 
 @pytest.mark.parametrize("page", ["start.md", "installation.md"])

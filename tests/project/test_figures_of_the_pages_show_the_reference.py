@@ -30,6 +30,8 @@ from support.texts_apart import assert_texts_are_apart  # noqa: E402
 from heyoka_bike.reference.proof import enclose as proving  # noqa: E402
 from heyoka_bike.showing.figures.style import render  # noqa: E402
 
+pytestmark = pytest.mark.proof
+
 HAS_HEYOKA = find_spec("heyoka") is not None
 NAMES = [
     pytest.param(

@@ -26,7 +26,7 @@ from heyoka_bike.numbers.dual import Dual, Duals
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.proof import dense_bound, enclose, integrals
 from heyoka_bike.reference.proof.cauchy import Circle, circle_bound, geometric, rho
-from heyoka_bike.reference.proof.dense_bound import Along, Expansion
+from heyoka_bike.reference.proof.dense_bound import Expanded, Expansion
 from heyoka_bike.reference.proof.error_flow import MATRIX_BITS, SIZE, Carried
 from heyoka_bike.reference.proof.first_row import exact_columns
 from heyoka_bike.reference.proof.integrals import with_integrals
@@ -273,7 +273,7 @@ def function(equations: Equations, state: Any) -> list[Any]:
 
 
 def expansion(run: Trajectory, bound: Fraction) -> Expansion:
-    return Expansion(run.piece(0), (bound,) * SIZE, Along.of(run, function))
+    return Expansion(run.piece(0), (bound,) * SIZE, Expanded.of(run, function))
 
 
 def test_what_the_series_of_a_column_leaves_out(run: Trajectory, monkeypatch: Any) -> None:

@@ -273,7 +273,7 @@ def test_what_interpolation_leaves_out_is_bounded(short, monkeypatch):
     unknowns = Unknowns.of(run, Equations.of(run.bicycle, Balls(variation.BITS), is_regular=False))
     with flint.ctx.workprec(variation.BITS):
         parts = [
-            derivatives.Along(part, unknowns)
+            derivatives.ColumnDerivatives(part, unknowns)
             for _, part in variation.variations(run, certificate, unknowns)
         ]
         fitted = derivatives.Fitted.of(parts)

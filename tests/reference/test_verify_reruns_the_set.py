@@ -10,7 +10,7 @@ import heyoka_bike.reference.verification.rerun as rerun_module
 from heyoka_bike.cli import main
 from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.numbers.precision import Precision
-from heyoka_bike.reference.verification.agreement import certificate_of
+from heyoka_bike.reference.layout import CANDIDATE, TEXT_50
 from heyoka_bike.reference.verification.rerun import agreement, precisions
 from heyoka_bike.reference.verification.verify import verify
 
@@ -24,11 +24,9 @@ def part(small_set):
 
 
 def compare(part, precision, **changes):
-    given = {
-        "stored": part.stored, "run": part.run, "text": part.long_text,
-        "certificate": certificate_of(part.run, part.entry), "precision": Precision.of(precision),
-    }  # fmt: skip
-    return agreement(**given | changes, report=lambda stage, t: None)
+    """A rerun of the part, with other contents of some files."""
+    part = replace(part, files={**part.files, **changes})
+    return agreement(part, Precision.of(precision), lambda stage, t: None)
 
 
 def test_digits_by_column_and_maneuver(small_set, capsys):
@@ -92,17 +90,17 @@ def test_a_published_value_that_is_wrong_is_seen(part):
     wrong = Fraction(tokens[3]) * (1 + Fraction(1, 10**31))
     tokens[3] = f"{wrong.numerator * 10**60 // wrong.denominator}e-60"
     text = replace(part.long_text, columns=columns | {(1, "steer_rate"): tuple(tokens)})
-    found = compare(part, 40, text=text)
+    found = compare(part, 40, **{TEXT_50: text})
     assert found.tally.failures > 0
     assert "steer_rate, row 3" in found.tally.first
-    assert compare(part, "binary128", text=text).tally.failures == 0
+    assert compare(part, "binary128", **{TEXT_50: text}).tally.failures == 0
 
 
 def test_another_bicycle_is_seen(part):
     from heyoka_bike.numbers.exact import Exact
 
     other = part.run.bicycle.replace(g=Exact.parse("9.8100000000000000000000000001"))
-    found = compare(part, 40, run=replace(part.run, bicycle=other))
+    found = compare(part, 40, **{CANDIDATE: replace(part.run, bicycle=other)})
     assert found.tally.failures > 0
 
 

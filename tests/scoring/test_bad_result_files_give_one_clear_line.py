@@ -18,8 +18,11 @@ import pytest
 import scipy.io
 
 from heyoka_bike.errors import InputError, MissingPackageError
-from heyoka_bike.scoring.reading import array_files, read_results, text_table
-from heyoka_bike.scoring.reading import source as reading
+from heyoka_bike.scoring.reading import read_results
+from heyoka_bike.scoring.reading import result_file as reading
+from heyoka_bike.scoring.reading.formats import listed
+from heyoka_bike.scoring.reading.formats import npz as archives
+from heyoka_bike.scoring.reading.text import table as text_table
 
 ROW = [f"{i}.5" for i in range(25)]
 NAMES = "time roll_angle roll_rate forward_speed"
@@ -306,7 +309,7 @@ def header(shape):
 TABLE = np.arange(250.0).reshape(10, 25)
 VECTOR = np.arange(10.0)
 SHEET = "is a spreadsheet; save it as xlsx or CSV"
-FORMATS = "expected text, JSON, .npy, .npz, .mat, netCDF, HDF5, Parquet or xlsx"
+FORMATS = f"expected {listed()}"
 
 # Name, content, a part of the message.
 FILES = [
@@ -411,7 +414,7 @@ def test_bad_arrays(source, fragment):
 
 
 def test_a_small_file_that_unpacks_to_a_large_one(tmp_path, monkeypatch):
-    monkeypatch.setattr(array_files, "MOST_BYTES", 10**6)
+    monkeypatch.setattr(archives, "MOST_BYTES", 10**6)
     content = npz(a=np.zeros((10**6, 25), dtype=np.int8))
     assert len(content) < 10**5
     assert "found more than 1000000 bytes" in the_one_error(content, tmp_path, "r.npz").message

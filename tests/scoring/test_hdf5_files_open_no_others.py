@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.reading import own_arrays
+from heyoka_bike.scoring.reading.formats import own_arrays
 from heyoka_bike.scoring.reading.source import read_results
 
 ROWS = np.column_stack([np.linspace(0.0, 1.0, 20), np.random.default_rng(1).random((20, 8))])

@@ -15,7 +15,7 @@ from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.leaderboard import leaderboard
 from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.score import score
-from heyoka_bike.scoring.submission import PROBLEMS, Problem, read_submission
+from heyoka_bike.scoring.submission import PROBLEMS, RankedProblem, read_submission
 from heyoka_bike.showing.formats.leaderboard import diagnosis
 from heyoka_bike.system.parallel import using
 from heyoka_bike.system.resources import data_folder
@@ -97,12 +97,21 @@ def test_what_breaks_a_rule_is_one_line_and_stops_nothing(folder, capsys, what):
     assert len(json.loads(out)["problems"][0]["entries"]) == 2
 
 
+def turned(row):
+    """The roll rates of a row turned round, but not the roll angles."""
+    values = row.split()
+    for i in (2, 10, 18):
+        values[i] = repr(-float(values[i]))
+    return " ".join(values)
+
+
 @pytest.mark.parametrize(
     ("change", "word"),
     [
         (lambda rows: rows[:900], "900 rows"),
         (lambda rows: [*rows[:5], rows[5].replace(rows[5].split()[3], "nan", 1), *rows[6:]],
          "a number in every row"),
+        (lambda rows: [turned(row) for row in rows], "signs that contradict"),
         (lambda rows: [*rows[:5], "0.051 " + rows[5].split(" ", 1)[1], *rows[6:]], "row 5"),
     ],
 )  # fmt: skip
@@ -189,7 +198,7 @@ def test_each_problem_has_a_table_of_its_own(folder, tmp_path, monkeypatch, caps
     sets = tmp_path / "set"
     inputs = ["--bicycle", "browser-jason", "--maneuvers", str(maneuvers)]
     assert main(["generate", *inputs, "--out", str(sets)]) == 0
-    monkeypatch.setitem(PROBLEMS, "H4", Problem("browser-jason", str(maneuvers), (1,)))
+    monkeypatch.setitem(PROBLEMS, "H4", RankedProblem("browser-jason", str(maneuvers), (1,)))
     shutil.copy(sets / "uncontrolled-bicycle.txt", folder / "small.txt")
     entry(folder, lambda text: text.replace('"H1"', '"H4"'), file=folder / "small.txt")
     capsys.readouterr()

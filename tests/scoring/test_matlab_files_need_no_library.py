@@ -13,8 +13,9 @@ import scipy.io
 from support.without_packages import python
 
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.reading import matlab_files, read_results
-from heyoka_bike.scoring.reading.matlab_bytes import matlab_variables
+from heyoka_bike.scoring.reading import read_results
+from heyoka_bike.scoring.reading.formats import matlab
+from heyoka_bike.scoring.reading.formats.matlab_bytes import matlab_variables
 
 MOST = 10**7
 RECORDS = np.array([(1, 2.5), (3, 4.5)], dtype=[("p", int), ("q", float)])
@@ -177,7 +178,7 @@ DAMAGED = {
 
 @pytest.mark.parametrize("what", DAMAGED)
 def test_damage_is_one_line(what, tmp_path, monkeypatch):
-    monkeypatch.setattr(matlab_files, "MOST_BYTES", MOST)
+    monkeypatch.setattr(matlab, "MOST_BYTES", MOST)
     path = tmp_path / "r.mat"
     path.write_bytes(DAMAGED[what])
     with pytest.raises(InputError, match=r"found a damaged file .*, expected a MATLAB file"):

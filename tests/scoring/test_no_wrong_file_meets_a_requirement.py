@@ -9,7 +9,9 @@ import pytest
 from support import play
 from support.wrong_files import KINDS
 
-from heyoka_bike.scoring import score, signs
+from heyoka_bike.scoring import rounding, score, verdict
+from heyoka_bike.scoring.judge import signs
+from heyoka_bike.scoring.report import Report
 
 # Every kind once with the fast tests, eight times with the proofs.
 ROUNDS = [0, *(pytest.param(i, marks=pytest.mark.proof) for i in range(1, 8))]
@@ -61,6 +63,29 @@ def test_the_game_sees_signs_taken_one_by_one(monkeypatch):
     monkeypatch.setattr(signs, "_impossible", lambda keys, signs: [])
     kinds = ["rate_against_angle", "improper_matrix", "signs_against_each_other"]
     assert len(losers(kinds, 2)) == 6
+
+
+def test_the_game_sees_zeros_that_count_as_digits(monkeypatch):
+    monkeypatch.setattr(rounding, "_in_common", lambda values, largest: 0.0)
+    assert losers(["rows_at_whole_numbers"], 10)
+
+
+def test_the_game_sees_an_energy_that_nobody_asks_about(monkeypatch):
+    monkeypatch.setattr(verdict, "performance", lambda change, limit, **of: (change, ""))
+    assert losers(["energy_that_is_bought"], 2)
+
+
+def test_the_game_sees_a_column_that_is_left_out_in_silence(monkeypatch):
+    monkeypatch.setattr(Report, "not_compared", {})
+    assert losers(["another_column_beside"], 2)
+
+
+def test_the_game_sees_a_word_that_rests_on_few_digits(monkeypatch):
+    def right_to_the_digits(error, *, unexplained, scale, **_):
+        return verdict.Grade.RIGHT if unexplained <= 1e-6 * scale else verdict.Grade.WRONG
+
+    monkeypatch.setattr(verdict, "grade", right_to_the_digits)
+    assert losers(["rows_where_rounding_is_right"], 6)
 
 
 def test_the_game_sees_coverage_by_the_ends_alone(monkeypatch):

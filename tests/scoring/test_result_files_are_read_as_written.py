@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
-from heyoka_bike.scoring.reading import read_results, text_table
-from heyoka_bike.scoring.reading import source as reading
+from heyoka_bike.scoring.reading import read_results
+from heyoka_bike.scoring.reading import result_file as reading
+from heyoka_bike.scoring.reading.text import table as text_table
 
 NAMES = ("time", *(f"m{m}_{key}" for m in (1, 2, 3) for key in BENCHMARK_COLUMNS))
 
@@ -292,7 +293,7 @@ def test_rows_after_blocks_of_another_kind(rows, tmp_path, monkeypatch):
 def test_reading_imports_nothing_heavy():
     code = """
 import sys
-import heyoka_bike.scoring.reading
+import heyoka_bike.scoring.reading.source
 print(sorted({m.partition(".")[0] for m in sys.modules} & {"scipy", "h5py", "gzip"}))
 """
     run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)

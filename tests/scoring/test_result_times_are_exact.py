@@ -7,8 +7,9 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from heyoka_bike.scoring.reading import read_results, text_table
-from heyoka_bike.scoring.reading.number_blocks import rest
+from heyoka_bike.scoring.reading import read_results
+from heyoka_bike.scoring.reading.text import table as text_table
+from heyoka_bike.scoring.reading.text.blocks import rest
 from heyoka_bike.scoring.reading.times import as_multiples, settle
 
 

@@ -2,9 +2,14 @@
 
 import numpy as np
 import pytest
+from support.game_files import in_memory
 from support.made_results import made
+from support.wrong_files import KINDS, wrong_file
 
+from heyoka_bike.errors import BicycleError
+from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.score import score
+from heyoka_bike.showing.formats.output import render
 
 
 def test_a_right_file_is_right_and_a_wrong_one_is_not(reference):
@@ -30,18 +35,32 @@ def test_six_digits_are_right_and_five_are_close(reference):
     assert ": close, " in off(5.1).verdict
 
 
-def test_digits_written_are_enough(reference, tmp_path):
+def test_few_digits_cannot_be_right_and_are_not_called_wrong(reference, tmp_path):
+    """Four decimals of the right motion: what they cannot show is not said."""
     rows = reference[2].rows
     table = np.column_stack([reference[2].time, rows["roll_angle"], rows["steer_angle"]])
     np.savetxt(tmp_path / "a.csv", table, "%.4f", ",", header="t,phi,delta", comments="")
-    report = score(tmp_path / "a.csv", reference, maneuver=2)
+    report = score(tmp_path / "a.csv", reference, ["scd >= 3", "scd >= 6"], maneuver=2)
     assert report.worst.scd < 4
-    assert report.is_right
+    assert ": cannot be told at the digits written, " in report.verdict
+    assert not report.is_right
+    assert [r.met for r in report.requirements] == [True, False]
+
+
+def test_a_wrong_motion_is_wrong_with_few_digits_too(reference, tmp_path):
+    rows = reference[2].rows
+    table = np.column_stack([reference[2].time, 1.01 * rows["roll_angle"], rows["steer_angle"]])
+    np.savetxt(tmp_path / "a.csv", table, "%.4f", ",", header="t,phi,delta", comments="")
+    assert ": wrong, " in score(tmp_path / "a.csv", reference, maneuver=2).verdict
 
 
 def test_signs_that_contradict_each_other_are_not_right(reference):
     turned = made(reference, lambda k, v, n: -v if k == "roll_rate" else v)
-    assert not score(turned, reference).is_right
+    report = score(turned, reference)
+    assert not report.is_right
+    assert ": wrong, " in report.verdict
+    assert "keep it so" not in render(report, "summary")
+    assert {c.key for c in report[1].columns if c.is_contradicted} == {"roll_angle", "roll_rate"}
     left = made(reference, lambda k, v, n: -v if k.startswith(("roll", "steer")) else v)
     assert score(left, reference).is_right
 
@@ -63,10 +82,56 @@ def test_the_start_alone_is_called_so_first(reference, tmp_path, count):
     columns = "time,roll_angle,roll_rate,forward_speed"
     report = score(tmp_path / "start.csv", reference, maneuver=2, columns=columns.split(","))
     said = report.verdict.partition(": ")[2]
-    assert said.startswith("only the start is there, which the benchmark gives: right")
+    # Written as 0.5 and 4.6.
+    start = "only the start is there, which the benchmark gives: cannot be told"
+    assert said.startswith(start)
     assert not report.is_right
 
 
 def test_a_wrong_start_is_wrong(reference, tmp_path):
     (tmp_path / "start.csv").write_text("t,phi,v\n0,0,4.7\n")
     assert ": wrong, " in score(tmp_path / "start.csv", reference, maneuver=2).verdict
+
+
+@pytest.mark.parametrize("count", range(3))
+@pytest.mark.parametrize("kind", [
+    "times_of_one_decimal", "digits_of_every_second_row", "rows_where_rounding_is_right",
+    "rows_at_whole_numbers", "another_column_beside", "signs_against_each_other",
+])  # fmt: skip
+def test_nothing_says_that_a_wrong_file_is_right(reference, tmp_path, kind, count):
+    """Neither verdict, summary, requirement, JSON, JUnit nor table."""
+    wrong = wrong_file(1, list(KINDS).index(kind) + count * len(KINDS))
+    file = tmp_path / "file.csv"
+    file.write_text(wrong.text or "")
+    if wrong.text:
+        try:
+            results = read_results(file)
+            report = score(results, reference, wrong.fails)
+        except BicycleError:
+            return
+    else:
+        report = score(in_memory(wrong.parts), reference, wrong.fails)
+    assert not report.is_right
+    assert not any(r.met for r in report.requirements)
+    assert "keep it so" not in render(report, "summary")
+    first = render(report, "summary").partition(": ")[2]
+    assert not first.startswith("right") or "as far as it goes" in first
+    changed = [c for m in report.maneuvers for c in m.columns if c.key in wrong.keys]
+    assert report.not_compared or not all(c.is_right for c in changed)
+    assert report.to_dict()["grade"] != "right" or not report.to_dict()["is_whole"]
+
+
+def test_a_time_shows_nothing_but_its_decimal(reference, tmp_path):
+    """Times of one decimal at uneven steps and a wrong motion, as right as rounded times allow."""
+    wrong = wrong_file(1, list(KINDS).index("times_of_one_decimal"))
+    (tmp_path / "file.csv").write_text(wrong.text)
+    report = score(tmp_path / "file.csv", reference)
+    assert ": wrong, " in report.verdict
+
+
+def test_cases_of_junit_pass_if_their_column_is_right(reference):
+    wrong = made(reference, lambda k, v, n: 1.01 * v if k == "steer_rate" else v)
+    text = render(score(wrong, reference), "junit")
+    assert text.count("<skipped ") == 3
+    assert "nothing is required: wrong" in text
+    assert "<skipped " not in render(score(made(reference), reference), "junit")

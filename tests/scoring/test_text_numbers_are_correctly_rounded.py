@@ -7,7 +7,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from heyoka_bike.scoring.reading.number_blocks import NOTHING, parse_block
+from heyoka_bike.scoring.reading.text.blocks import NOTHING, parse_block
 
 sign = st.sampled_from(["", "-", "+"])
 digits = st.text("0123456789", min_size=1, max_size=22)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from heyoka_bike.scoring.reading import read_results
-from heyoka_bike.scoring.reading.column_names import named_unit
-from heyoka_bike.scoring.reading.heading_units import _OTHERS, unknown_unit
+from heyoka_bike.scoring.reading.names.columns import named_unit
+from heyoka_bike.scoring.reading.names.units import _OTHERS, unknown_unit
 from heyoka_bike.scoring.score import score
 from heyoka_bike.scoring.units import NAMED, UNITS, factor
 

@@ -10,10 +10,11 @@ import pytest
 from support import sample_reports
 from support.pages import Page
 
-from heyoka_bike.showing.formats.origin import UNKNOWN, Origin
+from heyoka_bike.showing.formats.origin import Origin
 from heyoka_bike.showing.formats.output import render as rendered
 from heyoka_bike.version import __version__
 
+UNKNOWN = Origin()
 SAMPLES = (
     "sample", "perfect", "rough", "one_row", "half", "without_columns", "nothing", "no_maneuvers",
     "hostile", "series", "programs",

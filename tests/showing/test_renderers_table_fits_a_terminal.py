@@ -6,10 +6,11 @@ from dataclasses import replace
 import pytest
 from support import sample_reports
 
-from heyoka_bike.showing.formats.origin import UNKNOWN, Origin
+from heyoka_bike.showing.formats.origin import Origin
 from heyoka_bike.showing.formats.output import render as rendered
 from heyoka_bike.version import __version__
 
+UNKNOWN = Origin()
 SAMPLES = (
     "sample", "perfect", "rough", "one_row", "half", "without_columns", "nothing", "no_maneuvers",
     "hostile", "series", "programs",
@@ -108,7 +109,7 @@ def test_correct_digits_of_all_columns_and_maneuvers_follow_the_verdict():
             scd = c.as_understood.measures.scd
             digits, sign = rows[c.key][2 * i : 2 * i + 2]
             assert digits == f"{scd:.1f}"
-            assert sign == ("+" if scd >= 5.95 else "o" if scd >= 2.95 else "x")
+            assert sign == ("+" if scd >= 6 else "o" if scd >= 3 else "x")
     assert "+ right: 6 correct digits or more" in text
     assert "o close: 3 to 6 digits" in text
     assert "x wrong" not in text  # no cell has that sign

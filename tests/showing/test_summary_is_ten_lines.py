@@ -71,7 +71,7 @@ def _part(report):
 def _rounded(report):
     """All that is left is the rounding of the digits written."""
     maneuvers = tuple(
-        replace(m, columns=tuple(replace(c, floor=1e9) for c in m.columns))
+        replace(m, columns=tuple(replace(c, unexplained=0.0, resolution=1e9) for c in m.columns))
         for m in report.maneuvers
     )
     return replace(report, maneuvers=maneuvers)

@@ -52,7 +52,7 @@ def signs(random, keys):
     # where a quaternion is, whose components they would exchange.
     if handed > 0 and not any("_frame_q" in k for k in keys) and random.random() < 0.4:
         body = {"x": 1, "y": 1, "z": 1}
-    lean, steer, yaw, ahead, wheel, spin = (int(s) for s in random.choice([-1, 1], 6))
+    lean, steer, yaw, ahead, wheel, _ = (int(s) for s in random.choice([-1, 1], 6))
     up, along, across, on_wheel, on_axle, on_fork = (int(s) for s in random.choice([-1, 1], 6))
     same = {end: int(random.choice([-1, 1])) for end in ("rear", "front")}
     found = {"roll_angle": lean, "roll_rate": lean, "steer_angle": steer, "steer_rate": steer,
@@ -62,10 +62,8 @@ def signs(random, keys):
             continue
         end = key.split("_")[0]
         last = key[-1]
-        if key.endswith("wheel_angle"):
+        if key.endswith(("wheel_angle", "wheel_omega_y")):
             s = wheel
-        elif key.endswith("wheel_omega_y"):
-            s = spin
         elif "omega" in key:
             s = int(ground[last]) * sense * (handed if ground is body else 1)
             s = (axial if body is ground else {"x": sense, "y": sense, "z": sense})[last]
@@ -254,7 +252,16 @@ def known(honest, said):
             is_zeroed = bool(honest.zero) and k in ZEROED
             zero = honest.zero if is_zeroed else 0.0
             e = errors(p.hi[k], p.lo[k], exact[p.maneuver][name], factor, zero)
-            half = _half_a_digit(p.hi[k], honest.digits, p.is_rounded) / float(abs(factor))
+            half = _half_a_digit(p.hi[k], honest.digits, p.is_rounded)
+            if p.lo[k].any():
+                # Zeros at the end of long numbers are not written: their digits are known to one.
+                half = max(half, 10 * _half_a_digit(p.hi[k], honest.digits, is_rounded=True))
+            else:
+                half = max(half, np.spacing(np.max(abs(p.hi[k]))) / 2)
+            if p.is_rounded and np.ptp(p.hi[k]) == 0:
+                # How many digits a constant has is told by the other columns, to one or so.
+                half *= 10
+            half /= float(abs(factor))
             if is_zeroed:
                 # The zero itself is known no better than the potential energy is written.
                 v = p.hi["potential_energy"]
@@ -264,6 +271,8 @@ def known(honest, said):
                 # Conversions here are good to 19 digits.
                 size = max(size, 10**-18.5 * s)
             typical[p.maneuver, k] = max(np.sqrt(np.mean(e**2)), half)
+            # A digit that was not written is not correct, however near the value is by chance.
+            size = max(size, half)
             found[p.maneuver, k] = Known(_digits(size / s), size, s, 0.0)
     for k in said[0].hi:
         name = honest.readings[k][0]

@@ -38,6 +38,8 @@ WRITTEN = {"wrong": 0.12, "honest": 0.4}
 _ARITHMETIC = 0.1
 # Rows nearer than the longest piece of the reference cover the run, in every maneuver.
 MOST_APART = 0.25
+# Digits of what is not wrong.
+_CLOSE = 3.0
 # Values between the published rows are compared with 31 digits.
 _MOST = 30.5
 
@@ -75,6 +77,10 @@ def play_wrong(number, seed=SEED):
     except Exception:
         return Outcome(number, wrong.kind, (f"{form}: {traceback.format_exc()[-400:]}",))
     lost = [f"{form}: {r.text} is met: {r.message}" for r in report.requirements if r.met]
+    said = report.verdict.partition(": ")[2]
+    is_favoured = said.startswith("right") and "as far as it goes" not in said
+    if wrong.is_not_right and (report.is_right or is_favoured):
+        lost.append(f"{form}: is said to be {said}")
     return Outcome(number, wrong.kind, tuple(lost))
 
 
@@ -126,6 +132,9 @@ def play_honest(number, seed=SEED):
     except Exception:
         return Outcome(number, kind, (traceback.format_exc()[-400:],))
     lost = [f"{r.text} is not met: {r.message}" for r in report.requirements if not r.met]
+    said = report.verdict.partition(": ")[2]
+    if min(_allowed(k)[1] for k in true.values()) >= _CLOSE and said.startswith("wrong"):
+        lost.append(f"is said to be {said}")
     found = {(m.maneuver, c.key): c for m in report.maneuvers for c in m.columns}
     if set(found) != set(true):
         lost.append(f"columns left out or added: {set(found) ^ set(true)}")
@@ -149,6 +158,10 @@ def _fulfilled(parts, true):
     found = [f"gap <= {gap:.9f}", f"scd >= {digits - 1e-6:.6f}"]
     if gap < MOST_APART:
         found.append("coverage >= 1")
+    for n in {n for n, key in true if key == "mechanical_energy"}:
+        energy = true[n, "mechanical_energy"]
+        if 200 * _allowed(energy)[0] < 1e-3 * energy.scale:
+            found.append(f"{n}.performance < 1e-3")
     for (n, key), k in true.items():
         if k.max_abs_error > 10**-_MOST * k.scale:
             found.append(f"{n}.{key}.max_abs_error <= {_allowed(k)[0]:.9e}")

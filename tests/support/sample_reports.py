@@ -244,6 +244,9 @@ def _column(m: ReferenceManeuver, key: str, size: float) -> ColumnScore:
         values=len(t),
         missing=0,
         trace=Trace(t, right + error, error),
+        scale=scale,
+        unexplained=max(float(np.max(np.abs(error))) - _FLOOR * scale, 0.0),
+        resolution=_FLOOR * scale,
     )
 
 

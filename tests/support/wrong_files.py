@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from heyoka_bike.scoring.reading.results import Quantum
-from support.game_files import EIGHT, END, MOTION, correct, names, references, scale
+from support.game_files import EIGHT, END, MOTION, correct, names, references, scale, truth
 from support.game_truth import Truth, units
 
 MANEUVERS = (1, 2, 3)
@@ -34,6 +34,19 @@ class Wrong:
     quantum: Quantum | None = None
     is_sized: bool = True
     text: str = ""
+
+    @property
+    def is_not_right(self):
+        """Whether a requirement that every right file meets is among those that it cannot meet."""
+        return any(
+            text == "coverage >= 0.99"
+            or (" >= " in text and text.split(" >= ")[0].endswith("scd") and _number(text) <= 6)
+            for text in self.fails
+        )
+
+
+def _number(text):
+    return float(text.split()[-1])
 
 
 def _size(random, low=-13, high=2):
@@ -484,6 +497,115 @@ def cut_off(random):
     return _of_text(parts, [text], ["any"], ["coverage >= 1", "coverage >= 0.99", "gap <= 0.5"])
 
 
+# Digits that hide.
+
+
+def _wrong_motion(random, number, time, keys=EIGHT, most=0.1):
+    """A motion that is too slow by a part of up to so much, and by a tenth of that at least."""
+    early = time * (1 - random.uniform(most / 10, most))
+    return correct(number, {k: k for k in keys}, early, np.zeros_like(early)).hi
+
+
+def times_of_one_decimal(random):
+    """Uneven times of one decimal, written exactly: no excuse for a wrong motion."""
+    tenths = np.concatenate([[0], np.cumsum(random.choice([1, 2], 100, p=[0.3, 0.7]))])
+    tenths = np.append(tenths[tenths < 100], 100)
+    n = int(random.choice(MANEUVERS))
+    moved = _wrong_motion(random, n, tenths / 10, most=0.005)
+    columns = [("time", [f"{i / 10:.1f}" for i in tenths])]
+    columns += [(f"m{n}_{k}", [f"{x:.12g}" for x in moved[k]]) for k in EIGHT]
+    parts = [correct(n, {k: k for k in EIGHT})]
+    return _of_text(parts, _lines(columns), ["roll_angle"], ["scd >= 6"])
+
+
+def digits_of_every_second_row(random):
+    """Right to one decimal in some rows of many, wrong to all digits in the others."""
+    n = int(random.choice(MANEUVERS))
+    time = np.arange(4001) / 400
+    part = correct(n, {k: k for k in EIGHT}, time, np.zeros_like(time))
+    moved = _wrong_motion(random, n, time, most=0.01)
+    every, first = int(random.choice([2, 3], p=[0.8, 0.2])), int(random.random() < 0.2)
+    columns = [("time", [f"{t:g}" for t in time])]
+    for k in EIGHT:
+        some = np.arange(4001) % every != first
+        texts = [
+            f"{y:.12f}" if s else f"{x:.1f}"
+            for s, x, y in zip(some, part.hi[k], moved[k], strict=True)
+        ]
+        columns.append((f"m{n}_{k}", texts))
+    return _of_text([part], _lines(columns), ["roll_angle"], ["scd >= 6"])
+
+
+def rows_where_rounding_is_right(random):
+    """Rows of a wrong motion where it rounds to the same whole numbers as the right one."""
+    n = int(random.choice(MANEUVERS))
+    part = correct(n, {"roll_angle": "roll_angle"})
+    moved = _wrong_motion(random, n, part.time, ["roll_angle"], most=0.02)
+    per_radian = 180 / np.pi * float(random.choice([1, 10, 100]))
+    right, wrong = (np.rint(x["roll_angle"] * per_radian) for x in (part.hi, moved))
+    same = right == wrong
+    form = str(random.choice(["{:.2f}", "{:.17e}"]))
+    texts = [form.format(x) for x in right[same] / per_radian * 180 / np.pi]
+    columns = [("time", [f"{i / 100:g}" for i in np.flatnonzero(same)])]
+    columns.append((f"m{n}_roll_angle_deg", texts))
+    return _of_text([part], _lines(columns), ["roll_angle"], ["scd >= 6"])
+
+
+def rows_at_whole_numbers(random):
+    """One column at the times when it is a whole number of its unit: one digit, and no error."""
+    n = int(random.choice(MANEUVERS))
+    m = references()[0][n]
+    unit = float(random.choice([1.0, 0.5, 0.1, 0.01])) * np.pi / 180
+    steps = m.rows["roll_angle"] / unit
+    rows = np.flatnonzero(np.floor(steps[1:]) != np.floor(steps[:-1]))
+    low, high = m.time[rows].copy(), m.time[rows + 1].copy()
+    whole = np.maximum(np.floor(steps[rows]), np.floor(steps[rows + 1]))
+    rises = steps[rows + 1] > steps[rows]
+    for _ in range(60):
+        middle = (low + high) / 2
+        above = truth(n, ["roll_angle"], middle, 0 * middle)["roll_angle"][0] / unit > whole
+        low, high = np.where(above == rises, low, middle), np.where(above == rises, middle, high)
+    written = whole * unit * 180 / np.pi
+    form = str(random.choice(["{:.2f}", "{:.12f}"]))
+    lines = ["time,roll_angle_deg", "0,0"]
+    lines += [f"{t!r},{form.format(x)}" for t, x in zip(high.tolist(), written, strict=True)]
+    part = correct(n, {"roll_angle": "roll_angle"})
+    return _of_text([part], lines, ["roll_angle"], ["scd >= 6"])
+
+
+def another_column_beside(random):
+    """A second column of the same quantity, wrong, under a name of its own."""
+    parts, columns = _table(random, (int(random.choice(MANEUVERS)),))
+    columns = [(name.partition("_")[2] or name, values) for name, values in columns]
+    i = random.integers(1, 9)
+    name, values = columns[i]
+    wrong = [repr(1.3 * float(v) + 0.01) for v in values]
+    columns.insert(random.integers(1, 10), (f"{name}{random.choice(['2', '_2', '_3'])}", wrong))
+    return _of_text(parts, _lines(columns), [name], ["scd >= 6", f"{name}.scd >= 6"])
+
+
+def energy_that_is_bought(random):
+    """Eq. (1) of an energy that is not that of the motion: a constant, a far zero, few digits."""
+    n = int(random.choice(MANEUVERS))
+    part = correct(n, {k: k for k in EIGHT})
+    moved = _wrong_motion(random, n, part.time)
+    has_parts = random.random() < 0.6
+    if has_parts and random.random() < 0.5:
+        drift = 1 + 10 ** random.uniform(-4, -2) * part.time / END
+        for k in ("potential_energy", "kinetic_energy"):
+            moved[k] = moved[k] * drift
+    own = moved["potential_energy"] + moved["kinetic_energy"]
+    far = random.choice([-1, 1]) * 10 ** random.uniform(-1, 3.5)
+    kinds = [np.full(1001, own[0] + far), own + 1e6, np.rint(own / 10) * 10, np.full(1001, far)]
+    energy = kinds[random.integers(len(kinds))]
+    keys = EIGHT if has_parts else [k for k in EIGHT if k[:3] not in ("pot", "kin")]
+    columns = [("time", [f"{i / 100:g}" for i in range(1001)])]
+    values = {**moved, "mechanical_energy": energy}
+    columns += [(f"m{n}_{k}", [f"{x:.12g}" for x in values[k]]) for k in keys]
+    fails = [f"{n}.performance < 1e-3", "scd >= 6"]
+    return _of_text([part], _lines(columns), ["mechanical_energy"], fails)
+
+
 # What is wrong without being a matter of size.
 
 
@@ -652,7 +774,8 @@ TIED = (
     ("rear_contact_x", "front_contact_x"), ("rear_contact_y", "front_contact_y"),
     ("rear_hub_x", "com_x"), ("rear_hub_y", "front_contact_y"), ("rear_hub_z", "front_hub_z"),
     ("com_z", "front_frame_com_z"), ("rear_frame_com_z", "rear_hub_z"),
-    ("com_y", "rear_frame_com_y"),
+    ("com_y", "rear_frame_com_y"), ("rear_wheel_angle", "rear_wheel_omega_y"),
+    ("front_wheel_angle", "front_wheel_omega_y"),
 )  # fmt: skip
 UNTURNED = ("rear_friction", "front_friction", "potential_energy", "kinetic_energy")
 
@@ -688,7 +811,9 @@ KINDS = {
         quaternion_of_no_turn, quaternion_of_another_length, signs_against_each_other,
         sign_that_is_none, zeros_differ, huge, times_in_another_unit, one_spike_in_many_rows,
         heading_twice, headings_exchanged, columns_in_another_place, rows_commented_out,
-        a_table_after_the_table, a_field_that_is_none, cut_off,
+        a_table_after_the_table, a_field_that_is_none, cut_off, times_of_one_decimal,
+        digits_of_every_second_row, rows_where_rounding_is_right, rows_at_whole_numbers,
+        another_column_beside, energy_that_is_bought,
     )},
 }  # fmt: skip
 

@@ -148,35 +148,43 @@ def test_a_script_that_begins_processes_as_it_is_read_is_told_so(tmp_path):
     assert 'outside of: if __name__ == "__main__"' in run.stderr.splitlines()[-1]
 
 
-@pytest.fixture(scope="module")
-def limited():
-    """Processes that are forked from one in which modules have been imported."""
-    limits = ProcessLimits(4.0, 2_000_000_000)
-    with ProcessExecutor(2, limits, ["support.jobs", "colorsys"]) as pool:
-        yield pool
+def test_calls_with_limits_have_processes_of_their_own(tmp_path):
+    with ProcessExecutor(2, ProcessLimits(60.0, 2_000_000_000)) as pool:
+        calls = [pool.submit(jobs.imported, "sys") for _ in range(2)]
+        assert len({call.result()[0] for call in calls} | {os.getpid()}) == 3
+        assert pool.submit(jobs.memory_limit).result() == 2_000_000_000
+        # It is not begun again.
+        with pytest.raises(BrokenExecutor):
+            pool.submit(jobs.die_once, str(tmp_path / "flag"), jobs.nothing).result()
+        # Neither contents nor objects come back of what a file may have brought about.
+        with pytest.raises(RemoteError, match=r"^ZeroDivisionError at jobs\.py:\d+$"):
+            pool.submit(jobs.fail, jobs.nothing).result()
+        with pytest.raises(RemoteError, match="TypeError at"):
+            pool.submit(object).result()
 
 
-def test_a_call_with_limits_has_a_process_of_its_own(limited):
-    calls = [limited.submit(jobs.imported, "colorsys") for _ in range(2)]
-    found = [call.result() for call in calls]
-    assert len({pid for pid, _ in found} | {os.getpid()}) == 3
+def test_a_call_ends_at_its_limit(tmp_path):
+    with ProcessExecutor(1, ProcessLimits(0.5, 2_000_000_000)) as pool:
+        with pytest.raises(TimeoutError):
+            pool.submit(jobs.begin, str(tmp_path), 600.0, jobs.nothing).result()
+        assert not multiprocessing.active_children()
+
+
+def test_processes_are_forked_from_one_that_has_imported_modules(tmp_path):
+    """In a process of its own: there is one such process for all executors."""
+    script = tmp_path / "script.py"
+    script.write_text(
+        "from support import jobs\nfrom heyoka_bike.system.executors import *\n"
+        "if __name__ == '__main__':\n"
+        "  with ProcessExecutor(1, ProcessLimits(60.0, 2_000_000_000), ['colorsys']) as pool:\n"
+        "    print(pool.submit(jobs.imported, 'colorsys').result()[1])\n"
+    )
+    run = subprocess.run(
+        [sys.executable, str(script)], env=os.environ | {"PYTHONPATH": str(TESTS)},
+        capture_output=True, text=True, timeout=120,
+    )  # fmt: skip
     forks = "forkserver" in multiprocessing.get_all_start_methods()
-    assert [is_there for _, is_there in found] == [forks] * 2
-
-
-def test_limits_of_a_call_end_it(limited, tmp_path):
-    with pytest.raises(TimeoutError):
-        limited.submit(jobs.begin, str(tmp_path), 600.0, jobs.nothing).result()
-    assert_all_ended(tmp_path)
-    assert limited.submit(jobs.memory_limit).result() == 2_000_000_000
-    # It is not begun again.
-    with pytest.raises(BrokenExecutor):
-        limited.submit(jobs.die_once, str(tmp_path / "flag"), jobs.nothing).result()
-    # Neither contents nor objects come back of what a file may have brought about.
-    with pytest.raises(RemoteError, match=r"^ZeroDivisionError at jobs\.py:\d+$"):
-        limited.submit(jobs.fail, jobs.nothing).result()
-    with pytest.raises(RemoteError, match="TypeError at"):
-        limited.submit(object).result()
+    assert run.stdout == f"{forks}\n", run.stderr
 
 
 def test_what_is_cancelled_ends_whether_it_runs_or_waits(tmp_path):

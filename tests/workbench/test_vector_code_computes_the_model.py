@@ -1,4 +1,4 @@
-"""What is written as LLVM's assembly computes what the model does, in every place of a vector."""
+"""What is written in LLVM's language computes what the model does, in every place of a vector."""
 
 import ctypes
 import math

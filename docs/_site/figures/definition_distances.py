@@ -40,7 +40,8 @@ def draw(reference: Reference, numbers: Sequence[int]) -> Figure:
     with style():
         from matplotlib.figure import Figure
 
-        panels = [(key, others) for key in COLUMNS for others in _batched(DEFINITIONS[key][1:])]
+        definitions = maneuver.definitions
+        panels = [(key, others) for key in COLUMNS for others in _batched(definitions[key][1:])]
         figure = Figure(figsize=(WIDTH, _HEIGHT * len(panels)), layout="constrained")
         figure.suptitle(
             f"{maneuver.name}: how far apart definitions are, the largest difference so far",
@@ -48,7 +49,7 @@ def draw(reference: Reference, numbers: Sequence[int]) -> Figure:
         )
         axes = figure.subplots(len(panels), 1, sharex=True)
         for ax, (key, others) in zip(axes, panels, strict=True):
-            default, last = DEFINITIONS[key][0], []
+            default, last = definitions[key][0], []
             for other, look in zip(others, LINES, strict=False):
                 apart = largest_so_far(maneuver, other.name, default.name)
                 last.append(float(apart[-1]))

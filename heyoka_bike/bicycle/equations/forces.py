@@ -155,7 +155,7 @@ class _Wrench:
 
 
 @dataclass(frozen=True, slots=True)
-class _Loads:
+class _JointLoads:
     """What the motion of a frame and its wheel needs besides their weight, in the frame's axes."""
 
     frame: _Wrench
@@ -168,11 +168,13 @@ class _Parts:
 
     bodies: Bodies
     axes: Axes
-    rear: _Loads
-    front: _Loads
+    rear: _JointLoads
+    front: _JointLoads
 
 
-def _loads(part: Half, axes: Axes, turning: Vector, hub: Vector, v: Dual, lift: Vector) -> _Loads:
+def _loads(
+    part: Half, axes: Axes, turning: Vector, hub: Vector, v: Dual, lift: Vector
+) -> _JointLoads:
     """Newton's and Euler's laws for a frame and its wheel.
 
     Parameters
@@ -194,7 +196,7 @@ def _loads(part: Half, axes: Axes, turning: Vector, hub: Vector, v: Dual, lift: 
     spin, spin_rate = (-(x / part.wheel_r) for x in (v.value, v.slopes[0]))
     rim = part.wheel_inertia_times((omega[0], spin, omega[2]))
     rim_rate = part.wheel_inertia_times((alpha[0], spin_rate, alpha[2]))
-    return _Loads(
+    return _JointLoads(
         frame=_Wrench(force, plus(moment, cross(arm, force))),
         wheel=_Wrench(scaled(part.wheel_m, acceleration), plus(rim_rate, cross(omega, rim))),
     )

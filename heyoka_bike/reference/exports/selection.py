@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from heyoka_bike.bicycle.column import Column
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.reference.description.facts import COPYRIGHT, TITLE
 from heyoka_bike.reference.load import Reference, ReferenceManeuver
@@ -18,7 +18,6 @@ AXES = (
     "SI units. Axes: x forward, y to the right, z down; roll, steer and yaw positive to the right."
 )
 
-_DEFINITIONS = {column.name: column for column in COLUMNS}
 _WIDTH = 96
 
 
@@ -61,19 +60,21 @@ def choose(reference: Reference, maneuver: int | None, columns: str | None) -> S
     if maneuver is not None and maneuver not in reference:
         raise InputError(f"--maneuver: found {maneuver}, expected 1 to {len(reference)}")
     numbers = tuple(reference) if maneuver is None else (maneuver,)
-    there = reference[numbers[0]].columns
+    first = reference[numbers[0]]
+    known = {c.name: c for columns in first.definitions.values() for c in columns}
+    there = {name: known[name] for name in first.columns if name in known}
     if columns is None:
         names = BENCHMARK_COLUMNS
     elif columns == ALL:
-        names = there
+        names = tuple(there)
     else:
         names = tuple(dict.fromkeys(name.strip() for name in columns.split(",")))
     for name in names:
-        if name not in there or name not in _DEFINITIONS:
+        if name not in there:
             raise InputError(
                 f"--columns: found {quoted(name)}, expected {ALL} or some of {', '.join(there)}"
             )
-    return Selection(reference, numbers, tuple(_DEFINITIONS[name] for name in names))
+    return Selection(reference, numbers, tuple(there[name] for name in names))
 
 
 def about(selection: Selection, content: str, use: str) -> list[str]:

@@ -170,7 +170,7 @@ def generate_sets(
                 say(line)
             name = f"{bicycle.name}, " if len(sets) > 1 else ""
             try:
-                one = _Making(folder, bicycle, ends, name)
+                one = _SetInMaking(folder, bicycle, ends, name)
                 check_overwrite(folder, one.version, one.inputs, force=force)
                 one.kept = locks.enter_context(unfinished(folder))
                 making.append(one)
@@ -260,7 +260,7 @@ def _said(bicycle: Bicycle, asked: Sequence[Maneuver], ends: Sequence[Ending]) -
             )
 
 
-class _Making:
+class _SetInMaking:
     """A set that is being made."""
 
     kept: Unfinished

@@ -4,44 +4,35 @@ This is what a certificate is about. With it the published digits can be checked
 without heyoka and without running anything again.
 """
 
-import io
 import json
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
 from heyoka_bike.motion.trajectory import Trajectory
+from heyoka_bike.reference import hdf5
 from heyoka_bike.reference import manifest as manifest_file
-from heyoka_bike.reference.layout import CANDIDATE, FILTERS
+from heyoka_bike.reference.layout import CANDIDATE
 from heyoka_bike.reference.structure import STATED, about_candidate, trajectory
 
 
 def render(trajectories: Sequence[Trajectory], inputs: Mapping[str, Any], version: str) -> bytes:
     """Bytes of candidate.h5; `inputs` as in the manifest, `version` of the dataset."""
-    buffer = io.BytesIO()
-    with h5py.File(buffer, "w", libver=("v110", "v110"), track_order=True) as f:
-        f.attrs.update(about_candidate(inputs, version))
-        for i, run in enumerate(trajectories, start=1):
-            group = f.create_group(f"maneuver_{i}", track_order=True)
-            form = "regular" if run.is_regular else "few_products"
-            values = (json.dumps(run.states), form, run.grid, run.order, run.precision, run.bits)
-            data = {
-                "breaks": np.array([float(t) for t in run.breaks]),
-                "coefficients": _to_bytes(run.pieces),
-            }
-            stated = dict(zip(STATED, values, strict=True))
-            pieces, _, _, width = data["coefficients"].shape
-            layout = trajectory(inputs["maneuvers"][i - 1], stated, pieces, width)
-            group.attrs.update(layout.attributes)
-            for item in layout.datasets:
-                dataset = group.create_dataset(item.name, data=data[item.name], **FILTERS)
-                dataset.attrs.update(item.attributes)
-    return buffer.getvalue()
+    groups, data = [], []
+    for run, maneuver in zip(trajectories, inputs["maneuvers"], strict=True):
+        form = "regular" if run.is_regular else "few_products"
+        values = (json.dumps(run.states), form, run.grid, run.order, run.precision, run.bits)
+        coefficients = _to_bytes(run.pieces)
+        pieces, _, _, width = coefficients.shape
+        stated = dict(zip(STATED, values, strict=True))
+        groups.append(trajectory(maneuver, stated, pieces, width))
+        breaks = np.array([float(t) for t in run.breaks])
+        data.append({"breaks": breaks, "coefficients": coefficients})
+    return hdf5.render(about_candidate(inputs, version), groups, data)
 
 
 def read_candidate(folder: str | Path) -> tuple[Trajectory, ...]:
@@ -66,10 +57,10 @@ def parse_candidate(raw: bytes, path: Path) -> tuple[Trajectory, ...]:
     """
     with (
         manifest_file.reading(path, "a candidate file"),
-        h5py.File(io.BytesIO(raw), "r") as f,
+        hdf5.opened(raw) as f,
     ):
         bicycle = Bicycle.parse(str(f.attrs["bicycle"]), json.loads(f.attrs["parameters"]))
-        return tuple(_read(bicycle, f[f"maneuver_{i}"]) for i in range(1, len(f) + 1))
+        return tuple(_read(bicycle, group) for group in hdf5.of_maneuvers(f, len(f)))
 
 
 def _read(bicycle: Bicycle, group: Any) -> Trajectory:

@@ -42,6 +42,10 @@ DEPTH = 6
 
 _BITS = 64
 _FIRST_ARCS, _MOST_ARCS = 8, 1024
+# Parts of it.
+_HALF_CIRCLE = [
+    (Fraction(j, _FIRST_ARCS), Fraction(j + 1, _FIRST_ARCS)) for j in range(_FIRST_ARCS)
+]
 
 Function = Callable[[Equations, Sequence[Number]], list[Number]]
 """Of a bicycle and a state of its form."""
@@ -168,18 +172,11 @@ def _values(
         unit = flint.arb(2) ** -piece.grid
         rows = [[flint.arb(c) * unit for c in row] for row in piece.rows]
         polynomials = [flint.acb_poly([flint.acb(c) for c in row]) for row in rows]
-        # abs(p') on the disc, by its coefficients.
-        slopes = [
-            total(m * abs(c) * flint.arb(radius) ** (m - 1) for m, c in enumerate(row) if m)
-            for row in rows
-        ]
+        slopes = [_slope_bound(row, radius) for row in rows]
         biggest: list[flint.arb] = []
         # Real polynomials take conjugate values at conjugate points: half a circle is enough.
         # All arcs are tried together, in arrays; then, where that fails, each and its halves.
-        arcs = [
-            (Fraction(j, _FIRST_ARCS), Fraction(j + 1, _FIRST_ARCS)) for j in range(_FIRST_ARCS)
-        ]
-        together = [arcs]
+        together = [_HALF_CIRCLE]
         while together:
             arcs = together.pop()
             a.start()
@@ -190,18 +187,31 @@ def _values(
                 if not all(x.is_finite() for value in values for x in value):
                     raise NotAnalyticError("a value is not finite")
             except NotAnalyticError:
-                if len(arcs) == 1:
-                    low, high = arcs[0]
-                    if (high - low) * _MOST_ARCS <= 1:
-                        raise
-                    middle = (low + high) / 2
-                    arcs = [(low, middle), (middle, high)]
-                together += [[arc] for arc in arcs]
+                smaller = _smaller(arcs)
+                if not smaller:
+                    raise
+                together += [[arc] for arc in smaller]
                 continue
             # The largest of exact numbers is exact; of balls it is a wider ball.
             sizes = [largest(abs(x).upper() for x in value) for value in values]
             biggest = [m.max(x) for m, x in zip(biggest, sizes, strict=True)] if biggest else sizes
         return biggest
+
+
+def _slope_bound(row: Sequence[flint.arb], radius: int) -> flint.arb:
+    """A bound of abs(p') on the disc, by its coefficients."""
+    return total(m * abs(c) * flint.arb(radius) ** (m - 1) for m, c in enumerate(row) if m)
+
+
+def _smaller(arcs: list[tuple[Fraction, Fraction]]) -> list[tuple[Fraction, Fraction]]:
+    """The arcs if they are several, else the halves of one; none if it is the smallest."""
+    if len(arcs) > 1:
+        return arcs
+    ((low, high),) = arcs
+    if (high - low) * _MOST_ARCS <= 1:
+        return []
+    middle = (low + high) / 2
+    return [(low, middle), (middle, high)]
 
 
 def _arc(

@@ -9,6 +9,7 @@ from typing import Any
 import flint
 import numpy as np
 
+from heyoka_bike.bicycle.column import Column
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
 from heyoka_bike.motion.trajectory import Certificate, Trajectory
@@ -31,14 +32,21 @@ STATEMENT = (
     "said. Nothing is proved of what is only computed."
 )
 
-PROVED: Mapping[str, list[str]] = {
-    HDF5: [c.name for c in COLUMNS],
-    MOTION: [c.name for c in MOTION_COLUMNS],
-    SENSITIVITIES: [c.name for c in COLUMNS],
-    TEXT: list(BENCHMARK_COLUMNS),
-    TEXT_50: list(BENCHMARK_COLUMNS),
-}
-"""Columns that are proved, by file; a text may be several, one for each maneuver."""
+
+def proved(columns: Mapping[str, Sequence[Column]]) -> dict[str, list[str]]:
+    """Columns that are proved, by file; a text may be several, one for each maneuver.
+
+    Parameters
+    ----------
+    columns
+        Those of each HDF5 file.
+    """
+    found = {name: [c.name for c in of_file] for name, of_file in columns.items()}
+    return found | {TEXT: list(BENCHMARK_COLUMNS), TEXT_50: list(BENCHMARK_COLUMNS)}
+
+
+PROVED = proved({HDF5: COLUMNS, MOTION: MOTION_COLUMNS, SENSITIVITIES: COLUMNS})
+"""What is proved of a set that this version makes."""
 
 COMPUTED: Mapping[str, str] = {}
 """What is published beside them and not proved, and how it is made."""

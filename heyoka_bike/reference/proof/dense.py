@@ -57,7 +57,7 @@ def interpolate(
     """
     names = list(scales)
     grids = [_GRID_BITS - frexp(scales[name])[1] for name in names]
-    fit = _Fit(source, names, constant)
+    fit = _ColumnFit(source, names, constant)
     end = source.end
     breaks, rows, widths = [Fraction(0)], [], [_FIRST_WIDTH]
     with source.balls.precision():
@@ -83,7 +83,7 @@ def interpolate(
     )
 
 
-class _Fit:
+class _ColumnFit:
     """Interpolation at the Chebyshev nodes, as a matrix product in ball arithmetic."""
 
     def __init__(

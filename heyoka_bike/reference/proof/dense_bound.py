@@ -1,6 +1,6 @@
 """A rigorous bound on the distance of the dense output from the exact motion.
 
-Along each piece of the candidate every column is expanded as a Taylor series in balls, its
+Expanded each piece of the candidate every column is expanded as a Taylor series in balls, its
 remainder bounded by Cauchy's estimate on a circle (see `cauchy`). Where a Chebyshev piece overlaps
 it, their difference is written as a polynomial, and that again in a variable u, -1 <= u <= 1, on
 short spans; the absolute values of its coefficients there bound it. The distance of the exact
@@ -50,7 +50,7 @@ def bound_dense(
     run: Trajectory, certificate: Certificate, dense: Dense, constant: Mapping[str, Value]
 ) -> Dense:
     """The dense output with a certified bound for each piece and column."""
-    along = Along.of(run, _columns)
+    along = Expanded.of(run, _columns)
     parts = (
         expansion
         for i in range(run.steps)
@@ -110,7 +110,7 @@ def _check_shape(run: Trajectory, dense: Dense, names: Sequence[str]) -> None:
 
 
 def expansions(
-    piece: Piece, state_bound: tuple[Fraction, ...], along: Along
+    piece: Piece, state_bound: tuple[Fraction, ...], along: Expanded
 ) -> Iterator[Expansion]:
     """Expansions along a piece, or along parts of it where no circle works for the whole."""
     return in_parts(piece, lambda part, _: Expansion(part, state_bound, along))
@@ -126,7 +126,7 @@ def _spans(low: Fraction, high: Fraction, width: Fraction) -> list[tuple[Fractio
 
 
 @dataclass(frozen=True)
-class Along:
+class Expanded:
     """A function to be expanded along the pieces of a run.
 
     Attributes
@@ -141,7 +141,7 @@ class Along:
     in_series: Equations
 
     @classmethod
-    def of(cls, run: Trajectory, function: Function) -> Along:
+    def of(cls, run: Trajectory, function: Function) -> Expanded:
         """With the equations of a run."""
         series = Equations.of(run.bicycle, Balls(BITS), is_regular=run.is_regular)
         return cls(function, circle_equations(run), series)
@@ -150,7 +150,7 @@ class Along:
 class Expansion:
     """Taylor polynomials of columns along one piece of the candidate, with remainders."""
 
-    def __init__(self, piece: Piece, state_bound: tuple[Fraction, ...], along: Along) -> None:
+    def __init__(self, piece: Piece, state_bound: tuple[Fraction, ...], along: Expanded) -> None:
         self.t0, self.t1, self.h = piece.t0, piece.t1, piece.h
         circle = circle_bound(piece, along.function, along.on_circles)
         length = ceil(_REMAINDER_BITS / log2(circle.radius))

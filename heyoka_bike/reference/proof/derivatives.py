@@ -41,7 +41,7 @@ _CONSTANT = [c.name for c in COLUMNS].index("mechanical_energy")
 """Its derivatives do not change, and are not taken from the polynomials."""
 
 
-class Along:
+class ColumnDerivatives:
     """The derivatives of all columns over a part of the motion, as functions of u.
 
     Derivatives at one time are a row, by column and then by unknown.
@@ -136,7 +136,7 @@ class Fitted:
     t0, t1 : Fraction
         Its ends [s].
     coefficients : arb_mat
-        By order; rows as in `Along`.
+        By order; rows as in `ColumnDerivatives`.
     left_out : list of arb
         Bound on the distance of the polynomial from the derivatives, along a row.
     """
@@ -147,7 +147,7 @@ class Fitted:
     left_out: Vector
 
     @classmethod
-    def resolved(cls, parts: Sequence[Along]) -> Iterator[Fitted]:
+    def resolved(cls, parts: Sequence[ColumnDerivatives]) -> Iterator[Fitted]:
         """On parts of the motion in a row, all together if that leaves out next to nothing."""
         found = cls.of(parts)
         if len(parts) == 1 or found.is_resolved:
@@ -170,7 +170,7 @@ class Fitted:
         )
 
     @classmethod
-    def of(cls, parts: Sequence[Along]) -> Fitted:
+    def of(cls, parts: Sequence[ColumnDerivatives]) -> Fitted:
         """On parts of the motion in a row."""
         t0, t1 = parts[0].t0 - parts[0].h, parts[-1].t0 + parts[-1].h
         middle, half = exact_ball((t0 + t1) / 2), exact_ball((t1 - t0) / 2)
@@ -195,6 +195,6 @@ class Fitted:
         return cls(t0, t1, coefficients, [x.upper() for x in found])
 
 
-def _holding(parts: Sequence[Along], t: flint.arb) -> Along:
+def _holding(parts: Sequence[ColumnDerivatives], t: flint.arb) -> ColumnDerivatives:
     """The part that holds a time."""
     return next(p for p in parts if t <= exact_ball(p.t0 + p.h) or p is parts[-1])

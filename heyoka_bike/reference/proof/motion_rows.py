@@ -19,7 +19,13 @@ from heyoka_bike.motion.trajectory import Certificate, Trajectory, row_times
 from heyoka_bike.numbers.arithmetic import Balls, exact_ball
 from heyoka_bike.numbers.rounding import Enclosure, few_bits, hi_lo
 from heyoka_bike.reference.proof.dense import interpolate
-from heyoka_bike.reference.proof.dense_bound import BITS, Along, Expansion, bound_pieces, expansions
+from heyoka_bike.reference.proof.dense_bound import (
+    BITS,
+    Expanded,
+    Expansion,
+    bound_pieces,
+    expansions,
+)
 from heyoka_bike.reference.proof.integrals import Stretch, with_integrals
 from heyoka_bike.reference.proof.rows import EVALUATION_BITS, distance
 from heyoka_bike.reference.values import Dense, Values
@@ -56,7 +62,7 @@ def tabulate_motion(
 
 def motion_expansions(stretches: Sequence[Stretch]) -> Iterator[Expansion]:
     """Expansions of the dense columns along all pieces."""
-    along = Along.of(stretches[0].piece.run, dense_columns)
+    along = Expanded.of(stretches[0].piece.run, dense_columns)
     for stretch in stretches:
         yield from expansions(stretch.piece, stretch.bounds, along)
 

@@ -6,10 +6,10 @@ everything else follows from them and from the inputs written beside them.
 
 import io
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import h5py
 import numpy as np
@@ -22,6 +22,7 @@ from heyoka_bike.motion.trajectory import Certificate, Trajectory
 from heyoka_bike.reference import manifest as manifest_file
 from heyoka_bike.reference import structure
 from heyoka_bike.reference.description.describe import describe
+from heyoka_bike.reference.hdf5 import by_maneuver
 from heyoka_bike.reference.layout import (
     CANDIDATE,
     CERTIFICATE,
@@ -53,7 +54,6 @@ from heyoka_bike.reference.proof.rows import (
 )
 from heyoka_bike.reference.proof.sensitivity_rows import differentiate
 from heyoka_bike.reference.sensitivities import Sensitivity, load_sensitivities
-from heyoka_bike.reference.structure import by_maneuver
 from heyoka_bike.reference.texts import text_files
 from heyoka_bike.reference.values import Dense, RoundedRows, Values
 from heyoka_bike.system.jobs import Job, Report
@@ -187,17 +187,14 @@ def _nothing_else(raw: Mapping[str, bytes], maneuvers: Sequence[Maneuver]) -> No
     for name, group in (
         (HDF5, structure.table({}, COLUMNS, 0, 0)),
         (MOTION, structure.table({}, MOTION_COLUMNS, 0, 0)),
-        (SENSITIVITIES, structure.sensitivity({}, 0, 0, 0)),
+        (SENSITIVITIES, structure.sensitivity({}, COLUMNS, 0, 0, 0)),
     ):
         if name not in raw:
             raise NotCertifiedError(
                 f"{name}: not in the manifest, expected what {CERTIFICATE} names"
             )
-        expected = set(by_maneuver(maneuvers))
-        for number in by_maneuver(maneuvers):
-            expected |= {f"{number}/{x}" for x in group.members}
-            for inner, part in group.groups.items():
-                expected |= {f"{number}/{inner}/{x}" for x in part.members}
+        of_maneuvers = by_maneuver(maneuvers)
+        expected = {*of_maneuvers, *(f"{n}/{path}" for n in of_maneuvers for path in group.paths())}
         found: list[str] = []
         with h5py.File(io.BytesIO(raw[name]), "r") as f:
             f.visit_links(found.append)
@@ -219,7 +216,8 @@ def _whole_certificate(raw: bytes, count: int) -> Any:
         raise NotCertifiedError(f"{CERTIFICATE}: found {key!r:.60}, and nothing proves it")
     for key, said in claims.items():
         if document.get(key) != said:
-            raise NotCertifiedError(f"{CERTIFICATE}: its {key!r} is not what is proved")
+            older = "; an older set is certified by the version that made it"
+            raise NotCertifiedError(f"{CERTIFICATE}: its {key!r} is not what is proved{older}")
     if len(document["maneuvers"]) != count:
         raise NotCertifiedError(
             f"{CERTIFICATE}: found {len(document['maneuvers'])} maneuvers, expected {count}"
@@ -232,9 +230,9 @@ def _rounded(
 ) -> tuple[RoundedRows, Dense]:
     """Every number of the columns."""
     rows = round_rows(run, certificate, lambda t: report("rows", t))
-    _compare_rows(run, rows, published)
+    _compare(run, _of_rows(run, rows, published))
     dense = bound_dense(run, certificate, published.dense, constant_columns(run))
-    _compare_dense(run, dense, published.dense)
+    _compare(run, _of_dense(dense, published.dense))
     return rows, dense
 
 
@@ -244,9 +242,9 @@ def _moved(
     """Every number of the whole motion."""
     stretches = list(with_integrals(run, certificate))
     rows = round_motion(run, stretches)
-    _compare_rows(run, rows, published)
+    _compare(run, _of_rows(run, rows, published))
     dense = bound_motion(run, list(motion_expansions(stretches)), published.dense)
-    _compare_dense(run, dense, published.dense)
+    _compare(run, _of_dense(dense, published.dense))
     return rows, dense
 
 
@@ -255,89 +253,68 @@ def _varied(
 ) -> Sensitivity:
     """Every number of the derivatives."""
     sensitivity = differentiate(run, certificate, lambda t: report("vary", t))
-    _compare_sensitivity(run, sensitivity, published)
+    _compare(run, _of_sensitivity(sensitivity, published))
     return sensitivity
 
 
-def _compare_sensitivity(run: Trajectory, proved: Sensitivity, published: Sensitivity) -> None:
-    """Every number of the derivatives to the bit, bounds not smaller than proved."""
-    for name, x, stored in (
-        ("breaks of the derivatives", proved.breaks, published.breaks),
-        ("time of the derivatives", proved.time, published.time),
-        *(
-            (f"derivatives of {c}", x, published.coefficients[c])
-            for c, x in proved.coefficients.items()
-        ),
-        *(
-            (f"rows of derivatives of {c}", x, published.values.get(c))
-            for c, x in proved.values.items()
-        ),
-    ):
-        found = _like(stored, x, run, name)
-        same = (found == x) | (np.isnan(found) & np.isnan(x))
-        _all_hold(same, found, x, run, name)
-    for name, x, stored in (
-        *(
-            (f"bound of the derivatives of {c}", x, published.bound.get(c))
-            for c, x in proved.bound.items()
-        ),
-        *(
-            (f"bound of the rows of derivatives of {c}", x, published.values_bound.get(c))
-            for c, x in proved.values_bound.items()
-        ),
-    ):
-        found = _like(stored, x, run, name)
-        kept = (found >= x) | (np.isnan(found) & np.isnan(x))
-        _all_hold(kept, found, x, run, name)
+class _Numbers(NamedTuple):
+    """What was proved, and what is published in its place."""
+
+    where: str
+    proved: Any
+    published: Any
+    is_bound: bool = False
+    first: int = 0
 
 
-def _compare_dense(run: Trajectory, dense: Dense, published: Dense) -> None:
-    """No published bound of a dense piece is smaller than what was proved."""
-    for name, x in dense.bound.items():
-        bound = published.bound[name]
-        kept = x <= bound if x.shape == bound.shape else np.zeros(1, dtype=bool)
-        if not kept.all():
-            piece = int(np.argmin(kept))
+def _of_sensitivity(proved: Sensitivity, published: Sensitivity) -> Iterator[_Numbers]:
+    yield _Numbers("breaks of the derivatives, row", proved.breaks, published.breaks)
+    yield _Numbers("time of the derivatives, row", proved.time, published.time)
+    for what, x, stored, is_bound in (
+        ("derivatives", proved.coefficients, published.coefficients, False),
+        ("rows of derivatives", proved.values, published.values, False),
+        ("bound of the derivatives", proved.bound, published.bound, True),
+        ("bound of the rows of derivatives", proved.values_bound, published.values_bound, True),
+    ):
+        for name in x:
+            yield _Numbers(f"{what} of {name}, row", x[name], stored.get(name), is_bound)
+
+
+def _of_dense(proved: Dense, published: Dense) -> Iterator[_Numbers]:
+    for name, x in proved.bound.items():
+        yield _Numbers(f"dense {name}, piece", x, published.bound[name], is_bound=True, first=1)
+
+
+def _of_rows(run: Trajectory, rows: Values, published: ReferenceManeuver) -> Iterator[_Numbers]:
+    for name, x in zip(("time", "time_lo"), rounded_times(run.maneuver), strict=True):
+        yield _Numbers(f"{name}, row", x, getattr(published, name))
+    stored = published.rows
+    for name in rows.hi:
+        yield _Numbers(f"{name}, row", rows.hi[name], stored.hi[name])
+        yield _Numbers(f"{name}_lo, row", rows.lo[name], stored.lo[name])
+        yield _Numbers(f"{name}_bound, row", rows.bound[name], stored.bound[name], is_bound=True)
+
+
+def _compare(run: Trajectory, numbers: Iterable[_Numbers]) -> None:
+    """Every published number to the bit, but NaN; no bound smaller than proved."""
+    for x in numbers:
+        where = f"{run.maneuver.name}: {x.where}"
+        if x.published is None:
+            raise NotCertifiedError(f"{where}: not in the file")
+        if x.published.dtype != np.float64 or x.published.shape != x.proved.shape:
             raise NotCertifiedError(
-                f"{run.maneuver.name}: dense {name}, piece {piece + 1}: proved {x[piece]:.3g}, "
-                f"published bound {bound.ravel()[piece]:.3g}"
+                f"{where}: found {x.published.shape} of {x.published.dtype}, "
+                f"expected {x.proved.shape} of float64"
             )
-
-
-def _compare_rows(run: Trajectory, rows: Values, published: ReferenceManeuver) -> None:
-    """Every published row: times and values to the bit, bounds not smaller than proved."""
-    times = zip(("time", "time_lo"), rounded_times(run.maneuver), strict=True)
-    for name, x, stored in (
-        *((name, x, getattr(published, name)) for name, x in times),
-        *((name, x, published.rows.hi[name]) for name, x in rows.hi.items()),
-        *((f"{name}_lo", x, published.rows.lo[name]) for name, x in rows.lo.items()),
-    ):
-        found = _like(stored, x, run, name)
-        _all_hold(found.view("i8") == x.view("i8"), found, x, run, name)
-    for name, x in rows.bound.items():
-        found = _like(published.rows.bound[name], x, run, f"{name}_bound")
-        _all_hold(found >= x, found, x, run, f"{name}_bound")
-
-
-def _like(stored: Any, x: Any, run: Trajectory, name: str) -> Any:
-    if stored is None:
-        raise NotCertifiedError(f"{run.maneuver.name}: {name}: not in the file")
-    if stored.dtype != np.float64 or stored.shape != x.shape:
-        raise NotCertifiedError(
-            f"{run.maneuver.name}: {name}: found {stored.shape} of {stored.dtype}, "
-            f"expected {x.shape} of float64"
-        )
-    return np.ascontiguousarray(stored)
-
-
-def _all_hold(kept: Any, stored: Any, x: Any, run: Trajectory, name: str) -> None:
-    if not kept.all():
-        place = np.unravel_index(int(np.argmin(kept)), kept.shape)
-        published, proved = float(stored[place]), float(x[place])
-        where = ", ".join(map(str, place))
-        raise NotCertifiedError(
-            f"{run.maneuver.name}: {name}, row {where}: published {published!r}, proved {proved!r}"
-        )
+        found, proved = (np.ascontiguousarray(part) for part in (x.published, x.proved))
+        kept = found >= proved if x.is_bound else found.view("i8") == proved.view("i8")
+        kept |= np.isnan(found) & np.isnan(proved)
+        if not kept.all():
+            place = np.unravel_index(int(np.argmin(kept)), kept.shape)
+            at = ", ".join(str(i + x.first) for i in place)
+            raise NotCertifiedError(
+                f"{where} {at}: published {float(found[place])!r}, proved {float(proved[place])!r}"
+            )
 
 
 def _compare_certificate(folder: str | Path, number: int, proof: Proof) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -55,6 +55,12 @@ class Tally:
     first: str = ""
     largest: float = 0.0
 
+    def counts(self, holds: bool, size: float = 0.0) -> bool:
+        """Count a value, of which so much was measured; whether it is as it should be."""
+        self.values += 1
+        self.largest = max(self.largest, abs(size))
+        return holds
+
     def fail(self, what: str) -> None:
         """Note something wrong."""
         self.first = self.first or what
@@ -77,6 +83,25 @@ class Tally:
             self.check, not self.failures, self.file, message,
             {"values": self.values, "failures": self.failures, **evidence},
         )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class NumberCheck:
+    """Something to look at in the numbers of a maneuver.
+
+    Attributes
+    ----------
+    look
+        Called with a `StoredManeuver`, and a `Tally` for each of `tallies` in their order.
+    needed : tuple of str
+        Files without which nothing can be looked at.
+    tallies : mapping of str to str
+        Name of each check that comes of it, and the file that it is about.
+    """
+
+    look: Callable[..., None]
+    needed: tuple[str, ...]
+    tallies: Mapping[str, str]
 
 
 def all_passed(checks: Sequence[Check]) -> bool:

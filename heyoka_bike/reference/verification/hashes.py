@@ -12,6 +12,7 @@ from heyoka_bike.reference.manifest import (
     CUSTOM,
     DATASET_VERSION,
     MANIFEST,
+    OLDER_MANIFESTS_SHA256,
     PUBLISHED_MANIFEST_SHA256,
     Manifest,
     read_manifest,
@@ -96,6 +97,11 @@ def _known(manifest: Manifest, *, is_published: bool) -> Check:
     passed, short = True, f"sha256 {found[:12]}..."
     if found == PUBLISHED_MANIFEST_SHA256:
         message = f"{short} is that of the published set {version}"
+    elif found == OLDER_MANIFESTS_SHA256.get(version) and not is_published:
+        message = (
+            f"{short} is that of the published set {version}; this version of the package makes "
+            f"{DATASET_VERSION}"
+        )
     elif version == CUSTOM and not is_published:
         message = f"a set of your own: the package knows no hash to expect (found {short})"
     else:

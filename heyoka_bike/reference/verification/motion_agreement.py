@@ -12,30 +12,27 @@ import numpy as np
 from heyoka_bike.bicycle.equations.configuration import INTEGRALS
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.equations.whole_motion import NonnegativeRoots, motion_columns
-from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
 from heyoka_bike.motion.trajectory import row_times
 from heyoka_bike.numbers.arithmetic import exact_ball
 from heyoka_bike.numbers.rounding import hi_lo
-from heyoka_bike.reference.layout import HDF5, MOTION, NODES
-from heyoka_bike.reference.load import ReferenceManeuver
+from heyoka_bike.reference.layout import HDF5, NODES
 from heyoka_bike.reference.values import Dense
-from heyoka_bike.reference.verification import agreement
 from heyoka_bike.reference.verification.agreement import (
     BITS,
     STATE,
-    Stored,
+    dense_of,
+    follows,
     holds_zero,
+    is_within,
     stored_ball,
 )
 from heyoka_bike.reference.verification.checks import Tally
-
-NAMES = ("motion_state", "motion_identities", "rolling")
-"""Checks that are made of the whole motion only."""
+from heyoka_bike.reference.verification.contents import StoredManeuver
 
 
-def follows_from_state(x: Stored, m: ReferenceManeuver) -> list[Tally]:
+def follows_from_state(x: StoredManeuver, tally: Tally) -> None:
     """Every column of a row follows from the state in the reference's row, and the integrals."""
-    tally = Tally("motion_state", MOTION)
+    m = x.motion
     times = np.array([hi_lo(t, "time") for t in row_times(x.maneuver)])
     if times[:, 0].tobytes() != m.time.tobytes() or times[:, 1].tobytes() != m.time_lo.tobytes():
         tally.fail(f"{x.maneuver.name}: its times are not the multiples of the spacing")
@@ -47,25 +44,16 @@ def follows_from_state(x: Stored, m: ReferenceManeuver) -> list[Tally]:
             *angles_and_rates, speed, yaw = (row[name] for name in STATE)
             integrals = (stored_ball(m.rows, name, i) for name in INTEGRALS)
             state = [*angles_and_rates, speed / equations.k.length, yaw, *integrals]
-            found = motion_columns(equations, state)
-            for name, value in found.items():
-                off = value - stored_ball(m.rows, name, i)
-                tally.values += 1
-                tally.largest = max(tally.largest, abs(float(off.mid())) / (m.scale(name) or 1.0))
-                if not holds_zero(off):
-                    tally.fail(
-                        f"{x.at(name, i)}: differs by {float(off.mid()):.2g} {m.units[name]} from "
-                        f"what the state in {HDF5} gives"
-                    )
-    return [tally]
+            made = motion_columns(equations, state)
+            follows(x, m, i, made, tally, f"from what the state in {HDF5} gives")
 
 
-def identities(x: Stored, m: ReferenceManeuver) -> list[Tally]:
+def identities(x: StoredManeuver, tally: Tally) -> None:
     """Unit quaternions, and wheels whose lowest points are the contact points on the floor."""
-    tally = Tally("motion_identities", MOTION)
+    m = x.motion
     for i in range(x.maneuver.rows):
         with flint.ctx.workprec(BITS):
-            at = {c.name: stored_ball(m.rows, c.name, i) for c in MOTION_COLUMNS}
+            at = {name: stored_ball(m.rows, name, i) for name in m.columns}
             found = {}
             for end, radius in (("rear", x.bicycle["rR"]), ("front", x.bicycle["rF"])):
                 a, *v = (at[f"{end}_frame_q{j}"] for j in range(4))
@@ -79,20 +67,17 @@ def identities(x: Stored, m: ReferenceManeuver) -> list[Tally]:
                 for axis, h, d, c in zip("xyz", hub, down, contact, strict=True):
                     found[f"{end} wheel, {axis} of its lowest point"] = h + arm * d - c
         for what, off in found.items():
-            tally.values += 1
-            tally.largest = max(tally.largest, abs(float(off.mid())))
-            if not holds_zero(off):
+            if not tally.counts(holds_zero(off), float(off.mid())):
                 tally.fail(f"{x.at(what, i)}: off by {float(off.mid()):.2g}")
-    return [tally]
 
 
-def rolling(x: Stored, m: ReferenceManeuver) -> list[Tally]:
+def rolling(x: StoredManeuver, tally: Tally) -> None:
     """The integrals' dense output changes at the rates that the reference has at its rows.
 
     A polynomial of degree n that is off by B over a piece of length h has, by Markov's inequality,
     a derivative off by at most 2 n^2 B / h; what is off here is nearly one.
     """
-    tally = Tally("rolling", MOTION)
+    m = x.motion
     breaks = [Fraction(float(t)) for t in m.breaks]
     rows = x.reference.rows
     with flint.ctx.workprec(BITS):
@@ -113,14 +98,11 @@ def rolling(x: Stored, m: ReferenceManeuver) -> list[Tally]:
                 slope = pieces[piece][name](exact_ball((2 * t - a - b) / (b - a)))
                 off = slope * 2 / exact_ball(b - a) - rate
                 allowed = 2 * NODES**2 * float(m.dense.bound[name][piece]) / exact_ball(b - a)
-                tally.values += 1
-                tally.largest = max(tally.largest, abs(float(off.mid())))
-                if not abs(off).lower() <= allowed:
+                if not tally.counts(is_within(off, allowed), float(off.mid())):
                     tally.fail(
                         f"{x.at(f'dense {name}', i)}: its rate is {float(off.mid()):.2g} "
                         f"{m.units[name]} s-1 off that of the reference"
                     )
-    return [tally]
 
 
 _ROLLING = INTEGRALS[:3]
@@ -140,9 +122,6 @@ def _derivative(dense: Dense, name: str, piece: int) -> flint.arb_poly:
     return total.derivative()
 
 
-def dense(x: Stored, m: ReferenceManeuver) -> list[Tally]:
+def motion_dense(x: StoredManeuver, at_rows: Tally, joins: Tally) -> None:
     """The dense output: its value at the rows, and how its pieces join."""
-    return agreement.dense(Stored(x.number, x.bicycle, x.maneuver, m), MOTION)
-
-
-CHECKS = (follows_from_state, identities, rolling, dense)
+    dense_of(x, x.motion, at_rows, joins)

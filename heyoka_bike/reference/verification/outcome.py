@@ -4,47 +4,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from heyoka_bike.motion.trajectory import Trajectory
-from heyoka_bike.reference.load import ReferenceManeuver
-from heyoka_bike.reference.verification.agreement import Stored
 from heyoka_bike.reference.verification.checks import Check, Tally, all_passed, as_dict
-from heyoka_bike.reference.verification.schema import Text
+from heyoka_bike.reference.verification.contents import StoredManeuver
 
 SCHEMA_VERSION = 1
 """Of the JSON report."""
-
-
-@dataclass(frozen=True, slots=True)
-class ManeuverFiles:
-    """One maneuver of a set, as far as its files are whole.
-
-    Attributes
-    ----------
-    number : int
-        From 1.
-    stored : Stored or None
-        Rows and dense output.
-    run : Trajectory or None
-        The candidate.
-    entry : mapping or None
-        What certificate.json says of it.
-    texts : tuple of Text
-        The text files that hold it.
-    motion : ReferenceManeuver or None
-        The whole motion.
-    """
-
-    number: int
-    stored: Stored | None
-    run: Trajectory | None
-    entry: Mapping[str, Any] | None
-    texts: tuple[Text, ...]
-    motion: ReferenceManeuver | None = None
-
-    @property
-    def long_text(self) -> Text | None:
-        """The text with 50 digits, if it is whole."""
-        return next((text for text in self.texts if text.file.is_long), None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +63,7 @@ class Verification:
     dataset_version : str or None
         None if the manifest is not usable.
     checks : tuple of Check
-    parts : tuple of ManeuverFiles
+    parts : tuple of StoredManeuver
         The maneuvers, as far as there are files of them.
     agreements : tuple of Agreement
         How integrating again compares, if that was asked for.
@@ -108,7 +72,7 @@ class Verification:
     folder: str
     dataset_version: str | None
     checks: tuple[Check, ...]
-    parts: tuple[ManeuverFiles, ...] = ()
+    parts: tuple[StoredManeuver, ...] = ()
     agreements: tuple[Agreement, ...] = ()
 
     @property

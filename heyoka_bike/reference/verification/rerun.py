@@ -24,15 +24,10 @@ from heyoka_bike.motion.trajectory import Certificate, Trajectory, row_times
 from heyoka_bike.numbers.arithmetic import exact_ball
 from heyoka_bike.numbers.precision import MAX_DIGITS, Precision
 from heyoka_bike.reference.layout import HDF5
-from heyoka_bike.reference.verification.agreement import (
-    Stored,
-    certificate_of,
-    half_unit,
-    stored_ball,
-)
+from heyoka_bike.reference.verification.agreement import half_unit, scale, stored_ball
 from heyoka_bike.reference.verification.checks import Check, Tally
+from heyoka_bike.reference.verification.contents import StoredManeuver
 from heyoka_bike.reference.verification.outcome import Agreement, Verification
-from heyoka_bike.reference.verification.schema import Text
 from heyoka_bike.system.jobs import Report
 from heyoka_bike.system.parallel import Progress, side_by_side
 
@@ -64,19 +59,14 @@ def run_again(
         unmade = Check("rerun", None, "", message, {"values": 0})
         return replace(found, checks=(*found.checks, unmade))
     require_heyoka()
-    jobs = []
-    for part in found.parts:
-        assert part.stored is not None
-        assert part.run is not None
-        assert part.entry is not None
-        certificate = certificate_of(part.run, part.entry)
-        jobs += [
-            (part.stored, part.run, certificate, part.long_text, precision)
-            for precision in precisions(part.run, is_quick=is_quick)
-        ]
+    jobs = [
+        (part, precision)
+        for part in found.parts
+        for precision in precisions(part.run, is_quick=is_quick)
+    ]
     motions = [
-        (f"{stored.maneuver.name}, {precision.name}", float(stored.maneuver.duration))
-        for stored, *_, precision in jobs
+        (f"{part.maneuver.name}, {precision.name}", float(part.maneuver.duration))
+        for part, precision in jobs
     ]
     agreements = tuple(side_by_side(agreement, jobs, motions, progress))
     checks = (*found.checks, *(a.check() for a in agreements))
@@ -92,11 +82,9 @@ def precisions(run: Trajectory, *, is_quick: bool) -> tuple[Precision, ...]:
     return Precision.of(digits), Precision.of(more)
 
 
-def agreement(
-    stored: Stored, run: Trajectory, certificate: Certificate, text: Text | None,
-    precision: Precision, report: Report,
-) -> Agreement:  # fmt: skip
+def agreement(part: StoredManeuver, precision: Precision, report: Report) -> Agreement:
     """Integrate a maneuver and compare it with what is published."""
+    run = part.run
     start = time.perf_counter()
     again = integrate(
         run.bicycle, run.maneuver, precision, progress=lambda t: report("integrate", t)
@@ -104,34 +92,34 @@ def agreement(
     seconds = time.perf_counter() - start
     bits = max(run.bits, again.bits) + _GUARD_BITS
     at_run, at_again = evaluator(run, bits), evaluator(again, bits)
-    around = evaluator(again, bits, _may_be_off(certificate, run, again))
-    names = stored.reference.columns
+    around = evaluator(again, bits, _may_be_off(part.certificate, run, again))
+    names = part.reference.columns
     off = {kind: dict.fromkeys(names, 0.0) for kind in ("published", "candidate", "allowed")}
     tally = Tally("rerun", HDF5)
     with at_run.balls.precision():
         for i, t in enumerate(row_times(run.maneuver)):
             found, ball, candidate = at_again.columns(t), around.columns(t), at_run.columns(t)
             for name in names:
-                published = _published(stored, text, name, i)
+                published = _published(part, name, i)
                 _widen(off["allowed"], name, ball[name].rad() + published.rad())
                 for kind, number in (("published", published), ("candidate", candidate[name])):
-                    tally.values += 1
                     apart = found[name] - number
                     _widen(off[kind], name, apart.mid())
-                    if not ball[name].is_finite() or not ball[name].overlaps(number):
+                    if not tally.counts(ball[name].is_finite() and ball[name].overlaps(number)):
                         tally.fail(
-                            f"{stored.at(name, i)}: {precision.name}: {float(apart.mid()):.2g} "
+                            f"{part.at(name, i)}: {precision.name}: {float(apart.mid()):.2g} "
                             f"from the {kind} value, expected at most "
                             f"{float(ball[name].rad() + number.rad()):.2g}"
                         )
             report("compare", float(t))
     most = min(run.bits, again.bits) * log10(2)
+    scales = {name: scale(part.reference, name) for name in names}
     digits = {
-        kind: {name: min(_digits(x, stored.scale(name)), most) for name, x in worst.items()}
+        kind: {name: min(_digits(x, scales[name]), most) for name, x in worst.items()}
         for kind, worst in off.items()
     }
     return Agreement(
-        maneuver=stored.maneuver.name, precision=precision.name, published=digits["published"],
+        maneuver=part.maneuver.name, precision=precision.name, published=digits["published"],
         candidate=digits["candidate"], promised=digits["allowed"], tally=tally,
         steps=again.steps, seconds=seconds,
     )  # fmt: skip
@@ -148,11 +136,12 @@ def _may_be_off(certificate: Certificate, run: Trajectory, again: Trajectory) ->
     return Certificate(again.states, (bounds,) * again.steps, bounds)
 
 
-def _published(stored: Stored, text: Text | None, name: str, row: int) -> flint.arb:
+def _published(part: StoredManeuver, name: str, row: int) -> flint.arb:
     """The finest published number of a value, with its bound."""
-    if text is None or (stored.number, name) not in text.columns:
-        return stored_ball(stored.reference.rows, name, row)
-    token = text.columns[stored.number, name][row]
+    text = part.long_text
+    if text is None or (part.number, name) not in text.columns:
+        return stored_ball(part.reference.rows, name, row)
+    token = text.columns[part.number, name][row]
     return flint.arb(exact_ball(Fraction(token)), exact_ball(half_unit(token)).upper())
 
 

@@ -1,35 +1,36 @@
 """Whether the files of a reference folder are built as docs/files.md says, before they are used.
 
-Every function yields problems, each in words. They take bytes, of which nothing is believed but
-that they are what the manifest says; shapes are compared before anything is read.
+Every function yields problems, each in words, and `Unchecked` what cannot be compared as the set is
+older. They take bytes, of which nothing is believed but that they are what the manifest says;
+shapes are compared before anything is read.
 """
 
-import io
 import json
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
-from functools import partial
 from typing import Any
 
-import h5py
 import numpy as np
 
 from heyoka_bike.bicycle.column import Column
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.bicycle.equations.kinematics import state_names
-from heyoka_bike.bicycle.motion_columns import DENSE_COLUMNS, MOTION_COLUMNS
+from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
 from heyoka_bike.bicycle.parameters import Maneuver
 from heyoka_bike.numbers.precision import Precision
 from heyoka_bike.reference import structure
-from heyoka_bike.reference.layout import content_sha256
+from heyoka_bike.reference.hdf5 import BOUND, INDEX, Dataset, Group, by_maneuver, columns_of, opened
+from heyoka_bike.reference.layout import CANDIDATE, HDF5, MOTION, SENSITIVITIES, content_sha256
+from heyoka_bike.reference.load import NEEDED
 from heyoka_bike.reference.manifest import MANIFEST, Manifest, hdf5_version
-from heyoka_bike.reference.proof.certificate_file import COMPUTED, PROVED, STATEMENT, TRUSTED
+from heyoka_bike.reference.proof.certificate_file import COMPUTED, STATEMENT, TRUSTED, proved
 from heyoka_bike.reference.proof.rows import TEXT_DIGITS
 from heyoka_bike.reference.sensitivities import ROWS_APART, read_group
-from heyoka_bike.reference.structure import INDEX, STATED, Dataset, Group, by_maneuver
+from heyoka_bike.reference.structure import STATED
 from heyoka_bike.reference.texts import TextFile
+from heyoka_bike.reference.verification.contents import Text
 
 DAMAGE = (
     OSError, ArithmeticError, AttributeError, LookupError, MemoryError, RuntimeError, TypeError,
@@ -46,25 +47,46 @@ _ROUNDOFF = 2.0**-47
 # Set by HDF5's dimension scales.
 _SCALE_ATTRIBUTES = {"CLASS", "NAME", "REFERENCE_LIST", "DIMENSION_LIST"}
 _NUMBER_50 = re.compile(rf"-?[1-9]\.[0-9]{{{TEXT_DIGITS - 1}}}e[+-](0|[1-9][0-9]*)|0")
-_ENTRY = (
-    "maneuver", "steps", "entries", "ambiguous", "bound", "bound_end", "state_bounds",
-    "dense_relative_bounds", "motion", "sensitivities",
-)  # fmt: skip
 _STATES = {
     form: [*state_names(is_regular), "yaw"]
     for form, is_regular in (("few_products", False), ("regular", True))
 }
 """Variables of the candidate by the form of the equations."""
 _BOUND = re.compile(r"[0-9](\.[0-9]+)?e[+-]?[0-9]{1,5}|0(e[+-]?[0-9]{1,5})?")
+_ANY = object()
+"""In a form, what its numbers say, or somebody's words."""
+_REWORDED = {"Conventions", "comment", "dataset_version"}
+"""Attributes of whole files that say something else in sets before 1.5.0."""
 _TIME = re.compile(r"(0|[1-9][0-9]*)(\.[0-9]*[1-9])?")
 
 
 @dataclass(frozen=True, slots=True)
-class Text:
-    """A text file: its numbers as they are written, by maneuver and column."""
+class SetForm:
+    """What the files of a set have to say.
 
-    file: TextFile
-    columns: Mapping[tuple[int, str], tuple[str, ...]]
+    Attributes
+    ----------
+    manifest : Manifest
+    maneuvers : sequence of Maneuver
+    columns : mapping of str to sequence of Column
+        By file, those that it has of those that this version knows, and those that it has to have.
+    has_bounds : bool
+        Whether its derivatives are proved; those of sets before 1.4.0 are not.
+    """
+
+    manifest: Manifest
+    maneuvers: Sequence[Maneuver]
+    columns: Mapping[str, Sequence[Column]]
+    has_bounds: bool = True
+
+    @property
+    def version(self) -> str:
+        """That which last changed the HDF5 files."""
+        return hdf5_version(self.manifest.dataset_version)
+
+
+class Unchecked(str):
+    """What is not compared, as the set is older than the version that added it."""
 
 
 class _UnusableError(Exception):
@@ -83,83 +105,100 @@ def problems_of(look: Callable[..., Iterator[str]], *arguments: Any) -> list[str
     return found
 
 
-def of_hdf5(raw: bytes, manifest: Manifest, maneuvers: Sequence[Maneuver]) -> Iterator[str]:
-    """Problems of the file of rows and dense output."""
-    version = hdf5_version(manifest.dataset_version)
-    about = structure.about_reference(manifest.inputs, version, manifest.content_sha256)
-    with h5py.File(io.BytesIO(raw), "r") as f:
-        yield from _groups(f, about, partial(_table, columns=COLUMNS), manifest, maneuvers)
+def expected(
+    manifest: Manifest, maneuvers: Sequence[Maneuver], data: Mapping[str, bytes]
+) -> SetForm:
+    """What a set of these files has to say; of a file that cannot be read, all that is known."""
+    columns: dict[str, Sequence[Column]] = {}
+    has_bounds = True
+    for name, known in _COLUMNS.items():
+        columns[name] = known
+        try:
+            with opened(data[name]) as f:
+                group = next(iter(f.values()))
+                has_bounds &= name != SENSITIVITIES or "rows" in group
+                stored = {*NEEDED, *columns_of(group)}
+                columns[name] = [c for c in known if c.name in stored]
+        except DAMAGE:
+            continue
+    return SetForm(manifest, maneuvers, columns, has_bounds)
 
 
-def of_motion(raw: bytes, manifest: Manifest, maneuvers: Sequence[Maneuver]) -> Iterator[str]:
-    """Problems of the file of the whole motion; its hash must be that of its numbers."""
-    with h5py.File(io.BytesIO(raw), "r") as f:
-        version = hdf5_version(manifest.dataset_version)
-        about = structure.about_motion(manifest.inputs, version, content_sha256(f))
-        yield from _groups(f, about, partial(_table, columns=MOTION_COLUMNS), manifest, maneuvers)
-
-
-def of_candidate(raw: bytes, manifest: Manifest, maneuvers: Sequence[Maneuver]) -> Iterator[str]:
-    """Problems of the file of trajectories."""
-    about = structure.about_candidate(manifest.inputs, hdf5_version(manifest.dataset_version))
-    with h5py.File(io.BytesIO(raw), "r") as f:
-        yield from _groups(f, about, _trajectory, manifest, maneuvers)
-
-
-def of_sensitivities(
-    raw: bytes, manifest: Manifest, maneuvers: Sequence[Maneuver]
-) -> Iterator[str]:
-    """Problems of the file of sensitivities: the structure, the hash, and sums of the energies."""
-    with h5py.File(io.BytesIO(raw), "r") as f:
-        said = f.attrs["content_sha256"]
-        version = hdf5_version(manifest.dataset_version)
-        about = structure.about_sensitivities(manifest.inputs, version, said)
-        yield from _groups(f, about, _sensitivity, manifest, maneuvers)
-        if said != content_sha256(f):
+def of_groups(raw: bytes, e: SetForm, name: str) -> Iterator[str]:
+    """Problems of an HDF5 file: attributes, its groups by maneuver, and the hash of its numbers."""
+    about, look = _GROUPS[name]
+    inputs, version = e.manifest.inputs, e.version
+    with opened(raw) as f:
+        said = f.attrs.get("content_sha256")
+        is_older = "keywords" not in f.attrs
+        stated = () if name == CANDIDATE else (e.manifest.content_sha256 if name == HDF5 else said,)
+        root = about(inputs, version, *stated)
+        if is_older:
+            yield Unchecked("attributes of version 1.5.0")
+            root = {key: text for key, text in root.items() if key not in _REWORDED}
+        if lacks := len(_COLUMNS.get(name, ())) - len(e.columns.get(name, ())):
+            yield Unchecked(f"columns that it lacks ({lacks})")
+        yield from _attributes(f, root, is_older=is_older)
+        groups = by_maneuver(zip(e.maneuvers, inputs["maneuvers"], strict=True))
+        yield from _names(f, list(groups))
+        if set(f) == set(groups):
+            for group, (maneuver, own) in groups.items():
+                yield from look(f[group], maneuver, own, e, is_older)
+        if name in (MOTION, SENSITIVITIES) and said != content_sha256(f):
             yield "attribute content_sha256: is not that of the numbers"
 
 
-def _groups(
-    f: h5py.File, about: Mapping[str, str], look: Callable[..., Iterator[str]],
-    manifest: Manifest, maneuvers: Sequence[Maneuver],
-) -> Iterator[str]:  # fmt: skip
-    """Problems of a file that has a group for each maneuver, each of which `look` looks at."""
-    yield from _attributes(f, about)
-    groups = by_maneuver(zip(maneuvers, manifest.inputs["maneuvers"], strict=True))
-    yield from _names(f, list(groups))
-    if set(f) == set(groups):
-        for name, (maneuver, inputs) in groups.items():
-            yield from look(f[name], maneuver, inputs)
-
-
-def content_differs(raw: bytes, manifest: Manifest, _: Sequence[Maneuver]) -> Iterator[str]:
+def content_differs(raw: bytes, e: SetForm) -> Iterator[str]:
     """A content_sha256 that is not that of the numbers."""
-    with h5py.File(io.BytesIO(raw), "r") as f:
+    with opened(raw) as f:
         found = content_sha256(f)
-    if found != manifest.content_sha256:
+    if found != e.manifest.content_sha256:
         yield (
             f"the numbers have content_sha256 {found[:12]}..., the manifest says "
-            f"{manifest.content_sha256:.12}..."
+            f"{e.manifest.content_sha256:.12}..."
         )
 
 
-def _table(
-    group: Any, maneuver: Maneuver, inputs: Mapping[str, Any], *, columns: Sequence[Column]
+def _table(name: str) -> Callable[..., Iterator[str]]:
+    """Of a file of rows and dense output."""
+
+    def look(
+        group: Any, maneuver: Maneuver, inputs: Mapping[str, Any], e: SetForm, is_older: bool
+    ) -> Iterator[str]:
+        pieces = _pieces(group, "dense/breaks")
+        layout = structure.table(inputs, e.columns[name], maneuver.rows, pieces)
+        if name == MOTION and is_older and "dense" in group:
+            # Before 1.3.0 some of its columns have rows only.
+            dense, stored = layout.groups["dense"], set(group["dense"])
+            there = tuple(x for x in dense.datasets if not x.is_column or x.name in stored)
+            if there != dense.datasets:
+                yield Unchecked("dense output that it lacks")
+            layout = replace(layout, groups={"dense": replace(dense, datasets=there)})
+        yield from _group(group, layout, is_older=is_older)
+        yield from _increase(group["dense/breaks"])
+
+    return look
+
+
+def _sensitivity(
+    group: Any, maneuver: Maneuver, inputs: Mapping[str, Any], e: SetForm, is_older: bool
 ) -> Iterator[str]:
-    pieces = _pieces(group, "dense/breaks")
-    yield from _group(group, structure.table(inputs, columns, maneuver.rows, pieces))
-    yield from _increase(group["dense/breaks"])
-
-
-def _sensitivity(group: Any, maneuver: Maneuver, inputs: Mapping[str, Any]) -> Iterator[str]:
-    first = COLUMNS[0].name
+    columns = e.columns[SENSITIVITIES]
+    first = columns[0].name
     orders = group[first].shape[1] if first in group else 0
     rows = len(range(0, maneuver.rows, ROWS_APART))
-    yield from _group(group, structure.sensitivity(inputs, _pieces(group, "breaks"), orders, rows))
+    pieces = _pieces(group, "breaks")
+    layout = structure.sensitivity(inputs, columns, pieces, orders, rows)
+    if not e.has_bounds:
+        yield Unchecked("bounds and rows of derivatives")
+        coefficients = (x for x in layout.datasets if not x.name.endswith(BOUND))
+        layout = Group(inputs, tuple(coefficients))
+    yield from _group(group, layout, is_older=is_older)
     yield from _increase(group["breaks"])
-    yield from _rows_differ(group, maneuver)
+    if e.has_bounds:
+        yield from _rows_differ(group, maneuver)
     energies = [group[f"{name}_energy"][:] for name in ("potential", "kinetic", "mechanical")]
-    size = max(float(np.nanmax(np.abs(e), initial=0.0)) for e in energies)
+    size = max(float(np.nanmax(np.abs(x), initial=0.0)) for x in energies)
     difference = np.abs(energies[0] + energies[1] - energies[2])
     if float(np.nanmax(difference, initial=0.0)) > _GRID * size:
         yield f"{group.name}: derivatives of the energies do not add up"
@@ -192,14 +231,14 @@ def _increase(breaks: Any) -> Iterator[str]:
         yield f"{breaks.name}: the breaks do not increase from 0"
 
 
-def _group(group: Any, layout: Group) -> Iterator[str]:
+def _group(group: Any, layout: Group, *, is_older: bool) -> Iterator[str]:
     """Problems of a group, and of the groups in it."""
-    yield from _attributes(group, layout.attributes)
+    yield from _attributes(group, layout.attributes, is_older=is_older)
     yield from _names(group, layout.members)
     for item in layout.datasets:
-        yield from _dataset(group, item)
+        yield from _dataset(group, item, is_older=is_older)
     for name, inner in layout.groups.items():
-        yield from _group(group[name], inner)
+        yield from _group(group[name], inner, is_older=is_older)
 
 
 def _names(group: Any, expected: Sequence[str]) -> Iterator[str]:
@@ -212,7 +251,7 @@ def _names(group: Any, expected: Sequence[str]) -> Iterator[str]:
         yield f"{group.name}: has {name!r:.60}, which is not part of a set"
 
 
-def _dataset(group: Any, item: Dataset) -> Iterator[str]:
+def _dataset(group: Any, item: Dataset, *, is_older: bool) -> Iterator[str]:
     """Problems of a dataset: type, shape, attributes, dimension scales, its numbers."""
     dataset, kind = group[item.name], np.dtype(item.kind)
     if dataset.dtype != kind or dataset.shape != item.shape:
@@ -220,7 +259,7 @@ def _dataset(group: Any, item: Dataset) -> Iterator[str]:
             f"{dataset.name}: found {dataset.shape} of {dataset.dtype}, expected {item.shape} of "
             f"{kind}"
         )
-    yield from _attributes(dataset, item.attributes)
+    yield from _attributes(dataset, item.attributes, is_older=is_older)
     for axis, scale in enumerate(item.scales):
         attached = dataset.dims[axis].values()
         if len(attached) != 1 or attached[0] != group[scale]:
@@ -234,29 +273,26 @@ def _dataset(group: Any, item: Dataset) -> Iterator[str]:
         yield f"{dataset.name}: found a negative bound"
 
 
-def _attributes(item: Any, expected: Mapping[str, Any]) -> Iterator[str]:
+def _attributes(item: Any, expected: Mapping[str, Any], *, is_older: bool) -> Iterator[str]:
     """Attributes that are missing, not known, or say something else."""
     found = set(item.attrs) - _SCALE_ATTRIBUTES
+    if is_older:
+        found -= {"axis"} | (_REWORDED - expected.keys())
+        expected = {name: text for name, text in expected.items() if name in found}
     for name in sorted(found ^ expected.keys()):
-        if name in expected:
-            yield f"{item.name}: has no attribute {name}"
-        else:
-            yield f"{item.name}: has the attribute {name!r:.60}, which is not part of a set"
-    yield from _texts(item, {name: text for name, text in expected.items() if name in found})
+        has = "has no attribute" if name in expected else "has the unknown attribute"
+        yield f"{item.name}: {has} {name!r:.60}"
+    for name in sorted(found & expected.keys()):
+        text, said = expected[name], item.attrs[name]
+        if not (isinstance(said, type(text)) and said == text):
+            yield f"{item.name}: attribute {name}: found {said!r:.80}, expected {text!r:.80}"
 
 
-def _texts(item: Any, expected: Mapping[str, Any]) -> Iterator[str]:
-    """Attributes that say something else."""
-    for name, text in expected.items():
-        found = item.attrs[name]
-        if not (isinstance(found, str) and found == text):
-            yield f"{item.name}: attribute {name}: found {found!r:.80}, expected {text!r:.80}"
-
-
-def _trajectory(group: Any, maneuver: Maneuver, inputs: Mapping[str, Any]) -> Iterator[str]:
-    said = {name: group.attrs[name] for name in STATED if name in group.attrs}
-    yield from _names_of_attributes(group, [*inputs, *STATED])
-    yield from _texts(group, inputs)
+def _trajectory(
+    group: Any, maneuver: Maneuver, inputs: Mapping[str, Any], _: SetForm, is_older: bool
+) -> Iterator[str]:
+    said = {name: group.attrs.get(name) for name in STATED}
+    yield from _attributes(group, {**inputs, **said}, is_older=False)
     form = said["form"]
     if form not in _STATES:
         yield (
@@ -270,88 +306,102 @@ def _trajectory(group: Any, maneuver: Maneuver, inputs: Mapping[str, Any]) -> It
         yield f"{group.name}: {said['precision']!r:.80} do not have {bits} bits"
     if not bits <= grid <= 2 * bits:
         yield f"{group.name}: attribute grid: found {grid}, expected {bits} or somewhat more"
-    breaks, coefficients = group["breaks"], group["coefficients"]
+    coefficients = group["coefficients"]
     width = coefficients.shape[-1]
     # A state of more than 2^64 would be no motion of a bicycle.
     if width > (grid + 64) // 8 + 1:
         raise _UnusableError(f"{coefficients.name} has integers of {width} bytes")
     layout = structure.trajectory(inputs, said, _pieces(group, "breaks"), width)
-    yield from _names(group, layout.members)
-    for item in layout.datasets:
-        yield from _dataset(group, item)
-    times = breaks[:]
+    yield from _group(group, replace(layout, attributes=dict(group.attrs)), is_older=is_older)
+    times = group["breaks"][:]
     if times[0] != 0 or not (np.diff(times) > 0).all() or times[-1] < maneuver.duration:
-        yield f"{breaks.name}: do not increase from 0 to {float(maneuver.duration):g} s"
+        yield f"{group.name}/breaks: do not increase from 0 to {float(maneuver.duration):g} s"
 
 
-def _names_of_attributes(item: Any, expected: Sequence[str]) -> Iterator[str]:
-    for name in sorted(set(item.attrs) ^ set(expected)):
-        has = "has no attribute" if name in expected else "has the unknown attribute"
-        yield f"{item.name}: {has} {name!r:.60}"
+_COLUMNS: Mapping[str, Sequence[Column]] = {
+    HDF5: COLUMNS, MOTION: MOTION_COLUMNS, SENSITIVITIES: COLUMNS,
+}  # fmt: skip
+"""The columns that this version knows, by file."""
+
+_GROUPS: Mapping[str, tuple[Callable[..., dict[str, str]], Callable[..., Iterator[str]]]] = {
+    HDF5: (structure.about_reference, _table(HDF5)),
+    MOTION: (structure.about_motion, _table(MOTION)),
+    SENSITIVITIES: (structure.about_sensitivities, _sensitivity),
+    CANDIDATE: (structure.about_candidate, _trajectory),
+}
+"""Attributes of each HDF5 file, and what looks at a group of it."""
 
 
-def of_certificate(raw: bytes, manifest: Manifest, maneuvers: Sequence[Maneuver]) -> Iterator[str]:
+def of_certificate(raw: bytes, e: SetForm) -> Iterator[str]:
     """Problems of the certificate, apart from what its numbers say."""
     document = json.loads(raw)
-    parts = [
-        "schema_version", "statement", "inputs", "proved", "computed", "maneuvers", "trusted",
-        "software",
-    ]  # fmt: skip
-    if list(document) != parts:
-        yield f"found the entries {', '.join(document)}; expected {', '.join(parts)}"
-        return
-    if document["schema_version"] != 1:
-        yield f"found schema version {document['schema_version']!r:.20}, expected 1"
-    if document["statement"] != STATEMENT or document["trusted"] != list(TRUSTED):
-        yield "its statement, or what is trusted, is not what is proved"
-    if document["proved"] != PROVED or document["computed"] != COMPUTED:
-        yield "what it names as proved, or as computed, is not what is"
-    if document["inputs"] != manifest.inputs:
-        yield "its inputs are not those of the manifest"
     if raw != (json.dumps(document, indent=2, ensure_ascii=False) + "\n").encode():
         yield "is not written the way 'heyoka-bike generate' writes it"
-    if set(document["software"]) != {"flint", "python-flint"}:
-        yield "does not name the versions of flint and python-flint"
-    entries = document["maneuvers"]
-    if len(entries) != len(maneuvers):
-        yield f"found {len(entries)} maneuvers, expected {len(maneuvers)}"
-    for entry, maneuver in zip(entries, maneuvers, strict=False):
-        if list(entry) != list(_ENTRY):
-            raise _UnusableError(f"{maneuver.name}: expected the entries {', '.join(_ENTRY)}")
-        if list(entry["state_bounds"]) not in _STATES.values():
-            raise _UnusableError(f"{maneuver.name}: has other state variables than a candidate")
-        dense, motion = entry["dense_relative_bounds"], entry["motion"]
-        if list(motion) != ["entries", "dense_relative_bounds"]:
-            raise _UnusableError(f"{maneuver.name}: motion: expected entries and bounds")
-        forces, slopes = motion["dense_relative_bounds"], entry["sensitivities"]
-        if list(slopes) != ["entries", "ambiguous", "relative_bounds"]:
-            raise _UnusableError(f"{maneuver.name}: sensitivities: expected entries and bounds")
-        slopes, names = slopes["relative_bounds"], [c.name for c in COLUMNS]
-        if not list(dense) == list(slopes) == names or list(forces) != list(DENSE_COLUMNS):
-            raise _UnusableError(f"{maneuver.name}: has other columns than a set")
-        for key, bounds in (
-            *entry["state_bounds"].items(), ("dense", dense), ("motion", forces),
-            ("sensitivities", slopes),
-            ("bound", {key: entry[key] for key in ("bound", "bound_end")}),
-        ):  # fmt: skip
-            for x in bounds.values():
-                if not _BOUND.fullmatch(x):
-                    raise _UnusableError(f"{maneuver.name}: {key}: found {x!r:.40} for a bound")
+    entries = [_entry(e, entry) for entry in document["maneuvers"][: len(e.maneuvers)]]
+    form: dict[str, Any] = {
+        "schema_version": 1,
+        "statement": STATEMENT,
+        "inputs": e.manifest.inputs,
+        "proved": proved(e.columns),
+        "computed": dict(COMPUTED),
+        "maneuvers": [*entries, *e.maneuvers[len(entries) :]],
+        "trusted": list(TRUSTED),
+        "software": {"flint": _ANY, "python-flint": _ANY},
+    }
+    if not e.has_bounds:
+        yield Unchecked("what it says in words")
+        form |= dict.fromkeys(("statement", "proved", "computed", "trusted"), _ANY)
+        form = {key: x for key, x in form.items() if key in document or x is not _ANY}
+    yield from _differences(document, form)
 
 
-def of_description(
-    raw: bytes, manifest: Manifest, _: Sequence[Maneuver], *, expected: bytes
-) -> Iterator[str]:
+def _entry(e: SetForm, found: Mapping[str, Any]) -> dict[str, Any]:
+    """How an entry is built, with what it may have of older sets."""
+    bounds = {name: {c.name: _BOUND for c in e.columns[name] if c.is_dense} for name in e.columns}
+    form: dict[str, Any] = {
+        **dict.fromkeys(("maneuver", "steps", "entries", "ambiguous"), _ANY),
+        **dict.fromkeys(("bound", "bound_end"), _BOUND),
+        "state_bounds": {x: {"interval": _BOUND, "end": _BOUND} for x in found["state_bounds"]},
+        "dense_relative_bounds": bounds[HDF5],
+        "motion": {"entries": _ANY, "dense_relative_bounds": bounds[MOTION]},
+        "sensitivities": {
+            "entries": _ANY, "ambiguous": _ANY, "relative_bounds": bounds[SENSITIVITIES],
+        },
+    }  # fmt: skip
+    if list(found["state_bounds"]) not in _STATES.values():
+        raise _UnusableError("state_bounds: has other state variables than a candidate")
+    later = () if e.has_bounds else ("motion", "sensitivities")
+    return {key: x for key, x in form.items() if key in found or key not in later}
+
+
+def _differences(found: Any, form: Any, where: str = "") -> Iterator[str]:
+    """Where a document is not of a form: other entries, another text, or a bound that is none."""
+    if isinstance(form, dict):
+        if list(found) != list(form):
+            raise _UnusableError(f"{where}expected the entries {', '.join(form)}")
+        for key, inner in form.items():
+            yield from _differences(found[key], inner, f"{where}{key}: ")
+    elif isinstance(form, re.Pattern):
+        if not form.fullmatch(found):
+            raise _UnusableError(f"{where}found {found!r:.40} for a bound")
+    elif isinstance(form, list):
+        if len(found) != len(form):
+            yield f"found {len(found)} {where.rstrip(': ')}, expected {len(form)}"
+        for i, (x, inner) in enumerate(zip(found, form, strict=False), start=1):
+            yield from _differences(x, inner, f"{where}{i}: ")
+    elif form is not _ANY and found != form:
+        yield f"{where}found {found!r:.80}, expected {form!r:.80}"
+
+
+def of_description(raw: bytes, _: SetForm, text: bytes) -> Iterator[str]:
     """A file about the set that says something else."""
-    if raw != expected:
+    if raw != text:
         yield f"does not follow from {MANIFEST}"
 
 
-def of_text(
-    raw: bytes, _: Manifest, maneuvers: Sequence[Maneuver], *, file: TextFile
-) -> Iterator[str]:
+def of_text(raw: bytes, e: SetForm, file: TextFile) -> Iterator[str]:
     """Problems of a text file: lines, fields, the form of the numbers, the times."""
-    maneuver = maneuvers[file.numbers[0] - 1]
+    maneuver = e.maneuvers[file.numbers[0] - 1]
     lines = raw.decode("ascii").split("\n")
     if lines.pop() != "" or len(lines) != maneuver.rows:
         yield f"found {len(lines)} lines, expected {maneuver.rows}, each of them ended"

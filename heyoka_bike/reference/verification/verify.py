@@ -7,7 +7,7 @@ for is not checked, and said to be so.
 """
 
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -25,15 +25,43 @@ from heyoka_bike.bicycle.parameters import (
 from heyoka_bike.motion.expressions import require_heyoka
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.reference.description.describe import describe
-from heyoka_bike.reference.layout import CANDIDATE, CERTIFICATE, HDF5, MOTION, SENSITIVITIES
+from heyoka_bike.reference.layout import (
+    CANDIDATE,
+    CERTIFICATE,
+    HDF5,
+    MOTION,
+    SENSITIVITIES,
+    TEXT,
+    TEXT_50,
+)
 from heyoka_bike.reference.load import load_motion, load_reference
 from heyoka_bike.reference.manifest import MANIFEST, Manifest
 from heyoka_bike.reference.proof.candidate import read_candidate
 from heyoka_bike.reference.texts import TextFile, text_files
-from heyoka_bike.reference.verification import agreement, motion_agreement, schema
-from heyoka_bike.reference.verification.checks import Check, Tally
+from heyoka_bike.reference.verification import schema
+from heyoka_bike.reference.verification.agreement import (
+    candidate_joins,
+    certified,
+    certified_motion,
+    dense,
+    energies_add_up,
+    equations_of_motion,
+    own_state,
+    rounded_rows,
+    row_zero,
+    text_17,
+    text_50,
+)
+from heyoka_bike.reference.verification.checks import Check, NumberCheck, Tally
+from heyoka_bike.reference.verification.contents import BOUNDS, StoredManeuver, bounds_of
 from heyoka_bike.reference.verification.hashes import check_files
-from heyoka_bike.reference.verification.outcome import ManeuverFiles, Verification
+from heyoka_bike.reference.verification.motion_agreement import (
+    follows_from_state,
+    identities,
+    motion_dense,
+    rolling,
+)
+from heyoka_bike.reference.verification.outcome import Verification
 from heyoka_bike.reference.verification.rerun import run_again
 from heyoka_bike.system.jobs import Report
 from heyoka_bike.system.parallel import Progress, side_by_side
@@ -41,7 +69,7 @@ from heyoka_bike.system.resources import reference_folder
 
 _BITS = 128  # of a look at the initial state, to see whether there is one
 
-_MEASURED: Mapping[str, str] = {
+MEASURED: Mapping[str, str] = {
     "schema": "is built as docs/files.md says",
     "content_sha256": "is that of the numbers",
     "row_zero": "times, and what is rational in row 0: the nearest binary64 and the rest",
@@ -62,7 +90,28 @@ _MEASURED: Mapping[str, str] = {
     "digits": "all 50 digits are the candidate's, correctly rounded",
     "numbers": "",
 }
-"""What a check of the numbers says when nothing is wrong."""
+"""What a check says when nothing is wrong; ``{largest}`` is what was measured."""
+
+CHECKS = (
+    NumberCheck(row_zero, (HDF5,), {"row_zero": HDF5}),
+    NumberCheck(energies_add_up, (HDF5,), {"energy": HDF5}),
+    NumberCheck(own_state, (HDF5,), {"contact": HDF5, "columns": HDF5}),
+    NumberCheck(follows_from_state, (HDF5, MOTION), {"motion_state": MOTION}),
+    NumberCheck(identities, (HDF5, MOTION), {"motion_identities": MOTION}),
+    NumberCheck(rolling, (HDF5, MOTION), {"rolling": MOTION}),
+    NumberCheck(dense, (HDF5,), {"dense_rows": HDF5, "dense_joins": HDF5}),
+    NumberCheck(motion_dense, (HDF5, MOTION), {"dense_rows": MOTION, "dense_joins": MOTION}),
+    NumberCheck(text_17, (HDF5, TEXT), {"text": TEXT}),
+    NumberCheck(text_50, (HDF5, TEXT_50), {"text": TEXT_50}),
+    NumberCheck(certified, (HDF5, CERTIFICATE), {"certificate": CERTIFICATE}),
+    NumberCheck(certified_motion, (HDF5, MOTION, CERTIFICATE), {"certificate": CERTIFICATE}),
+    NumberCheck(candidate_joins, (CANDIDATE,), {"candidate_joins": CANDIDATE}),
+    NumberCheck(equations_of_motion, (BOUNDS,), {"equations_of_motion": CANDIDATE}),
+    NumberCheck(
+        rounded_rows, (HDF5, BOUNDS), {"rounding": HDF5, "row_bounds": HDF5, "digits": TEXT_50}
+    ),
+)
+"""All that is looked at in the numbers of a maneuver."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,20 +120,17 @@ class Content:
 
     Attributes
     ----------
-    parts : list of ManeuverFiles
+    parts : list of StoredManeuver
         Empty if the inputs of the manifest are not usable.
-    texts : tuple of TextFile
-        The text files that the set should have.
+    names : mapping of str to tuple of str
+        Names of the files that the set has or should have, by what they are called in `CHECKS`.
     sound : set of str
         Names of the files that are whole and built as they should be.
-    has_motion : bool
-        Whether the set has a file of the whole motion, sound or not.
     """
 
-    parts: list[ManeuverFiles]
-    texts: tuple[TextFile, ...]
+    parts: list[StoredManeuver]
+    names: Mapping[str, tuple[str, ...]]
     sound: set[str]
-    has_motion: bool = False
 
 
 def verify(
@@ -135,12 +181,22 @@ def _verified(folder: str | Path | None) -> Verification:
     content, more = read_content(where, files.manifest, files.data)
     checks += more
     if content.parts:
-        jobs = [(part,) for part in content.parts]
-        made = _joined(side_by_side(_look, jobs))
-        checks += made + _not_made(made, content)
+        made = _joined(side_by_side(_look, [(part,) for part in content.parts]))
+        checks += made + list(_not_made(made, content))
     return Verification(
         str(where), files.manifest.dataset_version, tuple(checks), tuple(content.parts)
     )
+
+
+@dataclass(frozen=True, slots=True)
+class _File:
+    """A file of a set: what it is called in `CHECKS`, how it is built, and what it has."""
+
+    name: str
+    kind: str
+    problems: Callable[[bytes, schema.SetForm], Iterator[str]]
+    read: Callable[[], Iterable[tuple[int, Any]]] = tuple
+    is_optional: bool = False
 
 
 def read_content(
@@ -157,79 +213,91 @@ def read_content(
         bicycle, maneuvers = _inputs(manifest)
     except schema.DAMAGE as e:
         message = f"its inputs cannot be used: {' '.join(str(e).split()):.200}"
-        return Content([], (), set()), [Check("inputs", False, MANIFEST, message, {"values": 0})]
-    texts = text_files(maneuvers)
+        return Content([], {}, set()), [Check("inputs", False, MANIFEST, message, {"values": 0})]
     count = len(PARAMETERS) + len(STATE_INPUTS) * len(maneuvers)
     shown = f"{bicycle.name}, {len(maneuvers)} maneuvers"
+    expected = schema.expected(manifest, maneuvers, data)
+    files = list(_files(folder, data, expected))
     checks = [
         Check("inputs", True, MANIFEST, shown, {"values": count}),
-        _file_list(manifest, [HDF5, CANDIDATE, CERTIFICATE, *(t.name for t in texts)]),
+        _file_list(manifest, files),
     ]
-
     sound: set[str] = set()
-
-    def look(name: str, problems: Callable[..., Iterator[str]]) -> bool:
-        """Whether a file is whole and built as it should be; the check is noted."""
-        check = _structure("schema", name, data, problems, manifest, maneuvers)
+    found: list[dict[str, Any]] = [{} for _ in maneuvers]
+    names: dict[str, tuple[str, ...]] = {BOUNDS: (CANDIDATE, CERTIFICATE), MOTION: ()}
+    for file in files:
+        if file.is_optional and file.name not in manifest.files:
+            continue
+        names[file.kind] = (*names.get(file.kind, ()), file.name)
+        check = _structure("schema", file, data, expected)
         checks.append(check)
         if check.passed:
-            sound.add(name)
-        return bool(check.passed)
-
-    reference = runs = entries = None
-    if look(HDF5, schema.of_hdf5):
-        reference = load_reference(folder)
-        # The numbers are looked at even where their hash is another one.
-        checks.append(
-            _structure("content_sha256", HDF5, data, schema.content_differs, manifest, maneuvers)
-        )
-    if look(CANDIDATE, schema.of_candidate):
-        runs = read_candidate(folder)
-    if look(CERTIFICATE, schema.of_certificate):
-        entries = json.loads(data[CERTIFICATE])["maneuvers"]
-    read = [
-        schema.read_text(data[text.name], text)
-        for text in texts
-        if look(text.name, partial(schema.of_text, file=text))
-    ]
-    if SENSITIVITIES in manifest.files:
-        look(SENSITIVITIES, schema.of_sensitivities)
-    motion = None
-    if MOTION in manifest.files and look(MOTION, schema.of_motion):
-        motion = load_motion(folder)
-    for name, expected in describe(manifest).items():
-        if name in manifest.files:
-            look(name, partial(schema.of_description, expected=expected))
+            sound.add(file.name)
+            for number, content in file.read():
+                found[number - 1][file.kind] = content
+        if check.passed and file.name == HDF5:
+            # The numbers are looked at even where their hash is another one.
+            hashed = _File(HDF5, HDF5, schema.content_differs)
+            checks.append(_structure("content_sha256", hashed, data, expected))
     parts = []
-    for i, maneuver in enumerate(maneuvers):
-        stored = None
-        if reference is not None:
-            stored = agreement.Stored(i + 1, bicycle, maneuver, reference[i + 1])
-        parts.append(
-            ManeuverFiles(
-                number=i + 1,
-                stored=stored,
-                run=None if runs is None else runs[i],
-                entry=None if entries is None else entries[i],
-                texts=tuple(text for text in read if i + 1 in text.file.numbers),
-                motion=None if motion is None else motion[i + 1],
-            )
-        )
-    return Content(parts, texts, sound, MOTION in manifest.files), checks
+    for number, (maneuver, of_files) in enumerate(zip(maneuvers, found, strict=True), start=1):
+        if of_files.keys() >= {CANDIDATE, CERTIFICATE}:
+            bounds = bounds_of(of_files[CANDIDATE], of_files[CERTIFICATE])
+            of_files |= {} if bounds is None else {BOUNDS: bounds}
+        parts.append(StoredManeuver(number, bicycle, maneuver, of_files))
+    return Content(parts, names, sound), checks
+
+
+def _files(folder: Path, data: Mapping[str, bytes], expected: schema.SetForm) -> Iterator[_File]:
+    """The files that a set has, or may have, in the order in which they are looked at."""
+    manifest = expected.manifest
+
+    def groups(
+        name: str, read: Callable[[], Iterable[tuple[int, Any]]] = tuple, *,
+        is_optional: bool = False,
+    ) -> _File:  # fmt: skip
+        return _File(name, name, partial(schema.of_groups, name=name), read, is_optional)
+
+    def text(file: TextFile) -> _File:
+        def read() -> Iterable[tuple[int, Any]]:
+            return dict.fromkeys(file.numbers, schema.read_text(data[file.name], file)).items()
+
+        kind = TEXT_50 if file.is_long else TEXT
+        return _File(file.name, kind, partial(schema.of_text, file=file), read)
+
+    yield groups(HDF5, lambda: load_reference(folder).items())
+    yield groups(CANDIDATE, lambda: enumerate(read_candidate(folder), start=1))
+    yield _File(
+        CERTIFICATE, CERTIFICATE, schema.of_certificate,
+        lambda: enumerate(json.loads(data[CERTIFICATE])["maneuvers"], start=1),
+    )  # fmt: skip
+    yield from map(text, text_files(expected.maneuvers))
+    # Sets of older versions have none of these.
+    yield groups(SENSITIVITIES, is_optional=True)
+    yield groups(MOTION, lambda: load_motion(folder).items(), is_optional=True)
+    for name, said in describe(manifest, expected.columns[HDF5]).items():
+        problems = partial(schema.of_description, text=said)
+        yield _File(name, name, problems, is_optional=True)
 
 
 def _structure(
-    check: str, name: str, data: Mapping[str, bytes], problems: Callable[..., Iterator[str]],
-    manifest: Manifest, maneuvers: Sequence[Maneuver],
-) -> Check:  # fmt: skip
+    check: str, file: _File, data: Mapping[str, bytes], expected: schema.SetForm
+) -> Check:
     """A check of how a file is built."""
+    name = file.name
     if name not in data:
         message = f"not checked: {name} is not what the manifest says"
         return Check(check, None, name, message, {"values": 0})
     tally = Tally(check, name, values=len(data[name]))
-    for problem in schema.problems_of(problems, data[name], manifest, maneuvers):
-        tally.fail(problem)
-    return tally.done(_MEASURED[check])
+    message, unchecked = MEASURED[check], []
+    for problem in schema.problems_of(file.problems, data[name], expected):
+        if isinstance(problem, schema.Unchecked):
+            unchecked.append(problem)
+        else:
+            tally.fail(problem)
+    if unchecked:
+        message += f"; not checked, as it is older: {', '.join(dict.fromkeys(unchecked))}"
+    return tally.done(message)
 
 
 def _inputs(manifest: Manifest) -> tuple[Bicycle, tuple[Maneuver, ...]]:
@@ -247,10 +315,10 @@ def _inputs(manifest: Manifest) -> tuple[Bicycle, tuple[Maneuver, ...]]:
     return bicycle, maneuvers
 
 
-def _file_list(manifest: Manifest, expected: Sequence[str]) -> Check:
+def _file_list(manifest: Manifest, files: Sequence[_File]) -> Check:
+    expected = [file.name for file in files if not file.is_optional]
     missing = [name for name in expected if name not in manifest.files]
-    # Sets of older versions have no sensitivities, no whole motion and no description.
-    known = {*expected, SENSITIVITIES, MOTION, *describe(manifest)}
+    known = {file.name for file in files}
     extra = [n for n in manifest.files if n not in known]
     message = "lists the files of a set"
     if missing or extra:
@@ -262,96 +330,55 @@ def _file_list(manifest: Manifest, expected: Sequence[str]) -> Check:
     return Check("file_list", not (missing or extra), MANIFEST, message, evidence)
 
 
-def _look(part: ManeuverFiles, _: Report) -> list[Tally]:
+def _look(part: StoredManeuver, _: Report) -> list[Tally]:
     """All checks of the numbers of a maneuver for which there are files."""
-    stored, run, entry = part.stored, part.run, part.entry
     found: list[Tally] = []
-
-    def add(file: str, look: Callable[..., list[Tally]], *arguments: Any) -> None:
+    for check in CHECKS:
+        if not part.files.keys() >= {*check.needed}:
+            continue
+        tallies = [Tally(name, part.name_of(kind)) for name, kind in check.tallies.items()]
         try:
-            found.extend(look(*arguments))
+            check.look(part, *tallies)
         except schema.DAMAGE as e:
             # Numbers so far off that they overflow.
-            tally = Tally("numbers", file)
+            tally = Tally("numbers", tallies[0].file)
             what = f"{type(e).__name__}: {' '.join(str(e).split()):.200}"
             tally.fail(f"maneuver {part.number}: its numbers cannot be evaluated ({what})")
             found.append(tally)
-
-    if stored is not None:
-        for look in (
-            agreement.row_zero,
-            agreement.energies_add_up,
-            agreement.own_state,
-            agreement.dense,
-        ):
-            add(HDF5, look, stored)
-        for text in part.texts:
-            same = agreement.text_50 if text.file.is_long else agreement.text_17
-            add(text.file.name, same, stored, text)
-        if entry is not None:
-            add(CERTIFICATE, agreement.certified, stored, run, entry)
-        if entry is not None and part.motion is not None:
-            add(CERTIFICATE, agreement.certified_motion, stored, part.motion, entry)
-        if part.motion is not None:
-            for look_at_motion in motion_agreement.CHECKS:
-                add(MOTION, look_at_motion, stored, part.motion)
-    if run is None:
-        return found
-    add(CANDIDATE, agreement.candidate_joins, run)
-    if entry is not None and set(entry["state_bounds"]) == set(run.states):
-        certificate = agreement.certificate_of(run, entry)
-        add(CANDIDATE, agreement.motion, run, certificate)
-        if stored is not None:
-            add(HDF5, agreement.rounded_rows, stored, run, certificate, part.long_text)
+        else:
+            kinds = check.tallies.values()
+            found += [x for x, kind in zip(tallies, kinds, strict=True) if kind in part.files]
     return found
 
 
 def _joined(results: Sequence[Sequence[Tally]]) -> list[Check]:
     """One check of each kind and file for all maneuvers."""
+    order = list(MEASURED)
     joined: dict[tuple[str, str], Tally] = {}
-    for tallies in results:
-        for tally in tallies:
-            key = (tally.check, tally.file)
-            joined[key] = joined[key].joined(tally) if key in joined else tally
-    order = list(_MEASURED)
+    for tally in (tally for tallies in results for tally in tallies):
+        key = (tally.check, tally.file)
+        joined[key] = joined[key].joined(tally) if key in joined else tally
     checks = []
     for tally in sorted(joined.values(), key=lambda t: order.index(t.check)):
-        message = _MEASURED[tally.check]
-        evidence = {"largest": tally.largest} if "{largest" in message else {}
-        if tally.failures:
-            evidence = {}
+        message = MEASURED[tally.check]
+        is_measured = "{largest" in message and not tally.failures
+        evidence = {"largest": tally.largest} if is_measured else {}
         checks.append(tally.done(message.format(largest=tally.largest), **evidence))
     return checks
 
 
-def _not_made(made: Sequence[Check], content: Content) -> list[Check]:
+def _not_made(made: Sequence[Check], content: Content) -> Iterator[Check]:
     """The checks of the numbers for which a file was not whole."""
     done = {(check.check, check.file) for check in made}
-    checks = []
-    for name, file, needed in _needs(content.texts, has_motion=content.has_motion):
-        if (name, file) not in done:
-            missing = [x for x in needed if x not in content.sound]
-            what = f"{' and '.join(missing)} cannot be used" if missing else "see the other checks"
-            checks.append(Check(name, None, file, f"not checked: {what}", {"values": 0}))
-    return checks
-
-
-def _needs(
-    texts: Sequence[TextFile], *, has_motion: bool
-) -> Iterator[tuple[str, str, tuple[str, ...]]]:
-    """Checks of the numbers, the file that each is about, and the files that it needs."""
-    for name in ("row_zero", "energy", "contact", "columns", "dense_rows", "dense_joins"):
-        yield name, HDF5, (HDF5,)
-    for text in texts:
-        yield "text", text.name, (HDF5, text.name)
-    yield "certificate", CERTIFICATE, (HDF5, CERTIFICATE)
-    if has_motion:
-        for name in (*motion_agreement.NAMES, "dense_rows", "dense_joins"):
-            yield name, MOTION, (HDF5, MOTION)
-    yield "candidate_joins", CANDIDATE, (CANDIDATE,)
-    yield "equations_of_motion", CANDIDATE, (CANDIDATE, CERTIFICATE)
-    for name in ("rounding", "row_bounds"):
-        yield name, HDF5, (HDF5, CANDIDATE, CERTIFICATE)
-    for text in texts:
-        if text.is_long:
-            yield "digits", text.name, (HDF5, CANDIDATE, CERTIFICATE, text.name)
+    for check in CHECKS:
+        for name, kind in check.tallies.items():
+            for file in content.names[kind]:
+                if (name, file) in done or not all(content.names[x] for x in check.needed):
+                    continue
+                done.add((name, file))
+                needed = [x for k in check.needed if k != kind for x in content.names[k]]
+                missing = [x for x in dict.fromkeys((*needed, file)) if x not in content.sound]
+                what = (
+                    f"{' and '.join(missing)} cannot be used" if missing else "see the other checks"
+                )
+                yield Check(name, None, file, f"not checked: {what}", {"values": 0})

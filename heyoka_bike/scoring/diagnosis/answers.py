@@ -10,7 +10,6 @@ from heyoka_bike.errors import GENERATE
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.reference.sensitivities import UNKNOWNS
 from heyoka_bike.scoring.column_score import ColumnScore
-from heyoka_bike.scoring.conventions import UNITS_BESIDE, in_units
 from heyoka_bike.scoring.diagnosis import plain
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
 from heyoka_bike.scoring.diagnosis.numerical import causes as numerical
@@ -18,6 +17,7 @@ from heyoka_bike.scoring.diagnosis.programs.applied import FORCES
 from heyoka_bike.scoring.diagnosis.programs.program import Found
 from heyoka_bike.scoring.diagnosis.ranking import Diagnosis, Hypothesis
 from heyoka_bike.scoring.findings import Finding, Severity
+from heyoka_bike.scoring.judge.conventions import UNITS_BESIDE, in_units
 from heyoka_bike.scoring.report import Explanation, ManeuverScore, Report
 
 NOTHING_WRONG = "nothing_to_explain"

@@ -13,9 +13,9 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.findings import Finding, Severity, named
+from heyoka_bike.scoring.judge.unknown import RIGHT, is_far
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.report import ManeuverScore, Report
-from heyoka_bike.scoring.unknown import RIGHT, is_far
 
 # Worse than every column of the benchmark, and explained to a hundredth by one number or two.
 _WORSE, _MOSTLY = 10.0, 100.0

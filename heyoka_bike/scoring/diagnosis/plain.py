@@ -11,8 +11,8 @@ import numpy as np
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.findings import Finding, Severity
+from heyoka_bike.scoring.judge.unknown import RIGHT, far_worse, is_far
 from heyoka_bike.scoring.report import ManeuverScore, Report
-from heyoka_bike.scoring.unknown import RIGHT, far_worse, is_far
 
 _FEW_ROWS = 10
 # Of the rows of two maneuvers, so many hold the same numbers.

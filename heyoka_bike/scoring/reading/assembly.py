@@ -1,30 +1,27 @@
-"""Results from tables: every column where it belongs, rows in the order of time."""
-
-from __future__ import annotations
+"""Results from vectors: every column where it belongs, rows in the order of time."""
 
 import logging
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from heyoka_bike.errors import InputError
+from heyoka_bike.errors import quoted
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.findings import Finding, Severity
-from heyoka_bike.scoring.reading.column_names import TIME, left_out, named_unit
-from heyoka_bike.scoring.reading.expected import Expected
-from heyoka_bike.scoring.reading.headings import Layout, layout
-from heyoka_bike.scoring.reading.long_tables import by_maneuver
+from heyoka_bike.scoring.reading.names.columns import TIME, is_maneuver, left_out, named_unit
+from heyoka_bike.scoring.reading.names.layout import Layout, layout
+from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.results import Results, Rows
 from heyoka_bike.scoring.reading.times import Times, settle
-from heyoka_bike.scoring.reading.written import WrittenTable
+from heyoka_bike.scoring.reading.vectors import Vectors
+
+_Bad = tuple[int, int, str, int]
+"""Line or row, column, which of both it is, and how many values there are not finite."""
 
 _log = logging.getLogger(__name__)
 
 
-def assemble(
-    tables: Sequence[WrittenTable], kind: str, path: str, maneuver: int | None, expected: Expected
-) -> Results:
+def assemble(tables: Sequence[Vectors], kind: str, request: Request) -> Results:
     """Put the columns of a file where they belong.
 
     Parameters
@@ -33,12 +30,8 @@ def assemble(
         What the file has.
     kind
         Its format.
-    path
-        Its name.
-    maneuver
-        Number of the maneuver of columns that do not tell; None if that is not known.
-    expected
-        What columns there may be.
+    request
+        What was to be read.
 
     Raises
     ------
@@ -46,114 +39,107 @@ def assemble(
         Columns that cannot be told, a maneuver that is not in the reference, or a time that is not
         finite.
     """
-    numbers = {None, *range(1, expected.count + 1)}
-    tables = [part for table in tables for part in by_maneuver(table, expected, path)]
-    known = [t for t in tables if t.maneuver in numbers]
-    others = [f"maneuver {t.maneuver}" for t in tables if t.maneuver not in numbers]
-    if not known:
-        raise InputError(f"found {others[0]}, expected 1 to {expected.count}", file=path)
-    findings = [left_out(others)] if others else []
-    if len(known) == 1 and maneuver is not None and known[0].maneuver not in (None, maneuver):
-        raise InputError(
-            f"found maneuver {known[0].maneuver}, expected maneuver {maneuver}", file=path
-        )
+    known, findings = _of_the_reference(tables, request)
     maneuvers: dict[int | None, Rows] = {}
     digits: list[int] = []
-    bad = _NotFinite()
+    bad: list[_Bad] = []
     for table in known:
-
-        def fail(message: str, line: int | None = table.heading) -> InputError:
-            return InputError(message, file=path, line=line)
-
-        alone = maneuver if table.maneuver is None else table.maneuver
-        size = len(table.columns[0].values)
-        places = layout(
-            table.names, len(table.columns), expected, alone, fail, ordered=table.ordered, rows=size
-        )
-        for number, columns in places.maneuvers.items():
-            _log.info(
-                "%s: %s, %d rows, maneuver %s: time is column %d, %s", path, kind, size,
-                number or "not told", places.time + 1,
-                ", ".join(f"{key} {j + 1}" for key, j in columns.items()),
-            )  # fmt: skip
-        times = _times(table, places, path)
-        names = expected.names or table.names or ()
+        places = layout(table, request)
+        times = _times(table, places, request)
         said = (*table.findings, *places.findings, *times.findings)
         findings += [f for f in said if f not in findings]
         for number, columns in places.maneuvers.items():
+            _log.info(
+                "%s: %s, %d rows, maneuver %s: time is column %d, %s", request.path, kind,
+                len(times.hi), number or "not told", places.time + 1,
+                ", ".join(f"{key} {j + 1}" for key, j in columns.items()),
+            )  # fmt: skip
+            names = request.names or table.names or ()
             maneuvers[number] = _rows(table, names, times, number, places.time, columns, bad)
             used = [table.columns[j].digits for j in columns.values()]
             digits += [d for d in used if d is not None]
-    findings += bad.findings()
-    rows = tuple(maneuvers[n] for n in sorted(maneuvers, key=lambda n: n or 0))
-    return Results(path, kind, rows, min(digits, default=None), tuple(findings))
+    findings += [_not_finite(bad)] if bad else []
+    held = tuple(maneuvers[n] for n in sorted(maneuvers, key=lambda n: n or 0))
+    return Results(request.path, kind, held, min(digits, default=None), tuple(findings))
 
 
-def _times(table: WrittenTable, places: Layout, path: str) -> Times:
+def _of_the_reference(
+    tables: Sequence[Vectors], request: Request
+) -> tuple[list[Vectors], list[Finding]]:
+    """The tables of maneuvers that the reference has, or of none that is told."""
+    numbers, asked = {None, *range(1, request.count + 1)}, request.maneuver
+    parts = [part for table in tables for part in _by_maneuver(table, request)]
+    known = [part for part in parts if part.maneuver in numbers]
+    others = [f"maneuver {part.maneuver}" for part in parts if part.maneuver not in numbers]
+    if not known:
+        raise request.error(f"found {others[0]}, expected 1 to {request.count}")
+    if len(known) == 1 and asked is not None and known[0].maneuver not in (None, asked):
+        raise request.error(f"found maneuver {known[0].maneuver}, expected maneuver {asked}")
+    return known, [left_out(others)] if others else []
+
+
+def _by_maneuver(table: Vectors, request: Request) -> list[Vectors]:
+    """The rows of each maneuver, if a column tells of which they are; else the table alone."""
+    names, count = request.names or table.names or (), request.count
+    at = next((j for j, name in enumerate(names) if is_maneuver(name)), None)
+    if at is None or at >= len(table.columns) or table.maneuver is not None:
+        return [table]
+    numbers = table.columns[at].values
+    first = 0 if count > 1 and (numbers == 0).any() else 1
+    fits = (numbers == np.rint(numbers)) & (numbers >= first) & (numbers < first + count)
+    if not fits.all():
+        i = int(np.argmin(fits))
+        found = f"{numbers[i]:.6g}" if np.isfinite(numbers[i]) else "no number"
+        said = f"found {found} as {quoted(names[at])}, expected {first} to {first + count - 1}"
+        if table.lines is None:
+            raise request.error(f"row {i + 1}: {said}")
+        raise request.error(said, int(table.lines[i]))
+    return [table.of_rows(numbers == n, int(n) + 1 - first) for n in np.unique(numbers)]
+
+
+def _times(table: Vectors, places: Layout, request: Request) -> Times:
     column = table.columns[places.time]
     bad = np.flatnonzero(~np.isfinite(column.values))
     if len(bad):
-        found = "found a time that is not finite, expected seconds"
-        i = int(bad[0])
+        found, i = "found a time that is not finite, expected seconds", int(bad[0])
         if table.lines is None:
-            raise InputError(f"row {i + 1}: {found}", file=path)
-        raise InputError(found, file=path, line=int(table.lines[i]), column=places.time + 1)
+            raise request.error(f"row {i + 1}: {found}")
+        raise request.error(found, int(table.lines[i]), places.time + 1)
     unit = "ms" if places.in_milliseconds else "s"
     return settle(column.values, column.lo, column.significant, table.lines, unit)
 
 
 def _rows(
-    table: WrittenTable, names: Sequence[str], times: Times, number: int | None, time: int,
-    columns: Mapping[str, int], bad: _NotFinite,
+    table: Vectors, names: Sequence[str], times: Times, number: int | None, time: int,
+    columns: Mapping[str, int], bad: list[_Bad],
 ) -> Rows:  # fmt: skip
     values: dict[str, Array] = {}
     lo: dict[str, Array] = {}
     units: dict[str, str] = {}
+    order = slice(None) if times.order is None else times.order
     for key, j in columns.items():
-        v, rest = table.columns[j].values, table.columns[j].lo
-        is_bad = ~np.isfinite(v)
+        column = table.columns[j]
+        is_bad = ~np.isfinite(column.values)
         if is_bad.any():
-            bad.add(table, j, is_bad)
-            v = np.where(is_bad, np.nan, v)
-        if times.order is not None:
-            v = v[times.order]
-            rest = None if rest is None else rest[times.order]
-        values[key] = v
+            i = int(np.argmax(is_bad))
+            place = ("row", i + 1) if table.lines is None else ("line", int(table.lines[i]))
+            bad.append((place[1], j + 1, place[0], int(is_bad.sum())))
+        values[key] = np.where(is_bad, np.nan, column.values)[order]
+        if column.lo is not None:
+            lo[key] = column.lo[order]
         if j < len(names) and (unit := named_unit(names[j], key)):
             units[key] = unit
-        if rest is not None:
-            lo[key] = rest
-    quantum = {TIME: table.columns[time].quantum}
-    quantum |= {key: table.columns[j].quantum for key, j in columns.items()}
+    quantum = {key: table.columns[j].quantum for key, j in {TIME: time, **columns}.items()}
     return Rows(number, times.hi, times.lo, values, lo, quantum, units)
 
 
-class _NotFinite:
-    """Values that are not finite: how many, and the first one."""
-
-    def __init__(self) -> None:
-        self.total = 0
-        self.first: tuple[int, int, str] | None = None
-
-    def add(self, table: WrittenTable, j: int, is_bad: NDArray[np.bool_]) -> None:
-        """Count those of a column."""
-        self.total += int(is_bad.sum())
-        i = int(np.argmax(is_bad))
-        unit = "row" if table.lines is None else "line"
-        first = (i + 1 if table.lines is None else int(table.lines[i])), j + 1, unit
-        self.first = first if self.first is None else min(self.first, first)
-
-    def findings(self) -> list[Finding]:
-        """What is to be said, if anything."""
-        if self.first is None:
-            return []
-        line, column, unit = self.first
-        return [
-            Finding(
-                "not_finite",
-                f"{self.total} values are not finite and not used (first in {unit} {line}, "
-                f"column {column}).",
-                Severity.WARNING,
-                {"count": self.total, "line": line, "column": column},
-            )
-        ]
+def _not_finite(bad: Sequence[_Bad]) -> Finding:
+    """How many values are not finite, and the first one."""
+    line, column, unit, _ = min(bad)
+    count = sum(n for *_, n in bad)
+    return Finding(
+        "not_finite",
+        f"{count} values are not finite and not used (first in {unit} {line}, column {column}).",
+        Severity.WARNING,
+        {"count": count, "line": line, "column": column},
+    )

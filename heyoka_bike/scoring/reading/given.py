@@ -8,7 +8,7 @@ from typing import Any
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.errors import InputError, quoted
-from heyoka_bike.scoring.reading.column_names import TIME, nearest, recognise
+from heyoka_bike.scoring.reading.names.columns import TIME, did_you_mean, recognise
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.scored import Scored
@@ -47,12 +47,6 @@ def results_of(
         It is none of that: what was found, and what was expected.
     """
     names = None if columns is None else words(columns, "columns")
-
-    def read(one: Any, number: int | None) -> Results:
-        if not isinstance(one, Results):
-            one = read_results(one, maneuver=number, count=count, columns=names)
-        return _of_maneuver(one, number, is_only)
-
     number = None if maneuver is None else _number(maneuver, count)
     if isinstance(given, Scored):
         raise InputError(
@@ -61,15 +55,21 @@ def results_of(
         )
     if named:
         given = _with_time(given, named)
+    parts = [(number, given)]
     if isinstance(given, list | tuple) and all(isinstance(x, _FILES) for x in given):
-        return [read(x, number) for x in given]
-    if isinstance(given, Mapping) and given and all(isinstance(k, Integral) for k in given):
+        parts = [(number, x) for x in given]
+    elif isinstance(given, Mapping) and given and all(isinstance(k, Integral) for k in given):
         if number is not None:
             raise InputError(f"found maneuver={maneuver} beside results by maneuver")
         numbers = [_number(key, count) for key in given]
         if any(isinstance(x, _FILES) for x in given.values()):
-            return [read(one, n) for one, n in zip(given.values(), numbers, strict=True)]
-    return [read(given, number)]
+            parts = list(zip(numbers, given.values(), strict=True))
+    found = []
+    for n, part in parts:
+        if not isinstance(part, Results):
+            part = read_results(part, maneuver=n, count=count, columns=names)
+        found.append(_of_maneuver(part, n, is_only))
+    return found
 
 
 def words(given: str | Sequence[str], what: str) -> list[str]:
@@ -112,11 +112,9 @@ def _with_time(time: Any, named: Mapping[str, Any]) -> dict[str, Any]:
     """Columns by name with their time; a word that is no column is not left out in silence."""
     for name in named:
         if recognise(name) is None and recognise(name.removesuffix("_lo")) is None:
-            like = nearest(name)
-            hint = f"; did you mean {like}?" if like else ""
             raise InputError(
                 f"found a column {quoted(name)}, expected time, {', '.join(BENCHMARK_COLUMNS)}, or "
-                f"a column of motion.h5{hint}"
+                f"a column of motion.h5{did_you_mean(name)}"
             )
     has_time = any(recognise(name) == (TIME, None) for name in named)
     if has_time == (time is not None):

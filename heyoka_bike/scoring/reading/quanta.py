@@ -2,16 +2,17 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from math import floor, isfinite, log10
+from math import floor, log10
 
 import numpy as np
 from numpy.typing import NDArray
 
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.reading.number_blocks import NOTHING
 from heyoka_bike.scoring.reading.results import Quantum
-from heyoka_bike.scoring.reading.written import Written
+from heyoka_bike.scoring.reading.vectors import Vector
 
+NOTHING = -2
+"""The digits after the point of what is not finite."""
 BINARY64_DIGITS = 17
 """Decimal digits that tell any two binary64 numbers apart."""
 # Decimal digits of the usual binary formats, to the nearest.
@@ -27,14 +28,6 @@ def significant(number: str) -> str:
     """Significant digits written in a decimal, zeros at the end included."""
     mantissa = number.replace("E", "e").partition("e")[0]
     return mantissa.lstrip("+-0.").replace(".", "")
-
-
-def digits_and_places(number: str) -> tuple[int, int]:
-    """Significant digits of a decimal and digits after the point, -1 with an exponent."""
-    if not isfinite(float(number)):
-        return 0, NOTHING
-    has_exponent = "e" in number or "E" in number
-    return len(significant(number)), -1 if has_exponent else len(number.partition(".")[2])
 
 
 def are_beyond_binary64(numbers: Sequence[str], enough: int = 5) -> bool:
@@ -57,20 +50,20 @@ class DigitTally:
         self.most = np.full(columns, -1)
 
     def add(self, digits: NDArray[np.int64], places: NDArray[np.int64]) -> None:
-        """Count more numbers: arrays of shape (columns, samples), as of `number_blocks.Block`."""
+        """Count more numbers: arrays of shape (columns, samples), as of `text.blocks.Block`."""
         if digits.shape[1]:
             self.digits = np.maximum(self.digits, digits.max(axis=1))
             known = np.where(places < -1, _MANY, places)
             self.fewest = np.minimum(self.fewest, known.min(axis=1))
             self.most = np.maximum(self.most, places.max(axis=1))
 
-    def columns(self, values: Sequence[Array], lo: Sequence[Array | None]) -> list[Written]:
+    def columns(self, values: Sequence[Array], lo: Sequence[Array | None]) -> list[Vector]:
         """The columns with what was counted; a constant one is written like the others."""
         pairs = zip(values, lo, strict=True)
         written = [self._column(j, v, rest) for j, (v, rest) in enumerate(pairs)]
         return evened(written, self.time)
 
-    def _column(self, j: int, values: Array, lo: Array | None) -> Written:
+    def _column(self, j: int, values: Array, lo: Array | None) -> Vector:
         digits, fewest, most = int(self.digits[j]), int(self.fewest[j]), int(self.most[j])
         significant = digits
         varies = bool(len(values)) and not _is_constant(values, lo)
@@ -81,10 +74,10 @@ class DigitTally:
             is_fixed = True
         if is_fixed and varies and 10.0**-most >= np.spacing(largest):
             count = max(1, floor(log10(largest)) + 1 + most)
-            return Written(values, lo, Quantum(10, places=most), count, significant)
+            return Vector(values, lo, Quantum(10, places=most), count, significant)
         if _SINGLE_DIGITS <= digits < BINARY64_DIGITS and _are_single_written(values, digits):
             # Printed longer than they are.
-            return Written(values, lo, Quantum(2, digits=24), _DIGITS_OF_BITS[24], significant)
+            return Vector(values, lo, Quantum(2, digits=24), _DIGITS_OF_BITS[24], significant)
         # The times always have their rest.
         if 0 < digits < BINARY64_DIGITS or (lo is not None and digits > BINARY64_DIGITS):
             quantum = Quantum(10, digits=digits)
@@ -92,10 +85,10 @@ class DigitTally:
             bits = binary_digits(values) if varies else 53
             quantum = Quantum(2, digits=bits)
             digits = BINARY64_DIGITS if bits == 53 else _DIGITS_OF_BITS[bits]
-        return Written(values, lo, quantum, digits if varies else None, significant)
+        return Vector(values, lo, quantum, digits if varies else None, significant)
 
 
-def evened(columns: list[Written], time: int) -> list[Written]:
+def evened(columns: list[Vector], time: int) -> list[Vector]:
     """The columns of a table, a constant one as finely written as the finest of the others."""
     varying = [w for j, w in enumerate(columns) if j != time and w.digits is not None]
     if not varying:
@@ -104,13 +97,13 @@ def evened(columns: list[Written], time: int) -> list[Written]:
     return [w if w.digits is not None else replace(w, quantum=finest) for w in columns]
 
 
-def binary_column(values: Array, lo: Array | None, bits: int) -> Written:
+def binary_column(values: Array, lo: Array | None, bits: int) -> Vector:
     """A column of binary numbers of so many bits."""
     if bits == 53:
         bits = binary_digits(values)
     varies = bool(len(values)) and not _is_constant(values, lo)
     digits = _DIGITS_OF_BITS.get(bits, floor(bits * log10(2)))
-    return Written(values, lo, Quantum(2, digits=bits), digits if varies else None)
+    return Vector(values, lo, Quantum(2, digits=bits), digits if varies else None)
 
 
 def binary_digits(values: Array) -> int:

@@ -84,8 +84,7 @@ class Results:
     path
         Name of the file (``-`` for standard input).
     format
-        What it was: ``text``, ``json``, ``npy``, ``npz``, ``mat``, ``hdf5`` (netCDF 4 too),
-        ``netcdf``, ``xlsx``, ``parquet``, ``arrow`` or ``array``.
+        What it was: a name of `formats.FORMATS`, such as ``text``, or ``array``.
     maneuvers : tuple of Rows
     significant_digits
         Of the column written with the fewest, in decimal digits; None if unknown.

@@ -88,15 +88,9 @@ def _column(run: Run, maneuver: int, key: str) -> ColumnScore | None:
 
 def _drawing(series: Series, maneuver: int, across: Sequence[float | None], is_step: bool) -> str:
     lines, items, notches = [], [], []
-    for c in series.convergence:
-        if c.maneuver != maneuver:
-            continue
+    for c in [c for c in series.convergence if c.maneuver == maneuver]:
         size = _scale(series, c)
-        points = [
-            (x, e / size)
-            for x, e in zip(across, c.errors, strict=True)
-            if x is not None and x > 0 and e is not None and e > 0 and size is not None
-        ]
+        points = _points(across, c.errors, size)
         remark = "" if points else "no error" if set(c.errors) == {0.0} else "not compared"
         items.append((label(c.key), style_of(c.key), remark))
         if points:
@@ -125,6 +119,17 @@ def _drawing(series: Series, maneuver: int, across: Sequence[float | None], is_s
         notches=[n for n in notches if n.value >= low],
         guides=guides,
     )
+
+
+def _points(
+    across: Sequence[float | None], errors: Sequence[float | None], size: float | None
+) -> list[tuple[float, float]]:
+    """Errors relative to the column's size, where both logarithms exist."""
+    if size is None:
+        return []
+    return [
+        (x, e / size) for x, e in zip(across, errors, strict=True) if x and e and x > 0 and e > 0
+    ]
 
 
 def _guides(

@@ -24,7 +24,7 @@ _CODES = {"bold": "1", "dim": "2", "red": "31", "green": "32", "yellow": "33", "
 _LOOKS = {
     "verdict": "bold", "head": "bold", "facts": "dim", "warning": "bold yellow", "info": "dim",
     "passed": "green", "failed": "bold red", "unmade": "yellow", "right": "green",
-    "rounded": "green", "close": "yellow", "wrong": "red",
+    "untold": "yellow", "close": "yellow", "wrong": "red",
 }  # fmt: skip
 
 _Piece = tuple[str, str]
@@ -176,11 +176,7 @@ class _Layout:
             max(len(line) for row in (top, *rows) for line in row[i][0].split("\n"))
             for i in range(len(columns))
         ]
-        while self.width > width:
-            longest = max((w for w, p in zip(self._widths, prose, strict=True) if p), default=0)
-            if longest <= _LEAST_WORDS:
-                break
-            self._widths[self._widths.index(longest)] -= 1
+        self._narrow([i for i, p in enumerate(prose) if p], width)
         self.fits = self.width <= width
         self._rows = [
             [
@@ -190,6 +186,14 @@ class _Layout:
             for row in rows
         ]
         self._top = top
+
+    def _narrow(self, folding: Sequence[int], width: int) -> None:
+        """Fold prose, the widest column first, until the lines fit or the words are too few."""
+        while self.width > width and folding:
+            longest = max(folding, key=self._widths.__getitem__)
+            if self._widths[longest] <= _LEAST_WORDS:
+                break
+            self._widths[longest] -= 1
 
     @property
     def width(self) -> int:

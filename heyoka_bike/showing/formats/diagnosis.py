@@ -2,7 +2,8 @@
 
 import textwrap
 
-from heyoka_bike.scoring.conventions import DEFAULT, ODD_SIGNS, UNITS_BESIDE
+from heyoka_bike.scoring.judge.conventions import DEFAULT, UNITS_BESIDE
+from heyoka_bike.scoring.judge.signs import ODD_SIGNS
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.showing.wording import verdict
 

@@ -10,6 +10,7 @@ from typing import Any
 from heyoka_bike.scoring.column_score import ColumnScore, Reading
 from heyoka_bike.scoring.findings import Finding
 from heyoka_bike.scoring.report import ManeuverScore, Report, Series
+from heyoka_bike.scoring.verdict import Grade
 from heyoka_bike.version import __version__
 
 SCHEMA_VERSION = 1
@@ -39,6 +40,8 @@ def _report(report: Report) -> dict[str, Any]:
         "requirements": [asdict(r) for r in report.requirements],
         "passed": report.passed,
         "is_right": report.is_right,
+        "grade": max(report.grades, default=Grade.UNKNOWN).style,
+        "is_whole": report.is_whole,
     }
 
 
@@ -75,6 +78,7 @@ def _maneuver(m: ManeuverScore) -> dict[str, Any]:
         "step": m.step,
         "performance": m.performance,
         "performance_limit": m.performance_limit,
+        "meets_limit": m.meets_limit,
         "consistency": asdict(m.consistency),
         "columns": [_column(c) for c in m.columns],
     }
@@ -88,6 +92,8 @@ def _column(c: ColumnScore) -> dict[str, Any]:
         "definition_is_known": c.is_known,
         **asdict(c.as_understood.measures),
         "floor": c.floor,
+        "grade": c.grade.style,
+        "is_contradicted": c.is_contradicted,
         "values": c.values,
         "missing": c.missing,
         "between": 0,

@@ -11,6 +11,7 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 from heyoka_bike.errors import printable
 from heyoka_bike.scoring.column_score import ColumnScore, Measures
 from heyoka_bike.scoring.report import Report, Series
+from heyoka_bike.showing.grades import WORDS
 from heyoka_bike.showing.wording import by_severity, reports, sentence, verdict
 
 
@@ -18,7 +19,7 @@ def render(scored: Report | Series) -> str:
     """A test suite for the file, or one for each run, as JUnit XML.
 
     The test cases are the requirements. Without any there is one for each maneuver and column,
-    which passes. The measures are properties of the suite.
+    which passes if that is right, and is skipped if not. The measures are properties of the suite.
     """
     root = Element("testsuites")
     for report in reports(scored):
@@ -49,8 +50,18 @@ def _suite(report: Report) -> Element:
         for m in report.maneuvers:
             for c in m.columns:
                 name = f"{m.maneuver}.{printable(c.key)}"
-                SubElement(suite, "testcase", classname=where, name=name, time="0")
-    counts = {"tests": len(suite) - 1, "failures": failures, "errors": 0, "skipped": 0, "time": 0}
+                case = SubElement(suite, "testcase", classname=where, name=name, time="0")
+                if not c.is_right:
+                    said = WORDS.get(c.grade, "nothing compared")
+                    SubElement(case, "skipped", message=f"nothing is required: {said}")
+    skipped = len(suite.findall("testcase/skipped"))
+    counts = {
+        "tests": len(suite) - 1,
+        "failures": failures,
+        "errors": 0,
+        "skipped": skipped,
+        "time": 0,
+    }
     for key, value in counts.items():
         suite.set(key, str(value))
     findings = by_severity(report.said)

@@ -27,9 +27,6 @@ class Origin:
     command: str = ""
 
 
-UNKNOWN = Origin()
-
-
 def origin(words: Sequence[str] | None = None) -> Origin:
     """The origin of a report that is made now.
 

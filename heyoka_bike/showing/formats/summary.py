@@ -102,11 +102,14 @@ def _next(report: Report, in_python: bool) -> str:
         return "look at the headings and the times of the file: nothing in it could be compared"
     if found in (Grade.WRONG, Grade.CLOSE):
         return f"why it differs: {_call(report) if in_python else _command('diagnose', report)}"
+    if report.not_compared:
+        return "name each column by what it is, and write only what was computed"
     if is_part(report):
         return "write rows over the whole run, as dense as the motion is fast"
-    if found == Grade.ROUNDED:
+    if found == Grade.UNTOLD:
         return "write 17 digits, to show what the program can do"
-    digits = math.floor(min(filter(None, map(words.fewest_digits, report.maneuvers)), default=6.0))
+    shown = (c.shown("scd") for m in report.maneuvers for c in m.columns)
+    digits = math.floor(min(filter(None, shown), default=6.0))
     least = f"scd >= {min(digits, _MOST_REQUIRED)}"
     if in_python:
         return f'keep it so, in a test: require=["{least}", "coverage >= 1"]'

@@ -219,16 +219,16 @@ def _result(scene: Scene, found: ManeuverScore, k: Constants) -> ShownResult | s
         for name in columns
         if name in differences
     }
-    is_whole = last == len(time) - 1
-    if near < upright or upright < last + 1 - first:
-        why = "has left the scene" if near < upright else "has fallen"
-        end = f"From {shown[-1]:.2f} s on its bicycle is not shown: it {why}."
-    elif not is_whole and len(bad):
-        end = f"It is shown until {shown[-1]:.2f} s: the next row has no usable number."
-    elif not is_whole:
-        end = f"Its rows end at {rows_time[-1]:.4g} s."
-    else:
+    if near < upright:
+        end = f"From {shown[-1]:.2f} s on its bicycle is not shown: it has left the scene."
+    elif upright < last + 1 - first:
+        end = f"From {shown[-1]:.2f} s on its bicycle is not shown: it has fallen."
+    elif last == len(time) - 1:
         end = ""
+    elif len(bad):
+        end = f"It is shown until {shown[-1]:.2f} s: the next row has no usable number."
+    else:
+        end = f"Its rows end at {rows_time[-1]:.4g} s."
     notes = _notes(found, moving, columns, float(shown[0]), end)
     return ShownResult(motion, values, first, notes)
 

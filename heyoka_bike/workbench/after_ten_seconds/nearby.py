@@ -37,7 +37,7 @@ class Nearby:
     """
 
     certificate: Certificate
-    _parts: tuple[_Part, ...]
+    _parts: tuple[_FlowPart, ...]
 
     def derivative(self, time: flint.arb) -> flint.arb_mat:
         """Of the state at a time by that at the start, both with the yaw; for each motion.
@@ -58,7 +58,7 @@ class Nearby:
 
 
 @dataclass(frozen=True)
-class _Part:
+class _FlowPart:
     """A piece, or what was halved of it; Y, and how far the derivative may be from it."""
 
     piece: Piece
@@ -84,7 +84,7 @@ def nearby(run: Trajectory, radii: Vector) -> Nearby:
     NotCertifiedError
         A piece over which the proof does not work.
     """
-    prover = _Prover(run)
+    prover = _FlowKeeper(run)
     frame = Frame(identity(SIZE), radii)
     bounds = []
     for i in range(run.steps):
@@ -94,12 +94,12 @@ def nearby(run: Trajectory, radii: Vector) -> Nearby:
     return Nearby(Certificate(run.states, tuple(bounds), bounds[-1]), tuple(prover.parts))
 
 
-class _Prover(Prover):
+class _FlowKeeper(Prover):
     """Keeps the flow of each part."""
 
     def __init__(self, run: Trajectory) -> None:
         super().__init__(run)
-        self.parts: list[_Part] = []
+        self.parts: list[_FlowPart] = []
 
     def whole(self, piece: Piece, frame: Frame, rim: Circle, near: Circle) -> tuple[Vector, Frame]:
         sup, end = super().whole(piece, frame, rim, near)
@@ -116,5 +116,5 @@ class _Prover(Prover):
             size = norm(supremum(flow.y), flow.weights)
             rest = flow.defect + norm(moved, flow.weights) * size
             kappa = flow.size_inverse * rest
-            self.parts.append(_Part(piece, flow, (size * kappa * kappa.exp()).upper()))
+            self.parts.append(_FlowPart(piece, flow, (size * kappa * kappa.exp()).upper()))
         return sup, end

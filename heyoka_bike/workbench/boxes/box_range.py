@@ -73,7 +73,7 @@ def slopes(f: Function, point: Sequence[flint.arb], balls: Balls) -> list[flint.
 
 
 @dataclass(frozen=True, slots=True)
-class _Part:
+class _BoxPart:
     """A part of the box: a bound above the function there, a value that it attains, and where.
 
     `split` is the side to halve, None if the bound is as good as it can be.
@@ -91,13 +91,13 @@ class _Part:
         return (0, Fraction(0)) if self.bound is None else (1, -self.bound)
 
 
-def _examine(f: Function, sides: tuple[Side, ...], balls: Balls) -> _Part:
+def _examine(f: Function, sides: tuple[Side, ...], balls: Balls) -> _BoxPart:
     """Go to the face where the function is largest, and bound it there."""
     while True:
         value, rates = _over(f, sides, balls)
         if not rates:
             point = tuple(low for low, _ in sides)
-            return _Part(sides, _upper(value), _lower(value), point, None)
+            return _BoxPart(sides, _upper(value), _lower(value), point, None)
         ends = {i: int(s >= 0) for i, s in rates.items() if s >= 0 or s <= 0}
         if not ends:
             break
@@ -110,7 +110,7 @@ def _examine(f: Function, sides: tuple[Side, ...], balls: Balls) -> _Part:
     shares = {i: abs(s) * reach[i] for i, s in rates.items()}
     bounds = [_upper(value), _upper(f(centre) + sum(shares.values()))]
     point = tuple(side[i in rates and rates[i].mid() > 0] for i, side in enumerate(sides))
-    return _Part(
+    return _BoxPart(
         sides,
         min((x for x in bounds if x is not None), default=None),
         _lower(f(point)),

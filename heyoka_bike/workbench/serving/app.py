@@ -36,7 +36,7 @@ from heyoka_bike.workbench.serving.guard import Guard
 from heyoka_bike.workbench.serving.limits import Limits
 from heyoka_bike.workbench.serving.queue import BusyError, QueuedTask, TaskQueue
 from heyoka_bike.workbench.serving.store import ResultStore, StoredResult
-from heyoka_bike.workbench.serving.tasks import FILES, RENDERED, Ending, Kind, Task
+from heyoka_bike.workbench.serving.tasks import FILES, RENDERED, Kind, Task, TaskEnding
 from heyoka_bike.workbench.serving.uploads import receive
 
 _KINDS: tuple[Kind, ...] = ("score", "diagnose", "replay")
@@ -309,7 +309,7 @@ def _kind(text: str) -> Kind:
     raise HTTPException(404)
 
 
-async def _ended_or_left(request: Request, job: QueuedTask) -> Ending:
+async def _ended_or_left(request: Request, job: QueuedTask) -> TaskEnding:
     """The end of a job; if the client goes away before it, nobody wants it any more."""
     while not (await asyncio.wait([job.over], timeout=_LOOK))[0]:
         if await request.is_disconnected():
@@ -317,12 +317,12 @@ async def _ended_or_left(request: Request, job: QueuedTask) -> Ending:
     return job.over.result()
 
 
-def _status(ending: Ending) -> int:
+def _status(ending: TaskEnding) -> int:
     """Of the answer, for how a job ended."""
     return 422 if ending.state == "refused" else 500
 
 
-def _error(ending: Ending) -> dict[str, Any]:
+def _error(ending: TaskEnding) -> dict[str, Any]:
     return {"error": ending.message, "exit_code": ending.code}
 
 

@@ -7,6 +7,7 @@ from pathlib import Path
 from string import Template
 
 from heyoka_bike.bicycle.parameters import read_maneuvers
+from heyoka_bike.scoring.reading.formats import listed
 from heyoka_bike.showing.document.html import prose
 from heyoka_bike.system.resources import benchmark_maneuvers
 from heyoka_bike.version import __version__
@@ -54,7 +55,7 @@ def home(limits: Limits, has_leaderboard: bool) -> str:
     board = '<a href="/leaderboard">Leaderboard</a>' if has_leaderboard else ""
     body = _HOME.substitute(
         upload=limits.upload, files=limits.files, most=limits.upload // 1_000_000,
-        starts=_starts(), kept=_duration(limits.kept_seconds),
+        starts=_starts(), kept=_duration(limits.kept_seconds), formats=listed("and"),
     )  # fmt: skip
     return shell("Score a file – uncontrolled bicycle", body, bar=bar_of_home(board))
 

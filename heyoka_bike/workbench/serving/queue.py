@@ -15,7 +15,7 @@ from starlette.exceptions import HTTPException
 from heyoka_bike.system.executors import ProcessExecutor, ProgressFuture, RemoteError
 from heyoka_bike.system.log import fault
 from heyoka_bike.workbench.serving.limits import Limits
-from heyoka_bike.workbench.serving.tasks import Ending, Kind, Task, is_long, work
+from heyoka_bike.workbench.serving.tasks import Kind, Task, TaskEnding, is_long, work
 
 _PRELOAD = ("heyoka_bike.workbench.serving.tasks", "heyoka_bike.workbench.serving.preload")
 # What the time of a task is said to be before there is any [s].
@@ -43,7 +43,7 @@ class QueuedTask:
     Attributes
     ----------
     task
-    ending : Ending or None
+    ending : TaskEnding or None
         None until it has ended.
     over : asyncio.Task
         Gives the ending.
@@ -51,11 +51,11 @@ class QueuedTask:
         Set once nobody waits for it any more.
     """
 
-    over: asyncio.Task[Ending]
+    over: asyncio.Task[TaskEnding]
 
     def __init__(self, task: Task) -> None:
         self.task = task
-        self.ending: Ending | None = None
+        self.ending: TaskEnding | None = None
         self.unwanted = Event()
         self.future: ProgressFuture | None = None
 
@@ -141,7 +141,7 @@ class TaskQueue:
         for executor in self._executors.values():
             await asyncio.to_thread(executor.shutdown)
 
-    async def _carry_out(self, queued: QueuedTask) -> Ending:
+    async def _carry_out(self, queued: QueuedTask) -> TaskEnding:
         kind = queued.task.kind
         async with self._long_places if is_long(kind) else nullcontext(), self._places:
             start = monotonic()
@@ -150,7 +150,7 @@ class TaskQueue:
             self._seconds.append(monotonic() - start)
             return queued.ending
 
-    async def _ending(self, queued: QueuedTask) -> Ending:
+    async def _ending(self, queued: QueuedTask) -> TaskEnding:
         """How a task ended, for its user; the log has what is not for users."""
         task, kind = queued.task, queued.task.kind
         limits = self._limits.of_process(is_long(kind))
@@ -163,11 +163,11 @@ class TaskQueue:
                 queued.future.cancel()
             over = asyncio.wrap_future(queued.future)
             await asyncio.gather(over, return_exceptions=True)
-            return Ending(**queued.future.result())
+            return TaskEnding(**queued.future.result())
         except CancelledError:
-            return Ending("failed", "given up", 70)
+            return TaskEnding("failed", "given up", 70)
         except TimeoutError:
-            return Ending("refused", f"takes more than {limits.seconds:g} s, expected less", 1)
+            return TaskEnding("refused", f"takes more than {limits.seconds:g} s, expected less", 1)
         except BrokenExecutor:
             # Killed by the system, most likely for its memory or its time.
             self._log(f"{kind}: its process ended by itself")
@@ -175,11 +175,11 @@ class TaskQueue:
                 f"ended before it was done: it needs more than {limits.seconds:g} s or "
                 f"{limits.memory // 1_000_000} MB of memory"
             )
-            return Ending("refused", said, 1)
+            return TaskEnding("refused", said, 1)
         except RemoteError as e:
             self._log(f"{kind}: {e}")
             said = "an error of the program, not of the file; please report it"
         except Exception as e:
             self._log(f"{kind}: {fault(e)} in the server")
             said = "the server could not do it; this is a fault of the server"
-        return Ending("failed", said, 70)
+        return TaskEnding("failed", said, 70)

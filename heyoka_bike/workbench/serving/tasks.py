@@ -67,7 +67,7 @@ class Task:
 
 
 @dataclass(frozen=True, slots=True)
-class Ending:
+class TaskEnding:
     """How a task ended.
 
     Attributes
@@ -96,7 +96,7 @@ def is_long(kind: Kind) -> bool:
 
 
 def work(task: Task, memory: int) -> dict[str, Any]:
-    """Carry out a task in a process of its own; gives the parts of an `Ending`.
+    """Carry out a task in a process of its own; gives the parts of an `TaskEnding`.
 
     Parameters
     ----------
@@ -109,13 +109,13 @@ def work(task: Task, memory: int) -> dict[str, Any]:
         return asdict(_carry_out(task))
     except BicycleError as e:
         line = printable(" ".join(str(e).split()))
-        return asdict(Ending("refused", line[:_LONGEST_LINE], e.exit_code))
+        return asdict(TaskEnding("refused", line[:_LONGEST_LINE], e.exit_code))
     except MemoryError:
         said = f"needs more than {memory // 1_000_000} MB of memory, expected less"
-        return asdict(Ending("refused", said, Exit.INPUT))
+        return asdict(TaskEnding("refused", said, Exit.INPUT))
 
 
-def _carry_out(task: Task) -> Ending:
+def _carry_out(task: Task) -> TaskEnding:
     from heyoka_bike.workbench.serving.preload import REFERENCE
 
     report = reporting.get()
@@ -130,7 +130,7 @@ def _carry_out(task: Task) -> Ending:
 
         page = render(replay(REFERENCE, results[0], task.maneuver), task.files[0])
         write_output(task.made(".html"), page.encode())
-        return Ending("done")
+        return TaskEnding("done")
     scored = score_files(
         results,
         REFERENCE,
@@ -149,6 +149,6 @@ def _carry_out(task: Task) -> Ending:
     for name, suffix in RENDERED.items():
         write_output(task.made(suffix), output.render(scored, name, made).encode())
     if isinstance(scored, Series):
-        return Ending("done")
+        return TaskEnding("done")
     said = tuple(printable(f.message) for f in scored.diagnosis)
-    return Ending("done", is_one_run=True, diagnosis=said)
+    return TaskEnding("done", is_one_run=True, diagnosis=said)

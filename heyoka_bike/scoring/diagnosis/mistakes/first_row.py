@@ -45,6 +45,7 @@ def contradicted(
 
 def _nearest(key: str, values: Array, expected: Columns) -> tuple[float, float]:
     """Errors of the first two rows, each in the definition that fits it best; NaN if unknown."""
-    errors = np.array([np.abs(values[:2] - expected[c.name][:2]) for c in DEFINITIONS[key]])
+    names = [c.name for c in DEFINITIONS[key] if c.name in expected]
+    errors = np.array([np.abs(values[:2] - expected[name][:2]) for name in names])
     first, second = np.fmin.reduce(errors)
     return float(first), float(second)

@@ -96,7 +96,7 @@ def _best_fit(
     expected: Sequence[Mapping[str, Array]],
 ) -> _Fit:  # fmt: skip
     """A quantity in the place of a column, in the definition, sign and unit that fit best."""
-    definitions = COMPARED[quantity]
+    definitions = [c for c in COMPARED[quantity] if all(c.name in e for e in expected)]
     si = definitions[0].unit
     fits = [
         _Fit(

@@ -74,7 +74,9 @@ class Search:
         self._times = [p.time[rows] for p, rows in zip(parts, self._rows, strict=True)]
         self._steps = [float(np.median(np.diff(p.time))) if len(p.time) > 1 else 0.0 for p in parts]
         self._exact = [
-            p.reference.approximate(t, [c.name for c in COLUMNS])
+            p.reference.approximate(
+                t, [c.name for c in COLUMNS if c.name in p.reference.at_any_time]
+            )
             for p, t in zip(parts, self._times, strict=True)
         ]
         self._found: dict[object, dict[str, Array]] = {}

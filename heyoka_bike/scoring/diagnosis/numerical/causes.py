@@ -8,7 +8,6 @@ import numpy as np
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.alignment import HALF
-from heyoka_bike.scoring.arithmetic import single_precision
 from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.diagnosis.numerical.height import Heights
 from heyoka_bike.scoring.diagnosis.numerical.roughness import (
@@ -18,9 +17,9 @@ from heyoka_bike.scoring.diagnosis.numerical.roughness import (
     roughness,
 )
 from heyoka_bike.scoring.diagnosis.numerical.step_order import Order, order_of
-from heyoka_bike.scoring.falling import ROUNDING
 from heyoka_bike.scoring.findings import Finding, Severity
-from heyoka_bike.scoring.measures import rms
+from heyoka_bike.scoring.judge.single_precision import single_precision
+from heyoka_bike.scoring.measures import ROUNDING, rms
 from heyoka_bike.scoring.report import ManeuverScore, Report
 
 # A correct file's error is its floor; sums and conversions may double it.
@@ -78,7 +77,7 @@ def findings(report: Report, reference: Reference) -> tuple[Finding, ...]:
     worst = max(_error_in_scales(c) for m in report.maneuvers for c in m.columns)
     if worst < ROUNDING:
         return (_rounding(worst),)
-    single = single_precision(report)
+    single = next(single_precision(report), None)
     if single is not None and worst < _OF_SINGLE:
         return (single,)
     if max(m.rows for m in report.maneuvers) < _FEW_ROWS:

@@ -1,0 +1,43 @@
+"""Findings: what the numbers of a report mean, in words. Each rule is a function of the report."""
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+
+from heyoka_bike.scoring.findings import Finding
+from heyoka_bike.scoring.judge.consistency import against_itself
+from heyoka_bike.scoring.judge.conventions import conventions, understood
+from heyoka_bike.scoring.judge.signs import odd_signs
+from heyoka_bike.scoring.judge.single_precision import single_precision
+from heyoka_bike.scoring.judge.time_shift import time_shifted
+from heyoka_bike.scoring.judge.unknown import unknown
+from heyoka_bike.scoring.judge.unseen import coverage, digits_written, energy_hides_error
+from heyoka_bike.scoring.report import ManeuverScore, Report
+
+RULES: tuple[Callable[[Report], Iterable[Finding]], ...] = (
+    conventions,
+    understood,
+    odd_signs,
+    unknown,
+    time_shifted,
+    coverage,
+    energy_hides_error,
+    against_itself,
+    digits_written,
+    single_precision,
+)
+"""In the order in which their findings are said."""
+
+
+def judged(report: Report) -> Report:
+    """A report with what is worth saying about it, by every rule."""
+    found = tuple(finding for rule in RULES for finding in rule(report))
+    contradicted = {
+        key for f in found if f.code == "signs_disagree" for key in f.evidence["columns"]
+    }
+
+    def marked(m: ManeuverScore) -> ManeuverScore:
+        columns = (replace(c, is_contradicted=c.key in contradicted) for c in m.columns)
+        return replace(m, columns=tuple(columns))
+
+    maneuvers = tuple(map(marked, report.maneuvers)) if contradicted else report.maneuvers
+    return replace(report, findings=report.findings + found, maneuvers=maneuvers)

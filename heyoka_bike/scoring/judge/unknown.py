@@ -1,0 +1,103 @@
+"""Columns that mean something that is not known here: far worse than all others of a right motion.
+
+A wrong model or a rough integrator moves all columns. Where the columns with one meaning only have
+many digits, and one with several meanings has few, the motion is right and the meaning is not among
+those known. That is said instead of looking for a cause. Roll and steer move together, and the
+speed and the energies with their squares only: these may be right beside a motion that is not, so
+that one of the former must be right.
+"""
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import replace
+from math import floor
+
+import numpy as np
+
+from heyoka_bike.bicycle.columns import COMPARED, LATERAL
+from heyoka_bike.numbers.double import median
+from heyoka_bike.scoring.column_score import ColumnScore
+from heyoka_bike.scoring.findings import Finding, warning
+from heyoka_bike.scoring.judge.conventions import errors_words
+from heyoka_bike.scoring.measures import rms
+from heyoka_bike.scoring.report import ManeuverScore, Report
+
+# Columns of one motion are wrong by parts of their scales that differ by up to 100: the steer rate
+# follows the fastest mode, the energies hardly move.
+_FAR_WORSE = 1000.0
+# ... and the others must be good enough to say that the motion is right.
+RIGHT = 1e-3
+_OTHERS = 3
+_AT_FLOOR = 4.0
+
+
+def unknown(report: Report) -> Iterator[Finding]:
+    """Columns whose definition is not known, of a motion that is right."""
+    known = [c for m in report.maneuvers for c in m.columns if c.is_known]
+    for key, places in report.by_column().items():
+        columns = [c for _, c in places]
+        if columns[0].is_known:
+            continue
+        others = min(c.scd for c in known if c.scd is not None)
+        nearest = columns[0].definition
+        yield warning(
+            "definition_unknown",
+            f"{key}: no definition that is known here gives this column; the other columns have "
+            f"{floor(others)} digits or more, so the motion is right. The nearest definition "
+            f"is {nearest}, with errors {errors_words(columns)}. It is of another point or axis, "
+            "or written wrongly: say what it is",
+            column=key,
+            nearest=nearest,
+            max_abs_error=[c.max_abs_error for c in columns],
+            digits_of_others=others,
+        )
+
+
+def without_meaning(maneuvers: tuple[ManeuverScore, ...]) -> tuple[ManeuverScore, ...]:
+    """Maneuvers with the columns marked whose definition is not known, the same in each."""
+    having = [m for m in maneuvers if any(c.values for c in m.columns)]
+    several = [[c.key for c in m.columns if len(COMPARED[c.key]) > 1] for m in having]
+    found = [far_worse(m, keys)[0] for m, keys in zip(having, several, strict=True)]
+    unknown = frozenset.intersection(*found) if found else frozenset()
+    if not unknown:
+        return maneuvers
+    return tuple(
+        replace(m, columns=tuple(replace(c, is_known=c.key not in unknown) for c in m.columns))
+        for m in maneuvers
+    )
+
+
+def far_worse(m: ManeuverScore, keys: Collection[str]) -> tuple[frozenset[str], float]:
+    """Columns among `keys` that are far worse than all others of a maneuver, whose motion is right.
+
+    Returns
+    -------
+    keys : frozenset of str
+        The most of them that are; empty if none is.
+    limit : float
+        Largest error of the other columns, in scales.
+    """
+    columns = [c for c in m.columns if c.values]
+    ranked = sorted((c for c in columns if c.key in keys), key=_typical, reverse=True)
+    for count in range(len(ranked), 0, -1):
+        worse = ranked[:count]
+        others = [c for c in columns if c not in worse]
+        limit = _largest(others)
+        is_shown = len(others) >= _OTHERS and any(c.key in LATERAL for c in others)
+        if is_shown and limit < RIGHT and all(is_far(c, limit) for c in worse):
+            return frozenset(c.key for c in worse), limit
+    return frozenset(), _largest(columns)
+
+
+def is_far(c: ColumnScore, limit: float, times: float = _FAR_WORSE) -> bool:
+    """Whether a column is so many times worse than a limit, and than its digits allow."""
+    return _typical(c) > times * limit and not c.is_at_floor(_AT_FLOOR)
+
+
+def _largest(columns: Sequence[ColumnScore]) -> float:
+    return max((c.as_understood.measures.max_rel_error or 0.0 for c in columns), default=0.0)
+
+
+def _typical(c: ColumnScore) -> float:
+    """Median error over the size of the column: a few bad rows are no other meaning."""
+    size = rms(c.trace.reference) or 1.0
+    return float(median(np.abs(c.trace.error))) / size

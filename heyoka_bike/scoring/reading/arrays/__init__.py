@@ -1,0 +1,1 @@
+"""Arrays, in whatever shape, as vectors by name."""

@@ -1,0 +1,120 @@
+"""Arrays of several maneuvers, and of columns without their time, as plain ones."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from heyoka_bike.scoring.reading.arrays.columns import read_array, read_maneuvers
+from heyoka_bike.scoring.reading.names.columns import TIME, group_number, is_maneuver, recognise
+from heyoka_bike.scoring.reading.request import Request
+
+# What Simulink calls the outputs of a model; its states may have the same shape.
+_OUTPUTS = ("yout", "simout", "y")
+# Axes of maneuvers, rows and columns: as NumPy's programs have them, as MATLAB's, others.
+_ORDERS = ((0, 1, 2), (2, 0, 1), (0, 2, 1), (2, 1, 0), (1, 0, 2))
+
+
+def is_time(name: str) -> bool:
+    """Whether the name is that of the times."""
+    return recognise(name) == (TIME, None)
+
+
+def is_vector(x: Any) -> bool:
+    """Whether an array is a column; MATLAB has no arrays of one dimension."""
+    return len(x.shape) == 1 or (len(x.shape) == 2 and 1 in x.shape)
+
+
+def length(x: Any) -> int:
+    """Number of values of a column."""
+    return max(x.shape, default=0)
+
+
+def arrays_in(members: Mapping[str, Any]) -> dict[str, Any]:
+    """The members that are no groups of others."""
+    return {name: x for name, x in members.items() if not isinstance(x, Mapping)}
+
+
+def by_maneuver(members: Mapping[str, Any], request: Request) -> dict[str, Any]:
+    """Groups of the maneuvers for which arrays have an axis; nothing if they have none."""
+    if any(map(group_number, members)):
+        return {}
+    return _columns_by_maneuver(members, request) or _table_by_maneuver(members, request)
+
+
+def _columns_by_maneuver(members: Mapping[str, Any], request: Request) -> dict[str, Any]:
+    """Of columns such as ``roll_angle`` of shape (3, n), with one time or one of that shape."""
+    arrays = arrays_in(members)
+    known = [n for n in arrays if (k := recognise(n)) and k[1] is None and not is_time(n)]
+    shapes = {tuple(arrays[name].shape) for name in known}
+    times = [x for name, x in arrays.items() if is_time(name)]
+    if not times or len(shapes) != 1 or len(shape := shapes.pop()) != 2:
+        return {}
+    fitting = [i for i in (0, 1) if _is_over_maneuvers(i, shape, times[0], request.count)]
+    if not fitting:
+        return {}
+    axis, size = fitting[0], shape[fitting[0]]
+    told = next((n for n, x in arrays.items() if is_maneuver(n) and length(x) == size), None)
+    if size != request.count and not (told and 1 < size < request.count):
+        return {}
+    names = [name for name, x in arrays.items() if tuple(x.shape) == shape]
+    columns = {name: read_array(arrays[name], request.within(name)) for name in names}
+    others = {n: x for n, x in members.items() if n not in columns and not is_maneuver(n)}
+    numbers = np.arange(1.0, size + 1)
+    if told:
+        numbers = read_maneuvers(arrays[told], request.within(told))
+    return {
+        f"maneuver_{n:.0f}": others | {k: x.take(i, axis) for k, x in columns.items()}
+        for i, n in enumerate(numbers)
+    }
+
+
+def _is_over_maneuvers(axis: int, shape: Sequence[int], time: Any, count: int) -> bool:
+    """Whether an axis of columns of two is that of the maneuvers, and the other one of times."""
+    size, rows = shape[axis], shape[1 - axis]
+    if is_vector(time):
+        return bool(rows == length(time) != size)
+    return tuple(time.shape) == shape and size == count != rows
+
+
+def _table_by_maneuver(members: Mapping[str, Any], request: Request) -> dict[str, Any]:
+    """Of an array of three axes, beside its times or with them."""
+    arrays = arrays_in(members)
+    times = {name: x for name, x in arrays.items() if is_time(name)}
+    widths = [w - bool(times) for w in (request.widths if request.names else (9,))]
+    fitting = [
+        (name, order)
+        for name, x in arrays.items()
+        if len(x.shape) == 3 and 0 not in x.shape
+        for width in widths
+        for order in _ORDERS
+        if x.shape[order[0]] == request.count and x.shape[order[2]] == width
+    ]
+    if len({name for name, _ in fitting}) != 1:
+        return {}
+    # Where several orders fit, it is the first of them.
+    name, order = fitting[0]
+    parts = read_array(arrays[name], request.within(name)).transpose(order)
+    return {f"maneuver_{i}": {**times, name: part} for i, part in enumerate(parts, 1)}
+
+
+def beside_a_time(arrays: Mapping[str, Any], widths: Sequence[int]) -> tuple[str, str, bool] | None:
+    """Names of the times and of an array of all other columns, and whether its columns are rows.
+
+    None if there is no such pair, or more than one.
+    """
+    times = [name for name, x in arrays.items() if is_time(name) and is_vector(x)]
+    if len(times) != 1:
+        return None
+    n = length(arrays[times[0]])
+    tables = {
+        name: tuple(x.shape) != (n, x.shape[1])
+        for name, x in arrays.items()
+        if len(x.shape) == 2 and any(tuple(x.shape) in ((n, w - 1), (w - 1, n)) for w in widths)
+    }
+    if len(tables) > 1:
+        tables = {name: turn for name, turn in tables.items() if name.lower() in _OUTPUTS}
+    if len(tables) != 1:
+        return None
+    ((name, is_turned),) = tables.items()
+    return times[0], name, is_turned

@@ -1,0 +1,154 @@
+"""The formats of result files: how each begins, what reads it, and a sentence about it.
+
+From `FORMATS` follow what reads a file, what is said of one that nothing reads, the help of
+``heyoka-bike score``, its page in the browser and the table of docs/files.md. A format has an entry
+there, and a module of its own here with a function ``read`` of a `ResultFile`: it returns
+the vectors in the file, or None if it is of another format that begins alike.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
+
+from heyoka_bike.scoring.reading.text.lines import encoding_of
+
+# MATLAB puts a text of this length before HDF5.
+_MATLAB_TEXT = 512
+_HDF5 = b"\x89HDF\r\n\x1a\n"
+_ZIP = (b"PK\x03\x04", b"PK\x05\x06")
+_BRACKETS = ("{", "[")
+SPREADSHEET = "a spreadsheet"
+_SPREADSHEETS = (".xls", ".xlsx", ".xlsm", ".xlsb", ".ods")
+_NOT_READ = {
+    SPREADSHEET: (b"\xd0\xcf\x11\xe0",),
+    "a picture": (b"\x89PNG", b"\xff\xd8\xff", b"GIF8"),
+    "a PDF document": (b"%PDF",),
+    "a database": (b"SQLite format 3",),
+    "a bzip2 file": (b"BZh",),
+    "an xz file": (b"\xfd7zXZ",),
+    "a zstd file": (b"\x28\xb5\x2f\xfd",),
+    "a 7z file": (b"7z\xbc\xaf",),
+    "a pickle": (b"\x80\x02", b"\x80\x03", b"\x80\x04", b"\x80\x05"),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Format:
+    """A format of result files.
+
+    Attributes
+    ----------
+    name
+        As `Results.format` has it.
+    label
+        As people know it.
+    about
+        What of it is read, in Markdown.
+    sniff : callable
+        Whether a file with these first bytes, and a name with this suffix, may be of the format.
+    module
+        Name of the module here that reads it.
+    package
+        What it needs beside NumPy and h5py, as pip names it; None if nothing.
+    """
+
+    name: str
+    label: str
+    about: str
+    sniff: Callable[[bytes, str], bool]
+    module: str
+    package: str | None = None
+
+    def reader(self) -> Any:
+        """The module that reads it."""
+        return import_module(f"{__name__}.{self.module}")
+
+
+def _begins(*starts: bytes) -> Callable[[bytes, str], bool]:
+    return lambda head, _: head.startswith(starts)
+
+
+def is_hdf5_of_matlab(head: bytes) -> bool:
+    """Whether a file that begins like this is MATLAB's from version 7.3."""
+    return head[_MATLAB_TEXT:].startswith(_HDF5)
+
+
+def _is_matlab(head: bytes, suffix: str) -> bool:
+    # Those of version 4 begin with a number.
+    is_version_4 = suffix == ".mat" and encoding_of(head) is None
+    # A text may have the last two letters there, too, as in TIME.
+    return is_version_4 or head[124:128] in (b"\0\1IM", b"\1\0MI") or is_hdf5_of_matlab(head)
+
+
+def _is_text(head: bytes, _: str) -> bool:
+    return encoding_of(head) is not None and _not_read(head) is None
+
+
+def _is_json(head: bytes, _: str) -> bool:
+    encoding, mark = encoding_of(head) or ("utf-8", len(head))
+    return head[mark:].decode(encoding, "replace").lstrip().startswith(_BRACKETS)
+
+
+FORMATS = (
+    Format(
+        "json", "JSON",
+        "an object of columns; rows as arrays, with or without names, or as objects; what pandas "
+        "(every `orient`), polars, MATLAB's `jsonencode` and `heyoka-bike export` write; a "
+        "document in each line. Decimals are exact, as in a text",
+        _is_json, "json_files",
+    ),
+    Format("npy", ".npy", "an array of rows or of columns", _begins(b"\x93NUMPY"), "npy"),
+    Format("npz", ".npz", "such arrays, or columns by name", _begins(*_ZIP), "npz"),
+    Format(
+        "hdf5", "HDF5 (netCDF 4)",
+        "arrays and groups; columns over `maneuver` and `time` as xarray writes them",
+        _begins(_HDF5), "hdf5",
+    ),
+    Format("netcdf", "netCDF 3", "the same", _begins(b"CDF\1", b"CDF\2"), "netcdf", "scipy"),
+    Format(
+        "xlsx", ".xlsx",
+        "a sheet of rows, or sheets `maneuver_1` and so on. Older spreadsheets and `.ods` are "
+        "refused: save them as CSV",
+        _begins(*_ZIP), "xlsx", "openpyxl",
+    ),
+    Format("parquet", "Parquet", "a table", _begins(b"PAR1"), "arrow", "pyarrow"),
+    Format("arrow", "Arrow", "a table, as of Feather", _begins(b"ARROW1"), "arrow", "pyarrow"),
+    # Version 4 is told by the name, if it is none of those.
+    Format(
+        "mat", ".mat",
+        "variables and structures, and what Simulink logs: `tout` and `yout`, structures with "
+        "time, arrays (not `timeseries` objects). Versions 4 to 7.3",
+        _is_matlab, "matlab",
+    ),
+    # What is none of the others.
+    Format(
+        "text", "text",
+        "rows of numbers, with or without a heading; of Octave's `save -text` one matrix, "
+        "variables by `save -v7`",
+        _is_text, "text_files",
+    ),
+)  # fmt: skip
+
+
+def other_kind(head: bytes, suffix: str) -> str:
+    """What a file is that is of no format."""
+    name = SPREADSHEET if suffix in _SPREADSHEETS else "bytes that are no text"
+    return _not_read(head) or name
+
+
+def _not_read(head: bytes) -> str | None:
+    return next((name for name, starts in _NOT_READ.items() if head.startswith(starts)), None)
+
+
+TEXT_FIRST = (FORMATS[-1], *FORMATS[:-1])
+"""The formats in the order in which people know them."""
+
+
+def listed(last: str = "or", *, with_packages: bool = False) -> str:
+    """The formats in words, perhaps with the packages that some of them need."""
+    labels = [
+        f"{f.label} (with {f.package})" if with_packages and f.package else f.label
+        for f in TEXT_FIRST
+    ]
+    return f"{', '.join(labels[:-1])} {last} {labels[-1]}"

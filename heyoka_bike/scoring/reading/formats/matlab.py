@@ -1,0 +1,130 @@
+"""MATLAB's and Simulink's files: variables, structures, and what blocks log."""
+
+from collections.abc import Mapping
+from math import prod
+from typing import Any
+
+import numpy as np
+
+from heyoka_bike.scoring.reading.arrays.columns import MOST_BYTES, read_array
+from heyoka_bike.scoring.reading.arrays.tables import DEEPEST, tables
+from heyoka_bike.scoring.reading.formats import is_hdf5_of_matlab
+from heyoka_bike.scoring.reading.formats.matlab_bytes import matlab_variables
+from heyoka_bike.scoring.reading.formats.own_arrays import OwnFile
+from heyoka_bike.scoring.reading.names.columns import recognise
+from heyoka_bike.scoring.reading.request import Request
+from heyoka_bike.scoring.reading.result_file import ResultFile
+from heyoka_bike.scoring.reading.vectors import Vectors
+
+
+def read(file: ResultFile) -> list[Vectors]:
+    """The tables in the variables; those of version 7.3 are in HDF5.
+
+    Raises
+    ------
+    InputError
+        Damaged, kept in other files, or not columns of real numbers.
+    """
+    if not is_hdf5_of_matlab(file.head):
+        with file.request.damage("a MATLAB file"):
+            found = matlab_variables(file.stream().read(), MOST_BYTES)
+        return _tables(found, file.request)
+    with OwnFile.opened(file, is_turned=True) as own:
+        with file.request.damage("HDF5"):
+            found = _variables(own.file, own)
+        return _tables(found, file.request)
+
+
+def _tables(variables: Mapping[str, Any], request: Request) -> list[Vectors]:
+    return tables(_without_signals(variables, request), request, is_ordered=False)
+
+
+def _variables(group: Any, own: OwnFile, depth: int = 0) -> dict[str, Any]:
+    """The variables in a group of a file of version 7.3, as those of other versions."""
+    import h5py
+
+    found: dict[str, Any] = {}
+    for name, x in own.members(group):
+        if isinstance(x, h5py.Group) and depth < DEEPEST and not name.startswith("#"):
+            fields = {n: y for n, y in own.members(x) if isinstance(y, h5py.Dataset)}
+            if fields and all(map(_has_references, fields.values())):
+                each = {n: own.array(y)[()].ravel("F") for n, y in fields.items()}
+                found[name] = [
+                    {n: _referred(x.file, y[i], own) for n, y in each.items()}
+                    for i in range(min(map(len, each.values())))
+                ]
+            else:
+                found[name] = _variables(x, own, depth + 1)
+        elif isinstance(x, h5py.Dataset) and (value := _value(x, own)) is not None:
+            found[name] = value
+    return found
+
+
+def _without_signals(members: Mapping[str, Any], request: Request) -> dict[str, Any]:
+    """Variables with what Simulink logs, time and signals, as a time and columns."""
+    found: dict[str, Any] = {}
+    for name, x in members.items():
+        if isinstance(x, list):
+            each = [y for y in x if isinstance(y, Mapping)]
+            x = {f"maneuver_{i}": y for i, y in enumerate(each, 1)}
+        if isinstance(x, Mapping) and "signals" in x:
+            signals = x["signals"] if isinstance(x["signals"], list) else [x["signals"]]
+            columns = _columns([s for s in signals if isinstance(s, Mapping)], request)
+            has_time = "time" in x and prod(x["time"].shape)
+            found[name] = {"time": x["time"], **columns} if has_time else columns
+        else:
+            found[name] = _without_signals(x, request) if isinstance(x, Mapping) else x
+    # The time of the simulation is that of what was logged without one.
+    logged = [x for x in found.values() if isinstance(x, dict)]
+    if len(logged) == 1 and "tout" in found and "time" not in logged[0]:
+        logged[0]["time"] = found["tout"]
+    return found
+
+
+def _columns(signals: list[Mapping[str, Any]], request: Request) -> dict[str, Any]:
+    values = {
+        i: np.squeeze(read_array(s["values"], request.within("signals")))
+        for i, s in enumerate(signals)
+        if "values" in s
+    }
+    labels = {i: _word(signals[i].get("label")) for i in values}
+    if all(recognise(label) for label in labels.values()) or len(values) == 1:
+        return {labels[i] or "values": x for i, x in values.items()}
+    # Blocks in the order of the benchmark, or a matrix of each.
+    rows = max((max(x.shape, default=0) for x in values.values()), default=0)
+    upright = [x if x.shape[:1] == (rows,) else x.T for x in values.values()]
+    if any(x.shape[:1] != (rows,) for x in upright):
+        return {}
+    return {"values": np.column_stack(upright)}
+
+
+def _word(x: Any) -> str:
+    """A text of MATLAB, empty if it is none."""
+    if not isinstance(x, np.ndarray) or not x.size or x.dtype.kind not in "US":
+        return ""
+    return str(x.ravel()[0]).strip()
+
+
+def _has_references(dataset: Any) -> bool:
+    import h5py
+
+    return bool(h5py.check_ref_dtype(dataset.dtype) is h5py.Reference)
+
+
+def _referred(file: Any, reference: Any, own: OwnFile) -> Any:
+    import h5py
+
+    x = file[reference] if reference else None
+    if isinstance(x, h5py.Group):
+        return _variables(x, own, DEEPEST)
+    return _value(x, own) if isinstance(x, h5py.Dataset) else None
+
+
+def _value(dataset: Any, own: OwnFile) -> Any:
+    """An array or a text; None if it is empty."""
+    if dataset.shape is None or "MATLAB_empty" in dataset.attrs:
+        return None
+    array = own.array(dataset)
+    if dataset.attrs.get("MATLAB_class") == b"char":
+        return np.array("".join(map(chr, array[()].ravel())))
+    return array

@@ -1,0 +1,63 @@
+"""Excel workbooks, through openpyxl."""
+
+from dataclasses import replace
+from typing import Any
+
+from heyoka_bike.errors import InputError, quoted
+from heyoka_bike.scoring.reading.names.columns import group_number, listed
+from heyoka_bike.scoring.reading.result_file import ResultFile
+from heyoka_bike.scoring.reading.text.table import read_text
+from heyoka_bike.scoring.reading.vectors import Vectors
+
+_BREAKS = str.maketrans({"\t": " ", "\n": " ", "\r": " "})
+
+
+def read(file: ResultFile) -> list[Vectors]:
+    """The tables in the sheets: one, or one in each ``maneuver_N``.
+
+    Raises
+    ------
+    InputError
+        Damaged, or no sheet with rows of numbers.
+    ImportError
+        openpyxl is not installed.
+    """
+    from openpyxl import load_workbook
+
+    with file.request.damage("a spreadsheet"):
+        book = load_workbook(file.stream(), read_only=True, data_only=True)
+        texts = {sheet.title: _as_text(sheet) for sheet in book.worksheets}
+    found: dict[str, Vectors] = {}
+    errors: dict[str, InputError] = {}
+    for title, text in texts.items():
+        part = f"sheet {quoted(title)}"
+        request = file.request.within(part) if len(texts) > 1 else file.request
+        try:
+            found[title] = read_text((text,), "utf-8", request)
+        except InputError as e:
+            errors[title] = e
+    numbers = {title: number for title in texts if (number := group_number(title)) is not None}
+    if not numbers and len(found) > 1:
+        raise file.request.error(
+            f"found results in the sheets {listed(list(found))}, expected them in one sheet, or in "
+            "sheets named maneuver_1 and so on"
+        )
+    for title in numbers if numbers else () if found else errors:
+        if title in errors:
+            raise errors[title]
+    if not numbers:
+        return list(found.values())
+    return [replace(found[title], maneuver=number) for title, number in numbers.items()]
+
+
+def _as_text(sheet: Any) -> bytes:
+    """The cells of a sheet with tabs between them, a row in each line; no column is empty."""
+    rows = [[_cell(x) for x in row] for row in sheet.iter_rows(values_only=True)]
+    used = sorted({j for row in rows for j, text in enumerate(row) if text})
+    lines = ["\t".join(row[j] if j < len(row) else "" for j in used).rstrip() for row in rows]
+    return "\n".join(lines).encode()
+
+
+def _cell(x: Any) -> str:
+    """A value as it is written in a text."""
+    return "" if x is None else str(x).translate(_BREAKS).strip()

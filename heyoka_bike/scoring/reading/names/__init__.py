@@ -1,0 +1,1 @@
+"""What the names of columns mean, alone and beside each other."""

@@ -1,0 +1,258 @@
+"""What the name of a column means: aliases, units in it, the number of its maneuver."""
+
+import re
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from typing import Any
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
+from heyoka_bike.errors import quoted
+from heyoka_bike.scoring.findings import Finding, Severity
+from heyoka_bike.scoring.reading.names.joints import of_joint
+from heyoka_bike.scoring.reading.names.units import (
+    BRACKETS,
+    quantities,
+    split_ending,
+    split_unit,
+    unit_of,
+    unknown_unit,
+)
+from heyoka_bike.scoring.reading.request import Request, in_words
+
+TIME = "time"
+_SECONDS = "s"
+_NAMES = ", ".join((TIME, *BENCHMARK_COLUMNS))
+
+_ALIASES: Mapping[str, tuple[str, ...]] = {
+    TIME: ("t", "times", "timestamp", "sec", "seconds", "simulationtime", "tout"),
+    "roll_angle": ("roll", "phi", "varphi", "\u03c6", "\u03d5", "lean", "leanangle"),
+    "roll_rate": (
+        "rollangularvelocity", "rollvelocity", "angularrollvelocity", "phidot", "dphi", "phid",
+        "leanrate", "leanangularvelocity", "rolldot", "dotphi", "dotvarphi",
+        "\u03c6\u0307", "\u03d5\u0307",
+    ),
+    "forward_speed": ("speed", "velocity", "v", "forwardvelocity"),
+    "potential_energy": ("potential", "epot", "ep", "pe", "u"),
+    "kinetic_energy": ("kinetic", "ekin", "ek", "ke"),
+    "mechanical_energy": ("mechanical", "energy", "total", "totalenergy", "emech", "etot", "e"),
+    "steer_angle": ("steer", "steering", "steeringangle", "delta", "\u03b4"),
+    "steer_rate": (
+        "steerangularvelocity", "steeringangularvelocity", "steervelocity", "steeringvelocity",
+        "steeringrate", "angularsteervelocity", "deltadot", "ddelta", "deltad", "steerdot",
+        "dotdelta", "\u03b4\u0307",
+    ),
+    "pitch": ("pitchangle",),
+    "yaw": ("yawangle", "heading", "headingangle", "psi", "\u03c8"),
+    "yaw_rate": ("yawangularvelocity", "yawvelocity", "headingrate", "psidot", "dpsi", "yawdot"),
+}  # fmt: skip
+_KEYS: Mapping[str, str] = {
+    **{key.replace("_", ""): key for key in (TIME, *COMPARED)},
+    **{alias: key for key, aliases in _ALIASES.items() for alias in aliases},
+}
+# What a name means in another unit than that of its usual meaning.
+_BY_UNIT: Mapping[tuple[str, str], str] = {
+    ("t", "J"): "kinetic_energy",
+    ("v", "J"): "potential_energy",
+    ("u", "m s-1"): "forward_speed",
+    **{(name, "rad s-1"): "roll_rate" for name in ("roll", "phi", "lean")},
+    **{(name, "rad s-1"): "steer_rate" for name in ("steer", "steering", "delta")},
+    **{(name, "rad s-1"): "yaw_rate" for name in ("yaw", "heading", "psi")},
+}
+_MANEUVERS = frozenset(
+    {"man", "maneuver", "manoeuvre", "maneuvernumber", "maneuverno", "maneuverid", "maneuverindex"}
+)
+
+_MANEUVER = r"(?:m|man|maneuver|manoeuvre)"
+_ONE = re.compile(r"[\[({]\s*1\s*[\])}]")
+_NUMBERED = re.compile(rf"[\s_-]*{_MANEUVER}?[\s_-]*([0-9]{{1,3}})\s*")
+_BREAKS = re.compile(r"[\s_.:/\\${}-]+")
+_PREFIX = re.compile(rf"{_MANEUVER}_?([0-9]{{1,3}})_(.+)")
+_SUFFIX = re.compile(rf"(.+?)_?(?:{_MANEUVER}_?)?([0-9]{{1,3}})")
+_GROUP = re.compile(rf"{_MANEUVER}_?([0-9]{{1,3}})")
+# The names of a message; more would not be read.
+_SHOWN = 8
+# Shorter names are like too many others.
+_SHORTEST = 5
+LIKE = 0.63
+"""Names so much alike may mean the same: `Rollwinkel` and `roll_angle` are just so."""
+# So much alike are names that were misspelt.
+_ALMOST = 0.85
+
+
+# The names of a file are asked for many times.
+@lru_cache(1024)
+def recognise(name: str, *, one_is_a_unit: bool = True) -> tuple[str, int | None] | None:
+    """Key of the column that a name means, and number of the maneuver if it has one.
+
+    Case, blanks, hyphens and underscores do not matter. A unit, in brackets or at the end, decides
+    where a name alone would mean another column (``V [J]``); there 1 is that of a column without
+    dimension, or the first maneuver.
+    """
+    if one_is_a_unit and _ONE.search(name):
+        found = recognise(_ONE.sub("", name))
+        if found and found[0] != TIME and COMPARED[found[0]][0].unit == "1":
+            return found
+    stem, unit, is_ending = unit_in(name)
+    word, key, number = _by_words(stem)
+    if key is None:
+        key, number = of_joint(stem), group_number(stem.partition(".")[0])
+    if key is not None and unit is not None:
+        key = _in_unit(word, key, unit, is_ending)
+    if key is None or (key == TIME and number is not None):
+        return None
+    return key, number
+
+
+def unit_in(name: str) -> tuple[str, str | None, bool]:
+    """The name without its unit, that unit, and whether it is an ending such as ``_rad``."""
+    stem, unit = split_unit(name)
+    if unit is None and _by_words(name)[1] is None and (ending := split_ending(name)):
+        return *ending, True
+    return stem, unit, False
+
+
+def named_unit(name: str, key: str) -> str | None:
+    """The unit that the name of a column tells, if the column can have it, as `units` has it."""
+    unit = unit_in(name)[1]
+    return None if unit is None else unit_of(unit, COMPARED[key][0].unit)
+
+
+def _by_words(name: str) -> tuple[str, str | None, int | None]:
+    """The word for the column, its key if it is known, and the number of the maneuver."""
+    plain = _BREAKS.sub("_", BRACKETS.sub(_number_in_brackets, name.lower())).strip("_\"'")
+    number = None
+    if match := _PREFIX.fullmatch(plain):
+        number, plain = int(match[1]), match[2]
+    elif plain.replace("_", "") not in _KEYS and (match := _SUFFIX.fullmatch(plain)):
+        plain, number = match[1], int(match[2])
+    word = plain.replace("_", "")
+    return word, _KEYS.get(word), number
+
+
+def _in_unit(word: str, key: str, unit: str, is_strict: bool) -> str | None:
+    """What a word means with a unit; None if no column of that name has it."""
+    possible = quantities(unit)
+    if not possible or (_SECONDS if key == TIME else COMPARED[key][0].unit) in possible:
+        return key
+    other = next((k for (w, q), k in _BY_UNIT.items() if w == word and q in possible), None)
+    # Of a full name and its unit, the unit is more likely to be the one that is wrong.
+    is_full = word == key.replace("_", "")
+    return other or (key if is_full and not is_strict else None)
+
+
+def is_maneuver(name: str) -> bool:
+    """Whether a column of this name tells the maneuver of each row."""
+    return _BREAKS.sub("", name.lower()).strip("\"'[]()#") in _MANEUVERS
+
+
+def nearest(name: str, like: float = LIKE) -> str | None:
+    """The known column whose name is most like another one; None if none is."""
+    from difflib import get_close_matches
+
+    word = _by_words(split_unit(name)[0])[0]
+    if len(word) < _SHORTEST:
+        return None
+    close = get_close_matches(word, [k for k in _KEYS if len(k) >= _SHORTEST], 1, like)
+    return _KEYS[close[0]] if close else None
+
+
+def did_you_mean(name: str) -> str:
+    """What to put behind a message about a name; nothing if no known column has one like it."""
+    like = nearest(name)
+    return f"; did you mean {like}?" if like else ""
+
+
+def group_number(name: str) -> int | None:
+    """Number in the name of a group of columns (``maneuver_2``), if it is one."""
+    match = _GROUP.fullmatch(_BREAKS.sub("_", name.lower()))
+    return int(match[1]) if match else None
+
+
+def are_names(names: Sequence[str]) -> bool:
+    """Whether the names have the time and another column that is known."""
+    known = {found[0] for name in names if (found := recognise(name))}
+    return TIME in known and len(known) > 1
+
+
+def left_out(names: Sequence[str]) -> Finding:
+    """That columns of unknown names are not used."""
+    said = f"Columns of other names are left out: {listed(names, _ALMOST)}."
+    return Finding("columns_left_out", said, Severity.INFO, _evidence(names))
+
+
+def set_aside(names: Sequence[str], request: Request) -> Finding:
+    """That columns are not used although their names are known."""
+    said = (
+        f"Columns that are known by name are left out: {listed(names)}. A number in a name is that "
+        "of a maneuver only if the other names have one, and if the reference has that maneuver; "
+        f"{request.how_to_tell}."
+    )
+    return Finding("known_columns_left_out", said, Severity.WARNING, _evidence(names))
+
+
+def _evidence(names: Sequence[str]) -> dict[str, Any]:
+    return {"names": [quoted(name)[1:-1] for name in names[:100]], "count": len(names)}
+
+
+def unknown_units(names: Mapping[str, str]) -> list[Finding]:
+    """That units in the names of columns, here with their keys, are not known; for each."""
+    findings = []
+    for name, key in names.items():
+        if (unit := unknown_unit(name)) is None:
+            continue
+        taken = "it is taken for seconds" if key == TIME else "only the usual units are tried"
+        findings.append(
+            Finding(
+                "unit_unknown",
+                f"The unit {quoted(unit)} of the column {quoted(name)} is not known, so {taken}.",
+                Severity.WARNING,
+                {"name": quoted(name)[1:-1], "unit": quoted(unit)[1:-1], "column": key},
+            )
+        )
+    return findings[:_SHOWN]
+
+
+def listed(names: Sequence[str], like: float | None = None) -> str:
+    """The names in quotes, not too many of them; with what they are like, if they are so much."""
+    found = [
+        None if like is None or recognise(name) else nearest(name, like) for name in names[:_SHOWN]
+    ]
+    shown = ", ".join(
+        f"{quoted(name)} ({near}?)" if near else quoted(name)
+        for name, near in zip(names, found, strict=False)
+    )
+    more = len(names) - _SHOWN
+    return f"{shown} and {more} more" if more > 0 else shown
+
+
+def not_understood(
+    names: Sequence[str], request: Request, found: Sequence[object] | None = None
+) -> str:
+    """What to say of a line of names of which too few are known, or mean what is found."""
+    known = [recognise(name) for name in names] if found is None else found
+    unknown = [name for name, k in zip(names, known, strict=True) if not k]
+    shown = f"{listed(unknown, LIKE)} not understood" if unknown else listed(names)
+    return f"found column names {shown}, expected {_NAMES}; {request.how_to_tell}"
+
+
+def arrays_not_understood(names: Sequence[str], request: Request, widths: Sequence[int]) -> str:
+    """What to say of arrays of which too few are known."""
+    found = listed(names, LIKE) or "nothing"
+    known = [recognise(name) for name in names]
+    if sum(k is not None for k in known) > 1 and not any(k and k[0] == TIME for k in known):
+        found += " without their times"
+    return (
+        f"found {found}, expected arrays named {_NAMES}, or one array "
+        f"of {in_words(widths)} columns; {request.how_to_tell}"
+    )
+
+
+def in_brackets(name: str) -> list[str]:
+    """What stands in brackets."""
+    return [part for match in BRACKETS.finditer(name) for part in match.groups() if part]
+
+
+def _number_in_brackets(match: re.Match[str]) -> str:
+    content = next(part for part in match.groups() if part is not None)
+    number = _NUMBERED.fullmatch(content)
+    return f"_{number[1]}" if number else ""

@@ -1,0 +1,185 @@
+"""What the columns of a result file are: by their names, or by their place."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.errors import InputError, quoted
+from heyoka_bike.scoring.findings import Finding, Severity
+from heyoka_bike.scoring.reading.names.columns import (
+    TIME,
+    arrays_not_understood,
+    did_you_mean,
+    is_maneuver,
+    left_out,
+    listed,
+    not_understood,
+    recognise,
+    set_aside,
+    unit_in,
+    unknown_units,
+)
+from heyoka_bike.scoring.reading.names.numbers import Found, meanings
+from heyoka_bike.scoring.reading.names.units import is_millisecond, is_si
+from heyoka_bike.scoring.reading.request import LEFT_OUT, Request
+from heyoka_bike.scoring.reading.vectors import Vectors
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """Which column is what.
+
+    Attributes
+    ----------
+    time : int
+        Index of the column of times.
+    maneuvers : mapping of (int or None) to mapping of str to int
+        Index of each column, by number of the maneuver (None if that is not told) and key.
+    findings : tuple of Finding
+    in_milliseconds : bool
+        Whether the times are, as their heading says.
+    """
+
+    time: int
+    maneuvers: Mapping[int | None, Mapping[str, int]]
+    findings: tuple[Finding, ...] = ()
+    in_milliseconds: bool = False
+
+
+def told(columns: Sequence[str], option: str) -> tuple[str, ...]:
+    """The names that columns were said to have.
+
+    Raises
+    ------
+    InputError
+        A name that is not known, or no time.
+    """
+    names = tuple(name.strip() for name in columns)
+    where = option.rstrip("=")
+    found = []
+    for name in names:
+        known = recognise(name)
+        if known is None and name not in LEFT_OUT and not is_maneuver(name):
+            raise InputError(
+                f"{where}: found {quoted(name)}, expected time, {', '.join(BENCHMARK_COLUMNS)}, "
+                "a column of motion.h5, a short name such as t, phi, v or delta, or - for one that "
+                f"is left out{did_you_mean(name)}"
+            )
+        if known is not None:
+            found.append(known[0])
+    if TIME not in found or len(found) < 2:
+        raise InputError(f"{where}: found no time and another column, expected both among them")
+    return names
+
+
+def layout(vectors: Vectors, request: Request) -> Layout:
+    """Find out which column is what.
+
+    Names decide if they are all known; else the place does, if there are 9 or 1 + 8 count columns;
+    else those names that are known.
+
+    Raises
+    ------
+    InputError
+        The columns cannot be told, or one is there twice.
+    """
+    names = list(request.names or vectors.names or ())
+    width, rows = len(vectors.columns), len(vectors.columns[0].values)
+    if request.names is not None and len(names) != width:
+        raise request.error(request.wrong_width(width, rows), vectors.heading)
+    found = meanings(names, request.count)
+    known = [f[0] for f in found if f]
+    is_named = TIME in known and len(known) > 1
+    # The benchmark's order has no place for what is not of the benchmark.
+    is_beyond = not {*known} <= {TIME, *BENCHMARK_COLUMNS} or any(map(is_maneuver, names))
+    places = _by_place(width, request.count) if vectors.is_ordered else None
+    if request.names or (is_named and (places is None or None not in found or is_beyond)):
+        return _settled(names, found, vectors, request)
+    if places is not None:
+        settled = _settled([""] * width, places, vectors, request)
+        return replace(settled, findings=_names_unused(names, found, places))
+    if not vectors.is_ordered:
+        said = arrays_not_understood(names, request, request.widths)
+    else:
+        said = not_understood(names, request, found) if names else request.wrong_width(width, rows)
+    raise request.error(said, vectors.heading)
+
+
+def _by_place(width: int, count: int) -> Sequence[Found] | None:
+    """What columns without names mean; None if there are too many or too few."""
+    if width == 1 + 8 * count and count > 1:
+        numbers: Sequence[int | None] = range(1, count + 1)
+    elif width == 9:
+        numbers = [None]
+    else:
+        return None
+    return [(TIME, None), *((key, number) for number in numbers for key in BENCHMARK_COLUMNS)]
+
+
+def _settled(
+    names: Sequence[str], found: Sequence[Found], vectors: Vectors, request: Request
+) -> Layout:
+    """Each meaning with the one column that has it."""
+    unknown, known = [], []
+    candidates: dict[tuple[str, int | None], list[int]] = {}
+    for i, f in enumerate(found):
+        if f is not None:
+            candidates.setdefault(f, []).append(i)
+        elif recognise(names[i]):
+            known.append(names[i])
+        elif names[i] not in LEFT_OUT and not is_maneuver(names[i]):
+            unknown.append(names[i])
+    meant = {}
+    for meaning, places in candidates.items():
+        # Of several columns of one meaning the plainest name is meant.
+        best, *others = sorted(places, key=lambda i: _oddity(names[i]))
+        if others and _oddity(names[others[0]]) == _oddity(names[best]):
+            said = _twice(names[best], names[others[0]], *meaning)
+            raise request.error(f"{said}; {request.how_to_tell}", vectors.heading)
+        meant[meaning] = best
+        unknown += [names[i] for i in others]
+    time = meant[TIME, None]
+    alone = request.maneuver if vectors.maneuver is None else vectors.maneuver
+    alone = 1 if alone is None and request.count == 1 else alone
+    maneuvers: dict[int | None, dict[str, int]] = {}
+    for (key, number), i in meant.items():
+        if key != TIME:
+            maneuvers.setdefault(alone if number is None else number, {})[key] = i
+    if alone is not None and alone not in maneuvers and len(maneuvers) == 1:
+        said = f"found columns of maneuver {next(iter(maneuvers))}, expected maneuver {alone}"
+        raise request.error(said, vectors.heading)
+    findings = [set_aside(known, request)] if known else []
+    findings += [left_out(unknown)] if unknown else []
+    findings += unknown_units({names[i]: key for (key, _), i in meant.items()})
+    return Layout(time, maneuvers, tuple(findings), is_millisecond(unit_in(names[time])[1]))
+
+
+def _twice(name: str, other: str, key: str, number: int | None) -> str:
+    of_which = "" if number is None else f" for maneuver {number}"
+    one = f"expected one column of {key.replace('_', ' ')}{of_which}"
+    return f"found {quoted(name)} and {quoted(other)}, {one}"
+
+
+def _oddity(name: str) -> tuple[bool, bool]:
+    """Whether a name has another unit than those of SI, and whether it has its unit in words."""
+    _, unit, is_ending = unit_in(name)
+    return not is_si(unit), is_ending
+
+
+def _names_unused(
+    names: Sequence[str], found: Sequence[Found], places: Sequence[Found]
+) -> tuple[Finding, ...]:
+    """What is to be said if a name that is known contradicts the place of its column."""
+    both = enumerate(zip(found, places, strict=False))
+    wrong = [i for i, (f, place) in both if f and place and f[0] != place[0]]
+    if not wrong:
+        return ()
+    unknown = [name for name, f in zip(names, found, strict=True) if f is None]
+    finding = Finding(
+        "names_not_used",
+        f"Not all column names are known ({listed(unknown)}), so the columns are taken in the "
+        f"benchmark's order, although column {wrong[0] + 1} is named {quoted(names[wrong[0]])}.",
+        Severity.WARNING,
+        {"columns": [i + 1 for i in wrong], "unknown": [quoted(n)[1:-1] for n in unknown[:100]]},
+    )
+    return (finding,)

@@ -1,0 +1,159 @@
+"""What the names of a file mean beside each other: which of their numbers are those of maneuvers.
+
+A name may end in a digit for other reasons: `u1` and `u2` are the speeds of Kane's method, and `V2`
+is the potential energy of some body. So a number is that of a maneuver only if its word is longer
+than a letter, or if the numbers are those of all maneuvers; and where other columns have none, only
+if that is said in words.
+"""
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+
+from heyoka_bike.scoring.reading.names.columns import TIME, in_brackets, recognise
+from heyoka_bike.scoring.reading.names.units import quantities, split_unit
+
+Found = tuple[str, int | None] | None
+"""Key of a column and number of its maneuver; None if it is not known."""
+
+_ENERGY = "J"
+# The small letter, what the capital means alone, and what beside that.
+_CAPITALS: Mapping[str, tuple[str, str, str]] = {
+    "V": ("v", "forward_speed", "potential_energy"),
+    "T": ("t", TIME, "kinetic_energy"),
+}
+_ENERGIES = frozenset({"T", "H", "kinetic_energy", "potential_energy", "mechanical_energy"})
+_COORDINATE = "q"
+# One letter, and perhaps a number.
+_LETTER = re.compile(r"\W*([^\W\d_])[\W_]*[0-9]*\W*")
+_IN_WORDS = re.compile(r"(?<![a-z])(?:m|man|maneuver|manoeuvre)[\s_.:-]*[0-9]")
+
+
+def meanings(names: Sequence[str], count: int) -> list[Found]:
+    """What each of the columns of a file is.
+
+    Parameters
+    ----------
+    names
+        Of all its columns.
+    count
+        Number of maneuvers of the reference.
+
+    Returns
+    -------
+    list of (str, int or None) or None
+        Key, and number of the maneuver if that is told; None if the name is not known, or if what
+        it means alone cannot be meant beside the others.
+    """
+    # With other numbers in brackets, all of them are maneuvers.
+    brackets = [b for name in names for b in in_brackets(name)]
+    are_numbers = any(b.strip().isdecimal() and int(b) != 1 for b in brackets)
+    found: list[Found] = [recognise(name, one_is_a_unit=not are_numbers) for name in names]
+    found = _with_capitals(names, found)
+    found = _without_speeds(names, _from_one(found, count))
+    found = _without_indices(names, found, count)
+    if not any(f and f[1] is not None for f in found):
+        return _in_turn(found, count)
+    # Beside numbered columns one without a number tells nothing, and no reference has others.
+    return [
+        f if f is None or f[0] == TIME or (f[1] is not None and 1 <= f[1] <= count) else None
+        for f in found
+    ]
+
+
+def is_coordinate(name: str) -> bool:
+    """Whether a column of this name is a coordinate, so that the u beside it is its speed."""
+    return _letter(split_unit(name)[0]) == _COORDINATE
+
+
+def _letter(stem: str) -> str:
+    """The letter that a name is but for a number; empty if it is a word."""
+    match = _LETTER.fullmatch(stem)
+    return match[1].lower() if match else ""
+
+
+def _with_capitals(names: Sequence[str], found: list[Found]) -> list[Found]:
+    """The same with T and V as energies, as mechanics writes them beside a time and a speed.
+
+    They are where t and v stand beside them, or where each is a second column of its meaning and
+    other energies are there.
+    """
+    plain = [stem.strip() if unit is None else "" for stem, unit in map(split_unit, names)]
+    bare = [split_unit(name)[0].strip() for name in names]
+    others = [f for name, f in zip(plain, found, strict=True) if f and name not in _CAPITALS]
+    meant = list(found)
+    for name, (small, alone, energy) in _CAPITALS.items():
+        is_second = (alone, None) in others and (energy, None) not in others
+        words = {*plain, *(f[0] for f in meant if f)} - {name, energy}
+        if small in bare or (is_second and words & _ENERGIES):
+            meant = [(energy, None) if x == name else f for x, f in zip(plain, meant, strict=True)]
+    return meant
+
+
+def _from_one(found: list[Found], count: int) -> list[Found]:
+    """The same with numbers from 1, where those of every column are from 0.
+
+    Instead of 0 the first of all may have none: so pandas makes equal names differ.
+    """
+    numbers = _numbers(_columns(found))
+    are_from_zero = all(0 in n for n in numbers.values())
+    are_of_pandas = count > 1 and all(n == {None, *range(1, count)} for n in numbers.values())
+    if not numbers or not (are_from_zero or are_of_pandas):
+        return found
+    return [f if f is None or f[0] == TIME else (f[0], (f[1] or 0) + 1) for f in found]
+
+
+def _without_speeds(names: Sequence[str], found: list[Found]) -> list[Found]:
+    """The same where beside coordinates q the u are their speeds, and no potential energies."""
+    if not any(map(is_coordinate, names)):
+        return found
+    units = [split_unit(name) for name in names]
+    are_speeds = [_letter(x) == "u" and not (u and _ENERGY in quantities(u)) for x, u in units]
+    return [None if is_speed else f for f, is_speed in zip(found, are_speeds, strict=True)]
+
+
+def _without_indices(names: Sequence[str], found: list[Found], count: int) -> list[Found]:
+    """The same without columns whose numbers are not those of maneuvers."""
+    stems = [split_unit(name)[0] for name in names]
+    columns = _columns(found)
+    plain = {key for _, key, number in columns if number is None}
+    numbered = [column for column in columns if column[2] is not None]
+    letters = [column for column in numbered if _letter(stems[column[0]])]
+    words = [column for column in numbered if column not in letters]
+    every = set(range(1, count + 1)) if count > 1 else None
+    # That of a letter is one if those of words are, or if its own are those of all maneuvers.
+    of_words, of_letters = {number for _, _, number in words}, _numbers(letters)
+    trusted = {
+        key for key, own in of_letters.items() if own <= of_words or (own == every and not plain)
+    }
+    kept = words + [column for column in letters if column[1] in trusted]
+    numbers = _numbers(kept)
+    are_most = every in numbers.values() or len(numbers) > len(plain)
+    if plain and not are_most and not any(_IN_WORDS.search(stems[i].lower()) for i, _, _ in kept):
+        kept = []
+    out = {i for i, _, _ in numbered} - {i for i, _, _ in kept}
+    return [None if i in out else f for i, f in enumerate(found)]
+
+
+def _in_turn(found: list[Found], count: int) -> list[Found]:
+    """The eight names once for each maneuver mean the maneuvers in order."""
+    keys = [f[0] if f else None for f in found]
+    times = {keys.count(key) for key in keys if key not in (None, TIME)}
+    if count == 1 or times != {count} or keys.count(TIME) != 1:
+        return found
+    return [
+        f if f is None or f[0] == TIME else (f[0], 1 + keys[:i].count(f[0]))
+        for i, f in enumerate(found)
+    ]
+
+
+def _columns(found: Sequence[Found]) -> list[tuple[int, str, int | None]]:
+    """Index, key and number of the columns that are known, but for the time."""
+    return [(i, *f) for i, f in enumerate(found) if f and f[0] != TIME]
+
+
+def _numbers(columns: Iterable[tuple[int, str, int | None]]) -> dict[str, set[int | None]]:
+    """The numbers that columns come with, by key."""
+    numbers: dict[str, set[int | None]] = {}
+    for _, key, number in columns:
+        numbers.setdefault(key, set()).add(number)
+    return numbers

@@ -1,0 +1,100 @@
+"""What is to be read: of which file, and what its columns may be."""
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from warnings import catch_warnings, simplefilter
+
+from heyoka_bike.errors import BicycleError, InputError, printable
+
+LEFT_OUT = ("-", "skip")
+"""What `--columns` has in place of the name of a column that is not used."""
+
+OPTION, ARGUMENT = "--columns", "columns="
+"""How the columns are told, on the command line and in Python."""
+
+
+@dataclass(frozen=True, slots=True)
+class Request:
+    """A file or arrays to read, for a reference of so many maneuvers.
+
+    Attributes
+    ----------
+    path
+        Name of the file, for errors.
+    count
+        Number of maneuvers of the reference.
+    maneuver
+        Number of the maneuver of columns that do not tell; None if that is not known.
+    names : tuple of str or None
+        What the columns are, whatever the file says; None if it is to be seen from the file.
+    option
+        How the user tells these, `OPTION` or `ARGUMENT`.
+    part
+        What messages begin with: of which part of the file they speak.
+    """
+
+    path: str
+    count: int
+    maneuver: int | None = None
+    names: tuple[str, ...] | None = None
+    option: str = OPTION
+    part: str = ""
+
+    def within(self, part: str) -> "Request":
+        """The same, for a part of the file; for all of it if that has no name."""
+        return replace(self, part=f"{self.part}{part}: ") if part else self
+
+    def error(self, message: str, line: int | None = None, column: int | None = None) -> InputError:
+        """The error that says where, what was found and what was expected."""
+        return InputError(f"{self.part}{message}", file=self.path, line=line, column=column)
+
+    @contextmanager
+    def damage(self, expected: str) -> Iterator[None]:
+        """Turn what libraries raise for damaged files, which may be anything, into an error."""
+        try:
+            with catch_warnings():
+                simplefilter("ignore")
+                yield
+        except (BicycleError, ImportError):
+            raise
+        except Exception as e:
+            reason = printable(" ".join(str(e).split()))[:100] or type(e).__name__
+            raise self.error(f"found a damaged file ({reason}), expected {expected}") from None
+
+    @property
+    def widths(self) -> tuple[int, ...]:
+        """Numbers of columns that mean something without names."""
+        if self.names is not None:
+            return (len(self.names),)
+        return tuple(sorted({9, 1 + 8 * self.count}))
+
+    @property
+    def how_to_tell(self) -> str:
+        """What to say where names are not understood."""
+        said = '"time,roll_angle,..."' if self.option == ARGUMENT else " time,roll_angle,..."
+        return f"{self.option}{said} tells what they are"
+
+    def wrong_width(self, width: int, rows: int) -> str:
+        """What to say of columns without names of which there are too many or too few."""
+        found = f"found {width} columns, expected {in_words(self.widths)}"
+        if self.names is not None:
+            return f'{found} as {self.option} tells; there "-" stands for one that is left out'
+        names = "a line of column names such as time, roll_angle, roll_rate"
+        return f"{found}, or {names}{what_may_be_wrong(width, rows, self.widths)}"
+
+
+def in_words(widths: Sequence[int]) -> str:
+    """Numbers of columns for a message."""
+    return " or ".join(map(str, widths))
+
+
+def what_may_be_wrong(width: int, rows: int, widths: Sequence[int]) -> str:
+    """The likely reason for another number of columns, to be put behind a message; or nothing."""
+    if width + 1 in widths:
+        return "; is the time missing?"
+    if rows + 1 in widths:
+        return f"; are the {rows} rows columns, and is the time missing?"
+    if rows in widths:
+        return f"; are the {rows} rows columns? the first does not ascend as times do"
+    return ""

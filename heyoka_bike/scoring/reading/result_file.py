@@ -1,0 +1,115 @@
+"""A result file that is open: what it begins with, and all of it when it is wanted."""
+
+import sys
+import zlib
+from collections.abc import Iterator
+from contextlib import ExitStack
+from io import BytesIO
+from os import PathLike
+from pathlib import Path
+from typing import BinaryIO, cast
+
+from heyoka_bike.errors import InputError, printable
+from heyoka_bike.scoring.reading.request import Request
+from heyoka_bike.scoring.reading.text.lines import encoding_of
+
+# Whole lines of so much text are read at once; the processor's cache holds what they become.
+_CHUNK = 1 << 21
+# The first of them shows how rows are written: it must hold any heading, and some rows.
+_HEAD = 1 << 21
+# Of that so much tells text from other files.
+_SIGNATURE = 4096
+_GZIP = b"\x1f\x8b"
+
+
+class ResultFile:
+    """A file, or standard input; what gzip packed is unpacked.
+
+    Parameters
+    ----------
+    source
+        Its path, ``-`` for standard input.
+    request
+        What is to be read.
+    stack
+        Closes it.
+
+    Attributes
+    ----------
+    request : Request
+    head : bytes
+        What it begins with.
+    encoding : str
+        Of a text; see `text.lines.encoding_of`.
+
+    Raises
+    ------
+    InputError
+        It cannot be read.
+    """
+
+    def __init__(self, source: str | PathLike[str], request: Request, stack: ExitStack) -> None:
+        self.request = request
+        self._file = self._open(source, stack)
+        self._plain = None if source == "-" else Path(source)
+        self.head = self._read(_HEAD)
+        if self.head.startswith(_GZIP):
+            from gzip import GzipFile
+
+            packed = GzipFile(fileobj=self.stream())
+            self._file = cast(BinaryIO, stack.enter_context(packed))
+            self._plain = None
+            self.head = self._read(_HEAD)
+        self.encoding, self._mark = encoding_of(self.signature) or ("utf-8", 0)
+
+    @property
+    def signature(self) -> bytes:
+        """The first bytes, which tell the format."""
+        return self.head[:_SIGNATURE]
+
+    def text(self) -> Iterator[bytes]:
+        """All bytes after the mark of the encoding, in pieces."""
+        yield self.head[self._mark :]
+        while chunk := self._read(_CHUNK):
+            yield chunk
+
+    def content(self) -> bytes:
+        """All bytes, which then are the head."""
+        self.head += self._read(-1)
+        return self.head
+
+    def stream(self) -> BinaryIO:
+        """The file at its beginning, which is in memory if it cannot seek."""
+        if self._plain is None or not self._file.seekable():
+            return BytesIO(self.content())
+        self._file.seek(0)
+        return self._file
+
+    def path_or_stream(self) -> Path | BinaryIO:
+        """The file by its path, if it is one."""
+        return self._plain if self._plain and self._plain.is_file() else self.stream()
+
+    def _open(self, source: str | PathLike[str], stack: ExitStack) -> BinaryIO:
+        try:
+            if source == "-":
+                if sys.stdin is None:
+                    raise ValueError("closed")
+                return cast(BinaryIO, sys.stdin.buffer)
+            if Path(source).is_dir():
+                raise self.request.error("found a directory, expected a result file")
+            return stack.enter_context(Path(source).open("rb"))
+        except InputError:
+            raise
+        except (OSError, ValueError) as e:
+            reason = e.strerror if isinstance(e, OSError) and e.strerror else str(e)
+            said = f"cannot be read ({reason}), expected a result file"
+            raise self.request.error(said) from None
+
+    def _read(self, size: int) -> bytes:
+        """So many bytes more; all that are left if the size is -1."""
+        try:
+            return self._file.read(size)
+        except (OSError, EOFError, zlib.error) as e:
+            reason = printable(" ".join(str(e).split()))[:100]
+            said = f"cannot be read ({reason}), expected a result file"
+            raise self.request.error(said) from None

@@ -1,0 +1,181 @@
+"""A block of text lines as correctly rounded numbers, all at once.
+
+NumPy reads them, in C and correctly rounded. Anything unusual makes `parse_block` return None:
+another, slower reader then takes the block or names what is wrong.
+"""
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+from math import isfinite
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heyoka_bike.numbers.double import Array, two_product
+from heyoka_bike.scoring.reading.quanta import NOTHING
+
+Ints = NDArray[np.int64]
+
+_PLAIN = b"0123456789.e+- \t\n"
+# Integers below this are binary64 numbers; characters of a decimal that may be one, with its point.
+_WHOLE, _SHORT = 2.0**53, 16
+_POWERS = np.array([float(10**k) for k in range(_SHORT)])
+# Blanks at the end of a line, and blank lines.
+_UNTIDY = (b" \n", b"\t\n", b"\n\n")
+_ZERO, _POINT, _E = b"0.e"
+
+
+@dataclass(frozen=True, slots=True)
+class Block:
+    """Numbers of consecutive lines.
+
+    Attributes
+    ----------
+    values : ndarray, shape (columns, rows)
+        Correctly rounded.
+    lines : ndarray of int, shape (rows,)
+        Index, in the block, of the line of each row.
+    digits, places : ndarray of int, shape (columns, sampled rows)
+        Significant digits written and digits after the point (-1 with an exponent, `NOTHING` if
+        the value is not finite), of some of the rows.
+    lo : mapping of int to ndarray, shape (rows,)
+        By index of the column: the written decimal minus the value, correctly rounded.
+    """
+
+    values: Array
+    lines: Ints
+    digits: Ints
+    places: Ints
+    lo: dict[int, Array] = field(default_factory=dict)
+
+
+def parse_block(
+    text: bytes, columns: int, separator: bytes, exact: Collection[int], samples: int
+) -> Block | None:
+    """Read whole lines of plain decimals.
+
+    Parameters
+    ----------
+    text
+        Lines, each ending in a line feed, with decimal points and the exponent letter e.
+    columns
+        Numbers in each line that is not blank.
+    separator
+        What separates numbers besides blanks; nothing for blanks alone.
+    exact
+        Columns of which the rest beyond binary64 is wanted.
+    samples
+        Number of rows, roughly, of which to tell how many digits were written.
+
+    Returns
+    -------
+    Block or None
+        None if anything in the text is not as described.
+    """
+    is_plain = text.endswith(b"\n") and not text.translate(None, _PLAIN + separator)
+    if not is_plain or (separator and b" " + separator in text):
+        return None
+    mark = separator.decode() or None
+    rows = text.decode().split("\n")[:-1]
+    lines = np.arange(len(rows), dtype=np.int64)
+    if text.startswith(b"\n") or any(end in text for end in _UNTIDY):
+        rows = [row.rstrip() for row in rows]
+        lines = np.flatnonzero([bool(row) for row in rows])
+        rows = [row for row in rows if row]
+    if mark:
+        rows = [row.removesuffix(mark) for row in rows]
+    try:
+        return read_rows(rows, lines, mark, columns, exact, samples) if rows else None
+    except ValueError:
+        return None
+
+
+def plain_row(numbers: Sequence[str]) -> str:
+    """Numbers that `float` reads, as a row for `read_rows`; what is not finite is too large."""
+    return " ".join(numbers).lower().replace("nan", "8e888")
+
+
+def read_rows(
+    rows: Sequence[str], lines: Ints, mark: str | None, columns: int, exact: Collection[int],
+    samples: int,
+) -> Block:  # fmt: skip
+    """Read rows of plain decimals; see `parse_block`.
+
+    Raises
+    ------
+    ValueError
+        A row has other numbers of columns, or no numbers.
+    """
+    empty = np.empty((0, columns))
+    table = np.loadtxt(rows, comments=None, delimiter=mark, ndmin=2) if rows else empty
+    if table.shape != (len(rows), columns):
+        raise ValueError("rows of another number of columns")
+    values = np.ascontiguousarray(table.T)
+    sampled = slice(None, None, max(1, len(rows) // samples))
+    written = [row.split(mark) for row in rows[sampled]]
+    if mark:
+        written = [[number.strip() for number in row] for row in written]
+    digits, places = _written(written, values[:, sampled])
+    lo = {j: rests([row.split(mark, j + 1)[j] for row in rows], values[j]) for j in exact}
+    return Block(values, lines, digits, places, lo)
+
+
+def rests(numbers: Sequence[str], values: Array) -> Array:
+    """`rest` of each of the numbers."""
+    short = _short_decimals(numbers)
+    if short is None or not np.isfinite(values).all():
+        return np.array([rest(x, hi) for x, hi in zip(numbers, values.tolist(), strict=True)])
+    digits, power = short
+    # What a correctly rounded division leaves is a binary64 number.
+    product, error = two_product(values, power)
+    found: Array = ((digits - product) - error) / power
+    return found
+
+
+def _short_decimals(numbers: Sequence[str]) -> tuple[Array, Array] | None:
+    """Decimals as exact quotients of integers by powers of ten; None if one is longer."""
+    plain = [x.strip() for x in numbers]
+    if max(map(len, plain), default=0) > _SHORT:
+        return None
+    try:
+        digits = np.array([int(x.replace(".", "")) for x in plain], dtype=np.float64)
+    except ValueError:
+        # With an exponent.
+        return None
+    if not (np.abs(digits) < _WHOLE).all():
+        return None
+    return digits, _POWERS[[len(x.partition(".")[2]) for x in plain]]
+
+
+def rest(number: str, hi: float) -> float:
+    """The decimal minus its binary64, correctly rounded; zero for zero and infinity."""
+    if hi == 0.0 or not isfinite(hi):
+        return 0.0
+    Decimal, context = _decimal()
+    return float(context.subtract(Decimal(number), Decimal(hi)))
+
+
+@cache
+def _decimal() -> tuple[Any, Any]:
+    from decimal import MAX_EMAX, MIN_EMIN, Context, Decimal
+
+    # Enough digits for any binary64 without its leading ones; no exponent is too large.
+    return Decimal, Context(prec=1200, Emax=MAX_EMAX, Emin=MIN_EMIN, traps=[])
+
+
+def _written(numbers: Sequence[Sequence[str]], values: Array) -> tuple[Ints, Ints]:
+    """Digits and places of numbers, by row and column; see `Block`."""
+    text = np.array(numbers, dtype=np.bytes_).reshape(values.T.shape)
+    marks = np.ascontiguousarray(text)[..., None].view(np.uint8)
+    at = np.arange(marks.shape[-1])
+    has_e, has_point = ((marks == mark).any(axis=-1) for mark in (_E, _POINT))
+    end = np.where(has_e, (marks == _E).argmax(axis=-1), (marks != 0).sum(axis=-1))
+    point = np.where(has_point, (marks == _POINT).argmax(axis=-1), end - 1)
+    is_digit = (marks >= _ZERO) & (at < end[..., None])
+    leading = np.where(is_digit & (marks > _ZERO), at, len(at)).min(axis=-1)
+    digits = (is_digit & (at >= leading[..., None])).sum(axis=-1)
+    places = np.where(has_e, -1, end - 1 - point)
+    finite = np.isfinite(values)
+    return np.where(finite, digits.T, 0), np.where(finite, places.T, NOTHING)

@@ -1,0 +1,97 @@
+"""The bytes of a text file as blocks of whole lines, whatever its encoding and line ends."""
+
+import codecs
+from collections.abc import Iterable, Iterator
+
+from heyoka_bike.scoring.reading.request import Request
+
+_BOMS = (
+    (codecs.BOM_UTF8, "utf-8"),
+    # Before UTF-16, whose mark is the start of this one.
+    (codecs.BOM_UTF32_LE, "utf-32-le"),
+    (codecs.BOM_UTF32_BE, "utf-32-be"),
+    (codecs.BOM_UTF16_LE, "utf-16-le"),
+    (codecs.BOM_UTF16_BE, "utf-16-be"),
+)
+# What has no line feeds at all is not read into memory.
+_LONGEST_LINE = 4_000_000
+_CONTROLS = bytes(set(range(32)) - set(b"\t\n\v\f\r\x1a\x1b"))
+# Of random bytes one in ten; a damaged text may have a few.
+_MOST_CONTROLS = 0.02
+
+
+def encoding_of(head: bytes) -> tuple[str, int] | None:
+    """Encoding of a text that starts like this and the length of its mark; None if it is no text.
+
+    Any bytes with hardly any control characters are text. Those that are not UTF-8 can only stand
+    in headings and comments, and are left alone.
+    """
+    for mark, name in _BOMS:
+        if head.startswith(mark):
+            return name, len(mark)
+    even, odd = head[::2], head[1::2]
+    # Of UTF-16 every other byte is zero, of rows of numbers all of these.
+    for name, zeros, others in (("utf-16-le", odd, even), ("utf-16-be", even, odd)):
+        if len(zeros) > 1 and zeros.count(0) > 0.9 * len(zeros) and not others.count(0):
+            return name, 0
+    if len(head) - len(head.translate(None, _CONTROLS)) > _MOST_CONTROLS * len(head):
+        return None
+    return "utf-8", 0
+
+
+def whole_lines(chunks: Iterable[bytes], encoding: str, request: Request) -> Iterator[bytes]:
+    """Blocks of whole lines that end in a line feed; the last one may lack it.
+
+    Parameters
+    ----------
+    chunks
+        The text after its mark, cut anywhere.
+    encoding
+        See `encoding_of`. All but UTF-8 are translated to that.
+    request
+        What is to be read.
+
+    Raises
+    ------
+    InputError
+        A line that is too long, or text that is not in that encoding.
+    """
+    if encoding != "utf-8":
+        chunks = _recoded(chunks, encoding, request)
+    rest = b""
+    is_first = True
+    for chunk in chunks:
+        text = rest + chunk
+        # The line feed after a last carriage return may be in the next chunk.
+        held = b"\r" if text.endswith(b"\r") else b""
+        if b"\r" in text:
+            text = text[: len(text) - len(held)].replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+        end = text.rfind(b"\n") + 1
+        block, rest = text[:end], text[end:] + held
+        if len(rest) > _LONGEST_LINE:
+            raise request.error(
+                f"found a line of more than {_LONGEST_LINE} characters, expected rows of numbers",
+                1 if is_first and not block else None,
+            )
+        if block:
+            is_first = False
+            yield block
+    if rest.endswith(b"\r"):
+        rest = rest[:-1] + b"\n"
+    if rest:
+        yield rest
+
+
+def _recoded(chunks: Iterable[bytes], encoding: str, request: Request) -> Iterator[bytes]:
+    decoder = codecs.getincrementaldecoder(encoding)()
+    line = 1
+    try:
+        for chunk in chunks:
+            text = decoder.decode(chunk).encode("utf-8")
+            line += text.count(b"\n")
+            yield text
+        # A file cut in the middle of a character lacks no more than that.
+        decoder.decode(b"")
+    except UnicodeError:
+        name = encoding.upper().replace("-LE", "").replace("-BE", "")
+        raise request.error(f"found damaged text, expected {name}", line) from None

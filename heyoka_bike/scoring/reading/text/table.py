@@ -1,0 +1,259 @@
+"""Rows of numbers in a text, in whatever way programs write them."""
+
+import re
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from heyoka_bike.errors import InputError
+from heyoka_bike.scoring.findings import Finding, Severity
+from heyoka_bike.scoring.reading.names.columns import is_maneuver
+from heyoka_bike.scoring.reading.quanta import DigitTally
+from heyoka_bike.scoring.reading.request import Request
+from heyoka_bike.scoring.reading.text.blocks import Block, parse_block, plain_row, read_rows
+from heyoka_bike.scoring.reading.text.dialects import (
+    Dialect,
+    best_dialect,
+    plain_text,
+    without_comment,
+)
+from heyoka_bike.scoring.reading.text.lines import whole_lines
+from heyoka_bike.scoring.reading.text.opening import Opening, find_opening, row_error
+from heyoka_bike.scoring.reading.vectors import Vectors, turned
+
+# Rows of the first block of which digits are counted; of a later one, and by the slow reader.
+_COUNTED, _COUNTED_LATER = 2000, 200
+_USUAL = Dialect("", ".")
+# Characters of which `float` reads numbers only.
+_PLAIN = b"0123456789+-.eE \t"
+# These begin with a set of letters, and look back from there: that is ten times faster.
+_COMMENTS = re.compile(
+    rb"[#%!/](?:(?<=[%!])|(?<=/)/|(?<=#)(?:(?<![0-9]\.#)|(?!(?i:ind|inf|qnan|snan)))).*"
+)
+_NOT_FINITE = re.compile(
+    rb"[nNiI#](?:(?<=[nN])(?<![^\s,;+-][nN])(?i:an(?:\([a-z0-9_]*\))?)"
+    rb"|(?<=[iI])(?<![^\s,;+-][iI])(?i:nf(?:inity)?)"
+    rb"|(?<=[0-9]\.#)(?i:ind|inf|qnan|snan)[0-9]*)(?![^\s,;])"
+)
+_QUOTED = re.compile(rb"([\"'])(?<![^\s,;].)([0-9a-zA-Z.+-]+)\1(?![^\s,;])")
+# Of a text on its side all is read at once; with more lines it is none.
+_MOST_LINES = 1000
+_MANEUVER_NAME = re.compile(
+    rb"(?i)(?<![^\s,;])([\"']?)(?:maneuver|manoeuvre|man|m)[ _-]?([0-9]{1,3})\1(?![^\s,;])"
+)
+_COMMAS, _EXPONENTS = bytes.maketrans(b".,", b"?."), bytes.maketrans(b"EDdQq", b"eeeee")
+# Blanks before a separator are rare, and few.
+_MOST_BLANKS = 30
+
+
+def read_text(chunks: Iterable[bytes], encoding: str, request: Request) -> Vectors:
+    """Read rows of numbers.
+
+    Parameters
+    ----------
+    chunks
+        The text, cut anywhere.
+    encoding
+        See `text.lines.encoding_of`.
+    request
+        What is to be read.
+
+    Raises
+    ------
+    InputError
+        Not rows of numbers: where, what was found, what was expected.
+    """
+    blocks = whole_lines(chunks, encoding, request)
+    first = next(blocks, b"")
+    try:
+        opening = find_opening(first, request)
+    except InputError as error:
+        table = _repaired(first, blocks, request)
+        if table is None:
+            raise error from None
+        return table
+    return _rows(opening, first, blocks, request)
+
+
+def _rows(opening: Opening, first: bytes, blocks: Iterable[bytes], request: Request) -> Vectors:
+    reader = _Reader(request, opening)
+    reader.read(first)
+    for block in blocks:
+        reader.read(block)
+    return reader.finish()
+
+
+def _repaired(first: bytes, blocks: Iterator[bytes], request: Request) -> Vectors | None:
+    """The table of a text that is on its side, or has names of maneuvers in its rows; or None."""
+
+    def numbered(text: bytes) -> bytes:
+        return _MANEUVER_NAME.sub(rb"\2", text)
+
+    with suppress(InputError):
+        opening = find_opening(numbered(first), request)
+        if any(map(is_maneuver, opening.names or ())):
+            return _rows(opening, numbered(first), map(numbered, blocks), request)
+    if found := _upright(first, blocks, request):
+        text, finding = found
+        table = _rows(find_opening(text, request), text, (), request)
+        return replace(table, lines=None, findings=(finding, *table.findings))
+    return None
+
+
+def _upright(
+    first: bytes, others: Iterator[bytes], request: Request
+) -> tuple[bytes, Finding] | None:
+    """A text of columns below each other as rows, and what is to be said; None if it is none.
+
+    It is one if it has as many lines as there may be columns, all of them numbers, as many in each,
+    and those of the first one ascend.
+    """
+    text = first
+    while text.count(b"\n") <= _MOST_LINES and (block := next(others, b"")):
+        text += block
+    if text.count(b"\n") > _MOST_LINES:
+        return None
+    lines = [c for line in text.split(b"\n") if (c := without_comment(plain_text(line)))]
+    found = best_dialect(lines, ()) if len(lines) in request.widths else None
+    if found is None or len(found[2]) != len(lines):
+        return None
+    dialect, width, _ = found
+    columns = [[dialect.number(field) or "" for field in dialect.split(line)] for line in lines]
+    if not all(float(a) < float(b) for a, b in pairwise(columns[0])):
+        return None
+    return "\n".join("\t".join(row) for row in zip(*columns, strict=True)).encode(), turned(
+        "text", len(lines), width
+    )
+
+
+class _Reader:
+    """Rows of one dialect, from blocks of lines."""
+
+    def __init__(self, request: Request, opening: Opening) -> None:
+        self.request = request
+        self.opening = opening
+        self.exact = sorted({opening.time, *opening.exact})
+        self.blocks: list[Block] = []
+        self.line = 0
+        self.cut: InputError | None = None
+
+    def read(self, text: bytes) -> None:
+        """Take the rows of the next block of lines."""
+        if self.line == 0:
+            self.line = self.opening.skip
+            text = text.split(b"\n", self.line)[-1]
+        samples = _COUNTED_LATER if self.blocks else _COUNTED
+        block = None if self.cut else self._quickly(text, samples)
+        if block is None:
+            rows = self._line_by_line(text)
+            lines = np.array(list(rows), dtype=np.int64)
+            block = read_rows(
+                list(rows.values()), lines, None, self.opening.width, self.exact, samples
+            )
+        self.blocks.append(replace(block, lines=block.lines + self.line + 1))
+        self.line += text.count(b"\n")
+
+    def finish(self) -> Vectors:
+        """The table, when all blocks have been read."""
+        findings: tuple[Finding, ...] = ()
+        if self.cut is not None:
+            number = self.cut.line
+            findings = (
+                Finding(
+                    "last_row_incomplete",
+                    f"The last row (line {number}) is not complete and left out.",
+                    Severity.WARNING,
+                    {"line": number},
+                ),
+            )
+        opening, blocks = self.opening, self.blocks
+        tally = DigitTally(opening.width, opening.time)
+        for block in blocks:
+            tally.add(block.digits, block.places)
+        lo = {j: np.concatenate([block.lo[j] for block in blocks]) for j in self.exact}
+        columns = tally.columns(
+            [np.concatenate([block.values[j] for block in blocks]) for j in range(opening.width)],
+            [lo.get(j) for j in range(opening.width)],
+        )
+        if opening.has_exact_times:
+            columns[opening.time] = columns[opening.time].with_exact_values()
+        lines = np.concatenate([block.lines for block in blocks])
+        return Vectors(columns, opening.names, lines, opening.heading, findings=findings)
+
+    def _quickly(self, text: bytes, samples: int) -> Block | None:
+        separator = self.opening.dialect.separator.encode()
+        for tidy in (False, True):
+            plain = canonical(text, self.opening.dialect, tidy)
+            block = parse_block(plain, self.opening.width, separator, self.exact, samples)
+            if block is not None:
+                return block
+        return None
+
+    def _line_by_line(self, text: bytes) -> dict[int, str]:
+        """Rows of plain decimals, by index of the line."""
+        at_end = not text.endswith(b"\n")
+        lines = text.split(b"\n")
+        rows = {}
+        for i, line in enumerate(lines):
+            row = self._row(line, self.line + i + 1, at_end and i == len(lines) - 1)
+            if row is not None:
+                rows[i] = plain_row(row)
+        return rows
+
+    def _row(self, line: bytes, number: int, at_end: bool) -> list[str] | None:
+        """Numbers of a line as text that `float` reads; None of a blank or incomplete one."""
+        dialect, width = self.opening.dialect, self.opening.width
+        # Nothing can be wrong with these but their form, which `float` checks as well as we could.
+        if dialect == _USUAL and not (self.cut or line.translate(None, _PLAIN)):
+            plain = line.decode("ascii").split()
+            if len(plain) == width and _are_floats(plain):
+                return plain
+        content = without_comment(plain_text(line))
+        fields = dialect.split(content)
+        if not any(fields):
+            return None
+        if self.cut is not None:
+            raise self.cut
+        row = dialect.numbers(fields)
+        if len(fields) == width and None not in row:
+            return row  # type: ignore[return-value]
+        error = row_error(fields, row, width, self.request, number)
+        if dialect.is_cut(fields, width, at_end):
+            # Only the last row may be incomplete.
+            self.cut = error
+            return None
+        raise error
+
+
+def canonical(text: bytes, dialect: Dialect, tidy: bool) -> bytes:
+    """The lines with decimal points, the exponent letter e and no blank before a separator.
+
+    To tidy up is to leave out comments and quotes, and to write what is not finite as a number that
+    is too large.
+    """
+    if not text.isascii():
+        text = text.replace("\u2212".encode(), b"-").replace("\xa0".encode(), b" ")
+    if dialect.decimal == ",":
+        # A point has no place here.
+        text = text.translate(_COMMAS)
+    if tidy:
+        text = _QUOTED.sub(rb"\2", _NOT_FINITE.sub(b"8e888", _COMMENTS.sub(b"", text)))
+    text = text.translate(_EXPONENTS)
+    if separator := dialect.separator.encode():
+        for _ in range(_MOST_BLANKS):
+            if b" " + separator not in text:
+                break
+            text = text.replace(b" " + separator, separator)
+    return text if text.endswith(b"\n") else text + b"\n"
+
+
+def _are_floats(fields: list[str]) -> bool:
+    try:
+        for field in fields:
+            float(field)
+    except ValueError:
+        return False
+    return True

@@ -1,0 +1,66 @@
+"""Eq. (1) is met by an energy that is the file's own or the true one, in digits that show it."""
+
+import numpy as np
+import pytest
+from support.made_results import made
+
+from heyoka_bike.scoring.score import score
+from heyoka_bike.showing.formats.output import render
+
+ENERGY = "mechanical_energy"
+LIMIT = "2.performance < 1e-3"
+
+
+def changed(reference, change, keys=None):
+    """A right file with another mechanical energy, and perhaps without some columns."""
+    results = made(reference, lambda k, v, n: change(v) if k == ENERGY else v)
+    if keys is None:
+        return score(results, reference, LIMIT)
+    columns = {k: v for k, v in results.maneuvers[1].values.items() if k in keys}
+    return score({"time": reference[2].time, **columns}, reference, LIMIT, maneuver=2)
+
+
+def test_the_energy_of_a_right_file_meets_it(reference):
+    report = changed(reference, lambda v: v)
+    assert report.requirements[0].met
+    assert report[2].meets_limit
+    assert "passes" in render(report, "summary")
+
+
+@pytest.mark.parametrize(
+    "change",
+    [lambda v: v + 1e6, lambda v: np.full_like(v, v[0] + 3100), lambda v: v + 1.0,
+     lambda v: np.full_like(v, 1550.0), lambda v: 0 * v + 1e-3, lambda v: v + 1e-3],
+)  # fmt: skip
+def test_it_has_to_be_potential_plus_kinetic_energy(reference, change):
+    report = changed(reference, change)
+    assert not report.requirements[0].met
+    assert "not its own potential plus kinetic energy" in report.requirements[0].message
+    assert report[2].meets_limit is False
+    assert "passes" not in render(report, "table")
+    assert "does not count" in render(report, "summary")
+
+
+@pytest.mark.parametrize("beside", [["kinetic_energy"], ["potential_energy"], ["roll_angle"]])
+def test_it_has_to_be_the_true_one_without_its_parts(reference, beside):
+    keys = [ENERGY, *beside]
+    assert changed(reference, lambda v: v, keys).requirements[0].met
+    for change in (lambda v: v + 1.0, lambda v: v + 1e6, lambda v: np.full_like(v, 1550.0)):
+        report = changed(reference, change, keys)
+        assert not report.requirements[0].met
+        assert report[2].meets_limit is False
+
+
+def test_its_digits_have_to_show_it(reference, tmp_path):
+    m = reference[2]
+
+    def of(form):
+        keys = ("potential_energy", "kinetic_energy", ENERGY)
+        table = np.column_stack([m.time, *(m.rows[k] for k in keys)])
+        np.savetxt(tmp_path / "e.csv", table, form, ",", header=f"t,{','.join(keys)}", comments="")
+        return score(tmp_path / "e.csv", reference, LIMIT, maneuver=2)
+
+    assert of("%.9g").requirements[0].met
+    few = of("%.3g")
+    assert not few.requirements[0].met
+    assert few[2].meets_limit is False
