@@ -38,9 +38,12 @@ class _Thresholds:
     blown_up
         Where the rates are off by more than so much of themselves.
     further
-        What is fitted must explain so many times more than the library does, each further unknown
-        so many times more, and two mistakes than each of them. Errors of correct programs in one
-        maneuver (explicit Euler, h = 0.005) are explained by two unknowns up to 4.8 times.
+        What is fitted must explain so many times more than the library does, and each further
+        unknown so many times more. Errors of correct programs in one maneuver (explicit Euler,
+        h = 0.005) are explained by two unknowns up to 4.8 times.
+    also
+        Two mistakes that explain so many times more than each of them are simulated: whole runs
+        tell more of a small one beside a large one.
     promise
         To first order an unknown must explain so much, be its change large: of correct programs of
         three maneuvers the best explains up to 1.4 times.
@@ -53,6 +56,7 @@ class _Thresholds:
     above: float = 1000.0
     blown_up: float = 0.3
     further: float = 3.0
+    also: float = 1.05
     spacing: float = 0.03
     shows: tuple[float, float] = (30.0, 1e-5)
     kept: float = 0.1
@@ -248,18 +252,19 @@ def _known(remainder: _Remainder, library: Sequence[Mistake]) -> tuple[Cause, ..
     singles = [Cause((m,), {}, {}, relief[m.code]) for m in ranked]
     pairs = []
     for i, first in enumerate(ranked[: _T.rivals]):
-        for second in ranked[i + 1 :]:
+        # A small one beside a large one may make it worse alone.
+        for second in (m for m in library if m not in ranked[: i + 1]):
             # What two mistakes add is nearly the sum of what each does.
             both = alone[first.code] + alone[second.code] - remainder.right
             about = remainder.relief(remainder.left_by(both))
-            if about > _T.further * relief[first.code]:
+            if about > _T.also * relief[first.code]:
                 pairs.append((about, first, second))
     pairs.sort(key=lambda x: -x[0])
     together = []
     for _, first, second in pairs[: _T.rivals]:
         pair = tuple(m for m in library if m in (first, second))
         exact = remainder.relief(remainder.left_by(a.of(apply(a.program, pair))))
-        if exact > _T.further * max(relief[first.code], relief[second.code]):
+        if exact > _T.also * max(relief[first.code], relief[second.code]):
             together.append(Cause(pair, {}, {}, exact))
     found = sorted([*singles, *together], key=lambda c: -c.relief)
     least = _T.kept * found[0].relief if found else 0.0
