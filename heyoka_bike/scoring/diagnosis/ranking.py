@@ -128,7 +128,7 @@ def rank(
     causes = tried.search.causes(library)
     progress(0.2)
     proposed = _of_causes(causes, tried.search) if causes else []
-    if not (causes and causes.is_shown):
+    if causes is None or causes.is_blown_up or not causes.is_shown:
         proposed = [*dict.fromkeys([*proposed, *((m,) for m in _OF_MODEL)])]
     singles = tried.judged(
         [
