@@ -9,7 +9,7 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.parameters import read_bicycle, read_maneuvers
 from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
 from heyoka_bike.workbench.bench.compiled import CompiledPeers
-from heyoka_bike.workbench.bench.problem import Problem
+from heyoka_bike.workbench.bench.problem import ReferenceProblem
 
 NAME = "Runge-Kutta 4 in C, h = 0.001 s"
 STEP = 1e-3  # [s]
@@ -25,7 +25,7 @@ class Peer:
         maneuvers = read_maneuvers(benchmark_maneuvers())
         self._seconds = float(sum(m.duration for m in maneuvers))
         numbered = enumerate(maneuvers, start=1)
-        self._problems = [Problem(bicycle, m, reference[i]) for i, m in numbered]
+        self._problems = [ReferenceProblem(bicycle, m, reference[i]) for i, m in numbered]
         self._starts = [p.start(float) for p in self._problems]
         self._compiled = CompiledPeers(bicycle)
 

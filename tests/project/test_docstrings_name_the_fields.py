@@ -37,4 +37,4 @@ def test_attributes_are_the_fields():
         is_right = [name for name in named if name in own] == own and set(named) <= set(all_fields)
         if not is_right and (found or len(own) > FEW):
             wrong[f"{thing.__module__}.{thing.__name__}"] = (named, own)
-    assert wrong == {}
+    assert not wrong, "\n".join(f"{k}: {v}" for k, v in wrong.items())

@@ -19,10 +19,10 @@ FILE = str(data_folder() / "peers" / "exudyn-h0.01.txt")
     [
         ([], "", ()),
         (["-v"], "", ("assembly", "load")),
-        (["-vv"], "", ("assembly", "load", "text_opening")),
+        (["-vv"], "", ("assembly", "load", "opening")),
         ([], "info", ("assembly", "load")),
         (["--verbose"], "debug", ("assembly", "load")),
-        ([], "debug", ("assembly", "load", "text_opening")),
+        ([], "debug", ("assembly", "load", "opening")),
     ],
 )
 def test_a_score_tells_how_the_file_was_read(options, variable, told, capsys, monkeypatch):

@@ -65,7 +65,18 @@ class Paragraph:
 
 @dataclass(frozen=True, slots=True)
 class Item:
-    """An entry of a list: its mark, what it is about as it was typed, and the text."""
+    """An entry of a list.
+
+    Attributes
+    ----------
+    text
+    style
+        Its class.
+    mark
+        Stands in front.
+    typed
+        What it is about, as it was typed.
+    """
 
     text: str
     style: str = ""
@@ -164,6 +175,8 @@ class TableBlock:
         Whether a page says what the columns mean.
     note
         Said below.
+    only
+        The medium that it is for; empty for all.
     """
 
     columns: Sequence[str | Cell | TableColumn]
@@ -214,6 +227,8 @@ class Chapter:
         Its place on a page, and how the contents of the page name it.
     is_folded, is_open
         Whether it can be opened and closed in a notebook, and is open.
+    only
+        The medium that it is for; empty for all.
     """
 
     title: str
