@@ -26,7 +26,7 @@ from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.reference.proof import prove_again
 from heyoka_bike.reference.proof.candidate import read_candidate
 from heyoka_bike.reference.values import Dense
-from heyoka_bike.scoring.diagnosis.programs.simulator import Motion, Simulator
+from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
 from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers, reference_folder
 
 # A project of its own, which a test runs.
@@ -83,7 +83,7 @@ class RememberingSimulator(Simulator):
         super().__init__()
         self.known: dict[Hashable, dict[str, Array]] = {}
 
-    def run_all(self, motions: Sequence[Motion]) -> list[dict[str, Array]]:
+    def run_all(self, motions: Sequence[AskedMotion]) -> list[dict[str, Array]]:
         keys = [
             (*m.bicycle.values.items(), *m.start, *m.amounts.items(), m.time.tobytes())
             for m in motions

@@ -136,6 +136,18 @@ class Arrays:
         return sum(terms)
 
 
+class Differentiated:
+    """A number that carries derivatives beside its value, see `dual`."""
+
+    __slots__ = ()
+    value: Number
+
+
+def value_of(x: Number) -> Number:
+    """The number without its derivatives."""
+    return x.value if isinstance(x, Differentiated) else x
+
+
 def exact_ball(value: Fraction) -> flint.arb:
     """The rational as a ball at flint's current precision; exact where it fits."""
     return flint.arb(flint.fmpq(value.numerator, value.denominator))

@@ -10,12 +10,12 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import ClassVar
 
-from heyoka_bike.numbers.arithmetic import Arithmetic, Number
+from heyoka_bike.numbers.arithmetic import Arithmetic, Differentiated, Number
 from heyoka_bike.numbers.exact import Exact
 
 
 @dataclass(frozen=True, slots=True)
-class Dual:
+class Dual(Differentiated):
     """A number with its derivatives by some variables."""
 
     # An array times a dual number is a dual number of arrays, not an array of dual numbers.
@@ -111,11 +111,6 @@ class Duals:
 
     def sum(self, terms: Iterable[Number]) -> Number:
         return sum(terms)
-
-
-def value_of(x: Number) -> Number:
-    """The number without its derivatives."""
-    return x.value if isinstance(x, Dual) else x
 
 
 def _is_zero(x: Number) -> bool:

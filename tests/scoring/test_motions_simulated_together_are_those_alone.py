@@ -5,7 +5,7 @@ import pytest
 
 from heyoka_bike.scoring.diagnosis.programs.applied import AIR_DRAG
 from heyoka_bike.scoring.diagnosis.programs.incomplete import WHEELS_WEIGHT
-from heyoka_bike.scoring.diagnosis.programs.simulator import Motion
+from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion
 
 pytest.importorskip("heyoka")
 
@@ -31,11 +31,11 @@ def check(simulator, motions):
 
 def test_of_several_grids_and_more_than_there_are_lanes(simulator, bicycle):
     times = [TIME, TIME[:11], 0.9 * TIME]
-    check(simulator, [Motion(bicycle, start, time) for time in times for start in STARTS])
+    check(simulator, [AskedMotion(bicycle, start, time) for time in times for start in STARTS])
 
 
 def test_beside_one_that_ends(simulator, bicycle):
-    motions = [Motion(bicycle, start, TIME) for start in (STARTS[0], ENDING, *STARTS[1:])]
+    motions = [AskedMotion(bicycle, start, TIME) for start in (STARTS[0], ENDING, *STARTS[1:])]
     found = check(simulator, motions)
     assert [int(np.isfinite(x["roll_angle"]).sum()) == len(TIME) for x in found] == [
         start is not ENDING for start in (STARTS[0], ENDING, *STARTS[1:])
@@ -45,7 +45,7 @@ def test_beside_one_that_ends(simulator, bicycle):
 @pytest.mark.proof
 def test_with_forces_and_without_terms(simulator, bicycle):
     amounts = ({}, {AIR_DRAG: 0.1}, {WHEELS_WEIGHT: 1.0}, {WHEELS_WEIGHT: 1.0, AIR_DRAG: 0.1})
-    motions = [Motion(bicycle, start, TIME[:31], a) for a in amounts for start in STARTS[:2]]
+    motions = [AskedMotion(bicycle, start, TIME[:31], a) for a in amounts for start in STARTS[:2]]
     found = check(simulator, motions)
     ends = [x["roll_angle"][-1] for x in found[::2]]
     assert len(set(ends)) == len(amounts)

@@ -6,7 +6,7 @@ import pytest
 from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.scoring.diagnosis.programs.program import Program, apply
-from heyoka_bike.scoring.diagnosis.programs.simulator import Motion
+from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion
 from heyoka_bike.scoring.diagnosis.programs.start import Start, initial_state
 from heyoka_bike.scoring.diagnosis.programs.stepping import Stepping
 
@@ -24,7 +24,7 @@ def motions(bicycle, codes):
         program = apply(Program(bicycle, STARTS), (known[code],) if code else ())
         values = {s: float(x) for s, x in program.bicycle.values.items()}
         found += [
-            Motion(program.bicycle, initial_state(values, start), TIME)
+            AskedMotion(program.bicycle, initial_state(values, start), TIME)
             for start in program.starts.values()
         ]
     return found
@@ -53,6 +53,6 @@ def test_a_motion_that_ends_is_told(bicycle, simulator):
 def test_altered_equations_have_no_motion(bicycle):
     (asked, *_) = motions(bicycle, ("",))
     (found,) = Stepping().run_all(
-        [Motion(asked.bicycle, asked.start, TIME, {"wheels_weight": 1.0})]
+        [AskedMotion(asked.bicycle, asked.start, TIME, {"wheels_weight": 1.0})]
     )
     assert np.all(np.isnan(found["roll_angle"]))

@@ -14,10 +14,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from fractions import Fraction
+from typing import TYPE_CHECKING
 
-from heyoka_bike.bicycle.parameters import Bicycle
-from heyoka_bike.numbers.arithmetic import Arithmetic, Number
-from heyoka_bike.numbers.dual import value_of
+from heyoka_bike.numbers.arithmetic import Arithmetic, Number, value_of
+
+if TYPE_CHECKING:
+    from heyoka_bike.bicycle.parameters import Bicycle
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,19 +1,23 @@
 """From a maneuver to the initial state: the pitch and the rates that rolling demands."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import flint
 
 from heyoka_bike.bicycle.equations.constants import Constants, constants
 from heyoka_bike.bicycle.equations.kinematics import front_contact_height, posture, rear_rates
 from heyoka_bike.bicycle.equations.model import regular
-from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import START, Maneuver
 from heyoka_bike.errors import InputError
-from heyoka_bike.numbers.arithmetic import Arithmetic, Arrays, Multiprecision, Number
-from heyoka_bike.numbers.dual import Dual, Duals, value_of
+from heyoka_bike.numbers.arithmetic import Arithmetic, Arrays, Multiprecision, Number, value_of
+from heyoka_bike.numbers.dual import Dual, Duals
+
+if TYPE_CHECKING:
+    from heyoka_bike.bicycle.equations.reduced import Equations
 
 _CONTINUATION_STEPS = 24
 # Rounds and difference of Newton's iteration for the pitch.

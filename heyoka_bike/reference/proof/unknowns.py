@@ -17,9 +17,9 @@ from heyoka_bike.bicycle.equations.initial import pitch_at_start, varied_state
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import PARAMETERS, START, Bicycle, Maneuver
 from heyoka_bike.motion.trajectory import Trajectory
-from heyoka_bike.numbers.arithmetic import Arithmetic, Number
+from heyoka_bike.numbers.arithmetic import Arithmetic, Number, value_of
 from heyoka_bike.numbers.ball_matrices import largest
-from heyoka_bike.numbers.dual import Dual, Duals, value_of
+from heyoka_bike.numbers.dual import Dual, Duals
 
 COUNT = len(PARAMETERS) + len(START)
 

@@ -44,7 +44,7 @@ _LEAST = 5e-4
 
 
 @dataclass(frozen=True, slots=True)
-class _Fit:
+class _InPlace:
     """A quantity in the place of a column, and the logarithm of how far it is from it."""
 
     cost: float
@@ -94,12 +94,12 @@ def columns_in_another_order(
 def _best_fit(
     key: str, quantity: str, written: Sequence[Mapping[str, Array]],
     expected: Sequence[Mapping[str, Array]],
-) -> _Fit:  # fmt: skip
+) -> _InPlace:  # fmt: skip
     """A quantity in the place of a column, in the definition, sign and unit that fit best."""
     definitions = [c for c in COMPARED[quantity] if all(c.name in e for e in expected)]
     si = definitions[0].unit
     fits = [
-        _Fit(
+        _InPlace(
             sum(
                 _distance(sign * factor(unit)[0] * w[key], e[c.name], c, key)
                 for w, e in zip(written, expected, strict=True)

@@ -28,7 +28,7 @@ from heyoka_bike.scoring.diagnosis.mistakes.proposals import (
 )
 from heyoka_bike.scoring.diagnosis.programs.beginning import beginning
 from heyoka_bike.scoring.diagnosis.programs.linear import linear_columns
-from heyoka_bike.scoring.diagnosis.programs.simulator import Motion, Simulator
+from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
 from heyoka_bike.scoring.diagnosis.programs.start import Start
 from heyoka_bike.scoring.diagnosis.remainder import (
     Place,
@@ -358,7 +358,7 @@ class Search:
     def _simulate(self, programs: Sequence[Program]) -> list[object]:
         """Have the motions of programs found; under which keys, all parts of each in order."""
         keys: list[object] = []
-        asked: dict[object, Motion] = {}
+        asked: dict[object, AskedMotion] = {}
         for program in programs:
             values = self._number(program.bicycle)
             for i, part in enumerate(self._parts):
@@ -373,7 +373,7 @@ class Search:
                 if program.linear:
                     self._found[key] = linear_columns(program.bicycle, state, meant, program.linear)
                 else:
-                    asked[key] = Motion(program.bicycle, state, meant, amounts)
+                    asked[key] = AskedMotion(program.bicycle, state, meant, amounts)
         found = self._simulator.run_all(list(asked.values()))
         self._found.update(zip(asked, found, strict=True))
         return keys

@@ -43,7 +43,7 @@ _NAMES = (*(c.name for c in COLUMNS), "spin_energy", "rotation_energy")
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Motion:
+class AskedMotion:
     """A motion that is asked for, see `Simulator.run`.
 
     Attributes
@@ -167,9 +167,9 @@ class Simulator:
             angular velocities of all bodies, spin included; NaN from where the motion meets a
             singularity, or everywhere if the bicycle has no motion.
         """
-        return self.run_all([Motion(bicycle, start, time, amounts or {})])[0]
+        return self.run_all([AskedMotion(bicycle, start, time, amounts or {})])[0]
 
-    def run_all(self, motions: Sequence[Motion]) -> list[dict[str, Array]]:
+    def run_all(self, motions: Sequence[AskedMotion]) -> list[dict[str, Array]]:
         """What `run` has of each, in less time."""
         bicycles = {id(m.bicycle): m.bicycle for m in motions}
         constants = {i: self._constants(tuple(b.values.items())) for i, b in bicycles.items()}
@@ -232,7 +232,7 @@ class Simulator:
         states[: len(reached)] = reached
         return states
 
-    def _columns(self, motion: Motion, ready: Ready, states: Array) -> dict[str, Array]:
+    def _columns(self, motion: AskedMotion, ready: Ready, states: Array) -> dict[str, Array]:
         wanted = self._evaluated(ready, states)[:, ready.back]
         rates = dict(zip(_RATES, wanted[len(COLUMNS) :], strict=True))
         made = dict(zip([c.name for c in COLUMNS], wanted, strict=False))
@@ -276,7 +276,7 @@ def outputs(equations: Equations, state: Sequence[Number]) -> list[Number]:
     return [*(found[c.name] for c in COLUMNS), *rates]
 
 
-def _prepared(motion: Motion, constants: tuple[Array, float] | None) -> Ready | None:
+def _prepared(motion: AskedMotion, constants: tuple[Array, float] | None) -> Ready | None:
     if constants is None:
         return None
     values, length = constants

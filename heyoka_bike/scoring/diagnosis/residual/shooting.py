@@ -17,7 +17,7 @@ from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import spread
 from heyoka_bike.scoring.diagnosis.programs.beginning import beginning
 from heyoka_bike.scoring.diagnosis.programs.program import Found, Mistake, Program, changed
-from heyoka_bike.scoring.diagnosis.programs.simulator import Motion, Simulator
+from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
 from heyoka_bike.scoring.diagnosis.programs.start import STATE
 from heyoka_bike.scoring.diagnosis.residual.causes import Cause
 from heyoka_bike.scoring.diagnosis.residual.fitted import other_start
@@ -144,7 +144,7 @@ class Shooting:
 
         def errors(several: Sequence[Array]) -> list[Array]:
             asked = [
-                Motion(p.bicycle, beginning(p, m.number), m.time[r], dict(p.amounts))
+                AskedMotion(p.bicycle, beginning(p, m.number), m.time[r], dict(p.amounts))
                 for p in map(program, several)
                 for m, r in zip(motions, rows, strict=True)
             ]
