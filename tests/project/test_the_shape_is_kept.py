@@ -1,4 +1,4 @@
-"""The package stays one that a person can read: short chains of imports, short lists, one name each.
+"""The package can be read by one person: short chains of imports, short lists, one name a class.
 
 How many branches a function may have is kept by ruff.
 """
