@@ -23,6 +23,13 @@ def test_a_right_file_shows_nothing(reference):
 
 
 @pytest.mark.proof
+def test_signs_that_contradict_each_other_are_not_called_right(reference):
+    report = score(made(reference, lambda key, x, _: -x if key == "steer_rate" else x), reference)
+    (said,) = diagnosed(report, reference).diagnosis
+    assert said.code == "signs_disagree"
+    assert "right by itself, but steer_angle and steer_rate have opposite signs" in said.message
+
+
 def test_a_bicycle_that_falls_over_is_told_so(reference):
     """A run of a physics engine as it comes: wheels of 32 corners."""
     file = data_folder() / "results" / "pybullet-default.txt.gz"

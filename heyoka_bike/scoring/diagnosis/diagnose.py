@@ -21,6 +21,7 @@ from heyoka_bike.scoring.diagnosis.beside import beside
 from heyoka_bike.scoring.diagnosis.mistakes.in_output import OUTPUT_MISTAKES
 from heyoka_bike.scoring.diagnosis.ranking import rank
 from heyoka_bike.scoring.findings import Finding, Severity, named
+from heyoka_bike.scoring.judge.signs import SIGNS_DISAGREE
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.score import score, scored
 from heyoka_bike.system import jobs
@@ -99,10 +100,14 @@ def diagnosed(
 
 
 def _right(report: Report, keys: Sequence[str]) -> Finding:
-    """All columns that are diagnosed are right; they are named where there are others."""
+    """All columns that are diagnosed are right, each by itself; named where there are others."""
     every = dict.fromkeys(c.key for m in report.maneuvers for c in m.columns if c.values)
     told = [key for key in every if key in keys]
-    return nothing_wrong("every column" if len(told) == len(every) else f"{named(told)}: each")
+    which = "every column" if len(told) == len(every) else f"{named(told)}: each"
+    odd = next((f for f in report.findings if f.code == SIGNS_DISAGREE), None)
+    if odd is not None:
+        return replace(odd, message=f"{which} is right by itself, but {odd.message}")
+    return nothing_wrong(which)
 
 
 def diagnosed_elsewhere(report: Report, reference: Reference, told: jobs.Report) -> Report:

@@ -19,7 +19,8 @@ from heyoka_bike.scoring.alignment import MOST_SAMPLED, spread
 from heyoka_bike.scoring.findings import Finding, named, warning
 from heyoka_bike.scoring.report import Place, Report
 
-ODD_SIGNS = ("signs_disagree", "senses_opposed")
+SIGNS_DISAGREE = "signs_disagree"
+ODD_SIGNS = (SIGNS_DISAGREE, "senses_opposed")
 """Findings about signs that may be errors: those columns' signs are not called conventions."""
 
 _ENDS = ("rear", "front")
@@ -78,7 +79,7 @@ def odd_signs(report: Report) -> Iterator[Finding]:
         else:
             what = f"{named(keys)} have signs that no axes give together: some are turned round"
             what += ", or they are of an inverse attitude" if "frame_" in keys[0] else ""
-        yield warning("signs_disagree", what, columns=list(keys))
+        yield warning(SIGNS_DISAGREE, what, columns=list(keys))
     if keys := opposed(signs):
         yield warning(
             "senses_opposed",
