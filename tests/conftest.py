@@ -7,6 +7,7 @@ import pickle
 import shutil
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from functools import wraps
 from importlib.util import find_spec
 from itertools import repeat
 from multiprocessing import get_context
@@ -187,12 +188,15 @@ def kept(prove: Callable[..., Any]) -> Callable[..., Any]:
     """The function, which remembers; its last argument only listens."""
     known: dict[bytes, Any] = {}
 
+    @wraps(prove)
     def once(*arguments: Any) -> Any:
         of = pickle.dumps(arguments[:-1])
         if of not in known:
             known[of] = prove(*arguments)
         return known[of]
 
+    # By its name and place another process finds the function itself.
+    once.__module__ = prove_again.__name__
     return once
 
 

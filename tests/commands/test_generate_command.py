@@ -1,5 +1,6 @@
 """`heyoka-bike generate` writes a whole set, repairs a broken one, and refuses what it must."""
 
+import contextlib
 import json
 import os
 import random
@@ -271,8 +272,11 @@ def hear_interrupts() -> None:
 
 
 def children(pid: int) -> list[int]:
-    path = Path(f"/proc/{pid}/task/{pid}/children")
-    return [int(p) for p in path.read_text().split()] if path.exists() else []
+    # Of all threads: an executor's begin its processes.
+    with contextlib.suppress(FileNotFoundError, ProcessLookupError):
+        tasks = Path(f"/proc/{pid}/task").glob("*/children")
+        return [int(p) for path in tasks for p in path.read_text().split()]
+    return []
 
 
 def is_alive(pid: int) -> bool:

@@ -1,8 +1,8 @@
 """The motion that a file shows: its states, their derivatives, and how well these are known.
 
-Between rows the file is an interpolating spline. What is said of it is said of averages over
-windows, smooth bumps that overlap by half: the mean of a derivative over a bump is known far better
-than the derivative at a row, and as well at any spacing that resolves the motion.
+Near each row the file is a polynomial through the rows around it. What is said of it is said of
+averages over windows, smooth bumps that overlap by half: the mean of a derivative over a bump is
+known far better than the derivative at a row, and as well at any spacing that resolves the motion.
 """
 
 from __future__ import annotations
@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
 
 from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.bicycle.equations.initial import pitch_on_the_floor
@@ -187,18 +186,39 @@ def _windows(time: Array) -> Array | None:
 
 
 def _mean_slope(time: Array, x: Array, windows: Array, digits: float) -> tuple[Array, Array]:
-    """Averages of a derivative, and how far those of a spline of lower degree are off.
+    """Averages of a derivative, and how far those of polynomials of lower degree are off.
 
     What digits leave of an average is that of random ones.
     """
     middle = x - np.mean(x)
-    slope, lower = (
-        windows @ make_interp_spline(time, middle, k=k)(time, nu=1) for k in (_DEGREE, _LOWER)
-    )
+    slope, lower = (windows @ _local(time, middle, degree)[:, 1] for degree in (_DEGREE, _LOWER))
     # The mean of a derivative is minus that over the slope of the bump.
     per_row = np.gradient(windows, time, axis=1)
     rounding = digits * np.sqrt(np.sum(per_row**2, axis=1))
     return slope, np.hypot(slope - lower, rounding)
+
+
+def _local(time: Array, x: Array, degree: int) -> Array:
+    """Coefficients, by row and power of the time from it, of polynomials through the rows nearest.
+
+    Each goes through one row more than its degree; at either end they are not in the middle.
+    """
+    first = np.clip(np.arange(len(time)) - degree // 2, 0, len(time) - degree - 1)
+    rows = first[:, None] + np.arange(degree + 1)
+    apart = time[rows] - time[:, None]
+    scale = np.abs(apart).max(axis=1)[:, None]
+    powers = (apart / scale)[..., None] ** np.arange(degree + 1)
+    scaled = np.linalg.solve(powers, x[rows][..., None])[..., 0]
+    found: Array = scaled / scale ** np.arange(degree + 1)
+    return found
+
+
+def _integral(time: Array, x: Array) -> Array:
+    """Of rows, from the first one on."""
+    powers = np.arange(1, _LOWER + 2)
+    local = _local(time, x, _LOWER)[:-1] / powers
+    steps = (local * np.diff(time)[:, None] ** powers).sum(axis=1)
+    return np.concatenate([[0.0], np.cumsum(steps)])
 
 
 def _default_definitions(
@@ -214,7 +234,7 @@ def _default_definitions(
         with np.errstate(all="ignore"):
             found = equations.columns(state_vector(equations, state.__getitem__))
         turning = np.nan_to_num(found["yaw_rate"])
-        state["yaw"] = make_interp_spline(time, turning, k=_LOWER).antiderivative()(time)
+        state["yaw"] = _integral(time, turning)
         if is_default:
             break
         off = {k: np.nan_to_num(columns[k] - found[names[k]]) for k in columns}
