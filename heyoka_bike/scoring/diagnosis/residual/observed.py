@@ -23,7 +23,7 @@ from heyoka_bike.scoring.units import factor
 STATE = ("roll_angle", "steer_angle", "roll_rate", "steer_rate", "forward_speed")
 """Keys of the columns that the equations of motion need."""
 
-_DEGREE, _LOWER = 7, 5
+_DEGREE, _LOWER = 9, 7
 _MOST_ROWS = 1001
 _FEWEST_ROWS = 12
 # Half the width of a window: [s], and in rows.
