@@ -25,8 +25,8 @@ from heyoka_bike.reference.proof.rows import (
     round_rows,
     rounded_times,
 )
-from heyoka_bike.reference.values import Values
-from heyoka_bike.system.jobs import Outcome
+from heyoka_bike.reference.values import Dense, Values
+from heyoka_bike.system.jobs import Job, Outcome
 from heyoka_bike.system.resources import find_input
 from heyoka_bike.system.unfinished import Unfinished
 
@@ -56,19 +56,24 @@ def rows_alone(bicycle, maneuvers, numbers, folder, how):
     rows = {}
     for n in numbers:
         # By what it follows from, this project's code included.
-        kept = Unfinished(Path(folder)).at(how, describe_inputs(bike, [asked[n - 1]]))
-        found = kept.get()
+        cache = Unfinished(Path(folder)).at(how, describe_inputs(bike, [asked[n - 1]]))
+        work = {"prove": _proved, "compute": _computed}[how]
+        job = Job(work, (bike, asked[n - 1]), asked[n - 1].name, cache=cache)
+        found = job.load()
         if found is None:
-            found = Outcome({"prove": _proved, "compute": _computed}[how](bike, asked[n - 1]))
-            kept.put(found)
+            found = Outcome(work(*job.arguments))
+            job.store(found)
         rows[n] = found.value
     nothing = {c.name: np.full(asked[0].rows, np.nan) for c in COLUMNS}
+    one_piece = {c.name: np.full((1, 1), np.nan) for c in COLUMNS}
+    breaks = np.array([0.0, float(asked[0].duration)])
+    unknown = Values(nothing, nothing), Dense(hi=one_piece, lo=one_piece, breaks=breaks)
     found = [
         ReferenceManeuver(
             maneuver.name,
             {key: x for key, x in given.items() if key != "name"},
             *rounded_times(maneuver),
-            *rows.get(n, (Values(nothing, nothing), None)),
+            *rows.get(n, unknown),
             units={c.name: c.unit for c in COLUMNS},
         )
         for n, (maneuver, given) in enumerate(zip(asked, said["maneuvers"], strict=True), start=1)

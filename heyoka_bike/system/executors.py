@@ -244,10 +244,11 @@ class _Worker:
 
     def end(self) -> None:
         """End the process and what it started."""
-        if hasattr(os, "killpg"):
+        if hasattr(os, "killpg") and hasattr(signal, "SIGKILL"):
             with suppress(ProcessLookupError, PermissionError):
                 os.killpg(self._process.pid, signal.SIGKILL)
-        self._process.kill()
+        # Where the signal has no name it is ended all the same.
+        (self._process.kill if hasattr(signal, "SIGKILL") else self._process.terminate)()
         self._process.join()
         self._process.close()
         self._pipe.close()

@@ -71,7 +71,7 @@ def findings(
         first = [f for f in first if f.code != "another_start"]
     else:
         found += _without_cause(diagnosis, report, known, columns, first)
-    if diagnosis.unsimulated:
+    if diagnosis.unsimulated or not (diagnosis.classes or diagnosis.is_quick):
         found.insert(0, _without_heyoka(diagnosis))
     return (*first, *found)
 
@@ -337,10 +337,15 @@ def _as_evidence(x: Found) -> dict[str, Any]:
 
 def _without_heyoka(diagnosis: Diagnosis) -> Finding:
     said = ", and ".join(_changed(m.found) if m.found else m.says for m in diagnosis.unsimulated)
+    what = "Starts that differ were not fitted, nor equations without a term simulated"
+    if said:
+        what = (
+            f"The equations of motion speak for this: {said}. Programs that do so were not "
+            "simulated"
+        )
     return Finding(
         "not_tried",
-        f"The equations of motion speak for this: {said}. Programs that do so were not simulated, "
-        f"as heyoka is not installed ({GENERATE} on Linux, or conda install heyoka.py)",
+        f"{what}, as heyoka is not installed ({GENERATE} on Linux, or conda install heyoka.py)",
         Severity.WARNING,
         {"mistakes": [m.code for m in diagnosis.unsimulated]},
     )

@@ -94,6 +94,8 @@ class Diagnosis:
         What the equations of motion say of the file's own motion; None where it does not show it.
     unsimulated : tuple of Mistake
         What the equations of motion speak for most, if no simulator here has such forces.
+    is_quick
+        Whether heyoka simulates, so that starts were fitted and terms left out.
     energy_level : float or None
         Change of the file's own energy, see `remainder.energy_level`.
     curves : tuple of Curve
@@ -108,6 +110,7 @@ class Diagnosis:
     tried: int
     causes: Causes | None = None
     unsimulated: tuple[Mistake, ...] = ()
+    is_quick: bool = True
     energy_level: float | None = None
     curves: tuple[Curve, ...] = ()
     units: Mapping[str, str] = field(default_factory=dict)
@@ -173,6 +176,7 @@ def rank(
         tried=len(singles) + len(pairs) + (len(library) if causes else 0),
         causes=causes,
         unsimulated=_unsimulated(causes, simulator) if causes and not classes else (),
+        is_quick=tried.search.is_quick,
         energy_level=tried.search.energy_level,
         curves=tried.search.curves(classes[0][0]) if classes else (),
         units=tried.search.units_beside(classes[0][0]) if classes else {},
