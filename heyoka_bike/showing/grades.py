@@ -4,7 +4,6 @@ A grade is shown by a sign and a colour beside the digits; tables that show the 
 mean.
 """
 
-from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.verdict import CLOSE_DIGITS, RIGHT_DIGITS
 from heyoka_bike.scoring.verdict import Grade as Grade
@@ -30,11 +29,6 @@ MEANINGS = {
 def text_color(found: Grade) -> str:
     """Colour of a grade on a terminal."""
     return _TEXT_COLORS.get(found, "yellow")
-
-
-def grade(column: ColumnScore) -> Grade:
-    """Grade of a column."""
-    return column.grade
 
 
 def file_grade(report: Report) -> Grade:

@@ -7,7 +7,7 @@ from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.report import Report, Series
 from heyoka_bike.showing import wording as words
 from heyoka_bike.showing.document import HTML, TEXT, Cell, Row, TableBlock, TableColumn, Words
-from heyoka_bike.showing.grades import Grade, grade
+from heyoka_bike.showing.grades import Grade
 
 _MOST_ROWS = 12  # the benchmark has eight columns, a file of the whole motion up to a hundred
 
@@ -103,7 +103,7 @@ def _cell(column: ColumnScore | None) -> Cell:
     """What is shown of a column; None where there is none."""
     if column is None:
         return Cell("-", grade=Grade.UNKNOWN)
-    return Cell(words.one_decimal(column.scd), grade=grade(column))
+    return Cell(words.one_decimal(column.scd), grade=column.grade)
 
 
 def _worst_cell(columns: Sequence[ColumnScore]) -> Cell:
@@ -111,7 +111,7 @@ def _worst_cell(columns: Sequence[ColumnScore]) -> Cell:
     known = [c for c in columns if c.scd is not None]
     if not known:
         return _cell(None)
-    return Cell(words.one_decimal(_fewest(known)), grade=max(map(grade, known)))
+    return Cell(words.one_decimal(_fewest(known)), grade=max(c.grade for c in known))
 
 
 def _fewest(columns: Sequence[ColumnScore]) -> float:
