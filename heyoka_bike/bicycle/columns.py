@@ -6,6 +6,7 @@ alternates, stored as ``<key>_<definition>``. How they follow from the state is 
 """
 
 from collections.abc import Container, Mapping
+from functools import partial
 
 from heyoka_bike.bicycle.column import Column
 from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
@@ -102,6 +103,31 @@ COLUMNS: tuple[Column, ...] = _columns()
 """All stored columns: the eight of the benchmark, then pitch, yaw and yaw rate, with their
 alternates."""
 
+
+def _following() -> tuple[Column, ...]:
+    centre = "velocity of the rear frame's centre of mass, rider included"
+    speeds = {
+        "rear_com_heading": f"{centre}, along the heading",
+        "rear_com_body_x": f"{centre}, along the x axis of the pitched frame",
+        "rear_com_global_x": f"{centre}, along the global x axis",
+        "rear_com_norm": f"magnitude of the {centre}",
+    }
+    of = partial(Column, is_dense=False)
+    return (
+        *(of("forward_speed", name, "m s-1", "forward speed", meaning, "forward")
+          for name, meaning in speeds.items()),
+        of("yaw", "zyx", "rad", "yaw angle",
+           "yaw of the rear frame's attitude R = Rz Ry Rx (yaw, pitch, roll): of its x axis",
+           "to the right"),
+        of("yaw_rate", "zyx_rate", "rad s-1", "yaw rate", "time derivative of yaw_zyx",
+           "to the right"),
+    )  # fmt: skip
+
+
+FOLLOWING: tuple[Column, ...] = _following()
+"""Definitions that no set stores: they follow from the columns of any, see `reference.following`.
+"""
+
 BENCHMARK_COLUMNS: tuple[str, ...] = tuple(c.name for c in COLUMNS[:8])
 """The eight columns of the benchmark's result file, in its order (after the time)."""
 
@@ -109,21 +135,23 @@ LATERAL = ("roll_angle", "roll_rate", "steer_angle", "steer_rate")
 """Columns of the benchmark that are zero upright and straight."""
 
 
+_KNOWN = (*COLUMNS, *FOLLOWING, *MOTION_COLUMNS)
+
+
 def definitions_among(names: Container[str]) -> dict[str, tuple[Column, ...]]:
     """The columns of these names, as the definitions of each key, the default first."""
     found: dict[str, tuple[Column, ...]] = {}
-    for column in (*COLUMNS, *MOTION_COLUMNS):
+    for column in _KNOWN:
         if column.name in names:
             found[column.key] = (*found.get(column.key, ()), column)
     return found
 
 
-COMPARED: Mapping[str, tuple[Column, ...]] = definitions_among(
-    {column.name for column in (*COLUMNS, *MOTION_COLUMNS)}
-)
+COMPARED: Mapping[str, tuple[Column, ...]] = definitions_among({column.name for column in _KNOWN})
 """The definitions of every column that results are compared in, the default first: those of the
-benchmark, then what a file may have besides by name, of `COLUMNS` and of `MOTION_COLUMNS`. All that
-this version knows: those of a set are `ReferenceManeuver.definitions`."""
+benchmark, then what a file may have besides by name, of `COLUMNS`, `FOLLOWING` and
+`MOTION_COLUMNS`. All that this version knows: those of a set are
+`ReferenceManeuver.definitions`."""
 
 DEFINITIONS: Mapping[str, tuple[Column, ...]] = {key: COMPARED[key] for key in BENCHMARK_COLUMNS}
 """The definitions of each column of the benchmark, the default first."""
@@ -133,6 +161,8 @@ RATE_OF: Mapping[tuple[str, str], tuple[str, str]] = {
     ("roll_rate", "tait_bryan_xyz_rate"): ("roll_angle", "tait_bryan_xyz"),
     ("roll_rate", "zyx_rate"): ("roll_angle", "zyx"),
     ("steer_rate", "steer_rate"): ("steer_angle", "steer"),
+    ("yaw_rate", "yaw_rate"): ("yaw", "yaw"),
+    ("yaw_rate", "zyx_rate"): ("yaw", "zyx"),
 }
 """Which definitions of a rate and of an angle are derivative and integral of each other. A body's
 angular velocity along its own x axis is the derivative of no roll angle."""

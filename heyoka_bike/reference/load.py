@@ -17,13 +17,12 @@ import numpy as np
 
 from heyoka_bike.bicycle.column import Column
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, definitions_among
-from heyoka_bike.bicycle.motion_columns import CONTACT_FORCES
 from heyoka_bike.display import Displayed
 from heyoka_bike.errors import InputError, unknown_word
 from heyoka_bike.numbers.double import Array, Double
 from heyoka_bike.reference import manifest as manifest_file
 from heyoka_bike.reference.exact_times import Time, as_double
-from heyoka_bike.reference.friction import with_friction
+from heyoka_bike.reference.following import FOLLOWS, with_following
 from heyoka_bike.reference.hdf5 import of_maneuvers, on_demand, opened, read_array
 from heyoka_bike.reference.layout import HDF5, MOTION
 from heyoka_bike.reference.values import Dense, Numbered, Values
@@ -53,6 +52,8 @@ class ReferenceManeuver(Displayed):
     dense : Dense
         Chebyshev pieces of the columns, but of a friction demand, which follows from others.
     units : mapping of str to str
+    parameters : mapping of str to str
+        Of the bicycle, exact.
     more : tuple of Dense
         Pieces of other columns, with other breaks.
     """
@@ -64,12 +65,15 @@ class ReferenceManeuver(Displayed):
     rows: Values
     dense: Dense
     units: Mapping[str, str]
+    parameters: Mapping[str, str]
     more: tuple[Dense, ...] = ()
 
     _view: ClassVar[str] = "reference_maneuver"
 
     def __getitem__(self, name: str) -> Array:
-        return self.rows[name]
+        if name in self.rows.hi or name not in self.at_any_time:
+            return self.rows[name]
+        return self._at_rows([name])[name]
 
     @property
     def columns(self) -> tuple[str, ...]:
@@ -78,10 +82,13 @@ class ReferenceManeuver(Displayed):
 
     @cached_property
     def at_any_time(self) -> Set[str]:
-        """Names of the columns that can be evaluated; those of older sets may have rows only."""
+        """Names of the columns that can be evaluated; those of older sets may have rows only.
+
+        Among them are definitions that its set does not store and that follow from what it has.
+        """
         pieces = {name for dense in (self.dense, *self.more) for name in dense.hi}
-        follow = {name for name, forces in CONTACT_FORCES.items() if pieces.issuperset(forces)}
-        return (pieces | follow) & self.rows.hi.keys()
+        stored = pieces & self.rows.hi.keys()
+        return stored | {name for name, how in FOLLOWS.items() if stored.issuperset(how.needs)}
 
     @cached_property
     def definitions(self) -> Mapping[str, tuple[Column, ...]]:
@@ -103,7 +110,7 @@ class ReferenceManeuver(Displayed):
 
     def scale(self, name: str) -> float:
         """Largest absolute value of a column over the run, at its rows."""
-        return self.rows.scale(name)
+        return float(np.max(np.abs(self[name])))
 
     def evaluate(self, t: Time, columns: Sequence[str] | str | None = None) -> Values:
         """Columns at any time of the run, to about 31 digits of the column's scale.
@@ -123,10 +130,11 @@ class ReferenceManeuver(Displayed):
         """
         chosen = (columns,) if isinstance(columns, str) else columns
         if chosen is None:
-            chosen = [name for name in self.columns if name in self.at_any_time]
+            known = dict.fromkeys((*self.columns, *FOLLOWS))
+            chosen = [name for name in known if name in self.at_any_time]
         names = tuple(chosen)
         for name in names:
-            if name not in self.rows.hi:
+            if name not in self.at_any_time | self.rows.hi.keys():
                 raise InputError(unknown_word(name, self.columns, "column "))
             if name not in self.at_any_time:
                 raise InputError(f"{name}: this set has it at the rows only: maneuver[{name!r}]")
@@ -164,7 +172,7 @@ class ReferenceManeuver(Displayed):
             Good to about 1e-15 of each column's scale.
         """
         if np.array_equal(t, self.time):
-            return {name: self.rows[name] for name in columns}
+            return dict(self._at_rows(columns).hi)
         return dict(self._gathered(Dense.approximate, (t, np.zeros_like(t)), columns).hi)
 
     def evaluate_many(self, t: Double, columns: Sequence[str]) -> Values:
@@ -199,7 +207,7 @@ class ReferenceManeuver(Displayed):
     ) -> Values:  # fmt: skip
         """Columns, each from the pieces that have it; at the rows' own times from the rows."""
         if np.array_equal(t[0], self.time) and np.array_equal(t[1], self.time_lo):
-            return Values({n: self.rows.hi[n] for n in names}, {n: self.rows.lo[n] for n in names})
+            return self._at_rows(names)
 
         def from_pieces(names: Sequence[str]) -> Values:
             found = [
@@ -212,7 +220,29 @@ class ReferenceManeuver(Displayed):
                 {name: x for v in found for name, x in v.lo.items()},
             )
 
-        return with_friction(from_pieces, names)
+        return with_following(from_pieces, names, self.parameters)
+
+    def _at_rows(self, names: Sequence[str]) -> Values:
+        """Columns at the rows: those of the set, and those that follow from them."""
+
+        def stored(names: Sequence[str]) -> Values:
+            return Values(*({n: of[n] for n in names} for of in (self.rows.hi, self.rows.lo)))
+
+        new = [n for n in names if n not in self.rows.hi and n not in self._followed]
+        if new:
+            found = with_following(stored, new, self.parameters)
+            self._followed.update({n: (found.hi[n], found.lo[n]) for n in new})
+        own = stored([n for n in names if n in self.rows.hi])
+        more = {n: self._followed[n] for n in names if n not in self.rows.hi}
+        return Values(
+            {**own.hi, **{n: hi for n, (hi, _) in more.items()}},
+            {**own.lo, **{n: lo for n, (_, lo) in more.items()}},
+        )
+
+    @cached_property
+    def _followed(self) -> dict[str, Double]:
+        """Columns at the rows that follow from others, once they were asked for."""
+        return {}
 
     def _check_range(self, t: Double) -> None:
         end = self.duration
@@ -412,10 +442,12 @@ def load_motion(folder: str | Path | None = None) -> Motion:
 def _read_maneuvers(
     f: Mapping[str, Any], manifest: manifest_file.Manifest
 ) -> tuple[ReferenceManeuver, ...]:
-    return tuple(map(_read_maneuver, of_maneuvers(f, len(manifest.inputs["maneuvers"]))))
+    groups = of_maneuvers(f, len(manifest.inputs["maneuvers"]))
+    parameters = manifest.inputs["bicycle"]["parameters"]
+    return tuple(_read_maneuver(group, parameters) for group in groups)
 
 
-def _read_maneuver(group: Any) -> ReferenceManeuver:
+def _read_maneuver(group: Any, parameters: Mapping[str, str]) -> ReferenceManeuver:
     dense = group["dense"]
     rows = Values(*on_demand(group))
     known = definitions_among(rows.hi).values()
@@ -427,6 +459,7 @@ def _read_maneuver(group: Any) -> ReferenceManeuver:
         rows=rows,
         dense=Dense(*on_demand(dense), breaks=read_array(dense, "breaks")),
         units={c.name: c.unit for columns in known for c in columns},
+        parameters={str(k): str(v) for k, v in parameters.items()},
     )
 
 

@@ -167,9 +167,9 @@ class ColumnScore:
         different digits it is more than the floor.
     is_contradicted
         True if its sign and those of other columns are of no choice of axes.
-    is_known
-        False if none of the definitions gives this column, while the motion of the file is right:
-        the one that it is compared with is the nearest.
+    none_odds
+        Odds of the definition against every one that is not known here, as a decimal logarithm, see
+        `definitions`; None of a column with one definition.
     """
 
     key: str
@@ -187,7 +187,15 @@ class ColumnScore:
     unexplained: float
     resolution: float
     is_contradicted: bool = False
-    is_known: bool = True
+    none_odds: float | None = None
+
+    @property
+    def is_known(self) -> bool:
+        """Whether a definition that is known is likelier than one that is not.
+
+        If it is not, the one that the column is compared with is the nearest.
+        """
+        return self.none_odds is None or self.none_odds >= 0.0
 
     @property
     def definition(self) -> str:
@@ -281,6 +289,8 @@ def odds(c: ColumnScore) -> str:
     if not told:
         return ""
     log10, definition = min(told)
+    if c.none_odds is not None and c.none_odds < min(log10, _SUREST):
+        return f"{odds_words(c.none_odds)} against one that is not known here"
     return f"{odds_words(log10)} against {definition}"
 
 

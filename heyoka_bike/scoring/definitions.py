@@ -13,24 +13,34 @@ much as it can tell: where the error is larger than the difference of two defini
 below the digits written, its factor is near 1. The first row, at the known start, is evidence of
 its own: there no integrator has made an error yet.
 
-Before, the default is as likely as all others together, and so is, of a rate, the derivative of the
-angle beside it: the likeliest is not the one of many that fits by chance. What the odds against it
-are below 20 to 1 is left open: nothing is claimed without evidence.
+Before, the default is five times as likely as any other, and so is what belongs to a definition
+that was found before: the derivative of the angle beside it, the pitch and yaw of the same
+attitude. What the odds against it are below 20 to 1 is left open: nothing is claimed without
+evidence.
+
+*None of these* is a hypothesis, too: once in a hundred files a column is of a definition that is
+not known here. Such a definition fits as well as the columns of one meaning fit the motion, while
+one of those known is as far from it as two definitions are from each other. So the odds against it
+fall with every error that the other columns do not explain, and rise with the digits of a file.
+
+The zero of the energies is free, and the same for both. A constant is taken for it that is ten
+times what any other column is off by: no error of the motion is so large and so even.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
 from heyoka_bike.bicycle.column import Column
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED, RATE_OF
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED, LATERAL, RATE_OF
 from heyoka_bike.numbers.double import Array, median
 from heyoka_bike.scoring.alignment import HALF, Part
-from heyoka_bike.scoring.measures import rms
+from heyoka_bike.scoring.measures import TOLERANCE, rms
 from heyoka_bike.scoring.units import UNITS, factor, tried
 
 # An error curve counts as so many independent values. Those of programs have about five (the
@@ -46,18 +56,27 @@ _FIRST_ROW = float(np.log(1000.0))
 _FEW_ROWS = 10
 # One row of so many is left out of the typical error.
 _LEFT_OUT = 100
+# Taking a constant from an error that grows does not lower it this much: a line keeps half.
 _CLEARLY = 10.0
 _LN_10 = float(np.log(10.0))
 # Of the scale.
 _FAR_ZERO = 0.1
-# Speeds and energies hardly vary: units that are not tried, ft/s or a wheel's rad/s, come within a
-# tenth of one that is.
+# Of what hardly varies, such as a speed, units that are not tried, ft/s or a wheel's rad/s, come
+# within a tenth of one that is.
 _NEAR = 0.02
-_HARDLY_VARYING = ("m s-1", "J")
-# Taking a constant from an error that grows does not lower it this much: a line keeps half.
-_CLEARLY_CONSTANT = 10.0
+# What is expected is so many times as likely before as any other definition.
+_EXPECTED = float(np.log(5.0))
+# One file in so many has a column of a definition that is not known here.
+_NONE = float(np.log(100.0))
+# Columns of one motion are wrong by parts of their scales that differ by up to so much: the steer
+# rate follows the fastest mode, the energies hardly move.
+_SPREAD = 100.0
+_AT_FLOOR = 4.0
 _ENERGIES = ("kinetic_energy", "mechanical_energy", "potential_energy")
-_ZEROED = ("potential_energy", "mechanical_energy")
+ZEROED = ("potential_energy", "mechanical_energy")
+"""Energies whose zero is a convention."""
+
+_ATTITUDE = ("roll_angle", "pitch", "yaw")
 _UNSIGNED = (*_ENERGIES, "rear_friction", "front_friction")
 
 
@@ -76,6 +95,8 @@ class Understanding:
     odds : mapping of str to float
         How much likelier it is than each other definition, decimal logarithms; below zero if this
         one was taken for the sake of other runs.
+    none : float
+        The same against every definition that is not known here.
     """
 
     column: Column
@@ -85,6 +106,7 @@ class Understanding:
     offset_lo: float = 0.0
     indistinguishable: tuple[str, ...] = ()
     odds: Mapping[str, float] = field(default_factory=dict)
+    none: float = 0.0
 
     def taken_as(self, column: Column) -> Understanding:
         """The same with another definition, and what the file cannot tell from that."""
@@ -93,7 +115,9 @@ class Understanding:
         odds[self.column.definition] = -mine
         del odds[column.definition]
         alike = tuple(d for d, x in odds.items() if x * _LN_10 < _CLAIMED)
-        return replace(self, column=column, indistinguishable=alike, odds=odds)
+        return replace(
+            self, column=column, indistinguishable=alike, odds=odds, none=self.none - mine
+        )
 
     def is_plain(self) -> bool:
         """Whether this is how the column is taken as written."""
@@ -111,7 +135,9 @@ def plain(key: str) -> Understanding:
 
 def understand(parts: Sequence[Part]) -> Mapping[str, Understanding]:
     """How each column of a file is taken, by key; one choice for all its maneuvers."""
-    return understand_samples([Sample(part) for part in parts])
+    samples = [Sample(part) for part in parts]
+    found = understand_samples(samples)
+    return {key: _against_none(key, found, samples) for key in found}
 
 
 def understand_samples(samples: Sequence[Sample]) -> Mapping[str, Understanding]:
@@ -154,6 +180,8 @@ class Sample:
         self.values, self.expected, self.scale, self.floor = {}, {}, {}, {}
         self.at_start: set[str] = set()
         self.units = part.units
+        height = part.reference["potential_energy"]
+        self.varies = rms(height - median(height))
         for key, values in present.items():
             good = np.isfinite(values) & np.isfinite(expected[key])
             if not good.any():
@@ -182,7 +210,7 @@ class Sample:
         factors = np.array([u.sign * factor(u.unit)[0] for u in candidates])
         expected = np.array([self.expected[u.column.name] + u.offset for u in candidates])
         errors = np.abs(np.multiply.outer(factors, self.values[key]) - expected)
-        smallest = np.array([self._smallest(key, u) for u in candidates])
+        smallest = np.array([self.smallest(key, u) for u in candidates])
         against = np.zeros(len(candidates))
         if key in self.at_start:
             # How much the first row speaks against each, as a natural logarithm of odds.
@@ -199,7 +227,7 @@ class Sample:
     def of_a_constant(self, key: str, u: Understanding) -> float:
         """`log_likelihoods` of a column that does not vary."""
         varies = factor(u.unit)[0] * rms(self.values[key] - np.mean(self.values[key]))
-        return -_VALUES * float(np.log(max(varies, self._smallest(key, u))))
+        return -_VALUES * float(np.log(max(varies, self.smallest(key, u))))
 
     def typical(self, key: str, u: Understanding) -> float:
         """Root mean square of the errors but the largest, not below what the digits can tell."""
@@ -207,9 +235,9 @@ class Sample:
         kept = len(error) - len(error) // _LEFT_OUT
         if kept < len(error):
             error = np.partition(error, kept)[:kept]
-        return max(rms(error), self._smallest(key, u))
+        return max(rms(error), self.smallest(key, u))
 
-    def _smallest(self, key: str, u: Understanding) -> float:
+    def smallest(self, key: str, u: Understanding) -> float:
         """What the digits written, and plain binary64, can tell at best [SI]."""
         written, known = self.floor[key]
         return max(written * factor(u.unit)[0], known)
@@ -222,19 +250,18 @@ def _typical(key: str, u: Understanding, samples: Iterable[Sample]) -> _Typical:
     return tuple(s.typical(key, u) for s in samples if key in s.values)
 
 
-def _joint(sizes: Sequence[float]) -> float:
+def _joint(sizes: Iterable[float]) -> float:
     """Logarithm of a product, which itself may overflow."""
-    return float(np.sum(np.log(sizes)))
+    return float(np.sum(np.log(list(sizes))))
 
 
-def _expected(
-    key: str, columns: Sequence[Column], found: Mapping[str, Understanding]
-) -> tuple[Column, ...]:
-    """What a column is thought to be before: its default, and the rate of the angle beside it."""
-    default, *others = columns
-    own = [c for c in others if (of := RATE_OF.get((key, c.definition)))
-           and of[0] in found and found[of[0]].column.definition == of[1]]  # fmt: skip
-    return default, *own
+def _before(key: str, column: Column, found: Mapping[str, Understanding]) -> float:
+    """How much likelier than another a definition is before, as a natural logarithm."""
+    angle = RATE_OF.get((key, column.definition), ("", ""))
+    belongs = angle[0] in found and found[angle[0]].column.definition == angle[1]
+    attitude = {u.column.definition for k, u in found.items() if k in _ATTITUDE and k != key}
+    belongs |= key in _ATTITUDE and column.definition in attitude
+    return _EXPECTED if column.default or belongs else 0.0
 
 
 def _choose(
@@ -242,52 +269,35 @@ def _choose(
 ) -> Understanding:
     """Unit and sign, then the definition under them; `found` is how other columns are taken."""
     columns = samples[0].definitions[key]
-    expected = _expected(key, columns, found)
-    if all(float(np.ptp(s.values[key])) == 0.0 for s in samples):
-        # One number, such as the speed of the linear equations, is nearest to whichever definition
-        # varies the least, and means none of them.
-        columns = columns[:1]
-    signs = (1,) if key in _UNSIGNED else (1, -1)
     named = next((s.units[key] for s in samples if key in s.units), None)
     # What a heading says is believed until the values say otherwise, of a wrong motion, too.
-    told = named or columns[0].unit
-    candidates = [
-        Understanding(c, unit, sign)
-        for unit in tried(columns[0].unit, named)
-        for sign in signs
-        for c in columns
-    ]
-    of_default = float(np.log(max(len(columns) - 1, 1)))
-    prior = np.array([of_default if u.column in expected else 0.0 for u in candidates])
-    likely: list[float] = np.sum(
-        [prior, *(s.log_likelihoods(key, candidates) for s in samples if key in s.values)], axis=0
-    ).tolist()
-
-    def best(unit: str | None = None, sign: int | None = None) -> int:
-        # Of equals the first, the default.
-        having = [
-            i for i, u in enumerate(candidates) if unit is None or (u.unit, u.sign) == (unit, sign)
-        ]
-        return max(having, key=likely.__getitem__)
-
-    chosen, as_told = best(), best(told, 1)
-    typical = _typical(key, candidates[chosen], samples)
+    told = (named or columns[0].unit, 1)
+    ways = list(product(tried(columns[0].unit, named), (1,) if key in _UNSIGNED else (1, -1)))
+    candidates = [Understanding(c, *way) for way in ways for c in columns]
+    likely = np.array([_before(key, c, found) for c in columns] * len(ways))
+    likely += np.sum([s.log_likelihoods(key, candidates) for s in samples], axis=0)
+    # By way and definition; of equals the first, the default.
+    table = likely.reshape(len(ways), -1)
+    way, as_told = int(np.argmax(table.max(axis=1))), ways.index(told)
+    best = candidates[int(np.argmax(likely))]
+    typical = _typical(key, best, samples)
     if not _is_shown(key, typical, samples):
-        return replace(plain(key), unit=told)
-    if likely[chosen] - likely[as_told] < _CLAIMED or not _is_near(key, typical, samples):
-        chosen = as_told
-    taken = candidates[chosen]
-    under = {
-        u.column.definition: x
-        for u, x in zip(candidates, likely, strict=True)
-        if (u.unit, u.sign) == (taken.unit, taken.sign)
-    }
-    constant = sum(s.of_a_constant(key, taken) for s in samples if key in s.values)
-    if constant - likely[chosen] > _CLAIMED:
-        # A speed that is taken as constant is that of no definition.
+        return replace(plain(key), unit=told[0])
+    gain = float(table[way].max() - table[as_told].max())
+    if gain < _CLAIMED or not _is_near(key, typical, samples):
+        way = as_told
+    chosen = int(np.argmax(table[way]))
+    taken = Understanding(columns[chosen], *ways[way])
+    constant = sum(s.of_a_constant(key, taken) for s in samples)
+    if constant - float(likely.max()) > _CLAIMED:
+        # One number, such as the speed of the linear equations, is nearest to whichever definition
+        # varies the least, and means none of them.
         return replace(taken, column=columns[0])
-    less = {c.definition: likely[chosen] - under[c.definition] for c in columns}
-    del less[taken.column.definition]
+    less = {
+        c.definition: float(table[way][chosen] - x)
+        for c, x in zip(columns, table[way], strict=True)
+        if c is not taken.column
+    }
     return replace(
         taken,
         indistinguishable=tuple(d for d, x in less.items() if x < _CLAIMED),
@@ -308,52 +318,86 @@ def _is_near(key: str, typical: _Typical, samples: Sequence[Sample]) -> bool:
 
     Zeros, or any noise scaled down to nothing, have an error as large as that.
     """
-    limit = _NEAR if _hardly_varies(key, samples) else HALF
+    varies = any(float(np.ptp(s.expected[key])) >= HALF * s.scale[key] for s in samples)
+    limit = HALF if varies else _NEAR
     sizes = [rms(s.expected[key]) for s in samples]
-    return all(sizes) and _joint(typical) < _joint([limit * x for x in sizes])
-
-
-def _hardly_varies(key: str, samples: Sequence[Sample]) -> bool:
-    if key in BENCHMARK_COLUMNS:
-        return COMPARED[key][0].unit in _HARDLY_VARYING
-    return all(float(np.ptp(s.expected[key])) < HALF * s.scale[key] for s in samples)
+    return all(sizes) and _joint(typical) < _joint(limit * x for x in sizes)
 
 
 def _share_the_unit_of_energies(found: dict[str, Understanding]) -> None:
     """The kinetic energy has no zero to choose, so its unit is the surest."""
-    leader = next((key for key in _ENERGIES if key in found), None)
-    if leader is None:
-        return
-    for key in _ENERGIES:
-        if key in found:
-            found[key] = replace(found[key], unit=found[leader].unit)
+    having = [key for key in _ENERGIES if key in found]
+    found.update({key: replace(found[key], unit=found[having[0]].unit) for key in having})
+
+
+def accuracy(
+    sample: Sample, found: Mapping[str, Understanding], without: Collection[str] = ()
+) -> float:
+    """What a maneuver is off by for sure: the largest typical error of a column of one meaning.
+
+    In scales; 1 where too little tells: roll and steer move together, while speed and energies
+    follow their squares and may be right beside a motion that is not.
+    """
+    errors = {
+        key: sample.typical(key, found[key]) / sample.scale[key]
+        for key in sample.values
+        if key in BENCHMARK_COLUMNS and key not in without
+        if len(sample.definitions[key]) == 1 and sample.scale[key]
+    }
+    is_told = len(errors) > 1 and any(key in LATERAL for key in errors)
+    return max(errors.values()) if is_told else 1.0
+
+
+def _against_none(
+    key: str, found: Mapping[str, Understanding], samples: Sequence[Sample]
+) -> Understanding:
+    """A column as taken, with the odds that it is of none of the definitions."""
+    u, having = found[key], [s for s in samples if key in s.values]
+    others = [c.name for c in having[0].definitions[key] if c is not u.column]
+    if not others:
+        return u
+    odds, apart = _NONE, 0.0
+    for s in having:
+        scale = s.scale[key] or 1.0
+        off_by = accuracy(s, found)
+        # A motion that is wrong itself tells nothing.
+        explained = scale * (_SPREAD * off_by if off_by < TOLERANCE else 1.0)
+        least = min(rms(s.expected[n] - s.expected[u.column.name]) for n in others)
+        apart = max(apart, least / explained)
+        allowed = max(explained, _AT_FLOOR * s.smallest(key, u))
+        # A few bad rows are no other meaning.
+        error = float(median(np.abs(s.error(key, u))))
+        odds -= _VALUES * float(np.log(max(error / allowed, 1.0)))
+    return replace(u, none=(odds + float(np.log(max(apart, 1.0)))) / _LN_10)
 
 
 def _find_offset(found: dict[str, Understanding], samples: Sequence[Sample]) -> None:
-    """A zero of the potential energy elsewhere, shared by the mechanical energy.
+    """A zero of the energies elsewhere, the same for both.
 
     It is looked for in the potential energy: an offset of the mechanical energy alone, which is
-    constant, could as well be a wrong initial state.
+    constant, could as well be a wrong initial state, unless the motion is right.
     """
-    if "potential_energy" not in found:
+    leader = next((key for key in ZEROED if key in found), None)
+    if leader is None:
         return
     # The kinetic energy tells the unit; without it, another zero hides it.
-    known = found["potential_energy"].unit
-    units = (known,) if "kinetic_energy" in found else UNITS["J"]
+    known = found[leader].unit
+    is_told = "kinetic_energy" in found or leader != ZEROED[0]
+    units = (known,) if is_told else UNITS["J"]
     for unit in sorted(units, key=lambda u: u != known):
-        if moved := _with_offset({k: replace(found[k], unit=unit) for k in _ZEROED if k in found},
-                                 found, samples):  # fmt: skip
+        taken = {k: replace(found[k], unit=unit) for k in ZEROED if k in found}
+        if moved := _with_offset(leader, taken, found, samples):
             found.update(moved)
             return
 
 
 def _with_offset(
+    key: str,
     taken: Mapping[str, Understanding],
     before: Mapping[str, Understanding],
     samples: Sequence[Sample],
 ) -> Mapping[str, Understanding]:
-    """The potential and the mechanical energy with the zero that explains them; empty if none."""
-    key, total = _ZEROED
+    """The energies with the zero that explains them; empty if none does."""
     u = taken[key]
     having = [s for s in samples if key in s.values]
     errors = [s.error(key, u) for s in having]
@@ -361,23 +405,15 @@ def _with_offset(
     offset = float(min(errors, key=lambda e: float(median(np.abs(e - median(e)))))[0])
     moved = {k: replace(v, offset=offset) for k, v in taken.items()}
     left = _typical(key, moved[key], having)
-    scale = max(s.scale[key] for s in having)
-    # Zeros that programs choose (the start, the hubs, the centre of mass) are far from the floor;
-    # a wrong weight or height moves the energy a little, and nearly by a constant.
-    if abs(offset) < _FAR_ZERO * scale or not _is_shown(key, left, having):
-        return {}
-    if _explained(key, before[key], moved[key], samples) < _CLEARLY_CONSTANT:
-        return {}
+    off_by = max(accuracy(s, before, ZEROED) for s in having)
+    # Zeros that programs choose (the start, the hubs, the centre of mass) are far from the floor.
+    is_far = abs(offset) / max(s.scale[key] for s in having) >= min(_CLEARLY * off_by, _FAR_ZERO)
+    is_zero = is_far and (key == ZEROED[0] or off_by < TOLERANCE) and _is_shown(key, left, having)
     # What is left must be an error of the motion, not all of it.
-    for s, typical in zip(having, left, strict=True):
-        expected = s.expected[u.column.name]
-        if typical > HALF * rms(expected - median(expected)) + sum(s.floor[key]):
-            return {}
-    if total in moved and _explained(total, before[total], moved[total], samples) < (
-        _CLEARLY_CONSTANT
-    ):
-        return {}
-    return moved
+    is_zero &= all(t <= HALF * s.varies + sum(s.floor[key])
+                   for s, t in zip(having, left, strict=True))  # fmt: skip
+    fits = all(_explained(k, before[k], v, samples) >= _CLEARLY for k, v in moved.items())
+    return moved if is_zero and fits else {}
 
 
 def _explained(

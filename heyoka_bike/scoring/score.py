@@ -20,11 +20,10 @@ from heyoka_bike.scoring import measures
 from heyoka_bike.scoring.alignment import SUMMED, Alignment, Part, align, merge
 from heyoka_bike.scoring.column_score import Alternative, ColumnScore, Reading, Trace
 from heyoka_bike.scoring.comparison import Candidate, errors, is_small, largest_errors
-from heyoka_bike.scoring.definitions import Understanding, plain, understand
+from heyoka_bike.scoring.definitions import ZEROED, Understanding, plain, understand
 from heyoka_bike.scoring.judge import judged
 from heyoka_bike.scoring.judge.consistency import consistency
 from heyoka_bike.scoring.judge.unfilled import without_unfilled
-from heyoka_bike.scoring.judge.unknown import without_meaning
 from heyoka_bike.scoring.reading.given import results_of, words
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.report import ManeuverScore, Report
@@ -120,7 +119,7 @@ def scored(
             dataset_version=reference.dataset_version,
             bicycle=reference.bicycle,
             file=alignment.file,
-            maneuvers=without_meaning(maneuvers),
+            maneuvers=maneuvers,
             findings=alignment.findings,
             reference_sha256=reference.content_sha256,
         )
@@ -230,6 +229,7 @@ def _score_columns(part: Part, understood: Mapping[str, Understanding]) -> tuple
                 scale=part.reference.scale(u.column.name),
                 unexplained=float(np.fmax.reduce(np.abs(error) - half, initial=0.0)),
                 resolution=float(np.max(half)),
+                none_odds=u.none if alternatives[key] else None,
             )
         )
     return tuple(scores)
@@ -239,7 +239,7 @@ def _with_exact_zero(
     understood: Mapping[str, Understanding], parts: Sequence[Part]
 ) -> Mapping[str, Understanding]:
     """The zero of the energies to all digits of the file, where they have another one."""
-    key = "potential_energy"
+    key = next((k for k in ZEROED if k in understood), "")
     u = understood.get(key)
     if u is None or not u.offset:
         return understood

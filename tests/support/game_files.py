@@ -80,8 +80,7 @@ def truth(number, wanted, time, time_lo):
     for source, is_of_motion in ((reference[number], False), (motion[number], True)):
         mine = [n for n in wanted if (n in MOTION) == is_of_motion]
         if mine:
-            is_rows = np.array_equal(time, source.time) and np.array_equal(time_lo, source.time_lo)
-            values = source.rows if is_rows else source.evaluate((time, time_lo), mine)
+            values = source.evaluate((time, time_lo), mine)
             found |= {n: (values.hi[n], values.lo[n]) for n in mine}
     return found
 

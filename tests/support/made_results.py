@@ -11,7 +11,7 @@ def exact_columns(maneuver, names=BENCHMARK_COLUMNS):
     by_key = {}
     for name in names:
         key = next(k for k in BENCHMARK_COLUMNS if name == k or name.startswith(f"{k}_"))
-        by_key[key] = maneuver.rows[name].copy()
+        by_key[key] = maneuver[name].copy()
     return by_key
 
 

@@ -132,5 +132,6 @@ def _distance_left_open(
     meant = list(rate.indistinguishable)
     # A set may have an angle and not its rate.
     meant += [d for (_, d), of in RATE_OF.items() if of in angles and d in names]
-    chosen = reference.rows[names[rate.as_understood.definition]]
-    return max((rms(reference.rows[names[other]] - chosen) for other in meant), default=0.0)
+    own = names[rate.as_understood.definition]
+    rows = reference.approximate(reference.time, [own, *(names[d] for d in meant)])
+    return max((rms(rows[names[other]] - rows[own]) for other in meant), default=0.0)

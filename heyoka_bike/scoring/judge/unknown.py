@@ -8,14 +8,13 @@ that one of the former must be right.
 """
 
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import replace
 from math import floor
 
 import numpy as np
 
-from heyoka_bike.bicycle.columns import COMPARED, LATERAL
+from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.numbers.double import median
-from heyoka_bike.scoring.column_score import ColumnScore
+from heyoka_bike.scoring.column_score import ColumnScore, odds_words
 from heyoka_bike.scoring.findings import Finding, warning
 from heyoka_bike.scoring.judge.conventions import errors_words
 from heyoka_bike.scoring.measures import rms
@@ -39,31 +38,18 @@ def unknown(report: Report) -> Iterator[Finding]:
             continue
         others = min(c.scd for c in known if c.scd is not None)
         nearest = columns[0].definition
+        sure = odds_words(-(columns[0].none_odds or 0.0))
         yield warning(
             "definition_unknown",
-            f"{key}: no definition that is known here gives this column; the other columns have "
-            f"{floor(others)} digits or more, so the motion is right. The nearest definition "
-            f"is {nearest}, with errors {errors_words(columns)}. It is of another point or axis, "
-            "or written wrongly: say what it is",
+            f"{key}: a definition of its own? None that is known here gives this column ({sure}); "
+            f"the other columns have {floor(others)} digits or more, so the motion is right. The "
+            f"nearest definition is {nearest}, with errors {errors_words(columns)}. It is of "
+            "another point or axis, or written wrongly: say what it is",
             column=key,
             nearest=nearest,
             max_abs_error=[c.max_abs_error for c in columns],
             digits_of_others=others,
         )
-
-
-def without_meaning(maneuvers: tuple[ManeuverScore, ...]) -> tuple[ManeuverScore, ...]:
-    """Maneuvers with the columns marked whose definition is not known, the same in each."""
-    having = [m for m in maneuvers if any(c.values for c in m.columns)]
-    several = [[c.key for c in m.columns if len(COMPARED[c.key]) > 1] for m in having]
-    found = [far_worse(m, keys)[0] for m, keys in zip(having, several, strict=True)]
-    unknown = frozenset.intersection(*found) if found else frozenset()
-    if not unknown:
-        return maneuvers
-    return tuple(
-        replace(m, columns=tuple(replace(c, is_known=c.key not in unknown) for c in m.columns))
-        for m in maneuvers
-    )
 
 
 def far_worse(m: ManeuverScore, keys: Collection[str]) -> tuple[frozenset[str], float]:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from heyoka_bike.bicycle.columns import COLUMNS, LATERAL
+from heyoka_bike.bicycle.columns import COLUMNS, FOLLOWING, LATERAL
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.errors import InputError
@@ -46,6 +46,7 @@ from heyoka_bike.scoring.units import factor
 
 # Rows that are compared, and rows that are simulated, of each maneuver.
 _COMPARED = 251
+_COLUMNS = (*COLUMNS, *FOLLOWING)
 _SIMULATED = 2001
 # The simulation's relative roundoff, at most.
 ROUNDOFF = 1e-11
@@ -75,7 +76,7 @@ class Search:
         self._steps = [float(np.median(np.diff(p.time))) if len(p.time) > 1 else 0.0 for p in parts]
         self._exact = [
             p.reference.approximate(
-                t, [c.name for c in COLUMNS if c.name in p.reference.at_any_time]
+                t, [c.name for c in _COLUMNS if c.name in p.reference.at_any_time]
             )
             for p, t in zip(parts, self._times, strict=True)
         ]

@@ -10,13 +10,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from heyoka_bike.bicycle.columns import COLUMNS
+from heyoka_bike.bicycle.columns import COLUMNS, FOLLOWING
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.double import Array
+from heyoka_bike.reference.following import following
 from heyoka_bike.reference.load import Reference
 
-NAMES: tuple[str, ...] = tuple(c.name for c in COLUMNS)
+NAMES: tuple[str, ...] = tuple(c.name for c in (*COLUMNS, *FOLLOWING))
 
 STATES = 7
 """Roll, pitch, steer, roll rate, steer rate, spin, yaw."""
@@ -86,7 +87,8 @@ class Variations:
     def outputs(self, y: Array) -> Array:
         """All columns, shape (columns, ...)."""
         found = self.equations.columns(list(y))
-        return np.stack([found[name] for name in NAMES])
+        every = {**found, **following(found, self.values)}
+        return np.stack([every[name] for name in NAMES])
 
     def respond(self, forces: Sequence[Array]) -> Array:
         """Errors of the columns under forces on the state.

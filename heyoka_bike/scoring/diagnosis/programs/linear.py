@@ -10,7 +10,7 @@ from math import ceil, cos, log2
 
 import numpy as np
 
-from heyoka_bike.bicycle.columns import COLUMNS, DEFINITIONS
+from heyoka_bike.bicycle.columns import COLUMNS, DEFINITIONS, FOLLOWING
 from heyoka_bike.bicycle.equations.initial import pitch_on_the_floor
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle
@@ -54,7 +54,7 @@ def linear_columns(
     """
     p = {s: float(x) for s, x in bicycle.values.items()}
     roll, _, steer, roll_rate, steer_rate, speed = start
-    found = {c.name: np.full(len(time), np.nan) for c in COLUMNS}
+    found = {c.name: np.full(len(time), np.nan) for c in (*COLUMNS, *FOLLOWING)}
     found |= {name: np.full(len(time), np.nan) for name in ("spin_energy", "rotation_energy")}
     found |= {f"potential_energy_{way}": np.full(len(time), np.nan) for way in POTENTIAL}
     found |= {f"kinetic_energy_{way}": np.full(len(time), np.nan) for way in KINETIC}

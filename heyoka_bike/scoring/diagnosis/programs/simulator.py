@@ -16,13 +16,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from heyoka_bike.bicycle.columns import COLUMNS
+from heyoka_bike.bicycle.columns import COLUMNS, FOLLOWING
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle, read_bicycle
 from heyoka_bike.motion.expressions import Expressions, require_heyoka
 from heyoka_bike.numbers.arithmetic import Multiprecision, Number
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.reference.following import following
 from heyoka_bike.scoring.diagnosis.programs.applied import FORCES
 from heyoka_bike.scoring.diagnosis.programs.incomplete import TERMS, rates_altered
 from heyoka_bike.system.resources import benchmark_bicycle
@@ -39,7 +40,7 @@ KEPT = 64
 _RATES = ("w1", "q", "w3", "w1_f", "q_f", "w3_f", "spin_R", "spin_F")
 _ALTERED = (*TERMS, *FORCES)
 # What is computed of a motion.
-_NAMES = (*(c.name for c in COLUMNS), "spin_energy", "rotation_energy")
+_NAMES = (*(c.name for c in (*COLUMNS, *FOLLOWING)), "spin_energy", "rotation_energy")
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -162,8 +163,8 @@ class Simulator:
         Returns
         -------
         dict of str to ndarray, shape (n,)
-            Every column of `columns.COLUMNS`, and the parts of the kinetic energy [J]
-            ``spin_energy``, of the wheels about their axles, and ``rotation_energy``, of the
+            Every column of `columns.COLUMNS` and `FOLLOWING`, and the parts of the kinetic energy
+            [J] ``spin_energy``, of the wheels about their axles, and ``rotation_energy``, of the
             angular velocities of all bodies, spin included; NaN from where the motion meets a
             singularity, or everywhere if the bicycle has no motion.
         """
@@ -239,7 +240,7 @@ class Simulator:
         p = {s: float(x) for s, x in motion.bicycle.values.items()}
         # A motion that meets a singularity may become very fast.
         with np.errstate(over="ignore"):
-            return made | _energies(p, rates)
+            return made | following(made, p) | _energies(p, rates)
 
     def _evaluated(self, ready: Ready, states: Array) -> Array:
         """What is computed of the states on a grid."""

@@ -1,0 +1,157 @@
+"""Columns that a set does not store, or not at any time: they follow from others that it has.
+
+A friction demand has no pieces: where the tangential force vanishes, its magnitude has a corner.
+Definitions that are younger than a set, see `columns.FOLLOWING`, are formulas of older columns:
+they need no new set.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from heyoka_bike.bicycle.motion_columns import CONTACT_FORCES
+from heyoka_bike.numbers.double import Array
+from heyoka_bike.numbers.doubles import PI, Doubles
+from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.reference.values import Values
+
+Formula = Callable[[Any, Mapping[str, Any], Mapping[str, Any]], Any]
+"""Of functions, columns and parameters of the bicycle, all in one number type."""
+
+
+@dataclass(frozen=True, slots=True)
+class Follows:
+    """How a column follows.
+
+    Attributes
+    ----------
+    needs : tuple of str
+        The columns that the formula takes.
+    formula
+    parameters : tuple of str
+        Those of the bicycle that it takes.
+    """
+
+    needs: tuple[str, ...]
+    formula: Formula
+    parameters: tuple[str, ...] = ()
+
+
+def _friction(normal: str, along: str, across: str) -> Formula:
+    return lambda a, c, _: a.sqrt(c[along] * c[along] + c[across] * c[across]) / c[normal]
+
+
+def _rear_com(a: Any, c: Mapping[str, Any], p: Mapping[str, Any]) -> tuple[Any, Any, Any]:
+    """Velocity of the rear frame's centre of mass: along heading, axle, and across both, down."""
+    x, z = _from_the_hub(p)
+    turn = _pitch_turn(c, p)
+    sin, cos = a.sin(c["pitch"]), a.cos(c["pitch"])
+    aside = p["rR"] * c["roll_rate"] + c["yaw_rate_body_z"] * x - c["roll_rate_body_x"] * z
+    return c["forward_speed"] + turn * (z * cos - x * sin), aside, -turn * (z * sin + x * cos)
+
+
+def _from_the_hub(p: Mapping[str, Any]) -> tuple[Any, Any]:
+    """Where the centre of mass of the upright rear frame is [m], forward and down."""
+    return p["xB"], p["zB"] + p["rR"]
+
+
+def _pitch_turn(c: Mapping[str, Any], p: Mapping[str, Any]) -> Any:
+    """Angular velocity of the rear frame about its axle [rad/s]."""
+    return (c["forward_speed_wheel_spin"] - c["forward_speed"]) / p["rR"]
+
+
+def _rear_com_body_x(a: Any, c: Mapping[str, Any], p: Mapping[str, Any]) -> Any:
+    return c["forward_speed_hub_body_x"] + _pitch_turn(c, p) * _from_the_hub(p)[1]
+
+
+def _rear_com_norm(a: Any, c: Mapping[str, Any], p: Mapping[str, Any]) -> Any:
+    x, y, z = _rear_com(a, c, p)
+    return a.sqrt(x * x + y * y + z * z)
+
+
+def _rear_com_global_x(a: Any, c: Mapping[str, Any], p: Mapping[str, Any]) -> Any:
+    ahead, aside, down = _rear_com(a, c, p)
+    level = aside * a.cos(c["roll_angle"]) - down * a.sin(c["roll_angle"])
+    return ahead * a.cos(c["yaw"]) - level * a.sin(c["yaw"])
+
+
+def _zyx(a: Any, c: Mapping[str, Any]) -> tuple[Any, Any]:
+    """Of the frame's x axis on the floor: across the heading and along it."""
+    return a.sin(c["roll_angle"]) * a.sin(c["pitch"]), a.cos(c["pitch"])
+
+
+def _yaw_zyx(a: Any, c: Mapping[str, Any], _: Mapping[str, Any]) -> Any:
+    return c["yaw"] + a.arctan2(*_zyx(a, c))
+
+
+def _yaw_rate_zyx(a: Any, c: Mapping[str, Any], p: Mapping[str, Any]) -> Any:
+    across, along = _zyx(a, c)
+    sin_roll, sin_pitch = a.sin(c["roll_angle"]), a.sin(c["pitch"])
+    pitch_rate = _pitch_turn(c, p) - c["yaw_rate"] * sin_roll
+    across_rate = c["roll_rate"] * a.cos(c["roll_angle"]) * sin_pitch
+    across_rate = across_rate + pitch_rate * sin_roll * along
+    turned = across_rate * along + pitch_rate * across * sin_pitch
+    return c["yaw_rate"] + turned / (across * across + along * along)
+
+
+_SPIN = ("forward_speed", "forward_speed_wheel_spin")
+_COM = (*_SPIN, "pitch", "roll_rate", "roll_rate_body_x", "yaw_rate_body_z")
+_PLACE = ("rR", "xB", "zB")
+
+FOLLOWS: Mapping[str, Follows] = {
+    **{name: Follows(forces, _friction(*forces)) for name, forces in CONTACT_FORCES.items()},
+    "forward_speed_rear_com_heading": Follows(_COM, lambda *x: _rear_com(*x)[0], _PLACE),
+    "forward_speed_rear_com_body_x": Follows(
+        (*_SPIN, "forward_speed_hub_body_x"), _rear_com_body_x, _PLACE
+    ),
+    "forward_speed_rear_com_global_x": Follows(
+        (*_COM, "roll_angle", "yaw"), _rear_com_global_x, _PLACE
+    ),
+    "forward_speed_rear_com_norm": Follows(_COM, _rear_com_norm, _PLACE),
+    "yaw_zyx": Follows(("yaw", "roll_angle", "pitch"), _yaw_zyx),
+    "yaw_rate_zyx_rate": Follows(
+        (*_SPIN, "yaw_rate", "roll_angle", "roll_rate", "pitch"), _yaw_rate_zyx, ("rR",)
+    ),
+}
+"""By name of the column."""
+
+
+def with_following(
+    evaluate: Callable[[Sequence[str]], Values], names: Sequence[str], parameters: Mapping[str, str]
+) -> Values:
+    """Columns by a function that knows all but those that follow, and these.
+
+    Where `evaluate` gives no lo, they are computed in plain binary64.
+    """
+    follow = {name: FOLLOWS[name] for name in names if name in FOLLOWS}
+    needed = [n for name in names for n in (follow[name].needs if name in follow else (name,))]
+    found = evaluate(list(dict.fromkeys(needed)))
+    if not follow:
+        return found
+    hi, lo = dict(found.hi), dict(found.lo)
+    for name, how in follow.items():
+        exact = {p: _value(parameters[p]) for p in how.parameters}
+        if lo:
+            of = {n: Doubles(hi[n], lo[n]) for n in how.needs}
+            x = how.formula(Doubles, of, {p: Doubles.of(v) for p, v in exact.items()})
+            hi[name], lo[name] = x.hi, x.lo
+        else:
+            hi[name] = how.formula(np, hi, {p: float(v) for p, v in exact.items()})
+    return Values({name: hi[name] for name in names}, {n: lo[n] for n in names if n in lo})
+
+
+def following(columns: Mapping[str, Array], parameters: Mapping[str, float]) -> dict[str, Array]:
+    """All that follows from columns of any motion, in plain binary64."""
+    return {
+        name: how.formula(np, columns, parameters)
+        for name, how in FOLLOWS.items()
+        if columns.keys() >= set(how.needs)
+    }
+
+
+def _value(text: str) -> Fraction:
+    exact = Exact.parse(text)
+    return exact.rational + exact.pi_multiple * PI
