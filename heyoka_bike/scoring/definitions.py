@@ -68,9 +68,9 @@ _NEAR = 0.02
 _EXPECTED = float(np.log(5.0))
 # One file in so many has a column of a definition that is not known here.
 _NONE = float(np.log(100.0))
-# Columns of one motion are wrong by parts of their scales that differ by up to so much: the steer
-# rate follows the fastest mode, the energies hardly move.
-_SPREAD = 100.0
+# So many times the worst of the columns of one meaning a column may be off by: the steer rate
+# follows the fastest mode, and others are rarely worse.
+_SPREAD = 10.0
 _AT_FLOOR = 4.0
 _ENERGIES = ("kinetic_energy", "mechanical_energy", "potential_energy")
 ZEROED = ("potential_energy", "mechanical_energy")
@@ -360,8 +360,10 @@ def _against_none(
     for s in having:
         scale = s.scale[key] or 1.0
         off_by = accuracy(s, found)
-        # A motion that is wrong itself tells nothing.
-        explained = scale * (_SPREAD * off_by if off_by < TOLERANCE else 1.0)
+        if off_by >= TOLERANCE:
+            # A motion that is wrong itself tells nothing.
+            continue
+        explained = _SPREAD * off_by * scale
         least = min(rms(s.expected[n] - s.expected[u.column.name]) for n in others)
         apart = max(apart, least / explained)
         allowed = max(explained, _AT_FLOOR * s.smallest(key, u))

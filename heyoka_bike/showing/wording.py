@@ -11,9 +11,10 @@ from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.findings import Finding, Severity, named
 from heyoka_bike.scoring.measures import MOST_DIGITS
 from heyoka_bike.scoring.report import WHOLE, ManeuverScore, Report, Run, Series
-from heyoka_bike.showing.grades import judgement
+from heyoka_bike.showing.grades import Grade, file_grade, judgement
 
 _LONGEST_NAME = 30
+_MOST_LEFT_OUT = 4
 
 
 def sentence(text: str) -> str:
@@ -177,14 +178,17 @@ def coverage_words(report: Report) -> str:
 
 
 def caveats(report: Report) -> list[str]:
-    """What is to be known beside the digits: how much is covered, and signs that may be wrong."""
-    codes = {f.code for f in report.findings}
-    signs = ""
-    if "signs_disagree" in codes:
-        signs = "signs contradict each other, see the warning"
-    elif "senses_opposed" in codes:
-        signs = "roll and steer have opposite senses, see the warning"
-    lost = f"{named(list(report.not_compared))} not compared" if report.not_compared else ""
+    """What is to be known beside the digits: the part covered, columns left out, odd senses."""
+    signs, left_out = "", list(report.not_compared)
+    for f in report.findings:
+        if f.code == "senses_opposed":
+            signs = "roll and steer have opposite senses, see the warning"
+        elif f.code.endswith("columns_left_out"):
+            left_out += f.evidence["names"]
+        elif f.code == "columns_without_reference":
+            left_out += f.evidence["columns"]
+    names = [printable(name) for name in dict.fromkeys(left_out)]
+    lost = f"{named(names, _MOST_LEFT_OUT)} not compared" if names else ""
     return [said for said in (coverage_words(report), lost, signs) if said]
 
 
@@ -246,9 +250,22 @@ def requirement_words(scored: Report | Series) -> str:
 
 
 def graded(report: Report) -> str:
-    """What the file is worth by its true error: the judgement, and its worst column."""
-    word = judgement(report)
-    return f"{word}, {worst_words(report)}" if word else worst_words(report)
+    """What the file is worth by its true error: the judgement, and its worst column.
+
+    First goes what may be said of a file whose motion is right: signs that contradict each other,
+    and a definition that is not known here.
+    """
+    word, worst = judgement(report), worst_words(report)
+    every = [c for m in report.maneuvers for c in m.columns if c.values]
+    odd = dict.fromkeys(c.key for c in every if c.is_contradicted)
+    own = dict.fromkeys(c.key for c in every if not c.is_known)
+    if odd:
+        word += f", for the signs of {named(list(odd))} contradict each other; apart from that"
+    others = max((c.grade for c in every if c.key not in own), default=Grade.UNKNOWN)
+    if own and others < Grade.WRONG == file_grade(report):
+        what = "a definition of its own" if len(own) == 1 else "definitions of their own"
+        word = f"{named(list(own))}: {what}? If not, {word}"
+    return f"{word}, {worst}" if word else worst
 
 
 def verdict(report: Report) -> str:

@@ -5,7 +5,7 @@ angle and rate alike, as integrators make it. How large it is then is found from
 they are written, read with the choices that were drawn.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -29,7 +29,10 @@ PAIRS = {"lean": "lean_rate", "tait_bryan_xyz": "tait_bryan_xyz_rate", "zyx": "z
 
 @dataclass(eq=False)
 class Honest:
-    """An honest file: its parts, and for each key the reading that was drawn: name and factor."""
+    """An honest file: its parts, and for each key the reading that was drawn: name and factor.
+
+    `own` is a column of a definition that is not among those known, whose reading is the nearest.
+    """
 
     parts: list
     readings: dict
@@ -37,8 +40,7 @@ class Honest:
     size: float
     digits: int
     spacing: str
-    form: str = "memory"
-    notes: list = field(default_factory=list)
+    own: str = ""
 
 
 def signs(random, keys):
@@ -147,26 +149,70 @@ def honest_file(seed, number):
     # One unit for all energies of a program.
     energies = [k for k in keys if k.endswith("_energy")]
     factors |= dict.fromkeys(energies, factors[energies[0]] if energies else 1)
-    zero = 0.0
-    if random.random() < 0.3 and {"potential_energy", "mechanical_energy"} <= set(keys):
-        # The start, the rear hub's height, the seat's, a floor one metre below.
-        zero = float(random.choice([-794.1195, -94 * 9.81 * 0.3, -94 * 9.81 * 0.9, 94 * 9.81]))
+    zeroed = [k for k in ZEROED if k in keys]
+    zero = _zero(random) if zeroed and random.random() < 0.3 else 0.0
+    if zero and not _shows_its_zero(keys, zero, size):
+        zero = 0.0
+    own = ""
+    if random.random() < 0.08 and _has_lateral_and_more(keys):
+        own = str(random.choice([k for k in ("roll_rate", "forward_speed") if k in keys] or [""]))
     digits = int(random.choice([6, 7, 8, 9, 10, 12, 15, 16, 17, 25, 32]))
     time, lo = decimal_times(t)
     if spacing in ("uneven", "adaptive"):
         lo = np.zeros_like(lo)
     parts = []
+    weight = random.uniform(0.3, 0.7)
     for n in maneuvers.tolist():
         part = correct(n, chosen, time, lo, is_long=digits > 17)
+        if own:
+            _mix(part, own, weight)
         if not is_exact:
             _add_error(random, part, size)
         for k in keys:
-            if zero and k in ("potential_energy", "mechanical_energy"):
+            if zero and k in ZEROED:
                 part.add(k, zero)
             _convert(part, k, factors[k])
         parts.append(part)
     reading = {k: (chosen[k], factors[k]) for k in keys}
-    return random, Honest(parts, reading, zero, size, digits, spacing)
+    return random, Honest(parts, reading, zero, size, digits, spacing, own)
+
+
+def _zero(random):
+    """The start, the rear hub's height, the seat's, a floor one metre below; or any other."""
+    if random.random() < 0.5:
+        return float(random.choice([-1, 1])) * 10.0 ** random.uniform(0, 4)
+    return float(random.choice([-794.1195, -94 * 9.81 * 0.3, -94 * 9.81 * 0.9, 94 * 9.81]))
+
+
+def _shows_its_zero(keys, zero, size):
+    """Whether the motion is so good beside the zero that no error of it is as large and as even.
+
+    Of the mechanical energy alone a wrong start says the same, unless other columns are right.
+    """
+    has_others = _has_lateral_and_more(keys)
+    if "potential_energy" not in keys:
+        return has_others and size < 1e-6
+    return abs(zero) > 200 or (has_others and size < 1e-5 * abs(zero))
+
+
+def _has_lateral_and_more(keys):
+    """Whether columns of one meaning tell how good the motion is."""
+    steer = {"steer_angle", "steer_rate"} & set(keys)
+    return bool(steer) and len(steer | {"kinetic_energy"} & set(keys)) > 1
+
+
+# Definitions that are far apart: a mean of them is none of those known.
+_APART = {
+    "roll_rate": ("roll_rate", "roll_rate_tait_bryan_xyz_rate"),
+    "forward_speed": ("forward_speed_hub_global_x", "forward_speed_com_norm"),
+}
+
+
+def _mix(part, key, weight):
+    """A weighted mean of two definitions in the place of one."""
+    a, b = _APART[key]
+    both = correct(part.maneuver, {"a": a, "b": b}, part.time, part.time_lo)
+    part.set(key, weight * both.hi["a"] + (1 - weight) * both.hi["b"])
 
 
 def _add_error(random, part, size):
@@ -248,6 +294,8 @@ def known(honest, said):
         exact[p.maneuver] = truth(p.maneuver, [n for k in p.hi for n in names(k)], time, lo)
     for p in said:
         for k in p.hi:
+            if k == honest.own:
+                continue
             name, factor = honest.readings[k]
             is_zeroed = bool(honest.zero) and k in ZEROED
             zero = honest.zero if is_zeroed else 0.0
@@ -264,7 +312,7 @@ def known(honest, said):
             half /= float(abs(factor))
             if is_zeroed:
                 # The zero itself is known no better than the potential energy is written.
-                v = p.hi["potential_energy"]
+                v = p.hi["potential_energy" if "potential_energy" in p.hi else k]
                 e += np.copysign(_half_a_digit(v, honest.digits, p.is_rounded) / abs(factor), e)
             size, s = float(np.max(abs(e))), scale(p.maneuver, name)
             if abs(factor) != 1:
@@ -275,6 +323,8 @@ def known(honest, said):
             size = max(size, half)
             found[p.maneuver, k] = Known(_digits(size / s), size, s, 0.0)
     for k in said[0].hi:
+        if k == honest.own:
+            continue
         name = honest.readings[k][0]
         for other in names(k):
             away = {n: exact[n][other][0] - exact[n][name][0] for n in exact}

@@ -235,7 +235,7 @@ def _column(m: ReferenceManeuver, key: str, size: float) -> ColumnScore:
         as_understood=understood,
         floor=_FLOOR * scale,
         alternatives=tuple(
-            Alternative(c.definition, float(np.max(np.abs(right + error - m.rows[c.name]))))
+            Alternative(c.definition, float(np.max(np.abs(right + error - m[c.name]))))
             for c in definitions
             if c is not column
         ),

@@ -1,5 +1,6 @@
 """The report in ten lines at most, for a terminal: what a file is worth, and what to do next."""
 
+import json
 import math
 import shlex
 from collections.abc import Iterator
@@ -110,10 +111,12 @@ def _next(report: Report, in_python: bool) -> str:
         return "write 17 digits, to show what the program can do"
     shown = (c.shown("scd") for m in report.maneuvers for c in m.columns)
     digits = math.floor(min(filter(None, shown), default=6.0))
-    least = f"scd >= {min(digits, _MOST_REQUIRED)}"
+    covered = min(m.coverage for m in report.maneuvers)
+    least = [f"scd >= {min(digits, _MOST_REQUIRED)}",
+             f"coverage >= {math.floor(1000 * covered) / 1000:g}"]  # fmt: skip
     if in_python:
-        return f'keep it so, in a test: require=["{least}", "coverage >= 1"]'
-    return f"keep it so, in a test: --require {shlex.quote(least)} --require 'coverage >= 1'"
+        return f"keep it so, in a test: require={json.dumps(least)}"
+    return "keep it so, in a test: " + " ".join(f"--require {shlex.quote(x)}" for x in least)
 
 
 def _next_of_series(series: Series, in_python: bool) -> str:
