@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import floor, inf
+from math import floor, inf, log10
 
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring import verdict
@@ -11,6 +11,7 @@ from heyoka_bike.scoring.verdict import Grade
 
 # Decimal logarithm of the odds that are put into words: nobody has tried more files than that.
 _SUREST = 6
+_CLAIMED = 20.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -191,11 +192,11 @@ class ColumnScore:
 
     @property
     def is_known(self) -> bool:
-        """Whether a definition that is known is likelier than one that is not.
+        """Whether the odds of the definition against one that is not known are 20 to 1 or more.
 
-        If it is not, the one that the column is compared with is the nearest.
+        If they are not, the one that the column is compared with is the nearest.
         """
-        return self.none_odds is None or self.none_odds >= 0.0
+        return self.none_odds is None or self.none_odds >= log10(_CLAIMED)
 
     @property
     def definition(self) -> str:
@@ -288,16 +289,16 @@ def odds(c: ColumnScore) -> str:
     ]
     if not told:
         return ""
-    log10, definition = min(told)
-    if c.none_odds is not None and c.none_odds < min(log10, _SUREST):
+    sure, definition = min(told)
+    if c.none_odds is not None and c.none_odds < min(sure, _SUREST):
         return f"{odds_words(c.none_odds)} against one that is not known here"
-    return f"{odds_words(log10)} against {definition}"
+    return f"{odds_words(sure)} against {definition}"
 
 
-def odds_words(log10: float) -> str:
+def odds_words(power: float) -> str:
     """Odds of which the decimal logarithm is given, as "300 to 1"."""
-    if log10 > _SUREST:
+    if power > _SUREST:
         return f"over 10^{_SUREST} to 1"
-    if log10 < 0.0:
-        return f"1 to {10**-log10:.2g}" if log10 > -_SUREST else f"1 to over 10^{_SUREST}"
-    return f"10^{floor(log10)} to 1" if log10 >= 3 else f"{10**log10:.0f} to 1"
+    if power < 0.0:
+        return f"1 to {10**-power:.2g}" if power > -_SUREST else f"1 to over 10^{_SUREST}"
+    return f"10^{floor(power)} to 1" if power >= 3 else f"{10**power:.0f} to 1"

@@ -147,12 +147,16 @@ class ManeuverScore(Displayed, Held[str, ColumnScore]):
         )
         if total is None or (apart is not None and apart <= explained):
             apart = 0.0
+        true_error = (total and total.max_abs_error) or 0.0
+        if total and "potential_energy" not in columns:
+            # Any constant has another zero, if its parts do not show which.
+            true_error += abs(total.as_understood.offset)
         return verdict.performance(
             self.performance,
             limit,
             resolution=200 * sum(c.resolution for c in ([total] if total else parts)) / scale,
             sum_error=apart,
-            true_error=100 * ((total and total.max_abs_error) or 0.0) / scale,
+            true_error=100 * true_error / scale,
         )
 
     @property

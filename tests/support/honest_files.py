@@ -131,6 +131,8 @@ def honest_file(seed, number):
         keys += [str(k) for k in random.choice(more, random.integers(1, 6), replace=False)]
         if random.random() < 0.2:
             keys += [f"rear_frame_q{i}" for i in range(4) if f"rear_frame_q{i}" not in keys]
+    if random.random() < 0.08 and "potential_energy" in keys:
+        keys.remove("potential_energy")
     chosen = {k: str(random.choice(names(k))) if random.random() < 0.5 else k for k in keys}
     is_exact = random.random() < 0.4
     size = 0.0 if is_exact else 10.0 ** random.uniform(-14, -3)

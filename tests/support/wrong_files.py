@@ -606,6 +606,61 @@ def energy_that_is_bought(random):
     return _of_text([part], _lines(columns), ["mechanical_energy"], fails)
 
 
+def zero_of_one_energy(random):
+    """A small constant on one of the energies, and none or another on the other."""
+    parts = _start(random, keys=list(EIGHT))
+    first, second = random.permutation(["potential_energy", "mechanical_energy"])
+    zero = float(random.choice([-1, 1])) * 10 ** random.uniform(0.5, 2)
+    for p in parts:
+        p.add(str(first), zero)
+        if random.random() < 0.5:
+            p.add(str(second), zero * random.uniform(-1, 0.5))
+    fails = ["scd >= 6", "scd >= 4", "max_rel_error < 1e-4"]
+    return parts, [str(first)], [p.maneuver for p in parts], {"fails": fails, "is_sized": False}
+
+
+def zero_that_moves(random):
+    """Another zero of both energies that is another one in the second half or the next maneuver."""
+    parts = [correct(n, {k: k for k in EIGHT}) for n in MANEUVERS]
+    zero = float(random.choice([-1, 1])) * 10 ** random.uniform(0.5, 3)
+    other = zero * (1 + random.choice([-1, 1]) * 10 ** random.uniform(-2, 0.5))
+    i = random.integers(0, 1000)
+    for p in parts:
+        for key in ("potential_energy", "mechanical_energy"):
+            p.hi[key] += zero
+            if p is parts[-1]:
+                p.hi[key][i:] += other - zero
+    fails = ["scd >= 6"]
+    return parts, ["potential_energy"], [3], {"fails": fails, "is_sized": False}
+
+
+def energy_of_any_zero(random):
+    """A mechanical energy without the potential one: a constant that is far from the true one."""
+    keys = [k for k in EIGHT if k != "potential_energy"]
+    if random.random() < 0.5:
+        keys.remove("kinetic_energy")
+    n = int(random.choice(MANEUVERS))
+    part = correct(n, {k: k for k in keys})
+    far = float(random.choice([-1, 1])) * 10 ** random.uniform(0, 6)
+    if random.random() < 0.5:
+        part.set("mechanical_energy", part.hi["mechanical_energy"][0])
+    part.hi["mechanical_energy"] += far
+    fails = [f"{n}.performance < 1e-3"]
+    return [part], ["mechanical_energy"], [n], {"fails": fails, "is_sized": False}
+
+
+def speed_of_no_point(random):
+    """A mean of two definitions is none: not right, however near to one of them."""
+    parts = _start(random, keys=list(EIGHT))
+    key = str(random.choice(["roll_angle", "roll_rate", "forward_speed"]))
+    a, b = (str(k) for k in random.choice(names(key), 2, replace=False))
+    weight = random.uniform(0.1, 0.9)
+    for p in parts:
+        both = correct(p.maneuver, {"a": a, "b": b}, p.time, p.time_lo)
+        p.set(key, weight * both.hi["a"] + (1 - weight) * both.hi["b"])
+    return parts, [key], [p.maneuver for p in parts]
+
+
 # What is wrong without being a matter of size.
 
 
@@ -813,7 +868,8 @@ KINDS = {
         heading_twice, headings_exchanged, columns_in_another_place, rows_commented_out,
         a_table_after_the_table, a_field_that_is_none, cut_off, times_of_one_decimal,
         digits_of_every_second_row, rows_where_rounding_is_right, rows_at_whole_numbers,
-        another_column_beside, energy_that_is_bought,
+        another_column_beside, energy_that_is_bought, zero_of_one_energy, zero_that_moves,
+        energy_of_any_zero, speed_of_no_point,
     )},
 }  # fmt: skip
 

@@ -38,10 +38,11 @@ def unknown(report: Report) -> Iterator[Finding]:
             continue
         others = min(c.scd for c in known if c.scd is not None)
         nearest = columns[0].definition
-        sure = odds_words(-(columns[0].none_odds or 0.0))
+        against = columns[0].none_odds or 0.0
+        sure = f", {odds_words(-against)}" if against < 0.0 else ""
         yield warning(
             "definition_unknown",
-            f"{key}: a definition of its own? None that is known here gives this column ({sure}); "
+            f"{key}: a definition of its own? None that is known here gives this column{sure}; "
             f"the other columns have {floor(others)} digits or more, so the motion is right. The "
             f"nearest definition is {nearest}, with errors {errors_words(columns)}. It is of "
             "another point or axis, or written wrongly: say what it is",
