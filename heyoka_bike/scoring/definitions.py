@@ -19,9 +19,9 @@ attitude. What the odds against it are below 20 to 1 is left open: nothing is cl
 evidence.
 
 *None of these* is a hypothesis, too: once in a hundred files a column is of a definition that is
-not known here. Such a definition fits as well as the columns of one meaning fit the motion, while
-one of those known is as far from it as two definitions are from each other. So the odds against it
-fall with every error that the other columns do not explain, and rise with the digits of a file.
+not known here. It would be as far from those known as they are from each other. So the odds against
+it fall by errors that are larger than those of the columns of one meaning, and rise where these and
+the column itself are nearer than the next definition.
 
 The zero of the energies is free, and the same for both. A constant is taken for it that is ten
 times what any other column is off by: no error of the motion is so large and so even.
@@ -274,8 +274,10 @@ def _choose(
     told = (named or columns[0].unit, 1)
     ways = list(product(tried(columns[0].unit, named), (1,) if key in _UNSIGNED else (1, -1)))
     candidates = [Understanding(c, *way) for way in ways for c in columns]
-    likely = np.array([_before(key, c, found) for c in columns] * len(ways))
-    likely += np.sum([s.log_likelihoods(key, candidates) for s in samples], axis=0)
+    before = np.array([_before(key, c, found) for c in columns])
+    likely = np.tile(before, len(ways)) + np.sum(
+        [s.log_likelihoods(key, candidates) for s in samples], axis=0
+    )
     # By way and definition; of equals the first, the default.
     table = likely.reshape(len(ways), -1)
     way, as_told = int(np.argmax(table.max(axis=1))), ways.index(told)
@@ -293,15 +295,14 @@ def _choose(
         # One number, such as the speed of the linear equations, is nearest to whichever definition
         # varies the least, and means none of them.
         return replace(taken, column=columns[0])
-    less = {
-        c.definition: float(table[way][chosen] - x)
-        for c, x in zip(columns, table[way], strict=True)
-        if c is not taken.column
-    }
+    less = table[way][chosen] - table[way]
+    # What is claimed is shown by the values alone.
+    shown = less - np.maximum(before[chosen] - before, 0.0)
+    others = [i for i in range(len(columns)) if i != chosen]
     return replace(
         taken,
-        indistinguishable=tuple(d for d, x in less.items() if x < _CLAIMED),
-        odds={d: x / _LN_10 for d, x in less.items()},
+        indistinguishable=tuple(columns[i].definition for i in others if shown[i] < _CLAIMED),
+        odds={columns[i].definition: float(less[i]) / _LN_10 for i in others},
     )
 
 
@@ -356,21 +357,21 @@ def _against_none(
     others = [c.name for c in having[0].definitions[key] if c is not u.column]
     if not others:
         return u
-    odds, apart = _NONE, 0.0
+    fits, misfits = [0.0], [0.0]
     for s in having:
-        scale = s.scale[key] or 1.0
         off_by = accuracy(s, found)
         if off_by >= TOLERANCE:
             # A motion that is wrong itself tells nothing.
             continue
-        explained = _SPREAD * off_by * scale
-        least = min(rms(s.expected[n] - s.expected[u.column.name]) for n in others)
-        apart = max(apart, least / explained)
-        allowed = max(explained, _AT_FLOOR * s.smallest(key, u))
+        allowed = max(_SPREAD * off_by * s.scale[key], _AT_FLOOR * s.smallest(key, u))
         # A few bad rows are no other meaning.
-        error = float(median(np.abs(s.error(key, u))))
-        odds -= _VALUES * float(np.log(max(error / allowed, 1.0)))
-    return replace(u, none=(odds + float(np.log(max(apart, 1.0)))) / _LN_10)
+        error = max(float(median(np.abs(s.error(key, u)))), allowed)
+        apart = min(rms(s.expected[n] - s.expected[u.column.name]) for n in others)
+        fits.append(float(np.log(max(apart / error, 1.0))) if error <= allowed else 0.0)
+        misfits.append(float(np.log(error / allowed)))
+    # What fits one maneuver, where another definition would not, is right, and wrong in others.
+    odds = _NONE + _VALUES * (sum(fits) or -sum(misfits))
+    return replace(u, none=odds / _LN_10)
 
 
 def _find_offset(found: dict[str, Understanding], samples: Sequence[Sample]) -> None:

@@ -110,8 +110,8 @@ def test_its_meaning_is_no_mistake_but_of_what_is_written(reference, monkeypatch
 
 
 def test_where_all_columns_are_as_bad_it_is_not_the_definition(reference):
-    """The speeds differ by 1e-2 of the speed at most; errors of 1e-4 may hide that."""
-    report = score(of_no_point(reference, 1e-4), reference)
+    """The speeds differ by 1e-2 of the speed at most; errors of 3e-3 may hide that."""
+    report = score(of_no_point(reference, 3e-3), reference)
     assert "definition_unknown" not in codes(report)
 
 

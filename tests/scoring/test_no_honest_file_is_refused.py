@@ -54,7 +54,7 @@ def test_the_game_sees_a_sign_that_is_not_recognised(monkeypatch):
 
 def test_the_game_sees_a_zero_in_binary64(monkeypatch):
     monkeypatch.setattr(score, "_with_exact_zero", lambda understood, parts: understood)
-    assert lost(12)
+    assert lost(18)
 
 
 def test_the_game_sees_axes_that_are_forbidden(monkeypatch):

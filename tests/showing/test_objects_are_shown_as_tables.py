@@ -48,7 +48,7 @@ def test_many_times_and_columns_are_cut_and_that_is_said(reference):
     lines = repr(values).splitlines()
     assert len(lines) == 14
     assert max(map(len, lines)) <= 100
-    assert lines[-1] == "1001 rows, 34 more columns"
+    assert lines[-1] == "1001 rows, 40 more columns"
     assert len(shown(values).text) < 2000
 
 
