@@ -8,7 +8,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from heyoka_bike.bicycle.column import Column
-from heyoka_bike.bicycle.columns import COLUMNS
+from heyoka_bike.bicycle.columns import COLUMNS, FOLLOWING
 
 PAGE = Path(__file__).parent.parent / "reference" / "columns.md"
 BEGIN, END = "<!-- columns: begin -->", "<!-- columns: end -->"
@@ -23,7 +23,7 @@ def _line(column: Column) -> str:
 def table() -> str:
     """The table in Markdown."""
     head = ["| dataset | unit | what | definition | meaning |", "|---|---|---|---|---|"]
-    return "\n".join([*head, *map(_line, COLUMNS)])
+    return "\n".join([*head, *map(_line, (*COLUMNS, *FOLLOWING))])
 
 
 def page(text: str) -> str:

@@ -50,8 +50,9 @@ _VALUES = 3
 # Odds, to 1, from which a definition is not left open, and another unit or sign is taken: one claim
 # in twenty may be wrong at the most.
 _CLAIMED = float(np.log(20.0))
-# The first row may have been written otherwise than the rest, once in so many files.
-_FIRST_ROW = float(np.log(1000.0))
+# The first row, or a whole maneuver, may have been written otherwise than the rest, once in so many
+# files.
+_SELDOM = float(np.log(1000.0))
 # Fewer rows than this show nothing but by meeting the floor of the digits written.
 _FEW_ROWS = 10
 # One row of so many is left out of the typical error.
@@ -59,6 +60,8 @@ _LEFT_OUT = 100
 # Taking a constant from an error that grows does not lower it this much: a line keeps half.
 _CLEARLY = 10.0
 _LN_10 = float(np.log(10.0))
+# Of the rows.
+_MOST = 0.9
 # Of the scale.
 _FAR_ZERO = 0.1
 # Of what hardly varies, such as a speed, units that are not tried, ft/s or a wheel's rad/s, come
@@ -214,7 +217,7 @@ class Sample:
         against = np.zeros(len(candidates))
         if key in self.at_start:
             # How much the first row speaks against each, as a natural logarithm of odds.
-            against = np.clip(np.log(np.maximum(errors[:, 0] / smallest, 1.0)), 0.0, _FIRST_ROW)
+            against = np.clip(np.log(np.maximum(errors[:, 0] / smallest, 1.0)), 0.0, _SELDOM)
         kept = errors.shape[1] - errors.shape[1] // _LEFT_OUT
         if kept < errors.shape[1]:
             errors = np.partition(errors, kept, axis=1)[:, :kept]
@@ -357,7 +360,7 @@ def _against_none(
     others = [c.name for c in having[0].definitions[key] if c is not u.column]
     if not others:
         return u
-    fits, misfits = [0.0], [0.0]
+    odds = _NONE
     for s in having:
         off_by = accuracy(s, found)
         if off_by >= TOLERANCE:
@@ -365,12 +368,12 @@ def _against_none(
             continue
         allowed = max(_SPREAD * off_by * s.scale[key], _AT_FLOOR * s.smallest(key, u))
         # A few bad rows are no other meaning.
-        error = max(float(median(np.abs(s.error(key, u)))), allowed)
+        error = max(float(np.quantile(np.abs(s.error(key, u)), _MOST)), allowed)
         apart = min(rms(s.expected[n] - s.expected[u.column.name]) for n in others)
-        fits.append(float(np.log(max(apart / error, 1.0))) if error <= allowed else 0.0)
-        misfits.append(float(np.log(error / allowed)))
-    # What fits one maneuver, where another definition would not, is right, and wrong in others.
-    odds = _NONE + _VALUES * (sum(fits) or -sum(misfits))
+        if error > allowed:
+            odds -= min(_VALUES * float(np.log(error / allowed)), _SELDOM)
+        elif apart > error:
+            odds += _VALUES * float(np.log(apart / error))
     return replace(u, none=odds / _LN_10)
 
 

@@ -8,10 +8,12 @@ from itertools import permutations
 
 import numpy as np
 import pytest
+from support import play
 from support.correct_programs import adaptive, fixed_step
 from support.fixed_steps import Equations
 
 from heyoka_bike.bicycle.columns import DEFINITIONS
+from heyoka_bike.scoring import definitions
 from heyoka_bike.scoring.alignment import align
 from heyoka_bike.scoring.definitions import Sample, Understanding
 from heyoka_bike.scoring.reading import read_results
@@ -54,17 +56,17 @@ def odds_against_the_truth(reference, errors, rows):
     found = []
     for key, number, error in errors:
         m = reference[number]
-        values = {key: m.rows[key][:rows]}
+        values = {key: m[key][:rows]}
         written = Rows(number, m.time[:rows], m.time_lo[:rows], values, {}, {})
         sample = Sample(align(Results("x", "text", (written,), 17), reference).parts[0])
         unit = error[:rows] / np.max(abs(error[:rows]))
         for true, other in permutations(DEFINITIONS[key], 2):
-            apart = np.max(abs(m.rows[true.name] - m.rows[other.name])[:rows])
+            apart = np.max(abs(m[true.name] - m[other.name])[:rows])
             # The first row tells exactly where the two start differently.
-            if apart == 0 or m.rows[true.name][0] != m.rows[other.name][0]:
+            if apart == 0 or m[true.name][0] != m[other.name][0]:
                 continue
             for size in SIZES:
-                sample.values[key] = m.rows[true.name][:rows] + size * apart * unit
+                sample.values[key] = m[true.name][:rows] + size * apart * unit
                 pair = [Understanding(c, c.unit) for c in (true, other)]
                 likely = sample.log_likelihoods(key, pair)
                 found.append((likely[1] - likely[0]) / np.log(10))
@@ -79,3 +81,19 @@ def test_wrong_claims_are_as_rare_as_their_odds(reference, errors, rows):
         wrong, claims = np.sum(against > log10), np.sum(abs(against) > log10)
         assert claims > len(against) / 4, log10
         assert wrong <= 10**-log10 * claims
+
+
+def test_claims_at_odds_above_100_hold_over_the_game_of_honest_files():
+    """Some of its columns are of a definition that is not known; 400 files have some 800 claims."""
+    found = play.play("honest", range(400), processes=1)
+    wrong = [(o.number, x) for o in found for x in o.claims if x[0] > 2 and x[1]]
+    claims = sum(x[0] > 2 for o in found for x in o.claims)
+    assert claims > 500
+    assert len(wrong) <= 0.01 * claims, wrong
+
+
+def test_a_claim_against_the_truth_is_seen(monkeypatch):
+    """Odds that do not know of other definitions claim those of the game that are of none."""
+    monkeypatch.setattr(definitions, "_NONE", 100.0)
+    found = play.play("honest", range(100), processes=1)
+    assert any(x[0] > 2 and x[1] for o in found for x in o.claims)

@@ -163,11 +163,13 @@ def honest_file(seed, number):
     if spacing in ("uneven", "adaptive"):
         lo = np.zeros_like(lo)
     parts = []
-    weight = random.uniform(0.3, 0.7)
+    weight, pair = random.uniform(0.05, 0.95), _APART.get(own)
+    if own and random.random() < 0.5:
+        pair = [str(k) for k in random.choice(names(own), 2, replace=False)]
     for n in maneuvers.tolist():
         part = correct(n, chosen, time, lo, is_long=digits > 17)
         if own:
-            _mix(part, own, weight)
+            _mix(part, own, pair, weight)
         if not is_exact:
             _add_error(random, part, size)
         for k in keys:
@@ -210,10 +212,9 @@ _APART = {
 }
 
 
-def _mix(part, key, weight):
+def _mix(part, key, pair, weight):
     """A weighted mean of two definitions in the place of one."""
-    a, b = _APART[key]
-    both = correct(part.maneuver, {"a": a, "b": b}, part.time, part.time_lo)
+    both = correct(part.maneuver, dict(zip("ab", pair, strict=True)), part.time, part.time_lo)
     part.set(key, weight * both.hi["a"] + (1 - weight) * both.hi["b"])
 
 
