@@ -174,26 +174,29 @@ def merge(alignments: Sequence[Alignment]) -> Alignment:
         raise InputError(f"found {found}, expected files of different maneuvers")
     if len(alignments) == 1:
         return alignments[0]
-    files = [a.file for a in alignments]
-    formats = list(dict.fromkeys(f.format for f in files))
-    paths = [f.path for f in files]
-    digits = [f.significant_digits for f in files if f.significant_digits is not None]
     return Alignment(
-        file=FileInfo(
-            # Arrays have no names of their own.
-            path=", ".join(dict.fromkeys(paths) if formats == ["array"] else paths),
-            format=", ".join(formats),
-            rows=sum(f.rows for f in files),
-            t_start=min(f.t_start for f in files),
-            t_end=max(f.t_end for f in files),
-            significant_digits=min(digits) if digits else None,
-        ),
+        file=_one_file([a.file for a in alignments]),
         parts=tuple(sorted((p for a in alignments for p in a.parts), key=lambda p: p.number)),
         findings=tuple(
             replace(f, message=f"{a.file.path}: {f.message}")
             for a in alignments
             for f in a.findings
         ),
+    )
+
+
+def _one_file(files: Sequence[FileInfo]) -> FileInfo:
+    formats = list(dict.fromkeys(f.format for f in files))
+    paths = [f.path for f in files]
+    digits = [f.significant_digits for f in files if f.significant_digits is not None]
+    return FileInfo(
+        # Arrays have no names of their own.
+        path=", ".join(dict.fromkeys(paths) if formats == ["array"] else paths),
+        format=", ".join(formats),
+        rows=sum(f.rows for f in files),
+        t_start=min(f.t_start for f in files),
+        t_end=max(f.t_end for f in files),
+        significant_digits=min(digits, default=None),
     )
 
 

@@ -98,8 +98,8 @@ class Understanding:
     odds : mapping of str to float
         How much likelier it is than each other definition, decimal logarithms; below zero if this
         one was taken for the sake of other runs.
-    none : float
-        The same against every definition that is not known here.
+    none : float or None
+        The same against every definition that is not known here; None of a column with one.
     """
 
     column: Column
@@ -109,7 +109,7 @@ class Understanding:
     offset_lo: float = 0.0
     indistinguishable: tuple[str, ...] = ()
     odds: Mapping[str, float] = field(default_factory=dict)
-    none: float = 0.0
+    none: float | None = None
 
     def taken_as(self, column: Column) -> Understanding:
         """The same with another definition, and what the file cannot tell from that."""
@@ -118,9 +118,8 @@ class Understanding:
         odds[self.column.definition] = -mine
         del odds[column.definition]
         alike = tuple(d for d, x in odds.items() if x * _LN_10 < _CLAIMED)
-        return replace(
-            self, column=column, indistinguishable=alike, odds=odds, none=self.none - mine
-        )
+        none = None if self.none is None else self.none - mine
+        return replace(self, column=column, indistinguishable=alike, odds=odds, none=none)
 
     def is_plain(self) -> bool:
         """Whether this is how the column is taken as written."""

@@ -123,29 +123,32 @@ def _values(r: Parsed, report: Report) -> list[tuple[float, str]]:
         raise _NotMetError(f"maneuver {r.maneuver} is not in the file")
     if r.metric in OF_MANEUVER:
         return [(_of_maneuver(m, r), f"maneuver {m.maneuver}") for m in maneuvers]
-    values = []
-    for m in maneuvers:
-        for c in m.columns:
-            if r.column not in (None, c.key):
-                continue
-            where = f"maneuver {m.maneuver}, {c.key}"
-            if c.missing:
-                raise _NotMetError(f"maneuver {m.maneuver}, {_why_missing(c)}")
-            if c.is_contradicted:
-                said = (f for f in report.findings if f.code == "signs_disagree")
-                why = next(f.message for f in said if c.key in f.evidence["columns"])
-                raise _NotMetError(f"maneuver {m.maneuver}, {why}")
-            value = c.shown(r.metric) if c.values else None
-            if value is None:
-                why = f"{r.metric} is not defined, nothing could be compared"
-                raise _NotMetError(f"{where}: {why}")
-            measured = getattr(c.as_understood.measures, r.metric)
-            by_digits = "" if measured is None or value == measured else ", at the digits written"
-            values.append((value, where + by_digits))
+    values = [
+        _of_column(m.maneuver, c, r, report)
+        for m in maneuvers
+        for c in m.columns
+        if r.column in (None, c.key)
+    ]
     if not values:
         where = "reference" if _is_left_out(r.column, report) else "file"
         raise _NotMetError(f"{r.column or 'no column'} is not in the {where}")
     return values
+
+
+def _of_column(number: int, c: ColumnScore, r: Parsed, report: Report) -> tuple[float, str]:
+    if c.missing:
+        raise _NotMetError(f"maneuver {number}, {_why_missing(c)}")
+    if c.is_contradicted:
+        said = (f for f in report.findings if f.code == "signs_disagree")
+        why = next(f.message for f in said if c.key in f.evidence["columns"])
+        raise _NotMetError(f"maneuver {number}, {why}")
+    where = f"maneuver {number}, {c.key}"
+    value = c.shown(r.metric) if c.values else None
+    if value is None:
+        raise _NotMetError(f"{where}: {r.metric} is not defined, nothing could be compared")
+    measured = getattr(c.as_understood.measures, r.metric)
+    by_digits = "" if measured is None or value == measured else ", at the digits written"
+    return value, where + by_digits
 
 
 def _of_maneuver(m: ManeuverScore, r: Parsed) -> float:

@@ -206,8 +206,7 @@ def _score_columns(part: Part, understood: Mapping[str, Understanding]) -> tuple
     for (key, c), distance in zip(others, far, strict=True):
         has_values = len(traces[key].time) > 0
         odds = taken[key].odds.get(c.definition)
-        found_far = distance if has_values else None
-        alternatives[key].append(Alternative(c.definition, found_far, odds))
+        alternatives[key].append(Alternative(c.definition, distance if has_values else None, odds))
     duration = float(part.reference.duration)
     scores = []
     for (key, u), error in zip(taken.items(), found, strict=False):
@@ -229,7 +228,7 @@ def _score_columns(part: Part, understood: Mapping[str, Understanding]) -> tuple
                 scale=part.reference.scale(u.column.name),
                 unexplained=float(np.fmax.reduce(np.abs(error) - half, initial=0.0)),
                 resolution=float(np.max(half)),
-                none_odds=u.none if alternatives[key] else None,
+                none_odds=u.none,
             )
         )
     return tuple(scores)

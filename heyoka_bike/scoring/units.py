@@ -18,19 +18,9 @@ UNITS: Mapping[str, tuple[str, ...]] = {
     "N m": ("N m", "kN m", "N mm"),
     "1": ("1",),
 }
-"""By SI unit, the units tried, UDUNITS spelling; mJ is N mm, the unit of programs that use mm."""
+"""By SI unit, the units tried, UDUNITS spelling; mJ is N mm, the unit of programs that use mm.
 
-NAMED: Mapping[str, tuple[str, ...]] = {
-    "rad": ("mrad", "urad", "arcminute", "arcsecond", "grade", "revolution"),
-    "rad s-1": ("mrad s-1", "degree min-1", "revolution s-1", "revolution min-1"),
-    "m s-1": ("cm s-1", "km s-1", "m min-1", "foot s-1", "inch s-1", "mile h-1", "knot"),
-    "J": ("uJ", "MJ", "W h", "foot lbf"),
-    "m": ("cm", "km", "um", "inch", "foot"),
-    "N": ("MN", "kgf", "lbf"),
-    "N m": ("N cm", "MN m", "foot lbf"),
-    "1": (),
-}
-"""Units that are tried only in columns whose heading names them."""
+Others are tried only in columns whose heading names them, see `reading.names.units`."""
 
 # OEIS A000796; more than hi + lo can hold.
 _PI = "3.14159265358979323846264338327950288419716939937510"

@@ -150,16 +150,8 @@ def _series(
         runs = [run._replace(step=None) for run in runs]
         if not _are_unknown([run.tolerance for run in runs]):
             runs.sort(key=lambda run: -(run.tolerance or 0.0))
-        elif steps is None or any(step is not None for step in steps) or tolerances is not None:
-            why = "several files are given as alike"
-            if not is_told:
-                why = "the rows of several files are equally far apart"
-            said = (
-                f"{why}, so the step sizes do not tell the runs apart; give those of the "
-                "integrator (--step) to see the order of convergence, or the tolerances of its "
-                "solver (--tolerance)"
-            )
-            findings.append(warning("steps_unknown", said))
+        elif steps is None or tolerances is not None or set(steps) != {None}:
+            findings.append(_steps_unknown(is_told))
     understood = [understand(run.alignment.parts) for run in runs]
     found = _score(runs, understood, known, require)
     convergence = converge(found)
@@ -173,6 +165,17 @@ def _series(
     findings += _disagreement(found)
     findings += falling(found, convergence)
     return Series(found, convergence, tuple(findings))
+
+
+def _steps_unknown(is_told: bool) -> Finding:
+    why = "several files are given as alike"
+    if not is_told:
+        why = "the rows of several files are equally far apart"
+    said = (
+        f"{why}, so the step sizes do not tell the runs apart; give those of the integrator "
+        "(--step) to see the order of convergence, or the tolerances of its solver (--tolerance)"
+    )
+    return warning("steps_unknown", said)
 
 
 class _Sized(NamedTuple):
