@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import floor, inf, log10
 
@@ -293,6 +294,13 @@ def odds(c: ColumnScore) -> str:
     if c.none_odds is not None and c.none_odds < min(sure, _SUREST):
         return f"{odds_words(c.none_odds)} against one that is not known here"
     return f"{odds_words(sure)} against {definition}"
+
+
+def open_words(columns: Sequence[ColumnScore]) -> str:
+    """Which other definitions a column may have, by what its maneuvers leave open, or nothing."""
+    names = dict.fromkeys(name for c in columns for name in c.indistinguishable)
+    others = [name for name in names if name != columns[0].definition]
+    return f"may also be {' or '.join(others)}" if others else ""
 
 
 def odds_words(power: float) -> str:

@@ -6,7 +6,7 @@ each choice leaves.
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from heyoka_bike.scoring.column_score import Alternative, ColumnScore, odds
+from heyoka_bike.scoring.column_score import Alternative, ColumnScore, odds, open_words
 from heyoka_bike.scoring.findings import Finding, info, named, warning
 from heyoka_bike.scoring.judge.signs import odd_signs
 from heyoka_bike.scoring.report import Place, Report
@@ -50,7 +50,7 @@ def conventions(report: Report) -> Iterator[Finding]:
     }
     said = [*_senses(turned), *in_units(units), *_zeros(zeros)]
     for key, c in meant.items():
-        sure = odds(c)
+        sure = ", ".join(x for x in (odds(c), open_words([c])) if x)
         said.append(f"{key} is {c.definition}" + (f" ({sure})" if sure else ""))
     if not said:
         return
@@ -128,8 +128,8 @@ def _definition(key: str, columns: Sequence[ColumnScore], errors: str) -> str:
     default = first.as_written.definition
     far = [a for c in columns for a in c.alternatives if a.definition == default]
     sure = f", {said}" if (said := odds(first)) else ""
-    also = ", ".join(first.indistinguishable)
-    open_ones = f" (cannot be told apart from {also})" if also else ""
+    also = open_words(columns)
+    open_ones = f" ({also})" if also else ""
     return (
         f"{key} is {first.definition}{sure}: errors {errors}, against {errors_words(far)} for the "
         f"default {default}{open_ones}"

@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Sequence
 
 from heyoka_bike.errors import printable
-from heyoka_bike.scoring.column_score import ColumnScore
+from heyoka_bike.scoring.column_score import ColumnScore, open_words
 from heyoka_bike.scoring.report import Report, Series
 from heyoka_bike.showing import wording as words
 from heyoka_bike.showing.document import HTML, TEXT, Cell, Row, TableBlock, TableColumn, Words
@@ -135,9 +135,8 @@ def unusual(columns: Sequence[ColumnScore]) -> list[str]:
         said.append("the nearest, but its definition is unknown")
     elif not words.is_default(c):
         said.append(f"not the default {printable(c.as_written.definition)}")
-    others = {name: None for x in found for name in x.indistinguishable if name != r.definition}
-    if others:
-        said.append(f"may also be {' or '.join(map(printable, others))}")
+    if others := open_words(found):
+        said.append(printable(others))
     if r.sign != c.as_written.sign:
         said.append("other sign")
     if r.unit != c.as_written.unit:

@@ -1,0 +1,103 @@
+"""Any constant of the energies is a zero, and a column may be of a definition that is not known.
+
+Neither is an error, and neither buys a word: such files are right only as far as it is shown.
+"""
+
+import numpy as np
+import pytest
+from support.made_results import codes, made
+
+from heyoka_bike import score
+
+ZEROED = ("potential_energy", "mechanical_energy")
+SPEEDS = ("rear_com_global_x", "rear_com_body_x", "rear_com_heading", "rear_com_norm")
+
+
+def columns(reference, number=2, **changed):
+    m = reference[number]
+    found = {name: m[name] for name in reference[1].columns[:8]}
+    return {"time": m.time, **{k: v for k, v in {**found, **changed}.items() if v is not None}}
+
+
+@pytest.mark.parametrize("zero", [-794.1195, -20.0, -0.3, 20.0, 100.0, 5000.0])
+def test_any_constant_is_a_zero(reference, zero):
+    report = score(made(reference, lambda k, v, n: v + zero * (k in ZEROED)), reference)
+    assert report.is_right
+    assert report[2].meets_limit
+    for key in ZEROED:
+        assert report[1][key].as_understood.offset == pytest.approx(zero, rel=1e-12)
+
+
+@pytest.mark.parametrize("key", ZEROED)
+def test_of_one_energy_alone_it_is_an_error(reference, key):
+    report = score(made(reference, lambda k, v, n: v + 20.0 * (k == key)), reference)
+    assert not report.is_right
+    assert report[1][key].as_understood.offset == 0.0
+
+
+def test_a_constant_that_the_motion_explains_is_no_zero(reference):
+    """A mass that is wrong by a fiftieth moves the kinetic energy as far."""
+    energies = (*ZEROED, "kinetic_energy")
+    report = score(made(reference, lambda k, v, n: 1.02 * v if k in energies else v), reference)
+    assert report[1]["potential_energy"].as_understood.offset == 0.0
+
+
+@pytest.mark.parametrize("zero", [-794.1195, 100.0])
+def test_without_its_parts_an_energy_of_another_zero_does_not_meet_eq_1(reference, zero):
+    energy = reference[2]["mechanical_energy"]
+    moved = columns(reference, potential_energy=None, mechanical_energy=energy + zero)
+    report = score(moved, reference, "2.performance < 1e-3", maneuver=2)
+    assert report.is_right
+    assert report[2].meets_limit is False
+    assert not report.passed
+    # That of a wrong motion may be a wrong start.
+    wrong = {k: x * 1.01 if k != "time" else x for k, x in moved.items()}
+    wrong["mechanical_energy"] = energy + zero
+    taken = score(wrong, reference, maneuver=2)[2]["mechanical_energy"]
+    assert taken.as_understood.offset == 0.0
+
+
+@pytest.mark.parametrize("definition", SPEEDS)
+def test_speeds_of_the_riders_centre_of_mass_are_known(reference, definition):
+    speed = reference[2][f"forward_speed_{definition}"]
+    report = score(columns(reference, forward_speed=speed), reference, maneuver=2)
+    assert report.is_right
+    assert report[2]["forward_speed"].definition == definition
+
+
+def test_an_attitude_of_yaw_pitch_and_roll_is_known(reference):
+    names = {"roll_angle": "roll_angle_zyx", "roll_rate": "roll_rate_zyx_rate",
+             "pitch": "pitch_zyx", "yaw": "yaw_zyx", "yaw_rate": "yaw_rate_zyx_rate"}  # fmt: skip
+    attitude = {key: reference[2][name] for key, name in names.items()}
+    report = score(columns(reference, **attitude), reference, maneuver=2)
+    assert report.is_right
+    assert {c.key: c.definition for c in report[2].columns if c.key in names} == {
+        key: name.removeprefix(f"{key}_") for key, name in names.items()
+    }
+
+
+def test_a_definition_of_its_own_is_asked_for_before_it_is_called_wrong(reference):
+    m = reference[2]
+    mean = (m["forward_speed_hub_global_x"] + m["forward_speed_front_contact"]) / 2
+    report = score(columns(reference, forward_speed=mean), reference, maneuver=2)
+    said = report.verdict.partition(": ")[2]
+    assert said.startswith("forward_speed: a definition of its own? If not, wrong, ")
+    assert "definition_unknown" in codes(report)
+    assert not report.is_right
+    # Beside another column that is wrong there is nothing to ask.
+    wrong = columns(reference, forward_speed=mean, steer_rate=1.3 * m["steer_rate"])
+    assert score(wrong, reference, maneuver=2).verdict.partition(": ")[2].startswith("wrong")
+
+
+def test_what_fits_one_maneuver_to_its_digits_is_of_no_other_definition(reference):
+    def moved(key, values, number):
+        return values + 0.1 if (key, number) == ("forward_speed", 2) else values
+
+    report = score(made(reference, moved), reference)
+    assert "definition_unknown" not in codes(report)
+    assert report.verdict.partition(": ")[2].startswith("wrong")
+
+
+def test_columns_that_were_left_out_are_named(reference):
+    report = score(columns(reference, hub_vy=np.sin(reference[2].time)), reference, maneuver=2)
+    assert report.verdict.endswith("; hub_vy not compared")
