@@ -17,7 +17,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from heyoka_bike.bicycle.equations.bodies import Bodies, Half
-from heyoka_bike.bicycle.equations.configuration import Configuration, rates_of_integrals
+from heyoka_bike.bicycle.equations.configuration import Configuration, whole_rates
 from heyoka_bike.bicycle.equations.forces import forces
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.numbers.arithmetic import Arithmetic, Number
@@ -47,11 +47,6 @@ MULTIPLIERS = (
 
 _NORMAL = (2, 5)
 _N = len(COORDINATES)
-
-
-def whole_rates(equations: Equations, y: Sequence[Number]) -> list[Number]:
-    """Time derivatives of the state with the yaw and `configuration.INTEGRALS`."""
-    return [*equations.rates_with_yaw(y), *rates_of_integrals(equations, y)]
 
 
 @dataclass(frozen=True, slots=True)

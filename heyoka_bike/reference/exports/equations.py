@@ -10,14 +10,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
-from heyoka_bike.bicycle.equations.configuration import INTEGRALS
+from heyoka_bike.bicycle.equations.configuration import INTEGRALS, whole_rates
 from heyoka_bike.bicycle.equations.descriptor import (
     COORDINATES,
     MULTIPLIERS,
     Descriptor,
     from_reduced,
     to_reduced,
-    whole_rates,
 )
 from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.reduced import Equations
