@@ -12,7 +12,7 @@ from heyoka_bike.errors import Exit, InputError
 
 _FORMATS = ("c", "fortran", "matlab", "json", "csv", "netcdf")
 _LANGUAGES = ("c", "fortran", "matlab", "julia", "python", "rust")
-_STEM, _EQUATIONS = "uncontrolled_bicycle", "bicycle_equations"
+_STEM, _EQUATIONS = "uncontrolled_bicycle", "bicycle"
 # What goes with either.
 _OF_REFERENCE = ("maneuver", "columns", "digits", "reference")
 _OF_EQUATIONS = ("bicycle", "maneuvers")

@@ -69,7 +69,7 @@ class Language:
 
     def function(
         self, name: str, inputs: Mapping[str, int], result: str,
-        formulas: Callable[..., Sequence[Number]], *, is_timed: bool = False,
+        formulas: Callable[..., Sequence[Number]], is_timed: bool = False,
     ) -> str:  # fmt: skip
         """A function's text.
 
@@ -123,7 +123,7 @@ def _flat(values: Sequence[Number]) -> dict[tuple[int, ...], Number]:
 
 
 C = Language(
-    opening="void bicycle_{name}({arguments})\n{{",
+    opening="void {name}({arguments})\n{{",
     closing="}}",
     statement="const double {name} = {value}",
     argument="const double {name}[{size}]",

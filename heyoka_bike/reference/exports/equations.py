@@ -6,8 +6,10 @@ All functions are written from the one `Equations`, see `numbers.languages`.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
+from typing import Any
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.configuration import INTEGRALS, whole_rates
@@ -24,15 +26,20 @@ from heyoka_bike.bicycle.parameters import PARAMETERS, Bicycle, Maneuver
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.numbers.arithmetic import Balls, Number
 from heyoka_bike.numbers.dual import Duals
+from heyoka_bike.numbers.exact import Exact, shortest_decimal
 from heyoka_bike.numbers.languages import FORTRAN, JULIA, MATLAB, PYTHON, RUST, C, Language
+from heyoka_bike.numbers.straight_line import StraightLine
 from heyoka_bike.reference.description.facts import COPYRIGHT
 from heyoka_bike.reference.exports.selection import AXES, commented, wrapped
 from heyoka_bike.version import __version__
 
 _BITS = 200
+_DIGITS = 17  # of parameters in comments that no decimal equals
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,62}")  # MATLAB's namelengthmax
 
 _Vector = Sequence[Number]
+# Name, what is said of it, and the arguments of `Language.function`.
+_Function = tuple[Any, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,15 +50,17 @@ class _File:
     ----------
     language : Language
     suffixes
-        Of the file, and of a header before it that declares its functions.
+        Of the file, after that of a header which declares its functions.
     mark
         Begins a comment.
     use
-        How it is compiled or called, with ``{stem}``.
+        How it is compiled or called.
     opening, closing
-        Of the file, with ``{stem}``, ``{about}`` for the comment, and ``{each}``.
+        Of the file, with ``{about}``, its comment.
     each
-        A line there for each function's ``{name}``.
+        Is said of each function's ``{name}`` at ``{each}`` in the opening.
+    named
+        A function's name outside of the file. It and all others may have the file's ``{stem}``.
     is_descriptor
         Whether the descriptor form is written too.
     """
@@ -63,19 +72,19 @@ class _File:
     opening: str
     closing: str = ""
     each: str = ""
+    named: str = "{name}"
     is_descriptor: bool = False
 
 
 _HEADER = """{about}
-#ifndef BICYCLE_EQUATIONS_H
-#define BICYCLE_EQUATIONS_H
+#ifndef {stem}_h
+#define {stem}_h
 
 #ifdef __cplusplus
 extern "C" {{
 #endif
 
-{each}
-#ifdef __cplusplus
+{each}#ifdef __cplusplus
 }}
 #endif
 
@@ -86,14 +95,15 @@ LANGUAGES = {
     "c": _File(
         C, (".h", ".c"), "//",
         "Compile: cc -std=c99 -O2 your-code.c {stem}.c -lm, with #include \"{stem}.h\".",
-        '{about}\n#include "{stem}.h"\n#include <math.h>\n', is_descriptor=True,
+        '{about}\n#include "{stem}.h"\n#include <math.h>\n', named="{stem}_{name}",
+        is_descriptor=True,
     ),
     "fortran": _File(
         FORTRAN, (".f90",), "!",
-        "Compile: gfortran -O2 {stem}.f90 your-code.f90, with 'use bicycle_equations'.",
-        "{about}\nmodule bicycle_equations\n    use, intrinsic :: iso_fortran_env, only: real64\n"
+        "Compile: gfortran -O2 {stem}.f90 your-code.f90, with 'use {stem}'.",
+        "{about}\nmodule {stem}\n    use, intrinsic :: iso_fortran_env, only: real64\n"
         "    implicit none\n    private\n{each}\ncontains\n",
-        "end module bicycle_equations\n", "    public :: {name}\n",
+        "\nend module {stem}\n", "    public :: {name}\n",
     ),
     "matlab": _File(
         MATLAB, (".m",), "%",
@@ -102,18 +112,18 @@ LANGUAGES = {
     ),
     "julia": _File(
         JULIA, (".jl",), "#",
-        'Use: include("{stem}.jl"); using .BicycleEquations, OrdinaryDiffEq; '
-        "solve(ODEProblem(rates, start_1(), (0.0, 10.0)), Vern9(), reltol = 1e-13, abstol = 1e-13)",
-        "{about}\nmodule BicycleEquations\n\n{each}", "end\n", "export {name}\n",
+        'Use: include("{stem}.jl"); using OrdinaryDiffEq; '
+        "solve(ODEProblem({stem}.rates, {stem}.start_1(), (0.0, 10.0)), Vern9())",
+        "{about}\nmodule {stem}\n", "\nend\n",
     ),
     "python": _File(
         PYTHON, (".py",), "#",
-        'Use: solve_ivp(rates, (0, 10), start_1(), "DOP853", rtol=1e-13, atol=1e-13) of SciPy.',
-        "{about}\nfrom math import cos, sin, sqrt\n", is_descriptor=True,
+        'Use: scipy.integrate.solve_ivp({stem}.rates, (0, 10), {stem}.start_1(), "DOP853").',
+        "{about}\nfrom math import cos, sin, sqrt\n\n", is_descriptor=True,
     ),
     "rust": _File(
         RUST, (".rs",), "//",
-        "Use: mod {stem}; and then {stem}::rates(&y).",
+        "Use: mod {stem}; and then {stem}::rates(&{stem}::start_1()).",
         "{about}\n#![allow(dead_code)]\n\nfn sin(x: f64) -> f64 {{\n    x.sin()\n}}\n\n"
         "fn cos(x: f64) -> f64 {{\n    x.cos()\n}}\n",
     ),
@@ -137,23 +147,20 @@ def render(
             "letters, digits and _"
         )
     file = LANGUAGES[language]
-    functions = list(_functions(file, bicycle, maneuvers))
-    use = file.use.format(stem=stem)
-    about = commented(wrapped(_about(language, bicycle, use)), file.mark)
-    says = [commented(wrapped([f.says]), file.mark) for f in functions]
-    texts = [f.written(file.language) for f in functions]
-
-    def filled(opening: str, each: Sequence[str]) -> str:
-        return opening.format(about=about, stem=stem, each="".join(each))
-
-    parts = [f"\n{said}{text}" for said, text in zip(says, texts, strict=True)]
-    opening = filled(file.opening, [file.each.format(name=f.name) for f in functions])
-    found = {file.suffixes[-1]: "".join([opening, *parts, file.closing])}
-    if file.suffixes[1:]:
-        heads = [text.partition("\n")[0] + ";\n" for text in texts]
-        each = [f"{said}{head}\n" for said, head in zip(says, heads, strict=True)]
-        found[file.suffixes[0]] = filled(_HEADER, each)
-    return {suffix: found[suffix].encode("ascii") for suffix in file.suffixes}
+    about = _about(language, bicycle, file.use.format(stem=stem))
+    words = {"stem": stem, "about": commented(wrapped(about), file.mark)}
+    each, parts, heads = [], [], []
+    for name, says, *what in _functions(bicycle, maneuvers, is_descriptor=file.is_descriptor):
+        says = commented(wrapped([says]), file.mark)
+        text = file.language.function(file.named.format(name=name, stem=stem), *what)
+        each.append(file.each.format(name=name))
+        head, _, _ = text.partition("\n")
+        heads.append(f"{says}{head};\n\n")
+        parts.append(f"\n{says}{text}")
+    opening = file.opening.format(each="".join(each), **words)
+    found = [_HEADER.format(each="".join(heads), **words)] if file.suffixes[1:] else []
+    found.append("".join([opening, *parts, file.closing.format(**words)]))
+    return {s: text.encode("ascii") for s, text in zip(file.suffixes, found, strict=True)}
 
 
 def _about(language: str, bicycle: Bicycle, use: str) -> Iterator[str]:
@@ -163,124 +170,108 @@ def _about(language: str, bicycle: Bicycle, use: str) -> Iterator[str]:
     )
     yield f"Written by heyoka-bike export --equations {language}, {__version__}."
     yield f"Licence: {COPYRIGHT}."
-    yield f"{AXES} What the names mean is in docs/how-to/equations.md of heyoka_bike."
+    yield (
+        f"{AXES} The state: roll, pitch and steer; roll_rate and steer_rate; spin, the forward "
+        "speed over the radius rR of the rear wheel; yaw; the place of the rear contact point; the "
+        "angles of the wheels in their frames. The pitch obeys the floor: a state that is not one "
+        "of a motion needs the right one."
+    )
     yield use
     yield "Parameters:"
     for symbol, p in PARAMETERS.items():
-        yield f"  {symbol} = {bicycle[symbol]} {p.unit}".rstrip() + f": {p.description}"
+        yield f"  {symbol} = {_text(bicycle[symbol])} {p.unit}".rstrip() + f": {p.description}"
 
 
-@dataclass(frozen=True, slots=True)
-class _Function:
-    """A function of the file: what it says of itself, takes and gives; see `Language.function`."""
-
-    name: str
-    says: str
-    inputs: Mapping[str, int]
-    result: str
-    formulas: Callable[..., Sequence[Number]]
-    is_timed: bool = False
-
-    def written(self, language: Language) -> str:
-        return language.function(
-            self.name, self.inputs, self.result, self.formulas, is_timed=self.is_timed
-        )
-
-
-def _functions(file: _File, bicycle: Bicycle, maneuvers: Sequence[Maneuver]) -> Iterator[_Function]:
+def _functions(
+    bicycle: Bicycle, maneuvers: Sequence[Maneuver], *, is_descriptor: bool
+) -> Iterator[_Function]:
     rounded = Equations.binary64(bicycle)
     state = (*rounded.states, *INTEGRALS)
     y = {"y": len(state)}
-    listed = f"y: {', '.join(state)}"
 
-    def jacobian(code: Number, y: _Vector) -> Sequence[Number]:
+    def rates(code: StraightLine, y: _Vector) -> _Vector:
+        return whole_rates(rounded.convert(code.literal, code), y)
+
+    def jacobian(code: StraightLine, y: _Vector) -> Sequence[_Vector]:
         duals = Duals(code)
-        rates = whole_rates(rounded.convert(code.literal, duals), duals.variables(y))
-        return [x.slopes for x in rates]
+        found = whole_rates(rounded.convert(code.literal, duals), duals.variables(y))
+        return [x.slopes for x in found]
 
-    def columns(code: Number, y: _Vector) -> Sequence[Number]:
+    def columns(code: StraightLine, y: _Vector) -> _Vector:
         found = rounded.convert(code.literal, code).columns(y)
         return [found[name] for name in BENCHMARK_COLUMNS]
 
-    yield _Function(
-        "rates", f"Time derivative f of the state {listed}.", y, "f",
-        lambda code, y: whole_rates(rounded.convert(code.literal, code), y), is_timed=True,
-    )  # fmt: skip
-    yield _Function(
-        "jacobian", "Jacobian: row i has the derivatives of rate i by the state.", y, "j",
-        jacobian, is_timed=True,
-    )  # fmt: skip
-    yield _Function(
-        "columns", f"The benchmark's columns after the time: {', '.join(BENCHMARK_COLUMNS)}.",
-        y, "c", columns,
-    )  # fmt: skip
+    says = f"Time derivative f of the state y: {', '.join(state)}."
+    yield "rates", says, y, "f", rates, True
+    says = "Jacobian: row i has the derivatives of rate i by the state."
+    yield "jacobian", says, y, "j", jacobian, True
+    says = f"The benchmark's columns after the time: {', '.join(BENCHMARK_COLUMNS)}."
+    yield "columns", says, y, "c", columns
     starts = [_start(bicycle, m) for m in maneuvers]
-    for i, (m, (start, *_)) in enumerate(zip(maneuvers, starts, strict=True), 1):
-        yield _Function(f"start_{i}", f"State at the start of {_named(m)}.", {}, "y", _given(start))
-    if file.is_descriptor:
-        yield from _descriptor(rounded, maneuvers, starts)
+    names = [
+        f"{quoted(m.name)}: forward speed {_text(m.speed)} m/s, roll rate {_text(m.roll_rate)} "
+        "rad/s." for m in maneuvers
+    ]  # fmt: skip
+    for i, (name, start) in enumerate(zip(names, starts, strict=True), 1):
+        yield f"start_{i}", f"State at the start of {name}", {}, "y", _given(start[0])
+    if not is_descriptor:
+        return
+    yield from _descriptor_functions(rounded)
+    for i, (name, start) in enumerate(zip(names, starts, strict=True), 1):
+        yield f"descriptor_start_{i}", f"z at the start of {name}", {}, "z", _given(start[1])
+        says = f"Derivative of z there, but for the forces: zero. {name}"
+        yield f"descriptor_start_rates_{i}", says, {}, "zp", _given(start[2])
 
 
-def _descriptor(
-    rounded: Equations, maneuvers: Sequence[Maneuver], starts: Sequence[Sequence[_Vector]]
-) -> Iterator[_Function]:
-    """The descriptor form: M(q) v' = f(q, v) + G(q)^T lambda."""
+def _descriptor_functions(rounded: Equations) -> Iterator[_Function]:
     n = len(COORDINATES)
     z = {"z": 2 * n + len(MULTIPLIERS)}
-    both = {**z, "zp": z["z"]}
+    both = z | {"zp": z["z"]}
 
-    def form(code: Number) -> Descriptor:
+    def form(code: StraightLine) -> Descriptor:
         return Descriptor(rounded.b.convert(code.literal), code)
 
-    def force(code: Number, z: _Vector) -> Sequence[Number]:
+    def force(code: StraightLine, z: _Vector) -> _Vector:
         return [-x for x in form(code).inertia_forces(z[:n], z[n : 2 * n], [code.number(0)] * n)]
 
-    yield _Function(
-        "mass", f"Mass matrix by the coordinates q: {', '.join(COORDINATES)}. Descriptor form: z "
-        f"has q, their rates v, and the forces of the floor: {', '.join(MULTIPLIERS)}.",
-        z, "m", lambda code, z: form(code).mass(z[:n]),
-    )  # fmt: skip
-    yield _Function("force", "f in mass v' = f + g^T forces.", z, "f", force)
-    yield _Function(
-        "constraint_jacobian", "g, with g v = 0: velocities of the wheels' lowest points.", z, "g",
-        lambda code, z: form(code).rolling(z[:n]),
-    )  # fmt: skip
-    yield _Function(
-        "heights", "Heights of both wheels' lowest points, which vanish.", z, "h",
-        lambda code, z: form(code).heights(z[:n]),
-    )  # fmt: skip
-    for index, what in ((2, "all constraints on velocities"), (3, "the heights of the wheels")):
-        yield _Function(
-            f"residual_{index}", f"Residual of the equations of index {index}, with {what}: it "
-            "vanishes for z and its derivative zp.", both, "r",
-            lambda code, z, zp, index=index: form(code).residual(z, zp, index=index),
-            is_timed=True,
-        )  # fmt: skip
-    yield _Function(
-        "reduced", "State y, for columns, of z.", z, "y",
-        lambda code, z: to_reduced(form(code).b, code, z),
-    )  # fmt: skip
-    for i, (m, (_, start, rates)) in enumerate(zip(maneuvers, starts, strict=True), 1):
-        for name, what, values in (("start", "z", start), ("start_rates", "zp", rates)):
-            yield _Function(
-                f"descriptor_{name}_{i}", f"{what} at the start of {_named(m)}.", {}, what,
-                _given(values),
-            )  # fmt: skip
+    says = (
+        f"Mass matrix. Descriptor form: z has the coordinates q: {', '.join(COORDINATES)}; their "
+        f"rates v; and the forces of the floor on the wheels: {', '.join(MULTIPLIERS)}."
+    )
+    yield "mass", says, z, "m", lambda code, z: form(code).mass(z[:n])
+    yield "force", "f in mass v' = f + g^T forces.", z, "f", force
+    says = "g in g v = 0: the velocities of the wheels' lowest points along the forces."
+    yield "constraint_jacobian", says, z, "g", lambda code, z: form(code).rolling(z[:n])
+    says = "Heights of both wheels' lowest points, which vanish; the third and sixth row of g."
+    yield "heights", says, z, "h", lambda code, z: form(code).heights(z[:n])
+    for index, what in ((2, "g v = 0"), (3, "heights = 0 and the other rows of g v = 0")):
+        says = f"Of index {index}, {what}: vanishes for z and its time derivative zp."
+        residual = partial(_residual, form, index)
+        yield f"residual_{index}", says, both, "r", residual, True
+    says = "The state y, for columns, of z."
+    yield "reduced", says, z, "y", lambda code, z: to_reduced(form(code).b, code, z)
 
 
-def _given(values: Sequence[float]) -> Callable[..., Sequence[Number]]:
+def _residual(
+    form: Callable[[StraightLine], Descriptor], index: int, code: StraightLine, z: _Vector,
+    rates: _Vector,
+) -> _Vector:  # fmt: skip
+    return form(code).residual(z, rates, index=index)
+
+
+def _given(values: Sequence[float]) -> Callable[[StraightLine], _Vector]:
     return lambda code: [code.literal(x) for x in values]
 
 
-def _named(m: Maneuver) -> str:
-    return f"{quoted(m.name)}: forward speed {m.speed} m/s, roll rate {m.roll_rate} rad/s"
+def _text(x: Exact) -> str:
+    return shortest_decimal(x.rational, _DIGITS) if x.is_rational else str(x)
 
 
-def _start(bicycle: Bicycle, m: Maneuver) -> tuple[list[float], list[float], list[float]]:
-    """State, descriptor state and its derivative at the start; what is not known there is zero."""
+def _start(bicycle: Bicycle, m: Maneuver) -> list[list[float]]:
+    """State, descriptor state and its derivative."""
     equations = Equations.of(bicycle, Balls(_BITS))
     state = initial_state(equations, m)
     with equations.precision():
         whole = [*state, *(equations.a.number(0) for _ in INTEGRALS)]
         found = (whole, *from_reduced(equations, whole))
-        return tuple([float(x.mid()) for x in part] for part in found)
+        return [[float(x.mid()) for x in part] for part in found]
