@@ -11,7 +11,9 @@ from support.equation_programs import SOMEWHERE, export
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.configuration import whole_rates
 from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.bicycle.parameters import read_bicycle
 from heyoka_bike.numbers.arithmetic import Multiprecision
+from heyoka_bike.system.resources import collection, find_input
 
 pytestmark = pytest.mark.proof
 
@@ -50,3 +52,19 @@ def test_numbers_and_motion(language, tmp_path, right, reference):
     exact = np.array([reference[2].rows.hi[c] for c in BENCHMARK_COLUMNS])
     error = np.abs(motion.T - exact[:, rows]).max(1) / np.abs(exact).max(1)
     assert -np.log10(error.max()) > DIGITS, dict(zip(BENCHMARK_COLUMNS, error, strict=True))
+
+
+@pytest.mark.parametrize("name", collection("bicycles"))
+def test_every_bicycle_has_its_equations(name, tmp_path):
+    export(tmp_path, "python", "--bicycle", name)
+    module = {}
+    exec(compile((tmp_path / "bicycle.py").read_text(), name, "exec"), module)
+    a = Multiprecision(40)
+    exact = Equations.of(read_bicycle(find_input("bicycles", name)), a)
+    right = np.array(whole_rates(exact, [a.context.mpf(x) for x in SOMEWHERE]), float)
+    found = np.array(module["rates"](0.0, SOMEWHERE))
+    assert np.abs(found - right).max() < 1e-12 * np.abs(right).max()
+    # Both forms agree at the start: newtons, of some hundred.
+    start = module["descriptor_start_1"](), module["descriptor_start_rates_1"]()
+    for residual in (module["residual_2"], module["residual_3"]):
+        assert np.abs(residual(0.0, *start)).max() < 1e-10

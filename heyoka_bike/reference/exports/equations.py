@@ -43,7 +43,7 @@ _Function = tuple[Any, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class _File:
+class _SourceFile:
     """How a language writes files.
 
     Attributes
@@ -92,36 +92,36 @@ extern "C" {{
 """
 
 LANGUAGES = {
-    "c": _File(
+    "c": _SourceFile(
         C, (".h", ".c"), "//",
         "Compile: cc -std=c99 -O2 your-code.c {stem}.c -lm, with #include \"{stem}.h\".",
         '{about}\n#include "{stem}.h"\n#include <math.h>\n', named="{stem}_{name}",
         is_descriptor=True,
     ),
-    "fortran": _File(
+    "fortran": _SourceFile(
         FORTRAN, (".f90",), "!",
         "Compile: gfortran -O2 {stem}.f90 your-code.f90, with 'use {stem}'.",
         "{about}\nmodule {stem}\n    use, intrinsic :: iso_fortran_env, only: real64\n"
         "    implicit none\n    private\n{each}\ncontains\n",
         "\nend module {stem}\n", "    public :: {name}\n",
     ),
-    "matlab": _File(
+    "matlab": _SourceFile(
         MATLAB, (".m",), "%",
         "Use: b = {stem}(); [t, y] = ode45(b.rates, [0 10], b.start_1());",
         "function b = {stem}()\n{about}{each}end\n", "", "    b.{name} = @{name};\n",
     ),
-    "julia": _File(
+    "julia": _SourceFile(
         JULIA, (".jl",), "#",
         'Use: include("{stem}.jl"); using OrdinaryDiffEq; '
         "solve(ODEProblem({stem}.rates, {stem}.start_1(), (0.0, 10.0)), Vern9())",
         "{about}\nmodule {stem}\n", "\nend\n",
     ),
-    "python": _File(
+    "python": _SourceFile(
         PYTHON, (".py",), "#",
         'Use: scipy.integrate.solve_ivp({stem}.rates, (0, 10), {stem}.start_1(), "DOP853").',
         "{about}\nfrom math import cos, sin, sqrt\n\n", is_descriptor=True,
     ),
-    "rust": _File(
+    "rust": _SourceFile(
         RUST, (".rs",), "//",
         "Use: mod {stem}; and then {stem}::rates(&{stem}::start_1()).",
         "{about}\n#![allow(dead_code)]\n\nfn sin(x: f64) -> f64 {{\n    x.sin()\n}}\n\n"
