@@ -8,7 +8,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
@@ -246,17 +245,13 @@ def _descriptor_functions(rounded: Equations) -> Iterator[_Function]:
     yield "heights", says, z, "h", lambda code, z: form(code).heights(z[:n])
     for index, what in ((2, "g v = 0"), (3, "heights = 0 and the other rows of g v = 0")):
         says = f"Of index {index}, {what}: vanishes for z and its time derivative zp."
-        residual = partial(_residual, form, index)
+
+        def residual(code: StraightLine, z: _Vector, zp: _Vector, index: int = index) -> _Vector:
+            return form(code).residual(z, zp, index=index)
+
         yield f"residual_{index}", says, both, "r", residual, True
     says = "The state y, for columns, of z."
     yield "reduced", says, z, "y", lambda code, z: to_reduced(form(code).b, code, z)
-
-
-def _residual(
-    form: Callable[[StraightLine], Descriptor], index: int, code: StraightLine, z: _Vector,
-    rates: _Vector,
-) -> _Vector:  # fmt: skip
-    return form(code).residual(z, rates, index=index)
 
 
 def _given(values: Sequence[float]) -> Callable[[StraightLine], _Vector]:
