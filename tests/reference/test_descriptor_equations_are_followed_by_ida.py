@@ -36,7 +36,7 @@ static void show(const double *x, int n)
 int main(void)
 {
     const double z[24] = {STATE}, rates[24] = {RATES};
-    double m[9][9], f[9], g[6][9], h[2], r[24], y[11];
+    double m[9][9], f[9], g[6][9], h[2], r[24], y[11], x[11], j[11][11];
     bicycle_mass(z, m), show(&m[0][0], 81);
     bicycle_force(z, f), show(f, 9);
     bicycle_constraint_jacobian(z, g), show(&g[0][0], 54);
@@ -44,6 +44,9 @@ int main(void)
     bicycle_residual_2(z, rates, r), show(r, 24);
     bicycle_residual_3(z, rates, r), show(r, 24);
     bicycle_reduced(z, y), show(y, 11);
+    bicycle_rates(y, x), show(x, 11);
+    bicycle_jacobian(y, j), show(&j[0][0], 121);
+    bicycle_columns(y, x), show(x, 8);
     return 0;
 }
 """
@@ -90,14 +93,19 @@ def test_python_has_the_numbers(python_equations, right):
     agree([*parts, *residuals, b.reduced(Z)], right)
 
 
-def test_c_has_the_numbers(tmp_path, right):
+def test_c_has_the_numbers(tmp_path, python_equations, right):
+    """Those of the reduced form as in Python, where a solver need not be installed for C."""
+    b = python_equations
+    y = b.reduced(Z)
+    reduced = [np.ravel(x) for x in (b.rates(0.0, y), b.jacobian(0.0, y), b.columns(y))]
     export(tmp_path, "c")
     words = {"STATE": Z, "RATES": RATES}
     code = re.sub("STATE|RATES", lambda m: ", ".join(map(str, words[m[0]])), _C)
     (tmp_path / "main.c").write_text(code)
     run([need("gcc"), "-std=c99", "-O1", "main.c", f"{STEM}.c", "-o", "all", "-lm"], tmp_path)
     found = np.array(run([tmp_path / "all"], tmp_path).split(), float)
-    agree(np.split(found, np.cumsum([len(x) for x in right])[:-1]), right)
+    expected = [*right, *reduced]
+    agree(np.split(found, np.cumsum([len(x) for x in expected])[:-1]), expected)
 
 
 @pytest.mark.parametrize("number", [1, 2, 3])
