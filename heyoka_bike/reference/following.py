@@ -152,6 +152,11 @@ def following(columns: Mapping[str, Array], parameters: Mapping[str, float]) -> 
     }
 
 
+def in_binary64(parameters: Mapping[str, str]) -> dict[str, float]:
+    """Exact parameters of a bicycle as `following` takes them."""
+    return {name: float(_value(text)) for name, text in parameters.items()}
+
+
 def _value(text: str) -> Fraction:
     exact = Exact.parse(text)
     return exact.rational + exact.pi_multiple * PI

@@ -7,7 +7,10 @@ import numpy as np
 import pytest
 from support.made_results import codes, made
 
-from heyoka_bike import score
+from heyoka_bike import diagnose, score
+from heyoka_bike.bicycle.parameters import Bicycle
+from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 
 ZEROED = ("potential_energy", "mechanical_energy")
 SPEEDS = ("rear_com_global_x", "rear_com_body_x", "rear_com_heading", "rear_com_norm")
@@ -101,3 +104,16 @@ def test_what_fits_one_maneuver_to_its_digits_is_of_no_other_definition(referenc
 def test_columns_that_were_left_out_are_named(reference):
     report = score(columns(reference, hub_vy=np.sin(reference[2].time)), reference, maneuver=2)
     assert report.verdict.endswith("; hub_vy not compared")
+
+
+@pytest.mark.proof
+def test_a_mistake_is_found_beside_a_definition_that_no_set_stores(reference):
+    m, bicycle = reference[2], Bicycle.parse(reference.bicycle, reference.parameters)
+    lighter = Bicycle(bicycle.name, {**bicycle.values, "g": Exact.parse("9.7")})
+    start = (0.0, m["pitch"][0], 0.0, m["roll_rate"][0], 0.0, m["forward_speed"][0])
+    made = Simulator().run(lighter, start, m.time)
+    written = {name: made[name] for name in reference[1].columns[:8]}
+    written["forward_speed"] = made["forward_speed_rear_com_norm"]
+    report = diagnose({"time": m.time, **written}, reference, maneuver=2)
+    assert "the gravity (g) is 9.7 N/kg" in report.diagnosis[0].message
+    assert report[2]["forward_speed"].definition == "rear_com_norm"

@@ -16,6 +16,7 @@ from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.bicycle.equations.initial import pitch_on_the_floor
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.numbers.double import Array
+from heyoka_bike.reference.following import following, in_binary64
 from heyoka_bike.scoring.alignment import Part, spread
 from heyoka_bike.scoring.definitions import Understanding
 from heyoka_bike.scoring.units import factor
@@ -126,7 +127,9 @@ def observe(
     ):
         return None
     names = {k: understood[k].column.name for k in STATE}
-    state = _default_definitions({k: x[rows] for k, x in columns.items()}, names, time, equations)
+    parameters = in_binary64(part.reference.parameters)
+    written = {k: x[rows] for k, x in columns.items()}
+    state = _default_definitions(written, names, time, equations, parameters)
     windows = _windows(time)
     if windows is None or not all(np.isfinite(x).all() for x in state.values()):
         return None
@@ -222,7 +225,11 @@ def _integral(time: Array, x: Array) -> Array:
 
 
 def _default_definitions(
-    columns: Mapping[str, Array], names: Mapping[str, str], time: Array, equations: Equations
+    columns: Mapping[str, Array],
+    names: Mapping[str, str],
+    time: Array,
+    equations: Equations,
+    parameters: Mapping[str, float],
 ) -> dict[str, Array]:
     """The columns in the default definitions, and the yaw.
 
@@ -232,7 +239,8 @@ def _default_definitions(
     is_default = all(names[k] == k for k in columns)
     for _ in range(_ROUNDS):
         with np.errstate(all="ignore"):
-            found = equations.columns(state_vector(equations, state.__getitem__))
+            own = equations.columns(state_vector(equations, state.__getitem__))
+            found = {**own, **following(own, parameters)}
         turning = np.nan_to_num(found["yaw_rate"])
         state["yaw"] = _integral(time, turning)
         if is_default:
