@@ -1,4 +1,11 @@
-"""``heyoka-bike export``: the reference as plain files for other languages."""
+"""Write the reference as C, Fortran, MATLAB, JSON, CSV or netCDF.
+
+Write the reference for programs without HDF5 or Python. c, fortran and matlab (for GNU Octave too)
+are source code that evaluates the columns at any time, exact and needing nothing else; csv and
+netcdf are the rows; json is both.
+
+example: heyoka-bike export --format c --columns roll_angle,steer_angle -o src/
+"""
 
 import argparse
 from functools import partial
@@ -6,7 +13,13 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from heyoka_bike.commands.options import add_format, add_maneuver, add_output, add_reference
+from heyoka_bike.commands.options import (
+    add_command,
+    add_format,
+    add_maneuver,
+    add_output,
+    add_reference,
+)
 from heyoka_bike.errors import Exit, InputError
 
 _FORMATS = ("c", "fortran", "matlab", "json", "csv", "netcdf")
@@ -15,16 +28,7 @@ _STEM = "uncontrolled_bicycle"
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
-    p = subparsers.add_parser(
-        "export",
-        help="write the reference as C, Fortran, MATLAB, JSON, CSV or netCDF",
-        description=(
-            "Write the reference for programs without HDF5 or Python. c, fortran and matlab (for "
-            "GNU Octave too) are source code that evaluates the columns at any time, exact and "
-            "needing nothing else; csv and netcdf are the rows; json is both."
-        ),
-        epilog="example: heyoka-bike export --format c --columns roll_angle,steer_angle -o src/",
-    )
+    p = add_command(subparsers, run, __doc__)
     add_format(p, _FORMATS, required=True)
     said = f"file, or folder for {_STEM}.* (default: this folder)"
     add_output(p, said, metavar="FILE_OR_DIR", default=".")
@@ -37,7 +41,6 @@ def add_parser(subparsers: Any) -> None:
     )
     p.add_argument("--digits", metavar="N", type=int, help="of csv: 17 (default) or 32")
     add_reference(p)
-    p.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -1,4 +1,17 @@
-"""``heyoka-bike serve``: a page to drop result files on."""
+"""Start a page in the browser to drop result files on.
+
+Start a web page on this machine: drop result files on it, or paste rows, and see the report, why it
+differs, the replay, several programs side by side. Programs send files to /score; /api says how.
+Each file is scored in a process of its own, with limits of time and memory. Nothing is sent
+anywhere. Needs heyoka_bike[serve].
+
+examples:
+  heyoka-bike serve
+  heyoka-bike serve --port 9000 --keep 60 --max-size 20
+  heyoka-bike serve --host 0.0.0.0 --name bicycle.example.org --no-diagnose
+
+Stop it with Ctrl-C. How to host it: docs/how-to/serve.md
+"""
 
 from __future__ import annotations
 
@@ -7,6 +20,7 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from heyoka_bike.commands.options import add_command
 from heyoka_bike.errors import Exit, InputError, MissingPackageError
 
 if TYPE_CHECKING:
@@ -18,25 +32,7 @@ _LARGEST_PORT = 65535
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
-    p = subparsers.add_parser(
-        "serve",
-        help="start a page in the browser to drop result files on",
-        description=(
-            "Start a web page on this machine: drop result files on it, or paste rows, and see the "
-            "report, why it differs, the replay, several programs side by side. Programs send "
-            "files to /score; /api says how. Each file is scored in a process of its own, with "
-            "limits of time and memory. Nothing is sent anywhere. Needs heyoka_bike[serve]."
-        ),
-        epilog=(
-            "examples:\n"
-            "  heyoka-bike serve\n"
-            "  heyoka-bike serve --port 9000 --keep 60 --max-size 20\n"
-            "  heyoka-bike serve --host 0.0.0.0 --name bicycle.example.org --no-diagnose\n"
-            "\n"
-            "Stop it with Ctrl-C. How to host it: docs/how-to/serve.md\n"
-        ),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    p = add_command(subparsers, run, __doc__)
     p.add_argument(
         "--host", metavar="ADDRESS", default="127.0.0.1",
         help="address to listen on (default 127.0.0.1: this machine only)",
@@ -70,7 +66,6 @@ def add_parser(subparsers: Any) -> None:
     p.add_argument(
         "--leaderboard", metavar="DIR", help="folder of submissions to show, see 'leaderboard'"
     )
-    p.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
