@@ -22,7 +22,7 @@ _REQUIRED = (
     ("h5py", "h5py", "everything"),
     ("flint", "python-flint", "generate, diagnose, verify, certify, linear"),
     ("mpmath", "mpmath", "generate, diagnose, verify, certify, linear"),
-    ("rich", "rich", "tables on the screen"),
+    ("rich", "rich", "progress on the screen"),
 )
 # The extra `generate`: without it everything but integrating works.
 _INTEGRATE = (

@@ -18,7 +18,7 @@ from typing import Any
 
 from heyoka_bike.commands.options import add_command, add_reference
 from heyoka_bike.errors import Exit, InputError
-from heyoka_bike.system.console import stage_bar
+from heyoka_bike.system.console import has_colors, stage_bar
 
 _MAX_RUNS = 10_000
 _RUNS, _QUICK_RUNS = 30, 5
@@ -83,7 +83,7 @@ def run(args: argparse.Namespace) -> int:
     if args.format == "json":
         text = json.dumps(document, indent=2, allow_nan=False) + "\n"
     else:
-        text = summary.as_text(document, is_shown)
+        text = summary.as_text(document, is_shown and has_colors(sys.stdout.isatty()))
     if figure_format is not None:
         from heyoka_bike.showing.figures.style import render
         from heyoka_bike.workbench.bench.figure import draw
