@@ -7,11 +7,11 @@ from functools import cache
 from typing import Any
 
 from heyoka_bike.errors import GENERATE, MissingPackageError
-from heyoka_bike.numbers.arithmetic import Number
+from heyoka_bike.numbers.arithmetic import Arithmetic, Number
 from heyoka_bike.numbers.exact import Exact
 
 
-class Expressions:
+class Expressions(Arithmetic):
     """heyoka expressions whose constants are exact in one precision.
 
     Constants come in from `Constants.convert`; in the equations themselves only the integers 0, 1
@@ -21,14 +21,8 @@ class Expressions:
     def number(self, value: Exact | Fraction | int) -> Number:
         raise TypeError("constants of an expression are made by Constants.convert")
 
-    def sin(self, x: Number) -> Number:
-        return require_heyoka().sin(x)
-
-    def cos(self, x: Number) -> Number:
-        return require_heyoka().cos(x)
-
-    def sqrt(self, x: Number) -> Number:
-        return require_heyoka().sqrt(x)
+    def elementary(self, name: str, x: Number) -> Number:
+        return getattr(require_heyoka(), name)(x)
 
     def atan2(self, y: Number, x: Number) -> Number:
         return require_heyoka().atan2(y, x)
