@@ -81,7 +81,7 @@ class Balls(Arithmetic):
             x += exact_ball(exact.pi_multiple) * flint.arb.pi()
         return x
 
-    def elementary(self, name: str, x: flint.arb) -> flint.arb:
+    def elementary(self, name: str, x: flint.arb) -> Number:
         self._check()
         return getattr(x, name)()
 
