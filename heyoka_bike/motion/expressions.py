@@ -6,7 +6,7 @@ from fractions import Fraction
 from functools import cache
 from typing import Any
 
-from heyoka_bike.errors import GENERATE, MissingPackageError
+from heyoka_bike.errors import GENERATE, required
 from heyoka_bike.numbers.arithmetic import Arithmetic, Number
 from heyoka_bike.numbers.exact import Exact
 
@@ -42,15 +42,11 @@ def require_heyoka() -> Any:
     MissingPackageError
         It is not installed.
     """
-    try:
-        import heyoka
-    except ModuleNotFoundError as e:
-        if e.name != "heyoka":
-            raise
-        raise MissingPackageError(
-            f"heyoka is not installed; integrating needs it ({GENERATE} on Linux, or conda install "
-            "heyoka.py)"
-        ) from None
+    heyoka = required(
+        "heyoka",
+        f"heyoka is not installed; integrating needs it ({GENERATE} on Linux, or conda install "
+        "heyoka.py)",
+    )
     _keep_quiet(heyoka)
     return heyoka
 

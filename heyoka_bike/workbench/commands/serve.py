@@ -21,7 +21,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.commands.options import add_command
-from heyoka_bike.errors import Exit, InputError, MissingPackageError
+from heyoka_bike.errors import Exit, InputError, required
 
 if TYPE_CHECKING:
     from heyoka_bike.workbench.serving.limits import Limits
@@ -71,14 +71,9 @@ def add_parser(subparsers: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
     limits = _limits(args)
-    try:
-        import python_multipart  # noqa: F401
-        import starlette  # noqa: F401
-        import uvicorn  # noqa: F401
-    except ImportError as e:
-        raise MissingPackageError(
-            f"the package '{e.name}' is not installed: pip install 'heyoka_bike[serve]'"
-        ) from None
+    for package in ("python_multipart", "starlette", "uvicorn"):
+        said = f"the package '{package}' is not installed: pip install 'heyoka_bike[serve]'"
+        required(package, said)
     from heyoka_bike.workbench.serving.running import serve
 
     if not 0 <= args.port <= _LARGEST_PORT:
