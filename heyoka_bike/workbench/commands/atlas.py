@@ -113,10 +113,7 @@ def _point(word: str, wanted: Design) -> dict[str, Exact]:
     if len(texts) != len(wanted.axes):
         names = ",".join(a.name for a in wanted.axes)
         raise InputError(f"--prove: found {quoted(word)}, expected two numbers: {names}")
-    try:
-        return {a.name: Exact.parse(x) for a, x in zip(wanted.axes, texts, strict=True)}
-    except ValueError as e:
-        raise InputError(f"--prove: {e}") from None
+    return {a.name: Exact.read("--prove", x) for a, x in zip(wanted.axes, texts, strict=True)}
 
 
 def _prove(wanted: Design, points: Sequence[Mapping[str, Exact]]) -> int:
@@ -165,10 +162,7 @@ def _start(args: argparse.Namespace) -> dict[str, float]:
         name, text = _pair(word, "--start", "VALUE")
         if name not in START:
             raise InputError(f"--start: {unknown_word(name, list(START))}")
-        try:
-            found[name] = float(Exact.parse(text))
-        except ValueError as e:
-            raise InputError(f"--start {name}: {e}") from None
+        found[name] = float(Exact.read(f"--start {name}", text))
     return found
 
 
