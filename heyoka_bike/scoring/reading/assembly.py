@@ -124,7 +124,8 @@ def _rows(
             i = int(np.argmax(is_bad))
             place = ("row", i + 1) if table.lines is None else ("line", int(table.lines[i]))
             bad.append((place[1], j + 1, place[0], int(is_bad.sum())))
-        values[key] = np.where(is_bad, np.nan, column.values)[order]
+        finite = np.where(is_bad, np.nan, column.values) if is_bad.any() else column.values
+        values[key] = finite[order]
         if column.lo is not None:
             lo[key] = column.lo[order]
         if j < len(names) and (unit := named_unit(names[j], key)):

@@ -155,12 +155,12 @@ def _are_single_written(values: Array, digits: int) -> bool:
 def _is_constant(values: Array, lo: Array | None) -> bool:
     known = np.isfinite(values)
     first = int(np.argmax(known))
-    same = values[known] == values[first]
+    same = values == values[first]
     if lo is not None:
-        same = same & (lo[known] == lo[first])
-    return bool(same.all())
+        same &= lo == lo[first]
+    return bool((same | ~known).all())
 
 
 def _largest(values: Array) -> float:
-    finite = np.abs(values[np.isfinite(values)])
-    return float(finite.max()) if len(finite) else 0.0
+    known = np.isfinite(values)
+    return max(np.max(values, where=known, initial=0.0), -np.min(values, where=known, initial=0.0))

@@ -40,6 +40,9 @@ from heyoka_bike.scoring.reading.vectors import Vector, Vectors, turned
 DEEPEST = 4
 """Groups in groups: of a program, of a maneuver, of its columns. A group may contain itself."""
 
+MOST_MEMBERS = 100_000
+"""Arrays and groups of a file; a group may be in itself, many times."""
+
 _ALTERNATES = frozenset(c.name for c in COLUMNS)
 
 
@@ -255,6 +258,10 @@ def _check_lengths(vectors: Mapping[str, Any], request: Request) -> None:
 def _members(source: Mapping[Any, Any], request: Request) -> dict[str, Any]:
     """Arrays, anything with their type and shape, and mappings of these, by name."""
     members: dict[str, Any] = {}
+    if len(source) > MOST_MEMBERS:
+        raise request.error(
+            f"found {len(source)} arrays and groups, expected at most {MOST_MEMBERS}"
+        )
     for name, x in source.items():
         within = request.within(str(name))
         if not isinstance(x, Mapping) and not (hasattr(x, "dtype") and hasattr(x, "shape")):

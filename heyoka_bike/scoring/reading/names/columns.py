@@ -80,7 +80,7 @@ _ALMOST = 0.85
 
 
 # The names of a file are asked for many times.
-@lru_cache(1024)
+@lru_cache(1 << 17)
 def recognise(name: str, *, one_is_a_unit: bool = True) -> tuple[str, int | None] | None:
     """Key of the column that a name means, and number of the maneuver if it has one.
 

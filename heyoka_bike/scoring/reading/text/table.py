@@ -1,7 +1,7 @@
 """Rows of numbers in a text, in whatever way programs write them."""
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from itertools import pairwise
@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from heyoka_bike.errors import InputError
+from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.reading.names.columns import is_maneuver
 from heyoka_bike.scoring.reading.quanta import DigitTally
@@ -67,7 +68,12 @@ def read_text(chunks: Iterable[bytes], encoding: str, request: Request) -> Vecto
         Not rows of numbers: where, what was found, what was expected.
     """
     blocks = whole_lines(chunks, encoding, request)
-    first = next(blocks, b"")
+    first = b""
+    for block in blocks:
+        blank = block.rfind(b"\n", 0, len(block) - len(block.lstrip())) + 1
+        request = replace(request, above=request.above + block.count(b"\n", 0, blank))
+        if first := block[blank:]:
+            break
     try:
         opening = find_opening(first, request)
     except InputError as error:
@@ -173,15 +179,17 @@ class _Reader:
         tally = DigitTally(opening.width, opening.time)
         for block in blocks:
             tally.add(block.digits, block.places)
-        lo = {j: np.concatenate([block.lo[j] for block in blocks]) for j in self.exact}
+        lo = {j: np.concatenate([block.lo.pop(j) for block in blocks]) for j in self.exact}
         columns = tally.columns(
-            [np.concatenate([block.values[j] for block in blocks]) for j in range(opening.width)],
+            [_together([block.values for block in blocks], j) for j in range(opening.width)],
             [lo.get(j) for j in range(opening.width)],
         )
         if opening.has_exact_times:
             columns[opening.time] = columns[opening.time].with_exact_values()
-        lines = np.concatenate([block.lines for block in blocks])
-        return Vectors(columns, opening.names, lines, opening.heading, findings=findings)
+        above = self.request.above
+        lines = np.concatenate([block.lines for block in blocks]) + above
+        heading = None if opening.heading is None else opening.heading + above
+        return Vectors(columns, opening.names, lines, heading, findings=findings)
 
     def _quickly(self, text: bytes, samples: int) -> Block | None:
         separator = self.opening.dialect.separator.encode()
@@ -226,6 +234,14 @@ class _Reader:
             self.cut = error
             return None
         raise error
+
+
+def _together(blocks: Sequence[list[Array]], j: int) -> Array:
+    """A column of all blocks, which no longer hold it: a long file is in memory once."""
+    whole = np.concatenate([values[j] for values in blocks])
+    for values in blocks:
+        values[j] = whole[:0]
+    return whole
 
 
 def canonical(text: bytes, dialect: Dialect, tidy: bool) -> bytes:
