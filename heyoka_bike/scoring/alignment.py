@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from itertools import product
+from math import log
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +35,8 @@ _LARGEST = 1e150
 # Columns this far from their own maneuver, in scales, may be of another one, if they are nearer to
 # that.
 _FAR = 0.1
+# A wheel's rate is so many times nearer than a speed: 1 rad/s of a wheel of 0.3 m is 1.08 km/h.
+_NEARER = 8.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,6 +122,7 @@ def align(results: Results, reference: Reference) -> Alignment:
         None of its rows can be compared, or its maneuver cannot be recognised.
     """
     results, reference = _with_their_columns(results, reference)
+    results = _as_meant(results, reference)
     findings = list(results.findings)
     parts: list[Part] = []
     lost: list[Part] = []
@@ -133,6 +139,8 @@ def align(results: Results, reference: Reference) -> Alignment:
         if any(part.number == number for part in parts):
             raise InputError(f"found maneuver {number} twice", file=results.path)
         part, outside = _within(rows, number, reference[number])
+        part, turning = _with_wheel_rate(part, reference)
+        outside += turning
         if rows.maneuver is not None:
             outside += _of_another(part, rows, reference)
         findings += [f for f in outside if f not in findings]
@@ -226,6 +234,79 @@ def _with_their_columns(results: Results, reference: Reference) -> tuple[Results
 
 def _only(columns: Mapping[str, Array], keys: Collection[str]) -> dict[str, Array]:
     return {key: x for key, x in columns.items() if key in keys}
+
+
+def _as_meant(results: Results, reference: Reference) -> Results:
+    """The columns whose names mean several things as what their values are nearest to, together.
+
+    What has no place among the benchmark's columns and is near to nothing is left out.
+    """
+    open_ = {key: keys for rows in results.maneuvers for key, keys in rows.may_be.items()}
+    if not open_:
+        return results
+    taken = {key for rows in results.maneuvers for key in rows.values} - open_.keys()
+    known = reference[1].definitions.keys() - taken
+    choices = [[key, *(k for k in keys if k in known and k != key)] for key, keys in open_.items()]
+    far = {
+        (key, k): _how_far(results, reference, key, k)
+        for key, kinds in zip(open_, choices, strict=True)
+        for k in kinds
+    }
+    # Of equals the first, which is as the names have it.
+    best = min(
+        (c for c in product(*choices) if len(set(c)) == len(c)),
+        key=lambda c: sum(log(far[pair]) for pair in zip(open_, c, strict=True)),
+    )
+    meant: dict[str, str | None] = dict(zip(open_, best, strict=True))
+    for key, k in meant.items():
+        if far[key, str(k)] >= HALF and (k != key or k not in BENCHMARK_COLUMNS):
+            meant[key] = None
+    findings = list(results.findings)
+    for key, k in meant.items():
+        if k != key:
+            said = f"the name of a column may mean {' or '.join(open_[key])}; by its values it is "
+            said += k or "none of them and left out"
+            findings.append(info("meant_by_values", said, column=k, may_be=list(open_[key])))
+    maneuvers = tuple(_renamed(rows, meant) for rows in results.maneuvers)
+    return replace(results, maneuvers=maneuvers, findings=tuple(findings))
+
+
+def _renamed(rows: Rows, names: Mapping[str, str | None]) -> Rows:
+    """Rows whose columns have other keys; those without one are left out."""
+
+    def of(columns: Mapping[str, Any]) -> dict[str, Any]:
+        named = {names.get(key, key): x for key, x in columns.items()}
+        return {key: x for key, x in named.items() if key is not None}
+
+    return replace(
+        rows, values=of(rows.values), lo=of(rows.lo), quantum=of(rows.quantum), units=of(rows.units)
+    )
+
+
+def _how_far(results: Results, reference: Reference, key: str, meaning: str) -> float:
+    """Distance of a column from what it may mean, over all maneuvers of the file."""
+    found = 1.0
+    for rows in results.maneuvers:
+        if key in rows.values:
+            alone = _renamed(replace(rows, values=_only(rows.values, {key})), {key: meaning})
+            numbers = reference if rows.maneuver not in reference else [rows.maneuver]
+            found *= min(_distance(_within(alone, n, reference[n])[0]) for n in numbers)
+    return found ** (1 / len(results.maneuvers))
+
+
+def _with_wheel_rate(part: Part, reference: Reference) -> tuple[Part, tuple[Finding, ...]]:
+    """The part with the rate of a wheel in the place of the speed known as that, by its values."""
+    speed = part.only({"forward_speed"})
+    if not speed.values:
+        return part, ()
+    own = _distance(speed)
+    for name in ("rR", "rF"):
+        radius = f"{float(Fraction(reference.parameters[name]))} m"
+        units = {**part.units, "forward_speed": f"{radius} rad s-1"}
+        if _distance(replace(speed, units=units)) < own / _NEARER and own > HALF / _NEARER:
+            said = f"forward_speed is the rate of a wheel [rad/s]; its speed is that times {radius}"
+            return replace(part, units=units), (info("wheel_rate", said, radius=radius),)
+    return part, ()
 
 
 def _recognise(results: Results, rows: Rows, reference: Reference) -> int:

@@ -1,7 +1,7 @@
 """Columns that hold one number in every row where the quantity varies: they were never filled in.
 
 Programs that write the benchmark's file without some of its columns, the energies mostly, leave
-zeros in their place or the first value. That is no result: it is named, and left out. A requirement
+zeros in their place, NaN or the first value. That is no result: it is named, and left out. A requirement
 that speaks of such a column fails, see `requirements`.
 """
 
@@ -45,8 +45,9 @@ def without_unfilled(alignment: Alignment) -> Alignment:
 
 def _unfilled(part: Part) -> dict[str, float]:
     """The columns that were never filled in, with the number that they hold."""
+    empty = {key: np.nan for key, x in part.values.items() if len(x) and np.isnan(x).all()}
     if len(part.time) < _FEW_ROWS or _runs_straight(part):
-        return {}
+        return empty
     constant = {
         key: float(values[0])
         for key, values in part.values.items()
@@ -63,7 +64,7 @@ def _unfilled(part: Part) -> dict[str, float]:
     total = constant.get("mechanical_energy")
     if None not in parts and total is not None and total == sum(x or 0.0 for x in parts):
         found["mechanical_energy"] = total
-    return found
+    return empty | found
 
 
 def _runs_straight(part: Part) -> bool:

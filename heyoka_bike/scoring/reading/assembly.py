@@ -8,7 +8,13 @@ import numpy as np
 from heyoka_bike.errors import quoted
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.findings import Finding, Severity
-from heyoka_bike.scoring.reading.names.columns import TIME, is_maneuver, left_out, named_unit
+from heyoka_bike.scoring.reading.names.columns import (
+    TIME,
+    is_maneuver,
+    left_out,
+    may_mean,
+    named_unit,
+)
 from heyoka_bike.scoring.reading.names.layout import Layout, layout
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.results import Results, Rows
@@ -116,11 +122,12 @@ def _rows(
     values: dict[str, Array] = {}
     lo: dict[str, Array] = {}
     units: dict[str, str] = {}
+    may_be: dict[str, tuple[str, ...]] = {}
     order = slice(None) if times.order is None else times.order
     for key, j in columns.items():
         column = table.columns[j]
         is_bad = ~np.isfinite(column.values)
-        if is_bad.any():
+        if is_bad.any() and not is_bad.all():
             i = int(np.argmax(is_bad))
             place = ("row", i + 1) if table.lines is None else ("line", int(table.lines[i]))
             bad.append((place[1], j + 1, place[0], int(is_bad.sum())))
@@ -130,8 +137,10 @@ def _rows(
             lo[key] = column.lo[order]
         if j < len(names) and (unit := named_unit(names[j], key)):
             units[key] = unit
+        if j < len(names) and key in (keys := may_mean(names[j])):
+            may_be[key] = keys
     quantum = {key: table.columns[j].quantum for key, j in {TIME: time, **columns}.items()}
-    return Rows(number, times.hi, times.lo, values, lo, quantum, units)
+    return Rows(number, times.hi, times.lo, values, lo, quantum, units, may_be)
 
 
 def _not_finite(bad: Sequence[_Bad]) -> Finding:

@@ -27,23 +27,25 @@ _ALIASES: Mapping[str, tuple[str, ...]] = {
     TIME: ("t", "times", "timestamp", "sec", "seconds", "simulationtime", "tout"),
     "roll_angle": ("roll", "phi", "varphi", "\u03c6", "\u03d5", "lean", "leanangle"),
     "roll_rate": (
-        "rollangularvelocity", "rollvelocity", "angularrollvelocity", "phidot", "dphi", "phid",
-        "leanrate", "leanangularvelocity", "rolldot", "dotphi", "dotvarphi",
+        "rollangularvelocity", "rollvelocity", "angularrollvelocity", "phidot", "dphi", "phid", "p",
+        "leanrate", "leanangularvelocity", "rolldot", "rolld", "leand", "dotphi", "dotvarphi",
         "\u03c6\u0307", "\u03d5\u0307",
     ),
-    "forward_speed": ("speed", "velocity", "v", "forwardvelocity"),
+    "forward_speed": (
+        "speed", "velocity", "v", "vx", "forwardvelocity", "longitudinalspeed", "longitudinalvelocity",
+    ),
     "potential_energy": ("potential", "epot", "ep", "pe", "u"),
     "kinetic_energy": ("kinetic", "ekin", "ek", "ke"),
     "mechanical_energy": ("mechanical", "energy", "total", "totalenergy", "emech", "etot", "e"),
     "steer_angle": ("steer", "steering", "steeringangle", "delta", "\u03b4"),
     "steer_rate": (
         "steerangularvelocity", "steeringangularvelocity", "steervelocity", "steeringvelocity",
-        "steeringrate", "angularsteervelocity", "deltadot", "ddelta", "deltad", "steerdot",
+        "steeringrate", "angularsteervelocity", "deltadot", "ddelta", "deltad", "steerdot", "steerd",
         "dotdelta", "\u03b4\u0307",
     ),
-    "pitch": ("pitchangle",),
+    "pitch": ("pitchangle", "theta", "\u03b8"),
     "yaw": ("yawangle", "heading", "headingangle", "psi", "\u03c8"),
-    "yaw_rate": ("yawangularvelocity", "yawvelocity", "headingrate", "psidot", "dpsi", "yawdot"),
+    "yaw_rate": ("yawangularvelocity", "yawvelocity", "headingrate", "psidot", "psid", "dpsi", "yawdot", "yawd"),
 }  # fmt: skip
 _KEYS: Mapping[str, str] = {
     **{key.replace("_", ""): key for key in (TIME, *COMPARED)},
@@ -54,9 +56,18 @@ _BY_UNIT: Mapping[tuple[str, str], str] = {
     ("t", "J"): "kinetic_energy",
     ("v", "J"): "potential_energy",
     ("u", "m s-1"): "forward_speed",
+    # A wheel's.
+    **{(name, "rad s-1"): "forward_speed" for name in ("v", "u", "vx", "speed", "velocity")},
     **{(name, "rad s-1"): "roll_rate" for name in ("roll", "phi", "lean")},
     **{(name, "rad s-1"): "steer_rate" for name in ("steer", "steering", "delta")},
     **{(name, "rad s-1"): "yaw_rate" for name in ("yaw", "heading", "psi")},
+}
+# What a name may mean as well, for values to decide.
+_ALSO: Mapping[str, tuple[str, ...]] = {
+    "u": ("potential_energy", "forward_speed"),
+    "v": ("forward_speed", "potential_energy"),
+    "p": ("roll_rate", "potential_energy"),
+    **dict.fromkeys(("theta", "\u03b8"), ("pitch", "roll_angle", "steer_angle")),
 }
 _MANEUVERS = frozenset(
     {"man", "maneuver", "manoeuvre", "maneuvernumber", "maneuverno", "maneuverid", "maneuverindex"}
@@ -140,6 +151,12 @@ def _in_unit(word: str, key: str, unit: str, is_strict: bool) -> str | None:
     return other or (key if is_full and not is_strict else None)
 
 
+def may_mean(name: str) -> tuple[str, ...]:
+    """What a name without a unit may mean, for values to decide; nothing if that is one thing."""
+    stem, unit, _ = unit_in(name)
+    return () if unit else _ALSO.get(_by_words(stem)[0], ())
+
+
 def is_maneuver(name: str) -> bool:
     """Whether a column of this name tells the maneuver of each row."""
     return _BREAKS.sub("", name.lower()).strip("\"'[]()#") in _MANEUVERS
@@ -198,9 +215,9 @@ def unknown_units(names: Mapping[str, str]) -> list[Finding]:
     """That units in the names of columns, here with their keys, are not known; for each."""
     findings = []
     for name, key in names.items():
+        taken = "it is taken for seconds" if key == TIME else "only the usual units are tried"
         if (unit := unknown_unit(name)) is None:
             continue
-        taken = "it is taken for seconds" if key == TIME else "only the usual units are tried"
         findings.append(
             Finding(
                 "unit_unknown",

@@ -9,7 +9,7 @@ if that is said in words.
 import re
 from collections.abc import Iterable, Mapping, Sequence
 
-from heyoka_bike.scoring.reading.names.columns import TIME, in_brackets, recognise
+from heyoka_bike.scoring.reading.names.columns import TIME, in_brackets, may_mean, recognise
 from heyoka_bike.scoring.reading.names.units import quantities, split_unit
 
 Found = tuple[str, int | None] | None
@@ -48,7 +48,7 @@ def meanings(names: Sequence[str], count: int) -> list[Found]:
     brackets = [b for name in names for b in in_brackets(name)]
     are_numbers = any(b.strip().isdecimal() and int(b) != 1 for b in brackets)
     found: list[Found] = [recognise(name, one_is_a_unit=not are_numbers) for name in names]
-    found = _with_capitals(names, found)
+    found = _apart(names, _with_capitals(names, found))
     found = _without_speeds(names, _from_one(found, count))
     found = _without_indices(names, found, count)
     if not any(f and f[1] is not None for f in found):
@@ -87,6 +87,16 @@ def _with_capitals(names: Sequence[str], found: list[Found]) -> list[Found]:
         if small in bare or (is_second and words & _ENERGIES):
             meant = [(energy, None) if x == name else f for x, f in zip(plain, meant, strict=True)]
     return meant
+
+
+def _apart(names: Sequence[str], found: list[Found]) -> list[Found]:
+    """The same, where a name that may mean several things means what no other column does."""
+    apart = list(found)
+    for i, (name, f) in enumerate(zip(names, found, strict=True)):
+        if f and apart.count(f) > 1 and f[0] in may_mean(name):
+            free = [(k, f[1]) for k in may_mean(name) if (k, f[1]) not in apart]
+            apart[i] = free[0] if free else f
+    return apart
 
 
 def _from_one(found: list[Found], count: int) -> list[Found]:
