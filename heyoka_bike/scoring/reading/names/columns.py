@@ -62,7 +62,7 @@ _BY_UNIT: Mapping[tuple[str, str], str] = {
     **{(name, "rad s-1"): "steer_rate" for name in ("steer", "steering", "delta")},
     **{(name, "rad s-1"): "yaw_rate" for name in ("yaw", "heading", "psi")},
 }
-# What a name may mean as well, for values to decide.
+# Capitals are understood by the other names, see `numbers`.
 _ALSO: Mapping[str, tuple[str, ...]] = {
     "u": ("potential_energy", "forward_speed"),
     "v": ("forward_speed", "potential_energy"),
@@ -152,9 +152,8 @@ def _in_unit(word: str, key: str, unit: str, is_strict: bool) -> str | None:
 
 
 def may_mean(name: str) -> tuple[str, ...]:
-    """What a name without a unit may mean, for values to decide; nothing if that is one thing."""
-    stem, unit, _ = unit_in(name)
-    return () if unit else _ALSO.get(_by_words(stem)[0], ())
+    """What a name may mean, for values to decide; nothing if that is one thing."""
+    return _ALSO.get(name.strip(" \"'"), ())
 
 
 def is_maneuver(name: str) -> bool:
