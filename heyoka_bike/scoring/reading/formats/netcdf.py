@@ -21,7 +21,5 @@ def read(file: ResultFile) -> list[Vectors]:
     from scipy.io import netcdf_file
 
     with file.request.damage("a netCDF file"), netcdf_file(file.stream(), mmap=False) as f:
-        arrays = {
-            name: unpacked(np.array(x[()]), x._attributes) for name, x in f.variables.items()
-        }
+        arrays = {name: unpacked(np.array(x[()]), x._attributes) for name, x in f.variables.items()}
     return tables(arrays, file.request)

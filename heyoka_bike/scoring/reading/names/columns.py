@@ -32,7 +32,8 @@ _ALIASES: Mapping[str, tuple[str, ...]] = {
         "\u03c6\u0307", "\u03d5\u0307",
     ),
     "forward_speed": (
-        "speed", "velocity", "v", "vx", "forwardvelocity", "longitudinalspeed", "longitudinalvelocity",
+        "speed", "velocity", "v", "vx", "forwardvelocity", "longitudinalspeed",
+        "longitudinalvelocity",
     ),
     "potential_energy": ("potential", "epot", "ep", "pe", "u"),
     "kinetic_energy": ("kinetic", "ekin", "ek", "ke"),
@@ -40,12 +41,12 @@ _ALIASES: Mapping[str, tuple[str, ...]] = {
     "steer_angle": ("steer", "steering", "steeringangle", "delta", "\u03b4"),
     "steer_rate": (
         "steerangularvelocity", "steeringangularvelocity", "steervelocity", "steeringvelocity",
-        "steeringrate", "angularsteervelocity", "deltadot", "ddelta", "deltad", "steerdot", "steerd",
-        "dotdelta", "\u03b4\u0307",
+        "steeringrate", "angularsteervelocity", "deltadot", "ddelta", "deltad", "steerdot",
+        "steerd", "dotdelta", "\u03b4\u0307",
     ),
     "pitch": ("pitchangle", "theta", "\u03b8"),
     "yaw": ("yawangle", "heading", "headingangle", "psi", "\u03c8"),
-    "yaw_rate": ("yawangularvelocity", "yawvelocity", "headingrate", "psidot", "psid", "dpsi", "yawdot", "yawd"),
+    "yaw_rate": ("yawangularvelocity", "yawvelocity", "headingrate", "psidot", "dpsi", "yawdot"),
 }  # fmt: skip
 _KEYS: Mapping[str, str] = {
     **{key.replace("_", ""): key for key in (TIME, *COMPARED)},
