@@ -1,8 +1,8 @@
 """Columns that hold one number in every row where the quantity varies: they were never filled in.
 
 Programs that write the benchmark's file without some of its columns, the energies mostly, leave
-zeros in their place, NaN or the first value. That is no result: it is named, and left out. A requirement
-that speaks of such a column fails, see `requirements`.
+zeros in their place, NaN or the first value. That is no result: it is named, and left out. A
+requirement that speaks of such a column fails, see `requirements`.
 """
 
 from collections.abc import Sequence

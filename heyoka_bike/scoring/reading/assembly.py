@@ -1,7 +1,8 @@
 """Results from vectors: every column where it belongs, rows in the order of time."""
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain
 
 import numpy as np
 
@@ -46,11 +47,10 @@ def assemble(tables: Sequence[Vectors], kind: str, request: Request) -> Results:
         finite.
     """
     known, findings = _of_the_reference(tables, request)
-    maneuvers: dict[int | None, Rows] = {}
+    maneuvers: list[Rows] = []
     digits: list[int] = []
     bad: list[_Bad] = []
-    for table in known:
-        places = layout(table, request)
+    for table, places in chain.from_iterable(_one_by_one(x, request) for x in known):
         times = _times(table, places, request)
         said = (*table.findings, *places.findings, *times.findings)
         findings += [f for f in said if f not in findings]
@@ -61,12 +61,12 @@ def assemble(tables: Sequence[Vectors], kind: str, request: Request) -> Results:
                 ", ".join(f"{key} {j + 1}" for key, j in columns.items()),
             )  # fmt: skip
             names = request.names or table.names or ()
-            maneuvers[number] = _rows(table, names, times, number, places.time, columns, bad)
+            maneuvers.append(_rows(table, names, times, number, places.time, columns, bad))
             used = [table.columns[j].digits for j in columns.values()]
             digits += [d for d in used if d is not None]
     findings += [_not_finite(bad)] if bad else []
-    held = tuple(maneuvers[n] for n in sorted(maneuvers, key=lambda n: n or 0))
-    return Results(request.path, kind, held, min(digits, default=None), tuple(findings))
+    maneuvers.sort(key=lambda rows: rows.maneuver or 0)
+    return Results(request.path, kind, tuple(maneuvers), min(digits, default=None), tuple(findings))
 
 
 def _of_the_reference(
@@ -101,6 +101,26 @@ def _by_maneuver(table: Vectors, request: Request) -> list[Vectors]:
             raise request.error(f"row {i + 1}: {said}")
         raise request.error(said, int(table.lines[i]))
     return [table.of_rows(numbers == n, int(n) + 1 - first) for n in np.unique(numbers)]
+
+
+def _one_by_one(table: Vectors, request: Request) -> Iterator[tuple[Vectors, Layout]]:
+    """A table and what its columns are; of maneuvers below each other, for each of these.
+
+    The times then begin again where they began.
+    """
+    places = layout(table, request)
+    times = table.columns[places.time].values
+    starts = np.flatnonzero(np.diff(times, prepend=np.inf) < 0)
+    is_again = len(starts) > 1 and bool((times[starts] == times[0]).all())
+    if not is_again or len(starts) > request.count or len(places.maneuvers) > 1:
+        yield table, places
+    elif None not in places.maneuvers:
+        said = f"found {len(starts)} times that begin at {times[0]:g}, expected one maneuver"
+        raise request.error(f"{said}; a column maneuver tells the rows of several apart")
+    else:
+        number = np.cumsum(np.isin(np.arange(len(times)), starts))
+        for n in range(1, len(starts) + 1):
+            yield table.of_rows(number == n, None), places
 
 
 def _times(table: Vectors, places: Layout, request: Request) -> Times:

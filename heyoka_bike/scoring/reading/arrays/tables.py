@@ -15,6 +15,7 @@ from heyoka_bike.scoring.reading.arrays.columns import (
     read_maneuvers,
     refused,
 )
+from heyoka_bike.scoring.reading.arrays.long_tables import pivoted
 from heyoka_bike.scoring.reading.arrays.shapes import (
     arrays_in,
     beside_a_time,
@@ -77,6 +78,7 @@ def _groups(
     members: Mapping[str, Any], request: Request, depth: int = 0
 ) -> list[tuple[int | None, Mapping[str, Any]]]:
     """The members themselves, or those of each maneuver with its number."""
+    members = pivoted(members, request)
     members = by_maneuver(members, request) or members
     if list(members) == [""] and isinstance(members[""], Mapping):
         members = members[""]

@@ -117,8 +117,10 @@ def _without_cells(members: Mapping[str, Any]) -> dict[str, Any]:
             continue
         if x.size == 1:
             found[name] = x.item()
-        elif x.ndim == 2 and all(map(_word, x[0])):
+        elif x.ndim == 2 and len(x) > 1 and all(map(_word, x[0])):
             found[name] = {_word(y[0]): np.array([*map(np.ravel, y[1:])]).ravel() for y in x.T}
+        elif not all(hasattr(y, "shape") and prod(y.shape) > 1 for y in x.flat):
+            found[name] = x
         else:
             for i, y in enumerate(x.ravel(order="F"), 1):
                 found.setdefault(f"maneuver_{i}", {})[name] = y

@@ -38,7 +38,7 @@ _FULL_4, _TEXT_4 = 0, 1
 
 @dataclass(frozen=True, slots=True)
 class OfClass:
-    """An object of a class of MATLAB, such as a table: what it holds stands elsewhere in the file."""
+    """An object of a class of MATLAB, such as a table, whose content stands elsewhere."""
 
     name: str
 

@@ -1,13 +1,14 @@
 """Excel workbooks, through openpyxl."""
 
 from dataclasses import replace
+from itertools import chain
 from typing import Any
 
 from heyoka_bike.errors import InputError, quoted
+from heyoka_bike.scoring.reading.formats.words import read_table
 from heyoka_bike.scoring.reading.names.columns import group_number, listed
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
-from heyoka_bike.scoring.reading.text.table import read_text
 from heyoka_bike.scoring.reading.vectors import Vectors
 
 # Rows that a sheet of Excel may have, and more columns than a table of results has.
@@ -30,13 +31,13 @@ def read(file: ResultFile) -> list[Vectors]:
     with file.request.damage("a spreadsheet"):
         book = load_workbook(file.stream(), read_only=True, data_only=True)
         texts = {sheet.title: _as_text(sheet, file.request) for sheet in book.worksheets}
-    found: dict[str, Vectors] = {}
+    found: dict[str, list[Vectors]] = {}
     errors: dict[str, InputError] = {}
     for title, text in texts.items():
         part = f"sheet {quoted(title)}"
         request = file.request.within(part) if len(texts) > 1 else file.request
         try:
-            found[title] = read_text((text,), "utf-8", request)
+            found[title] = read_table((text,), "utf-8", request)
         except InputError as e:
             errors[title] = e
     numbers = {title: number for title in texts if (number := group_number(title)) is not None}
@@ -49,8 +50,12 @@ def read(file: ResultFile) -> list[Vectors]:
         if title in errors:
             raise errors[title]
     if not numbers:
-        return list(found.values())
-    return [replace(found[title], maneuver=number) for title, number in numbers.items()]
+        return list(chain.from_iterable(found.values()))
+    return [
+        replace(table, maneuver=number)
+        for title, number in numbers.items()
+        for table in found[title]
+    ]
 
 
 def _as_text(sheet: Any, request: Request) -> bytes:
