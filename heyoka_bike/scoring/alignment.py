@@ -35,6 +35,10 @@ _LARGEST = 1e150
 # Columns this far from their own maneuver, in scales, may be of another one, if they are nearer to
 # that.
 _FAR = 0.1
+# Rows that tell columns in another order.
+_FEW = 200
+ANOTHER_ORDER = "columns_in_another_order"
+"""Finding of a file whose columns are others than their places or names say."""
 # A wheel's rate is so many times nearer than a speed: 1 rad/s of a wheel of 0.3 m is 1.08 km/h.
 _NEARER = 8.0
 
@@ -141,8 +145,8 @@ def align(results: Results, reference: Reference) -> Alignment:
         part, outside = _within(rows, number, reference[number])
         part, turning = _with_wheel_rate(part, reference)
         outside += turning
-        if rows.maneuver is not None:
-            outside += _of_another(part, rows, reference)
+        if len(part.time):
+            outside += _of_another(part, rows, reference, results)
         findings += [f for f in outside if f not in findings]
         (parts if len(part.time) else lost).append(part)
     if not any(part.has_values() for part in parts):
@@ -318,6 +322,10 @@ def _recognise(results: Results, rows: Rows, reference: Reference) -> int:
         enough = 2 * len(part.time) > len(rows.time)
         distance[number] = _distance(part) if enough else 1.0
     nearest, *others = sorted(distance, key=distance.__getitem__)
+    if distance[nearest] >= _FAR:
+        orders = {n: order for n, part in parts.items() if (order := _another_order(part))}
+        if orders:
+            return min(orders, key=lambda n: _distance(_in_order(parts[n], orders[n])))
     # The same factor that tells definitions apart.
     if distance[nearest] >= HALF or (others and distance[others[0]] < 2 * distance[nearest]):
         option = "maneuver=N" if results.format == "array" else "--maneuver N"
@@ -330,9 +338,23 @@ def _recognise(results: Results, rows: Rows, reference: Reference) -> int:
     return nearest
 
 
-def _of_another(part: Part, rows: Rows, reference: Reference) -> tuple[Finding, ...]:
-    """A word if the values are clearly those of another maneuver than told."""
-    own = _distance(part) if len(part.time) else 0.0
+def _of_another(
+    part: Part, rows: Rows, reference: Reference, results: Results
+) -> tuple[Finding, ...]:
+    """A word if the values are clearly those of other columns or another maneuver than told."""
+    if order := _another_order(part):
+        option = "columns=" if results.format == "array" else "--columns "
+        said = f"the columns seem to be in another order: {', '.join(order.values())}"
+        if all({*r.values} == {*BENCHMARK_COLUMNS} for r in results.maneuvers):
+            several = len(results.maneuvers) > 1
+            names = [
+                f"m{r.maneuver}_{order[key]}" if several else order[key]
+                for r in results.maneuvers
+                for key in r.values
+            ]
+            said += f"; {option}time,{','.join(names)} tells it"
+        return (warning(ANOTHER_ORDER, said, columns=list(order.values())),)
+    own = _distance(part)
     if own < _FAR:
         return ()
     distance = {n: _distance(_within(rows, n, reference[n])[0]) for n in reference}
@@ -346,26 +368,49 @@ def _of_another(part: Part, rows: Rows, reference: Reference) -> tuple[Finding, 
     return (warning("another_maneuver", said, maneuver=part.number, nearest=nearest),)
 
 
+def _another_order(part: Part) -> dict[str, str]:
+    """What the columns are by their values, if each is another of them; else nothing."""
+    pick = spread(len(part.time), _FEW)
+    keys = [key for key in part.values if key in BENCHMARK_COLUMNS]
+    expected = part.reference.approximate(part.time[pick], keys)
+
+    def far(key: str, meaning: str) -> float:
+        away = _away(part, meaning, part.values[key][pick], expected[meaning])
+        return 1.0 if away is None else away
+
+    moved = [key for key in keys if far(key, key) >= _FAR]
+    order = {k: k for k in keys} | {k: min(moved, key=lambda m: far(k, m)) for k in moved}
+    is_one = {*order.values()} == {*keys} and all(far(k, m) < _FAR for k, m in order.items())
+    return order if moved and is_one else {}
+
+
+def _in_order(part: Part, order: Mapping[str, str]) -> Part:
+    return replace(part, values={order[key]: x for key, x in part.values.items() if key in order})
+
+
 def _distance(part: Part) -> float:
     """Geometric mean over the columns of their distance from the maneuver, in scales."""
     pick = part.sample()
     names = [key for key in COMPARED if key in part.values]
     expected = part.reference.approximate(part.time[pick], names)
-    logs = []
-    for key in names:
-        values = part.values[key][pick]
-        good = np.isfinite(values) & np.isfinite(expected[key])
-        # Heights and normal forces hardly vary: what tells maneuvers apart is how they do.
-        rows = part.reference.rows[key]
-        scale = part.reference.scale(key) if key in BENCHMARK_COLUMNS else float(np.ptp(rows))
-        if not good.any() or not scale:
-            continue
-        units = [factor(unit)[0] for unit in tried(COMPARED[key][0].unit, part.units.get(key))]
-        taken = np.multiply.outer([*units, *(-u for u in units)], values[good])
-        nearest = float(np.min(median(np.abs(taken - expected[key][good]))))
-        # Nothing is nearer than binary64 can tell, or farther than not at all.
-        logs.append(np.log(np.clip(nearest / scale, np.finfo(np.float64).eps, 1.0)))
+    away = [_away(part, key, part.values[key][pick], expected[key]) for key in names]
+    logs = [log(x) for x in away if x is not None]
     return float(np.exp(np.mean(logs))) if logs else 1.0
+
+
+def _away(part: Part, key: str, values: Array, expected: Array) -> float | None:
+    """Distance of values from a column, in its scale; None if there is nothing to compare."""
+    good = np.isfinite(values) & np.isfinite(expected)
+    # Heights and normal forces hardly vary: what tells maneuvers apart is how they do.
+    rows = part.reference.rows[key]
+    scale = part.reference.scale(key) if key in BENCHMARK_COLUMNS else float(np.ptp(rows))
+    if not good.any() or not scale:
+        return None
+    units = [factor(unit)[0] for unit in tried(COMPARED[key][0].unit, part.units.get(key))]
+    taken = np.multiply.outer([*units, *(-u for u in units)], values[good])
+    nearest = float(np.min(median(np.abs(taken - expected[good]))))
+    # Nothing is nearer than binary64 can tell, or farther than not at all.
+    return float(np.clip(nearest / scale, np.finfo(np.float64).eps, 1.0))
 
 
 def _within(

@@ -47,7 +47,11 @@ class Packed:
         packed = np.asarray(self._source[index])
         values = packed.astype(self.dtype)
         if self._is_packed:
-            values = (values * self._step + self._offset).view(Steps)
+            # So 3 steps of 0.1 are 0.3, and not the next number above it.
+            inverse = np.rint(1 / self._step) if self._step else 0.0
+            is_whole = inverse and 1 / inverse == self._step
+            scaled = values / inverse if is_whole else values * self._step
+            values = (scaled + self._offset).view(Steps)
             values.step = self._step if packed.dtype.kind in "iu" else None
         values[np.isin(packed, self._missing)] = np.nan
         return values

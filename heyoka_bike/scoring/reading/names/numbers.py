@@ -16,9 +16,9 @@ Found = tuple[str, int | None] | None
 """Key of a column and number of its maneuver; None if it is not known."""
 
 _ENERGY = "J"
-# The small letter, what the capital means alone, and what beside that.
+# The small letters, what the capital means alone, and what beside one of these.
 _CAPITALS: Mapping[str, tuple[str, str, str]] = {
-    "V": ("v", "forward_speed", "potential_energy"),
+    "V": ("vu", "forward_speed", "potential_energy"),
     "T": ("t", TIME, "kinetic_energy"),
 }
 _ENERGIES = frozenset({"T", "H", "kinetic_energy", "potential_energy", "mechanical_energy"})
@@ -84,7 +84,7 @@ def _with_capitals(names: Sequence[str], found: list[Found]) -> list[Found]:
     for name, (small, alone, energy) in _CAPITALS.items():
         is_second = (alone, None) in others and (energy, None) not in others
         words = {*plain, *(f[0] for f in meant if f)} - {name, energy}
-        if small in bare or (is_second and words & _ENERGIES):
+        if not {*small}.isdisjoint(bare) or (is_second and words & _ENERGIES):
             meant = [(energy, None) if x == name else f for x, f in zip(plain, meant, strict=True)]
     return meant
 
