@@ -289,13 +289,13 @@ def _renamed(rows: Rows, names: Mapping[str, str | None]) -> Rows:
 
 def _how_far(results: Results, reference: Reference, key: str, meaning: str) -> float:
     """Distance of a column from what it may mean, over all maneuvers of the file."""
-    found = 1.0
+    found: float = 1.0
     for rows in results.maneuvers:
         if key in rows.values:
             alone = _renamed(replace(rows, values=_only(rows.values, {key})), {key: meaning})
-            numbers = reference if rows.maneuver not in reference else [rows.maneuver]
+            numbers = [n for n in reference if rows.maneuver in (None, n)]
             found *= min(_distance(_within(alone, n, reference[n])[0]) for n in numbers)
-    return found ** (1 / len(results.maneuvers))
+    return float(found ** (1 / len(results.maneuvers)))
 
 
 def _with_wheel_rate(part: Part, reference: Reference) -> tuple[Part, tuple[Finding, ...]]:
@@ -378,10 +378,15 @@ def _another_order(part: Part) -> dict[str, str]:
         away = _away(part, meaning, part.values[key][pick], expected[meaning])
         return 1.0 if away is None else away
 
-    moved = [key for key in keys if far(key, key) >= _FAR]
-    order = {k: k for k in keys} | {k: min(moved, key=lambda m: far(k, m)) for k in moved}
-    is_one = {*order.values()} == {*keys} and all(far(k, m) < _FAR for k, m in order.items())
-    return order if moved and is_one else {}
+    order = {}
+    for key in keys:
+        away = {meaning: far(key, meaning) for meaning in keys}
+        nearest = min(away, key=away.__getitem__)
+        order[key] = nearest if away[nearest] < away[key] / _NEARER else key
+        if away[order[key]] >= _FAR:
+            return {}
+    is_moved = any(far(key, key) >= _FAR for key, meaning in order.items() if key != meaning)
+    return order if is_moved and {*order.values()} == {*keys} else {}
 
 
 def _in_order(part: Part, order: Mapping[str, str]) -> Part:

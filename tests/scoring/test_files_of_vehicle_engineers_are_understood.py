@@ -196,7 +196,7 @@ def test_packed_numbers_are_as_fine_as_their_step(form, columns, reference, tmp_
         for key in ("time", *STATES):
             x = TIME if key == "time" else columns[1][key]
             steps[key] = 0.1 if key == "time" else np.ptp(x) / 60000
-            offset = 0.0 if key == "time" else x.mean()
+            offset = 0.0 if key == "time" else (x.min() + x.max()) / 2
             packed = np.rint((x - offset) / steps[key]).astype("i2")
             if form == "h5":
                 attributes = file.create_dataset(key, data=packed).attrs

@@ -9,7 +9,7 @@ _MISSING = ("_FillValue", "missing_value")
 _SCALE, _OFFSET = "scale_factor", "add_offset"
 
 
-class Steps(np.ndarray):  # type: ignore[type-arg]
+class Steps(np.ndarray):
     """An array of multiples of a step, from an offset on; what is taken from it is one, too.
 
     Attributes
@@ -51,8 +51,9 @@ class Packed:
             inverse = np.rint(1 / self._step) if self._step else 0.0
             is_whole = inverse and 1 / inverse == self._step
             scaled = values / inverse if is_whole else values * self._step
-            values = (scaled + self._offset).view(Steps)
-            values.step = self._step if packed.dtype.kind in "iu" else None
+            steps = (scaled + self._offset).view(Steps)
+            steps.step = self._step if packed.dtype.kind in "iu" else None
+            values = steps
         values[np.isin(packed, self._missing)] = np.nan
         return values
 

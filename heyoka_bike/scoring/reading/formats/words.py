@@ -4,6 +4,7 @@ import re
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from itertools import chain
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -38,7 +39,8 @@ def read_table(chunks: Iterable[bytes], encoding: str, request: Request) -> list
     InputError
         None of that: what `text.table.read_text` says.
     """
-    rest, pulled = iter(chunks), []
+    rest = iter(chunks)
+    pulled: list[bytes] = []
 
     def first() -> Iterator[bytes]:
         for chunk in rest:
@@ -69,7 +71,8 @@ def _read_words(text: bytes, request: Request) -> list[Vectors] | None:
 
 def _columns(lines: list[str], dialect: Dialect) -> dict[str, NDArray[np.object_]] | None:
     """Cells by the names of their columns; None if lines have not all as many."""
-    names, rows, number = [TIME, *BENCHMARK_COLUMNS], [], None
+    names, number = [TIME, *BENCHMARK_COLUMNS], None
+    rows: list[list[Any]] = []
     for line in lines:
         fields = [field.strip("\"'") for field in dialect.split(line)]
         if not rows and (are_names(fields) or is_long(fields)):
