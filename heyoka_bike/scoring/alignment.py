@@ -294,7 +294,8 @@ def _how_far(results: Results, reference: Reference, key: str, meaning: str) -> 
         if key in rows.values:
             alone = _renamed(replace(rows, values=_only(rows.values, {key})), {key: meaning})
             numbers = [n for n in reference if rows.maneuver in (None, n)]
-            found *= min(_distance(_within(alone, n, reference[n])[0]) for n in numbers)
+            near = (_distance(_within(alone, n, reference[n])[0]) for n in numbers)
+            found *= min(near, default=1.0)
     return float(found ** (1 / len(results.maneuvers)))
 
 

@@ -79,11 +79,13 @@ def _columns(lines: list[str], dialect: Dialect) -> dict[str, NDArray[np.object_
             names = fields
         elif (label := group_number(line.strip("[]():;,=-\"' "))) is not None:
             number = label
+        elif fields == names:
+            continue
         elif len(fields) == len(names):
             rows.append(
                 [*(_plain(*cell, dialect) for cell in zip(names, fields, strict=True)), number]
             )
-        elif fields != names:
+        else:
             return None
     columns = zip([*names, _MANEUVER], zip(*rows, strict=True), strict=False)
     found = {name: np.array(x, object) for name, x in columns if name != _MANEUVER or x[0]}
