@@ -177,19 +177,20 @@ def _named(
     members: Mapping[str, Any], known: Sequence[str], maneuver: int | None, request: Request
 ) -> Vectors:
     """Columns that are known by name, with those that say what the others mean."""
-    arrays, names = arrays_in(members), list(known)
-    rows = length(arrays[next(n for n in names if is_time(n))])
-    for name, x in arrays.items():
-        is_told = is_maneuver(name) or is_coordinate(name)
-        if is_told and is_vector(x) and length(x) == rows:
-            names.append(name)
-        elif is_maneuver(name) and maneuver is None and np.prod(x.shape) == 1:
-            number = read_maneuvers(x, request.within(name))[0]
-            maneuver = int(number) if np.isfinite(number) else None
+    arrays = arrays_in(members)
+    rows = length(arrays[next(n for n in known if is_time(n))])
+    beside = [n for n in arrays if is_maneuver(n) or is_coordinate(n)]
+    names = [*known, *(n for n in beside if is_vector(arrays[n]) and length(arrays[n]) == rows)]
+    alone = [
+        n for n in beside if n not in names and is_maneuver(n) and np.prod(arrays[n].shape) == 1
+    ]
+    if maneuver is None and alone:
+        number = read_maneuvers(arrays[alone[0]], request.within(alone[0]))[0]
+        maneuver = int(number) if np.isfinite(number) else None
     _check_lengths({n: arrays[n] for n in names}, request)
     columns = [_column(n, arrays[n], arrays.get(f"{n}_lo"), request.within(n)) for n in names]
-    groups = [n for n in members if n not in arrays]
-    others = [n for n in (*arrays, *groups) if n not in names and not _goes_with(n, names)]
+    others = [n for n in (*arrays, *members) if n not in names and not _goes_with(n, names)]
+    others = list(dict.fromkeys(others))
     return Vectors(
         _evened(columns, next(j for j, n in enumerate(names) if is_time(n))),
         names,

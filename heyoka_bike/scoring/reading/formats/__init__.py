@@ -119,7 +119,8 @@ FORMATS = (
     Format(
         "mat", ".mat",
         "variables, structures, cell arrays, the solution of `ode45`, and what Simulink logs: "
-        "`tout` and `yout`, structures with time, arrays (not `timeseries`, `table` and other objects). Versions 4 to 7.3",
+        "`tout` and `yout`, structures with time, arrays (not `timeseries`, `table` and other "
+        "objects). Versions 4 to 7.3",
         _is_matlab, "matlab",
     ),
     # What is none of the others.

@@ -83,30 +83,35 @@ def _plain(members: Mapping[str, Any], request: Request) -> dict[str, Any]:
     """Variables with cells, solutions of ode45 and what Simulink logs as columns and their time."""
     found: dict[str, Any] = {}
     for name, x in _without_cells(members).items():
-        if isinstance(x, OfClass):
-            continue
         if isinstance(x, list):
             each = [y for y in x if isinstance(y, Mapping)]
             x = {f"maneuver_{i}": y for i, y in enumerate(each, 1)}
-        if isinstance(x, Mapping) and "signals" in x:
-            signals = x["signals"] if isinstance(x["signals"], list) else [x["signals"]]
-            columns = _columns([s for s in signals if isinstance(s, Mapping)], request)
-            has_time = "time" in x and prod(x["time"].shape)
-            found[name] = {"time": x["time"], **columns} if has_time else columns
-        elif isinstance(x, Mapping) and x.keys() >= {"solver", "x", "y"}:
-            found[name] = {"time": x["x"], "y": x["y"]}
-            if request.names is None and 1 + x["y"].shape[0] not in request.widths:
-                raise request.error(
-                    f"found {quoted(name)}, a solution of {_word(x['solver']) or 'ode45'} with "
-                    f"{x['y'].shape[0]} states, and not which they are; {request.how_to_tell}"
-                )
-        else:
-            found[name] = _plain(x, request) if isinstance(x, Mapping) else x
+        if isinstance(x, Mapping):
+            found[name] = _structure(name, x, request)
+        elif not isinstance(x, OfClass):
+            found[name] = x
     # The time of the simulation is that of what was logged without one.
     logged = [x for x in found.values() if isinstance(x, dict)]
     if len(logged) == 1 and "tout" in found and "time" not in logged[0]:
         logged[0]["time"] = found["tout"]
     return found
+
+
+def _structure(name: str, x: Mapping[str, Any], request: Request) -> dict[str, Any]:
+    """A structure, of which some programs have their own kinds, as its columns."""
+    if "signals" in x:
+        signals = x["signals"] if isinstance(x["signals"], list) else [x["signals"]]
+        columns = _columns([s for s in signals if isinstance(s, Mapping)], request)
+        has_time = "time" in x and prod(x["time"].shape)
+        return {"time": x["time"], **columns} if has_time else columns
+    if not x.keys() >= {"solver", "x", "y"}:
+        return _plain(x, request)
+    if request.names is None and 1 + x["y"].shape[0] not in request.widths:
+        raise request.error(
+            f"found {quoted(name)}, a solution of {_word(x['solver']) or 'ode45'} with "
+            f"{x['y'].shape[0]} states, and not which they are; {request.how_to_tell}"
+        )
+    return {"time": x["x"], "y": x["y"]}
 
 
 def _without_cells(members: Mapping[str, Any]) -> dict[str, Any]:

@@ -123,25 +123,31 @@ def _without_speeds(names: Sequence[str], found: list[Found]) -> list[Found]:
 
 def _without_indices(names: Sequence[str], found: list[Found], count: int) -> list[Found]:
     """The same without columns whose numbers are not those of maneuvers."""
-    stems = [split_unit(name)[0] for name in names]
-    columns = _columns(found)
-    plain = {key for _, key, number in columns if number is None}
-    numbered = [column for column in columns if column[2] is not None]
-    letters = [column for column in numbered if _letter(stems[column[0]])]
-    words = [column for column in numbered if column not in letters]
     every = set(range(1, count + 1)) if count > 1 else None
+    plain: dict[str, dict[int, int | None]] = {}
+    words: dict[str, dict[int, int | None]] = {}
+    letters: dict[str, dict[int, int | None]] = {}
+    for i, key, number in _columns(found):
+        numbered = letters if _letter(split_unit(names[i])[0]) else words
+        (plain if number is None else numbered).setdefault(key, {})[i] = number
+    of_words = {number for group in words.values() for number in group.values()}
     # That of a letter is one if those of words are, or if its own are those of all maneuvers.
-    of_words, of_letters = {number for _, _, number in words}, _numbers(letters)
-    trusted = {
-        key for key, own in of_letters.items() if own <= of_words or (own == every and not plain)
-    }
-    kept = words + [column for column in letters if column[1] in trusted]
-    numbers = _numbers(kept)
-    are_most = every in numbers.values() or len(numbers) > len(plain)
-    if plain and not are_most and not any(_IN_WORDS.search(stems[i].lower()) for i, _, _ in kept):
-        kept = []
-    out = {i for i, _, _ in numbered} - {i for i, _, _ in kept}
+    kept = [*words.values()]
+    for group in letters.values():
+        own = {*group.values()}
+        if own <= of_words or (own == every and not plain):
+            kept.append(group)
+    trusted = set().union(*kept)
+    are_most = every in [{*group.values()} for group in kept] or len(kept) > len(plain)
+    if plain and not are_most and not any(_is_in_words(names[i]) for i in trusted):
+        trusted = set()
+    out = set().union(*words.values(), *letters.values()) - trusted
     return [None if i in out else f for i, f in enumerate(found)]
+
+
+def _is_in_words(name: str) -> bool:
+    """Whether a name says that its number is that of a maneuver."""
+    return _IN_WORDS.search(split_unit(name)[0].lower()) is not None
 
 
 def _in_turn(found: list[Found], count: int) -> list[Found]:
