@@ -248,23 +248,16 @@ def _as_meant(results: Results, reference: Reference) -> Results:
     open_ = {key: keys for rows in results.maneuvers for key, keys in rows.may_be.items()}
     if not open_:
         return results
-    taken = {key for rows in results.maneuvers for key in rows.values} - open_.keys()
-    known = reference[1].definitions.keys() - taken
-    choices = [[key, *(k for k in keys if k in known and k != key)] for key, keys in open_.items()]
-    far = {
-        (key, k): _how_far(results, reference, key, k)
-        for key, kinds in zip(open_, choices, strict=True)
-        for k in kinds
-    }
+    far = _evidence(results, reference, open_)
     # Of equals the first, which is as the names have it.
     best = min(
-        (c for c in product(*choices) if len(set(c)) == len(c)),
-        key=lambda c: sum(log(far[pair]) for pair in zip(open_, c, strict=True)),
+        (c for c in product(*far.values()) if len(set(c)) == len(c)),
+        key=lambda c: sum(log(near[k]) for near, k in zip(far.values(), c, strict=True)),
     )
-    meant: dict[str, str | None] = dict(zip(open_, best, strict=True))
-    for key, k in meant.items():
-        if far[key, str(k)] >= HALF and (k != key or k not in BENCHMARK_COLUMNS):
-            meant[key] = None
+    meant: dict[str, str | None] = {}
+    for key, k in zip(far, best, strict=True):
+        is_nothing = far[key][k] >= HALF and (k != key or k not in BENCHMARK_COLUMNS)
+        meant[key] = None if is_nothing else k
     findings = list(results.findings)
     for key, k in meant.items():
         if k != key:
@@ -273,6 +266,22 @@ def _as_meant(results: Results, reference: Reference) -> Results:
             findings.append(info("meant_by_values", said, column=k, may_be=list(open_[key])))
     maneuvers = tuple(_renamed(rows, meant) for rows in results.maneuvers)
     return replace(results, maneuvers=maneuvers, findings=tuple(findings))
+
+
+def _evidence(
+    results: Results, reference: Reference, open_: Mapping[str, Sequence[str]]
+) -> dict[str, dict[str, float]]:
+    """How far each column is from each of its meanings that no other column has for sure."""
+    taken = {key for rows in results.maneuvers for key in rows.values} - open_.keys()
+    known = reference[1].definitions.keys() - taken
+    return {
+        key: {
+            k: _how_far(results, reference, key, k)
+            for k in dict.fromkeys((key, *keys))
+            if k == key or k in known
+        }
+        for key, keys in open_.items()
+    }
 
 
 def _renamed(rows: Rows, names: Mapping[str, str | None]) -> Rows:

@@ -45,9 +45,8 @@ def by_maneuver(members: Mapping[str, Any], request: Request) -> dict[str, Any]:
 def _columns_by_maneuver(members: Mapping[str, Any], request: Request) -> dict[str, Any]:
     """Of columns such as ``roll_angle`` of shape (3, n), with one time or one of that shape."""
     arrays = arrays_in(members)
-    known = [n for n in arrays if (recognise(n) or ("", 0))[1] is None]
-    times = [arrays[name] for name in known if is_time(name)]
-    shapes = {tuple(arrays[name].shape) for name in known if not is_time(name)}
+    times = [x for name, x in arrays.items() if is_time(name)]
+    shapes = {tuple(x.shape) for name, x in arrays.items() if _is_unnumbered(name)}
     if not times or len(shapes) != 1 or len(shape := shapes.pop()) != 2:
         return {}
     fitting = [i for i in (0, 1) if _is_over_maneuvers(i, shape, times[0], request.count)]
@@ -61,6 +60,12 @@ def _columns_by_maneuver(members: Mapping[str, Any], request: Request) -> dict[s
         f"maneuver_{n:.0f}": others | {k: x.take(i, fitting[0]) for k, x in columns.items()}
         for i, n in enumerate(numbers)
     }
+
+
+def _is_unnumbered(name: str) -> bool:
+    """Whether the name is that of a column, and of no maneuver."""
+    found = recognise(name)
+    return found is not None and found[1] is None and found[0] != TIME
 
 
 def _numbers_along(arrays: Mapping[str, Any], size: int, request: Request) -> Any:

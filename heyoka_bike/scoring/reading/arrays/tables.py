@@ -181,16 +181,12 @@ def _named(
     rows = length(arrays[next(n for n in known if is_time(n))])
     beside = [n for n in arrays if is_maneuver(n) or is_coordinate(n)]
     names = [*known, *(n for n in beside if is_vector(arrays[n]) and length(arrays[n]) == rows)]
-    alone = [
-        n for n in beside if n not in names and is_maneuver(n) and np.prod(arrays[n].shape) == 1
-    ]
-    if maneuver is None and alone:
-        number = read_maneuvers(arrays[alone[0]], request.within(alone[0]))[0]
-        maneuver = int(number) if np.isfinite(number) else None
+    if maneuver is None:
+        maneuver = _maneuver_told(arrays, request)
     _check_lengths({n: arrays[n] for n in names}, request)
     columns = [_column(n, arrays[n], arrays.get(f"{n}_lo"), request.within(n)) for n in names]
-    others = [n for n in (*arrays, *members) if n not in names and not _goes_with(n, names)]
-    others = list(dict.fromkeys(others))
+    in_order = dict.fromkeys((*arrays, *members))
+    others = [n for n in in_order if n not in names and not _goes_with(n, names)]
     return Vectors(
         _evened(columns, next(j for j, n in enumerate(names) if is_time(n))),
         names,
@@ -198,6 +194,15 @@ def _named(
         maneuver=maneuver,
         findings=(left_out(others),) if others else (),
     )
+
+
+def _maneuver_told(arrays: Mapping[str, Any], request: Request) -> int | None:
+    """The number of the maneuver that stands beside columns, if it does."""
+    for name, x in arrays.items():
+        if is_maneuver(name) and np.prod(x.shape) == 1:
+            number = read_maneuvers(x, request.within(name))[0]
+            return int(number) if np.isfinite(number) else None
+    return None
 
 
 def _upright(
