@@ -255,9 +255,9 @@ def _as_meant(results: Results, reference: Reference) -> Results:
         key=lambda c: sum(log(near[k]) for near, k in zip(far.values(), c, strict=True)),
     )
     meant: dict[str, str | None] = {}
-    for key, k in zip(far, best, strict=True):
-        is_nothing = far[key][k] >= HALF and (k != key or k not in BENCHMARK_COLUMNS)
-        meant[key] = None if is_nothing else k
+    for key, nearest in zip(far, best, strict=True):
+        is_kept = far[key][nearest] < HALF or (nearest == key and key in BENCHMARK_COLUMNS)
+        meant[key] = nearest if is_kept else None
     findings = list(results.findings)
     for key, k in meant.items():
         if k != key:

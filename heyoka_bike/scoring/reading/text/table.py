@@ -20,9 +20,6 @@ from heyoka_bike.scoring.reading.vectors import Vectors
 
 # Rows of the first block of which digits are counted; of a later one, and by the slow reader.
 _COUNTED, _COUNTED_LATER = 2000, 200
-_USUAL = Dialect("", ".")
-# Characters of which `float` reads numbers only.
-_PLAIN = b"0123456789+-.eE \t"
 # These begin with a set of letters, and look back from there: that is ten times faster.
 _COMMENTS = re.compile(
     rb"[#%!/](?:(?<=[%!])|(?<=/)/|(?<=#)(?:(?<![0-9]\.#)|(?!(?i:ind|inf|qnan|snan)))).*"
@@ -34,8 +31,6 @@ _NOT_FINITE = re.compile(
 )
 _QUOTED = re.compile(rb"([\"'])(?<![^\s,;].)([0-9a-zA-Z.+-]+)\1(?![^\s,;])")
 _COMMAS, _EXPONENTS = bytes.maketrans(b".,", b"?."), bytes.maketrans(b"EDdQq", b"eeeee")
-# Blanks before a separator are rare, and few.
-_MOST_BLANKS = 30
 
 
 def read_text(chunks: Iterable[bytes], encoding: str, request: Request) -> Vectors:
@@ -147,11 +142,6 @@ class _Reader:
     def _row(self, line: bytes, number: int, at_end: bool) -> list[str] | None:
         """Numbers of a line as text that `float` reads; None of a blank or incomplete one."""
         dialect, width = self.opening.dialect, self.opening.width
-        # Nothing can be wrong with these but their form, which `float` checks as well as we could.
-        if dialect == _USUAL and not (self.cut or line.translate(None, _PLAIN)):
-            plain = line.decode("ascii").split()
-            if len(plain) == width and _are_floats(plain):
-                return plain
         content = without_comment(plain_text(line))
         fields = dialect.split(content)
         if not any(fields):
@@ -192,17 +182,6 @@ def canonical(text: bytes, dialect: Dialect, tidy: bool) -> bytes:
         text = _QUOTED.sub(rb"\2", _NOT_FINITE.sub(b"8e888", _COMMENTS.sub(b"", text)))
     text = text.translate(_EXPONENTS)
     if separator := dialect.separator.encode():
-        for _ in range(_MOST_BLANKS):
-            if b" " + separator not in text:
-                break
-            text = text.replace(b" " + separator, separator)
+        if b" " + separator in text:
+            text = re.sub(rb" +" + separator, separator, text)
     return text if text.endswith(b"\n") else text + b"\n"
-
-
-def _are_floats(fields: list[str]) -> bool:
-    try:
-        for field in fields:
-            float(field)
-    except ValueError:
-        return False
-    return True
