@@ -181,7 +181,7 @@ def canonical(text: bytes, dialect: Dialect, tidy: bool) -> bytes:
     if tidy:
         text = _QUOTED.sub(rb"\2", _NOT_FINITE.sub(b"8e888", _COMMENTS.sub(b"", text)))
     text = text.translate(_EXPONENTS)
-    if separator := dialect.separator.encode():
-        if b" " + separator in text:
-            text = re.sub(rb" +" + separator, separator, text)
+    separator = dialect.separator.encode()
+    if separator and b" " + separator in text:
+        text = re.sub(rb" +" + separator, separator, text)
     return text if text.endswith(b"\n") else text + b"\n"
