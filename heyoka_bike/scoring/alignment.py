@@ -311,13 +311,13 @@ def _how_far(results: Results, reference: Reference, key: str, meaning: str) -> 
 def _with_wheel_rate(part: Part, reference: Reference) -> tuple[Part, tuple[Finding, ...]]:
     """The part with the rate of a wheel in the place of the speed known as that, by its values."""
     speed = part.only({"forward_speed"})
-    if not speed.values:
+    own = _distance(speed) if speed.values else 0.0
+    if own <= HALF / _NEARER:
         return part, ()
-    own = _distance(speed)
     for name in ("rR", "rF"):
         radius = f"{float(Fraction(reference.parameters[name]))} m"
         units = {**part.units, "forward_speed": f"{radius} rad s-1"}
-        if _distance(replace(speed, units=units)) < own / _NEARER and own > HALF / _NEARER:
+        if _distance(replace(speed, units=units)) < own / _NEARER:
             said = f"forward_speed is the rate of a wheel [rad/s]; its speed is that times {radius}"
             return replace(part, units=units), (info("wheel_rate", said, radius=radius),)
     return part, ()
@@ -388,6 +388,8 @@ def _another_order(part: Part) -> dict[str, str]:
         away = _away(part, meaning, part.values[key][pick], expected[meaning])
         return 1.0 if away is None else away
 
+    if all(far(key, key) < _FAR for key in keys):
+        return {}
     order = {}
     for key in keys:
         away = {meaning: far(key, meaning) for meaning in keys}

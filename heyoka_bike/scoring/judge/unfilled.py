@@ -19,6 +19,8 @@ _FEW_ROWS = 10
 # Another number than zero is what was never filled in of these alone: a constant speed is what the
 # linear equations have, a constant angle what a motion has that stands still.
 _HELD = ("potential_energy", "kinetic_energy", "mechanical_energy")
+# What is said of numbers that are none.
+_NOTHING = {"nan": "nothing but NaN", "0.0": "nothing but zeros", "-0.0": "nothing but zeros"}
 # Zeros are the rate of such an angle.
 _RATES = {"roll_rate": "roll_angle", "steer_rate": "steer_angle"}
 # Of a bicycle that runs upright and straight nothing varies but by an integrator's roundoff.
@@ -107,7 +109,7 @@ def _finding(found: Sequence[tuple[Part, dict[str, float]]]) -> Finding:
         alike.setdefault((number, where), []).append(key)
     said = [
         f"{', '.join(names)}{where} hold{'s' if len(names) == 1 else ''} "
-        f"{f'{number:.9g}' if number else 'nothing but zeros'}"
+        f"{_NOTHING.get(str(number), f'{number:.9g}')}"
         for (number, where), names in alike.items()
     ]
     return warning(

@@ -24,7 +24,7 @@ class Steps(np.ndarray):
         self.step = getattr(other, "step", None)
 
 
-class Packed:
+class PackedNumbers:
     """An array of packed numbers, unpacked when it is read; of floating point none is changed.
 
     Parameters
@@ -61,4 +61,4 @@ class Packed:
 def unpacked(source: Any, attributes: Mapping[str, Any]) -> Any:
     """The array, which unpacks its numbers if they are packed or stand for what is missing."""
     has_any = any(name in attributes for name in (*_MISSING, _SCALE, _OFFSET))
-    return Packed(source, attributes) if has_any and source.dtype.kind in "iuf" else source
+    return PackedNumbers(source, attributes) if has_any and source.dtype.kind in "iuf" else source
