@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from itertools import product
+from math import log
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +35,12 @@ _LARGEST = 1e150
 # Columns this far from their own maneuver, in scales, may be of another one, if they are nearer to
 # that.
 _FAR = 0.1
+# Rows that tell columns in another order.
+_FEW = 200
+ANOTHER_ORDER = "columns_in_another_order"
+"""Finding of a file whose columns are others than their places or names say."""
+# A wheel's rate is so many times nearer than a speed: 1 rad/s of a wheel of 0.3 m is 1.08 km/h.
+_NEARER = 8.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,6 +126,7 @@ def align(results: Results, reference: Reference) -> Alignment:
         None of its rows can be compared, or its maneuver cannot be recognised.
     """
     results, reference = _with_their_columns(results, reference)
+    results = _as_meant(results, reference)
     findings = list(results.findings)
     parts: list[Part] = []
     lost: list[Part] = []
@@ -133,8 +143,10 @@ def align(results: Results, reference: Reference) -> Alignment:
         if any(part.number == number for part in parts):
             raise InputError(f"found maneuver {number} twice", file=results.path)
         part, outside = _within(rows, number, reference[number])
-        if rows.maneuver is not None:
-            outside += _of_another(part, rows, reference)
+        part, turning = _with_wheel_rate(part, reference)
+        outside += turning
+        if len(part.time):
+            outside += _of_another(part, rows, reference, results)
         findings += [f for f in outside if f not in findings]
         (parts if len(part.time) else lost).append(part)
     if not any(part.has_values() for part in parts):
@@ -231,6 +243,89 @@ def _only(columns: Mapping[str, Array], keys: Collection[str]) -> dict[str, Arra
     return {key: x for key, x in columns.items() if key in keys}
 
 
+def _as_meant(results: Results, reference: Reference) -> Results:
+    """The columns whose names mean several things as what their values are nearest to, together.
+
+    What has no place among the benchmark's columns and is near to nothing is left out.
+    """
+    open_ = {key: keys for rows in results.maneuvers for key, keys in rows.may_be.items()}
+    if not open_:
+        return results
+    far = _evidence(results, reference, open_)
+    # Of equals the first, which is as the names have it.
+    best = min(
+        (c for c in product(*far.values()) if len(set(c)) == len(c)),
+        key=lambda c: sum(log(near[k]) for near, k in zip(far.values(), c, strict=True)),
+    )
+    meant: dict[str, str | None] = {}
+    for key, nearest in zip(far, best, strict=True):
+        is_kept = far[key][nearest] < HALF or (nearest == key and key in BENCHMARK_COLUMNS)
+        meant[key] = nearest if is_kept else None
+    findings = list(results.findings)
+    for key, k in meant.items():
+        if k != key:
+            said = f"the name of a column may mean {' or '.join(open_[key])}; by its values it is "
+            said += k or "none of them and left out"
+            findings.append(info("meant_by_values", said, column=k, may_be=list(open_[key])))
+    maneuvers = tuple(_renamed(rows, meant) for rows in results.maneuvers)
+    return replace(results, maneuvers=maneuvers, findings=tuple(findings))
+
+
+def _evidence(
+    results: Results, reference: Reference, open_: Mapping[str, Sequence[str]]
+) -> dict[str, dict[str, float]]:
+    """How far each column is from each of its meanings that no other column has for sure."""
+    taken = {key for rows in results.maneuvers for key in rows.values} - open_.keys()
+    known = reference[1].definitions.keys() - taken
+    return {
+        key: {
+            k: _how_far(results, reference, key, k)
+            for k in dict.fromkeys((key, *keys))
+            if k == key or k in known
+        }
+        for key, keys in open_.items()
+    }
+
+
+def _renamed(rows: Rows, names: Mapping[str, str | None]) -> Rows:
+    """Rows whose columns have other keys; those without one are left out."""
+
+    def of(columns: Mapping[str, Any]) -> dict[str, Any]:
+        named = {names.get(key, key): x for key, x in columns.items()}
+        return {key: x for key, x in named.items() if key is not None}
+
+    return replace(
+        rows, values=of(rows.values), lo=of(rows.lo), quantum=of(rows.quantum), units=of(rows.units)
+    )
+
+
+def _how_far(results: Results, reference: Reference, key: str, meaning: str) -> float:
+    """Distance of a column from what it may mean, over all maneuvers of the file."""
+    found: float = 1.0
+    for rows in results.maneuvers:
+        if key in rows.values:
+            alone = _renamed(replace(rows, values=_only(rows.values, {key})), {key: meaning})
+            numbers = [n for n in reference if rows.maneuver in (None, n)]
+            near = (_distance(_within(alone, n, reference[n])[0]) for n in numbers)
+            found *= min(near, default=1.0)
+    return float(found ** (1 / len(results.maneuvers)))
+
+
+def _with_wheel_rate(part: Part, reference: Reference) -> tuple[Part, tuple[Finding, ...]]:
+    """The part with the rate of a wheel in the place of the speed known as that, by its values."""
+    speed = part.only({"forward_speed"})
+    own = _distance(speed) if speed.values else 0.0
+    if own <= HALF / _NEARER:
+        return part, ()
+    for name in ("rR", "rF"):
+        radius = f"{float(Fraction(reference.parameters[name]))} m"
+        units = {**part.units, "forward_speed": f"{radius} rad s-1"}
+        if _distance(replace(speed, units=units)) < own / _NEARER:
+            said = f"forward_speed is the rate of a wheel [rad/s]; its speed is that times {radius}"
+            return replace(part, units=units), (info("wheel_rate", said, radius=radius),)
+    return part, ()
+
+
 def _recognise(results: Results, rows: Rows, reference: Reference) -> int:
     """Number of the maneuver that the values are nearest to."""
     distance = {}
@@ -240,6 +335,10 @@ def _recognise(results: Results, rows: Rows, reference: Reference) -> int:
         enough = 2 * len(part.time) > len(rows.time)
         distance[number] = _distance(part) if enough else 1.0
     nearest, *others = sorted(distance, key=distance.__getitem__)
+    if distance[nearest] >= _FAR:
+        orders = {n: order for n, part in parts.items() if (order := _another_order(part))}
+        if orders:
+            return min(orders, key=lambda n: _distance(_in_order(parts[n], orders[n])))
     # The same factor that tells definitions apart.
     if distance[nearest] >= HALF or (others and distance[others[0]] < 2 * distance[nearest]):
         option = "maneuver=N" if results.format == "array" else "--maneuver N"
@@ -252,9 +351,23 @@ def _recognise(results: Results, rows: Rows, reference: Reference) -> int:
     return nearest
 
 
-def _of_another(part: Part, rows: Rows, reference: Reference) -> tuple[Finding, ...]:
-    """A word if the values are clearly those of another maneuver than told."""
-    own = _distance(part) if len(part.time) else 0.0
+def _of_another(
+    part: Part, rows: Rows, reference: Reference, results: Results
+) -> tuple[Finding, ...]:
+    """A word if the values are clearly those of other columns or another maneuver than told."""
+    if order := _another_order(part):
+        option = "columns=" if results.format == "array" else "--columns "
+        said = f"the columns seem to be in another order: {', '.join(order.values())}"
+        if all({*r.values} == {*BENCHMARK_COLUMNS} for r in results.maneuvers):
+            several = len(results.maneuvers) > 1
+            names = [
+                f"m{r.maneuver}_{order[key]}" if several else order[key]
+                for r in results.maneuvers
+                for key in r.values
+            ]
+            said += f"; {option}time,{','.join(names)} tells it"
+        return (warning(ANOTHER_ORDER, said, columns=list(order.values())),)
+    own = _distance(part)
     if own < _FAR:
         return ()
     distance = {n: _distance(_within(rows, n, reference[n])[0]) for n in reference}
@@ -268,26 +381,56 @@ def _of_another(part: Part, rows: Rows, reference: Reference) -> tuple[Finding, 
     return (warning("another_maneuver", said, maneuver=part.number, nearest=nearest),)
 
 
+def _another_order(part: Part) -> dict[str, str]:
+    """What the columns are by their values, if each is another of them; else nothing."""
+    pick = spread(len(part.time), _FEW)
+    keys = [key for key in part.values if key in BENCHMARK_COLUMNS]
+    expected = part.reference.approximate(part.time[pick], keys)
+
+    def far(key: str, meaning: str) -> float:
+        away = _away(part, meaning, part.values[key][pick], expected[meaning])
+        return 1.0 if away is None else away
+
+    if all(far(key, key) < _FAR for key in keys):
+        return {}
+    order = {}
+    for key in keys:
+        away = {meaning: far(key, meaning) for meaning in keys}
+        nearest = min(away, key=away.__getitem__)
+        order[key] = nearest if away[nearest] < away[key] / _NEARER else key
+        if away[order[key]] >= _FAR:
+            return {}
+    is_moved = any(far(key, key) >= _FAR for key, meaning in order.items() if key != meaning)
+    return order if is_moved and {*order.values()} == {*keys} else {}
+
+
+def _in_order(part: Part, order: Mapping[str, str]) -> Part:
+    return replace(part, values={order[key]: x for key, x in part.values.items() if key in order})
+
+
 def _distance(part: Part) -> float:
     """Geometric mean over the columns of their distance from the maneuver, in scales."""
     pick = part.sample()
     names = [key for key in COMPARED if key in part.values]
     expected = part.reference.approximate(part.time[pick], names)
-    logs = []
-    for key in names:
-        values = part.values[key][pick]
-        good = np.isfinite(values) & np.isfinite(expected[key])
-        # Heights and normal forces hardly vary: what tells maneuvers apart is how they do.
-        rows = part.reference.rows[key]
-        scale = part.reference.scale(key) if key in BENCHMARK_COLUMNS else float(np.ptp(rows))
-        if not good.any() or not scale:
-            continue
-        units = [factor(unit)[0] for unit in tried(COMPARED[key][0].unit, part.units.get(key))]
-        taken = np.multiply.outer([*units, *(-u for u in units)], values[good])
-        nearest = float(np.min(median(np.abs(taken - expected[key][good]))))
-        # Nothing is nearer than binary64 can tell, or farther than not at all.
-        logs.append(np.log(np.clip(nearest / scale, np.finfo(np.float64).eps, 1.0)))
+    away = [_away(part, key, part.values[key][pick], expected[key]) for key in names]
+    logs = [log(x) for x in away if x is not None]
     return float(np.exp(np.mean(logs))) if logs else 1.0
+
+
+def _away(part: Part, key: str, values: Array, expected: Array) -> float | None:
+    """Distance of values from a column, in its scale; None if there is nothing to compare."""
+    good = np.isfinite(values) & np.isfinite(expected)
+    # Heights and normal forces hardly vary: what tells maneuvers apart is how they do.
+    rows = part.reference.rows[key]
+    scale = part.reference.scale(key) if key in BENCHMARK_COLUMNS else float(np.ptp(rows))
+    if not good.any() or not scale:
+        return None
+    units = [factor(unit)[0] for unit in tried(COMPARED[key][0].unit, part.units.get(key))]
+    taken = np.multiply.outer([*units, *(-u for u in units)], values[good])
+    nearest = float(np.min(median(np.abs(taken - expected[good]))))
+    # Nothing is nearer than binary64 can tell, or farther than not at all.
+    return float(np.clip(nearest / scale, np.finfo(np.float64).eps, 1.0))
 
 
 def _within(

@@ -57,14 +57,18 @@ def tried(si: str, named: str | None) -> tuple[str, ...]:
 
 @cache
 def factor(unit: str) -> tuple[float, float]:
-    """What a value in a unit is multiplied by to be in SI units, as hi + lo."""
+    """What a value in a unit is multiplied by to be in SI units, as hi + lo.
+
+    A number is a factor: ``0.3 m rad s-1`` is the speed of a wheel that turns by 1 rad/s.
+    """
     with localcontext() as context:
         context.prec = 50
         exact = Decimal(1)
         for word in unit.split() if unit != "1" else ():
             name = word.removesuffix("-1")
-            prefix, base = ("", name) if name in _SIZES else (name[0], name[1:])
-            numerator, _, denominator = _SIZES[base].replace("pi", _PI).partition("/")
+            is_whole = name in _SIZES or name[0].isdigit()
+            prefix, base = ("", name) if is_whole else (name[0], name[1:])
+            numerator, _, denominator = _SIZES.get(base, base).replace("pi", _PI).partition("/")
             size = Decimal(_PREFIXES.get(prefix, "1")) * Decimal(numerator)
             size /= Decimal(denominator or "1")
             exact = exact * size if name == word else exact / size

@@ -80,7 +80,7 @@ def test_nothing_of_another_file_is_read(tmp_path, names, userblock):
 
 
 def test_groups_that_are_in_many_others_are_counted(tmp_path, monkeypatch):
-    monkeypatch.setattr(own_arrays, "_MOST", 1000)
+    monkeypatch.setattr(own_arrays, "MOST_MEMBERS", 1000)
     path = tmp_path / "x.h5"
     with h5py.File(path, "w") as f:
         group = f.create_group("last")

@@ -72,6 +72,7 @@ def assert_same(found, expected, where=""):
         for name, x in expected.items():
             assert_same(found[name], x, f"{where}.{name}")
     elif isinstance(expected, list):
+        found = found.ravel(order="F") if isinstance(found, np.ndarray) else found
         assert len(found) == len(expected), where
         for i, x in enumerate(expected):
             assert_same(found[i], x, f"{where}[{i}]")
@@ -211,9 +212,40 @@ def test_a_small_file_that_unpacks_to_a_large_one(bomb):
         matlab_variables(data, MOST)
 
 
+def object_of(name, kind):
+    """An object of a class as MATLAB saves it: where its content is, which stands elsewhere."""
+    where = matrix("<", b"", 13, (6, 1), element("<", 6, struct.pack("<6I", 0xDD000000, *[1] * 5)))
+    parts = [element("<", 6, struct.pack("<II", 17, 0))]
+    parts += [element("<", 1, word) for word in (name, b"MCOS", kind)]
+    return element("<", 14, b"".join([*parts, where]))
+
+
+@pytest.mark.parametrize(
+    ("kind", "said"),
+    [
+        (b"table", r"writetable\(r, 'results.csv'\)"),
+        (b"timetable", r"writetimetable\(r, 'results.csv'\)"),
+        (b"timeseries", r"results = \[r.Time r.Data\]; save results.mat results"),
+        (b"Simulink.SimulationOutput", "save results.mat with its times and values as arrays"),
+    ],
+)
+def test_an_object_is_named_with_what_writes_it(kind, said, tmp_path):
+    path = tmp_path / "r.mat"
+    path.write_bytes(file_of(object_of(b"r", kind), matrix("<", b"x", 6, (3, 3), NINE)))
+    with pytest.raises(InputError, match=f"found 'r', a {kind.decode()}, which MATLAB .*: {said}$"):
+        read_results(path)
+
+
+def test_an_object_beside_columns_is_left_out(tmp_path):
+    path = tmp_path / "r.mat"
+    columns = [matrix("<", name, 6, (1, 9), NINE) for name in (b"t", b"roll")]
+    path.write_bytes(file_of(object_of(b"r", b"table"), *columns))
+    assert [*read_results(path).maneuvers[0].values] == ["roll_angle"]
+
+
 def test_what_is_left_out():
-    """A sparse matrix, a function and an object of MATLAB beside a matrix."""
-    odd = [matrix("<", b"s", kind, (1, 9), NINE) for kind in (5, 16, 17)]
+    """A sparse matrix and a function of MATLAB beside a matrix."""
+    odd = [matrix("<", b"s", kind, (1, 9), NINE) for kind in (5, 16)]
     found = matlab_variables(file_of(*odd, matrix("<", b"x", 6, (1, 9), NINE)), MOST)
     assert list(found) == ["x"]
 

@@ -61,7 +61,7 @@ def test_many_numbers(form):
     text = "".join(" ".join(form.format(x) for x in row) + "\n" for row in values.tolist())
     block = parse_block(text.encode(), 5, b"", [0, 3], 100)
     tokens = [line.split() for line in text.splitlines()]
-    assert block.values.T.tolist() == [[float(x) for x in row] for row in tokens]
+    assert np.transpose(block.values).tolist() == [[float(x) for x in row] for row in tokens]
     for j in (0, 3):
         assert block.lo[j].tolist() == [exact_parts(row[j])[1] for row in tokens]
     assert sorted(block.lo) == [0, 3]
@@ -114,5 +114,5 @@ def test_separators_are_counted(text):
 
 def test_separators_at_the_end_and_blanks():
     block = parse_block(b"\n 1,\t2,\n\n3,4\n5, 6\n  \n", 2, b",", [], 10)
-    assert block.values.tolist() == [[1, 3, 5], [2, 4, 6]]
+    assert np.array(block.values).tolist() == [[1, 3, 5], [2, 4, 6]]
     assert block.lines.tolist() == [1, 3, 4]

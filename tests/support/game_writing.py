@@ -9,18 +9,36 @@ from scipy.io import savemat
 from heyoka_bike import read_results
 from support.game_files import EIGHT, Part, decimal_times, written
 
-TEXTS = ("text", "csv", "semicolons", "text.gz")
-ARRAYS = ("npz", "mat", "hdf5", "array", "npy")
-NEEDS_ALL = ("array", "npy")
+TEXTS = ("text", "csv", "semicolons", "text.gz", "long", "below", "timetable")
+ARRAYS = ("npz", "mat", "hdf5", "array", "npy", "cells")
+NEEDS_ALL = ("array", "npy", "cells")
+# As those who simulate vehicles call them; values tell what u, p and theta are.
+VEHICLES = {
+    "roll_angle": ("phi", "theta"), "roll_rate": ("p", "rolld"), "forward_speed": ("u", "vx"),
+    "steer_angle": ("delta", "steer"), "steer_rate": ("deltad", "steerd"),
+    "potential_energy": ("V", "Epot"), "kinetic_energy": ("T", "Ekin"),
+}  # fmt: skip
 
 
 def headings(random, parts):
     """Names of columns, numbered where there is more than one maneuver, in any order."""
-    style = random.integers(3)
+    style = random.integers(4 if len(parts) == 1 else 3)
+    if style == 3:
+        return vehicle_headings(random, parts[0])
     found = []
     for p in parts:
         n = p.maneuver
         found += [(p, k, (f"m{n}_{k}", f"{k}_{n}", f"maneuver_{n}_{k}")[style]) for k in p.hi]
+    return [found[i] for i in random.permutation(len(found))]
+
+
+def vehicle_headings(random, part):
+    """Short names, in any order; theta is the roll angle where there is no pitch."""
+    found = []
+    for key in part.hi:
+        names = VEHICLES.get(key, (key,))
+        names = names[:1] if "pitch" in part.hi else names
+        found.append((part, key, str(random.choice(names))))
     return [found[i] for i in random.permutation(len(found))]
 
 
@@ -56,6 +74,10 @@ def write(random, parts, path, form, digits=17):
                 group["time"] = p.time
                 for k, v in p.hi.items():
                     group[k] = v
+    elif form == "cells":
+        file, held = folder / f"{path.name}.mat", np.empty(len(parts), dtype=object)
+        held[:] = [np.column_stack([time, *(p.hi[k] for k in EIGHT)]) for p in parts]
+        savemat(file, {"results": held if len(parts) > 1 else held[0]})
     else:
         table = np.column_stack([time, *(p.hi[k] for p in parts for k in EIGHT)])
         if form == "array":
@@ -70,14 +92,20 @@ def _text(random, parts, file, form, digits):
     hi, lo = decimal_times(parts[0].time)
     said = {p.maneuver: Part(p.maneuver, hi, lo, is_rounded=digits < 17) for p in parts}
     columns, heads = [time], ["time"]
-    plain = is_plain(parts) and random.random() < 0.5
+    if form in ("long", "below"):
+        return _by_rows(parts, said, file, form, time, digits), list(said.values())
+    plain = form != "timetable" and is_plain(parts) and random.random() < 0.5
     order = [(p, k, k) for p in parts for k in EIGHT] if plain else headings(random, parts)
     for p, k, name in order:
         texts, h, rest = written(p.hi[k], p.lo[k] * (digits > 17), digits)
         columns.append(texts)
         heads.append(name)
         said[p.maneuver].hi[k], said[p.maneuver].lo[k] = h, rest
-    sep = {"csv": ",", "semicolons": ";"}.get(form, str(random.choice([" ", "\t", "  "])))
+    sep = {"csv": ",", "timetable": ",", "semicolons": ";"}.get(
+        form, str(random.choice([" ", "\t", "  "]))
+    )
+    if form == "timetable":
+        columns[0] = [f"{t} sec" for t in time]
     if form == "semicolons":
         columns = [[t.replace(".", ",") for t in c] for c in columns]
     lines = [sep.join(row) for row in zip(*columns, strict=True)]
@@ -91,6 +119,25 @@ def _text(random, parts, file, form, digits):
     else:
         file.write_text(text, newline="")
     return file, list(said.values())
+
+
+def _by_rows(parts, said, file, form, time, digits):
+    """A row for each value, or the maneuvers below each other with a line that names each."""
+    lines = ["maneuver,time,variable,value"] if form == "long" else []
+    for p in parts:
+        texts = {}
+        for k in p.hi:
+            texts[k], said[p.maneuver].hi[k], said[p.maneuver].lo[k] = written(
+                p.hi[k], p.lo[k] * (digits > 17), digits
+            )
+        if form == "below":
+            lines += [f"Maneuver {p.maneuver}", ",".join(["time", *texts])]
+            lines += [",".join(row) for row in zip(time, *texts.values(), strict=True)]
+        else:
+            lines += [f"{p.maneuver},{t},{k},{x}" for k, column in texts.items()
+                      for t, x in zip(time, column, strict=True)]  # fmt: skip
+    file.write_text("\n".join(lines) + "\n")
+    return file
 
 
 def read(source, parts):

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 
+from heyoka_bike.scoring.alignment import ANOTHER_ORDER
 from heyoka_bike.scoring.findings import Finding
 from heyoka_bike.scoring.judge.consistency import against_itself
 from heyoka_bike.scoring.judge.conventions import conventions, understood
@@ -30,7 +31,9 @@ RULES: tuple[Callable[[Report], Iterable[Finding]], ...] = (
 
 def judged(report: Report) -> Report:
     """A report with what is worth saying about it, by every rule."""
-    found = tuple(finding for rule in RULES for finding in rule(report))
+    # Of columns that are others than they are taken for nothing else can be said.
+    is_moved = any(f.code == ANOTHER_ORDER for f in report.findings)
+    found = tuple(finding for rule in (() if is_moved else RULES) for finding in rule(report))
     contradicted = {
         key for f in found if f.code == "signs_disagree" for key in f.evidence["columns"]
     }

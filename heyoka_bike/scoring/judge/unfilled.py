@@ -1,8 +1,8 @@
 """Columns that hold one number in every row where the quantity varies: they were never filled in.
 
 Programs that write the benchmark's file without some of its columns, the energies mostly, leave
-zeros in their place or the first value. That is no result: it is named, and left out. A requirement
-that speaks of such a column fails, see `requirements`.
+zeros in their place, NaN or the first value. That is no result: it is named, and left out. A
+requirement that speaks of such a column fails, see `requirements`.
 """
 
 from collections.abc import Sequence
@@ -19,6 +19,8 @@ _FEW_ROWS = 10
 # Another number than zero is what was never filled in of these alone: a constant speed is what the
 # linear equations have, a constant angle what a motion has that stands still.
 _HELD = ("potential_energy", "kinetic_energy", "mechanical_energy")
+# What is said of numbers that are none.
+_NOTHING = {"nan": "nothing but NaN", "0.0": "nothing but zeros", "-0.0": "nothing but zeros"}
 # Zeros are the rate of such an angle.
 _RATES = {"roll_rate": "roll_angle", "steer_rate": "steer_angle"}
 # Of a bicycle that runs upright and straight nothing varies but by an integrator's roundoff.
@@ -45,8 +47,9 @@ def without_unfilled(alignment: Alignment) -> Alignment:
 
 def _unfilled(part: Part) -> dict[str, float]:
     """The columns that were never filled in, with the number that they hold."""
+    empty = {key: np.nan for key, x in part.values.items() if len(x) and np.isnan(x).all()}
     if len(part.time) < _FEW_ROWS or _runs_straight(part):
-        return {}
+        return empty
     constant = {
         key: float(values[0])
         for key, values in part.values.items()
@@ -63,7 +66,7 @@ def _unfilled(part: Part) -> dict[str, float]:
     total = constant.get("mechanical_energy")
     if None not in parts and total is not None and total == sum(x or 0.0 for x in parts):
         found["mechanical_energy"] = total
-    return found
+    return empty | found
 
 
 def _runs_straight(part: Part) -> bool:
@@ -106,7 +109,7 @@ def _finding(found: Sequence[tuple[Part, dict[str, float]]]) -> Finding:
         alike.setdefault((number, where), []).append(key)
     said = [
         f"{', '.join(names)}{where} hold{'s' if len(names) == 1 else ''} "
-        f"{f'{number:.9g}' if number else 'nothing but zeros'}"
+        f"{_NOTHING.get(str(number), f'{number:.9g}')}"
         for (number, where), names in alike.items()
     ]
     return warning(

@@ -1,14 +1,21 @@
 """Results from vectors: every column where it belongs, rows in the order of time."""
 
 import logging
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain
 
 import numpy as np
 
 from heyoka_bike.errors import quoted
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.findings import Finding, Severity
-from heyoka_bike.scoring.reading.names.columns import TIME, is_maneuver, left_out, named_unit
+from heyoka_bike.scoring.reading.names.columns import (
+    TIME,
+    is_maneuver,
+    left_out,
+    may_mean,
+    named_unit,
+)
 from heyoka_bike.scoring.reading.names.layout import Layout, layout
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.results import Results, Rows
@@ -40,11 +47,10 @@ def assemble(tables: Sequence[Vectors], kind: str, request: Request) -> Results:
         finite.
     """
     known, findings = _of_the_reference(tables, request)
-    maneuvers: dict[int | None, Rows] = {}
+    maneuvers: list[Rows] = []
     digits: list[int] = []
     bad: list[_Bad] = []
-    for table in known:
-        places = layout(table, request)
+    for table, places in chain.from_iterable(_one_by_one(x, request) for x in known):
         times = _times(table, places, request)
         said = (*table.findings, *places.findings, *times.findings)
         findings += [f for f in said if f not in findings]
@@ -55,12 +61,12 @@ def assemble(tables: Sequence[Vectors], kind: str, request: Request) -> Results:
                 ", ".join(f"{key} {j + 1}" for key, j in columns.items()),
             )  # fmt: skip
             names = request.names or table.names or ()
-            maneuvers[number] = _rows(table, names, times, number, places.time, columns, bad)
+            maneuvers.append(_rows(table, names, times, number, places.time, columns, bad))
             used = [table.columns[j].digits for j in columns.values()]
             digits += [d for d in used if d is not None]
     findings += [_not_finite(bad)] if bad else []
-    held = tuple(maneuvers[n] for n in sorted(maneuvers, key=lambda n: n or 0))
-    return Results(request.path, kind, held, min(digits, default=None), tuple(findings))
+    maneuvers.sort(key=lambda rows: rows.maneuver or 0)
+    return Results(request.path, kind, tuple(maneuvers), min(digits, default=None), tuple(findings))
 
 
 def _of_the_reference(
@@ -97,6 +103,26 @@ def _by_maneuver(table: Vectors, request: Request) -> list[Vectors]:
     return [table.of_rows(numbers == n, int(n) + 1 - first) for n in np.unique(numbers)]
 
 
+def _one_by_one(table: Vectors, request: Request) -> Iterator[tuple[Vectors, Layout]]:
+    """A table and what its columns are; of maneuvers below each other, for each of these.
+
+    The times then begin again where they began.
+    """
+    places = layout(table, request)
+    times = table.columns[places.time].values
+    starts = np.flatnonzero(np.diff(times, prepend=np.inf) < 0)
+    is_again = len(starts) > 1 and bool((times[starts] == times[0]).all())
+    if not is_again or len(starts) > request.count or len(places.maneuvers) > 1:
+        yield table, places
+    elif None not in places.maneuvers:
+        said = f"found {len(starts)} times that begin at {times[0]:g}, expected one maneuver"
+        raise request.error(f"{said}; a column maneuver tells the rows of several apart")
+    else:
+        number = np.cumsum(np.isin(np.arange(len(times)), starts))
+        for n in range(1, len(starts) + 1):
+            yield table.of_rows(number == n, None), places
+
+
 def _times(table: Vectors, places: Layout, request: Request) -> Times:
     column = table.columns[places.time]
     bad = np.flatnonzero(~np.isfinite(column.values))
@@ -116,21 +142,25 @@ def _rows(
     values: dict[str, Array] = {}
     lo: dict[str, Array] = {}
     units: dict[str, str] = {}
+    may_be: dict[str, tuple[str, ...]] = {}
     order = slice(None) if times.order is None else times.order
     for key, j in columns.items():
         column = table.columns[j]
         is_bad = ~np.isfinite(column.values)
-        if is_bad.any():
+        if is_bad.any() and not is_bad.all():
             i = int(np.argmax(is_bad))
             place = ("row", i + 1) if table.lines is None else ("line", int(table.lines[i]))
             bad.append((place[1], j + 1, place[0], int(is_bad.sum())))
-        values[key] = np.where(is_bad, np.nan, column.values)[order]
+        finite = np.where(is_bad, np.nan, column.values) if is_bad.any() else column.values
+        values[key] = finite[order]
         if column.lo is not None:
             lo[key] = column.lo[order]
         if j < len(names) and (unit := named_unit(names[j], key)):
             units[key] = unit
+        if j < len(names) and key in (keys := may_mean(names[j])):
+            may_be[key] = keys
     quantum = {key: table.columns[j].quantum for key, j in {TIME: time, **columns}.items()}
-    return Rows(number, times.hi, times.lo, values, lo, quantum, units)
+    return Rows(number, times.hi, times.lo, values, lo, quantum, units, may_be)
 
 
 def _not_finite(bad: Sequence[_Bad]) -> Finding:

@@ -106,6 +106,13 @@ def binary_column(values: Array, lo: Array | None, bits: int) -> Vector:
     return Vector(values, lo, Quantum(2, digits=bits), digits if varies else None)
 
 
+def column_of_steps(values: Array, step: float) -> Vector:
+    """A column of multiples of a step."""
+    quantum = Quantum(2, places=0, step=abs(step))
+    digits = floor(log10(max(_largest(values) / quantum.step, 1.0))) + 1
+    return Vector(values, None, quantum, None if _is_constant(values, None) else digits)
+
+
 def binary_digits(values: Array) -> int:
     """24 if all values are single precision numbers, and not only integers; else 53."""
     some = values[:100]
@@ -155,12 +162,12 @@ def _are_single_written(values: Array, digits: int) -> bool:
 def _is_constant(values: Array, lo: Array | None) -> bool:
     known = np.isfinite(values)
     first = int(np.argmax(known))
-    same = values[known] == values[first]
+    same = values == values[first]
     if lo is not None:
-        same = same & (lo[known] == lo[first])
-    return bool(same.all())
+        same &= lo == lo[first]
+    return bool((same | ~known).all())
 
 
 def _largest(values: Array) -> float:
-    finite = np.abs(values[np.isfinite(values)])
-    return float(finite.max()) if len(finite) else 0.0
+    known = np.isfinite(values)
+    return max(np.max(values, where=known, initial=0.0), -np.min(values, where=known, initial=0.0))

@@ -32,6 +32,8 @@ class Request:
         How the user tells these, `OPTION` or `ARGUMENT`.
     part
         What messages begin with: of which part of the file they speak.
+    above
+        Number of blank lines that were left out above those that are counted.
     """
 
     path: str
@@ -40,6 +42,7 @@ class Request:
     names: tuple[str, ...] | None = None
     option: str = OPTION
     part: str = ""
+    above: int = 0
 
     def within(self, part: str) -> "Request":
         """The same, for a part of the file; for all of it if that has no name."""
@@ -47,7 +50,8 @@ class Request:
 
     def error(self, message: str, line: int | None = None, column: int | None = None) -> InputError:
         """The error that says where, what was found and what was expected."""
-        return InputError(f"{self.part}{message}", file=self.path, line=line, column=column)
+        at = None if line is None else line + self.above
+        return InputError(f"{self.part}{message}", file=self.path, line=at, column=column)
 
     @contextmanager
     def damage(self, expected: str) -> Iterator[None]:

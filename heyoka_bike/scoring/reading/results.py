@@ -21,17 +21,20 @@ class Quantum:
         Significant digits in that base; None if the number of places after the point is fixed.
     places
         Digits after the point, if that is fixed.
+    step
+        Of which the numbers are multiples, if it is not 1.
     """
 
     base: int
     digits: int | None = None
     places: int | None = None
+    step: float = 1.0
 
     def at(self, values: Array) -> Array:
         """Distance of neighbouring written numbers at each of the values, in their unit."""
         if self.digits is None:
             assert self.places is not None
-            return np.full(np.shape(values), float(self.base) ** -self.places)
+            return np.full(np.shape(values), self.step * float(self.base) ** -self.places)
         size = np.abs(np.nan_to_num(values, posinf=0.0, neginf=0.0))
         smallest = np.finfo(np.float64).tiny
         exponent = np.floor(np.log(np.maximum(size, smallest)) / np.log(self.base))
@@ -60,6 +63,8 @@ class Rows:
         How finely each column is written, ``time`` included.
     units : mapping of str to str
         The unit that the heading of a column names, as `units` has it, where it names one.
+    may_be : mapping of str to tuple of str
+        All keys that a column may have, this one among them, where its name means several.
     """
 
     maneuver: int | None
@@ -69,6 +74,7 @@ class Rows:
     lo: Mapping[str, Array] = field(default_factory=dict)
     quantum: Mapping[str, Quantum] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
+    may_be: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         what = "unknown maneuver" if self.maneuver is None else f"maneuver {self.maneuver}"

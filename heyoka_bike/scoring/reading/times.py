@@ -1,6 +1,6 @@
 """Times of a result file: exact decimals where the file means these, in ascending order."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +18,8 @@ _SINGLE_DIGITS = (8, 9)
 _CHANCE = -6.0
 # Enough rows to see at once that times are no multiples.
 _FIRST_ROWS = 64
+# So many at once: of what is computed on the way a long file needs little memory.
+_ROWS = 1 << 16
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,11 +140,14 @@ def as_multiples(hi: Array, digits: int = 0) -> tuple[int, Array, Array] | None:
     if found is None:
         return None
     ten = 10.0**found
-    k = np.rint(hi * ten)
-    exact = k / ten
-    # Every term is exact: what is left has at most 28 bits.
-    p, e = two_product(exact, np.full(len(hi), ten))
-    return found, exact, ((k - p) - e) / ten
+    exact, lo = np.empty_like(hi), np.empty_like(hi)
+    for piece in _pieces(len(hi)):
+        k = np.rint(hi[piece] * ten)
+        exact[piece] = k / ten
+        # Every term is exact: what is left has at most 28 bits.
+        p, e = two_product(exact[piece], np.full(len(k), ten))
+        lo[piece] = ((k - p) - e) / ten
+    return found, exact, lo
 
 
 def _places(hi: Array, kind: type[np.floating]) -> int | None:
@@ -151,20 +156,30 @@ def _places(hi: Array, kind: type[np.floating]) -> int | None:
 
 
 def _are_multiples(hi: Array, places: int, kind: type[np.floating]) -> bool:
-    ten = 10.0**places
-    for times in (hi[:_FIRST_ROWS], hi):
+    ten, chance, last = 10.0**places, 0.0, 0.0
+    for piece in _pieces(len(hi)):
+        times = hi[piece]
         k = np.rint(times * ten)
         # With more bits no quotient would be correctly rounded, nor mean anything.
         if not (np.abs(k) < 2.0**53).all():
             return False
         if not ((k / ten).astype(kind).astype(np.float64) == times).all():
             return False
-    # Of numbers this close together one in so many is the nearest to some multiple.
-    different = times[np.flatnonzero(np.diff(times, prepend=0.0) != 0)]
-    with np.errstate(divide="ignore"):
-        spacing = np.spacing(np.abs(different).astype(kind)).astype(np.float64)
-        chance = np.minimum(np.log10(spacing * ten), 0.0)
-    return bool(chance.sum() < _CHANCE)
+        # Of numbers this close together one in so many is the nearest to some multiple.
+        different = times[np.diff(times, prepend=last) != 0]
+        last = times[-1]
+        with np.errstate(divide="ignore"):
+            spacing = np.spacing(np.abs(different).astype(kind)).astype(np.float64)
+            chance += float(np.minimum(np.log10(spacing * ten), 0.0).sum())
+    return chance < _CHANCE
+
+
+def _pieces(count: int) -> Iterator[slice]:
+    """The rows in pieces, the first of which shows at once what times are no multiples."""
+    at, size = 0, _FIRST_ROWS
+    while at < count:
+        yield slice(at, at + size)
+        at, size = at + size, _ROWS
 
 
 def _are_written(single: NDArray[np.float32], hi: Array, digits: int) -> bool:

@@ -71,7 +71,7 @@ class Vectors:
     maneuver: int | None = None
     findings: tuple[Finding, ...] = ()
 
-    def of_rows(self, rows: NDArray[np.bool_], maneuver: int) -> "Vectors":
+    def of_rows(self, rows: NDArray[np.bool_], maneuver: int | None) -> "Vectors":
         """The rows that are of this maneuver."""
         columns = [column.of_rows(rows) for column in self.columns]
         lines = None if self.lines is None else self.lines[rows]

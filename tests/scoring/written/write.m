@@ -26,3 +26,29 @@ end
 put('octave-rows.json', x);
 put('octave-structures.json', s);
 put('octave-solution.json', struct('t', t, 'y', y));
+% A cell for each maneuver, of tables and of columns beside the cells of their times.
+for m = 1:3
+  tables{m} = [t, y(:, 8 * m - 7:8 * m)]; times{m} = t; states{m} = tables{m}(:, 2:9);
+end
+save -v7 octave-cells.mat tables
+save -v6 octave-cells-apart.mat times states
+% As MATLAB's writetimetable writes durations, and as its stack makes tables long.
+f = fopen('timetable.csv', 'w'); fprintf(f, 'Time');
+for m = 1:3, fprintf(f, ',m%d_%s', [repmat({m}, 1, 8); keys]{:}); end
+fprintf(f, '\n');
+for i = 1:rows(x), fprintf(f, '%.2f sec', t(i)); fprintf(f, ',%.17g', y(i, :)); fprintf(f, '\n'); end
+fclose(f);
+f = fopen('stacked.csv', 'w'); fprintf(f, 'maneuver,time,variable,value\n');
+for m = 1:3
+  for i = 1:rows(x)
+    for k = 1:8
+      fprintf(f, '%d,%.17g,%s,%.17g\n', m, t(i), keys{k}, y(i, 8 * m - 8 + k));
+    end
+  end
+end
+fclose(f);
+f = fopen('labelled.txt', 'w');
+for m = 1:3
+  fprintf(f, 'Maneuver %d\n', m); fprintf(f, [repmat('%.17g ', 1, 9), '\n'], tables{m}');
+end
+fclose(f);

@@ -10,7 +10,12 @@ from numpy.typing import NDArray
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.numbers.double import Array, two_sum
 from heyoka_bike.scoring.reading.names.columns import group_number
-from heyoka_bike.scoring.reading.quanta import DigitTally, are_beyond_binary64, binary_column
+from heyoka_bike.scoring.reading.quanta import (
+    DigitTally,
+    are_beyond_binary64,
+    binary_column,
+    column_of_steps,
+)
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.text.blocks import plain_row, read_rows
 from heyoka_bike.scoring.reading.text.dialects import Dialect
@@ -45,7 +50,7 @@ def read_array(source: Any, request: Request) -> NDArray[Any]:
     size = prod(source.shape) * dtype.itemsize
     if size > MOST_BYTES:
         raise request.error(f"found an array of {size} bytes, expected at most {MOST_BYTES}")
-    array = np.ma.filled(source[()], np.nan) if dtype.kind == "f" else np.asarray(source[()])
+    array = np.ma.filled(source[()], np.nan) if dtype.kind == "f" else np.asanyarray(source[()])
     if array.size == 0:
         raise request.error("found an empty array, expected rows")
     return array
@@ -60,6 +65,8 @@ def read_column(source: Any, lo: Any, is_time: bool, request: Request) -> Vector
         Not real numbers, or a rest of another length.
     """
     array = read_array(source, request).ravel()
+    if step := getattr(array, "step", None):
+        return column_of_steps(np.asarray(array), step)
     if array.dtype.kind == "O" and lo is None:
         return _decimal_column(_decimals(array, request), is_time)
     if array.dtype.kind == "O":

@@ -45,28 +45,35 @@ def by_maneuver(members: Mapping[str, Any], request: Request) -> dict[str, Any]:
 def _columns_by_maneuver(members: Mapping[str, Any], request: Request) -> dict[str, Any]:
     """Of columns such as ``roll_angle`` of shape (3, n), with one time or one of that shape."""
     arrays = arrays_in(members)
-    known = [n for n in arrays if (k := recognise(n)) and k[1] is None and not is_time(n)]
-    shapes = {tuple(arrays[name].shape) for name in known}
     times = [x for name, x in arrays.items() if is_time(name)]
+    shapes = {tuple(x.shape) for name, x in arrays.items() if _is_unnumbered(name)}
     if not times or len(shapes) != 1 or len(shape := shapes.pop()) != 2:
         return {}
     fitting = [i for i in (0, 1) if _is_over_maneuvers(i, shape, times[0], request.count)]
-    if not fitting:
-        return {}
-    axis, size = fitting[0], shape[fitting[0]]
-    told = next((n for n, x in arrays.items() if is_maneuver(n) and length(x) == size), None)
-    if size != request.count and not (told and 1 < size < request.count):
+    numbers = _numbers_along(arrays, shape[fitting[0]], request) if fitting else None
+    if numbers is None:
         return {}
     names = [name for name, x in arrays.items() if tuple(x.shape) == shape]
     columns = {name: read_array(arrays[name], request.within(name)) for name in names}
     others = {n: x for n, x in members.items() if n not in columns and not is_maneuver(n)}
-    numbers = np.arange(1.0, size + 1)
-    if told:
-        numbers = read_maneuvers(arrays[told], request.within(told))
     return {
-        f"maneuver_{n:.0f}": others | {k: x.take(i, axis) for k, x in columns.items()}
+        f"maneuver_{n:.0f}": others | {k: x.take(i, fitting[0]) for k, x in columns.items()}
         for i, n in enumerate(numbers)
     }
+
+
+def _is_unnumbered(name: str) -> bool:
+    """Whether the name is that of a column, and of no maneuver."""
+    found = recognise(name)
+    return found is not None and found[1] is None and found[0] != TIME
+
+
+def _numbers_along(arrays: Mapping[str, Any], size: int, request: Request) -> Any:
+    """Numbers of the maneuvers along an axis of that size; None if they are not told."""
+    for name, x in arrays.items():
+        if is_maneuver(name) and length(x) == size and 1 < size <= request.count:
+            return read_maneuvers(x, request.within(name))
+    return np.arange(1.0, size + 1) if size == request.count else None
 
 
 def _is_over_maneuvers(axis: int, shape: Sequence[int], time: Any, count: int) -> bool:

@@ -15,6 +15,7 @@ from heyoka_bike.scoring.reading.arrays.columns import (
     read_maneuvers,
     refused,
 )
+from heyoka_bike.scoring.reading.arrays.long_tables import pivoted
 from heyoka_bike.scoring.reading.arrays.shapes import (
     arrays_in,
     beside_a_time,
@@ -39,6 +40,9 @@ from heyoka_bike.scoring.reading.vectors import Vector, Vectors, turned
 
 DEEPEST = 4
 """Groups in groups: of a program, of a maneuver, of its columns. A group may contain itself."""
+
+MOST_MEMBERS = 100_000
+"""Arrays and groups of a file; a group may be in itself, many times."""
 
 _ALTERNATES = frozenset(c.name for c in COLUMNS)
 
@@ -74,6 +78,7 @@ def _groups(
     members: Mapping[str, Any], request: Request, depth: int = 0
 ) -> list[tuple[int | None, Mapping[str, Any]]]:
     """The members themselves, or those of each maneuver with its number."""
+    members = pivoted(members, request)
     members = by_maneuver(members, request) or members
     if list(members) == [""] and isinstance(members[""], Mapping):
         members = members[""]
@@ -172,19 +177,16 @@ def _named(
     members: Mapping[str, Any], known: Sequence[str], maneuver: int | None, request: Request
 ) -> Vectors:
     """Columns that are known by name, with those that say what the others mean."""
-    arrays, names = arrays_in(members), list(known)
-    rows = length(arrays[next(n for n in names if is_time(n))])
-    for name, x in arrays.items():
-        is_told = is_maneuver(name) or is_coordinate(name)
-        if is_told and is_vector(x) and length(x) == rows:
-            names.append(name)
-        elif is_maneuver(name) and maneuver is None and np.prod(x.shape) == 1:
-            number = read_maneuvers(x, request.within(name))[0]
-            maneuver = int(number) if np.isfinite(number) else None
+    arrays = arrays_in(members)
+    rows = length(arrays[next(n for n in known if is_time(n))])
+    beside = [n for n in arrays if is_maneuver(n) or is_coordinate(n)]
+    names = [*known, *(n for n in beside if is_vector(arrays[n]) and length(arrays[n]) == rows)]
+    if maneuver is None:
+        maneuver = _maneuver_told(arrays, request)
     _check_lengths({n: arrays[n] for n in names}, request)
     columns = [_column(n, arrays[n], arrays.get(f"{n}_lo"), request.within(n)) for n in names]
-    groups = [n for n in members if n not in arrays]
-    others = [n for n in (*arrays, *groups) if n not in names and not _goes_with(n, names)]
+    in_order = dict.fromkeys((*arrays, *members))
+    others = [n for n in in_order if n not in names and not _goes_with(n, names)]
     return Vectors(
         _evened(columns, next(j for j, n in enumerate(names) if is_time(n))),
         names,
@@ -192,6 +194,15 @@ def _named(
         maneuver=maneuver,
         findings=(left_out(others),) if others else (),
     )
+
+
+def _maneuver_told(arrays: Mapping[str, Any], request: Request) -> int | None:
+    """The number of the maneuver that stands beside columns, if it does."""
+    for name, x in arrays.items():
+        if is_maneuver(name) and np.prod(x.shape) == 1:
+            number = read_maneuvers(x, request.within(name))[0]
+            return int(number) if np.isfinite(number) else None
+    return None
 
 
 def _upright(
@@ -255,6 +266,10 @@ def _check_lengths(vectors: Mapping[str, Any], request: Request) -> None:
 def _members(source: Mapping[Any, Any], request: Request) -> dict[str, Any]:
     """Arrays, anything with their type and shape, and mappings of these, by name."""
     members: dict[str, Any] = {}
+    if len(source) > MOST_MEMBERS:
+        raise request.error(
+            f"found {len(source)} arrays and groups, expected at most {MOST_MEMBERS}"
+        )
     for name, x in source.items():
         within = request.within(str(name))
         if not isinstance(x, Mapping) and not (hasattr(x, "dtype") and hasattr(x, "shape")):

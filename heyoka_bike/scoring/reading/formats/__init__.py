@@ -102,7 +102,8 @@ FORMATS = (
     Format("npz", ".npz", "such arrays, or columns by name", _begins(*_ZIP), "npz"),
     Format(
         "hdf5", "HDF5 (netCDF 4)",
-        "arrays and groups; columns over `maneuver` and `time` as xarray writes them",
+        "arrays and groups, packed or not; columns over `maneuver` and `time` as xarray writes "
+        "them",
         _begins(_HDF5), "hdf5",
     ),
     Format("netcdf", "netCDF 3", "the same", _begins(b"CDF\1", b"CDF\2"), "netcdf", "scipy"),
@@ -117,15 +118,16 @@ FORMATS = (
     # Version 4 is told by the name, if it is none of those.
     Format(
         "mat", ".mat",
-        "variables and structures, and what Simulink logs: `tout` and `yout`, structures with "
-        "time, arrays (not `timeseries` objects). Versions 4 to 7.3",
+        "variables, structures, cell arrays, the solution of `ode45`, and what Simulink logs: "
+        "`tout` and `yout`, structures with time, arrays (not `timeseries`, `table` and other "
+        "objects). Versions 4 to 7.3",
         _is_matlab, "matlab",
     ),
     # What is none of the others.
     Format(
         "text", "text",
-        "rows of numbers, with or without a heading; of Octave's `save -text` one matrix, "
-        "variables by `save -v7`",
+        "rows of numbers, with or without a heading; tables with words in some columns; of "
+        "Octave's `save -text` one matrix, variables by `save -v7`",
         _is_text, "text_files",
     ),
 )  # fmt: skip

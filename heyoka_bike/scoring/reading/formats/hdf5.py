@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from heyoka_bike.scoring.reading.arrays.packed import unpacked
 from heyoka_bike.scoring.reading.arrays.tables import DEEPEST, tables
 from heyoka_bike.scoring.reading.formats.own_arrays import OwnFile
 from heyoka_bike.scoring.reading.result_file import ResultFile
@@ -32,7 +33,7 @@ def _datasets(group: Any, own: OwnFile, depth: int = 0) -> dict[str, Any]:
             # As Octave writes a variable.
             x = dict(own.members(x)).get("value")
         if isinstance(x, h5py.Dataset) and x.shape is not None and not _is_a_length(x):
-            found[name] = own.array(x)
+            found[name] = unpacked(own.array(x), x.attrs)
         elif isinstance(x, h5py.Group) and depth < DEEPEST:
             found[name] = _datasets(x, own, depth + 1)
     return found

@@ -2,6 +2,7 @@
 
 import json
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from itertools import chain
@@ -182,10 +183,11 @@ def _rows(rows: list[list[Any]], request: Request) -> Any:
     if not all(isinstance(x, str) and DIALECTS[0].number(x) is None for x in rows[0]):
         return np.array(rows, dtype=object)
     columns: dict[str, Any] = {}
-    for j, (name, *values) in enumerate(zip(*rows, strict=True)):
+    again: Counter[str] = Counter()
+    for name, *values in zip(*rows, strict=True):
         # Equal names differ by their number, as pandas makes them.
-        again = rows[0][:j].count(name)
-        columns[f"{name}.{again}" if again else name] = _vector(values)
+        columns[f"{name}.{again[name]}" if again[name] else name] = _vector(values)
+        again[name] += 1
     return columns
 
 

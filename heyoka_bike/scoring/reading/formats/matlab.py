@@ -6,15 +6,24 @@ from typing import Any
 
 import numpy as np
 
+from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.scoring.reading.arrays.columns import MOST_BYTES, read_array
 from heyoka_bike.scoring.reading.arrays.tables import DEEPEST, tables
 from heyoka_bike.scoring.reading.formats import is_hdf5_of_matlab
-from heyoka_bike.scoring.reading.formats.matlab_bytes import matlab_variables
+from heyoka_bike.scoring.reading.formats.matlab_bytes import OfClass, matlab_variables
 from heyoka_bike.scoring.reading.formats.own_arrays import OwnFile
 from heyoka_bike.scoring.reading.names.columns import recognise
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
 from heyoka_bike.scoring.reading.vectors import Vectors
+
+# What writes an object of a class so that it is read.
+_WRITTEN = {
+    "table": "writetable({0}, 'results.csv')",
+    "timetable": "writetimetable({0}, 'results.csv')",
+    "timeseries": "results = [{0}.Time {0}.Data]; save results.mat results",
+}
+_SAVED = "save results.mat with its times and values as arrays"
 
 
 def read(file: ResultFile) -> list[Vectors]:
@@ -36,7 +45,17 @@ def read(file: ResultFile) -> list[Vectors]:
 
 
 def _tables(variables: Mapping[str, Any], request: Request) -> list[Vectors]:
-    return tables(_without_signals(variables, request), request, is_ordered=False)
+    objects = [(name, x.name) for name, x in variables.items() if isinstance(x, OfClass)]
+    try:
+        return tables(_plain(variables, request), request, is_ordered=False)
+    except InputError:
+        if not objects:
+            raise
+        name, kind = objects[0]
+        raise request.error(
+            f"found {quoted(name)}, a {kind}, which MATLAB saves in a form of its own, expected "
+            f"arrays; in MATLAB: {_WRITTEN.get(kind, _SAVED).format(name)}"
+        ) from None
 
 
 def _variables(group: Any, own: OwnFile, depth: int = 0) -> dict[str, Any]:
@@ -60,25 +79,61 @@ def _variables(group: Any, own: OwnFile, depth: int = 0) -> dict[str, Any]:
     return found
 
 
-def _without_signals(members: Mapping[str, Any], request: Request) -> dict[str, Any]:
-    """Variables with what Simulink logs, time and signals, as a time and columns."""
+def _plain(members: Mapping[str, Any], request: Request) -> dict[str, Any]:
+    """Variables with cells, solutions of ode45 and what Simulink logs as columns and their time."""
     found: dict[str, Any] = {}
-    for name, x in members.items():
+    for name, x in _without_cells(members).items():
         if isinstance(x, list):
             each = [y for y in x if isinstance(y, Mapping)]
             x = {f"maneuver_{i}": y for i, y in enumerate(each, 1)}
-        if isinstance(x, Mapping) and "signals" in x:
-            signals = x["signals"] if isinstance(x["signals"], list) else [x["signals"]]
-            columns = _columns([s for s in signals if isinstance(s, Mapping)], request)
-            has_time = "time" in x and prod(x["time"].shape)
-            found[name] = {"time": x["time"], **columns} if has_time else columns
-        else:
-            found[name] = _without_signals(x, request) if isinstance(x, Mapping) else x
+        if isinstance(x, Mapping):
+            found[name] = _structure(name, x, request)
+        elif not isinstance(x, OfClass):
+            found[name] = x
     # The time of the simulation is that of what was logged without one.
     logged = [x for x in found.values() if isinstance(x, dict)]
     if len(logged) == 1 and "tout" in found and "time" not in logged[0]:
         logged[0]["time"] = found["tout"]
     return found
+
+
+def _structure(name: str, x: Mapping[str, Any], request: Request) -> dict[str, Any]:
+    """A structure, of which some programs have their own kinds, as its columns."""
+    if "signals" in x:
+        signals = x["signals"] if isinstance(x["signals"], list) else [x["signals"]]
+        columns = _columns([s for s in signals if isinstance(s, Mapping)], request)
+        has_time = "time" in x and prod(x["time"].shape)
+        return {"time": x["time"], **columns} if has_time else columns
+    if not x.keys() >= {"solver", "x", "y"}:
+        return _plain(x, request)
+    if request.names is None and 1 + x["y"].shape[0] not in request.widths:
+        raise request.error(
+            f"found {quoted(name)}, a solution of {_word(x['solver']) or 'ode45'} with "
+            f"{x['y'].shape[0]} states, and not which they are; {request.how_to_tell}"
+        )
+    return {"time": x["x"], "y": x["y"]}
+
+
+def _without_cells(members: Mapping[str, Any]) -> dict[str, Any]:
+    """Cell arrays as what is in them: one thing, columns below their names, or maneuvers."""
+    found = {n: x for n, x in members.items() if not _is_cell(x)}
+    for name, x in members.items():
+        if not _is_cell(x):
+            continue
+        if x.size == 1:
+            found[name] = x.item()
+        elif x.ndim == 2 and len(x) > 1 and all(map(_word, x[0])):
+            found[name] = {_word(y[0]): np.array([*map(np.ravel, y[1:])]).ravel() for y in x.T}
+        elif not all(hasattr(y, "shape") and prod(y.shape) > 1 for y in x.flat):
+            found[name] = x
+        else:
+            for i, y in enumerate(x.ravel(order="F"), 1):
+                found.setdefault(f"maneuver_{i}", {})[name] = y
+    return found
+
+
+def _is_cell(x: Any) -> bool:
+    return isinstance(x, np.ndarray) and x.dtype.kind == "O" and x.size > 0
 
 
 def _columns(signals: list[Mapping[str, Any]], request: Request) -> dict[str, Any]:
@@ -124,6 +179,12 @@ def _value(dataset: Any, own: OwnFile) -> Any:
     """An array or a text; None if it is empty."""
     if dataset.shape is None or "MATLAB_empty" in dataset.attrs:
         return None
+    if "MATLAB_object_decode" in dataset.attrs:
+        return OfClass(dataset.attrs["MATLAB_class"].decode("latin-1"))
+    if _has_references(dataset):
+        cells = own.array(dataset)[()]
+        inner = [_referred(dataset.file, x, own) for x in cells.ravel(order="F")]
+        return np.fromiter(inner, object, len(inner)).reshape(cells.shape, order="F")
     array = own.array(dataset)
     if dataset.attrs.get("MATLAB_class") == b"char":
         return np.array("".join(map(chr, array[()].ravel())))

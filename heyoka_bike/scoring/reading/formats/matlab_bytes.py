@@ -3,11 +3,13 @@
 Versions 5 to 7 are elements, each a type, a length and so many bytes, compressed or not; version 4
 is a header and its bytes for each matrix (*MAT-File Format*, The MathWorks). Text is an array of
 strings, a structure a mapping, an array or cell array of structures a list of these, another cell
-array an array of objects. Sparse matrices, functions and objects of classes are left out.
+array an array of objects, an object of a class the name of that. Sparse matrices and functions are
+left out.
 """
 
 import zlib
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from itertools import chain
 from math import prod
 from struct import unpack_from
@@ -23,7 +25,7 @@ _NUMBERS = {
 }  # fmt: skip
 _MATRIX, _COMPRESSED, _UTF8 = 14, 15, 16
 # Classes of arrays, and a bit of their flags.
-_CELL, _STRUCTURE, _OBJECT, _TEXT = 1, 2, 3, 4
+_CELL, _STRUCTURE, _OBJECT, _TEXT, _OF_CLASS = 1, 2, 3, 4, 17
 _CLASSES = dict(enumerate(("f8", "f4", "i1", "u1", "i2", "u2", "i4", "u4", "i8", "u8"), 6))
 _COMPLEX = 0x800
 _HEADER = 128
@@ -32,6 +34,14 @@ _LEAST, _WIDEST = 200, 8
 # Of version 4.
 _NUMBERS_4 = ("f8", "f4", "i4", "i2", "u2", "u1")
 _FULL_4, _TEXT_4 = 0, 1
+
+
+@dataclass(frozen=True, slots=True)
+class OfClass:
+    """An object of a class of MATLAB, such as a table, whose content stands elsewhere."""
+
+    name: str
+
 
 _Element = tuple[int, memoryview]
 
@@ -112,6 +122,9 @@ class _Version5:
         parts = self._elements(data)
         flags = int(self._numbers(_next(parts))[0])
         kind = flags & 0xFF
+        if kind == _OF_CLASS:
+            name, _, of = (bytes(_next(parts)[1]).decode("latin-1") for _ in range(3))
+            return name, OfClass(of)
         if kind not in (_CELL, _STRUCTURE, _OBJECT, _TEXT, *_CLASSES):
             return "", None
         shape = [int(n) for n in self._numbers(_next(parts))]
@@ -125,7 +138,9 @@ class _Version5:
         if kind == _TEXT:
             return name, self._text(_next(parts), shape)
         if kind == _CELL:
-            return name, _together([self._value(parts) for _ in range(prod(shape))])
+            found = _together([self._value(parts) for _ in range(prod(shape))])
+            is_array = isinstance(found, np.ndarray)
+            return name, found.reshape(shape, order="F") if is_array else found
         return name, self._structures(parts, prod(shape))
 
     def _value(self, parts: Iterator[_Element]) -> Any:

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from heyoka_bike.scoring.reading.arrays.packed import unpacked
 from heyoka_bike.scoring.reading.arrays.tables import tables
 from heyoka_bike.scoring.reading.result_file import ResultFile
 from heyoka_bike.scoring.reading.vectors import Vectors
@@ -20,5 +21,5 @@ def read(file: ResultFile) -> list[Vectors]:
     from scipy.io import netcdf_file
 
     with file.request.damage("a netCDF file"), netcdf_file(file.stream(), mmap=False) as f:
-        arrays = {name: np.array(x[()]) for name, x in f.variables.items()}
+        arrays = {name: unpacked(np.array(x[()]), x._attributes) for name, x in f.variables.items()}
     return tables(arrays, file.request)

@@ -9,11 +9,9 @@ from contextlib import contextmanager
 from typing import Any
 
 from heyoka_bike.errors import printable
+from heyoka_bike.scoring.reading.arrays.tables import MOST_MEMBERS
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
-
-# A group may be in itself, many times.
-_MOST = 100_000
 
 
 class OwnFile:
@@ -84,8 +82,10 @@ class OwnFile:
 
     def _claim(self) -> None:
         self._count += 1
-        if self._count > _MOST:
-            raise self._request.error(f"found more than {_MOST} arrays and groups, expected fewer")
+        if self._count > MOST_MEMBERS:
+            raise self._request.error(
+                f"found more than {MOST_MEMBERS} arrays and groups, expected fewer"
+            )
 
 
 class OwnArray:

@@ -1,7 +1,7 @@
 """Rows of numbers in a text."""
 
+from heyoka_bike.scoring.reading.formats.words import read_table
 from heyoka_bike.scoring.reading.result_file import ResultFile
-from heyoka_bike.scoring.reading.text.table import read_text
 from heyoka_bike.scoring.reading.vectors import Vectors
 
 # One matrix alone is rows of numbers, and these begin early.
@@ -9,7 +9,7 @@ _OCTAVE, _VARIABLE, _SHORT = b"# Created by Octave", b"\n# name:", 400
 
 
 def read(file: ResultFile) -> list[Vectors]:
-    """The rows of a text; see `text.table.read_text`.
+    """The rows of a text; see `words.read_table`.
 
     Raises
     ------
@@ -22,4 +22,4 @@ def read(file: ResultFile) -> list[Vectors]:
             "found variables of Octave's save -text, expected rows of numbers; save -v7 writes "
             "variables that are read"
         )
-    return [read_text(file.text(), file.encoding, file.request)]
+    return read_table(file.text(), file.encoding, file.request)

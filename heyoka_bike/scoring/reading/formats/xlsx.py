@@ -1,14 +1,18 @@
 """Excel workbooks, through openpyxl."""
 
 from dataclasses import replace
+from itertools import chain
 from typing import Any
 
 from heyoka_bike.errors import InputError, quoted
+from heyoka_bike.scoring.reading.formats.words import read_table
 from heyoka_bike.scoring.reading.names.columns import group_number, listed
+from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
-from heyoka_bike.scoring.reading.text.table import read_text
 from heyoka_bike.scoring.reading.vectors import Vectors
 
+# Rows that a sheet of Excel may have, and more columns than a table of results has.
+_MOST_ROWS, _MOST_COLUMNS = 2**20, 1000
 _BREAKS = str.maketrans({"\t": " ", "\n": " ", "\r": " "})
 
 
@@ -26,14 +30,14 @@ def read(file: ResultFile) -> list[Vectors]:
 
     with file.request.damage("a spreadsheet"):
         book = load_workbook(file.stream(), read_only=True, data_only=True)
-        texts = {sheet.title: _as_text(sheet) for sheet in book.worksheets}
-    found: dict[str, Vectors] = {}
+        texts = {sheet.title: _as_text(sheet, file.request) for sheet in book.worksheets}
+    found: dict[str, list[Vectors]] = {}
     errors: dict[str, InputError] = {}
     for title, text in texts.items():
         part = f"sheet {quoted(title)}"
         request = file.request.within(part) if len(texts) > 1 else file.request
         try:
-            found[title] = read_text((text,), "utf-8", request)
+            found[title] = read_table((text,), "utf-8", request)
         except InputError as e:
             errors[title] = e
     numbers = {title: number for title in texts if (number := group_number(title)) is not None}
@@ -46,18 +50,30 @@ def read(file: ResultFile) -> list[Vectors]:
         if title in errors:
             raise errors[title]
     if not numbers:
-        return list(found.values())
-    return [replace(found[title], maneuver=number) for title, number in numbers.items()]
+        return list(chain.from_iterable(found.values()))
+    return [
+        replace(table, maneuver=number)
+        for title, number in numbers.items()
+        for table in found[title]
+    ]
 
 
-def _as_text(sheet: Any) -> bytes:
+def _as_text(sheet: Any, request: Request) -> bytes:
     """The cells of a sheet with tabs between them, a row in each line; no column is empty."""
-    rows = [[_cell(x) for x in row] for row in sheet.iter_rows(values_only=True)]
-    used = sorted({j for row in rows for j, text in enumerate(row) if text})
-    lines = ["\t".join(row[j] if j < len(row) else "" for j in used).rstrip() for row in rows]
-    return "\n".join(lines).encode()
+    # What a sheet says of its size may be wrong.
+    sheet.reset_dimensions()
+    rows: list[dict[int, str]] = []
+    for row in sheet.iter_rows(values_only=True):
+        rows.append({j: _cell(x) for j, x in enumerate(row) if x is not None})
+        if len(rows) > _MOST_ROWS or max(rows[-1], default=0) >= _MOST_COLUMNS:
+            raise request.error(
+                f"found cells beyond row {_MOST_ROWS} or column {_MOST_COLUMNS} in the sheet "
+                f"{quoted(sheet.title)}, expected no more"
+            )
+    used = sorted({j for row in rows for j, text in row.items() if text})
+    return "\n".join("\t".join(row.get(j, "") for j in used).rstrip() for row in rows).encode()
 
 
 def _cell(x: Any) -> str:
     """A value as it is written in a text."""
-    return "" if x is None else str(x).translate(_BREAKS).strip()
+    return str(x).translate(_BREAKS).strip()

@@ -27,11 +27,14 @@ _ALIASES: Mapping[str, tuple[str, ...]] = {
     TIME: ("t", "times", "timestamp", "sec", "seconds", "simulationtime", "tout"),
     "roll_angle": ("roll", "phi", "varphi", "\u03c6", "\u03d5", "lean", "leanangle"),
     "roll_rate": (
-        "rollangularvelocity", "rollvelocity", "angularrollvelocity", "phidot", "dphi", "phid",
-        "leanrate", "leanangularvelocity", "rolldot", "dotphi", "dotvarphi",
+        "rollangularvelocity", "rollvelocity", "angularrollvelocity", "phidot", "dphi", "phid", "p",
+        "leanrate", "leanangularvelocity", "rolldot", "rolld", "leand", "dotphi", "dotvarphi",
         "\u03c6\u0307", "\u03d5\u0307",
     ),
-    "forward_speed": ("speed", "velocity", "v", "forwardvelocity"),
+    "forward_speed": (
+        "speed", "velocity", "v", "vx", "forwardvelocity", "longitudinalspeed",
+        "longitudinalvelocity",
+    ),
     "potential_energy": ("potential", "epot", "ep", "pe", "u"),
     "kinetic_energy": ("kinetic", "ekin", "ek", "ke"),
     "mechanical_energy": ("mechanical", "energy", "total", "totalenergy", "emech", "etot", "e"),
@@ -39,9 +42,9 @@ _ALIASES: Mapping[str, tuple[str, ...]] = {
     "steer_rate": (
         "steerangularvelocity", "steeringangularvelocity", "steervelocity", "steeringvelocity",
         "steeringrate", "angularsteervelocity", "deltadot", "ddelta", "deltad", "steerdot",
-        "dotdelta", "\u03b4\u0307",
+        "steerd", "dotdelta", "\u03b4\u0307",
     ),
-    "pitch": ("pitchangle",),
+    "pitch": ("pitchangle", "theta", "\u03b8"),
     "yaw": ("yawangle", "heading", "headingangle", "psi", "\u03c8"),
     "yaw_rate": ("yawangularvelocity", "yawvelocity", "headingrate", "psidot", "dpsi", "yawdot"),
 }  # fmt: skip
@@ -54,9 +57,18 @@ _BY_UNIT: Mapping[tuple[str, str], str] = {
     ("t", "J"): "kinetic_energy",
     ("v", "J"): "potential_energy",
     ("u", "m s-1"): "forward_speed",
+    # A wheel's.
+    **{(name, "rad s-1"): "forward_speed" for name in ("v", "u", "vx", "speed", "velocity")},
     **{(name, "rad s-1"): "roll_rate" for name in ("roll", "phi", "lean")},
     **{(name, "rad s-1"): "steer_rate" for name in ("steer", "steering", "delta")},
     **{(name, "rad s-1"): "yaw_rate" for name in ("yaw", "heading", "psi")},
+}
+# Capitals are understood by the other names, see `numbers`.
+_ALSO: Mapping[str, tuple[str, ...]] = {
+    "u": ("potential_energy", "forward_speed"),
+    "v": ("forward_speed", "potential_energy"),
+    "p": ("roll_rate", "potential_energy"),
+    **dict.fromkeys(("theta", "\u03b8"), ("pitch", "roll_angle", "steer_angle")),
 }
 _MANEUVERS = frozenset(
     {"man", "maneuver", "manoeuvre", "maneuvernumber", "maneuverno", "maneuverid", "maneuverindex"}
@@ -80,7 +92,7 @@ _ALMOST = 0.85
 
 
 # The names of a file are asked for many times.
-@lru_cache(1024)
+@lru_cache(1 << 17)
 def recognise(name: str, *, one_is_a_unit: bool = True) -> tuple[str, int | None] | None:
     """Key of the column that a name means, and number of the maneuver if it has one.
 
@@ -138,6 +150,11 @@ def _in_unit(word: str, key: str, unit: str, is_strict: bool) -> str | None:
     # Of a full name and its unit, the unit is more likely to be the one that is wrong.
     is_full = word == key.replace("_", "")
     return other or (key if is_full and not is_strict else None)
+
+
+def may_mean(name: str) -> tuple[str, ...]:
+    """What a name may mean, for values to decide; nothing if that is one thing."""
+    return _ALSO.get(name.strip(" \"'"), ())
 
 
 def is_maneuver(name: str) -> bool:
@@ -198,9 +215,9 @@ def unknown_units(names: Mapping[str, str]) -> list[Finding]:
     """That units in the names of columns, here with their keys, are not known; for each."""
     findings = []
     for name, key in names.items():
+        taken = "it is taken for seconds" if key == TIME else "only the usual units are tried"
         if (unit := unknown_unit(name)) is None:
             continue
-        taken = "it is taken for seconds" if key == TIME else "only the usual units are tried"
         findings.append(
             Finding(
                 "unit_unknown",

@@ -1,6 +1,6 @@
 """What the columns of a result file are: by their names, or by their place."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
@@ -120,15 +120,10 @@ def _settled(
     names: Sequence[str], found: Sequence[Found], vectors: Vectors, request: Request
 ) -> Layout:
     """Each meaning with the one column that has it."""
-    unknown, known = [], []
     candidates: dict[tuple[str, int | None], list[int]] = {}
     for i, f in enumerate(found):
         if f is not None:
             candidates.setdefault(f, []).append(i)
-        elif recognise(names[i]):
-            known.append(names[i])
-        elif names[i] not in LEFT_OUT and not is_maneuver(names[i]):
-            unknown.append(names[i])
     meant = {}
     for meaning, places in candidates.items():
         # Of several columns of one meaning the plainest name is meant.
@@ -137,7 +132,6 @@ def _settled(
             said = _twice(names[best], names[others[0]], *meaning)
             raise request.error(f"{said}; {request.how_to_tell}", vectors.heading)
         meant[meaning] = best
-        unknown += [names[i] for i in others]
     time = meant[TIME, None]
     alone = request.maneuver if vectors.maneuver is None else vectors.maneuver
     alone = 1 if alone is None and request.count == 1 else alone
@@ -148,10 +142,21 @@ def _settled(
     if alone is not None and alone not in maneuvers and len(maneuvers) == 1:
         said = f"found columns of maneuver {next(iter(maneuvers))}, expected maneuver {alone}"
         raise request.error(said, vectors.heading)
-    findings = [set_aside(known, request)] if known else []
-    findings += [left_out(unknown)] if unknown else []
+    findings = _left_out(names, found, {*meant.values()}, request)
     findings += unknown_units({names[i]: key for (key, _), i in meant.items()})
     return Layout(time, maneuvers, tuple(findings), is_millisecond(unit_in(names[time])[1]))
+
+
+def _left_out(
+    names: Sequence[str], found: Sequence[Found], used: Collection[int], request: Request
+) -> list[Finding]:
+    """That columns are not used, unless that is what was told of them."""
+    left = [i for i in range(len(names)) if i not in used and names[i] not in LEFT_OUT]
+    left = [i for i in left if not is_maneuver(names[i])]
+    known = [names[i] for i in left if found[i] is None and recognise(names[i])]
+    unknown = [names[i] for i in left if names[i] not in known]
+    findings = [set_aside(known, request)] if known else []
+    return [*findings, left_out(unknown)] if unknown else findings
 
 
 def _twice(name: str, other: str, key: str, number: int | None) -> str:

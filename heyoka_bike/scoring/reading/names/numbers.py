@@ -9,16 +9,16 @@ if that is said in words.
 import re
 from collections.abc import Iterable, Mapping, Sequence
 
-from heyoka_bike.scoring.reading.names.columns import TIME, in_brackets, recognise
+from heyoka_bike.scoring.reading.names.columns import TIME, in_brackets, may_mean, recognise
 from heyoka_bike.scoring.reading.names.units import quantities, split_unit
 
 Found = tuple[str, int | None] | None
 """Key of a column and number of its maneuver; None if it is not known."""
 
 _ENERGY = "J"
-# The small letter, what the capital means alone, and what beside that.
+# The small letters, what the capital means alone, and what beside one of these.
 _CAPITALS: Mapping[str, tuple[str, str, str]] = {
-    "V": ("v", "forward_speed", "potential_energy"),
+    "V": ("vu", "forward_speed", "potential_energy"),
     "T": ("t", TIME, "kinetic_energy"),
 }
 _ENERGIES = frozenset({"T", "H", "kinetic_energy", "potential_energy", "mechanical_energy"})
@@ -48,7 +48,7 @@ def meanings(names: Sequence[str], count: int) -> list[Found]:
     brackets = [b for name in names for b in in_brackets(name)]
     are_numbers = any(b.strip().isdecimal() and int(b) != 1 for b in brackets)
     found: list[Found] = [recognise(name, one_is_a_unit=not are_numbers) for name in names]
-    found = _with_capitals(names, found)
+    found = _apart(names, _with_capitals(names, found))
     found = _without_speeds(names, _from_one(found, count))
     found = _without_indices(names, found, count)
     if not any(f and f[1] is not None for f in found):
@@ -84,9 +84,19 @@ def _with_capitals(names: Sequence[str], found: list[Found]) -> list[Found]:
     for name, (small, alone, energy) in _CAPITALS.items():
         is_second = (alone, None) in others and (energy, None) not in others
         words = {*plain, *(f[0] for f in meant if f)} - {name, energy}
-        if small in bare or (is_second and words & _ENERGIES):
+        if not {*small}.isdisjoint(bare) or (is_second and words & _ENERGIES):
             meant = [(energy, None) if x == name else f for x, f in zip(plain, meant, strict=True)]
     return meant
+
+
+def _apart(names: Sequence[str], found: list[Found]) -> list[Found]:
+    """The same, where a name that may mean several things means what no other column does."""
+    apart = list(found)
+    for i, (name, f) in enumerate(zip(names, found, strict=True)):
+        if f and apart.count(f) > 1 and f[0] in may_mean(name):
+            free = [(k, f[1]) for k in may_mean(name) if (k, f[1]) not in apart]
+            apart[i] = free[0] if free else f
+    return apart
 
 
 def _from_one(found: list[Found], count: int) -> list[Found]:
@@ -113,25 +123,31 @@ def _without_speeds(names: Sequence[str], found: list[Found]) -> list[Found]:
 
 def _without_indices(names: Sequence[str], found: list[Found], count: int) -> list[Found]:
     """The same without columns whose numbers are not those of maneuvers."""
-    stems = [split_unit(name)[0] for name in names]
-    columns = _columns(found)
-    plain = {key for _, key, number in columns if number is None}
-    numbered = [column for column in columns if column[2] is not None]
-    letters = [column for column in numbered if _letter(stems[column[0]])]
-    words = [column for column in numbered if column not in letters]
     every = set(range(1, count + 1)) if count > 1 else None
+    plain: dict[str, dict[int, int | None]] = {}
+    words: dict[str, dict[int, int | None]] = {}
+    letters: dict[str, dict[int, int | None]] = {}
+    for i, key, number in _columns(found):
+        numbered = letters if _letter(split_unit(names[i])[0]) else words
+        (plain if number is None else numbered).setdefault(key, {})[i] = number
+    of_words = {number for group in words.values() for number in group.values()}
     # That of a letter is one if those of words are, or if its own are those of all maneuvers.
-    of_words, of_letters = {number for _, _, number in words}, _numbers(letters)
-    trusted = {
-        key for key, own in of_letters.items() if own <= of_words or (own == every and not plain)
-    }
-    kept = words + [column for column in letters if column[1] in trusted]
-    numbers = _numbers(kept)
-    are_most = every in numbers.values() or len(numbers) > len(plain)
-    if plain and not are_most and not any(_IN_WORDS.search(stems[i].lower()) for i, _, _ in kept):
-        kept = []
-    out = {i for i, _, _ in numbered} - {i for i, _, _ in kept}
+    kept = [*words.values()]
+    for group in letters.values():
+        own = {*group.values()}
+        if own <= of_words or (own == every and not plain):
+            kept.append(group)
+    trusted = set().union(*kept)
+    are_most = every in [{*group.values()} for group in kept] or len(kept) > len(plain)
+    if plain and not are_most and not any(_is_in_words(names[i]) for i in trusted):
+        trusted = set()
+    out = set().union(*words.values(), *letters.values()) - trusted
     return [None if i in out else f for i, f in enumerate(found)]
+
+
+def _is_in_words(name: str) -> bool:
+    """Whether a name says that its number is that of a maneuver."""
+    return _IN_WORDS.search(split_unit(name)[0].lower()) is not None
 
 
 def _in_turn(found: list[Found], count: int) -> list[Found]:

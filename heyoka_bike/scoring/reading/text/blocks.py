@@ -33,8 +33,8 @@ class Block:
 
     Attributes
     ----------
-    values : ndarray, shape (columns, rows)
-        Correctly rounded.
+    values : list of ndarray, shape (rows,)
+        By column, correctly rounded.
     lines : ndarray of int, shape (rows,)
         Index, in the block, of the line of each row.
     digits, places : ndarray of int, shape (columns, sampled rows)
@@ -44,7 +44,7 @@ class Block:
         By index of the column: the written decimal minus the value, correctly rounded.
     """
 
-    values: Array
+    values: list[Array]
     lines: Ints
     digits: Ints
     places: Ints
@@ -79,7 +79,7 @@ def parse_block(
         return None
     mark = separator.decode() or None
     rows = text.decode().split("\n")[:-1]
-    lines = np.arange(len(rows), dtype=np.int64)
+    lines = np.arange(len(rows))
     if text.startswith(b"\n") or any(end in text for end in _UNTIDY):
         rows = [row.rstrip() for row in rows]
         lines = np.flatnonzero([bool(row) for row in rows])
@@ -112,12 +112,12 @@ def read_rows(
     table = np.loadtxt(rows, comments=None, delimiter=mark, ndmin=2) if rows else empty
     if table.shape != (len(rows), columns):
         raise ValueError("rows of another number of columns")
-    values = np.ascontiguousarray(table.T)
+    values = [np.ascontiguousarray(column) for column in table.T]
     sampled = slice(None, None, max(1, len(rows) // samples))
     written = [row.split(mark) for row in rows[sampled]]
     if mark:
         written = [[number.strip() for number in row] for row in written]
-    digits, places = _written(written, values[:, sampled])
+    digits, places = _written(written, table[sampled].T)
     lo = {j: rests([row.split(mark, j + 1)[j] for row in rows], values[j]) for j in exact}
     return Block(values, lines, digits, places, lo)
 

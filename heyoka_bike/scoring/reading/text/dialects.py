@@ -89,9 +89,7 @@ class Dialect:
     def count(self, line: str) -> int | None:
         """How many numbers the line has, None if it has anything else or nothing."""
         fields = self.split(line)
-        if self._are_plain(fields) or all(self.number(field) for field in fields):
-            return len(fields) or None
-        return None
+        return len(fields) if fields and None not in self.numbers(fields) else None
 
     def _are_plain(self, fields: Sequence[str]) -> bool:
         return self.decimal == "." and bool(_MANY_NUMBERS.fullmatch("\n".join(fields)))

@@ -1,34 +1,25 @@
 """Rows of numbers in a text, in whatever way programs write them."""
 
 import re
-from collections.abc import Iterable, Iterator
-from contextlib import suppress
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from itertools import pairwise
+from itertools import chain
 
 import numpy as np
 
 from heyoka_bike.errors import InputError
+from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.findings import Finding, Severity
-from heyoka_bike.scoring.reading.names.columns import is_maneuver
 from heyoka_bike.scoring.reading.quanta import DigitTally
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.text.blocks import Block, parse_block, plain_row, read_rows
-from heyoka_bike.scoring.reading.text.dialects import (
-    Dialect,
-    best_dialect,
-    plain_text,
-    without_comment,
-)
+from heyoka_bike.scoring.reading.text.dialects import Dialect, plain_text, without_comment
 from heyoka_bike.scoring.reading.text.lines import whole_lines
 from heyoka_bike.scoring.reading.text.opening import Opening, find_opening, row_error
-from heyoka_bike.scoring.reading.vectors import Vectors, turned
+from heyoka_bike.scoring.reading.vectors import Vectors
 
 # Rows of the first block of which digits are counted; of a later one, and by the slow reader.
 _COUNTED, _COUNTED_LATER = 2000, 200
-_USUAL = Dialect("", ".")
-# Characters of which `float` reads numbers only.
-_PLAIN = b"0123456789+-.eE \t"
 # These begin with a set of letters, and look back from there: that is ten times faster.
 _COMMENTS = re.compile(
     rb"[#%!/](?:(?<=[%!])|(?<=/)/|(?<=#)(?:(?<![0-9]\.#)|(?!(?i:ind|inf|qnan|snan)))).*"
@@ -39,14 +30,7 @@ _NOT_FINITE = re.compile(
     rb"|(?<=[0-9]\.#)(?i:ind|inf|qnan|snan)[0-9]*)(?![^\s,;])"
 )
 _QUOTED = re.compile(rb"([\"'])(?<![^\s,;].)([0-9a-zA-Z.+-]+)\1(?![^\s,;])")
-# Of a text on its side all is read at once; with more lines it is none.
-_MOST_LINES = 1000
-_MANEUVER_NAME = re.compile(
-    rb"(?i)(?<![^\s,;])([\"']?)(?:maneuver|manoeuvre|man|m)[ _-]?([0-9]{1,3})\1(?![^\s,;])"
-)
 _COMMAS, _EXPONENTS = bytes.maketrans(b".,", b"?."), bytes.maketrans(b"EDdQq", b"eeeee")
-# Blanks before a separator are rare, and few.
-_MOST_BLANKS = 30
 
 
 def read_text(chunks: Iterable[bytes], encoding: str, request: Request) -> Vectors:
@@ -67,66 +51,16 @@ def read_text(chunks: Iterable[bytes], encoding: str, request: Request) -> Vecto
         Not rows of numbers: where, what was found, what was expected.
     """
     blocks = whole_lines(chunks, encoding, request)
-    first = next(blocks, b"")
-    try:
-        opening = find_opening(first, request)
-    except InputError as error:
-        table = _repaired(first, blocks, request)
-        if table is None:
-            raise error from None
-        return table
-    return _rows(opening, first, blocks, request)
-
-
-def _rows(opening: Opening, first: bytes, blocks: Iterable[bytes], request: Request) -> Vectors:
-    reader = _Reader(request, opening)
-    reader.read(first)
+    first = b""
     for block in blocks:
+        blank = block.rfind(b"\n", 0, len(block) - len(block.lstrip())) + 1
+        request = replace(request, above=request.above + block.count(b"\n", 0, blank))
+        if first := block[blank:]:
+            break
+    reader = _Reader(request, find_opening(first, request))
+    for block in chain([first], blocks):
         reader.read(block)
     return reader.finish()
-
-
-def _repaired(first: bytes, blocks: Iterator[bytes], request: Request) -> Vectors | None:
-    """The table of a text that is on its side, or has names of maneuvers in its rows; or None."""
-
-    def numbered(text: bytes) -> bytes:
-        return _MANEUVER_NAME.sub(rb"\2", text)
-
-    with suppress(InputError):
-        opening = find_opening(numbered(first), request)
-        if any(map(is_maneuver, opening.names or ())):
-            return _rows(opening, numbered(first), map(numbered, blocks), request)
-    if found := _upright(first, blocks, request):
-        text, finding = found
-        table = _rows(find_opening(text, request), text, (), request)
-        return replace(table, lines=None, findings=(finding, *table.findings))
-    return None
-
-
-def _upright(
-    first: bytes, others: Iterator[bytes], request: Request
-) -> tuple[bytes, Finding] | None:
-    """A text of columns below each other as rows, and what is to be said; None if it is none.
-
-    It is one if it has as many lines as there may be columns, all of them numbers, as many in each,
-    and those of the first one ascend.
-    """
-    text = first
-    while text.count(b"\n") <= _MOST_LINES and (block := next(others, b"")):
-        text += block
-    if text.count(b"\n") > _MOST_LINES:
-        return None
-    lines = [c for line in text.split(b"\n") if (c := without_comment(plain_text(line)))]
-    found = best_dialect(lines, ()) if len(lines) in request.widths else None
-    if found is None or len(found[2]) != len(lines):
-        return None
-    dialect, width, _ = found
-    columns = [[dialect.number(field) or "" for field in dialect.split(line)] for line in lines]
-    if not all(float(a) < float(b) for a, b in pairwise(columns[0])):
-        return None
-    return "\n".join("\t".join(row) for row in zip(*columns, strict=True)).encode(), turned(
-        "text", len(lines), width
-    )
 
 
 class _Reader:
@@ -173,15 +107,17 @@ class _Reader:
         tally = DigitTally(opening.width, opening.time)
         for block in blocks:
             tally.add(block.digits, block.places)
-        lo = {j: np.concatenate([block.lo[j] for block in blocks]) for j in self.exact}
+        lo = {j: np.concatenate([block.lo.pop(j) for block in blocks]) for j in self.exact}
         columns = tally.columns(
-            [np.concatenate([block.values[j] for block in blocks]) for j in range(opening.width)],
+            [_together([block.values for block in blocks], j) for j in range(opening.width)],
             [lo.get(j) for j in range(opening.width)],
         )
         if opening.has_exact_times:
             columns[opening.time] = columns[opening.time].with_exact_values()
-        lines = np.concatenate([block.lines for block in blocks])
-        return Vectors(columns, opening.names, lines, opening.heading, findings=findings)
+        above = self.request.above
+        lines = np.concatenate([block.lines for block in blocks]) + above
+        heading = None if opening.heading is None else opening.heading + above
+        return Vectors(columns, opening.names, lines, heading, findings=findings)
 
     def _quickly(self, text: bytes, samples: int) -> Block | None:
         separator = self.opening.dialect.separator.encode()
@@ -206,11 +142,6 @@ class _Reader:
     def _row(self, line: bytes, number: int, at_end: bool) -> list[str] | None:
         """Numbers of a line as text that `float` reads; None of a blank or incomplete one."""
         dialect, width = self.opening.dialect, self.opening.width
-        # Nothing can be wrong with these but their form, which `float` checks as well as we could.
-        if dialect == _USUAL and not (self.cut or line.translate(None, _PLAIN)):
-            plain = line.decode("ascii").split()
-            if len(plain) == width and _are_floats(plain):
-                return plain
         content = without_comment(plain_text(line))
         fields = dialect.split(content)
         if not any(fields):
@@ -228,6 +159,14 @@ class _Reader:
         raise error
 
 
+def _together(blocks: Sequence[list[Array]], j: int) -> Array:
+    """A column of all blocks, which no longer hold it: a long file is in memory once."""
+    whole = np.concatenate([values[j] for values in blocks])
+    for values in blocks:
+        values[j] = whole[:0]
+    return whole
+
+
 def canonical(text: bytes, dialect: Dialect, tidy: bool) -> bytes:
     """The lines with decimal points, the exponent letter e and no blank before a separator.
 
@@ -242,18 +181,7 @@ def canonical(text: bytes, dialect: Dialect, tidy: bool) -> bytes:
     if tidy:
         text = _QUOTED.sub(rb"\2", _NOT_FINITE.sub(b"8e888", _COMMENTS.sub(b"", text)))
     text = text.translate(_EXPONENTS)
-    if separator := dialect.separator.encode():
-        for _ in range(_MOST_BLANKS):
-            if b" " + separator not in text:
-                break
-            text = text.replace(b" " + separator, separator)
+    separator = dialect.separator.encode()
+    if separator and b" " + separator in text:
+        text = re.sub(rb" +" + separator, separator, text)
     return text if text.endswith(b"\n") else text + b"\n"
-
-
-def _are_floats(fields: list[str]) -> bool:
-    try:
-        for field in fields:
-            float(field)
-    except ValueError:
-        return False
-    return True

@@ -1,0 +1,99 @@
+"""Texts that are tables, but not of numbers alone: labels, names and units stand in their rows."""
+
+import re
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
+from itertools import chain
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.errors import InputError
+from heyoka_bike.scoring.reading.arrays.long_tables import is_long
+from heyoka_bike.scoring.reading.arrays.tables import tables
+from heyoka_bike.scoring.reading.names.columns import TIME, are_names, group_number, recognise
+from heyoka_bike.scoring.reading.request import Request
+from heyoka_bike.scoring.reading.text.dialects import DIALECTS, Dialect, plain_text, without_comment
+from heyoka_bike.scoring.reading.text.lines import whole_lines
+from heyoka_bike.scoring.reading.text.table import read_text
+from heyoka_bike.scoring.reading.text.upright import read_upright
+from heyoka_bike.scoring.reading.vectors import Vectors
+
+_MANEUVER = "maneuver"
+# A duration of MATLAB, of less than a minute.
+_DURATION = re.compile(r"(?:0+:0+:)?([0-9.]+)(?: ?(?:s|sec|secs|seconds))?")
+
+
+def read_table(chunks: Iterable[bytes], encoding: str, request: Request) -> list[Vectors]:
+    """The tables in a text: rows of numbers, the same on its side, or with words in its rows.
+
+    Parameters
+    ----------
+    chunks, encoding, request
+        As in `text.table.read_text`.
+
+    Raises
+    ------
+    InputError
+        None of that: what `text.table.read_text` says.
+    """
+    rest = iter(chunks)
+    pulled: list[bytes] = []
+
+    def first() -> Iterator[bytes]:
+        for chunk in rest:
+            # No more is kept of a long text; words begin in its first lines.
+            pulled[:] = [chunk] if not pulled else [b"", b""]
+            yield chunk
+
+    try:
+        return [read_text(first(), encoding, request)]
+    except InputError as error:
+        if len(pulled) == 1:
+            text = b"".join(whole_lines(chain(pulled, rest), encoding, request))
+            for read in (_read_words, read_upright):
+                with suppress(InputError):
+                    if found := read(text, request):
+                        return found
+        raise error from None
+
+
+def _read_words(text: bytes, request: Request) -> list[Vectors] | None:
+    """The tables in columns of words and numbers below a line of their names; None without one."""
+    lines = [x for line in text.split(b"\n") if (x := without_comment(plain_text(line)))]
+    for dialect in DIALECTS:
+        if columns := _columns(lines, dialect):
+            return tables(columns, request)
+    return None
+
+
+def _columns(lines: list[str], dialect: Dialect) -> dict[str, NDArray[np.object_]] | None:
+    """Cells by the names of their columns; None if lines have not all as many."""
+    names, number = [TIME, *BENCHMARK_COLUMNS], None
+    rows: list[list[Any]] = []
+    for line in lines:
+        fields = [field.strip("\"'") for field in dialect.split(line)]
+        if not rows and (are_names(fields) or is_long(fields)):
+            names = fields
+        elif (label := group_number(line.strip("[]():;,=-\"' "))) is not None:
+            number = label
+        elif fields == names:
+            continue
+        elif len(fields) == len(names):
+            rows.append(
+                [*(_plain(*cell, dialect) for cell in zip(names, fields, strict=True)), number]
+            )
+        else:
+            return None
+    columns = zip([*names, _MANEUVER], zip(*rows, strict=True), strict=False)
+    found = {name: np.array(x, object) for name, x in columns if name != _MANEUVER or x[0]}
+    return found if len({*names}) == len(names) else None
+
+
+def _plain(name: str, cell: str, dialect: Dialect) -> str:
+    """A number as `float` reads it, a time without its unit; a word as it is."""
+    found = recognise(name)
+    match = _DURATION.fullmatch(cell) if found and found[0] == TIME else None
+    return dialect.number(match[1] if match else cell) or cell

@@ -1,0 +1,115 @@
+"""Small files that claim to be large are refused at once; long ones are in memory once."""
+
+import io
+import json
+import os
+import subprocess
+import sys
+import zipfile
+
+import numpy as np
+import pytest
+from openpyxl import Workbook
+
+from heyoka_bike.errors import InputError
+from heyoka_bike.scoring.reading import read_results
+
+# Bytes for a row of three numbers: the values, what the time has beyond binary64, the number of
+# the line, and one column more while they are put together. It was 128.
+MOST_OF_A_ROW = 100
+MEASURED = """
+import resource, sys
+from heyoka_bike.scoring.reading import read_results
+def most():
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+read_results(sys.argv[1], maneuver=1)
+few = most()
+rows = len(read_results(sys.argv[2], maneuver=1).maneuvers[0].time)
+print((most() - few) / rows)
+"""
+
+
+def sheet_with(row):
+    """A good sheet, with one more row as XML."""
+    book, made = Workbook(), io.BytesIO()
+    for values in (["time", "roll"], [0, 1.5], [1, 2.5]):
+        book.active.append(values)
+    book.save(made)
+    changed = io.BytesIO()
+    with zipfile.ZipFile(made) as old, zipfile.ZipFile(changed, "w", zipfile.ZIP_DEFLATED) as new:
+        for name in old.namelist():
+            data = old.read(name)
+            if name.endswith("sheet1.xml"):
+                data = data.replace(b"</sheetData>", row + b"</sheetData>")
+            new.writestr(name, data)
+    return changed.getvalue()
+
+
+@pytest.mark.timeout(60)
+@pytest.mark.parametrize(
+    "row",
+    [
+        b'<row r="99999999999"><c r="A99999999999"><v>1</v></c></row>',
+        b'<row r="1048577"><c r="A1048577"><v>1</v></c></row>',
+        b'<row r="4"><c r="XFD4"><v>1</v></c></row>',
+    ],
+)
+def test_a_cell_far_away_is_refused(row, tmp_path):
+    path = tmp_path / "r.xlsx"
+    path.write_bytes(sheet_with(row))
+    with pytest.raises(InputError, match="found cells beyond row 1048576 or column 1000 in"):
+        read_results(path)
+
+
+def test_cells_that_are_empty_are_none(tmp_path):
+    path = tmp_path / "r.xlsx"
+    path.write_bytes(
+        sheet_with(b'<row r="900"><c r="A900"><v>2</v></c><c r="B900"><v>3</v></c></row>')
+    )
+    assert read_results(path).maneuvers[0].time.tolist() == [0, 1, 2]
+
+
+@pytest.mark.parametrize("blank", ["\n", " \t\r\n"])
+def test_blank_lines_before_the_numbers(blank, tmp_path):
+    count = (3 << 20) // len(blank)
+    path = tmp_path / "r.txt"
+    path.write_text(blank * count + "time roll\n0 1.5\n1 2.5\n", newline="")
+    (rows,) = read_results(path).maneuvers
+    assert rows.time.tolist() == [0, 1]
+    path.write_text(blank * count + "time roll\n0 1.5\n1 x\n2 3.5\n", newline="")
+    with pytest.raises(InputError, match="found 'x' as value 2") as caught:
+        read_results(path)
+    assert (caught.value.line, caught.value.column) == (count + 3, 2)
+
+
+@pytest.mark.parametrize(
+    "document",
+    [
+        {f"k{i}": [1, 2] for i in range(300_000)},
+        [[f"k{i}" for i in range(150_000)], [1] * 150_000],
+        [["k"] * 150_000, [1] * 150_000],
+    ],
+    ids=["object", "heading", "equal"],
+)
+@pytest.mark.timeout(60)
+def test_names_beyond_number_are_refused(document, tmp_path):
+    path = tmp_path / "r.json"
+    path.write_text(json.dumps(document))
+    with pytest.raises(InputError, match="arrays and groups, expected at most 100000"):
+        read_results(path)
+
+
+@pytest.mark.proof
+def test_a_long_text_is_in_memory_once(tmp_path):
+    """Measured where a second file is read: what imports and a first file need is left out."""
+    path, few = tmp_path / "r.txt", tmp_path / "few.txt"
+    i = np.arange(2_000_000)
+    lines = [f"{a / 1e6:.6f} {b / 1e5:.5f} {c / 1e6:.6f}\n"
+             for a, b, c in zip(i, i * 37 % 1001, i * 31 % 997, strict=True)]  # fmt: skip
+    path.write_text("time roll steer\n" + "".join(lines))
+    few.write_text("time roll steer\n" + "".join(lines[:200_000]))
+    run = subprocess.run(
+        [sys.executable, "-c", MEASURED, few, path], env=os.environ, text=True,
+        capture_output=True, check=True, timeout=120,
+    )  # fmt: skip
+    assert float(run.stdout) < MOST_OF_A_ROW
