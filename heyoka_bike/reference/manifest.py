@@ -217,7 +217,7 @@ def reading(path: Path, what: str) -> Iterator[None]:
     """
     try:
         yield
-    except (OSError, KeyError, ValueError, TypeError) as e:
+    except (OSError, KeyError, OverflowError, TypeError, ValueError) as e:
         raise DatasetError(f"{path}: is not {what} ({e})") from None
 
 
