@@ -7,19 +7,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from heyoka_bike.errors import DatasetError
+from heyoka_bike.reference import manifest as manifest_file
 from heyoka_bike.reference.layout import HDF5
-from heyoka_bike.reference.manifest import (
-    AFTER_FILES,
-    AFTER_FOLDER,
-    CUSTOM,
-    DATASET_VERSION,
-    MANIFEST,
-    OLDER_MANIFESTS_SHA256,
-    PUBLISHED_MANIFEST_SHA256,
-    Manifest,
-    read_manifest,
-    sha256,
-)
+from heyoka_bike.reference.manifest import AFTER_FILES, AFTER_FOLDER, MANIFEST, Manifest
 from heyoka_bike.reference.verification.checks import Check
 
 
@@ -58,7 +48,7 @@ def check_files(folder: Path, *, is_published: bool = False) -> tuple[Files, lis
     except OSError as e:
         raise DatasetError(f"{folder}: cannot be read: {e.strerror or e}") from None
     try:
-        manifest = read_manifest(folder)
+        manifest = manifest_file.read_manifest(folder)
         raw = (folder / MANIFEST).read_bytes()
     except (DatasetError, OSError) as e:
         # A folder that holds this file is a set, whatever is wrong with its manifest.
@@ -73,7 +63,9 @@ def check_files(folder: Path, *, is_published: bool = False) -> tuple[Files, lis
         if content is not None:
             data[name] = content
     extra = {*present} - {*manifest.files, MANIFEST}
-    if manifest.sha256 == PUBLISHED_MANIFEST_SHA256 and (is_published or AFTER_FOLDER in extra):
+    if manifest.sha256 == manifest_file.PUBLISHED_MANIFEST_SHA256 and (
+        is_published or AFTER_FOLDER in extra
+    ):
         beside, others = _after(folder, manifest)
         checks += beside
         extra = (extra - {AFTER_FOLDER}) | others
@@ -102,20 +94,21 @@ def _known(manifest: Manifest, *, is_published: bool) -> Check:
     """The manifest of a published set is the one whose hash the package knows."""
     version, found = manifest.dataset_version, manifest.sha256
     passed, short = True, f"sha256 {found[:12]}..."
-    if found == PUBLISHED_MANIFEST_SHA256:
+    if found == manifest_file.PUBLISHED_MANIFEST_SHA256:
         message = f"{short} is that of the published set {version}"
-    elif found == OLDER_MANIFESTS_SHA256.get(version) and not is_published:
+    elif found == manifest_file.OLDER_MANIFESTS_SHA256.get(version) and not is_published:
         message = (
             f"{short} is that of the published set {version}; this version of the package makes "
-            f"{DATASET_VERSION}"
+            f"{manifest_file.DATASET_VERSION}"
         )
-    elif version == CUSTOM and not is_published:
+    elif version == manifest_file.CUSTOM and not is_published:
         message = f"a set of your own: the package knows no hash to expect (found {short})"
     else:
         passed = False
         message = (
             f"found {short} of dataset version {version!r:.40}, expected "
-            f"{PUBLISHED_MANIFEST_SHA256[:12]}... of the published set {DATASET_VERSION}"
+            f"{manifest_file.PUBLISHED_MANIFEST_SHA256[:12]}... of the published set "
+            f"{manifest_file.DATASET_VERSION}"
         )
     return Check("manifest_hash", passed, MANIFEST, message, {"values": 1, "sha256": found})
 
@@ -141,7 +134,7 @@ def _file(
     if data is None:
         message = f"found {found} bytes, expected {size}"
         return Check("file", False, name, message, {"values": found}), None
-    if (other := sha256(data)) != digest:
+    if (other := manifest_file.sha256(data)) != digest:
         message = f"found sha256 {other[:12]}..., expected {digest[:12]}..."
         return Check("file", False, name, message, {"values": size}), None
     message = f"sha256 {digest[:12]}... as {stated}"
