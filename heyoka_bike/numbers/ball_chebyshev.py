@@ -2,8 +2,9 @@
 
 References
 ----------
-L. N. Trefethen (2013), Approximation Theory and Approximation Practice: theorem 8.2 (a function
-that is analytic in an ellipse), theorem 15.2 (the Lebesgue constant).
+T. J. Rivlin (1990), Chebyshev Polynomials, chapter 1 (the Lebesgue constant of the zeros of T_n).
+L. N. Trefethen (2013), Approximation Theory and Approximation Practice: theorem 8.1 (coefficients
+of a function that is analytic in an ellipse).
 """
 
 from collections.abc import Sequence
@@ -40,7 +41,11 @@ class Nodes:
         return (2 * flint.arb(count).log() / flint.arb.pi() + 1).upper()
 
     def left_out(self, radius: int) -> flint.arb:
-        """Error of interpolating a function analytic for abs(x) <= radius, over its bound there."""
+        """Error of interpolating a function analytic for abs(x) <= radius, over its bound there.
+
+        At the zeros of T_n what is beyond T_(n - 1) takes the values of lower ones or their
+        opposites, or zero: each of these coefficients counts twice.
+        """
         rho = ellipse(radius)
         return (4 * rho ** (1 - len(self.x)) / (rho - 1)).upper()
 

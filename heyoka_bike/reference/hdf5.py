@@ -22,6 +22,9 @@ T = TypeVar("T")
 INDEX = "<i4"
 """Kind of a dataset that counts along an axis: 0, 1, 2, ..."""
 
+SCALE_ATTRIBUTES = frozenset(("CLASS", "NAME", "REFERENCE_LIST", "DIMENSION_LIST"))
+"""Set by HDF5's dimension scales."""
+
 LOW, BOUND = "_lo", "_bound"
 """What the names of a column's low part and of its bounds end in."""
 

@@ -41,6 +41,15 @@ OLDER_MANIFESTS_SHA256 = {
 }
 """Hashes of the manifests of the sets that were published before, by version."""
 
+AFTER_FOLDER = "after-ten-seconds"
+AFTER_FILES: Mapping[str, tuple[int, str]] = {
+    "after-ten-seconds.json": (
+        4312, "b1b3b50409e593e3af03a2b28980d20cc5b4af4d6374f58312861e3f3c610f56",
+    ),
+    "candidate.h5": (951421, "89bf65df610e93fa1df1e228f119b1a498b647050dcc740fd2cbf472131cc180"),
+}  # fmt: skip
+"""Bytes and sha256 of what lies in a folder beside the published set, which its manifest lacks."""
+
 CUSTOM = "custom"
 """Dataset version of a set made from other inputs than the benchmark's."""
 
@@ -217,7 +226,7 @@ def reading(path: Path, what: str) -> Iterator[None]:
     """
     try:
         yield
-    except (OSError, KeyError, ValueError, TypeError) as e:
+    except (OSError, KeyError, OverflowError, TypeError, ValueError) as e:
         raise DatasetError(f"{path}: is not {what} ({e})") from None
 
 

@@ -11,25 +11,43 @@
 #include "flow.hpp"
 
 constexpr int SPANS = 3;  // of a piece
+constexpr long STEER_PARTS = 32;  // of the initial steer angle
 // Of the defect r, and of how errors are carried: the equations along p and their derivatives.
 constexpr int BITS = 320, MATRIX_BITS = 96;
 constexpr std::size_t ORDER = 64, MATRIX_ORDER = 18, FLOW_ORDER = 44;
 
 using Rows7 = std::vector<std::vector<Interval>>;  // coefficients by state variable
 
-// The exact state at the start, near the candidate's.
-inline std::vector<Interval> start(const Bicycle& k, const Claim& claim, const Interval& near, double tube) {
+// The pitch that puts the front wheel's lowest point on the floor: the root that is zero at zero steer, followed
+// in the steer angle. Where Newton's iteration in intervals maps `around` into itself for a range of steer
+// angles, each of them has one root in it, which depends on them continuously.
+inline Interval pitch_at_start(const Bicycle& k, const Interval& roll, const Interval& steer) {
+    auto newton = [&](const Interval& part, const Interval& near, const Interval& around) {
+        auto gap = [&](const Interval& pitch) {
+            using T = Dual<Interval>;
+            const Motion<T> m(k, {roll, {pitch, {1}}, steer * part / STEER_PARTS, T(), T(), T(), T()});
+            return dot(m.down, m.front_hub + m.rim_F - m.rim_R);
+        };
+        return near - gap(near).at / gap(around).rate();
+    };
+    Interval pitch;
+    for (long i = 0; i < STEER_PARTS; ++i) {
+        const Interval part = Interval::between(i, i + 1), near = pitch.middle();
+        const double away = (newton(part, near, near) - near).size();
+        const Interval around = near + Interval::around_zero(2 * away + 0x1p-60);
+        expect(pitch.is_within(around) && newton(part, near, around).is_within(around),
+               "pitch at the start: it is not proved which root grows from zero steer");
+        pitch = around;
+        for (int round = 0; round < 9; ++round) pitch = newton(i + 1, pitch.middle(), pitch);
+    }
+    return pitch;
+}
+
+// The exact state at the start.
+inline std::vector<Interval> start(const Bicycle& k, const Claim& claim) {
     const auto& given = claim.at_start;
     const Interval &roll = given.at("roll"), &steer = given.at("steer"), &p = given.at("roll_rate");
-    // The pitch puts the front wheel's lowest point on the floor: Newton's iteration in intervals.
-    auto gap = [&](const Interval& pitch) {
-        using T = Dual<Interval>;
-        const Motion<T> m(k, {roll, {pitch, {1}}, steer, T(), T(), T(), T()});
-        return dot(m.down, m.front_hub + m.rim_F - m.rim_R);
-    };
-    const Interval around = near + Interval::around_zero(tube);
-    const Interval pitch = near - gap(near).at / gap(around).rate();
-    expect(pitch.is_within(around), "pitch at the start: no root is proved near the candidate's");
+    const Interval pitch = pitch_at_start(k, roll, steer);
     // Roll and steer rate are linear in w1 and w3.
     const Interval spin = given.at("speed") / k.rR;
     auto rates = [&](long w1, long w3) { return Motion<Interval>(k, {roll, pitch, steer, w1, w3, spin, 0}); };
@@ -111,12 +129,12 @@ inline void meet(const Radii& found, const Radii& claimed, const std::string& wh
                STATES[i] + where + ": the error may be " + shown(found[i]) + ", claimed " + shown(claimed[i]));
 }
 
-// Bounds of the error over the pieces that begin before `until`, none above its claim.
-inline Radii prove(const Bicycle& k, const Candidate& run, const Claim& claim, double until) {
+// Bounds of the error over the pieces that begin before `until`, none above its claim; `apart` is at first the
+// exact start.
+inline Radii prove(const Bicycle& k, const Candidate& run, const Claim& claim, Column apart, double until) {
     Radii tube, worst(SIZE, 0.0);
     for (double bound : claim.interval) tube.push_back(2 * bound + 0x1p-200);
     Rows7 p = run.piece(0);
-    std::vector<Interval> apart = start(k, claim, p[1][0], tube[1]);
     for (std::size_t i = 0; i < SIZE; ++i) apart[i] = apart[i] - p[i][0];
     Frame frame(apart);
     meet(frame.bound(), claim.interval, " at the start");

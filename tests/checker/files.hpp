@@ -1,9 +1,9 @@
 // What is read: certificate.json, candidate.h5 and texts of rows.
 #pragma once
-#include <cstring>
 #include <fstream>
 #include <hdf5.h>
 #include <map>
+#include <set>
 #include <sstream>
 #include "interval.hpp"
 
@@ -27,35 +27,41 @@ inline Interval exact_number(const std::string& text) {
     return Interval::decimal(text.substr(0, slash)) / Interval::decimal(text.substr(slash + 1));
 }
 
-// The words and numbers of a JSON text by their place: "/maneuvers/0/bound". Commas and colons are as blanks.
+// The words and numbers of a JSON text by their place: "/maneuvers/0/bound". What has two readings is refused:
+// a key that is there twice or has a slash, and escapes, which no set needs.
 using Json = std::map<std::string, std::string>;
 inline void read_json(const char*& p, const std::string& place, Json& into) {
     readable(place.size() < 500, "not JSON of this kind");
-    auto next = [&p](char c) { return p += std::strspn(p, " \t\r\n,:"), *p == c && ++p; };
+    auto next = [&p](char c) { return p += std::strspn(p, " \t\r\n"), *p == c && ++p; };
+    auto need = [&next](char c) { readable(next(c), "not JSON"); };
     auto word = [&p](const char* until) {
-        std::string r;
-        while (*p && !std::strchr(until, *p)) p += *p == '\\' && p[1], r += *p++;
-        readable(*p && (*until == '"' || !r.empty()), "not JSON of this kind");
-        return r;
+        const std::size_t length = std::strcspn(p, until);
+        return p += length, std::string(p - length, length);
     };
-    if (next('{')) {
-        while (!next('}')) {
-            readable(next('"'), "not JSON");
-            const std::string key = word("\"");
-            read_json(++p, place + "/" + key, into);
+    auto quoted = [&] {
+        const std::string r = word("\"\\");
+        expect(*p != '\\', place + ": an escape in JSON, which is not read");
+        return need('"'), r;
+    };
+    if (const char end = next('{') ? '}' : next('[') ? ']' : 0) {
+        std::set<std::string> keys;
+        for (int i = 0; !next(end); ++i) {
+            std::string key = std::to_string(i);
+            if (i > 0) need(',');
+            if (end == '}') need('"'), key = quoted(), need(':');
+            expect(keys.insert(key).second, place + "/" + key + " is there twice");
+            expect(key.find('/') == key.npos, place + "/" + key + ": a key with a slash");
+            read_json(p, place + "/" + key, into);
         }
-    } else if (next('[')) {
-        for (int i = 0; !next(']'); ++i) read_json(p, place + "/" + std::to_string(i), into);
     } else {
-        const bool quoted = next('"');
-        expect(into.emplace(place, word(quoted ? "\"" : " \t\r\n,]}")).second, place + " is there twice");
-        p += quoted;
+        into[place] = next('"') ? quoted() : word(" \t\r\n,:[]{}\"");
     }
 }
 inline Json json(const std::string& text) {
     Json r;
     const char* p = text.c_str();
     read_json(p, "", r);
+    readable(p + std::strspn(p, " \t\r\n") == text.c_str() + text.size(), "not JSON of one value");
     return r;
 }
 // What is below a place.
@@ -76,17 +82,41 @@ H good(H h, const std::string& what) {
     readable(h >= 0, "cannot read " + what);
     return h;
 }
+// No attribute, data set or group is there but those that are known.
+inline void expect_only(hid_t group, const std::string& known) {
+    std::vector<std::string> found;
+    const auto note = [](hid_t, const char* name, const auto*, void* to) -> herr_t {
+        return static_cast<std::vector<std::string>*>(to)->emplace_back(name), 0;
+    };
+    good(H5Aiterate2(group, H5_INDEX_NAME, H5_ITER_INC, nullptr, note, &found), "attributes");
+    good(H5Literate(group, H5_INDEX_NAME, H5_ITER_INC, nullptr, note, &found), "a group");
+    for (const std::string& name : found) {
+        const bool is_known = (" " + known + " ").find(" " + name + " ") != known.npos;
+        expect(is_known && name.find(' ') == name.npos, "found " + name + ", and nothing proves it");
+    }
+}
+// What is stored has exactly the type and the number of axes that are expected: HDF5 would convert it silently.
+inline void expect_stored(hid_t found, hid_t type, hid_t space, int axes, const std::string& name) {
+    const bool same = H5Tequal(found, type) > 0 && H5Sget_simple_extent_ndims(space) == axes;
+    expect(same, name + " is of another type or shape");
+}
+template <class V>
+V scalar(hid_t of, const std::string& name, hid_t type) {
+    const hid_t a = good(H5Aopen(of, name.c_str(), H5P_DEFAULT), name);
+    expect_stored(H5Aget_type(a), type, H5Aget_space(a), 0, name);
+    V r{};
+    return good(H5Aread(a, type, &r), name), r;
+}
 inline std::string attribute(hid_t of, const std::string& name) {
-    const hid_t a = good(H5Aopen(of, name.c_str(), H5P_DEFAULT), name), type = H5Aget_type(a);
-    readable(H5Tis_variable_str(type) > 0, name + ": expected text");
-    char* text = nullptr;
-    good(H5Aread(a, type, &text), name);
-    return text ? text : "";
+    const hid_t text = H5Tcopy(H5T_C_S1);
+    H5Tset_size(text, H5T_VARIABLE), H5Tset_cset(text, H5T_CSET_UTF8);
+    const char* r = scalar<const char*>(of, name, text);
+    return r ? r : "";
 }
 template <class V>
 std::vector<V> array(hid_t of, const std::string& name, hid_t type, std::vector<hsize_t>& shape) {
     const hid_t d = good(H5Dopen2(of, name.c_str(), H5P_DEFAULT), name), space = H5Dget_space(d);
-    readable(H5Sget_simple_extent_ndims(space) == int(shape.size()), name + " has another shape");
+    expect_stored(H5Dget_type(d), type, space, int(shape.size()), name);
     H5Sget_simple_extent_dims(space, shape.data(), nullptr);
     std::vector<V> r(H5Sget_simple_extent_npoints(space));
     readable(!r.empty(), name + " is empty");
@@ -101,7 +131,7 @@ struct Candidate {
 
     explicit Candidate(hid_t group) {
         std::vector<hsize_t> one(1), shape(4);
-        good(H5Aread(good(H5Aopen(group, "grid", H5P_DEFAULT), "grid"), H5T_NATIVE_LONG, &grid), "grid");
+        grid = scalar<long>(group, "grid", H5T_NATIVE_LONG);
         breaks = array<double>(group, "breaks", H5T_NATIVE_DOUBLE, one);
         data = array<unsigned char>(group, "coefficients", H5T_NATIVE_UCHAR, shape);
         pieces = shape[0], states = shape[1], powers = shape[2], width = shape[3];
@@ -120,15 +150,16 @@ struct Candidate {
         mpz_clears(n, wrap, nullptr);
         return r;
     }
-    // The exact motion at t, when it is not farther than `radii`.
+    // The exact motion at t, which is not after the end, when it is not farther than `radii`.
     std::vector<Interval> around(const Interval& t, const std::vector<double>& radii) const {
         std::size_t i = 0;
         while (i + 1 < pieces && breaks[i + 1] <= t.below()) ++i;
         const Interval a = Interval::exactly(breaks[i]), s = (t - a) / (Interval::exactly(breaks[i + 1]) - a);
+        expect(i + 1 == pieces || s.above() <= 1, "a row at a break between pieces");
         std::vector<Interval> r;
         for (const auto& row : piece(i)) {
             Interval sum;
-            for (std::size_t k = row.size(); k-- > 0;) sum = sum * s + row[k];
+            for (std::size_t k = row.size(); k-- > 0;) sum = sum * s.not_above_1() + row[k];
             r.push_back(sum + Interval::around_zero(radii[r.size()]));
         }
         return r;

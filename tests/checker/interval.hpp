@@ -2,6 +2,7 @@
 #pragma once
 #include <cfenv>
 #include <cmath>
+#include <cstring>
 #include <mpfi.h>
 #include <mpfi_io.h>
 #include <sstream>
@@ -55,6 +56,7 @@ public:
         return r;
     }
     static Interval pi() { Interval r; mpfi_const_pi(r.x); return r; }
+    static Interval between(long a, long b) { Interval r; mpfi_interv_si(r.x, a, b); return r; }
     static Interval around_zero(double radius) { Interval r; mpfi_interv_d(r.x, -radius, radius); return r; }
 
     Interval operator-() const { Interval r; mpfi_neg(r.x, x); return r; }
@@ -72,6 +74,14 @@ public:
         mpfi_add(x, x, product.x);
     }
     Interval scaled_by_power_of_two(long k) const { Interval r; mpfi_mul_2si(r.x, x, k); return r; }
+
+    Interval not_above_1() const { Interval r = between(-1, 1); mpfi_intersect(r.x, r.x, x); return r; }
+    // What both ends are written as by MPFR's printf, or nothing.
+    std::string written(const char* format) const {
+        char low[500], high[500];
+        mpfr_snprintf(low, sizeof low, format, &x->left), mpfr_snprintf(high, sizeof high, format, &x->right);
+        return std::strcmp(low, high) ? "" : low;
+    }
 
     bool holds_zero() const { return mpfi_has_zero(x) > 0; }
     bool is_within(const Interval& o) const { return mpfi_is_inside(x, o.x) > 0; }

@@ -1,6 +1,5 @@
 // The rows of two texts and an HDF5 file: the benchmark's eight columns of the exact motion, correctly rounded.
 #pragma once
-#include <iterator>
 #include "error.hpp"
 
 const std::array<std::string, 8> COLUMNS = {"roll_angle",     "roll_rate",         "forward_speed", "potential_energy",
@@ -25,67 +24,75 @@ inline std::vector<Interval> columns(const Bicycle& k, const std::vector<Interva
 // Whether d is the binary64 nearest to all of x.
 inline bool rounds_to(const Interval& x, double d) { return x.nearest(-1) == d && x.nearest(1) == d; }
 
+// How a set writes a number, or nothing if that is not decided: a time without rounding, the nearest
+// binary64 with 17 digits, 50 digits with an exponent.
+enum class Form { time, binary64, digits50 };
+inline std::string text_of(const Interval& x, Form form) {
+    if (x.size() == 0) return "0";
+    if (form == Form::binary64)
+        return rounds_to(x, x.nearest(1)) ? Interval::exactly(x.nearest(1)).written("%.17RNg") : "";
+    std::string r = x.written(form == Form::time ? "%.50RNf" : "%.49RNe");
+    const std::size_t last = r.find_last_not_of('0'), exponent = r.find('e') + 2;
+    if (form == Form::time) return r.substr(0, last + (last != r.npos && r[last] != '.'));
+    return !r.empty() && r[exponent] == '0' ? r.erase(exponent, 1) : r;
+}
+
 struct Text {
     std::string name;
-    bool is_binary64;
+    Form form;
     std::vector<std::vector<std::string>> words;
 
-    Text(const std::string& folder, const std::string& file, bool binary64) : name(file), is_binary64(binary64) {
+    Text(const std::string& folder, const std::string& file, Form form) : name(file), form(form) {
         std::istringstream all(text_of(folder + "/" + file));
         for (std::string line; std::getline(all, line);) {
-            std::istringstream each(line);
-            words.emplace_back(std::istream_iterator<std::string>(each), std::istream_iterator<std::string>());
+            std::istringstream each(line + " ");
+            words.emplace_back();
+            for (std::string word; std::getline(each, word, ' ');) words.back().push_back(word);
         }
     }
-    // Whether a word is what all of x rounds to, to binary64 or to 50 digits; a time is exact.
     void check(std::size_t row, std::size_t column, const Interval& x) const {
-        const std::string& word = words[row][column];
-        const Interval found = Interval::decimal(word);
-        const std::size_t e = word.find('e'), point = word.find('.');
-        bool good = (found - x).size() < 0x1p-280;
-        if (column > 0 && is_binary64) {
-            good = rounds_to(found, found.nearest(1)) && rounds_to(x, found.nearest(1));
-        } else if (column > 0 && word != "0") {
-            // d.ddd...e+xx with 49 decimals: within half a unit of the last.
-            good = e != std::string::npos && point < e && e - point == 50;
-            const long last = good ? std::stol(word.substr(e + 1)) - 50 : 0;
-            good = good && (found - x).size() <= Interval::decimal("5e" + std::to_string(last)).below();
-        }
-        expect(good, name + ", line " + std::to_string(row + 1) + ", column " + std::to_string(column + 1) + ": "
-                         + word + " is not what the exact value rounds to");
+        const std::string &word = words[row][column], right = text_of(x, column ? form : Form::time);
+        expect(!right.empty() && word == right,
+               name + ", line " + std::to_string(row + 1) + ", column " + std::to_string(column + 1) + ": " + word
+                   + " is not what the exact value rounds to");
     }
 };
 
-// A group of uncontrolled-bicycle.h5: of each column the nearest binary64, and that to what is left.
+// A group of uncontrolled-bicycle.h5: of each column the nearest binary64, that to what is left, and a bound.
 struct Table {
-    std::vector<std::vector<double>> hi, lo;
+    std::vector<std::vector<double>> hi, lo, bound;
 
     Table(hid_t group, std::size_t rows) {
         std::vector<hsize_t> shape(1);
         for (const std::string& column : COLUMNS) {
-            hi.push_back(array<double>(group, column, H5T_NATIVE_DOUBLE, shape));
-            lo.push_back(array<double>(group, column + "_lo", H5T_NATIVE_DOUBLE, shape));
-            expect(hi.back().size() == rows && lo.back().size() == rows, column + " has another number of rows");
+            for (const auto& [tag, to] : {std::pair("", &hi), std::pair("_lo", &lo), std::pair("_bound", &bound)}) {
+                to->push_back(array<double>(group, column + tag, H5T_NATIVE_DOUBLE, shape));
+                expect(to->back().size() == rows, column + tag + " has another number of rows");
+            }
         }
     }
     void check(std::size_t row, std::size_t column, const Interval& x) const {
-        const double near = hi[column][row];
-        expect(rounds_to(x, near) && rounds_to(x - Interval::exactly(near), lo[column][row]),
-               "uncontrolled-bicycle.h5, " + COLUMNS[column] + ", row " + std::to_string(row) + ": not what the exact value rounds to");
+        const double near = hi[column][row], most = bound[column][row];
+        const Interval left = x - Interval::exactly(near);
+        const std::string place = "uncontrolled-bicycle.h5, " + COLUMNS[column] + ", row " + std::to_string(row);
+        expect(rounds_to(x, near) && rounds_to(left, lo[column][row]), place + ": not what the exact value rounds to");
+        const double apart = (left - Interval::exactly(lo[column][row])).size();
+        expect(apart <= most + 0x1p-280 && std::isfinite(most), place + ": the bound is " + shown(most));
     }
 };
 
 // The rows of maneuver `number` of `count` that are before `until`; returns how many values they have.
 inline std::size_t check_rows(const std::vector<Text>& texts, hid_t group, const Bicycle& k, const Candidate& run,
-                              const Claim& claim, std::size_t number, std::size_t count, double until) {
+                              const Claim& claim, const Column& at_start, std::size_t number, std::size_t count,
+                              double until) {
     const auto& given = claim.at_start;
     const Interval &spacing = given.at("spacing"), steps = given.at("duration") / spacing;
     const std::size_t rows = std::lround(steps.middle().below()) + 1;
+    expect(same(claim.input.at("duration"), claim.input.at("spacing"), rows - 1), "the last row is not the end");
     const Table table(group, rows);
     std::size_t values = 0;
     for (const Text& text : texts)
         expect(text.words.size() == rows, text.name + ": expected " + std::to_string(rows) + " rows");
-    const auto at_start = start(k, claim, run.piece(0)[1][0], claim.interval[1]);
     for (std::size_t row = 0; row < rows && (spacing * long(row)).below() < until; ++row) {
         const Interval t = spacing * long(row);
         std::vector<Interval> found = columns(k, row ? run.around(t, claim.interval) : at_start);

@@ -1,4 +1,4 @@
-"""A program that shares nothing with the package accepts the published set and refuses damages.
+"""A program of its own accepts the published set and refuses damages.
 
 It is `tests/checker`, in C++ with MPFI. A damage is made in the candidate, in the certificate or in
 both alike, so that no comparison of the two finds it where the proof is meant to.
@@ -14,16 +14,27 @@ from pathlib import Path
 
 import flint
 import h5py
+import mpmath
 import numpy as np
 import pytest
 
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.bicycle.equations import initial
+from heyoka_bike.bicycle.equations.constants import constants
+from heyoka_bike.bicycle.parameters import STATE_INPUTS, describe_inputs
+from heyoka_bike.motion.evaluator import evaluator
 from heyoka_bike.motion.integrate import integrate
-from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.numbers.arithmetic import Multiprecision
+from heyoka_bike.numbers.exact import Exact, shortest_decimal
+from heyoka_bike.numbers.rounding import decimal_digits, hi_lo
 from heyoka_bike.reference.layout import CANDIDATE, CERTIFICATE, HDF5, TEXT, TEXT_50
+from heyoka_bike.reference.proof import candidate as candidate_file
+from heyoka_bike.reference.proof import rows
 from heyoka_bike.system.resources import reference_folder
 
 SOURCES = Path(__file__).parents[1] / "checker"
 UNTIL = ["--until", "0.075"]  # Two pieces of each maneuver: seconds in place of minutes.
+ANY_INPUTS = ["--any-inputs", *UNTIL]
 
 
 @pytest.fixture(scope="session")
@@ -149,29 +160,69 @@ def a_fourth_maneuver(document):
     document["maneuvers"].append(document["maneuvers"][2] | {"maneuver": "fourth"})
 
 
-def a_digit(file, line, column, decimal):
-    """A word of a text, d.ddd...e-x, with another digit."""
+def a_word(file, line, column, change):
+    """A word of a text as `change` makes it."""
 
     def damage(folder):
         lines = (folder / file).read_text().splitlines()
         words = lines[line - 1].split(" ")
-        word, i = words[column - 1], decimal + 1
-        words[column - 1] = f"{word[:i]}{(int(word[i]) + 3) % 10}{word[i + 1 :]}"
+        words[column - 1] = change(words[column - 1])
         lines[line - 1] = " ".join(words)
         (folder / file).write_text("\n".join(lines) + "\n")
 
     return damage
 
 
-def a_last_bit(name, row):
-    """A published binary64 of maneuver 1 replaced by its neighbour."""
+def a_digit(file, line, column, decimal):
+    """A word of a text, d.ddd...e-x, with another digit."""
+    i = decimal + 1
+    change = lambda word: f"{word[:i]}{(int(word[i]) + 3) % 10}{word[i + 1 :]}"  # noqa: E731
+    return a_word(file, line, column, change)
+
+
+def published_value(name, row, change):
+    """A published binary64 of maneuver 1 as `change` makes it."""
 
     def damage(folder):
         with h5py.File(folder / HDF5, "r+") as f:
             values = f["maneuver_1"][name]
-            values[row] = np.nextafter(values[row], np.inf)
+            values[row] = change(values[row])
 
     return damage
+
+
+def next_up(x):
+    return np.nextafter(x, np.inf)
+
+
+def words_of_certificate(old, new):
+    """A damage of certificate.json as a text."""
+
+    def damage(folder):
+        text = (folder / CERTIFICATE).read_text()
+        assert text.count(old) >= 1
+        (folder / CERTIFICATE).write_text(text.replace(old, new, 1))
+
+    return damage
+
+
+def another_type(name, kind):
+    """A data set of maneuver 1 of the candidate, of the same numbers in another type."""
+
+    def change(f):
+        group = f["maneuver_1"]
+        values = group[name][:]
+        del group[name]
+        group.create_dataset(name, data=values.astype(kind))
+
+    return candidate(change)
+
+
+def last_break(x):
+    def change(f):
+        f["maneuver_1/breaks"][-1] = x
+
+    return change
 
 
 DAMAGES = {
@@ -223,22 +274,76 @@ DAMAGES = {
     "a state variable without a bound": (
         certificate(lambda d: d["maneuvers"][0]["state_bounds"].pop("w3")), "expected bounds of 7",
     ),
-    "a fourth maneuver": (certificate(a_fourth_maneuver), "candidate.h5 has fewer maneuvers"),
     "a parameter more": (
         certificate(lambda d: d["inputs"]["bicycle"]["parameters"].update(wind="1")),
         '"wind" is not known',
     ),
     "the 50th digit of a value": (a_digit(TEXT_50, 2, 6, 49), "line 2, column 6: .* rounds to"),
     "the 15th digit of a value": (a_digit(TEXT, 2, 3, 15), "line 2, column 3: .* rounds to"),
-    "the last bit of a value": (a_last_bit("steer_rate", 3), "steer_rate, row 3: not what"),
-    "the last bit of a rest": (a_last_bit("kinetic_energy_lo", 5), "energy, row 5: not what"),
+    "the last bit of a value": (
+        published_value("steer_rate", 3, next_up), "steer_rate, row 3: not what",
+    ),
+    "the last bit of a rest": (
+        published_value("kinetic_energy_lo", 5, next_up), "energy, row 5: not what",
+    ),
+    "a bound of a row that is too small": (
+        published_value("roll_angle_bound", 2, lambda x: x * 0.99), "roll_angle, row 2: the bound",
+    ),
+    "a bound of a row that is infinite": (
+        published_value("roll_angle_bound", 2, lambda _: np.inf), "row 2: the bound is inf",
+    ),
+    "a number that is not normalised": (
+        a_word(TEXT_50, 3, 2, lambda _: f"0.{'0' * 49}e+50"), "line 3, column 2: .* rounds to",
+    ),
+    "41 digits in a text of 17": (
+        a_word(TEXT, 2, 2, lambda word: word + "0" * 24), "line 2, column 2: .* rounds to",
+    ),
+    "an exponent in a text of 17 digits": (
+        a_word(TEXT, 2, 2, lambda word: f"{float(word):.16e}"), "line 2, column 2: .* rounds to",
+    ),
+    "a time with more digits": (
+        a_word(TEXT_50, 2, 1, lambda word: f"{word}{'0' * 95}1"), "line 2, column 1: .* rounds to",
+    ),
+    "a key with an escape": (
+        words_of_certificate('"bound": "', r'"\u0062ound": "1", "bound": "'), "an escape in JSON",
+    ),
+    "a key twice": (
+        words_of_certificate('"bound": "', '"bound": "1", "bound": "'), "bound is there twice",
+    ),
+    "a group twice": (
+        words_of_certificate('"trusted": [', '"maneuvers": [], "trusted": ['),
+        "/maneuvers is there twice",
+    ),
+    "a key that is a place": (
+        words_of_certificate('"trusted": [', '"maneuvers/0/bound": "1", "trusted": ['),
+        "a key with a slash",
+    ),
+    "coefficients as int16": (
+        another_type("coefficients", "<i2"), "coefficients is of another type",
+    ),
+    "breaks as binary32": (another_type("breaks", "<f4"), "breaks is of another type"),
+    "a grid as binary64": (
+        candidate(lambda f: f["maneuver_1"].attrs.update(grid=253.0)), "grid is of another type",
+    ),
+    "a speed that is several": (
+        candidate(lambda f: f["maneuver_1"].attrs.update(speed=["4", "4"])),
+        "speed is of another type or shape",
+    ),
+    "a last break of infinity": (candidate(last_break(np.inf)), "the last break is not a time"),
+    "one more data set": (
+        candidate(lambda f: f.create_dataset("maneuver_2/certified", data=1.0)),
+        "found certified, and nothing",
+    ),
+    "one more attribute": (
+        candidate(lambda f: f.attrs.update(certified_by="somebody")), "found certified_by, and",
+    ),
 }  # fmt: skip
 
 
 def test_it_is_small_enough_to_be_read():
     sources = [path.read_text() for path in SOURCES.iterdir() if path.suffix in (".hpp", ".cpp")]
     lines = [line.strip() for text in sources for line in text.splitlines()]
-    assert 0 < sum(1 for line in lines if line and not line.startswith("//")) <= 1000
+    assert 0 < sum(1 for line in lines if line and not line.startswith("//")) <= 1050
 
 
 @pytest.mark.proof
@@ -273,7 +378,7 @@ def test_a_bound_at_the_end_that_is_too_small_is_refused(check, published):
         f.move("third", "maneuver_1")
 
     candidate(only_the_third)(published)
-    code, _, err = check(published)
+    code, _, err = check(published, "--any-inputs")
     assert code == 3
     assert "refused: maneuver 3: w3 at the end: the error may be" in err
 
@@ -283,9 +388,145 @@ def test_a_bound_at_the_end_that_is_too_small_is_refused(check, published):
 def test_a_damage_is_refused_in_one_line(check, published, name):
     damage, expected = DAMAGES[name]
     damage(published)
+    # What is refused is not that the inputs are others.
+    code, _, err = check(published, *ANY_INPUTS)
+    assert code == 3
+    assert re.fullmatch(rf"refused: .*{expected}.*\n", err), err
+
+
+OTHERS = {
+    "gravity": (parameter("g", "9811/1000"), "g is 9811/1000, that of the benchmark 9.81"),
+    "gravity by 1e-24": (
+        parameter("g", str(Fraction(981, 100) + Fraction(1, 10**24))), "that of the benchmark 9.81",
+    ),
+    "the tilt": (parameter("lam", "31415926535/100000000000"), "lam is .* benchmark 1/10.pi"),
+    "a roll rate": (start("roll_rate", "-1/20"), "roll_rate is -1/20, that of the benchmark 0.05"),
+    "a steer angle": (start("steer", "1/100"), "steer is 1/100, that of the benchmark 0"),
+    "a fourth maneuver": (certificate(a_fourth_maneuver), "more maneuvers than the benchmark's"),
+    "a third that is missing": (
+        certificate(lambda d: (d["maneuvers"].pop(), d["inputs"]["maneuvers"].pop())),
+        "fewer or more maneuvers",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.proof
+@pytest.mark.parametrize("name", OTHERS)
+def test_inputs_that_are_not_the_benchmarks_are_refused_in_one_line(check, published, name):
+    damage, expected = OTHERS[name]
+    damage(published)
     code, _, err = check(published, *UNTIL)
     assert code == 3
     assert re.fullmatch(rf"refused: .*{expected}.*\n", err), err
+
+
+def test_the_checker_has_the_benchmarks_own_inputs(bicycle, maneuvers):
+    source = (SOURCES / "claims.hpp").read_text()
+    own = source.partition("const std::string BICYCLE")[2].partition("// What candidate.h5")[0]
+    words = " ".join(re.findall(r'"([^"]*)"', own))
+    said = iter(words.split())
+    pairs = [(name, Exact.parse(value)) for name, value in zip(said, said, strict=True)]
+    assert dict(pairs[:26]) == bicycle.values
+    rest = dict(pairs[26:31])
+    for i, maneuver in enumerate(maneuvers):
+        own = dict(pairs[31 + 2 * i : 33 + 2 * i]) | rest
+        assert {key: str(own[key]) for key in STATE_INPUTS} == {
+            key: str(getattr(maneuver, key)) for key in STATE_INPUTS
+        }
+
+
+def forged_set(folder, bicycle, maneuver):
+    """What the checker reads of a set, as if the motion from `initial_state` were the benchmark's.
+
+    The claims are 1e-62, which a run of 70 digits meets.
+    """
+    run = integrate(bicycle, maneuver, 70)
+    inputs = describe_inputs(bicycle, [maneuver])
+    (folder / CANDIDATE).write_bytes(candidate_file.render([run], inputs, "custom"))
+    bounds = {state: {"interval": "1e-62", "end": "1e-62"} for state in run.states}
+    entry = {"maneuver": maneuver.name, "steps": run.steps, "bound": "1e-62", "bound_end": "1e-62"}
+    document = {"inputs": inputs, "maneuvers": [entry | {"state_bounds": bounds}]}
+    (folder / CERTIFICATE).write_text(json.dumps(document, indent=2))
+    at = evaluator(run, run.bits + 64)
+    texts = {TEXT: "", TEXT_50: ""}
+    stored = {name + tag: [] for name in BENCHMARK_COLUMNS for tag in ("", "_lo", "_bound")}
+    with at.balls.precision():
+        for i in range(maneuver.rows):
+            found = {name: exact(at.columns(maneuver.time(i))[name]) for name in BENCHMARK_COLUMNS}
+            if i == 0:
+                given = {"roll_angle": maneuver.roll, "roll_rate": maneuver.roll_rate,
+                         "forward_speed": maneuver.speed, "steer_angle": maneuver.steer,
+                         "steer_rate": maneuver.steer_rate}  # fmt: skip
+                found |= {name: x.rational for name, x in given.items()}
+            words = {name: [shortest_decimal(maneuver.time(i), 50)] for name in texts}
+            for name, x in found.items():
+                hi, lo = hi_lo(x, name)
+                bound = rows.distance(x, hi, lo) * 2
+                for tag, number in (("", hi), ("_lo", lo), ("_bound", bound)):
+                    stored[name + tag].append(number)
+                words[TEXT].append(f"{hi:.17g}")
+                words[TEXT_50].append(decimal_digits(x, 50, name))
+            for name, line in words.items():
+                texts[name] += " ".join(line) + "\n"
+    for name, text in texts.items():
+        (folder / name).write_text(text)
+    with h5py.File(folder / HDF5, "w") as f:
+        for name, numbers in stored.items():
+            f[f"maneuver_1/{name}"] = np.array(numbers)
+
+
+def exact(x):
+    """The middle of a ball."""
+    mantissa, exponent = x.mid().man_exp()
+    return Fraction(int(mantissa)) * Fraction(2) ** int(exponent)
+
+
+SHORT = {"duration": Fraction(1, 10), "spacing": Fraction(1, 50)}
+
+
+@pytest.fixture
+def pitch_is_another_root(monkeypatch, bicycle):
+    """The root of the pitch near 3 rad, where the bicycle is turned over its rear hub."""
+    with mpmath.workdps(120):
+        a = Multiprecision(120)
+        k = constants(bicycle, a)
+        zero = a.number(0)
+        height = lambda pitch: initial.front_contact_height(k, a, zero, pitch, zero)  # noqa: E731
+        turned = a.context.findroot(height, a.context.mpf("3.04"))
+        assert abs(height(turned)) < 1e-110
+    assert 3 < turned < 3.1
+    monkeypatch.setattr(initial, "pitch_at_start", lambda *_: flint.arb(str(turned)))
+
+
+@pytest.mark.proof
+def test_a_set_that_is_what_it_says_is_accepted(check, tmp_path, bicycle, maneuvers):
+    """As the next one, with nothing forged."""
+    forged_set(tmp_path, bicycle, replace(maneuvers[0], **SHORT))
+    code, out, err = check(tmp_path, "--any-inputs")
+    assert (code, err) == (0, "")
+    assert f"accepted: {tmp_path}, for inputs that may be others than the benchmark's" in out
+
+
+@pytest.mark.proof
+@pytest.mark.usefixtures("pitch_is_another_root")
+def test_a_bicycle_turned_over_its_rear_hub_is_refused(check, tmp_path, bicycle, maneuvers):
+    """It satisfies the same equations, from the same inputs."""
+    forged_set(tmp_path, bicycle, replace(maneuvers[0], **SHORT))
+    code, _, err = check(tmp_path, "--any-inputs")
+    assert code == 3
+    said = "pitch at the start: the error may be 3.0., claimed 1e-62"
+    assert re.fullmatch(f"refused: {maneuvers[0].name}: {said}\n", err), err
+
+
+@pytest.mark.proof
+@pytest.mark.parametrize("angles", [("1/5", "1/2"), ("-1/3", "1"), ("1/10", "-3/2"), ("0", "pi/3")])
+def test_the_pitch_that_grows_from_zero_steer_is_followed(
+    check, tmp_path, bicycle, maneuvers, angles
+):
+    roll, steer = map(Exact.parse, angles)
+    forged_set(tmp_path, bicycle, replace(maneuvers[2], roll=roll, steer=steer, **SHORT))
+    code, out, err = check(tmp_path, "--any-inputs")
+    assert (code, err) == (0, ""), out
 
 
 @pytest.mark.proof
@@ -295,7 +536,7 @@ def test_a_damage_within_the_claims_is_bounded_by_its_effect(check, published, b
     parameter("g", str(heavier))(published)
     certificate(lambda d: d["maneuvers"][0].update(bound="1e-18", bound_end="1e-18"))(published)
     certificate(lambda d: bounds(d, 1e48))(published)
-    _, out, _ = check(published, *UNTIL)
+    _, out, _ = check(published, *ANY_INPUTS)
     proved = dict(re.findall(r"(\w+) (\S+) \(", out.partition("\n")[0]))
     with h5py.File(published / CANDIDATE) as f:
         end = Fraction(float(f["maneuver_1/breaks"][2]))

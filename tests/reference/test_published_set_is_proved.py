@@ -306,6 +306,7 @@ def test_a_maneuver_that_no_candidate_has_is_refused(copy, capsys):
     [
         *product(("uncontrolled-bicycle.h5", "motion.h5"), ("maneuver_1", "maneuver_1/dense", "")),
         ("sensitivities.h5", "maneuver_1/rows"),
+        ("candidate.h5", "maneuver_1"),
     ],
 )
 def test_a_column_that_nobody_proves_is_refused(copy, capsys, file, place):
@@ -318,6 +319,78 @@ def test_a_column_that_nobody_proves_is_refused(copy, capsys, file, place):
     code, error = certify(copy, capsys)
     assert code == 3
     assert f"{file}: found {name}, and nothing proves it" in error
+
+
+@pytest.mark.parametrize(
+    ("file", "place"),
+    [
+        ("candidate.h5", "/"),
+        ("candidate.h5", "maneuver_1/breaks"),
+        ("motion.h5", "maneuver_1"),
+        ("uncontrolled-bicycle.h5", "maneuver_1/dense/yaw"),
+        ("sensitivities.h5", "maneuver_1/rows/time"),
+    ],
+)
+def test_an_attribute_that_nobody_proves_is_refused(copy, capsys, file, place):
+    with h5py.File(copy / file, "r+") as f:
+        f[place].attrs["certified_by"] = "somebody"
+    accept(copy, file)
+    code, error = certify(copy, capsys)
+    assert code == 3
+    path = f"{place}/certified_by".strip("/")
+    assert f"{file}: found attribute {path}, and nothing proves it" in error
+
+
+@pytest.mark.parametrize(
+    "file", ["motion.h5", "sensitivities.h5", "uncontrolled-bicycle.h5", "candidate.h5"]
+)
+def test_a_file_about_another_bicycle_is_refused(copy, capsys, file):
+    with h5py.File(copy / file, "r+") as f:
+        parameters = json.loads(f.attrs["parameters"])
+        f.attrs["parameters"] = json.dumps(parameters | {"g": "982/100"})
+    accept(copy, file)
+    code, error = certify(copy, capsys)
+    assert code == 3
+    assert "the inputs in " in error
+
+
+@pytest.mark.parametrize("name", ["roll_angle_bound", "dense/pitch_bound"])
+def test_a_bound_that_is_infinite_is_refused(copy, capsys, name):
+    with h5py.File(copy / "uncontrolled-bicycle.h5", "r+") as f:
+        f[f"maneuver_1/{name}"][-1] = np.inf
+    accept(copy, "uncontrolled-bicycle.h5")
+    code, error = certify(copy, capsys)
+    assert code == 3
+    assert "published inf, proved " in error
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "key"),
+    [
+        ('"bound": "', '"bound": "1e-999", "bound": "', "bound"),
+        ('"trusted": [', '"trusted": [], "trusted": [', "trusted"),
+        ('"g": "', r'"g": "10", "\u0067": "', "g"),
+    ],
+)
+def test_a_key_that_is_there_twice_is_named(copy, capsys, old, new, key):
+    file = copy / "certificate.json"
+    text = file.read_text()
+    assert old in text
+    file.write_text(text.replace(old, new, 1))
+    accept(copy, file.name)
+    code, error = certify(copy, capsys)
+    assert code == 3
+    assert f"certificate.json: found the key {key!r} twice" in error
+
+
+@pytest.mark.parametrize("last", [np.inf, np.nan])
+def test_a_last_break_that_is_no_time_is_said_in_one_line(copy, capsys, last):
+    with h5py.File(copy / "candidate.h5", "r+") as f:
+        f["maneuver_1/breaks"][-1] = last
+    accept(copy, "candidate.h5")
+    code, error = certify(copy, capsys)
+    assert code == 1
+    assert "candidate.h5: is not a candidate file" in error
 
 
 @pytest.mark.parametrize("name", ["more.h5", "README.md"])

@@ -25,6 +25,7 @@ from heyoka_bike.reference.verification.verify import verify
 pytestmark = pytest.mark.proof
 
 FLIPS, OF_THE_MANIFEST = 1000, 150
+AFTER = "after-ten-seconds"
 
 
 @pytest.fixture
@@ -84,7 +85,9 @@ def test_a_thousand_flipped_bits_are_found_and_the_files_named(folder, copy, mon
     # By their bytes alone: no number is looked at.
     monkeypatch.setattr("h5py.File", None)
     rng = random.Random(1)
-    names = sorted(p.name for p in folder.iterdir() if p.is_file() and p.name != MANIFEST)
+    paths = sorted(p.relative_to(folder).as_posix() for p in folder.rglob("*") if p.is_file())
+    names = [path for path in paths if path != MANIFEST]
+    assert {"README.md", "ro-crate-metadata.json", f"{AFTER}/{AFTER}.json"} <= {*names}
     done = 0
     while done < FLIPS - OF_THE_MANIFEST:
         # Several files at a time, one bit in each.
@@ -105,6 +108,22 @@ def test_a_thousand_flipped_bits_are_found_and_the_files_named(folder, copy, mon
         (copy / MANIFEST).write_bytes(raw)
     _, checks = check_files(copy)
     assert all(c.passed for c in checks)
+
+
+def test_what_is_beside_the_published_set_is_looked_at(copy):
+    (copy / AFTER / "candidate.h5").unlink()
+    (copy / AFTER / "more.txt").write_text("anything")
+    _, checks = check_files(copy)
+    (missing,) = [c for c in checks if c.passed is False]
+    assert (missing.file, missing.message) == (f"{AFTER}/candidate.h5", "is missing")
+    assert "not part of the set: 'after-ten-seconds/more.txt'" in checks[-1].message
+    # A copy may be without the folder, as the card says; the package may not.
+    shutil.rmtree(copy / AFTER)
+    assert all(c.passed for c in check_files(copy)[1])
+    _, checks = check_files(copy, is_published=True)
+    assert [c.file for c in checks if c.passed is False] == [
+        f"{AFTER}/{AFTER}.json", f"{AFTER}/candidate.h5",
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize(

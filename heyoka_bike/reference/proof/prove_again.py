@@ -4,25 +4,23 @@ Proving again needs the folder and python-flint only: candidate.h5 holds the tra
 everything else follows from them and from the inputs written beside them.
 """
 
-import io
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import h5py
 import numpy as np
 
 from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
-from heyoka_bike.bicycle.parameters import Maneuver, describe_inputs
+from heyoka_bike.bicycle.parameters import STATE_INPUTS, describe_inputs
 from heyoka_bike.errors import DatasetError, NotCertifiedError
 from heyoka_bike.motion.trajectory import Certificate, Trajectory
+from heyoka_bike.reference import hdf5, structure
 from heyoka_bike.reference import manifest as manifest_file
-from heyoka_bike.reference import structure
 from heyoka_bike.reference.description.describe import describe
-from heyoka_bike.reference.hdf5 import by_maneuver
+from heyoka_bike.reference.hdf5 import SCALE_ATTRIBUTES, Group, by_maneuver, of_maneuvers
 from heyoka_bike.reference.layout import (
     CANDIDATE,
     CERTIFICATE,
@@ -153,24 +151,26 @@ def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
         raise DatasetError(f"{folder}: candidate.h5 holds no maneuver")
     maneuvers = [run.maneuver for run in runs]
     inputs = describe_inputs(runs[0].bicycle, maneuvers)
-    about = describe(manifest)
-    _nothing_else({name: data for name, data in raw.items() if name not in about}, maneuvers)
+    about, texts = describe(manifest), [text.name for text in text_files(maneuvers)]
+    layouts, stated = _layouts(inputs), {manifest_file.MANIFEST: manifest.inputs}
+    for name in raw.keys() - {*layouts, *texts, CERTIFICATE, *COMPUTED, *about}:
+        raise NotCertifiedError(f"{name}: found in the manifest, and nothing proves it")
     try:
-        with h5py.File(io.BytesIO(raw[HDF5]), "r") as f:
+        for name, layout in layouts.items():
+            if name not in raw:
+                raise NotCertifiedError(
+                    f"{name}: not in the manifest, expected what {CERTIFICATE} names"
+                )
+            with hdf5.opened(raw[name]) as f:
+                for extra in sorted(_unknown(f, layout)):
+                    raise NotCertifiedError(f"{name}: found {extra}, and nothing proves it")
+                stated[name] = _inputs(f, name)
+        with hdf5.opened(raw[HDF5]) as f:
             content = content_sha256(f)
-            groups = [f[f"maneuver_{i}"].attrs for i in range(1, len(f) + 1)]
-            stated = {
-                "bicycle": {
-                    "name": f.attrs["bicycle"], "parameters": json.loads(f.attrs["parameters"]),
-                },
-                "maneuvers": [{key: g[key] for key in inputs["maneuvers"][0]} for g in groups],
-            }  # fmt: skip
-        certified = _whole_certificate(raw[CERTIFICATE], len(runs))["inputs"]
+        stated[CERTIFICATE] = _whole_certificate(raw[CERTIFICATE], len(runs))["inputs"]
     except (OSError, KeyError, ValueError, TypeError) as e:
-        raise DatasetError(f"{folder}: {HDF5} or {CERTIFICATE} cannot be read ({e})") from None
-    for name, other in (
-        (manifest_file.MANIFEST, manifest.inputs), (HDF5, stated), (CERTIFICATE, certified),
-    ):  # fmt: skip
+        raise DatasetError(f"{folder}: a file of the set cannot be read ({e})") from None
+    for name, other in stated.items():
         if other != inputs:
             raise NotCertifiedError(f"{folder}: the inputs in {name} are not those of candidate.h5")
     if content != manifest.content_sha256:
@@ -178,33 +178,68 @@ def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
     return runs
 
 
-def _nothing_else(raw: Mapping[str, bytes], maneuvers: Sequence[Maneuver]) -> None:
-    """Refuse files, groups and data sets that nobody proves: a set does not have them."""
-    texts = [text.name for text in text_files(maneuvers)]
-    known = {HDF5, MOTION, SENSITIVITIES, *texts, CANDIDATE, CERTIFICATE, *COMPUTED}
-    for name in raw.keys() - known:
-        raise NotCertifiedError(f"{name}: found in the manifest, and nothing proves it")
-    for name, group in (
-        (HDF5, structure.table({}, COLUMNS, 0, 0)),
-        (MOTION, structure.table({}, MOTION_COLUMNS, 0, 0)),
-        (SENSITIVITIES, structure.sensitivity({}, COLUMNS, 0, 0, 0)),
-    ):
-        if name not in raw:
-            raise NotCertifiedError(
-                f"{name}: not in the manifest, expected what {CERTIFICATE} names"
-            )
-        of_maneuvers = by_maneuver(maneuvers)
-        expected = {*of_maneuvers, *(f"{n}/{path}" for n in of_maneuvers for path in group.paths())}
-        found: list[str] = []
-        with h5py.File(io.BytesIO(raw[name]), "r") as f:
-            f.visit_links(found.append)
-        for extra in sorted(set(found) - expected):
-            raise NotCertifiedError(f"{name}: found {extra}, and nothing proves it")
+def _layouts(inputs: Mapping[str, Any]) -> dict[str, Group]:
+    """What the HDF5 files of a set have, by name; lengths and texts do not count."""
+    own = inputs["maneuvers"][0]
+    stated = dict.fromkeys(structure.STATED, 0)
+    files = {
+        HDF5: (structure.about_reference(inputs, "", ""), structure.table(own, COLUMNS, 0, 0)),
+        MOTION: (
+            structure.about_motion(inputs, "", ""),
+            structure.table(own, MOTION_COLUMNS, 0, 0),
+        ),
+        SENSITIVITIES: (
+            structure.about_sensitivities(inputs, "", ""),
+            structure.sensitivity(own, COLUMNS, 0, 0, 0),
+        ),
+        CANDIDATE: (structure.about_candidate(inputs, ""), structure.trajectory(own, stated, 0, 0)),
+    }
+    return {
+        name: Group(about, (), dict.fromkeys(by_maneuver(inputs["maneuvers"]), group))
+        for name, (about, group) in files.items()
+    }
+
+
+def _unknown(item: Any, layout: Group, where: str = "") -> Iterator[str]:
+    """Paths of what a group has and its layout has not, attributes included."""
+    yield from (f"{where}{name}" for name in item if name not in layout.members)
+    yield from (f"attribute {where}{name}" for name in item.attrs if name not in layout.attributes)
+    for dataset in layout.datasets:
+        known = dataset.attributes.keys() | SCALE_ATTRIBUTES
+        attributes = item[dataset.name].attrs if dataset.name in item else ()
+        yield from (f"attribute {where}{dataset.name}/{x}" for x in attributes if x not in known)
+    for name, inner in layout.groups.items():
+        if name in item:
+            yield from _unknown(item[name], inner, f"{where}{name}/")
+
+
+def _inputs(f: Any, name: str) -> dict[str, Any]:
+    """What a file says that it is about."""
+    parameters = _json(f.attrs["parameters"], name)
+    maneuvers = [group.attrs for group in of_maneuvers(f, len(f))]
+    return {
+        "bicycle": {"name": f.attrs["bicycle"], "parameters": parameters},
+        "maneuvers": [{key: x[key] for key in ("name", *STATE_INPUTS)} for x in maneuvers],
+    }
+
+
+def _json(raw: str | bytes, name: str) -> Any:
+    """A document in which no key is there twice: what is read of it depends on the reader."""
+
+    def unique(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+        document = dict(pairs)
+        if len(document) < len(pairs):
+            keys = [key for key, _ in pairs]
+            twice = next(key for key in keys if keys.count(key) > 1)
+            raise NotCertifiedError(f"{name}: found the key {twice!r:.60} twice")
+        return document
+
+    return json.loads(raw, object_pairs_hook=unique)
 
 
 def _whole_certificate(raw: bytes, count: int) -> Any:
     """What certificate.json says, if it says no more than what is proved of so many maneuvers."""
-    document = json.loads(raw)
+    document = _json(raw, CERTIFICATE)
     claims: dict[str, Any] = {
         "statement": STATEMENT,
         "proved": dict(PROVED),
@@ -296,7 +331,7 @@ def _of_rows(run: Trajectory, rows: Values, published: ReferenceManeuver) -> Ite
 
 
 def _compare(run: Trajectory, numbers: Iterable[_Numbers]) -> None:
-    """Every published number to the bit, but NaN; no bound smaller than proved."""
+    """Every published number to the bit, but NaN; no bound smaller than proved or infinite."""
     for x in numbers:
         where = f"{run.maneuver.name}: {x.where}"
         if x.published is None:
@@ -307,7 +342,9 @@ def _compare(run: Trajectory, numbers: Iterable[_Numbers]) -> None:
                 f"expected {x.proved.shape} of float64"
             )
         found, proved = (np.ascontiguousarray(part) for part in (x.published, x.proved))
-        kept = found >= proved if x.is_bound else found.view("i8") == proved.view("i8")
+        kept = found.view("i8") == proved.view("i8")
+        if x.is_bound:
+            kept = (found >= proved) & np.isfinite(found)
         kept |= np.isnan(found) & np.isnan(proved)
         if not kept.all():
             place = np.unravel_index(int(np.argmin(kept)), kept.shape)

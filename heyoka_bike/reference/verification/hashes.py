@@ -3,13 +3,13 @@
 import json
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from heyoka_bike.errors import DatasetError
 from heyoka_bike.reference import manifest as manifest_file
 from heyoka_bike.reference.layout import HDF5
-from heyoka_bike.reference.manifest import MANIFEST, Manifest
+from heyoka_bike.reference.manifest import AFTER_FILES, AFTER_FOLDER, MANIFEST, Manifest
 from heyoka_bike.reference.verification.checks import Check
 
 
@@ -62,7 +62,14 @@ def check_files(folder: Path, *, is_published: bool = False) -> tuple[Files, lis
         checks.append(check)
         if content is not None:
             data[name] = content
-    checks.append(_extra(present, manifest))
+    extra = {*present} - {*manifest.files, MANIFEST}
+    if manifest.sha256 == manifest_file.PUBLISHED_MANIFEST_SHA256 and (
+        is_published or AFTER_FOLDER in extra
+    ):
+        beside, others = _after(folder, manifest)
+        checks += beside
+        extra = (extra - {AFTER_FOLDER}) | others
+    checks.append(_extra(sorted(extra)))
     return Files(manifest, data), checks
 
 
@@ -106,7 +113,9 @@ def _known(manifest: Manifest, *, is_published: bool) -> Check:
     return Check("manifest_hash", passed, MANIFEST, message, {"values": 1, "sha256": found})
 
 
-def _file(folder: Path, name: str, manifest: Manifest) -> tuple[Check, bytes | None]:
+def _file(
+    folder: Path, name: str, manifest: Manifest, stated: str = "in the manifest"
+) -> tuple[Check, bytes | None]:
     """The check of a file, and its contents if they are what the manifest says."""
     size, digest = manifest.files[name]
     path = folder / name
@@ -128,14 +137,25 @@ def _file(folder: Path, name: str, manifest: Manifest) -> tuple[Check, bytes | N
     if (other := manifest_file.sha256(data)) != digest:
         message = f"found sha256 {other[:12]}..., expected {digest[:12]}..."
         return Check("file", False, name, message, {"values": size}), None
-    message = f"sha256 {digest[:12]}... as in the manifest"
+    message = f"sha256 {digest[:12]}... as {stated}"
     return Check("file", True, name, message, {"values": size}), data
 
 
-def _extra(present: Sequence[str], manifest: Manifest) -> Check:
-    extra = [name for name in present if name not in manifest.files and name != MANIFEST]
+def _after(folder: Path, manifest: Manifest) -> tuple[list[Check], set[str]]:
+    """The folder beside the published set, by the hashes that the package knows, and its others."""
+    where = folder / AFTER_FOLDER
+    known = replace(manifest, files=AFTER_FILES)
+    checks = [_file(where, name, known, "the package knows it")[0] for name in AFTER_FILES]
+    others = {*os.listdir(where)} - AFTER_FILES.keys() if where.is_dir() else set()
+    prefix = f"{AFTER_FOLDER}/"
+    return [replace(c, file=prefix + c.file) for c in checks], {prefix + name for name in others}
+
+
+def _extra(extra: Sequence[str]) -> Check:
     message = "no other files"
     if extra:
         shown = ", ".join(f"{name!r:.60}" for name in extra[:5])
         message = f"also there, not part of the set: {shown}" + (", ..." if extra[5:] else "")
-    return Check("other_files", True, MANIFEST, message, {"values": len(extra), "files": extra})
+    return Check(
+        "other_files", True, MANIFEST, message, {"values": len(extra), "files": list(extra)}
+    )

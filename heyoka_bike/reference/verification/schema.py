@@ -21,7 +21,16 @@ from heyoka_bike.bicycle.parameters import Maneuver
 from heyoka_bike.numbers.exact import shortest_decimal
 from heyoka_bike.numbers.precision import Precision
 from heyoka_bike.reference import structure
-from heyoka_bike.reference.hdf5 import BOUND, INDEX, Dataset, Group, by_maneuver, columns_of, opened
+from heyoka_bike.reference.hdf5 import (
+    BOUND,
+    INDEX,
+    SCALE_ATTRIBUTES,
+    Dataset,
+    Group,
+    by_maneuver,
+    columns_of,
+    opened,
+)
 from heyoka_bike.reference.layout import CANDIDATE, HDF5, MOTION, SENSITIVITIES, content_sha256
 from heyoka_bike.reference.load import NEEDED
 from heyoka_bike.reference.manifest import MANIFEST, Manifest, hdf5_version
@@ -44,8 +53,6 @@ _GRID = 3 * 2.0**-50
 # Of evaluating 24 coefficients in binary64, relative to the largest.
 _ROUNDOFF = 2.0**-47
 
-# Set by HDF5's dimension scales.
-_SCALE_ATTRIBUTES = {"CLASS", "NAME", "REFERENCE_LIST", "DIMENSION_LIST"}
 _NUMBER_50 = re.compile(rf"-?[1-9]\.[0-9]{{{TEXT_DIGITS - 1}}}e[+-](0|[1-9][0-9]*)|0")
 _STATES = {
     form: [*state_names(is_regular), "yaw"]
@@ -274,7 +281,7 @@ def _dataset(group: Any, item: Dataset, *, is_older: bool) -> Iterator[str]:
 
 def _attributes(item: Any, expected: Mapping[str, Any], *, is_older: bool) -> Iterator[str]:
     """Attributes that are missing, not known, or say something else."""
-    found = set(item.attrs) - _SCALE_ATTRIBUTES
+    found = set(item.attrs) - SCALE_ATTRIBUTES
     if is_older:
         found -= {"axis"} | (_REWORDED - expected.keys())
         expected = {name: text for name, text in expected.items() if name in found}
