@@ -44,7 +44,8 @@ def short_set(tmp_path_factory):
     """A small custom set: 3 rows of one maneuver."""
     where = tmp_path_factory.mktemp("short")
     out = where / "out"
-    assert main(["generate", "--maneuvers", write(where), "--out", str(out)]) == 0
+    arguments = ["--maneuvers", write(where), "--out", str(out), "--workers", "1"]
+    assert main(["generate", *arguments]) == 0
     return out
 
 
@@ -73,13 +74,6 @@ def test_same_bytes_again_nothing_touched_and_quiet_when_not_a_terminal(short_se
     assert after == before
 
 
-def test_more_digits_leave_the_published_numbers_as_they_are(short_set, tmp_path):
-    """content_sha256 speaks of the exact values, not of the run that found them."""
-    arguments = ["generate", "--maneuvers", write(tmp_path), "--out", str(tmp_path / "out")]
-    assert main([*arguments, "--digits", "90"]) == 0
-    assert read_manifest(tmp_path / "out").content_sha256 == read_manifest(short_set).content_sha256
-
-
 def test_refuses_another_version_and_other_inputs(short_set, tmp_path, capsys):
     other = write(tmp_path, SHORT.replace('"4"', '"5"'))
     arguments = ["generate", "--maneuvers", other, "--out", str(short_set)]
@@ -94,8 +88,12 @@ def test_refuses_another_version_and_other_inputs(short_set, tmp_path, capsys):
     (copy / "manifest.json").write_text(json.dumps(document | {"dataset_version": "9.9.9"}))
     assert main(["generate", "--maneuvers", write(tmp_path), "--out", str(copy)]) == 1
     assert "9.9.9" in capsys.readouterr().err
-    assert main(["generate", "--maneuvers", write(tmp_path), "--out", str(copy), "--force"]) == 0
+    arguments = ["generate", "--maneuvers", write(tmp_path), "--out", str(copy), "--workers", "1"]
+    assert main([*arguments, "--force", "--digits", "90"]) == 0
     assert load_reference(copy).dataset_version == "custom"
+    # More digits leave the published numbers as they are: content_sha256 speaks of the exact
+    # values, not of the run that found them.
+    assert read_manifest(copy).content_sha256 == read_manifest(short_set).content_sha256
 
 
 @pytest.mark.parametrize(
@@ -157,15 +155,20 @@ def test_a_singular_motion_is_reported_with_its_time_and_kept_up_to_it(tmp_path,
     assert maneuver.name == f"a, stopped at {maneuver.time[-1]:g} of 10 s"
 
 
-def test_maneuvers_on_their_own_grids_get_a_text_each(tmp_path):
+@pytest.fixture(scope="module")
+def two(tmp_path_factory):
+    """A set of two maneuvers: one straight, one from a posture, on a grid of its own."""
+    where = tmp_path_factory.mktemp("two")
     second = SHORT.split("[[")[1].replace('"a"', '"b"').replace('"0.03"', '"0.04"')
-    text = SHORT + "[[" + second
-    assert (
-        main(["generate", "--maneuvers", write(tmp_path, text), "--out", str(tmp_path / "o")]) == 0
-    )
+    second += 'roll = "0.1"\nsteer = "-0.2"\nsteer_rate = "0.3"\n'
+    text = SHORT.replace('"0.05"', '"0"') + "[[" + second
+    assert main(["generate", "--maneuvers", write(where, text), "--out", str(where / "o")]) == 0
+    return where / "o"
+
+
+def test_maneuvers_on_their_own_grids_get_a_text_each(two):
     rows = {
-        p.name: [line.split() for line in p.read_text().splitlines()]
-        for p in (tmp_path / "o").glob("*.txt")
+        p.name: [line.split() for line in p.read_text().splitlines()] for p in two.glob("*.txt")
     }
     assert sorted(rows) == [
         "uncontrolled-bicycle-1.txt", "uncontrolled-bicycle-2.txt",
@@ -175,23 +178,16 @@ def test_maneuvers_on_their_own_grids_get_a_text_each(tmp_path):
     assert len(rows["uncontrolled-bicycle-2.txt"]) == 5
 
 
-def test_straight_running_is_steady_and_exact(tmp_path):
-    straight = SHORT.replace('"0.05"', '"0"')
-    arguments = ["generate", "--maneuvers", write(tmp_path, straight), "--out", str(tmp_path / "o")]
-    assert main(arguments) == 0
-    rows = load_reference(tmp_path / "o")[1].rows
+def test_straight_running_is_steady_and_exact(two):
+    rows = load_reference(two)[1].rows
     assert set(rows["forward_speed"]) == {4.0}
     assert set(rows["roll_angle"]) == {0.0}
     assert len(set(rows["kinetic_energy"])) == 1
 
 
-def test_any_initial_posture_works(tmp_path):
+def test_any_initial_posture_works(two):
     """Roll, steer and steer rate given; the pitch is solved for, row 0 holds the inputs."""
-    text = SHORT + 'roll = "0.1"\nsteer = "-0.2"\nsteer_rate = "0.3"\n'
-    assert (
-        main(["generate", "--maneuvers", write(tmp_path, text), "--out", str(tmp_path / "o")]) == 0
-    )
-    rows = load_reference(tmp_path / "o")[1].rows
+    rows = load_reference(two)[2].rows
     assert rows["roll_angle"][0] == 0.1
     assert rows["steer_angle"][0] == -0.2
     assert rows["steer_rate"][0] == 0.3
@@ -234,7 +230,7 @@ def test_zero_trail_uses_the_regular_form(tmp_path):
     path = tmp_path / "bicycle.toml"
     path.write_text(benchmark_bicycle().read_text().replace('"0.08"', '"0"'))
     out = tmp_path / "o"
-    arguments = ["generate", "--maneuvers", write(tmp_path), "--out", str(out)]
+    arguments = ["generate", "--maneuvers", write(tmp_path), "--out", str(out), "--workers", "1"]
     assert main([*arguments, "--bicycle", str(path)]) == 0
     assert read_candidate(out)[0].is_regular
 

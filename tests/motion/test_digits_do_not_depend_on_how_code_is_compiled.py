@@ -28,7 +28,7 @@ spacing = "0.01"
 
 # Away from heyoka's defaults: opt_level 3, registers as wide as the processor likes. Unrolled code
 # at 70 digits takes minutes to compile and is left out.
-VARIANTS = [{"opt_level": 0}, {"force_avx512": True}, {"slp_vectorize": True}]
+VARIANTS = [{"opt_level": 0}, {"force_avx512": True, "slp_vectorize": True}]
 
 
 def made(folder):

@@ -155,10 +155,10 @@ def test_an_older_set_is_verified_as_far_as_it_goes_and_the_rest_is_said(kind, v
     counted = {(c.check, c.file): c.evidence["values"] for c in checks}
     count = 22 if version < "1.3.0" else len(COLUMNS)
     for check in ("columns", "rounding", "row_bounds", "dense_rows"):
-        assert counted[check, HDF5] == 5 * count
-    assert counted["motion_state", "motion.h5"] == 5 * 78
+        assert counted[check, HDF5] == 11 * count
+    assert counted["motion_state", "motion.h5"] == 11 * 78
     # 23 of its columns had dense output, later all but the two friction demands.
-    assert counted["dense_rows", "motion.h5"] == 5 * (23 if version < "1.3.0" else 76)
+    assert counted["dense_rows", "motion.h5"] == 11 * (23 if version < "1.3.0" else 76)
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""`evaluate` agrees with the 110-digit run at random times, for every column and alternate."""
+"""`evaluate` agrees with the 90-digit run at random times, for every column and alternate."""
 
 import random
 from dataclasses import replace

@@ -54,9 +54,11 @@ def small(tmp_path_factory):
         + "".join(
             f'[[maneuver]]\nname = "{name}"\nspeed = "{speed}"\nroll_rate = "0.5"\n'
             f'duration = "{duration}"\nspacing = "{spacing}"\n'
-            for name, speed, duration, spacing in (("p", 6, "0.1", "0.05"), ("q", 8, "0.2", "0.01"))
+            for name, speed, duration, spacing in (
+                ("p", 6, "0.02", "0.01"), ("q", 8, "0.04", "0.002"),
+            )
         )
-    )
+    )  # fmt: skip
     out = where / "set"
     arguments = ["--bicycle", "browser-jason", "--maneuvers", str(where / "m.toml")]
     assert main(["generate", *arguments, "--out", str(out)]) == 0

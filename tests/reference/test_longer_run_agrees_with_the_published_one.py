@@ -1,4 +1,4 @@
-"""The published 70-digit candidate and a run at 110 digits agree to 65 digits at every row."""
+"""The published 70-digit candidate and a run at 90 digits agree to 65 digits at every row."""
 
 import flint
 import pytest

@@ -10,11 +10,12 @@ from itertools import product
 import h5py
 import numpy as np
 import pytest
+from support.made_sets import accept, manifest
 
 from heyoka_bike.bicycle.motion_columns import DENSE_COLUMNS
 from heyoka_bike.cli import main
 from heyoka_bike.reference.layout import content_sha256
-from heyoka_bike.reference.manifest import MANIFEST, sha256
+from heyoka_bike.reference.manifest import MANIFEST
 
 pytestmark = [pytest.mark.proof, pytest.mark.usefixtures("keep_proofs")]
 
@@ -59,39 +60,9 @@ def test_row_bounds_are_those_of_hi_plus_lo(reference):
             assert (maneuver.dense.bound[name] <= 1e-25 * scale).all(), name
 
 
-@pytest.fixture(scope="module")
-def small(tmp_path_factory):
-    """A set of one short maneuver, quick to certify."""
-    where = tmp_path_factory.mktemp("small")
-    (where / "m.toml").write_text(
-        'name = "short"\n[[maneuver]]\nspeed = "4.6"\nroll_rate = "0.5"\n'
-        'duration = "0.1"\nspacing = "0.01"\n'
-    )
-    out = where / "set"
-    assert main(["generate", "--maneuvers", str(where / "m.toml"), "--out", str(out)]) == 0
-    return out
-
-
 @pytest.fixture
-def copy(small, tmp_path):
-    return shutil.copytree(small, tmp_path / "copy")
-
-
-def accept(folder, name):
-    """Bring the manifest in line with a changed file: only the mathematics can object now."""
-    path = folder / MANIFEST
-    document = json.loads(path.read_text())
-    data = (folder / name).read_bytes()
-    for entry in document["files"]:
-        if entry["file"] == name:
-            entry |= {"bytes": len(data), "sha256": sha256(data)}
-    path.write_text(json.dumps(document))
-
-
-def state_content(folder, content):
-    """Write another content_sha256 into the manifest."""
-    path = folder / MANIFEST
-    path.write_text(json.dumps(json.loads(path.read_text()) | {"content_sha256": content}))
+def copy(small_set, tmp_path):
+    return shutil.copytree(small_set, tmp_path / "copy")
 
 
 def certify(folder, capsys):
@@ -101,20 +72,21 @@ def certify(folder, capsys):
     return code, error
 
 
-def test_a_whole_set_is_proved_and_what_is_not_is_said(copy, capsys):
-    assert main(["certify", str(copy)]) == 0
-    *_, proved = capsys.readouterr().out.splitlines()
+def test_a_whole_set_is_proved_without_heyoka_and_what_is_proved_is_said(small_set):
+    """In processes of its own, by the default."""
+    code = (
+        "import sys; sys.modules['heyoka'] = None\n"
+        f"from heyoka_bike.cli import main; sys.exit(main(['certify', {str(small_set)!r}]))"
+    )
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300)
+    assert run.returncode == 0, run.stderr
+    *_, proved = run.stdout.splitlines()
     assert "proved: uncontrolled-bicycle.h5 (38 columns), motion.h5 (78 columns)" in proved
     assert "sensitivities.h5 (38 columns)" in proved
 
 
-def test_heyoka_is_not_needed(copy):
-    code = (
-        "import sys; sys.modules['heyoka'] = None\n"
-        f"from heyoka_bike.cli import main; sys.exit(main(['certify', {str(copy)!r}]))"
-    )
-    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=300)
-    assert run.returncode == 0, run.stderr
+def test_a_whole_set_is_proved_in_this_process(small_set, capsys):
+    assert certify(small_set, capsys) == (0, "")
 
 
 def test_a_damaged_file_is_named(copy, capsys):
@@ -142,8 +114,8 @@ def test_a_changed_number_is_named(copy, capsys, dataset, index, factor, fragmen
         item = f[f"maneuver_1/{dataset}"]
         item[index] = item[index] * factor
         content = content_sha256(f)
-    accept(copy, "uncontrolled-bicycle.h5")
-    state_content(copy, content)
+    accept(copy)
+    manifest(copy, content_sha256=content)
     code, error = certify(copy, capsys)
     assert code == 3
     assert fragment in error
@@ -156,7 +128,7 @@ def test_a_changed_number_is_named(copy, capsys, dataset, index, factor, fragmen
 def test_a_bound_that_is_no_number_is_refused(copy, capsys, name, fragment):
     with h5py.File(copy / "uncontrolled-bicycle.h5", "r+") as f:
         f[f"maneuver_1/{name}"][...] = float("nan")
-    accept(copy, "uncontrolled-bicycle.h5")
+    accept(copy)
     code, error = certify(copy, capsys)
     assert code == 3
     assert fragment in error
@@ -175,13 +147,13 @@ def test_dense_pieces_off_the_time_of_the_motion_are_refused(copy, capsys, break
         for name in [n for n in dense if n not in ("breaks", "order", "piece")]:
             replaced(dense, name, dense[name][:1])
         replaced(dense, "breaks", breaks)
-    accept(copy, "uncontrolled-bicycle.h5")
+    accept(copy)
     code, error = certify(copy, capsys)
     assert code == 3
     assert "content_sha256" in error or "not whole" in error
 
 
-def test_dense_shape_is_checked_apart_from_the_hash(small, bicycle):
+def test_dense_shape_is_checked_apart_from_the_hash(small_set):
     from dataclasses import replace
 
     from heyoka_bike.errors import NotCertifiedError
@@ -190,9 +162,9 @@ def test_dense_shape_is_checked_apart_from_the_hash(small, bicycle):
     from heyoka_bike.reference.proof.dense_bound import bound_dense
     from heyoka_bike.reference.proof.enclose import enclose
 
-    (run,) = read_candidate(small)
+    (run,) = read_candidate(small_set)
     certificate = enclose(run)
-    dense = load_reference(small)[1].dense
+    dense = load_reference(small_set)[1].dense
     late = dense.breaks.copy()
     late[0] = 0.01
     thrice = [{name: x[[0, 0, 0]] for name, x in part.items()} for part in (dense.hi, dense.lo)]
@@ -212,15 +184,15 @@ def test_what_is_not_a_value_is_looked_at_too(copy, capsys, name, change):
         group = f["maneuver_1"]
         replaced(group, name, change(group[name][:]))
         content = content_sha256(f)
-    accept(copy, "uncontrolled-bicycle.h5")
-    state_content(copy, content)
+    accept(copy)
+    manifest(copy, content_sha256=content)
     code, error = certify(copy, capsys)
     assert code == 3
     assert f"{name}" in error
 
 
 def test_a_wrong_content_hash_is_named(copy, capsys):
-    state_content(copy, "0" * 64)
+    manifest(copy, content_sha256="0" * 64)
     code, error = certify(copy, capsys)
     assert code == 3
     assert "content_sha256" in error
@@ -230,7 +202,7 @@ def test_a_changed_candidate_is_refused(copy, capsys):
     with h5py.File(copy / "candidate.h5", "r+") as f:
         item = f["maneuver_1/coefficients"]
         item[2, 0, 1, 20] = item[2, 0, 1, 20] ^ 1
-    accept(copy, "candidate.h5")
+    accept(copy)
     code, error = certify(copy, capsys)
     assert code == 3
     # Of another motion other pieces are proved, or none.
@@ -242,7 +214,7 @@ def test_other_inputs_are_refused(copy, capsys):
     with h5py.File(copy / "candidate.h5", "r+") as f:
         parameters = json.loads(f.attrs["parameters"])
         f.attrs["parameters"] = json.dumps(parameters | {"g": "982/100"})
-    accept(copy, "candidate.h5")
+    accept(copy)
     code, error = certify(copy, capsys)
     assert code == 3
     assert "inputs" in error
@@ -252,7 +224,7 @@ def test_a_changed_text_is_named(copy, capsys):
     path = copy / "uncontrolled-bicycle-50digits.txt"
     text = path.read_text()
     path.write_text(text[:-2] + ("1" if text[-2] != "1" else "2") + "\n")
-    accept(copy, path.name)
+    accept(copy)
     code, error = certify(copy, capsys)
     assert code == 3
     assert path.name in error
@@ -283,7 +255,7 @@ def test_a_certificate_that_claims_something_else_is_named(copy, capsys, path, v
         entry = entry[key]
     entry[path[-1]] = value
     file.write_text(json.dumps(document))
-    accept(copy, file.name)
+    accept(copy)
     code, error = certify(copy, capsys)
     assert code == 3
     assert "certificate.json" in error
@@ -295,7 +267,7 @@ def test_a_maneuver_that_no_candidate_has_is_refused(copy, capsys):
     more = json.loads(json.dumps(document["maneuvers"][0])) | {"bound": "1e-999"}
     document["maneuvers"].append(more)
     file.write_text(json.dumps(document))
-    accept(copy, file.name)
+    accept(copy)
     code, error = certify(copy, capsys)
     assert code == 3
     assert "found 2 maneuvers, expected 1" in error
@@ -314,8 +286,8 @@ def test_a_column_that_nobody_proves_is_refused(copy, capsys, file, place):
     with h5py.File(copy / file, "r+") as f:
         f[name] = np.full(5, 1e-300)
         if file == "uncontrolled-bicycle.h5" and place:
-            state_content(copy, content_sha256(f))
-    accept(copy, file)
+            manifest(copy, content_sha256=content_sha256(f))
+    accept(copy)
     code, error = certify(copy, capsys)
     assert code == 3
     assert f"{file}: found {name}, and nothing proves it" in error
@@ -401,7 +373,7 @@ def test_a_file_that_nobody_proves_is_refused(copy, capsys, name):
     document = json.loads(path.read_text())
     document["files"].append(document["files"][0] | {"file": name})
     path.write_text(json.dumps(document))
-    accept(copy, name)
+    accept(copy)
     code, error = certify(copy, capsys)
     assert code == 3
     assert f"{name}: found in the manifest, and nothing proves it" in error
@@ -433,10 +405,86 @@ def test_derivatives_that_are_not_the_proved_ones_are_refused(
         item = f[f"maneuver_1/{name}"]
         item[place] = change(item[place])
         f.attrs["content_sha256"] = content_sha256(f)
-    accept(copy, "sensitivities.h5")
+    accept(copy)
     code, error = certify(copy, capsys)
     assert code == 3
     assert fragment in error
+
+
+# The motion of every body, motion.h5.
+
+
+def change_motion(folder, dataset, index, factor, *, hashed=True):
+    with h5py.File(folder / "motion.h5", "r+") as f:
+        item = f[f"maneuver_1/{dataset}"]
+        item[index] = item[index] * factor
+        if hashed:
+            f.attrs["content_sha256"] = content_sha256(f)
+    accept(folder)
+
+
+def verify(folder, capsys):
+    """Exit code and what was said on standard error."""
+    return main(["verify", str(folder)]), capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("dataset", "index", "factor", "fragment"),
+    [
+        ("front_normal_force", 1, 1 + 2.0**-52, "front_normal_force, row 1"),
+        ("rear_contact_x_lo", 2, 1 + 2.0**-52, "rear_contact_x_lo, row 2"),
+        ("front_wheel_angle_bound", 2, 0.5, "front_wheel_angle_bound, row 2"),
+        ("dense/rear_lateral_force", (0, 3), 1 + 1e-10, "dense rear_lateral_force, piece 1"),
+        ("dense/com_z_bound", 0, 1e-3, "dense com_z, piece 1"),
+    ],
+)
+def test_certify_names_a_changed_number_of_the_motion(
+    copy, capsys, dataset, index, factor, fragment
+):
+    change_motion(copy, dataset, index, factor)
+    code, error = certify(copy, capsys)
+    assert code == 3
+    assert fragment in error
+
+
+@pytest.mark.parametrize(
+    ("dataset", "index", "factor", "check"),
+    [
+        (
+            "steer_joint_moment_x",
+            1,
+            1 + 2.0**-40,
+            "motion_state: short 1: steer_joint_moment_x, row 1",
+        ),
+        ("rear_frame_q1", 2, 1 + 2.0**-40, "motion_identities"),
+        ("time", 1, 1.5, "motion_state: short 1: its times"),
+        ("dense/rear_wheel_angle_lo", (0, 1), 2.0, "rolling"),
+        ("dense/com_x_lo", (0, 0), 2.0, "dense_rows"),
+        ("front_friction_bound", 0, -1.0, "schema"),
+    ],
+)
+def test_verify_names_a_changed_number_of_the_motion(copy, capsys, dataset, index, factor, check):
+    change_motion(copy, dataset, index, factor)
+    code, error = verify(copy, capsys)
+    assert code == 3
+    assert check in error
+
+
+def test_verify_compares_the_hash_of_the_motions_numbers(copy, capsys):
+    change_motion(copy, "com_z", 1, 1 + 2.0**-40, hashed=False)
+    code, error = verify(copy, capsys)
+    assert code == 3
+    assert "content_sha256" in error
+
+
+def test_a_set_without_a_motion_is_not_what_its_certificate_says(copy, capsys):
+    (copy / "motion.h5").unlink()
+    document = json.loads((copy / MANIFEST).read_text())
+    manifest(copy, files=[x for x in document["files"] if x["file"] != "motion.h5"])
+    assert verify(copy, capsys)[0] == 0
+    code, error = certify(copy, capsys)
+    assert code == 3
+    assert "motion.h5: not in the manifest" in error
 
 
 @pytest.mark.slow

@@ -1,6 +1,6 @@
 """Every published hi is the nearest binary64 to the value of an independent longer evaluation.
 
-The judge is the 110-digit run evaluated by mpmath, which shares neither digits nor arithmetic
+The judge is the 90-digit run evaluated by mpmath, which shares neither digits nor arithmetic
 (python-flint's balls) nor rounding code with what made the files.
 """
 
@@ -57,7 +57,7 @@ def test_hi_and_lo_of_every_entry(reference, long_runs, bicycle, number):
         for name in published.columns:
             hi = published.rows.hi[name][i]
             if name == "mechanical_energy":
-                # Published as the exact E0; the run keeps it to about 110 digits.
+                # Published as the exact E0; the run keeps it to about 90 digits.
                 assert abs(row[name] - float(hi)) < math.ulp(hi)
                 continue
             assert nearest(row[name]) == hi, (name, i)

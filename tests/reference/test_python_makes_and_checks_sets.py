@@ -9,6 +9,7 @@ import heyoka_bike
 from heyoka_bike.cli import main
 from heyoka_bike.errors import InputError, MissingPackageError, NotCertifiedError
 from heyoka_bike.reference.making import generate as module
+from heyoka_bike.system.parallel import using
 
 TOML = """
 [[maneuver]]
@@ -34,49 +35,44 @@ class Listener:
 @pytest.fixture(scope="module")
 def short():
     first = heyoka_bike.load_reference()[1].inputs
-    return heyoka_bike.Maneuver.parse("short", first | {"duration": "1/20", "spacing": "1/100"})
+    return heyoka_bike.Maneuver.parse("short", first | {"duration": "1/50", "spacing": "1/100"})
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory, short):
+def both(short):
+    """Two maneuvers, to be made side by side."""
+    return [short, replace(short, name="other")]
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory, both):
     progress = Listener()
     folder = tmp_path_factory.mktemp("made") / "set"
-    return heyoka_bike.generate(folder, maneuvers=[short], progress=progress), progress
+    return heyoka_bike.generate(folder, maneuvers=both, progress=progress), progress
 
 
 @pytest.mark.proof
-def test_what_was_made_is_returned(made, short):
+def test_what_was_made_is_returned(made, both):
     found, progress = made
     assert sorted(found.changed) == sorted(p.name for p in found.folder.iterdir())
     assert found.dataset_version == "custom"
-    assert [end.maneuver for end in found.endings] == [short]
-    (table,) = found.tables
-    assert table.maneuver == short
-    assert table.cpu > 0
-    assert list(progress.stages) == ["short"]
-    stages = progress.stages["short"]
-    assert list(stages)[:3] == ["waiting", "integrate", "certify"]
-    assert set(stages) - set(list(stages)[:3]) == {"rows", "dense", "motion", "vary"}
-    assert {share for stage, share in stages.items() if stage != "waiting"} == {1.0}
+    assert [end.maneuver for end in found.endings] == both
+    assert [table.maneuver for table in found.tables] == both
+    assert all(table.cpu > 0 for table in found.tables)
+    assert list(progress.stages) == ["short", "other"]
+    for stages in progress.stages.values():
+        assert list(stages)[:3] == ["waiting", "integrate", "certify"]
+        assert set(stages) - set(list(stages)[:3]) == {"rows", "dense", "motion", "vary"}
+        assert {share for stage, share in stages.items() if stage != "waiting"} == {1.0}
 
 
 @pytest.mark.proof
-def test_the_command_finds_nothing_to_change(made, short, tmp_path, capsys):
+def test_the_command_finds_nothing_to_change(made, both, tmp_path, capsys):
     found, _ = made
-    (tmp_path / "m.toml").write_text(TOML.format(short))
+    (tmp_path / "m.toml").write_text("".join(map(TOML.format, both)))
     arguments = ["generate", "--maneuvers", str(tmp_path / "m.toml"), "--out", str(found.folder)]
-    assert main(arguments) == 0
+    assert main([*arguments, "--workers", "1"]) == 0
     assert "nothing written" in capsys.readouterr().out
-
-
-@pytest.mark.proof
-def test_maneuvers_side_by_side_report_under_their_names(tmp_path, short):
-    progress = Listener()
-    both = [replace(short, name=name, duration=Fraction(1, 50)) for name in ("a", "b")]
-    found = heyoka_bike.generate(tmp_path, maneuvers=both, progress=progress)
-    assert [table.maneuver.name for table in found.tables] == ["a", "b"]
-    assert set(progress.stages) == {"a", "b"}
-    assert all("waiting" in stages for stages in progress.stages.values())
 
 
 @pytest.mark.parametrize(
@@ -134,43 +130,49 @@ def test_early_ends_are_said(tmp_path, short):
 
 
 @pytest.mark.proof
-def test_a_set_is_proved_again(made):
+def test_a_set_is_proved_again(made, keep_proofs):
     found, _ = made
     progress = Listener()
-    (proof,) = heyoka_bike.certify(found.folder, progress=progress)
-    assert proof.name == "short"
-    assert 0 < proof.bound < 1e-60
-    stages = list(progress.stages["short"])
-    assert stages[:2] == ["waiting", "certify"]
-    assert set(stages[2:]) == {"rows", "dense", "motion", "vary"}
+    with using(workers=1):
+        proofs = heyoka_bike.certify(found.folder, progress=progress)
+    assert [proof.name for proof in proofs] == ["short", "other"]
+    assert all(0 < proof.bound < 1e-60 for proof in proofs)
+    assert list(progress.stages) == ["short", "other"]
+    for stages in map(list, progress.stages.values()):
+        assert stages[:2] == ["waiting", "certify"]
+        assert set(stages[2:]) == {"rows", "dense", "motion", "vary"}
 
 
 @pytest.mark.proof
-def test_texts_are_compared_with_what_is_proved(made, tmp_path, monkeypatch):
+def test_texts_are_compared_with_what_is_proved(made, keep_proofs, tmp_path, monkeypatch):
     from heyoka_bike.reference.proof import prove_again
 
     found, _ = made
     monkeypatch.setattr(
         prove_again, "render_texts", lambda *_: {"uncontrolled-bicycle.txt": b"0\n"}
     )
-    with pytest.raises(NotCertifiedError, match=r"uncontrolled-bicycle\.txt: differs from the"):
+    with (
+        using(workers=1),
+        pytest.raises(NotCertifiedError, match=r"uncontrolled-bicycle\.txt: differs from the"),
+    ):
         heyoka_bike.certify(found.folder)
 
 
 @pytest.mark.proof
-def test_checks_and_agreeing_digits_are_returned(made):
+def test_checks_and_agreeing_digits_are_returned(made, both):
     found, _ = made
     progress = Listener()
     verified = heyoka_bike.verify(found.folder, rerun="quick", progress=progress)
     assert verified.passed
-    assert [a.precision for a in verified.agreements] == ["binary128", "40 digits"]
-    assert [c.check for c in verified.checks].count("rerun") == 2
+    assert [a.precision for a in verified.agreements] == ["binary128", "40 digits"] * 2
+    assert [c.check for c in verified.checks].count("rerun") == 4
     # What jobs of their own process say in quick succession is not all passed on.
-    assert list(progress.stages) == [f"short, {a.precision}" for a in verified.agreements]
+    precisions = ("binary128", "40 digits")
+    assert list(progress.stages) == [f"{m.name}, {p}" for m in both for p in precisions]
     for stages in progress.stages.values():
         assert stages.keys() <= {"waiting", "integrate", "compare"}
     plain = heyoka_bike.verify(found.folder)
-    assert plain.checks == verified.checks[:-2]
+    assert plain.checks == verified.checks[:-4]
     assert plain.agreements == ()
 
 

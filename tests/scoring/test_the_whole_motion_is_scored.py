@@ -367,10 +367,12 @@ def test_no_sign_or_unit_is_claimed_of_a_wrong_constant(reference, key, value):
 
 @pytest.mark.proof
 def test_a_set_of_two_rows_is_enough(reference, tmp_path):
-    out = make(tmp_path, ("0.3", "0.3"))
+    out = make(tmp_path, ("0.02", "0.02"))
     x = load_motion(out)[1]["rear_hub_x"]
     path = tmp_path / "two.csv"
-    path.write_text(f"time,rear_hub_x\n0,{x[0]!r}\n0.3,{float(x[1])!r}\n".replace("np.float64", ""))
+    path.write_text(
+        f"time,rear_hub_x\n0,{x[0]!r}\n0.02,{float(x[1])!r}\n".replace("np.float64", "")
+    )
     report = score(read_results(path, maneuver=1, count=1), load_reference(out))
     assert column(report, 1, "rear_hub_x").as_understood.measures.scd > 15
 

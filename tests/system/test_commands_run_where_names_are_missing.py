@@ -34,14 +34,14 @@ name = "short"
 name = "one"
 speed = "4.6"
 roll_rate = "0.5"
-duration = "0.2"
-spacing = "0.05"
+duration = "0.02"
+spacing = "0.01"
 [[maneuver]]
 name = "two"
 speed = "5"
 roll_rate = "0.5"
-duration = "0.2"
-spacing = "0.05"
+duration = "0.02"
+spacing = "0.01"
 """
 
 
