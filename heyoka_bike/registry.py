@@ -14,6 +14,7 @@ COMMANDS = {
     "generate": _CORE,
     "score": _CORE,
     "diagnose": _CORE,
+    "check": _CORE,
     "verify": _CORE,
     "certify": _CORE,
     "linear": _CORE,

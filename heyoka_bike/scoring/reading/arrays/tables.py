@@ -121,8 +121,8 @@ def _vectors(
     if maneuver is not None:
         request = request.within(f"maneuver {maneuver}")
     vectors = {name: x for name, x in arrays_in(members).items() if is_vector(x)}
-    known = [name for name in vectors if recognise(name)]
-    if request.names is None and are_names(known):
+    known = [name for name in vectors if (request.known or recognise)(name)]
+    if request.names is None and are_names(known, request):
         return _named(members, known, maneuver, request)
     is_told = request.names is not None
     findings: tuple[Finding, ...] = ()
@@ -173,7 +173,8 @@ def _named(
 ) -> Vectors:
     """Columns that are known by name, with those that say what the others mean."""
     arrays, names = arrays_in(members), list(known)
-    rows = length(arrays[next(n for n in names if is_time(n))])
+    first = next((n for n in names if is_time(n)), names[0])
+    rows = length(arrays[first])
     for name, x in arrays.items():
         is_told = is_maneuver(name) or is_coordinate(name)
         if is_told and is_vector(x) and length(x) == rows:
@@ -186,7 +187,7 @@ def _named(
     groups = [n for n in members if n not in arrays]
     others = [n for n in (*arrays, *groups) if n not in names and not _goes_with(n, names)]
     return Vectors(
-        _evened(columns, next(j for j, n in enumerate(names) if is_time(n))),
+        _evened(columns, names.index(first)),
         names,
         is_ordered=False,
         maneuver=maneuver,
@@ -226,7 +227,7 @@ def _widths(request: Request, maneuver: int | None) -> tuple[int, ...]:
 def _is_here(members: Mapping[str, Any], request: Request) -> bool:
     """Whether the columns are in the mapping itself."""
     arrays = arrays_in(members)
-    if are_names([name for name, x in arrays.items() if is_vector(x)]):
+    if are_names([name for name, x in arrays.items() if is_vector(x)], request):
         return True
     return bool(_whole(arrays, request.widths) or beside_a_time(arrays, request.widths))
 
