@@ -213,7 +213,8 @@ def _acceleration_slopes(bicycle: Bicycle, a: Arithmetic, *, g: int, speed: int)
     The pitch is fixed: by the symmetry of left and right it is of second order.
     """
     dual = Duals(a)
-    equations = Equations.of(bicycle.replace(g=Exact(Fraction(g))), a).over(dual)
+    weighed = Bicycle(bicycle.name, {**bicycle.values, "g": Exact(Fraction(g))})
+    equations = Equations.of(weighed, a).over(dual)
     zero, spin = a.number(0), speed / equations.k.length
     roll, steer, roll_rate, steer_rate = dual.variables([zero] * 4)
     rates = equations.rates((roll, zero, steer, roll_rate, steer_rate, spin))

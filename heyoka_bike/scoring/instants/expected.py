@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
+from functools import lru_cache
 
 import flint
 import numpy as np
@@ -18,6 +19,7 @@ from heyoka_bike.bicycle.stability.linear import matrices
 from heyoka_bike.errors import UndecidedError
 from heyoka_bike.numbers.arithmetic import Number, exact_ball
 from heyoka_bike.numbers.double import Array
+from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.numbers.rounding import Enclosure
 
 BITS = 256
@@ -38,6 +40,14 @@ def of_known(bicycle: Bicycle, states: Sequence[Maneuver]) -> dict[str, Array]:
     InputError
         No pitch puts both wheels on the floor.
     """
+    return dict(_of_known(tuple(bicycle.values.items()), tuple(states)))
+
+
+@lru_cache(8)
+def _of_known(
+    parameters: tuple[tuple[str, Exact], ...], states: tuple[Maneuver, ...]
+) -> Mapping[str, Array]:
+    bicycle = Bicycle("", dict(parameters))
     balls = NonnegativeRoots(BITS)
     equations = Equations.of(bicycle, balls)
     rows = []

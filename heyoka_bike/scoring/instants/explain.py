@@ -1,6 +1,7 @@
 """Which one parameter, with another value, makes a table of instants right."""
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
 
@@ -8,6 +9,7 @@ import numpy as np
 
 from heyoka_bike.bicycle.instant_columns import LEVELS
 from heyoka_bike.bicycle.parameters import PARAMETERS, Bicycle
+from heyoka_bike.errors import BicycleError
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.instants.checked import Explained
 from heyoka_bike.scoring.instants.expected import of_own
@@ -54,26 +56,25 @@ def explanations(
     with np.errstate(all="ignore"):
         right = made("g", 0.0)
         for symbol, parameter in PARAMETERS.items():
-            change, now = 0.0, right
-            for _ in range(_ROUNDS):
-                slope = apart(made(symbol, change + _SHIFT), now) / _SHIFT
-                size = float(slope @ slope)
-                left = apart(values, now)
-                # Most parameters do not act where the table is wrong.
-                if not size > 0 or (now is right and _is_elsewhere(slope, left)):
-                    break
-                change += float(slope @ left) / size
-                if not np.isfinite(change):
-                    break
-                now = made(symbol, change)
-                if is_right(now):
-                    value = float(bicycle[symbol]) + change
-                    found.append(Explained(symbol, parameter.unit, value, float(bicycle[symbol])))
-                    break
+            # A bicycle without mass, say, has no linear equations.
+            with suppress(BicycleError, ArithmeticError, ValueError):
+                change, now = 0.0, right
+                for _ in range(_ROUNDS):
+                    slope = apart(made(symbol, change + _SHIFT), now) / _SHIFT
+                    left = apart(values, now)
+                    # Most parameters do not act where the table is wrong.
+                    if now is right and _is_elsewhere(slope, left):
+                        break
+                    change += float(slope @ left) / float(slope @ slope)
+                    now = made(symbol, change)
+                    if is_right(now):
+                        x = float(bicycle[symbol])
+                        found.append(Explained(symbol, parameter.unit, x + change, x))
+                        break
     return tuple(found)
 
 
 def _is_elsewhere(slope: Array, left: Array) -> bool:
     """Whether a parameter leaves the largest of the differences as it is."""
     worst = int(np.argmax(np.abs(left)))
-    return bool(abs(slope[worst]) < _SHIFT * np.max(np.abs(slope)))
+    return not abs(slope[worst]) > _SHIFT * np.max(np.abs(slope))
