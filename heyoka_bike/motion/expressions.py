@@ -10,6 +10,9 @@ from heyoka_bike.errors import GENERATE, MissingPackageError
 from heyoka_bike.numbers.arithmetic import Number
 from heyoka_bike.numbers.exact import Exact
 
+CACHE_LIMIT = 2**30
+"""Bytes of compiled code that heyoka keeps on the disk at most; its own limit is 20 times that."""
+
 
 class Expressions:
     """heyoka expressions whose constants are exact in one precision.
@@ -57,18 +60,21 @@ def require_heyoka() -> Any:
             f"heyoka is not installed; integrating needs it ({GENERATE} on Linux, or conda install "
             "heyoka.py)"
         ) from None
-    _keep_quiet(heyoka)
+    _limit_cache(heyoka)
     return heyoka
 
 
 @cache
-def _keep_quiet(heyoka: Any) -> None:
-    """Of a cache that cannot be written heyoka would speak on standard output, amid a report."""
-    folder = heyoka.llvm_state.get_diskcache_path()
+def _limit_cache(heyoka: Any) -> None:
+    """Bound the cache; one that cannot be written is off, or heyoka tells of it amid a report."""
+    state = heyoka.llvm_state
+    folder = state.get_diskcache_path()
     try:
         folder.mkdir(parents=True, exist_ok=True)
         is_usable = os.access(folder, os.W_OK)
     except OSError:
         is_usable = False
-    if not is_usable:
-        heyoka.llvm_state.set_diskcache_enabled(False)
+    if is_usable:
+        state.set_diskcache_limit(min(state.get_diskcache_limit(), CACHE_LIMIT))
+    else:
+        state.set_diskcache_enabled(False)
