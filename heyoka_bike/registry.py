@@ -24,6 +24,7 @@ COMMANDS = {
     "bench": _WORKBENCH,
     "atlas": _WORKBENCH,
     "leaderboard": _CORE,
+    "submit": _CORE,
     "serve": _WORKBENCH,
     "selfcheck": _CORE,
 }
