@@ -117,7 +117,7 @@ def lines():
         seen += named is not None
         right += named == expected
         worst = found.failed.columns[0].key if found.failed else ""
-        values = ", ".join(f"{x.symbol} = {round(x.value, 6):.5g}" for x in found.explained)
+        values = ", ".join(f"{x.symbol} = {round(x.value, 6) + 0.0:.5g}" for x in found.explained)
         said = f"{named}" if named == expected else f"**{named or 'not seen'}**, not {expected}"
         rows.append(f"| `{m.code}` | {said} | {f'`{worst}`' if worst else ''} | {values} |")
     return [

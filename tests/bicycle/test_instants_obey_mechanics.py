@@ -59,8 +59,7 @@ def test_momenta_and_energies_follow_from_the_mass_matrix(table):
         )
 
 
-def test_forces_give_the_whole_bicycle_its_power(table):
-    # Rolling wheels and joints do no work, so energy is constant: M u' . u is what gravity does.
+def test_upright_and_straight_the_floor_carries_the_weight(table):
     floor = table["rear_normal_force"] + table["front_normal_force"]
     still = np.flatnonzero(
         (table["roll_angle"] == 0) & (table["steer_angle"] == 0)
@@ -69,27 +68,30 @@ def test_forces_give_the_whole_bicycle_its_power(table):
     np.testing.assert_allclose(floor[still], 94 * 9.81, rtol=1e-14)
 
 
-def test_rates_are_those_of_neighbouring_states(bicycle, table, given):
-    # Every velocity and acceleration is the change of a place, an angle or a rate along the motion.
+@pytest.fixture(scope="module")
+def neighbours(bicycle, table, given):
+    """All states a moment later and earlier, on a line along their motion, and twice the moment."""
     h = 1e-5
     rates = (
         "roll_rate",
         "steer_rate",
-        "roll_acceleration",
-        "steer_acceleration",
-        "forward_acceleration",
+        *(f"{x}_acceleration" for x in ("roll", "steer", "forward")),
     )
 
     def moved(sign):
-        states = {
-            n: given[n] + sign * h * table[r] for n, r in zip(COORDINATES, rates, strict=True)
-        }
+        pairs = zip(COORDINATES, rates, strict=True)
+        states = {name: given[name] + sign * h * table[rate] for name, rate in pairs}
         states["yaw"] = sign * h * table["yaw_rate"]
         for axis in "xy":
             states[f"rear_contact_{axis}"] = sign * h * table[f"rear_contact_velocity_{axis}"]
         return of_own(bicycle, states, is_linear=False)
 
-    after, before = moved(1), moved(-1)
+    return moved(1), moved(-1), 2 * h
+
+
+def test_rates_are_those_of_neighbouring_states(table, neighbours):
+    # Every velocity and acceleration is the change of a place, an angle or a rate along the motion.
+    after, before, moment = neighbours
     pairs = {
         "pitch": "pitch_rate",
         "pitch_rate": "pitch_acceleration",
@@ -100,11 +102,36 @@ def test_rates_are_those_of_neighbouring_states(bicycle, table, given):
     places = ("front_contact", "rear_hub", "front_hub", "rear_frame_com", "front_frame_com", "com")
     pairs |= {f"{p}_{a}": f"{p}_velocity_{a}" for p in places for a in "xyz" if f"{p}_{a}" in after}
     for name, rate in pairs.items():
-        change = (after[name] - before[name]) / (2 * h)
+        change = (after[name] - before[name]) / moment
         np.testing.assert_allclose(change, table[rate], rtol=1e-6, atol=1e-6, err_msg=name)
-    energy = (after["mechanical_energy"] - before["mechanical_energy"]) / (2 * h)
-    # W: the states lie on a straight line, so that h^2 times a third derivative of 1e5 is left.
+    energy = (after["mechanical_energy"] - before["mechanical_energy"]) / moment
+    # The states lie on a straight line, so that h^2 times a third derivative of 1e5 is left.
     np.testing.assert_allclose(energy, 0, atol=1e-5)
+
+
+def test_momenta_change_by_the_forces_of_the_floor(table, neighbours):
+    after, before, moment = neighbours
+    zero = 0 * table["mass"]
+
+    def vector(name):
+        return np.array([table.get(f"{name}_{axis}", zero) for axis in "xyz"])
+
+    weight = np.array([zero, zero, 9.81 * table["mass"]])
+    force, torque = weight, np.zeros_like(weight)
+    for end in ("rear", "front"):
+        axle = [table[f"{end}_frame_r{i}2"] for i in (1, 2)]
+        ahead, aside = np.array([axle[1], -axle[0]]) / np.hypot(*axle)
+        normal, along, across = (
+            table[f"{end}_{x}_force"] for x in ("normal", "longitudinal", "lateral")
+        )
+        floor = np.array([along * ahead - across * aside, along * aside + across * ahead, -normal])
+        force = force + floor
+        torque = torque + np.cross(vector(f"{end}_contact") - vector("com"), floor, axis=0)
+    for name, expected in (("momentum", force), ("angular_momentum", torque)):
+        for axis, x in zip("xyz", expected, strict=True):
+            change = (after[f"{name}_{axis}"] - before[f"{name}_{axis}"]) / moment
+            # Of up to 1e5 N and N m.
+            np.testing.assert_allclose(change, x, rtol=1e-6, atol=1e-4, err_msg=f"{name} {axis}")
 
 
 def test_the_linear_bicycle_is_that_of_linearise(bicycle, table, states):
