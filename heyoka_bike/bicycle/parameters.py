@@ -15,7 +15,7 @@ straight. Inertia values are matrix elements about the body's own centre of mass
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
@@ -25,6 +25,7 @@ from heyoka_bike.bicycle.toml_source import TomlSource, Where, kind
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.numbers.exact import ZERO, Exact
 from heyoka_bike.numbers.unit import factor
+from heyoka_bike.system.resources import collection, find_input
 
 
 @dataclass(frozen=True, slots=True)
@@ -281,6 +282,38 @@ def read_maneuvers(path: str | Path) -> tuple[Maneuver, ...]:
             )
         first[m.name] = i
     return maneuvers
+
+
+Given = Bicycle | str | Path
+"""A bicycle, the name of one of the collection, or a TOML file."""
+
+
+def read_inputs(
+    bicycle: Given, maneuvers: Sequence[Maneuver] | str | Path | None
+) -> tuple[Bicycle, Sequence[Maneuver]]:
+    """A bicycle and its maneuvers, as given or from their files.
+
+    Parameters
+    ----------
+    bicycle
+    maneuvers
+        The same; by default those of the bicycle's name, or the benchmark's.
+
+    Raises
+    ------
+    InputError
+        A file cannot be read, or there is no maneuver.
+    """
+    own = "benchmark"
+    if not isinstance(bicycle, Bicycle):
+        own = str(bicycle) if str(bicycle) in collection("maneuvers") else own
+        bicycle = read_bicycle(find_input("bicycles", str(bicycle)))
+    asked = own if maneuvers is None else maneuvers
+    if isinstance(asked, str | Path):
+        asked = read_maneuvers(find_input("maneuvers", str(asked)))
+    if not asked:
+        raise InputError("maneuvers: found none, expected one or more")
+    return bicycle, asked
 
 
 def describe_inputs(bicycle: Bicycle, maneuvers: Iterable[Maneuver]) -> dict[str, Any]:

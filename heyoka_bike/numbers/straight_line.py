@@ -75,13 +75,19 @@ Operand = Recorded | Fraction | int
 class StraightLine:
     """An `Arithmetic` that records assignments.
 
+    Parameters
+    ----------
+    literal_end
+        What a language writes after a number, its kind.
+
     Attributes
     ----------
     statements
         Right-hand sides by the name they are assigned to, in order.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, literal_end: str = "") -> None:
+        self._literal_end = literal_end
         self.statements: dict[str, str] = {}
         self._names: dict[str, Recorded] = {}
 
@@ -91,7 +97,7 @@ class StraightLine:
 
     def literal(self, value: float) -> Recorded:
         # repr gives the shortest decimal that rounds to the value.
-        return Recorded(self, repr(float(value)), float(value))
+        return Recorded(self, repr(float(value)) + self._literal_end, float(value))
 
     def number(self, value: Exact | Fraction | int | Recorded) -> Number:
         return value if isinstance(value, Recorded) else self.literal(float(value))

@@ -1,7 +1,7 @@
 """What is exported, and the comment that every file begins with."""
 
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 
@@ -105,6 +105,11 @@ def about(selection: Selection, content: str, use: str) -> list[str]:
         "Columns:",
         *(f"  {described(column)}" for column in selection.columns),
     ]
+    return wrapped(paragraphs)
+
+
+def wrapped(paragraphs: Iterable[str]) -> list[str]:
+    """Paragraphs as lines in printable ASCII."""
     lines = []
     for text in paragraphs:
         ascii_only = text.encode("ascii", "backslashreplace").decode()
