@@ -80,6 +80,23 @@ def test_a_parameter_that_explains_the_table_is_found(bicycle, exact):
     assert one.right == 2.4
 
 
+def test_one_wrong_value_is_not_explained():
+    # Any parameter that acts on it would do; many rows of a constant are one value.
+    for n in (1, 3):
+        found = hb.check({"state": np.arange(1, n + 1), "mass [kg]": [90.0] * n})
+        assert found.failed.level.name == "positions"
+        assert found.explained == ()
+
+
+def test_columns_that_are_not_known_are_named_with_what_they_are_like(tmp_path, capsys):
+    path = tmp_path / "a.csv"
+    path.write_text("state,mass [kg],M_rollroll [kg m2],qwerty\n1,94,80,0\n", encoding="utf-8")
+    assert main(["check", str(path)]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "1 state known by number" in said
+    assert "not known: 'M_rollroll [kg m2]' (M_roll_roll?), 'qwerty'." in said
+
+
 def test_states_of_ones_own_are_checked_in_any_unit(tmp_path, bicycle):
     own = dict(
         zip(COORDINATES, np.array([[0.3, -0.2, 0.5, 1.5, 4.6], [0, 0, 0, 0, 3]]).T, strict=True)

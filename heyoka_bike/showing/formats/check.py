@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict
+from difflib import get_close_matches
 from typing import Any
 
+from heyoka_bike.bicycle.instant_columns import UNITS
 from heyoka_bike.errors import quoted
 from heyoka_bike.scoring.instants.checked import CheckedColumn, CheckedLevel, CheckedTable
 from heyoka_bike.showing.document import Block, Cell, Item, Listing, Paragraph, TableBlock
@@ -45,10 +47,11 @@ def document(check: CheckedTable) -> dict[str, Any]:
 
 def blocks(check: CheckedTable) -> list[Block]:
     """As text has it: a line for each level, then the first one that fails."""
-    whose = "of its own" if check.is_own else "that are known by number"
+    whose = "of its own" if check.is_own else "known by number"
+    states = f"{check.states} state{'s' * (check.states != 1)} {whose}"
     found: list[Block] = [
         Paragraph(
-            f"{check.path}: {check.states} states {whose}, {check.bicycle}; a value is right "
+            f"{check.path}: {states}, {check.bicycle}; a value is right "
             f"within {check.tolerance:g} of 1 + |value|, SI units, and the digits written"
         ),
         TableBlock(
@@ -64,7 +67,7 @@ def blocks(check: CheckedTable) -> list[Block]:
     else:
         found.append(Paragraph("All levels are right. Next: one step, one second, ten (score)."))
     if check.left_out:
-        names = ", ".join(quoted(name) for name in check.left_out[:_SHOWN])
+        names = ", ".join(map(_unknown, check.left_out[:_SHOWN]))
         more = len(check.left_out) - _SHOWN
         found.append(
             Paragraph(f"Columns that are not known: {names}{f' and {more} more' * (more > 0)}.")
@@ -132,6 +135,12 @@ def _worst(c: CheckedColumn) -> str:
 def _short(x: float) -> str:
     """As many digits as a value that was found has."""
     return f"{x:.6g}" if abs(x) > 1e-6 else "0"
+
+
+def _unknown(name: str) -> str:
+    """A name that is not known, and what it is like."""
+    like = get_close_matches(name.partition("[")[0].strip(), UNITS, 1)
+    return f"{quoted(name)} ({like[0]}?)" if like else quoted(name)
 
 
 def _finite(values: dict[str, Any]) -> dict[str, Any]:
