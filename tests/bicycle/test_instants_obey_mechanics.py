@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 from heyoka_bike.bicycle.instant_columns import COORDINATES, LEVELS
-from heyoka_bike.bicycle.parameters import PARAMETERS, Bicycle, Maneuver
+from heyoka_bike.bicycle.parameters import PARAMETERS, Bicycle, Maneuver, read_bicycle
 from heyoka_bike.bicycle.stability.linear import linearise
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.scoring.instants.check import TOLERANCE, known_states
 from heyoka_bike.scoring.instants.expected import of_known, of_own
+from heyoka_bike.system.resources import find_input
 
 
 @pytest.fixture(scope="module")
@@ -183,3 +184,21 @@ def test_a_level_depends_on_the_parameters_that_are_said(bicycle, given):
 
 def test_a_state_is_a_maneuver_to_go_on_from(states):
     assert all(isinstance(s, Maneuver) and s.duration == 1 for s in states)
+
+
+@pytest.mark.parametrize("name", ["two-mass-skate", "adversarial/zero-mechanical-trail", ""])
+def test_other_bicycles_have_all_that_is_defined(bicycle, states, name):
+    # The last one floats: nothing presses on the floor, and at rest two eigenvalues are zero.
+    other = (
+        read_bicycle(find_input("bicycles", name))
+        if name
+        else bicycle.replace(g=Exact(Fraction(0)))
+    )
+    exact = of_known(other, states[:40:13])
+    own = of_own(other, {key: exact[key] for key in COORDINATES})
+    for level in LEVELS:
+        for c in level.columns:
+            right = exact[c.name]
+            is_defined = bool(name) or not (c.name.endswith("friction") or "eigenvalue" in c.name)
+            assert np.isfinite(right).all() >= is_defined, c.name
+            np.testing.assert_allclose(own[c.name], right, rtol=1e-11, atol=1e-11)

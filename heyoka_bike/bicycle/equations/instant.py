@@ -186,7 +186,8 @@ def linear_quantities(
 ) -> dict[str, flint.arb]:
     """Those of the last level, at a forward speed [m/s]; see `linear.matrices`.
 
-    The eigenvalues are ordered by real, then by imaginary part.
+    The eigenvalues are ordered by real, then by imaginary part; without a value where they cannot
+    be told apart.
     """
     found = {
         f"{name}_{row}_{by}": matrices[name][i][j]
@@ -199,9 +200,16 @@ def linear_quantities(
         [flint.acb_poly([g * k0[i][j] + v * v * k2[i][j], v * c1[i][j], m[i][j]]) for j in (0, 1)]
         for i in (0, 1)
     ]
-    roots = (entries[0][0] * entries[1][1] - entries[0][1] * entries[1][0]).roots(_ROOTS)
+    quartic = entries[0][0] * entries[1][1] - entries[0][1] * entries[1][0]
+    try:
+        roots = quartic.roots(_ROOTS)
+    except ValueError:
+        # Roots that are not apart, as those of a bicycle without gravity at rest.
+        roots = [flint.acb("nan")] * 4
     # A root of real coefficients that is alone in a box about the real axis is real.
-    parts = [(z.real, flint.arb(0) if z.imag.contains(0) else z.imag) for z in roots]
+    parts = [
+        (z.real, flint.arb(0) if z.is_finite() and z.imag.contains(0) else z.imag) for z in roots
+    ]
     parts.sort(key=lambda z: (round(float(z[0]), 9), float(z[1])))
     for n, (real, imaginary) in enumerate(parts, start=1):
         found |= {f"eigenvalue_{n}_re": real, f"eigenvalue_{n}_im": imaginary}

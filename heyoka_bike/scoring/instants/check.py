@@ -150,9 +150,12 @@ def _compared(
 ) -> tuple[CheckedColumn, ...]:
     found = []
     for c in level.columns:
-        if c.name not in table.values or np.isnan(table.values[c.name]).all():
+        if c.name not in table.values:
             continue
-        values, right = table.values[c.name], expected[c.name]
+        right = expected[c.name]
+        values = np.where(np.isfinite(right), table.values[c.name], np.nan)
+        if np.isnan(values).all():
+            continue
         wrong, error = _is_wrong(table, c.name, right, tolerance)
         # A small value that is written with all digits may be wrong where a larger error is none.
         i = int(np.argmax(np.where(wrong, 1.0, 0.0) + error / (1 + error)))

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 from functools import lru_cache
+from math import nan
 
 import flint
 import numpy as np
@@ -32,6 +33,8 @@ _KEYS = dict(zip(START, ("roll_angle", "steer_angle", "roll_rate", "steer_rate",
 
 def of_known(bicycle: Bicycle, states: Sequence[Maneuver]) -> dict[str, Array]:
     """Coordinates and quantities of states by name, each the binary64 nearest to the exact value.
+
+    One that is not defined is NaN: a multiple eigenvalue, the friction demand without a force.
 
     Raises
     ------
@@ -83,9 +86,10 @@ def of_own(
         With ``height``, of the front wheel above the floor [m]: zero but for rounding where there
         is a pitch that puts both wheels on the floor.
     """
-    equations, state = binary64_states(bicycle, given)
-    found = quantities(Instant.of(equations, state))
-    found["height"] = front_contact_height(equations.k, equations.a, *state[:3])
+    with np.errstate(all="ignore"):
+        equations, state = binary64_states(bicycle, given)
+        found = quantities(Instant.of(equations, state))
+        found["height"] = front_contact_height(equations.k, equations.a, *state[:3])
     speed = given["forward_speed"]
     if is_linear:
         with flint.ctx.workprec(BITS):
@@ -136,14 +140,13 @@ class _Linear:
 def _nearest(x: Number, name: str) -> float:
     if isinstance(x, int):
         return float(x)
-    if x.is_finite():
-        enclosed = Enclosure.of(x)
-        if (
-            enclosed.low <= 0 <= enclosed.high
-            and max(-enclosed.low, enclosed.high) << _NOTHING <= 1 << enclosed.grid
-        ):
-            return 0.0
-        nearest = enclosed.binary64()
-        if nearest is not None:
-            return nearest + 0.0
-    raise UndecidedError(f"{name}: {BITS} bits do not decide its nearest binary64")
+    if not x.is_finite():
+        return nan
+    enclosed = Enclosure.of(x)
+    size = max(-enclosed.low, enclosed.high)
+    if enclosed.low <= 0 <= enclosed.high and size << _NOTHING <= 1 << enclosed.grid:
+        return 0.0
+    nearest = enclosed.binary64()
+    if nearest is None:
+        raise UndecidedError(f"{name}: {BITS} bits do not decide its nearest binary64")
+    return nearest + 0.0
