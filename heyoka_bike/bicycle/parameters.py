@@ -18,6 +18,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +26,12 @@ from heyoka_bike.bicycle.toml_source import TomlSource, Where, kind
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.numbers.exact import ZERO, Exact
 from heyoka_bike.numbers.unit import factor
-from heyoka_bike.system.resources import collection, find_input
+from heyoka_bike.system.resources import (
+    benchmark_bicycle,
+    benchmark_maneuvers,
+    collection,
+    find_input,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -282,6 +288,12 @@ def read_maneuvers(path: str | Path) -> tuple[Maneuver, ...]:
             )
         first[m.name] = i
     return maneuvers
+
+
+@cache
+def benchmark() -> tuple[Bicycle, tuple[Maneuver, ...]]:
+    """The bicycle of the benchmark and its three maneuvers."""
+    return read_bicycle(benchmark_bicycle()), read_maneuvers(benchmark_maneuvers())
 
 
 Given = Bicycle | str | Path

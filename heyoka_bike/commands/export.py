@@ -1,4 +1,20 @@
-"""``heyoka-bike export``: the reference, or the equations of a bicycle, for other languages."""
+"""Write the reference, or the equations of motion, for other languages.
+
+Write the reference for programs without HDF5 or Python. c, fortran and matlab (for GNU Octave too)
+are source code that evaluates the columns at any time, exact and needing nothing else; csv and
+netcdf are the rows; json is both.
+
+Or write the equations of motion of a bicycle as source code that needs nothing else, with the
+parameters as constants. Its functions: rates, the time derivative of the state; jacobian, the
+derivatives of that; columns, what the benchmark asks for; start_1 and so on, where the maneuvers
+start. C and Python have the descriptor form too, for solvers of differential-algebraic equations:
+mass, force, constraint_jacobian, heights, and residuals of index 2 and 3.
+
+examples:
+  heyoka-bike export --format c --columns roll_angle,steer_angle -o src/
+  heyoka-bike export --equations python
+  heyoka-bike export --equations fortran --bicycle pista -o src/pista.f90
+"""
 
 import argparse
 from functools import partial
@@ -6,7 +22,13 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from heyoka_bike.commands.options import add_format, add_maneuver, add_output, add_reference
+from heyoka_bike.commands.options import (
+    add_command,
+    add_format,
+    add_maneuver,
+    add_output,
+    add_reference,
+)
 from heyoka_bike.commands.printing import complain
 from heyoka_bike.errors import Exit, InputError
 
@@ -20,30 +42,8 @@ _OF_EQUATIONS = ("bicycle", "maneuvers")
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
-    p = subparsers.add_parser(
-        "export",
-        help="write the reference, or the equations of motion, for other languages",
-        description=(
-            "Write the reference for programs without HDF5 or Python. c, fortran and matlab (for\n"
-            "GNU Octave too) are source code that evaluates the columns at any time, exact and\n"
-            "needing nothing else; csv and netcdf are the rows; json is both.\n"
-            "\n"
-            "Or write the equations of motion of a bicycle as source code that needs nothing\n"
-            "else, with the parameters as constants. Its functions: rates, the time derivative of\n"
-            "the state; jacobian, the derivatives of that; columns, what the benchmark asks for;\n"
-            "start_1 and so on, where the maneuvers start. C and Python have the descriptor form\n"
-            "too, for solvers of differential-algebraic equations: mass, force,\n"
-            "constraint_jacobian, heights, and residuals of index 2 and 3."
-        ),
-        epilog=(
-            "examples:\n"
-            "  heyoka-bike export --format c --columns roll_angle,steer_angle -o src/\n"
-            "  heyoka-bike export --equations python\n"
-            "  heyoka-bike export --equations fortran --bicycle pista -o src/pista.f90\n"
-        ),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
-    what = p.add_mutually_exclusive_group(required=True)
+    p = add_command(subparsers, run, __doc__)
+    what: Any = p.add_mutually_exclusive_group(required=True)
     add_format(what, _FORMATS)
     what.add_argument(
         "--equations",
@@ -71,7 +71,6 @@ def add_parser(subparsers: Any) -> None:
     )
     p.add_argument("--digits", metavar="N", type=int, help="of csv: 17 (default) or 32")
     add_reference(p)
-    p.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

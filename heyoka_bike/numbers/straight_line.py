@@ -12,7 +12,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 
-from heyoka_bike.numbers.arithmetic import Number
+from heyoka_bike.numbers.arithmetic import Arithmetic, Number
 from heyoka_bike.numbers.exact import Exact
 
 _NAME = re.compile(r"\bv\d+\b")
@@ -72,7 +72,7 @@ Operand = Recorded | Fraction | int
 """What a recorded number is combined with."""
 
 
-class StraightLine:
+class StraightLine(Arithmetic):
     """An `Arithmetic` that records assignments.
 
     Parameters
@@ -102,14 +102,8 @@ class StraightLine:
     def number(self, value: Exact | Fraction | int | Recorded) -> Number:
         return value if isinstance(value, Recorded) else self.literal(float(value))
 
-    def sin(self, x: Recorded) -> Recorded:
-        return self._call("sin", x)
-
-    def cos(self, x: Recorded) -> Recorded:
-        return self._call("cos", x)
-
-    def sqrt(self, x: Recorded) -> Recorded:
-        return self._call("sqrt", x)
+    def elementary(self, name: str, x: Recorded) -> Recorded:
+        return self._assign(f"{name}({x.text})")
 
     def atan2(self, y: Recorded, x: Recorded) -> Recorded:
         return self._assign(f"atan2({y.text}, {x.text})")
@@ -165,9 +159,6 @@ class StraightLine:
         if x.value is not None:
             return self.literal(-x.value)
         return Recorded(self, x.text[1:] if x.text.startswith("-") else f"-{x.text}")
-
-    def _call(self, function: str, x: Recorded) -> Recorded:
-        return self._assign(f"{function}({x.text})")
 
     def _assign(self, text: str) -> Recorded:
         if text not in self._names:

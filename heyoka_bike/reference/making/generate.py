@@ -9,10 +9,9 @@ from heyoka_bike.bicycle.parameters import (
     Bicycle,
     Given,
     Maneuver,
+    benchmark,
     describe_inputs,
-    read_bicycle,
     read_inputs,
-    read_maneuvers,
 )
 from heyoka_bike.errors import BicycleError, InputError, UndecidedError
 from heyoka_bike.motion.endings import Ending, ending
@@ -22,7 +21,6 @@ from heyoka_bike.reference.making.tabulate import STAGES, Table, tabulated, tabu
 from heyoka_bike.reference.manifest import CUSTOM, DATASET_VERSION
 from heyoka_bike.system.jobs import Job, Outcome, Report
 from heyoka_bike.system.parallel import Progress, carry_out
-from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
 from heyoka_bike.system.unfinished import Unfinished, unfinished
 
 MIN_DIGITS, MAX_DIGITS = 65, 1000
@@ -249,10 +247,8 @@ class _SetInMaking:
         self.folder, self.bicycle, self.ends, self.name = folder, bicycle, ends, name
         self.maneuvers = [end.maneuver for end in ends]
         self.inputs = describe_inputs(bicycle, self.maneuvers)
-        published = describe_inputs(
-            read_bicycle(benchmark_bicycle()), read_maneuvers(benchmark_maneuvers())
-        )
-        self.version = DATASET_VERSION if self.inputs == published else CUSTOM
+        is_published = self.inputs == describe_inputs(*benchmark())
+        self.version = DATASET_VERSION if is_published else CUSTOM
         self.attempts = [1] * len(ends)
         self.parts: list[dict[str, Outcome]] = [{} for _ in ends]
         self.places: dict[Job, tuple[int, str]] = {}

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from heyoka_bike.bicycle.parameters import PARAMETERS, START, Bicycle
-from heyoka_bike.errors import DatasetError, InputError, MissingPackageError
+from heyoka_bike.errors import DatasetError, InputError, required
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.workbench.atlas.data import FATES, UNDECIDED, VARIABLES, Atlas, Edge, GridAxis
 from heyoka_bike.workbench.atlas.design import Chunk, Design
@@ -284,10 +284,5 @@ def udunits(unit: str) -> str:
 
 
 def _zarr() -> Any:
-    try:
-        import zarr
-    except ImportError:
-        raise MissingPackageError(
-            'zarr is not installed; an atlas needs it (pip install "heyoka_bike[atlas]")'
-        ) from None
-    return zarr
+    said = 'zarr is not installed; an atlas needs it (pip install "heyoka_bike[atlas]")'
+    return required("zarr", said)
