@@ -2,6 +2,7 @@
 
 import csv
 import json
+from pathlib import Path
 
 import jsonschema
 import numpy as np
@@ -15,6 +16,7 @@ from heyoka_bike.scoring.instants.check import known_states
 from heyoka_bike.scoring.instants.expected import as_csv, of_own
 from heyoka_bike.showing.formats import check as shown
 
+SCHEMA = Path(shown.__file__).with_name("check-1.schema.json")
 SOME = 60  # a state that leans, is steered and turns
 
 
@@ -44,6 +46,17 @@ def test_what_is_written_is_right(tmp_path, exact, capsys):
     }
 
 
+def test_the_known_states_are_written_for_any_bicycle(tmp_path, monkeypatch, capsys):
+    few = known_states()[4:7]
+    monkeypatch.setattr("heyoka_bike.scoring.instants.check.known_states", lambda: few)
+    path = tmp_path / "new" / "states.csv"
+    assert main(["check", "--states", str(path), "--bicycle", "pista"]) == 0
+    assert capsys.readouterr().out == f"{path}\n"
+    assert main(["check", str(path), "--bicycle", "pista"]) == 0
+    # It is another bicycle than the benchmark's.
+    assert main(["check", str(path)]) == 3
+
+
 @pytest.mark.parametrize("level", LEVELS, ids=lambda x: x.name)
 def test_the_first_level_that_is_wrong_is_named(tmp_path, exact, capsys, level):
     # Wrong here and in all that comes after it.
@@ -58,14 +71,8 @@ def test_the_first_level_that_is_wrong_is_named(tmp_path, exact, capsys, level):
         f"a.csv: {level.name}: {document['levels'][LEVELS.index(level)]['columns'][0]['key']}"
         in said.err
     )
-    schema = json.loads((shown_folder() / "check-1.schema.json").read_text(encoding="utf-8"))
+    schema = json.loads(SCHEMA.read_text(encoding="utf-8"))
     jsonschema.validate(document, schema)
-
-
-def shown_folder():
-    from pathlib import Path
-
-    return Path(shown.__file__).parent
 
 
 def test_a_parameter_that_explains_the_table_is_found(bicycle, exact):
