@@ -125,6 +125,53 @@ def test_states_of_ones_own_are_checked_in_any_unit(tmp_path, bicycle):
     assert (failed.level.name, failed.columns[0].wrong) == ("positions", 2)
 
 
+def as_json(path, table):
+    names = list(table)
+    rows = zip(*(x.tolist() for x in table.values()), strict=True)
+    path.write_text(json.dumps([dict(zip(names, row, strict=True)) for row in rows]), "utf-8")
+
+
+def as_npz(path, table):
+    np.savez(path, **table)
+
+
+def as_hdf5(path, table):
+    import h5py
+
+    with h5py.File(path, "w") as file:
+        for name, x in table.items():
+            file[name] = x
+
+
+def as_matlab(path, table):
+    savemat = pytest.importorskip("scipy.io").savemat
+    # MATLAB's names have no blanks and no brackets.
+    names = (name.rstrip("]").replace(" [", "_").replace(" ", "_") for name in table)
+    savemat(path, dict(zip(names, table.values(), strict=True)))
+
+
+def as_sheet(path, table):
+    pytest.importorskip("openpyxl")
+    pytest.importorskip("pandas").DataFrame(table).to_excel(path, index=False)
+
+
+@pytest.mark.parametrize(
+    ("suffix", "write"),
+    [("json", as_json), ("npz", as_npz), ("h5", as_hdf5), ("mat", as_matlab), ("xlsx", as_sheet)],
+)
+def test_every_format_of_results_is_read(tmp_path, exact, suffix, write):
+    names = ("state", "pitch [rad]", "com_z [m]", "mass_roll_roll [kg m2]", "M_roll_steer [kg m2]")
+    table = {
+        name.replace("kg m2", "kg_m2") if suffix == "mat" else name: exact[name] for name in names
+    }
+    path = tmp_path / f"a.{suffix}"
+    write(path, table)
+    found = hb.check(path)
+    assert found.passed
+    assert sum(len(x.columns) for x in found.levels) == 4
+    assert found.left_out == ()
+
+
 def test_few_digits_are_no_mistake(tmp_path, exact):
     path = tmp_path / "short.txt"
     path.write_text(f"state pitch_rad\n{SOME} {exact['pitch [rad]'][2]:.4f}\n", encoding="utf-8")
