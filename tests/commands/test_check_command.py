@@ -11,6 +11,7 @@ import pytest
 import heyoka_bike as hb
 from heyoka_bike.bicycle.instant_columns import COORDINATES, LEVELS, UNITS
 from heyoka_bike.cli import main
+from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.scoring.instants.check import known_states
 from heyoka_bike.scoring.instants.expected import as_csv, of_own
@@ -85,6 +86,21 @@ def test_a_parameter_that_explains_the_table_is_found(bicycle, exact):
     (one,) = [x for x in found.explained if x.symbol == "IBxz"]
     assert one.value == pytest.approx(-2.4, rel=1e-6)
     assert one.right == 2.4
+
+
+def test_a_check_shows_itself_as_the_command_does(tmp_path, exact, capsys):
+    path = written(tmp_path / "a.csv", {**exact, "mass [kg]": exact["mass [kg]"] + 1})
+    assert main(["check", path]) == 3
+    found = hb.check(path)
+    assert repr(found) == capsys.readouterr().out.strip("\n")
+    assert "The first level that is wrong is positions" in found._repr_html_()
+
+
+def test_columns_without_names_are_refused():
+    with pytest.raises(InputError, match="found no column whose name is known"):
+        hb.check(np.zeros((3, 9)))
+    with pytest.raises(InputError, match="found 1 values of 'state' and 2 of 'mass"):
+        hb.check({"state": [1], "mass [kg]": [94, 94]})
 
 
 def test_one_wrong_value_is_not_explained():

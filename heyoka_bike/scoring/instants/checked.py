@@ -1,8 +1,10 @@
 """What a table of single instants says of its program, as data."""
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 from heyoka_bike.bicycle.instant_columns import InstantLevel
+from heyoka_bike.display import Displayed
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,8 +74,8 @@ class Explained:
     right: float
 
 
-@dataclass(frozen=True, slots=True)
-class CheckedTable:
+@dataclass(frozen=True, repr=False)
+class CheckedTable(Displayed):
     """What a table of instants says of its program.
 
     Attributes
@@ -104,6 +106,8 @@ class CheckedTable:
     levels: tuple[CheckedLevel, ...]
     left_out: tuple[str, ...]
     explained: tuple[Explained, ...] = ()
+
+    _view: ClassVar[str] = "check"
 
     @property
     def failed(self) -> CheckedLevel | None:

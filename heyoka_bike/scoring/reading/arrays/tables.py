@@ -149,6 +149,8 @@ def _of_one_array(
     members: Mapping[str, Any], request: Request, widths: Sequence[int]
 ) -> tuple[dict[str, Any], tuple[Finding, ...]]:
     """The columns of the one array that has all of them, or all but the time beside it."""
+    if request.known is not None:
+        raise request.error("found no column whose name is known, expected columns by name")
     arrays = arrays_in(members)
     whole = _whole(arrays, widths)
     pair = beside_a_time(arrays, widths)
