@@ -206,7 +206,7 @@ def test_few_digits_are_no_mistake(tmp_path, exact):
         ("state,pitch\n1,0\n", 1, "found the column 'pitch' without a unit, expected one such as"),
         ("state,pitch [kg]\n1,0\n", 1, "found the unit 'kg' of pitch, expected one such as rad"),
         ("pitch [rad],yaw_rate [rad/s]\n0,0\n", 1, "found no column 'state' and no roll_angle"),
-        ("sate,pitch [rad]\n1,0\n", 1, "did you mean state?"),
+        ("states,pitch [rad]\n1,0\n", 1, "did you mean state?"),
         ("1 2\n3 4\n", 1, "found no line of column names that are known"),
         ("state,com_z [m]\n", 1, "expected"),
         ("state,mine\n1,0\n", 2, "found no quantity beside the states"),
