@@ -15,6 +15,7 @@ from heyoka_bike.scoring.reading.source import read_results as read_results
 from heyoka_bike.scoring.report import Report as Report
 from heyoka_bike.scoring.report import Series as Series
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose as diagnose
+from heyoka_bike.scoring.instants.check import check as check
 from heyoka_bike.scoring.score import score as score
 from heyoka_bike.scoring.series import score_series as score_series
 from heyoka_bike.scoring.series.side_by_side import compare as compare

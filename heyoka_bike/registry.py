@@ -14,6 +14,7 @@ COMMANDS = {
     "generate": _CORE,
     "score": _CORE,
     "diagnose": _CORE,
+    "check": _CORE,
     "verify": _CORE,
     "certify": _CORE,
     "linear": _CORE,
@@ -23,6 +24,7 @@ COMMANDS = {
     "bench": _WORKBENCH,
     "atlas": _WORKBENCH,
     "leaderboard": _CORE,
+    "submit": _CORE,
     "serve": _WORKBENCH,
     "selfcheck": _CORE,
 }

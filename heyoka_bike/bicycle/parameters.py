@@ -4,7 +4,8 @@ A bicycle file has a table ``[parameters]`` with one entry for each of the 26 pa
 Carvallo-Whipple bicycle, named as in Meijaard, Papadopoulos, Ruina and Schwab (2007),
 doi:10.1098/rspa.2007.1857; a maneuver file has one ``[[maneuver]]`` table for each initial state.
 A value is a decimal string or an expression such as ``"pi/10"``, alone or in a table
-``{ value = "0.3", unit = "m", source = "..." }``. A bare TOML number is taken as the decimal that
+``{ value = "0.3", unit = "m", source = "..." }``. The unit may be any of the same kind (``mm``,
+``deg``, ``kg mm^2``); it is SI where none is told. A bare TOML number is taken as the decimal that
 is written there. In a bicycle's table ``uncertainty = "0.002"`` beside the value is its standard
 deviation; no motion depends on it.
 
@@ -24,6 +25,7 @@ from typing import Any
 from heyoka_bike.bicycle.toml_source import TomlSource, Where, kind
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.numbers.exact import ZERO, Exact
+from heyoka_bike.numbers.unit import factor
 from heyoka_bike.system.resources import (
     benchmark_bicycle,
     benchmark_maneuvers,
@@ -398,22 +400,51 @@ def _read_value(
         for note in ("name", "symbol", "source"):
             if note in entry:
                 source.line_of_text(entry, note, where, limit=1000)
-        unit = entry.get("unit", parameter.unit)
-        if unit != parameter.unit:
-            found = f"unit {quoted(unit)}" if isinstance(unit, str) else f"{kind(unit)} as unit"
-            raise source.error(
-                f"{key}: found {found}, expected '{parameter.unit}'", (*where, "unit")
-            )
-        entry, where = entry["value"], (*where, "value")
+        size = _size_of_unit(source, entry, parameter, where)
+        return _in_si(source, entry, "value", str(key), size, where)
     return _number(source, str(key), entry, where)
+
+
+def _size_of_unit(
+    source: TomlSource, entry: Mapping[str, Any], parameter: Parameter, where: Where
+) -> Exact:
+    """What values beside a unit are multiplied by."""
+    unit = entry.get("unit", parameter.unit)
+    size = factor(unit, parameter.unit) if isinstance(unit, str) else None
+    if size is None:
+        found = f"unit {quoted(unit)}" if isinstance(unit, str) else f"{kind(unit)} as unit"
+        raise source.error(
+            f"{where[-1]}: found {found}, expected '{parameter.unit}'", (*where, "unit")
+        )
+    return size
+
+
+def _in_si(
+    source: TomlSource, entry: Mapping[str, Any], name: str, what: str, size: Exact, where: Where
+) -> Exact:
+    """A number of a table, times the size of its unit."""
+    x = _number(source, what, entry[name], (*where, name))
+    if not (x.is_rational or size.is_rational):
+        raise source.error(
+            f"{what}: found {_show(x)}, expected a number without pi in this unit", (*where, name)
+        )
+    one, by = (x, size.rational) if size.is_rational else (size, x.rational)
+    found = Exact(one.rational * by, one.pi_multiple * by)
+    if not found.is_moderate:
+        raise source.error(
+            f"{what}: found {_show(x)} in this unit, expected zero or 1e-300 to 1e300 in SI units",
+            (*where, name),
+        )
+    return found
 
 
 def _read_uncertainty(
     source: TomlSource, entry: dict[str, Any], parameter: Parameter, where: Where
 ) -> Exact:
     """The standard deviation beside a value, in its unit."""
-    what, where = f"uncertainty of {where[-1]}", (*where, "uncertainty")
-    x = _number(source, what, entry["uncertainty"], where)
+    what, size = f"uncertainty of {where[-1]}", _size_of_unit(source, entry, parameter, where)
+    x = _in_si(source, entry, "uncertainty", what, size, where)
+    where = (*where, "uncertainty")
     if not x.is_rational and not parameter.takes_pi:
         raise source.error(f"{what}: found {_show(x)}, expected a number without pi", where)
     if x.sign < 0:

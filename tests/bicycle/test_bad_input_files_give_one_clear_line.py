@@ -182,7 +182,7 @@ MANEUVER_FILES = [
     (MANEUVERS, 'maneuver = [{ speed = "x" }]', 1, 13, "found no entry 'roll_rate'"),
     (MANEUVERS, "maneuver = [\n { speed = 1 },\n]", 2, 2, "found no entry 'roll_rate'"),
     ('"4.6"', '"fast"', 9, 9, "speed: found 'fast', expected a decimal number"),
-    ('"m/s"', '"km/h"', 9, 9, "speed: found unit 'km/h', expected 'm/s'"),
+    ('"m/s"', '"km"', 9, 9, "speed: found unit 'km', expected 'm/s'"),
     ('duration = "10"', 'duration = "0"', 6, 12, "duration (length of the run): found 0 s"),
     ('duration = "10"', 'duration = "-10"', 6, 12, "found -10 s, expected a positive number"),
     ('duration = "10"', 'duration = "pi"', 6, 12, "duration: found 3.14159265358979, expected a"),

@@ -22,7 +22,9 @@ spacing = "0.05"
 
 
 def check(document, name):
-    schema = json.loads((files("heyoka_bike.commands") / f"{name}-1.schema.json").read_text())
+    schema = json.loads(
+        (files("heyoka_bike.commands") / "schemas" / f"{name}-1.schema.json").read_text()
+    )
     jsonschema.Draft202012Validator.check_schema(schema)
     jsonschema.validate(document, schema)
     # Nothing is told that is not described.

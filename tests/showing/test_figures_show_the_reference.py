@@ -18,7 +18,7 @@ matplotlib = pytest.importorskip("matplotlib")
 
 from support.texts_apart import assert_texts_are_apart  # noqa: E402
 
-from heyoka_bike.showing.figures import eigenvalues, phase  # noqa: E402
+from heyoka_bike.showing.figures import eigenvalues, path, phase  # noqa: E402
 from heyoka_bike.showing.figures.style import render  # noqa: E402
 
 # A figure is laid out anew in each format, from where the one before left it: SVG comes first.
@@ -53,7 +53,7 @@ def test_no_text_lies_on_another_or_leaves_the_page(name, reference, monkeypatch
 def test_all_means_every_figure(reference):
     names = [plate.name for plate in plates(reference, "all")]
     assert names == [plate.name for kind in FIGURES for plate in plates(reference, kind)]
-    assert {"maneuver_1", "maneuver_2", "maneuver_3", "stability", "phase"} <= set(names)
+    assert {"maneuver_1", "maneuver_2", "maneuver_3", "stability", "phase", "path"} <= set(names)
     chosen = [plate.name for plate in plates(reference, "all", 2)]
     assert len(chosen) == len(FIGURES)
     assert {"maneuver_2", "stability", "phase_2"} <= set(chosen)
@@ -156,3 +156,24 @@ def test_other_bicycles_are_drawn(reference, changes):
     other = replace(reference, parameters={**reference.parameters, **changes})
     (plate,) = plates(other, "stability")
     assert render(plate.draw(other), "svg").startswith(b"<?xml")
+
+
+def test_paths_are_those_of_the_contact_point(reference):
+    grid = np.reshape(path.draw(reference, [1, 2, 3]).axes, (3, 2))
+    for number, (above, over_time) in enumerate(grid, start=1):
+        line, dots = above.lines
+        rows = reference.motion[number].rows
+        for axis, drawn in zip("xy", line.get_data(), strict=True):
+            # The points of the path are the rows.
+            np.testing.assert_allclose(drawn, rows[f"rear_contact_{axis}"], atol=1e-13)
+        assert len(dots.get_xdata()) == 11
+        # A line that turns by the yaw bends by its change over its length.
+        x, y = line.get_data()
+        length = np.hypot(np.diff(x), np.diff(y))
+        turned = np.diff(reference[number].rows["yaw"])
+        time, bent = over_time.lines[-1].get_data()
+        middle = (bent[1:] + bent[:-1]) / 2
+        np.testing.assert_allclose(
+            middle / 1000, turned / length, atol=1e-2 * np.max(abs(bent / 1000))
+        )
+        assert time[-1] == 10

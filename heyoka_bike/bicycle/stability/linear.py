@@ -24,7 +24,7 @@ import mpmath
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.errors import InputError
-from heyoka_bike.numbers.arithmetic import Multiprecision, Number
+from heyoka_bike.numbers.arithmetic import Arithmetic, Multiprecision, Number
 from heyoka_bike.numbers.dual import Duals
 from heyoka_bike.numbers.exact import Exact
 
@@ -149,14 +149,11 @@ def linearise(bicycle: Bicycle, digits: int) -> Linearisation:
     if not MIN_DIGITS <= digits <= MAX_DIGITS:
         raise InputError(f"digits: found {digits}, expected {MIN_DIGITS} to {MAX_DIGITS}")
     a = Multiprecision(_working_digits(digits))
-    mass = _mass_matrix(bicycle, a)
-    # The derivatives by the angles are linear in g and in v^2, those by the rates in v.
-    weight = _forces(mass, _acceleration_slopes(bicycle, a, g=1, speed=0))
-    motion = _forces(mass, _acceleration_slopes(bicycle, a, g=0, speed=1))
+    found = matrices(bicycle, a)
     w = a.number(bicycle["w"])
     parts = (
-        _map(mass, lambda x: x / w), _columns(motion, 2), _columns(weight, 0),
-        _map(_columns(motion, 0), lambda x: x * w),
+        _map(found["M"], lambda x: x / w), found["C1"], found["K0"],
+        _map(found["K2"], lambda x: x * w),
     )  # fmt: skip
     residue = max(_residue(x) for part in parts for row in part for x in row)
     m, c1, k0, k2 = (_map(part, lambda x: _chopped(x, residue)) for part in parts)
@@ -171,7 +168,27 @@ def linearise(bicycle: Bicycle, digits: int) -> Linearisation:
     )  # fmt: skip
 
 
-def _mass_matrix(bicycle: Bicycle, a: Multiprecision) -> Matrix:
+def matrices(bicycle: Bicycle, a: Arithmetic) -> dict[str, Matrix]:
+    """M, C1, K0 and K2 in the number type of `a`, as they come out, with zeros up to rounding.
+
+    Raises
+    ------
+    InputError
+        The mass matrix of roll and steer is singular.
+    """
+    mass = _mass_matrix(bicycle, a)
+    # The derivatives by the angles are linear in g and in v^2, those by the rates in v.
+    weight = _forces(mass, _acceleration_slopes(bicycle, a, g=1, speed=0))
+    motion = _forces(mass, _acceleration_slopes(bicycle, a, g=0, speed=1))
+    return {
+        "M": mass,
+        "C1": _columns(motion, 2),
+        "K0": _columns(weight, 0),
+        "K2": _columns(motion, 0),
+    }
+
+
+def _mass_matrix(bicycle: Bicycle, a: Arithmetic) -> Matrix:
     """Hessian of the kinetic energy by roll rate and steer rate."""
     equations = Equations.of(bicycle, a)
     zero = a.number(0)
@@ -190,13 +207,14 @@ def _mass_matrix(bicycle: Bicycle, a: Multiprecision) -> Matrix:
     return (m11, m12), (m12, m22)
 
 
-def _acceleration_slopes(bicycle: Bicycle, a: Multiprecision, *, g: int, speed: int) -> Rows:
+def _acceleration_slopes(bicycle: Bicycle, a: Arithmetic, *, g: int, speed: int) -> Rows:
     """Derivatives of roll and steer acceleration by (roll, steer, roll rate, steer rate).
 
     The pitch is fixed: by the symmetry of left and right it is of second order.
     """
     dual = Duals(a)
-    equations = Equations.of(bicycle.replace(g=Exact(Fraction(g))), a).over(dual)
+    weighed = Bicycle(bicycle.name, {**bicycle.values, "g": Exact(Fraction(g))})
+    equations = Equations.of(weighed, a).over(dual)
     zero, spin = a.number(0), speed / equations.k.length
     roll, steer, roll_rate, steer_rate = dual.variables([zero] * 4)
     rates = equations.rates((roll, zero, steer, roll_rate, steer_rate, spin))

@@ -1,6 +1,6 @@
 """What is to be read: of which file, and what its columns may be."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from warnings import catch_warnings, simplefilter
@@ -34,6 +34,8 @@ class Request:
         What messages begin with: of which part of the file they speak.
     above
         Number of blank lines that were left out above those that are counted.
+    known : callable or None
+        Whether a column of this name may be in a table without times; None of results.
     """
 
     path: str
@@ -43,6 +45,7 @@ class Request:
     option: str = OPTION
     part: str = ""
     above: int = 0
+    known: Callable[[str], bool] | None = None
 
     def within(self, part: str) -> "Request":
         """The same, for a part of the file; for all of it if that has no name."""
@@ -69,6 +72,8 @@ class Request:
     @property
     def widths(self) -> tuple[int, ...]:
         """Numbers of columns that mean something without names."""
+        if self.known is not None:
+            return ()
         if self.names is not None:
             return (len(self.names),)
         return tuple(sorted({9, 1 + 8 * self.count}))
@@ -81,6 +86,8 @@ class Request:
 
     def wrong_width(self, width: int, rows: int) -> str:
         """What to say of columns without names of which there are too many or too few."""
+        if self.known is not None:
+            return f"found rows of {width} columns, expected as many names above them"
         found = f"found {width} columns, expected {in_words(self.widths)}"
         if self.names is not None:
             return f'{found} as {self.option} tells; there "-" stands for one that is left out'

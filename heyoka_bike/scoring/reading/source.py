@@ -1,6 +1,6 @@
 """Reading of another program's results, whatever their format: the content tells it."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from os import PathLike
 from pathlib import Path
@@ -61,15 +61,39 @@ def read_results(
     path = printable(str(source)) if is_file else ARRAY
     names = None if columns is None else told(columns, option)
     request = Request(path, count, maneuver, names, option)
-    if is_file:
+    return assemble(*_read_tables(source, request), request)
+
+
+def read_columns(source: Any, known: Callable[[str], bool]) -> Vectors:
+    """Read named columns without times, from what `read_results` takes.
+
+    Parameters
+    ----------
+    source
+    known
+        Whether a column of this name is looked for.
+
+    Raises
+    ------
+    InputError, MissingPackageError
+        As of `read_results`.
+    """
+    path = printable(str(source)) if isinstance(source, str | PathLike) else ARRAY
+    found, _ = _read_tables(source, Request(path, 1, known=known))
+    return found[0]
+
+
+def _read_tables(source: Any, request: Request) -> tuple[list[Vectors], str]:
+    """What there is, and its format."""
+    if isinstance(source, str | PathLike):
         return _read_file(source, request)
     from heyoka_bike.scoring.reading.arrays.objects import plain
     from heyoka_bike.scoring.reading.arrays.tables import tables
 
-    return assemble(tables(plain(source), request), ARRAY, request)
+    return tables(plain(source), request), ARRAY
 
 
-def _read_file(source: str | PathLike[str], request: Request) -> Results:
+def _read_file(source: str | PathLike[str], request: Request) -> tuple[list[Vectors], str]:
     suffix = Path(source).suffix.lower()
     with ExitStack() as stack:
         file = ResultFile(source, request, stack)
@@ -78,7 +102,7 @@ def _read_file(source: str | PathLike[str], request: Request) -> Results:
                 format_.sniff(file.signature, suffix)
                 and (found := _read(format_, file)) is not None
             ):
-                return assemble(found, format_.name, request)
+                return found, format_.name
     name = other_kind(file.signature, suffix)
     if name == SPREADSHEET:
         raise request.error("is a spreadsheet; save it as xlsx or CSV")

@@ -50,6 +50,7 @@ FIGURES: Mapping[str, Kind] = {
     ),
     "stability": Kind("eigenvalues", "stability", "eigenvalues over forward speed", "none"),
     "phase": Kind("phase", "phase", "phase portraits", "all"),
+    "path": Kind("path", "path", "paths of the rear wheel and their curvature", "all"),
 }
 """The kinds by name."""
 

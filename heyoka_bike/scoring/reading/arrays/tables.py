@@ -126,8 +126,8 @@ def _vectors(
     if maneuver is not None:
         request = request.within(f"maneuver {maneuver}")
     vectors = {name: x for name, x in arrays_in(members).items() if is_vector(x)}
-    known = [name for name in vectors if recognise(name)]
-    if request.names is None and are_names(known):
+    known = [name for name in vectors if (request.known or recognise)(name)]
+    if request.names is None and are_names(known, request):
         return _named(members, known, maneuver, request)
     is_told = request.names is not None
     findings: tuple[Finding, ...] = ()
@@ -154,6 +154,8 @@ def _of_one_array(
     members: Mapping[str, Any], request: Request, widths: Sequence[int]
 ) -> tuple[dict[str, Any], tuple[Finding, ...]]:
     """The columns of the one array that has all of them, or all but the time beside it."""
+    if request.known is not None:
+        raise request.error("found no column whose name is known, expected columns by name")
     arrays = arrays_in(members)
     whole = _whole(arrays, widths)
     pair = beside_a_time(arrays, widths)
@@ -178,7 +180,8 @@ def _named(
 ) -> Vectors:
     """Columns that are known by name, with those that say what the others mean."""
     arrays = arrays_in(members)
-    rows = length(arrays[next(n for n in known if is_time(n))])
+    first = next((n for n in known if is_time(n)), known[0])
+    rows = length(arrays[first])
     beside = [n for n in arrays if is_maneuver(n) or is_coordinate(n)]
     names = [*known, *(n for n in beside if is_vector(arrays[n]) and length(arrays[n]) == rows)]
     if maneuver is None:
@@ -188,7 +191,7 @@ def _named(
     in_order = dict.fromkeys((*arrays, *members))
     others = [n for n in in_order if n not in names and not _goes_with(n, names)]
     return Vectors(
-        _evened(columns, next(j for j, n in enumerate(names) if is_time(n))),
+        _evened(columns, names.index(first)),
         names,
         is_ordered=False,
         maneuver=maneuver,
@@ -237,7 +240,7 @@ def _widths(request: Request, maneuver: int | None) -> tuple[int, ...]:
 def _is_here(members: Mapping[str, Any], request: Request) -> bool:
     """Whether the columns are in the mapping itself."""
     arrays = arrays_in(members)
-    if are_names([name for name, x in arrays.items() if is_vector(x)]):
+    if are_names([name for name, x in arrays.items() if is_vector(x)], request):
         return True
     return bool(_whole(arrays, request.widths) or beside_a_time(arrays, request.widths))
 

@@ -154,9 +154,9 @@ def _of_pandas(x: Mapping[str, Any], request: Request) -> Any:
     members = list(x.values())
     if members and all(isinstance(y, dict) and y and _is_flat(y) for y in members):
         # The index of the rows has names, outside or inside.
-        if are_names(list(x)):
+        if are_names(list(x), request):
             return {name: _vector([y.get(k) for k in members[0]]) for name, y in x.items()}
-        if are_names(list(members[0])):
+        if are_names(list(members[0]), request):
             return _records(members)
     return None
 

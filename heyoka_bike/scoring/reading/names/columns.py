@@ -185,8 +185,10 @@ def group_number(name: str) -> int | None:
     return int(match[1]) if match else None
 
 
-def are_names(names: Sequence[str]) -> bool:
-    """Whether the names have the time and another column that is known."""
+def are_names(names: Sequence[str], request: Request) -> bool:
+    """Whether the names have the time and another column that is known, or what is asked for."""
+    if request.known is not None:
+        return any(map(request.known, names))
     known = {found[0] for name in names if (found := recognise(name))}
     return TIME in known and len(known) > 1
 

@@ -91,8 +91,10 @@ def find_opening(text: bytes, request: Request) -> Opening:
     """
     lines = text.split(b"\n")
     headings = (_headings(plain_text(line)) for line in lines[:_HEADING_LINES])
-    widths = {len(names) for names in chain.from_iterable(headings) if are_names(names)}
+    widths = {len(names) for names in chain.from_iterable(headings) if are_names(names, request)}
     widths |= set(request.widths)
+    if not widths:
+        raise request.error("found no line of column names that are known, expected one")
     sample, dialect, width, rows = _first_rows(_contents(lines), widths)
     if not rows:
         what = "no row of numbers" if text.strip() else "an empty file"
@@ -101,7 +103,7 @@ def find_opening(text: bytes, request: Request) -> Opening:
     if width not in widths:
         raise _wrong_width(lines[:first], width, len(rows), request)
     _refuse_damaged_row(sample, first, dialect, width, request)
-    names, heading = _heading(lines[:first], width)
+    names, heading = _heading(lines[:first], width, request)
     if request.names:
         names, heading = [*request.names], None
     meant = [recognise(name) for name in names or ()]
@@ -169,7 +171,9 @@ def _headings(line: str) -> Iterator[list[str]]:
     yield _BRACKETS.sub("", text).split()
 
 
-def _heading(lines: Sequence[bytes], width: int) -> tuple[list[str] | None, int | None]:
+def _heading(
+    lines: Sequence[bytes], width: int, request: Request
+) -> tuple[list[str] | None, int | None]:
     """The last heading of so many names above the rows, and the number of its line.
 
     A line of units below it is put into the names.
@@ -179,7 +183,8 @@ def _heading(lines: Sequence[bytes], width: int) -> tuple[list[str] | None, int 
         for names in _headings(plain_text(lines[i])):
             if len(names) != width:
                 continue
-            if are_names(names) or (below and are_names(_with_units(names, below))):
+            both = (names, _with_units(names, below)) if below else (names,)
+            if any(are_names(x, request) for x in both):
                 units = below or (_units(lines[i - 1], width) if i else [])
                 return _with_units(names, units), i + 1
             if not below and _are_units(names):

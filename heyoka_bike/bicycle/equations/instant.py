@@ -1,0 +1,216 @@
+"""All that a program can compute of a bicycle at one instant, in any number type.
+
+What each quantity means, and of which level it is, is in `instant_columns`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import product
+
+import flint
+
+from heyoka_bike.bicycle.equations.configuration import (
+    Configuration,
+    rates_of_integrals,
+    wheel_rates,
+)
+from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.bicycle.equations.whole_motion import motion_columns
+from heyoka_bike.bicycle.instant_columns import ANGLES, LEVELS, MASS_MATRIX, MATRICES
+from heyoka_bike.numbers.arithmetic import Number, exact_ball
+from heyoka_bike.numbers.dual import Dual, Duals
+from heyoka_bike.numbers.vectors import Vector, cross, minus, plus, scaled
+
+Values = Mapping[str, Number]
+
+_ROOTS = 1e-50  # width of the eigenvalues
+
+
+@dataclass(frozen=True, slots=True)
+class Instant:
+    """A bicycle in a state.
+
+    Attributes
+    ----------
+    equations : Equations
+        Of the regular form.
+    state, rates
+        Its variables with the yaw, then `configuration.INTEGRALS`, and their rates of change.
+    """
+
+    equations: Equations
+    state: Sequence[Number]
+    rates: Sequence[Number]
+
+    @classmethod
+    def of(cls, equations: Equations, state: Sequence[Number]) -> Instant:
+        """That of a state, moving as the equations say."""
+        rates = [*equations.rates_with_yaw(state[:7]), *rates_of_integrals(equations, state)]
+        return cls(equations, state, rates)
+
+    def columns(self) -> Values:
+        """Those of the benchmark and of the whole motion, by name."""
+        return {
+            **self.equations.columns(self.state[:7]),
+            **motion_columns(self.equations, self.state),
+        }
+
+    def moving(self) -> tuple[Equations, list[Dual]]:
+        """The same, of which every number carries its rate of change."""
+        pairs = zip(self.state, self.rates, strict=True)
+        return self.equations.over(Duals(self.equations.a)), [Dual(x, (r,)) for x, r in pairs]
+
+    @property
+    def speed(self) -> Number:
+        """Forward speed [m/s]."""
+        return self.equations.k.length * self.state[5]
+
+
+def quantities(instant: Instant) -> dict[str, Number]:
+    """Every quantity of `LEVELS` but the last one's by name, SI units; see `linear_quantities`."""
+    velocities = _place_velocities(instant)
+    found = {
+        **instant.columns(),
+        **_geometry(instant.equations),
+        "mass": _mass(instant.equations),
+        **_velocities(instant, velocities),
+        **_mass_matrix(instant),
+        **_momenta(instant, velocities),
+        **_accelerations(instant),
+    }
+    return {c.name: found[c.name] for level in LEVELS[:-1] for c in level.columns}
+
+
+def _named(name: str, v: Sequence[Number]) -> Values:
+    return {f"{name}_{axis}": x for axis, x in zip("xyz", v, strict=False)}
+
+
+def _geometry(equations: Equations) -> Values:
+    k, b = equations.k, equations.b
+    return {
+        "steer_axis_down_x": b.sin_tilt,
+        "steer_axis_down_z": b.cos_tilt,
+        "steer_axis_floor_x": b.rear.pivot_x,
+        "rear_hub_to_axis": k.length * k.d1,
+        "hubs_along_axis": k.length * k.d2,
+        "axis_to_front_hub": k.length * k.d3,
+        "mechanical_trail": k.length * (k.front.r * b.sin_tilt - k.d3),
+    }
+
+
+def _mass(equations: Equations) -> Number:
+    return equations.a.sum(
+        [half.m + half.wheel_m for half in (equations.b.rear, equations.b.front)]
+    )
+
+
+def _velocities(instant: Instant, velocities: Mapping[str, Vector]) -> Values:
+    found = {
+        "pitch_rate": instant.rates[1],
+        "rear_wheel_rate": instant.rates[9],
+        "front_wheel_rate": instant.rates[10],
+    }
+    for name, v in velocities.items():
+        found |= _named(f"{name}_velocity", v)
+    return found
+
+
+def _place_velocities(instant: Instant) -> dict[str, Vector]:
+    equations, state = instant.moving()
+    places = Configuration.of(equations, state).places()
+    found: dict[str, Vector] = {"rear_contact": (instant.rates[7], instant.rates[8], 0)}
+    return found | {name: (_slope(x), _slope(y), _slope(z)) for name, (x, y, z) in places.items()}
+
+
+def _slope(x: Number) -> Number:
+    return x.slopes[0] if isinstance(x, Dual) else 0
+
+
+def _mass_matrix(instant: Instant) -> Values:
+    """From the kinetic energies of unit speeds and of their sums."""
+    equations, posture = instant.equations, instant.state[:3]
+    zero = 0 * instant.state[0]
+    units = (1, 1, 1 / equations.k.length)
+
+    def twice(*moving: int) -> Number:
+        rates = [zero + u * moving.count(i) for i, u in enumerate(units)]
+        return 2 * equations.energies([*posture, *rates]).kinetic
+
+    alone = [twice(i) for i in range(3)]
+    both = {(i, j): (twice(i, j) - alone[i] - alone[j]) / 2 for i in range(3) for j in range(i)}
+    names = [(i, j) for i, j in product(range(3), repeat=2) if i <= j]
+    found = [alone[i] if i == j else both[j, i] for i, j in names]
+    return {c.name: x for c, x in zip(MASS_MATRIX, found, strict=True)}
+
+
+def _momenta(instant: Instant, velocities: Mapping[str, Vector]) -> Values:
+    equations, state = instant.equations, instant.state
+    b = equations.b
+    momentum = scaled(_mass(equations), velocities["com"])
+    c = Configuration.of(equations, state)
+    places, turning, spins, axes = c.places(), c.turning(), c.spins(), c.attitudes()
+    total: Vector = (0, 0, 0)
+    for end, half in (("rear", b.rear), ("front", b.front)):
+        omega = turning[f"{end}_frame"]
+        spinning = (omega[0], spins[f"{end}_wheel"], omega[2])
+        own = plus(half.inertia_times(omega), half.wheel_inertia_times(spinning))
+        for x, axis in zip(own, axes[f"{end}_frame"], strict=True):
+            total = plus(total, scaled(x, axis))
+        for name, m in ((f"{end}_frame_com", half.m), (f"{end}_hub", half.wheel_m)):
+            arm = minus(places[name], places["com"])
+            moving = minus(velocities[name], velocities["com"])
+            total = plus(total, scaled(m, cross(arm, moving)))
+    return {**_named("momentum", momentum), **_named("angular_momentum", total)}
+
+
+def _accelerations(instant: Instant) -> Values:
+    equations, state = instant.moving()
+    o, u = equations.unfold(state)
+    rear, front = wheel_rates(equations.k, u)
+    return {
+        "roll_acceleration": instant.rates[3],
+        "steer_acceleration": instant.rates[4],
+        "forward_acceleration": equations.k.length * instant.rates[5],
+        "pitch_acceleration": _slope(u.q - u.nu),
+        "yaw_acceleration": _slope(u.n / o.cos_roll),
+        "rear_wheel_acceleration": _slope(rear),
+        "front_wheel_acceleration": _slope(front),
+    }
+
+
+def linear_quantities(
+    matrices: Mapping[str, Sequence[Sequence[flint.arb]]], g: flint.arb, speed: Fraction
+) -> dict[str, flint.arb]:
+    """Those of the last level, at a forward speed [m/s]; see `linear.matrices`.
+
+    The eigenvalues are ordered by real, then by imaginary part; without a value where they cannot
+    be told apart.
+    """
+    found = {
+        f"{name}_{row}_{by}": matrices[name][i][j]
+        for name in MATRICES
+        for (i, row), (j, by) in product(enumerate(ANGLES), repeat=2)
+    }
+    v = exact_ball(speed)
+    (m, c1, k0, k2) = (matrices[name] for name in MATRICES)
+    entries = [
+        [flint.acb_poly([g * k0[i][j] + v * v * k2[i][j], v * c1[i][j], m[i][j]]) for j in (0, 1)]
+        for i in (0, 1)
+    ]
+    quartic = entries[0][0] * entries[1][1] - entries[0][1] * entries[1][0]
+    try:
+        roots = quartic.roots(_ROOTS)
+    except ValueError:
+        # Roots that are not apart, as those of a bicycle without gravity at rest.
+        roots = [flint.acb("nan")] * 4
+    # A root of real coefficients that is alone in a box about the real axis is real.
+    parts = [
+        (z.real, flint.arb(0) if z.is_finite() and z.imag.contains(0) else z.imag) for z in roots
+    ]
+    parts.sort(key=lambda z: (round(float(z[0]), 9), float(z[1])))
+    for n, (real, imaginary) in enumerate(parts, start=1):
+        found |= {f"eigenvalue_{n}_re": real, f"eigenvalue_{n}_im": imaginary}
+    return found

@@ -1,0 +1,87 @@
+"""``heyoka-bike check``: what a program computes at single instants, level by level."""
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+from heyoka_bike.commands.options import add_bicycle, add_format
+from heyoka_bike.commands.printing import complain, print_blocks, print_json
+from heyoka_bike.errors import Exit, InputError
+from heyoka_bike.numbers.exact import positive_numbers
+
+
+def add_parser(subparsers: Any) -> None:
+    """Add the command to the command line."""
+    p = subparsers.add_parser(
+        "check",
+        help="check a model at single instants, before it moves",
+        description=(
+            "Compare what a program computes in single states with what it is, level by level: "
+            "geometry, posture, positions, velocities, energy, accelerations, forces, the linear "
+            "bicycle. The first level that is wrong is named, by how much, and what enters there. "
+            "A table has named columns with their units, such as 'pitch [rad]': the number of a "
+            "state that is known (column state; --states writes them all), or states of your own "
+            "by roll_angle, steer_angle, roll_rate, steer_rate and forward_speed; beside them any "
+            "of the quantities. It is read from every format that 'score' reads."
+        ),
+        epilog=(
+            "exit codes: 0 all that is there is right, 1 a table that cannot be used, 2 nothing to "
+            "compare, 3 a level is wrong.\n"
+            "examples:\n"
+            "  heyoka-bike check --states states.csv\n"
+            "  heyoka-bike check my-states.csv\n"
+        ),
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    p.add_argument("file", metavar="FILE", nargs="?", help="the table; - is standard input")
+    p.add_argument(
+        "--states",
+        metavar="CSV",
+        help="write the states that are known with every quantity, correctly rounded, and check "
+        "nothing",
+    )
+    add_bicycle(p)
+    p.add_argument("--si", action="store_true", help="columns without a unit are in SI units")
+    p.add_argument(
+        "--tolerance",
+        metavar="X",
+        default="1e-9",
+        help="of a difference over 1 + |value|, in SI units (default 1e-9)",
+    )
+    add_format(p, ("text", "json"), default="text")
+    p.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Carry out the command."""
+    if (args.file is None) == (args.states is None):
+        raise InputError("expected a FILE to check, or --states CSV to write, and not both")
+    (tolerance,) = positive_numbers("--tolerance", args.tolerance)[:1]
+    from heyoka_bike.bicycle.parameters import read_bicycle
+    from heyoka_bike.system.resources import find_input
+
+    bicycle = read_bicycle(find_input("bicycles", args.bicycle))
+    if args.states is not None:
+        return _write(Path(args.states), bicycle)
+    from heyoka_bike.scoring.instants.check import check
+    from heyoka_bike.showing.formats.check import blocks, document, line
+
+    found = check(args.file, bicycle=bicycle, tolerance=tolerance, si=args.si)
+    if args.format == "json":
+        print_json(document(found))
+    else:
+        print_blocks(*blocks(found))
+    if found.passed:
+        return Exit.OK
+    complain(line(found))
+    return Exit.CHECK_FAILED
+
+
+def _write(path: Path, bicycle: Any) -> int:
+    from heyoka_bike.scoring.instants.check import known_states
+    from heyoka_bike.scoring.instants.expected import as_csv
+    from heyoka_bike.system.files import write_output
+
+    write_output(path, as_csv(bicycle, known_states()))
+    print(path)
+    return Exit.OK

@@ -1,0 +1,1 @@
+"""Tables of single instants: what a program computes in a state, before anything moves."""

@@ -1,0 +1,150 @@
+"""A check of single instants as text and as JSON, which `check-1.schema.json` describes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict
+from difflib import get_close_matches
+from typing import Any
+
+from heyoka_bike.bicycle.instant_columns import UNITS
+from heyoka_bike.errors import quoted
+from heyoka_bike.scoring.instants.checked import CheckedColumn, CheckedLevel, CheckedTable
+from heyoka_bike.showing.document import Block, Cell, Item, Listing, Paragraph, TableBlock
+from heyoka_bike.version import __version__
+
+SCHEMA_VERSION = 1
+_RESULT = {True: ("right", "passed"), False: ("WRONG", "failed"), None: ("not in it", "unmade")}
+_SHOWN = 6  # columns of the level that fails
+
+
+def document(check: CheckedTable) -> dict[str, Any]:
+    """As JSON has it: no NaN, no infinity."""
+    failed = check.failed
+    return {
+        "schema_version": SCHEMA_VERSION,
+        "version": __version__,
+        "bicycle": check.bicycle,
+        "file": {"path": check.path, "rows": check.states},
+        "own_states": check.is_own,
+        "tolerance": check.tolerance,
+        "levels": [
+            {
+                "level": x.level.name,
+                "passed": x.passed,
+                "parameters": list(x.level.parameters),
+                "besides": x.level.besides,
+                "columns": [_finite(asdict(c)) for c in x.columns],
+            }
+            for x in check.levels
+        ],
+        "failed": failed.level.name if failed else None,
+        "explained_by": [_finite(asdict(x)) for x in check.explained],
+        "left_out": [quoted(name)[1:-1] for name in check.left_out],
+        "passed": check.passed,
+    }
+
+
+def blocks(check: CheckedTable) -> list[Block]:
+    """As text has it: a line for each level, then the first one that fails."""
+    whose = "of its own" if check.is_own else "known by number"
+    states = f"{check.states} state{'s' * (check.states != 1)} {whose}"
+    found: list[Block] = [
+        Paragraph(
+            f"{check.path}: {states}, {check.bicycle}; a value is right "
+            f"within {check.tolerance:g} of 1 + |value|, SI units, and the digits written"
+        ),
+        TableBlock(
+            ("level", "result", "columns", "values", "wrong", "largest error"),
+            [_row(check, x) for x in check.levels],
+            left=2,
+        ),
+    ]
+    if failed := check.failed:
+        found += _about(check, failed)
+    elif missing := [x.level.name for x in check.levels if x.passed is None]:
+        found.append(Paragraph(f"All that is there is right; not there: {', '.join(missing)}."))
+    else:
+        found.append(Paragraph("All levels are right. Next: one step, one second, ten (score)."))
+    if check.left_out:
+        names = ", ".join(map(_unknown, check.left_out[:_SHOWN]))
+        more = len(check.left_out) - _SHOWN
+        found.append(
+            Paragraph(f"Columns that are not known: {names}{f' and {more} more' * (more > 0)}.")
+        )
+    return found
+
+
+def line(check: CheckedTable) -> str:
+    """The first level that fails, in one line; empty if none does."""
+    failed = check.failed
+    if failed is None:
+        return ""
+    return f"{check.path}: {failed.level.name}: {_worst(failed.columns[0])}"
+
+
+def _row(check: CheckedTable, x: CheckedLevel) -> list[str | Cell]:
+    text, style = _RESULT[x.passed]
+    if x.passed is False and x is not check.failed:
+        text = "wrong too"
+    values = sum(c.values for c in x.columns)
+    wrong = sum(c.wrong for c in x.columns)
+    error = f"{max(c.max_error for c in x.columns):.1e}" if x.columns else ""
+    return [x.level.name, Cell(text, style=style), str(len(x.columns)), str(values), str(wrong),
+            error]  # fmt: skip
+
+
+def _about(check: CheckedTable, failed: CheckedLevel) -> list[Block]:
+    wrong = [c for c in failed.columns if c.wrong]
+    right = [c.key for c in failed.columns if not c.wrong]
+    items = [Item(_worst(c)) for c in wrong[:_SHOWN]]
+    if len(wrong) > _SHOWN:
+        items.append(Item(f"and {len(wrong) - _SHOWN} more columns"))
+    enters = " ".join(failed.level.parameters) or "no parameter"
+    said = f"At this level enter first: {enters}; and {failed.level.besides}."
+    if right:
+        said += f" Right at this level: {', '.join(right[:_SHOWN])}."
+    before = check.levels[: check.levels.index(failed)]
+    missing = [x.level.name for x in before if x.passed is None]
+    if missing:
+        said += f" Not seen, as they are not in the table: {', '.join(missing)}."
+    explained = (
+        Paragraph(
+            f"With {x.symbol} = {_short(x.value)} {x.unit} in place of {_short(x.right)} all "
+            "values down to this level would be right."
+        )
+        for x in check.explained
+    )
+    return [
+        Paragraph(f"The first level that is wrong is {failed.level.name}:"),
+        Listing(tuple(items)),
+        Paragraph(said),
+        *explained,
+    ]
+
+
+def _worst(c: CheckedColumn) -> str:
+    where = c.place if c.state is None else f"state {c.state} ({c.place})"
+    off = c.found - c.expected
+    return (
+        f"{c.key}: {c.wrong} of {c.values} values wrong, the worst in {where}: "
+        f"found {c.found:.12g} {c.unit}, expected {c.expected:.12g}, off by {off:.3g}"
+    )
+
+
+def _short(x: float) -> str:
+    """As many digits as a value that was found has."""
+    return f"{x:.6g}" if abs(x) > 1e-6 else "0"
+
+
+def _unknown(name: str) -> str:
+    """A name that is not known, and what it is like."""
+    like = get_close_matches(name.partition("[")[0].strip(), UNITS, 1)
+    return f"{quoted(name)} ({like[0]}?)" if like else quoted(name)
+
+
+def _finite(values: dict[str, Any]) -> dict[str, Any]:
+    return {
+        key: None if isinstance(x, float) and not math.isfinite(x) else x
+        for key, x in values.items()
+    }

@@ -1,0 +1,41 @@
+"""Mistakes in a model are seen before it moves, at the level where they enter."""
+
+import re
+
+import checked_mistakes as made  # docs/_site
+import pytest
+
+SOME = ("sign_IBxz", "trail_normal", "centre_B_from_hub", "no_gyroscopic", "linearised_no_c1")
+BY_CODE = {m.code: m for m in made.IN_MODEL}
+
+
+def table():
+    text = made.PAGE.read_text(encoding="utf-8")
+    return text.partition(made.BEGIN)[2].partition(made.END)[0].strip()
+
+
+@pytest.mark.parametrize("code", SOME)
+def test_a_mistake_is_seen_where_it_enters(code):
+    expected, found = made.outcome(BY_CODE[code])
+    assert found.failed.level.name == expected
+    assert f"| `{code}` | {expected} | `{found.failed.columns[0].key}` |" in table()
+
+
+def test_the_right_program_makes_none():
+    computed = made.computed(made.RIGHT)
+    columns = {f"{k} [{made.UNITS[k]}]": x for k, x in computed.items() if k in made.UNITS}
+    numbers = made.np.arange(1, len(made.known_states()) + 1)
+    assert made.check({"state": numbers, **columns}).passed
+
+
+def test_nearly_all_are_seen_at_the_right_level():
+    said = re.match(r"Of (\d+) .* model (\d+) are seen, (\d+)", table())
+    count, seen, right = map(int, said.groups())
+    assert count == len(BY_CODE)
+    assert min(seen, right) >= 0.95 * count
+    assert re.findall(r"^\| `([\w.]+)` \|", table(), re.MULTILINE) == list(BY_CODE)
+
+
+@pytest.mark.slow
+def test_the_table_is_what_the_script_makes():
+    assert table() == "\n".join(made.lines())
