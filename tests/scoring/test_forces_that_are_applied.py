@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from corpus.newton_model import B, F, H, Program, R
+from heyoka_bike.scoring.diagnosis.programs.applied import FORCES
 
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
-from heyoka_bike.scoring.diagnosis.programs.applied import FORCES
 from heyoka_bike.scoring.diagnosis.programs.start import Start, initial_state
 from heyoka_bike.scoring.reading.results import Results, Rows
 

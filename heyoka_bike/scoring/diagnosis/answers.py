@@ -6,16 +6,15 @@ from typing import Any
 
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.bicycle.parameters import PARAMETERS
-from heyoka_bike.errors import GENERATE
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.reference.sensitivities import UNKNOWNS
 from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.diagnosis import plain
+from heyoka_bike.scoring.diagnosis.explain import Diagnosis, Hypothesis
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
 from heyoka_bike.scoring.diagnosis.numerical import causes as numerical
-from heyoka_bike.scoring.diagnosis.programs.applied import FORCES
+from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
 from heyoka_bike.scoring.diagnosis.programs.program import Found
-from heyoka_bike.scoring.diagnosis.ranking import Diagnosis, Hypothesis
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.judge.conventions import UNITS_BESIDE, in_units
 from heyoka_bike.scoring.report import Explanation, ManeuverScore, Report
@@ -27,8 +26,6 @@ NOTHING_WRONG = "nothing_to_explain"
 _MOST = 3
 # A correct file's error is its floor; sums and conversions make it a few times that.
 _AT_FLOOR = 4.0
-# Methods that all but conserve energy are wrong by up to 2000 times what they change of it.
-_KEPT = 1e5
 # What is seen at once and is the whole cause.
 _EXPLAIN = ("falls_over", "rows_repeated", "column_of_another_maneuver")
 # In which columns a start is written, and the part of a change by which a first row may miss what
@@ -42,6 +39,8 @@ _OF_ANY_INTEGRATOR = ("smooth_error", "steps_of_varying_size")
 _MOST_DECIMALS = 12
 # What remains below this part of a column's size is not worth a word: six digits are right.
 _SEEN = 1e-6
+# A part of a term that is all of it.
+_WHOLE = 0.02
 _COUNTS = {1: "One parameter explains", 2: "Two parameters explain", 3: "Three parameters explain"}
 
 
@@ -71,8 +70,6 @@ def findings(
         first = [f for f in first if f.code != "another_start"]
     else:
         found += _without_cause(diagnosis, report, known, columns, first)
-    if diagnosis.unsimulated or not (diagnosis.classes or diagnosis.is_quick):
-        found.insert(0, _without_heyoka(diagnosis))
     return (*first, *found)
 
 
@@ -109,17 +106,16 @@ def _without_cause(
     if apart is not None:
         # Nothing about the motion, which is right.
         return [apart, *found]
-    shape = numerical.findings(report, reference)
-    if not any(f.code == numerical.TOO_FAR for f in shape):
+    shape = list(numerical.findings(report))
+    if any(f.code == numerical.TOO_FAR for f in shape):
         # What has hardly anything of the motion left has no direction either.
-        found += _towards(diagnosis)
-    found += _open(diagnosis)
-    wrong_model = _not_the_integrator(diagnosis, columns)
-    if any(f.code == "interpolated_output" for f in shape):
-        wrong_model = []
-    # Then neither a tolerance nor a smooth error says anything more.
-    found += [f for f in shape if not (wrong_model and f.code in _OF_ANY_INTEGRATOR)]
-    return found + wrong_model
+        return found + shape
+    found += _towards(diagnosis)
+    is_open = _open(diagnosis)
+    if is_open or diagnosis.towards:
+        # Then neither a tolerance nor a smooth error says anything more.
+        shape = [f for f in shape if f.code not in _OF_ANY_INTEGRATOR]
+    return found + is_open + shape
 
 
 def explanation(diagnosis: Diagnosis, found: Sequence[Finding]) -> Explanation | None:
@@ -145,7 +141,7 @@ def _linearised(found: Hypothesis) -> Finding:
     if unknown:
         rest += (
             f". Not compared: {', '.join(unknown)}, as programs of linear equations compute "
-            "energies in several ways, and these are near none that is known here"
+            "energies in several ways"
         )
     return Finding(
         LINEARISED,
@@ -199,26 +195,6 @@ def _towards(diagnosis: Diagnosis) -> list[Finding]:
     )
     evidence |= {"relief": first.relief, "maneuver": number, "column": key}
     return [Finding("direction", text, evidence=evidence)]
-
-
-def _not_the_integrator(
-    diagnosis: Diagnosis, columns: Sequence[tuple[ManeuverScore, ColumnScore]]
-) -> list[Finding]:
-    """A word if the energy of the file is kept far better than its motion is right."""
-    level = diagnosis.energy_level
-    worst = max((c.as_understood.measures.max_rel_error or 0.0 for _, c in columns
-                 if c.key in LATERAL), default=0.0)  # fmt: skip
-    if level is None or worst < _KEPT * level:
-        return []
-    return [
-        Finding(
-            "energy_is_kept",
-            "No usual integrator makes this error: potential plus kinetic energy of the file is "
-            f"constant to {level:.2g} of what they exchange, and roll or steer is wrong by "
-            f"{worst:.2g} of its scale; look for it in the model, the start or what is written",
-            evidence={"energy_level": level, "max_rel_error": worst},
-        )
-    ]
 
 
 def _said(h: Hypothesis) -> str:
@@ -306,6 +282,14 @@ def _fitted(rank: int, hypotheses: Sequence[Hypothesis], report: Report) -> Find
 def _changed(found: Sequence[Found]) -> str:
     parts = []
     for x in found:
+        if x.name in FORCES and FORCES[x.name].is_part:
+            how = (
+                "is missing"
+                if abs(x.value - 1.0) < _WHOLE
+                else f"is missing by {x.value:.4g} of it"
+            )
+            parts.append(f"the {FORCES[x.name].says} {how}")
+            continue
         # So many digits as the uncertainty allows, its first one among them.
         decimals = min(max(1, 1 - floor(log10(x.uncertain))), _MOST_DECIMALS) if x.uncertain else 1
         after = f"{x.value:.{decimals}f}".rstrip("0").rstrip(".")
@@ -333,22 +317,6 @@ def _as_evidence(x: Found) -> dict[str, Any]:
         "instead_of": x.right,
         "unit": _UNITS[x.name],
     }
-
-
-def _without_heyoka(diagnosis: Diagnosis) -> Finding:
-    said = ", and ".join(_changed(m.found) if m.found else m.says for m in diagnosis.unsimulated)
-    what = "Starts that differ were not fitted, nor equations without a term simulated"
-    if said:
-        what = (
-            f"The equations of motion speak for this: {said}. Programs that do so were not "
-            "simulated"
-        )
-    return Finding(
-        "not_tried",
-        f"{what}, as heyoka is not installed ({GENERATE} on Linux, or conda install heyoka.py)",
-        Severity.WARNING,
-        {"mistakes": [m.code for m in diagnosis.unsimulated]},
-    )
 
 
 def _evidence(typical: Any) -> dict[str, float]:

@@ -6,6 +6,7 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import DEFINITIONS
 from heyoka_bike.numbers.double import Array
+from heyoka_bike.scoring.diagnosis.local_polynomials import local_polynomials
 from heyoka_bike.scoring.diagnosis.programs.program import (
     Change,
     Columns,
@@ -38,6 +39,31 @@ def _differences(which: str) -> Change:
         for angle, definition in (("tait_bryan_xyz", "tait_bryan_xyz_rate"), ("zyx", "zyx_rate")):
             made[f"roll_rate_{definition}"] = rate(columns[f"roll_angle_{angle}"], time)
         return made
+
+    return change
+
+
+def _rates_shifted(rows: float) -> Change:
+    """Rates of so many rows later than their angles."""
+
+    def change(columns: Columns, time: Array) -> Columns:
+        keys = [c.name for key in ("roll_rate", "steer_rate") for c in DEFINITIONS[key]]
+        if len(time) <= DEGREE:
+            return columns
+        step = rows * float(np.median(np.diff(time)))
+        meant = np.clip(time + step, time[0], time[-1]) - time
+        return {
+            **columns,
+            **{
+                name: np.sum(
+                    local_polynomials(time, columns[name], DEGREE)
+                    * meant[:, None] ** np.arange(DEGREE + 1),
+                    axis=1,
+                )
+                for name in keys
+                if name in columns
+            },
+        }
 
     return change
 
@@ -80,6 +106,9 @@ def _speed_times(code: str, says: str, radius: str, other: str) -> Mistake:
     return Mistake(code, says, "the radius in the forward speed", "output", make)
 
 
+# Of the polynomials between rows.
+DEGREE = 5
+
 _WHEN = "when a row is written: before or after the step"
 _SPACING = "the times of the rows: 0 to 10 s by 0.01 s are 1001 of them, both ends included"
 _SUM = "the sum of the energies: every body has a potential, a translational and a rotational one"
@@ -100,6 +129,12 @@ OUTPUT_MISTAKES: tuple[Mistake, ...] = (
                    "where the rates come from", _differences("backward")),
     output_mistake("central_differences", "the rates are central differences of the angles",
                    "where the rates come from", _differences("central")),
+    *(output_mistake(f"rates_{code}", f"the rates are those of {says} their angles", _WHEN,
+                     _rates_shifted(rows))
+      for code, says, rows in (
+          ("one_row_late", "one row before", -1.0), ("one_row_early", "one row after", 1.0),
+          ("half_row_late", "half a row before", -0.5),
+          ("half_row_early", "half a row after", 0.5))),
     output_mistake("energy_without_spin", "the kinetic energy is without the wheels' spin about "
                    "their axles", _SUM, _energies(without="spin_energy")),
     output_mistake("energy_without_rotation", "the kinetic energy is without that of rotation",

@@ -12,7 +12,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from heyoka_bike.bicycle.parameters import PARAMETERS, START
+from heyoka_bike.bicycle.parameters import START
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import spread
 from heyoka_bike.scoring.diagnosis.programs.beginning import beginning
@@ -20,25 +20,24 @@ from heyoka_bike.scoring.diagnosis.programs.program import Found, Mistake, Progr
 from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
 from heyoka_bike.scoring.diagnosis.programs.start import STATE
 from heyoka_bike.scoring.diagnosis.residual.causes import Cause
-from heyoka_bike.scoring.diagnosis.residual.fitted import other_start
-from heyoka_bike.scoring.diagnosis.residual.linear_fits import Blocks, best_subsets, blocks, solve
+from heyoka_bike.scoring.diagnosis.residual.linear_fits import Blocks, best_subsets, blocks
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE as KEYS
 from heyoka_bike.scoring.diagnosis.residual.observed import Observed
 from heyoka_bike.scoring.diagnosis.residual.terms import size_of
 
-# Each further value must explain so many times more, and there are so many at the most.
-FURTHER, _MOST = 3.0, 3
+# Each further value of a start must explain so many times more; there are so many at the most.
+_FURTHER, _MOST = 3.0, 3
 # By how much the right start of one maneuver must be better than the one that is given: errors of
 # correct programs are explained by a factor of up to 9 by one value of it, and 30 by three.
 _START = 25.0
-_STEPS = 4
+# For so long [s] a run from the start that is read off the first rows must be so much nearer.
+_FIRST, _NEARER = 1.0, 1.5
+_STEPS = 3
 _COMPARED = 251
 # Of a value's size, for derivatives by differences.
 _SHIFT = 1e-6
 # Nothing is seen of a column, or of a step, below this part.
 _NOTHING = 1e-12
-# The start is read off these rows, by a cubic: the first may be as given, whatever was computed.
-_BEGINNING = slice(1, 5)
 
 Errors = Callable[[Sequence[Array]], list[Array]]
 """From several sets of values to what each leaves, shape (blocks, rows)."""
@@ -51,38 +50,12 @@ class Shooting:
         self._motions, self._right, self._simulator = motions, right, simulator
 
     def refined(self, cause: Cause) -> Cause:
-        """A cause with the values that whole runs show, and further ones if they show more."""
-        best, left = self._of_values(cause.changes)
-        while len(best.changes) < _MOST:
-            tried = [self._of_values(changes) for changes in self._further(best.changes)]
-            further, rest = min(tried, key=lambda x: x[1], default=(best, left))
-            if not FURTHER * rest < left:
-                break
-            best, left = further, rest
-        return replace(best, relief=cause.relief)
-
-    def _of_values(self, changes: Mapping[str, float]) -> tuple[Cause, float]:
-        """Values nearby that leave least, and how much that is."""
-        names, start = list(changes), np.array(list(changes.values()))
+        """A cause with the values that whole runs show."""
+        names, start = list(cause.changes), np.array(list(cause.changes.values()))
         x, left, slopes = _shoot(self._errors(names), start, self._sizes(names))
         found = dict(zip(names, x.tolist(), strict=True))
         off = dict(zip(names, _uncertain(left, slopes).tolist(), strict=True))
-        return Cause((), found, off, 0.0), _size(left)
-
-    def _further(self, changes: Mapping[str, float]) -> list[dict[str, float]]:
-        """Values with one more, that most promise to explain what these leave."""
-        names = [*changes, *(name for name in PARAMETERS if name not in changes)]
-        known = np.arange(len(changes))
-        x = np.array([changes.get(name, 0.0) for name in names])
-        left, slopes = _derivatives(self._errors(names), x, self._sizes(names))
-        subsets = np.array([[*known, i] for i in range(len(changes), len(names))])
-        steps, gains = solve(_normal(left, slopes), subsets)
-        found = []
-        for i in np.argsort(-gains, kind="stable")[:_MOST]:
-            members = subsets[i]
-            values = zip(members, x[members] + steps[i], strict=True)
-            found.append({names[k]: float(value) for k, value in values})
-        return found
+        return replace(cause, changes=found, uncertain=off)
 
     def _sizes(self, names: Sequence[str]) -> Array:
         return np.array([size_of(self._right.bicycle, name) for name in names])
@@ -95,15 +68,13 @@ class Shooting:
 
     def start(self) -> Mistake | None:
         """The start that the file has, if it is another one, by the right equations."""
-        found = [x for motion in self._motions for x in self._start_of(motion)]
+        began = [(m, read) for m in self._motions if (read := m.beginning()) is not None]
+        found = [x for motion, read in began for x in self._start_of(motion, read)]
         return other_start(found) if found else None
 
-    def _start_of(self, motion: Observed) -> list[Found]:
+    def _start_of(self, motion: Observed, read: Array) -> list[Found]:
         """What differs in the start of a maneuver from what is given."""
-        time, n = motion.time, motion.number
-        if time[0] > 2 * (time[1] - time[0]):
-            return []
-        places = [STATE.index(name) for name in START]
+        n, places = motion.number, [STATE.index(name) for name in START]
         state = beginning(self._right, n)
         given = np.array([state[i] for i in places])
 
@@ -112,22 +83,22 @@ class Shooting:
             started = replace(self._right.starts[n], added=added)
             return replace(self._right, starts={**self._right.starts, n: started})
 
+        first = self._left_by([motion], program, _FIRST)
+        wrong, near = (_size(left) for left in first([np.zeros(len(START)), read - given]))
+        if not wrong > _NEARER * near:
+            return []
         errors = self._left_by([motion], program)
-        weights = np.linalg.solve(
-            np.vander(time[_BEGINNING], increasing=True).T, np.eye(len(time[_BEGINNING]))[0]
-        )
-        read = np.array([weights @ motion.state[key][_BEGINNING] for key in KEYS])
+        (before,) = (_size(left) for left in errors([np.zeros(len(START))]))
         x, left, slopes = _shoot(errors, read - given, np.ones(len(START)))
-        (before,) = errors([np.zeros(len(START))])
-        if not _size(before) > _START * _size(left):
+        if not before > _START * _size(left):
             return []
         # As few as will do, to first order around the start that was found.
         rest = left - slopes @ x
         normal = _normal(rest, slopes)
-        known, found = _START / FURTHER, []
+        known, found = _START / _FURTHER, []
         for size in range(1, _MOST + 1):
             best = best_subsets(normal, size, 1)
-            if best.gains[0] > FURTHER * known:
+            if best.gains[0] > _FURTHER * known:
                 known, members = float(best.gains[0]), best.members[0]
                 part = slopes[:, :, members]
                 off = _uncertain(rest + part @ best.changes[0], part)
@@ -137,9 +108,12 @@ class Shooting:
                 ]
         return found
 
-    def _left_by(self, motions: Sequence[Observed], program: Callable[[Array], Program]) -> Errors:
-        """What programs leave of the states of motions, in parts of each column."""
-        rows = [spread(len(m.time), _COMPARED) for m in motions]
+    def _left_by(
+        self, motions: Sequence[Observed], program: Callable[[Array], Program], end: float = np.inf
+    ) -> Errors:
+        """What programs leave of the states of motions, in parts of each column, until an end."""
+        counts = [int(np.searchsorted(m.time, end, "right")) for m in motions]
+        rows = [spread(count, _COMPARED) for count in counts]
         written = [_states(m.state, r) for m, r in zip(motions, rows, strict=True)]
 
         def errors(several: Sequence[Array]) -> list[Array]:
@@ -202,3 +176,37 @@ def _uncertain(left: Array, slopes: Array) -> Array:
     inverse = np.linalg.pinv(products / np.outer(size, size), hermitian=True)
     found: Array = np.sqrt(3.0 * np.diagonal(inverse)) / size
     return found
+
+
+def other_values(
+    changes: Mapping[str, float], uncertain: Mapping[str, float], program: Program
+) -> Mistake:
+    """A program with parameters and forces of other values than the right one."""
+    found = []
+    for name, change in changes.items():
+        right = float(program.bicycle[name]) if name in program.bicycle.values else 0.0
+        found.append(Found(name, None, right + change, right, uncertain[name]))
+    return _mistake(found, lambda p: changed(p, changes), "model")
+
+
+def other_start(found: Sequence[Found]) -> Mistake:
+    """A program that starts otherwise."""
+    added: dict[int, tuple[tuple[int, float], ...]] = {}
+    for x in found:
+        place = STATE.index(x.name.removeprefix("initial_"))
+        assert x.maneuver is not None
+        added[x.maneuver] = (*added.get(x.maneuver, ()), (place, x.value - x.right))
+
+    def make(program: Program) -> Program:
+        starts = {
+            n: replace(s, added=(*s.added, *added.get(n, ()))) for n, s in program.starts.items()
+        }
+        return replace(program, starts=starts)
+
+    return _mistake(found, make, "start")
+
+
+def _mistake(found: Sequence[Found], change: Callable[[Program], Program], kind: str) -> Mistake:
+    code = "_".join(["other", *(f"{x.name}_{x.maneuver or ''}".strip("_") for x in found)])
+    check = ("it" if len(found) == 1 else "them") + " in your input"
+    return Mistake(code, "", check, kind, change, is_fitted=True, found=tuple(found))
