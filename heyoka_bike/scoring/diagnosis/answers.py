@@ -10,11 +10,13 @@ from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.reference.sensitivities import UNKNOWNS
 from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.diagnosis import plain
-from heyoka_bike.scoring.diagnosis.explain import Diagnosis, Hypothesis
+from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis
+from heyoka_bike.scoring.diagnosis.explain import Diagnosis
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
 from heyoka_bike.scoring.diagnosis.numerical import causes as numerical
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
 from heyoka_bike.scoring.diagnosis.programs.program import Found
+from heyoka_bike.scoring.diagnosis.residual.causes import Causes
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.judge.conventions import UNITS_BESIDE, in_units
 from heyoka_bike.scoring.report import Explanation, ManeuverScore, Report
@@ -59,7 +61,9 @@ def findings(
     if diagnosis.classes and diagnosis.classes[0][0].codes == (LINEARISED,):
         return (_linearised(diagnosis.classes[0][0]), *_units_beside(diagnosis))
     found = [
-        _fitted(rank, hypotheses, report) if hypotheses[0].found else _explained(rank, hypotheses)
+        _fitted(rank, hypotheses, report, diagnosis.causes)
+        if hypotheses[0].found
+        else _explained(rank, hypotheses, diagnosis.causes)
         for rank, hypotheses in enumerate(diagnosis.classes[:_MOST], 1)
     ]
     found += _units_beside(diagnosis) if found else []
@@ -106,16 +110,16 @@ def _without_cause(
     if apart is not None:
         # Nothing about the motion, which is right.
         return [apart, *found]
+    # A force that no integrator makes comes first; what the error looks like says nothing then.
+    is_open = _open(diagnosis)
     shape = list(numerical.findings(report))
     if any(f.code == numerical.TOO_FAR for f in shape):
         # What has hardly anything of the motion left has no direction either.
-        return found + shape
-    found += _towards(diagnosis)
-    is_open = _open(diagnosis)
-    if is_open or diagnosis.towards:
-        # Then neither a tolerance nor a smooth error says anything more.
+        return is_open or found + shape
+    towards = _towards(diagnosis)
+    if is_open or towards:
         shape = [f for f in shape if f.code not in _OF_ANY_INTEGRATOR]
-    return found + is_open + shape
+    return [*is_open, *found, *towards, *shape]
 
 
 def explanation(diagnosis: Diagnosis, found: Sequence[Finding]) -> Explanation | None:
@@ -201,20 +205,19 @@ def _said(h: Hypothesis) -> str:
     return ", and ".join(_changed(m.found) if m.found else m.says for m in h.mistakes)
 
 
-def _explained(rank: int, hypotheses: Sequence[Hypothesis]) -> Finding:
+def _explained(rank: int, hypotheses: Sequence[Hypothesis], causes: Causes | None) -> Finding:
     first, *others = hypotheses
     text = (
-        f"{'' if rank == 1 else 'or, less likely, '}{_said(first)}: simulated so, the typical "
-        f"error is smaller by a factor of {first.relief:.2g} in what this changes; check "
-        + ", and ".join(dict.fromkeys(m.check for m in first.mistakes))
+        f"{'' if rank == 1 else 'or, less likely, '}{_said(first)}. {_evidence_of(first, causes)}"
     )
+    text += ". Check " + ", and ".join(dict.fromkeys(m.check for m in first.mistakes))
     if any(m.kind == "start" for m in first.mistakes):
         text += (
-            "; where rolling does not allow a start, the nearest velocities in kinetic energy are "
+            ". Where rolling does not allow a start, the nearest velocities in kinetic energy are "
             "taken, as an impulse of the constraint forces leaves them"
         )
     if others:
-        text += "; the file cannot tell this from " + "; or ".join(map(_said, others[:_MOST]))
+        text += ". The file cannot tell this from " + "; or ".join(map(_said, others[:_MOST]))
     return Finding(
         "mistake",
         text[0].upper() + text[1:],
@@ -231,6 +234,23 @@ def _explained(rank: int, hypotheses: Sequence[Hypothesis]) -> Finding:
     )
 
 
+def _evidence_of(h: Hypothesis, causes: Causes | None) -> str:
+    """How much is explained, by whole runs and in which equation."""
+    said = f"Simulated so, the typical error is smaller by a factor of {h.relief:.2g}"
+    said += " in what this changes"
+    if causes is None or all(m.kind != "model" for m in h.mistakes):
+        return said
+    relief = causes.relief(h.mistakes)
+    where = max(causes.shares, key=causes.shares.__getitem__)
+    if relief > WEIGHTS.explains:
+        said += (
+            f"; in the exact equations of motion the file's own motion leaves "
+            f"{100 * causes.shares[where]:.2g} % of the {where} acceleration, and with this "
+            f"{relief:.2g} times less"
+        )
+    return said
+
+
 def _written_as_given(found: Sequence[Found], report: Report) -> Iterator[str]:
     """Columns whose first rows have the start that is given, not the one that is fitted."""
     columns = {(m.maneuver, c.key): c for m in report.maneuvers for c in m.columns if c.values}
@@ -244,27 +264,29 @@ def _written_as_given(found: Sequence[Found], report: Report) -> Iterator[str]:
             yield f"{key} of maneuver {x.maneuver}"
 
 
-def _fitted(rank: int, hypotheses: Sequence[Hypothesis], report: Report) -> Finding:
+def _fitted(
+    rank: int, hypotheses: Sequence[Hypothesis], report: Report, causes: Causes | None
+) -> Finding:
     """The fewest parameters, forces or starts that explain the file."""
     best, *others = hypotheses
     text = (
-        f"{_COUNTS.get(len(best.found), 'These explain')} it: {_changed(best.found)}; with that, "
-        f"the error is smaller by a factor of {best.relief:.2g} in what this changes"
+        f"{_COUNTS.get(len(best.found), 'These explain')} it: {_changed(best.found)}. "
+        + _evidence_of(best, causes)
     )
     if any(x.name in FORCES for x in best.found):
         text += (
-            "; the benchmark has no dampers, springs, drag or friction: check what your program "
-            "applies beside gravity, by default or in its joints"
+            ". The benchmark has no force but gravity, and all terms of the equations of motion: "
+            "check what your program applies beside gravity, by default or in its joints"
         )
     elif as_given := list(_written_as_given(best.found, report)):
         text += (
-            f"; but the first row has {' and '.join(as_given)} as given: the motion is another "
+            f". But the first row has {' and '.join(as_given)} as given: the motion is another "
             "from the second row on, so look at the first step, not at the input"
         )
     else:
-        text += f"; check {best.mistakes[0].check}"
+        text += f". Check {best.mistakes[0].check}"
     if others:
-        text += "; the file cannot tell this from " + "; or ".join(map(_said, others[:_MOST]))
+        text += ". The file cannot tell this from " + "; or ".join(map(_said, others[:_MOST]))
     fits = [h.found for h in hypotheses if h.found]
     return Finding(
         "parameters",

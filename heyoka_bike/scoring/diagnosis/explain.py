@@ -29,10 +29,14 @@ __all__ = ["Diagnosis", "Hypothesis", "explain"]
 
 # The best single mistakes, which are tried with those of start and output.
 _LEADERS = 3
+# Single mistakes that are tried with these where the file does not show its motion.
+_RIVALS = 12
 # Hypotheses that are simulated together.
 _TOGETHER = 32
 # Causes that are simulated, of each kind.
 _SIMULATED = 6
+# ... where the equations speak for none clearly.
+_MOST = 20
 # ... and of those whose values whole runs find.
 _REFINED = 2
 
@@ -92,14 +96,16 @@ def explain(
     proposed = _of_causes(causes, file) if causes else []
     of_model = [(m,) for m in dict.fromkeys(m for p in proposed for m in p)]
     if not is_shown:
-        of_model = list(dict.fromkeys([*of_model, *((m,) for m in _OF_MODEL)]))
+        # Whole runs show more than rows that are noisy or few.
+        rivals = causes.best_of(_OF_MODEL)[:_MOST] if causes else _OF_MODEL
+        of_model = list(dict.fromkeys([*of_model, *((m,) for m in rivals)]))
     of_start = file.starts_like_its_own(_OF_START, causes.motions if causes else ())
     read_off = [(m,) for m in (*LINEAR_PROGRAMS, *_OF_OUTPUT, *file.proposals())]
     found = tried.judged([*of_model, *((m,) for m in of_start), *read_off], 0.7)
     pairs = tried.judged([p for p in proposed if len(p) > 1], 0.75)
     best = max(found, key=lambda h: h.log_odds, default=None)
     if best is None or not best.leaves_nothing:
-        pairs += tried.judged(_beside(file, found, parts, of_start), 0.9)
+        pairs += tried.judged(_beside(file, found, parts, of_start, is_shown=is_shown), 0.9)
     every = [*found, *_that_need_both(file, pairs, found)]
     classes, towards = _compared(file, every, causes)
     if not classes and causes is not None:
@@ -161,18 +167,25 @@ class _Tried:
 
 
 def _beside(
-    file: SeenFile, found: Sequence[Hypothesis], parts: Sequence[Part], starts: Sequence[Mistake]
+    file: SeenFile,
+    found: Sequence[Hypothesis],
+    parts: Sequence[Part],
+    starts: Sequence[Mistake],
+    *,
+    is_shown: bool,
 ) -> list[tuple[Mistake, ...]]:
     """The best mistakes, each with one of the output, and the best with one of the start."""
     ranked = sorted((h for h in found if h.gain > 1.0), key=lambda h: -h.log_odds)
     leaders = ranked[:_LEADERS]
+    # Where the equations do not tell which two mistakes of the model there are.
+    read_off = [m for h in ranked[: 0 if is_shown else _RIVALS] for m in h.mistakes]
     if has_constant_speed(parts):
         # What linear programs have in common, whatever else is wrong with them.
         leaders += [h for h in found if h.codes == (LINEARISED,) and h not in leaders]
     chosen: list[tuple[Mistake, ...]] = []
     for i, leader in enumerate(leaders):
         order = file.order_beside(leader)
-        others = [*_OF_OUTPUT, *([order] if order else []), *(h.mistakes[0] for h in ranked[:12])]
+        others = [*_OF_OUTPUT, *([order] if order else []), *read_off]
         others += [] if i else starts
         chosen += [
             in_order((*leader.mistakes, m))

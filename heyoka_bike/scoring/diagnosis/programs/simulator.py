@@ -7,7 +7,7 @@ motion. The regular form is used, whose state is roll, pitch, steer, roll rate, 
 wheel's rolling rate and yaw.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, lru_cache
 from math import cos, sin
@@ -31,15 +31,13 @@ _DIGITS = 25
 _POINTS, _INTERVAL = 12, 0.1
 # Newton's iterations on an interval, and the last change, in parts of the state: the next one would
 # be a millionth of it.
-_MOST, _SETTLED = 10, 1e-9
+_MOST, _SETTLED = 7, 1e-9
 # Motions that do not converge to this have met a singularity.
 _LOST = 1e-6
 _SHIFT = 1e-7
 _STATES = 7
 # Motions that are stepped together: more no longer fit into the processor's cache.
 _TOGETHER = 48
-# Bicycles whose constants are kept: the maneuvers of a file follow each other.
-_KEPT = 256
 _NAMES = (*(c.name for c in COLUMNS), "spin_energy", "rotation_energy")
 
 
@@ -65,6 +63,10 @@ class AskedMotion:
     amounts: Mapping[str, float] = field(default_factory=dict)
 
 
+_Constants = tuple[Array, float]
+"""Of the equations, and the unit of length [m]."""
+
+
 class Simulator:
     """Motions of bicycles, each with its columns."""
 
@@ -72,7 +74,8 @@ class Simulator:
         self._arithmetic = Multiprecision(_DIGITS)
         # Equations of which only matters what constants there are.
         self._any = Equations.of(read_bicycle(benchmark_bicycle()), self._arithmetic)
-        self._constants = lru_cache(_KEPT)(self._compute_constants)
+        self._known: dict[object, Array] = {}
+        self._constants = lru_cache(None)(self._compute_constants)
 
     def run(
         self, bicycle: Bicycle, start: Sequence[float], time: Array,
@@ -92,47 +95,41 @@ class Simulator:
 
     def run_all(self, motions: Sequence[AskedMotion]) -> list[dict[str, Array]]:
         """What `run` has of each, in less time."""
-        found: list[dict[str, Array]] = [
-            {name: np.full(len(m.time), np.nan) for name in _NAMES} for m in motions
-        ]
-        alike: dict[tuple[str, ...], list[int]] = {}
         constants = [self._constants(tuple(m.bicycle.values.items())) for m in motions]
-        for i, m in enumerate(motions):
-            if constants[i] is not None and len(m.time):
-                alike.setdefault(tuple(sorted(m.amounts)), []).append(i)
-        for names, members in alike.items():
-            for k in range(0, len(members), _TOGETHER):
-                together = members[k : k + _TOGETHER]
-                self._run(names, together, motions, constants, found)
+        keys = [
+            (id(c), tuple(m.start), tuple(sorted(m.amounts.items())), _intervals(m))
+            for m, c in zip(motions, constants, strict=True)
+        ]
+        new: dict[object, tuple[AskedMotion, _Constants]] = {}
+        for key, m, c in zip(keys, motions, constants, strict=True):
+            if c is not None and key not in self._known:
+                new[key] = m, c
+        # Those of other equations take longer, whatever these have.
+        for is_altered in (False, True):
+            chosen = [k for k, (m, _) in new.items() if bool(m.amounts) is is_altered]
+            for i in range(0, len(chosen), _TOGETHER):
+                together = chosen[i : i + _TOGETHER]
+                self._known.update(
+                    zip(together, self._nodes([new[k] for k in together]), strict=True)
+                )
+        found = []
+        for key, m, c in zip(keys, motions, constants, strict=True):
+            if c is None or not len(m.time):
+                found.append({name: np.full(len(m.time), np.nan) for name in _NAMES})
+            else:
+                found.append(self._columns(m, c[0], _at(self._known[key], m.time)))
         return found
 
-    def _run(
-        self, names: Sequence[str], members: Sequence[int], motions: Sequence[AskedMotion],
-        constants: Sequence[tuple[Array, float] | None], found: list[dict[str, Array]],
-    ) -> None:  # fmt: skip
-        """Columns of motions whose equations have the same terms."""
-        # Rows at other times of the same motion are of one run.
-        alike: dict[object, list[int]] = {}
-        for i in members:
-            m = motions[i]
-            key = id(constants[i]), tuple(m.start), tuple(m.amounts[name] for name in names)
-            alike.setdefault(key, []).append(i)
-        first = [same[0] for same in alike.values()]
-        chosen = [constants[i] or (np.array([]), 1.0) for i in first]
-        equations = self._with(np.array([values for values, _ in chosen]).T)
-        amounts = {name: np.array([motions[i].amounts[name] for i in first]) for name in names}
-        starts = np.array(
-            [
-                [*motions[i].start[:-1], motions[i].start[-1] / length, 0.0]
-                for i, (_, length) in zip(first, chosen, strict=True)
-            ]
-        ).T
-        end = max(float(np.max(motions[i].time)) for i in members)
-        nodes = _nodal_states(equations, amounts, starts, end)
-        for k, same in enumerate(alike.values()):
-            for i in same:
-                states = _at(nodes[..., k], motions[i].time)
-                found[i] = self._columns(motions[i], chosen[k][0], states)
+    def _nodes(self, asked: Sequence[tuple[AskedMotion, _Constants]]) -> Iterator[Array]:
+        """States of motions, see `_nodal_states`."""
+        names = sorted({name for m, _ in asked for name in m.amounts})
+        equations = self._with(np.array([values for _, (values, _) in asked]).T)
+        amounts = {name: np.array([m.amounts.get(name, 0.0) for m, _ in asked]) for name in names}
+        starts = [[*m.start[:-1], m.start[-1] / length, 0.0] for m, (_, length) in asked]
+        counts = [_intervals(m) for m, _ in asked]
+        nodes = _nodal_states(equations, amounts, np.array(starts).T, max(counts))
+        for k, count in enumerate(counts):
+            yield nodes[:count, ..., k]
 
     def _columns(self, motion: AskedMotion, values: Array, states: Array) -> dict[str, Array]:
         equations = self._with(values)
@@ -147,9 +144,7 @@ class Simulator:
         left = iter(constants)
         return self._any.convert(lambda _: next(left), Arrays())
 
-    def _compute_constants(
-        self, values: tuple[tuple[str, Exact], ...]
-    ) -> tuple[Array, float] | None:
+    def _compute_constants(self, values: tuple[tuple[str, Exact], ...]) -> _Constants | None:
         """Constants of the equations, and the unit of length [m]; None without a motion."""
         found: list[float] = []
         try:
@@ -182,12 +177,15 @@ def _basis(place: Array) -> Array:
     return chebvander(2 * place - 1, _POINTS)
 
 
+def _intervals(motion: AskedMotion) -> int:
+    return max(1, int(np.ceil(float(np.max(motion.time, initial=0.0)) / _INTERVAL - 1e-9)))
+
+
 def _nodal_states(
-    equations: Equations, amounts: Mapping[str, Array], start: Array, end: float
+    equations: Equations, amounts: Mapping[str, Array], start: Array, count: int
 ) -> Array:
     """States at the beginning and the points, shape (intervals, 1 + points, 7, motions)."""
     x, integral, whole = _points()
-    count = max(1, int(np.ceil(end / _INTERVAL - 1e-9)))
     h, n = _INTERVAL, start.shape[1]
     found = np.full((count, _POINTS + 1, _STATES, n), np.nan)
     ahead = _basis(1.0 + x) @ _through()
@@ -212,7 +210,7 @@ def _nodal_states(
                 error = np.where(good, np.max(np.abs(change) / (1 + np.abs(guess)), (0, 1)), 0.0)
                 if np.max(error) < _SETTLED:
                     break
-            is_lost = ~good | (error > _LOST)
+            is_lost = ~good | ~(error < _LOST)
             guess[..., is_lost] = np.nan
             found[i] = np.concatenate([y[None], guess])
             f, _ = _rates(equations, amounts, guess, with_slopes=False)
@@ -222,7 +220,15 @@ def _nodal_states(
 
 
 def _solved(matrix: Array, right: Array) -> Array:
-    found: Array = np.linalg.solve(matrix, right.T[..., None])[..., 0].T
+    """Solutions, shape (unknowns, motions), from matrices; NaN where one is singular."""
+    try:
+        found: Array = np.linalg.solve(matrix, right.T[..., None])[..., 0].T
+    except np.linalg.LinAlgError:
+        if len(matrix) == 1:
+            return np.full_like(right, np.nan)
+        half = len(matrix) // 2
+        parts = (slice(None, half), slice(half, None))
+        found = np.concatenate([_solved(matrix[p], right[:, p]) for p in parts], axis=1)
     return found
 
 

@@ -139,6 +139,10 @@ class Causes:
         a = self.remainder.accelerations
         return self.remainder.relief(self.remainder.left_by(a.of(apply(a.program, mistakes))))
 
+    def best_of(self, library: Sequence[Mistake]) -> list[Mistake]:
+        """Those that let what remains fall most first."""
+        return sorted(library, key=lambda m: -self.relief((m,)))
+
     @property
     def is_blown_up(self) -> bool:
         """Whether rates and angles have nothing to do with each other."""
