@@ -22,7 +22,7 @@ AMOUNTS = {
     "velocity_damping": 0.04, "scrub_R": 2.0, "scrub_F": 2.0,
     "no_spin_moment": 0.3, "no_spin_moment_R": 0.3, "no_spin_moment_F": 0.3,
     "gyroscopic_R": 0.3, "gyroscopic_F": 0.3, "wheels_gyroscopic": 0.3, "frames_gyroscopic": 1.0,
-    "weight_R": 0.1, "weight_F": 0.1, "weight_B": 1e-3, "weight_H": 0.1, "wheels_weight": 0.1,
+    "weight_R": 0.1, "weight_F": 0.1, "weight_B": 3e-3, "weight_H": 0.1, "wheels_weight": 0.1,
 }  # fmt: skip
 """Those that the other program can be given from outside."""
 WHEELS = {"": (R, F), "R": (R,), "F": (F,)}
@@ -127,7 +127,7 @@ def applied(name, amount, program):
     return forces
 
 
-def run(name, amount, steps=50, h=0.01):
+def run(name, amount, steps=100, h=0.01):
     """Columns of a second, by Runge and Kutta."""
     right = Program(method=None)
     program = Program(method=None, applied=applied(name, amount, right))
@@ -160,7 +160,7 @@ def test_they_move_as_in_a_program_of_another_hand(simulator, bicycle, without, 
 @pytest.mark.proof
 def test_a_diagnosis_names_them(reference):
     """Damping of all velocities, as engines have it by default."""
-    time, columns = run("velocity_damping", 0.04, steps=500)
+    time, columns = run("velocity_damping", 0.04, steps=1000, h=0.005)
     keys = {**KEYS, "potential": "potential_energy"}
     values = {key: columns[name] for name, key in keys.items()}
     values["mechanical_energy"] = values["potential_energy"] + values["kinetic_energy"]
@@ -169,6 +169,7 @@ def test_a_diagnosis_names_them(reference):
     first = next(f for f in found.diagnosis if f.code == "parameters")
     (change,) = first.evidence["changes"][0]
     assert (change["unknown"], change["unit"]) == ("velocity_damping", "s-1")
+    # Steps twice as long are 3e-5 off: Runge and Kutta's own damping of the castering mode.
     assert change["value"] == pytest.approx(0.04, rel=1e-5)
 
 

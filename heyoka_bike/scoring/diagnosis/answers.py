@@ -131,7 +131,7 @@ def explanation(diagnosis: Diagnosis, found: Sequence[Finding]) -> Explanation |
 
 def _linearised(found: Hypothesis) -> Finding:
     """The equations are linear: no mistake."""
-    unknown = list(dict.fromkeys(key for n, key in found.before if (n, key) not in found.after))
+    unknown = list(dict.fromkeys(key for n, key in found.floors if (n, key) not in found.after))
     # Energies of linear motions, if they are written at all, tell less of the integrator.
     lateral = {k: x for k, x in found.after.items() if k[1] in LATERAL} or found.after
     (number, worst), left = max(lateral.items(), key=lambda x: x[1])
