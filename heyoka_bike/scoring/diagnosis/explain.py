@@ -14,6 +14,7 @@ from math import log
 
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.alignment import Part
+from heyoka_bike.scoring.definitions import understand
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis, log_odds_before, log_ratio
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, Mistake, in_order
@@ -21,6 +22,7 @@ from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS, has_constant_speed
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.scoring.diagnosis.residual.causes import Cause, Causes, log_odds
+from heyoka_bike.scoring.diagnosis.residual.observed import upright
 from heyoka_bike.scoring.diagnosis.residual.shooting import other_values
 from heyoka_bike.scoring.diagnosis.seen_file import SeenFile
 from heyoka_bike.scoring.report import Curve
@@ -87,6 +89,7 @@ def explain(
     progress: Progress = lambda _: None,
 ) -> Diagnosis:  # fmt: skip
     """Find the mistakes, alone and in pairs, and the parameters and forces that explain a file."""
+    parts = [upright(part, understand(parts)) for part in parts]
     file = SeenFile(parts, reference, simulator or Simulator())
     tried = _Tried(file, progress)
     progress(0.1)

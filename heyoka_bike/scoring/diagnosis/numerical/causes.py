@@ -41,6 +41,8 @@ _SCATTER = 0.1
 
 # Of the scale: what single-precision arithmetic leaves of a run, whose steps add up.
 _OF_SINGLE = 1e-5
+# Times its own size.
+_BLOWN_UP = 10.0
 TOO_FAR = "too_far"
 """Code of the finding that hardly anything of the motion is left."""
 # How to see what falls.
@@ -54,6 +56,8 @@ def findings(report: Report) -> tuple[Finding, ...]:
     if 2 * sum(far) >= len(far):
         return (_too_far(),)
     worst = max(_error_in_scales(c) for m in report.maneuvers for c in m.columns)
+    if worst > _BLOWN_UP:
+        return (_blown_up(report, worst),)
     if worst < ROUNDING:
         return (_rounding(worst),)
     single = next(single_precision(report), None)
@@ -85,6 +89,21 @@ def _too_far() -> Finding:
         "Half of the columns or more are off by half their own size, so that their error says "
         "nothing: look at the first rows, whether the columns are those of the benchmark, in its "
         "order and units, and at a run that is short",
+    )
+
+
+def _blown_up(report: Report, worst: float) -> Finding:
+    every = ((m, c) for m in report.maneuvers for c in m.columns)
+    m, c = next((m, c) for m, c in every if _error_in_scales(c) == worst)
+    first = np.argmax(np.abs(c.trace.error) > 0.5 * np.max(np.abs(c.trace.reference)))
+    time = float(c.trace.time[first])
+    return Finding(
+        "blown_up",
+        f"The motion blows up: {c.key} of maneuver {m.maneuver} is off by {worst:.2g} times its "
+        f"size, and by half of it from {time:.3g} s on. Compare the rows before: what follows says "
+        "nothing",
+        Severity.WARNING,
+        {"maneuver": m.maneuver, "column": c.key, "time": time, "max_rel_error": worst},
     )
 
 

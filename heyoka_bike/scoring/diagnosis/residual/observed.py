@@ -30,6 +30,8 @@ _FEWEST_ROWS = 12
 # Half the width of a window: [s], and in rows.
 _WIDTH, _IN_ROWS = 0.15, 4.0
 _ROUNDS = 30
+# A lean from which there is no way back [rad].
+_LYING = 1.2
 # Nothing of a bicycle is so large, but what has blown up [SI].
 _LARGEST = 1e6
 # Rows of the beginning, through which a cubic goes.
@@ -120,6 +122,23 @@ def _turns_back(
             slope = np.gradient(_si(part, understood, angle), part.time)
             total += float(np.nansum(np.sign(slope) * np.sign(_si(part, understood, rate))))
     return total < 0.0
+
+
+def upright(part: Part, understood: Mapping[str, Understanding]) -> Part:
+    """The rows before the bicycle lies down: what follows is another motion, or has blown up."""
+    if "roll_angle" not in part.values or "roll_angle" not in understood:
+        return part
+    roll = np.abs(_si(part, understood, "roll_angle"))
+    row = int(np.argmax(roll > _LYING)) if np.any(roll > _LYING) else len(roll)
+    if row == len(roll) or row < _FEWEST_ROWS:
+        return part
+    return replace(
+        part,
+        time=part.time[:row],
+        time_lo=part.time_lo[:row],
+        values={key: x[:row] for key, x in part.values.items()},
+        lo={key: x[:row] for key, x in part.lo.items()},
+    )
 
 
 def observe(
