@@ -35,9 +35,12 @@ class Weights:
         Independent values in the error of a maneuver. Errors of correct programs resemble some
         mistake of the library by up to a factor of 7 in one maneuver: odds of 400 to 1, as often as
         one of 300 mistakes should.
-    known, fitted
-        Logarithm of the odds against one mistake of the library (there are 300), and against a
-        fitted value (70 unknowns, each found to some thousandth of its range).
+    known, unknown, start
+        Logarithm of the number of mistakes of the library, of parameters and forces, and of values
+        of the starts: as much are the odds against one of them.
+    fitted
+        The same against a value that is fitted being where it is found, to some 1e-5 of its range:
+        one value of a start explains errors of correct programs by up to 9, three by 30.
     further
         The same against there being a further cause.
     said
@@ -61,7 +64,9 @@ class Weights:
 
     values: float = 6.0
     known: float = log(300.0)
-    fitted: float = 15.0
+    unknown: float = log(70.0)
+    start: float = log(15.0)
+    fitted: float = 10.8
     further: float = log(100.0)
     said: float = log(1000.0)
     refuted: float = log(1e9)
@@ -83,7 +88,8 @@ def log_odds_before(mistakes: Collection[Mistake]) -> float:
     w, cost = WEIGHTS, 0.0
     for m in mistakes:
         values = len(m.found) or int(m.is_fitted)
-        cost += w.fitted * values if values else w.known
+        one = w.start if m.kind == "start" else w.unknown
+        cost += (w.fitted + one) * values if values else w.known
     return -cost - w.further * max(len(mistakes) - 1, 0)
 
 

@@ -309,7 +309,8 @@ def _fitted(remainder: _Remainder, known: Sequence[Cause], maneuvers: int) -> tu
 
 def log_odds(cause: Cause, maneuvers: int) -> float:
     """Logarithm of the odds against none, by the equations alone."""
-    before = log_odds_before(cause.mistakes) - WEIGHTS.fitted * len(cause.changes)
+    one = WEIGHTS.fitted + WEIGHTS.unknown
+    before = log_odds_before(cause.mistakes) - one * len(cause.changes)
     return WEIGHTS.values * maneuvers * float(np.log(max(cause.relief, 1e-9))) + before
 
 

@@ -20,7 +20,7 @@ from heyoka_bike.scoring.diagnosis.programs.program import Found, Mistake, Progr
 from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
 from heyoka_bike.scoring.diagnosis.programs.start import STATE
 from heyoka_bike.scoring.diagnosis.residual.causes import Cause
-from heyoka_bike.scoring.diagnosis.residual.linear_fits import Blocks, best_subsets, blocks
+from heyoka_bike.scoring.diagnosis.residual.linear_fits import Blocks, best_subsets, blocks, solve
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE as KEYS
 from heyoka_bike.scoring.diagnosis.residual.observed import Observed
 from heyoka_bike.scoring.diagnosis.residual.terms import size_of
@@ -30,8 +30,9 @@ _FURTHER, _MOST = 3.0, 3
 # By how much the right start of one maneuver must be better than the one that is given: errors of
 # correct programs are explained by a factor of up to 9 by one value of it, and 30 by three.
 _START = 25.0
-# For so long [s] a run from the start that is read off the first rows must be so much nearer.
-_FIRST, _NEARER = 1.0, 1.5
+# To first order, so much of that must show.
+_HOPED = 5.0
+_PLACES = [STATE.index(name) for name in START]
 _STEPS = 3
 _COMPARED = 251
 # Of a value's size, for derivatives by differences.
@@ -69,27 +70,36 @@ class Shooting:
     def start(self) -> Mistake | None:
         """The start that the file has, if it is another one, by the right equations."""
         began = [(m, read) for m in self._motions if (read := m.beginning()) is not None]
+        # The first runs of all maneuvers are made together, and kept.
+        asked = [x for m, read in began for change in (0.0 * read, read - self._given(m))
+                 for x in self._asked([m], self._started(m, change))]  # fmt: skip
+        self._simulator.run_all(asked)
         found = [x for motion, read in began for x in self._start_of(motion, read)]
         return other_start(found) if found else None
 
+    def _given(self, motion: Observed) -> Array:
+        state = beginning(self._right, motion.number)
+        return np.array([state[i] for i in _PLACES])
+
+    def _started(self, motion: Observed, change: Array) -> Program:
+        """The right program, that starts otherwise."""
+        n = motion.number
+        added = tuple(zip(_PLACES, change.tolist(), strict=True))
+        started = replace(self._right.starts[n], added=added)
+        return replace(self._right, starts={**self._right.starts, n: started})
+
     def _start_of(self, motion: Observed, read: Array) -> list[Found]:
         """What differs in the start of a maneuver from what is given."""
-        n, places = motion.number, [STATE.index(name) for name in START]
-        state = beginning(self._right, n)
-        given = np.array([state[i] for i in places])
-
-        def program(x: Array) -> Program:
-            added = tuple(zip(places, x.tolist(), strict=True))
-            started = replace(self._right.starts[n], added=added)
-            return replace(self._right, starts={**self._right.starts, n: started})
-
-        first = self._left_by([motion], program, _FIRST)
-        wrong, near = (_size(left) for left in first([np.zeros(len(START)), read - given]))
-        if not wrong > _NEARER * near:
+        n, given = motion.number, self._given(motion)
+        errors = self._left_by([motion], lambda x: self._started(motion, x))
+        both = [0.0 * read, read - given]
+        before, near = (_size(left) for left in errors(both))
+        x = both[int(near < before)]
+        left, slopes = _derivatives(errors, x, np.ones(len(START)))
+        gain = float(solve(_normal(left, slopes), np.arange(len(START))[None])[1][0])
+        if not before * gain > _HOPED * _size(left):
             return []
-        errors = self._left_by([motion], program)
-        (before,) = (_size(left) for left in errors([np.zeros(len(START))]))
-        x, left, slopes = _shoot(errors, read - given, np.ones(len(START)))
+        x, left, slopes = _shoot(errors, x, np.ones(len(START)))
         if not before > _START * _size(left):
             return []
         # As few as will do, to first order around the start that was found.
@@ -108,24 +118,26 @@ class Shooting:
                 ]
         return found
 
-    def _left_by(
-        self, motions: Sequence[Observed], program: Callable[[Array], Program], end: float = np.inf
-    ) -> Errors:
-        """What programs leave of the states of motions, in parts of each column, until an end."""
-        counts = [int(np.searchsorted(m.time, end, "right")) for m in motions]
-        rows = [spread(count, _COMPARED) for count in counts]
-        written = [_states(m.state, r) for m, r in zip(motions, rows, strict=True)]
+    def _left_by(self, motions: Sequence[Observed], program: Callable[[Array], Program]) -> Errors:
+        """What programs leave of the states of motions, in parts of each column."""
+        written = [_states(m.state, _rows(m)) for m in motions]
 
         def errors(several: Sequence[Array]) -> list[Array]:
-            asked = [
-                AskedMotion(p.bicycle, beginning(p, m.number), m.time[r], dict(p.amounts))
-                for p in map(program, several)
-                for m, r in zip(motions, rows, strict=True)
-            ]
+            asked = [x for p in map(program, several) for x in self._asked(motions, p)]
             made = iter(self._simulator.run_all(asked))
             return [np.concatenate([_parts(next(made), w) for w in written]) for _ in several]
 
         return errors
+
+    def _asked(self, motions: Sequence[Observed], p: Program) -> list[AskedMotion]:
+        return [
+            AskedMotion(p.bicycle, beginning(p, m.number), m.time[_rows(m)], dict(p.amounts))
+            for m in motions
+        ]
+
+
+def _rows(motion: Observed) -> NDArray[np.intp]:
+    return spread(len(motion.time), _COMPARED)
 
 
 def _states(columns: Mapping[str, Array], rows: NDArray[np.intp] | slice = slice(None)) -> Array:
