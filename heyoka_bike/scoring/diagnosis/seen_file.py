@@ -182,9 +182,10 @@ class SeenFile:
                 if not motions:
                     continue
                 found.append(find_causes(Accelerations(motions, self._correct), library, motions))
-            if not found[-1].is_open:
+            if not (found[-1].is_open or found[-1].is_blown_up):
                 break
-        return max(found, key=lambda c: c.most, default=None)
+        # Rates that contradict the angles are not understood.
+        return max(found, key=lambda c: (not c.is_blown_up, c.most), default=None)
 
     def starts_like_its_own(
         self, library: Sequence[Mistake], motions: Sequence[Observed]
