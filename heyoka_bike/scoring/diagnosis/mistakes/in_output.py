@@ -80,9 +80,14 @@ def _energies(kinetic: float = 1.0, potential: float = 1.0, without: str | None 
     return change
 
 
-def _lagrangian(columns: Columns, _: Array) -> Columns:
-    difference = columns["kinetic_energy"] - columns["potential_energy"]
-    return {**columns, "mechanical_energy": difference}
+def _difference(sign: int) -> Change:
+    """The kinetic less the potential energy in the place of their sum, or the reverse."""
+
+    def change(columns: Columns, _: Array) -> Columns:
+        difference = columns["kinetic_energy"] - columns["potential_energy"]
+        return {**columns, "mechanical_energy": sign * difference}
+
+    return change
 
 
 def _first_speed(columns: Columns, _: Array) -> Columns:
@@ -137,6 +142,9 @@ OUTPUT_MISTAKES: tuple[Mistake, ...] = (
           ("half_row_early", "half a row after", 0.5))),
     output_mistake("energy_without_spin", "the kinetic energy is without the wheels' spin about "
                    "their axles", _SUM, _energies(without="spin_energy")),
+    *(output_mistake(f"energy_without_spin_{wheel}", f"the kinetic energy is without the {name} "
+                     "wheel's spin about its axle", _SUM, _energies(without=f"spin_energy_{wheel}"))
+      for wheel, name in (("R", "rear"), ("F", "front"))),
     output_mistake("energy_without_rotation", "the kinetic energy is without that of rotation",
                    _SUM, _energies(without="rotation_energy")),
     output_mistake("kinetic_doubled", "the kinetic energy is twice too large", _SUM,
@@ -144,7 +152,9 @@ OUTPUT_MISTAKES: tuple[Mistake, ...] = (
     output_mistake("potential_sign", "the potential energy falls with the height", _SUM,
                    _energies(potential=-1.0)),
     output_mistake("energy_difference", "the mechanical energy is the kinetic minus the potential "
-                   "one", _SUM, _lagrangian),
+                   "one", _SUM, _difference(1)),
+    output_mistake("energy_difference_reversed", "the mechanical energy is the potential minus the "
+                   "kinetic one", _SUM, _difference(-1)),
     output_mistake("speed_of_start", "the forward speed written is that of the start in every row",
                    "where the forward speed comes from: it varies", _first_speed),
     _speed_times("speed_written_by_front_radius", "the forward speed written is the spin of the "

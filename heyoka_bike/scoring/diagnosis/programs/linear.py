@@ -11,12 +11,12 @@ from math import ceil, cos, log2
 
 import numpy as np
 
-from heyoka_bike.bicycle.columns import COLUMNS, DEFINITIONS
+from heyoka_bike.bicycle.columns import DEFINITIONS
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.bicycle.stability.closed_form import Matrices, closed_form
 from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.diagnosis.programs.program import Terms
+from heyoka_bike.scoring.diagnosis.programs.program import NAMES, Terms
 
 # Terms of the exponential's series once its argument is below 1/2: beyond binary64.
 _TERMS = 16
@@ -47,8 +47,7 @@ def linear_columns(
     """
     p = {s: float(x) for s, x in bicycle.values.items()}
     roll, _, steer, roll_rate, steer_rate, speed = start
-    found = {c.name: np.full(len(time), np.nan) for c in COLUMNS}
-    found |= {name: np.full(len(time), np.nan) for name in ("spin_energy", "rotation_energy")}
+    found = {name: np.full(len(time), np.nan) for name in NAMES}
     try:
         m = closed_form(p, Arrays())
         a = _first_order(m, p, speed, terms or Terms())

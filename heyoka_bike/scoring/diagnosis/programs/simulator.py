@@ -16,13 +16,13 @@ import numpy as np
 from numpy.polynomial.chebyshev import chebint, chebvander
 from numpy.polynomial.legendre import leggauss
 
-from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle, read_bicycle
 from heyoka_bike.numbers.arithmetic import Arrays, Multiprecision
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.scoring.diagnosis.programs.forces import rates_altered
+from heyoka_bike.scoring.diagnosis.programs.program import NAMES
 from heyoka_bike.system.resources import benchmark_bicycle
 
 # Rotations and products of the constants keep binary64 with some digits to spare.
@@ -38,7 +38,6 @@ _SHIFT = 1e-7
 _STATES = 7
 # Motions that are stepped together: more no longer fit into the processor's cache.
 _TOGETHER = 48
-_NAMES = (*(c.name for c in COLUMNS), "spin_energy", "rotation_energy")
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -87,9 +86,9 @@ class Simulator:
         -------
         dict of str to ndarray, shape (n,)
             Every column of `columns.COLUMNS`, and the parts of the kinetic energy [J]
-            ``spin_energy``, of the wheels about their axles, and ``rotation_energy``, of the
-            angular velocities of all bodies, spin included; NaN from where the motion meets a
-            singularity, or everywhere if the bicycle has no motion.
+            ``spin_energy``, of the wheels about their axles, also of each of them, and
+            ``rotation_energy``, of the angular velocities of all bodies, spin included; NaN from
+            where the motion meets a singularity, or everywhere if the bicycle has no motion.
         """
         return self.run_all([AskedMotion(bicycle, start, time, amounts or {})])[0]
 
@@ -115,7 +114,7 @@ class Simulator:
         found = []
         for key, m, c in zip(keys, motions, constants, strict=True):
             if c is None or not len(m.time):
-                found.append({name: np.full(len(m.time), np.nan) for name in _NAMES})
+                found.append({name: np.full(len(m.time), np.nan) for name in NAMES})
             else:
                 found.append(self._columns(m, c[0], _at(self._known[key], m.time)))
         return found
@@ -264,9 +263,9 @@ def _energies(p: Mapping[str, float], equations: Equations, states: Array) -> di
     _, u = equations.unfold(list(states))
     k = equations.k
     s, c = sin(p["lam"]), cos(p["lam"])
-    spins = u.v / k.rear.r, u.v_f / k.front.r
-    spin: Array = 0.5 * (p["IRyy"] * spins[0] ** 2 + p["IFyy"] * spins[1] ** 2)
-    rotation = spin
+    rear = 0.5 * p["IRyy"] * (u.v / k.rear.r) ** 2
+    front = 0.5 * p["IFyy"] * (u.v_f / k.front.r) ** 2
+    rotation = spin = rear + front
     for body, wheel, (w1, q, w3) in (
         ("B", "R", (u.w1, u.q, u.w3)), ("H", "F", (u.w1_f, u.q_f, u.w3_f))
     ):  # fmt: skip
@@ -277,4 +276,9 @@ def _energies(p: Mapping[str, float], equations: Equations, states: Array) -> di
         rotation = rotation + 0.5 * (
             (xx + diametral) * x**2 + yy * q**2 + (zz + diametral) * z**2 + 2 * xz * x * z
         )
-    return {"spin_energy": spin, "rotation_energy": rotation}
+    return {
+        "spin_energy": spin,
+        "spin_energy_R": rear,
+        "spin_energy_F": front,
+        "rotation_energy": rotation,
+    }
