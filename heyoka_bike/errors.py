@@ -5,7 +5,9 @@ An error message is one line: where (file, line, column), what was found, what w
 
 from collections.abc import Iterable, Sequence
 from enum import IntEnum
+from importlib import import_module
 from pathlib import Path
+from types import ModuleType
 
 
 class Exit(IntEnum):
@@ -94,6 +96,23 @@ class DatasetError(BicycleError, ValueError):
 
 class MissingPackageError(BicycleError, ImportError):
     """An optional package that the command needs is not installed."""
+
+
+def required(module: str, said: str) -> ModuleType:
+    """A module of an optional package, imported.
+
+    Raises
+    ------
+    MissingPackageError
+        The package is not installed; `said` says so, and how to install it. (A package that it
+        needs itself, and does not find, is the error of the import.)
+    """
+    try:
+        return import_module(module)
+    except ModuleNotFoundError as e:
+        if str(e.name).partition(".")[0] != module.partition(".")[0]:
+            raise
+        raise MissingPackageError(said) from None
 
 
 GENERATE = "pip install 'heyoka_bike[generate]'"

@@ -3,8 +3,8 @@
 import math
 from functools import cache
 
-from field_figures import PASSES, RIGHT
-from field_page import shown
+from field_figures import PASSES, RIGHT, is_blind
+from field_page import ALIKE, claim, shown
 from paper_fact import among, document, fact, part, power, text_of
 
 from heyoka_bike.workbench.bench.race import CLASSES
@@ -22,7 +22,7 @@ ROLLING = {
     "linear": "linearised",
 }
 BLIND = "‡"
-"""Beside an eq. (1) that is passed by a motion that is not right to a thousandth."""
+"""Beside an eq. (1) that is passed, in all maneuvers, by a motion not right to a thousandth."""
 
 
 @cache
@@ -34,25 +34,22 @@ def _runs():
     return [r for p in _programs() for r in p.runs]
 
 
-def _passes(run):
-    return run["performance"][1] < PASSES
-
-
-def _is_blind(run):
-    return _passes(run) and run["digits"] < RIGHT
-
-
 @fact("docs/field.json", FIELD)
 def field(what):
-    """Counts: programs, runs, those that pass eq. (1), and those that pass it and are wrong."""
+    """Counts: programs, those with a run that passes eq. (1) and is wrong, runs alike in it."""
     submitted = [r for p in _programs() for r in (p.best, p.default) if r]
-    blind = [(p.name, r) for p in _programs() for r in p.runs if _is_blind(r)]
+    found = claim(_programs())
     return {
-        "programs": lambda: f"{len(_programs())}",
-        "runs": lambda: f"{len(_runs())}",
-        "passing": lambda: f"{sum(map(_passes, _runs()))}",
-        "blind": lambda: f"{len(blind)}",
-        "blind programs": lambda: f"{len({name for name, _ in blind})}",
+        "programs": lambda: f"{found.programs}",
+        "ways": lambda: f"{len(_programs())}",
+        "blind": lambda: f"{sum(map(is_blind, _runs()))}",
+        "blind programs": lambda: f"{len(found.blind)}",
+        "most": lambda: f"{max(errors[0] for errors in found.blind.values()):.2g}",
+        "alike": lambda: f"{len(found.alike)}",
+        "least right": lambda: f"{found.alike[0]:.1f}",
+        "most right": lambda: f"{found.alike[-1]:.1f}",
+        "thousandth": lambda: f"{100 * 10**-RIGHT:g} %",
+        "limits": lambda: f"{power(ALIKE[0], 1)} to {power(ALIKE[1], 1)}",
         "limit": lambda: f"$10^{{{round(math.log10(PASSES))}}}$",
         "submitted": lambda: f"{len(submitted)}",
     }[what]()
@@ -68,7 +65,7 @@ def worst(column):
 @fact("docs/field.json", FIELD)
 def blind_in(column):
     """Of the runs that pass eq. (1) and are wrong, how many are wrong in a column."""
-    return str(sum(r["scd"][column] < RIGHT for r in _runs() if _is_blind(r)))
+    return str(sum(r["scd"][column] < RIGHT for r in _runs() if is_blind(r)))
 
 
 @fact("docs/field.json", FIELD)
@@ -119,7 +116,7 @@ def _drift(program, run):
     found, least = run["performance"][1], program.least(run)
     # A file of few digits shows no energy more constant than these.
     words = f"below {power(least, 1)}" if found < least else power(found)
-    return f"{words} {BLIND}" if _is_blind(run) else words
+    return f"{words} {BLIND}" if is_blind(run) else words
 
 
 def _order(program):

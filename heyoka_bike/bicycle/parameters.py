@@ -14,15 +14,22 @@ straight. Inertia values are matrix elements about the body's own centre of mass
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 from heyoka_bike.bicycle.toml_source import TomlSource, Where, kind
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.numbers.exact import ZERO, Exact
+from heyoka_bike.system.resources import (
+    benchmark_bicycle,
+    benchmark_maneuvers,
+    collection,
+    find_input,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -279,6 +286,44 @@ def read_maneuvers(path: str | Path) -> tuple[Maneuver, ...]:
             )
         first[m.name] = i
     return maneuvers
+
+
+@cache
+def benchmark() -> tuple[Bicycle, tuple[Maneuver, ...]]:
+    """The bicycle of the benchmark and its three maneuvers."""
+    return read_bicycle(benchmark_bicycle()), read_maneuvers(benchmark_maneuvers())
+
+
+Given = Bicycle | str | Path
+"""A bicycle, the name of one of the collection, or a TOML file."""
+
+
+def read_inputs(
+    bicycle: Given, maneuvers: Sequence[Maneuver] | str | Path | None
+) -> tuple[Bicycle, Sequence[Maneuver]]:
+    """A bicycle and its maneuvers, as given or from their files.
+
+    Parameters
+    ----------
+    bicycle
+    maneuvers
+        The same; by default those of the bicycle's name, or the benchmark's.
+
+    Raises
+    ------
+    InputError
+        A file cannot be read, or there is no maneuver.
+    """
+    own = "benchmark"
+    if not isinstance(bicycle, Bicycle):
+        own = str(bicycle) if str(bicycle) in collection("maneuvers") else own
+        bicycle = read_bicycle(find_input("bicycles", str(bicycle)))
+    asked = own if maneuvers is None else maneuvers
+    if isinstance(asked, str | Path):
+        asked = read_maneuvers(find_input("maneuvers", str(asked)))
+    if not asked:
+        raise InputError("maneuvers: found none, expected one or more")
+    return bicycle, asked
 
 
 def describe_inputs(bicycle: Bicycle, maneuvers: Iterable[Maneuver]) -> dict[str, Any]:

@@ -1,4 +1,14 @@
-"""``heyoka-bike animate``: a replay of the maneuvers, and of a result file beside them."""
+"""Replay the maneuvers in 3D, a result file beside the reference.
+
+Write a replay of the maneuvers: the bicycle in perspective with its tracks, and roll, steer, speed
+and energies over time. A result file (see 'heyoka-bike score') is laid over as a second,
+translucent bicycle. The page is one file that needs no network.
+
+examples:
+  heyoka-bike animate
+  heyoka-bike animate my-results.txt -o replay.html
+  heyoka-bike animate --maneuver 2 -o maneuver-2.html
+"""
 
 from __future__ import annotations
 
@@ -6,7 +16,13 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from heyoka_bike.commands.options import add_format, add_maneuver, add_output, add_reference
+from heyoka_bike.commands.options import (
+    add_command,
+    add_format,
+    add_maneuver,
+    add_output,
+    add_reference,
+)
 from heyoka_bike.errors import Exit
 from heyoka_bike.showing.replay import check_suffix
 
@@ -15,27 +31,12 @@ _DEFAULT = "uncontrolled-bicycle.html"
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
-    p = subparsers.add_parser(
-        "animate",
-        help="replay the maneuvers in 3D, a result file beside the reference",
-        description=(
-            "Write a replay of the maneuvers: the bicycle in perspective with its tracks, and "
-            "roll, steer, speed and energies over time. A result file (see 'heyoka-bike score') is "
-            "laid over as a second, translucent bicycle. The page is one file that needs no "
-            "network."
-        ),
-        epilog="examples:\n"
-        "  heyoka-bike animate\n"
-        "  heyoka-bike animate my-results.txt -o replay.html\n"
-        "  heyoka-bike animate --maneuver 2 -o maneuver-2.html\n",
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    p = add_command(subparsers, run, __doc__)
     p.add_argument("file", metavar="FILE", nargs="?", help="result file; - is standard input")
     add_output(p, f"file to write, .html (default ./{_DEFAULT})")
     add_format(p, ("html",))
     add_maneuver(p, "show this one, which a file of one maneuver then holds (default: all)")
     add_reference(p)
-    p.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -1,11 +1,22 @@
-"""``heyoka-bike certify``: prove the published digits again, from the published files."""
+"""Prove the published digits in ball arithmetic.
+
+Prove, from candidate.h5 alone and in ball arithmetic, how far the exact motion may be from the
+candidate; from that, that every published value is the correctly rounded exact one and that the
+dense output keeps its bounds, those of the whole motion and its forces too, and that the
+derivatives by parameters and start keep theirs; and compare with the files and certificate.json.
+Says which files are proved; what a set does not have is refused. Needs python-flint, not heyoka.
+Six minutes of processor time for the published set. If anything is not proved, one line says so,
+and nothing else is printed.
+
+example: heyoka-bike certify my-reference
+"""
 
 import argparse
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from heyoka_bike.commands.options import add_folder, add_format, add_workers
+from heyoka_bike.commands.options import add_command, add_folder, add_format, add_workers
 from heyoka_bike.commands.printing import print_json, print_table
 from heyoka_bike.errors import Exit
 from heyoka_bike.registry import addition
@@ -17,21 +28,7 @@ _SHARES = {"certify": 0.2, "rows": 0.02, "dense": 0.03, "motion": 0.15, "vary": 
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
-    p = subparsers.add_parser(
-        "certify",
-        help="prove the published digits in ball arithmetic",
-        description=(
-            "Prove, from candidate.h5 alone and in ball arithmetic, how far the exact motion may "
-            "be from the candidate; from that, that every published value is the correctly rounded "
-            "exact one and that the dense output keeps its bounds, those of the whole motion and "
-            "its forces too, and that the derivatives by parameters and start keep theirs; and "
-            "compare with the files and certificate.json. Says which files are proved; what a set "
-            "does not have is refused. Needs python-flint, not heyoka. Six minutes of processor "
-            "time for the published set. If anything is not proved, one line says so, and nothing "
-            "else is printed."
-        ),
-        epilog="example: heyoka-bike certify my-reference",
-    )
+    p = add_command(subparsers, run, __doc__)
     add_folder(p)
     p.add_argument(
         "--after-ten-seconds",
@@ -41,7 +38,6 @@ def add_parser(subparsers: Any) -> None:
     )
     add_format(p, ("table", "json"), default="table")
     add_workers(p)
-    p.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

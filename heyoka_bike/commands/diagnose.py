@@ -1,4 +1,16 @@
-"""``heyoka-bike diagnose``: say why a result file differs from the reference."""
+"""Say why a result file differs: the mistake whose simulation explains it.
+
+Simulate the usual mistakes (a sign of a product of inertia, a wheel's inertia, the steer axis,
+gravity, the start, rates by differences, ...), alone and two together, and name those that explain
+the file; else the one, two or three parameters whose other values do; else what the error looks
+like: a step size and its order, damping, noise, interpolation. Files are read as by 'score'. Takes
+4 to 14 seconds; without heyoka some three times as long, and forces and equations that lack a term
+are not tried, which the answer says. The same is part of 'score --diagnose', with a figure in its
+HTML. The first lines say which conventions the file follows (axes, units, zero of the energy,
+definitions), which are no errors.
+
+example: heyoka-bike diagnose my-results.txt
+"""
 
 from __future__ import annotations
 
@@ -6,7 +18,13 @@ import argparse
 import json
 from typing import TYPE_CHECKING, Any
 
-from heyoka_bike.commands.options import add_format, add_maneuver, add_reference, add_workers
+from heyoka_bike.commands.options import (
+    add_command,
+    add_format,
+    add_maneuver,
+    add_reference,
+    add_workers,
+)
 from heyoka_bike.commands.result_files import add_columns
 from heyoka_bike.errors import Exit, NothingScoredError
 from heyoka_bike.system.console import progress_bar
@@ -17,29 +35,13 @@ if TYPE_CHECKING:
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
-    p = subparsers.add_parser(
-        "diagnose",
-        help="say why a result file differs: the mistake whose simulation explains it",
-        description=(
-            "Simulate the usual mistakes (a sign of a product of inertia, a wheel's inertia, the "
-            "steer axis, gravity, the start, rates by differences, ...), alone and two together, "
-            "and name those that explain the file; else the one, two or three parameters whose "
-            "other values do; else what the error looks like: a step size and its order, damping, "
-            "noise, interpolation. Files are read as by 'score'. Takes 4 to 14 seconds; without "
-            "heyoka some three times as long, and forces and equations that lack a term are not "
-            "tried, which the answer says. The same is part of 'score --diagnose', with a figure "
-            "in its HTML. The first lines say which conventions the file follows (axes, units, "
-            "zero of the energy, definitions), which are no errors."
-        ),
-        epilog="example: heyoka-bike diagnose my-results.txt",
-    )
+    p = add_command(subparsers, run, __doc__)
     p.add_argument("files", metavar="FILE", nargs="+", help="result file, or files of one run")
     add_format(p, ("text", "json"), default="text")
     add_maneuver(p, "maneuver that a file of one maneuver holds")
     add_columns(p)
     add_reference(p)
     add_workers(p)
-    p.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -1,4 +1,20 @@
-"""``heyoka-bike export``: the reference as plain files for other languages."""
+"""Write the reference, or the equations of motion, for other languages.
+
+Write the reference for programs without HDF5 or Python. c, fortran and matlab (for GNU Octave too)
+are source code that evaluates the columns at any time, exact and needing nothing else; csv and
+netcdf are the rows; json is both.
+
+Or write the equations of motion of a bicycle as source code that needs nothing else, with the
+parameters as constants. Its functions: rates, the time derivative of the state; jacobian, the
+derivatives of that; columns, what the benchmark asks for; start_1 and so on, where the maneuvers
+start. C and Python have the descriptor form too, for solvers of differential-algebraic equations:
+mass, force, constraint_jacobian, heights, and residuals of index 2 and 3.
+
+examples:
+  heyoka-bike export --format c --columns roll_angle,steer_angle -o src/
+  heyoka-bike export --equations python
+  heyoka-bike export --equations fortran --bicycle pista -o src/pista.f90
+"""
 
 import argparse
 from functools import partial
@@ -6,28 +22,46 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from heyoka_bike.commands.options import add_format, add_maneuver, add_output, add_reference
+from heyoka_bike.commands.options import (
+    add_command,
+    add_format,
+    add_maneuver,
+    add_output,
+    add_reference,
+)
+from heyoka_bike.commands.printing import complain
 from heyoka_bike.errors import Exit, InputError
 
 _FORMATS = ("c", "fortran", "matlab", "json", "csv", "netcdf")
-_STEM = "uncontrolled_bicycle"
+_LANGUAGES = ("c", "fortran", "matlab", "julia", "python", "rust")
+_STEM, _EQUATIONS = "uncontrolled_bicycle", "bicycle"
+# What goes with either.
+_OF_REFERENCE = ("maneuver", "columns", "digits", "reference")
+_OF_EQUATIONS = ("bicycle", "maneuvers")
 
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
-    p = subparsers.add_parser(
-        "export",
-        help="write the reference as C, Fortran, MATLAB, JSON, CSV or netCDF",
-        description=(
-            "Write the reference for programs without HDF5 or Python. c, fortran and matlab (for "
-            "GNU Octave too) are source code that evaluates the columns at any time, exact and "
-            "needing nothing else; csv and netcdf are the rows; json is both."
-        ),
-        epilog="example: heyoka-bike export --format c --columns roll_angle,steer_angle -o src/",
+    p = add_command(subparsers, run, __doc__)
+    what: Any = p.add_mutually_exclusive_group(required=True)
+    add_format(what, _FORMATS)
+    what.add_argument(
+        "--equations",
+        metavar="LANGUAGE",
+        choices=_LANGUAGES,
+        help=f"write the equations of motion in one of {', '.join(_LANGUAGES)} (matlab for GNU "
+        "Octave too)",
     )
-    add_format(p, _FORMATS, required=True)
-    said = f"file, or folder for {_STEM}.* (default: this folder)"
+    said = f"file, or folder for {_STEM}.* or {_EQUATIONS}.* (default: this folder)"
     add_output(p, said, metavar="FILE_OR_DIR", default=".")
+    said = "of --equations: a bicycle of the collection, or a TOML file (default: benchmark)"
+    p.add_argument("--bicycle", metavar="NAME|FILE", help=said)
+    p.add_argument(
+        "--maneuvers",
+        metavar="NAME|FILE",
+        help="of --equations: maneuvers of the collection, or a TOML file (default: those of the "
+        "bicycle's name, benchmark for a file)",
+    )
     add_maneuver(p, "export this one (default: all)", int)
     p.add_argument(
         "--columns",
@@ -37,26 +71,46 @@ def add_parser(subparsers: Any) -> None:
     )
     p.add_argument("--digits", metavar="N", type=int, help="of csv: 17 (default) or 32")
     add_reference(p)
-    p.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
+    from heyoka_bike.system.files import write_outputs
+
+    asked, others = ("format", _OF_EQUATIONS) if args.format else ("equations", _OF_REFERENCE)
+    for name in others:
+        if getattr(args, name) is not None:
+            raise InputError(f"--{name}: does not go with --{asked}")
+    files = _reference(args) if args.format else _equations(args)
+    write_outputs(files)
+    for path in files:
+        print(path)
+    return Exit.OK
+
+
+def _reference(args: argparse.Namespace) -> dict[Path, bytes]:
     from heyoka_bike.reference.exports.selection import choose
     from heyoka_bike.reference.load import load_reference
-    from heyoka_bike.system.files import write_outputs
 
     exporter = import_module(f"heyoka_bike.reference.exports.{args.format}")
     render = exporter.render
     if args.digits is not None:
         render = partial(render, digits=_digits(args))
-    folder, stem = _place(args.output, exporter.SUFFIXES)
+    folder, stem = _place(args.output, exporter.SUFFIXES, _STEM)
     selection = choose(load_reference(args.reference), args.maneuver, args.columns)
-    files = {folder / f"{stem}{ending}": data for ending, data in render(selection, stem).items()}
-    write_outputs(files)
-    for path in files:
-        print(path)
-    return Exit.OK
+    return {folder / f"{stem}{ending}": data for ending, data in render(selection, stem).items()}
+
+
+def _equations(args: argparse.Namespace) -> dict[Path, bytes]:
+    from heyoka_bike.bicycle.parameters import read_inputs
+    from heyoka_bike.reference.exports.equations import LANGUAGES, render
+
+    folder, stem = _place(args.output, LANGUAGES[args.equations].suffixes, _EQUATIONS)
+    bicycle, maneuvers = read_inputs(args.bicycle or "benchmark", args.maneuvers)
+    for warning in bicycle.warnings:
+        complain(f"warning: {bicycle.name}: {warning}")
+    found = render(args.equations, bicycle, maneuvers, stem)
+    return {folder / f"{stem}{ending}": data for ending, data in found.items()}
 
 
 def _digits(args: argparse.Namespace) -> int:
@@ -69,13 +123,13 @@ def _digits(args: argparse.Namespace) -> int:
     return int(args.digits)
 
 
-def _place(output: str, suffixes: tuple[str, ...]) -> tuple[Path, str]:
-    """Folder, and name without its suffix."""
+def _place(output: str, suffixes: tuple[str, ...], stem: str) -> tuple[Path, str]:
+    """Folder, and name without its suffix; in a folder it is `stem`."""
     if output == "-":
         raise InputError("--output: found '-', expected a file or a folder")
     out = Path(output)
     if out.is_dir() or output.endswith("/") or not (out.suffix or out.is_file()):
-        return out, _STEM
+        return out, stem
     if out.suffix not in suffixes:
         raise InputError(
             f"--output: found '{out.name}', expected a file ending in {' or '.join(suffixes)}, or "

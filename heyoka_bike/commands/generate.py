@@ -1,4 +1,18 @@
-"""``heyoka-bike generate``: integrate the maneuvers and write the reference files."""
+"""Integrate the maneuvers and write the reference files.
+
+Integrate each maneuver with heyoka at high precision, prove how far the exact motion may be from
+the result, round every value correctly, and write the reference files: rows and dense output
+(HDF5), the 25-column text, the same with 50 digits, the candidate polynomials, the certificate, the
+sensitivities to all parameters, the whole motion with all forces, and a manifest. Files of equal
+content are left untouched; each is replaced atomically, the manifest last. A run that was
+interrupted goes on where it was: its finished parts are kept in DIR.unfinished until the set is
+written.
+
+examples:
+  heyoka-bike generate --bicycle pista --out my-reference
+  heyoka-bike generate --bicycle pista silver browser --until 2 --out sets
+  heyoka-bike generate --all-bicycles --cluster tcp://node7:8786
+"""
 
 from __future__ import annotations
 
@@ -7,7 +21,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from heyoka_bike.commands.options import add_format, add_workers
+from heyoka_bike.commands.options import add_command, add_format, add_workers
 from heyoka_bike.commands.printing import complain, print_json, print_table
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.registry import addition
@@ -31,27 +45,7 @@ _SHARES = {
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
-    p = subparsers.add_parser(
-        "generate",
-        help="integrate the maneuvers and write the reference files",
-        description=(
-            "Integrate each maneuver with heyoka at high precision, prove how far the exact motion "
-            "may be from the result, round every value correctly, and write the reference files: "
-            "rows and dense output (HDF5), the 25-column text, the same with 50 digits, the "
-            "candidate polynomials, the certificate, the sensitivities to all parameters, the "
-            "whole motion with all forces, and a manifest. Files of equal content are "
-            "left untouched; each is replaced atomically, the manifest last. A run that was "
-            "interrupted goes on where it was: its finished parts are kept in DIR.unfinished until "
-            "the set is written."
-        ),
-        epilog=(
-            "examples:\n"
-            "  heyoka-bike generate --bicycle pista --out my-reference\n"
-            "  heyoka-bike generate --bicycle pista silver browser --until 2 --out sets\n"
-            "  heyoka-bike generate --all-bicycles --cluster tcp://node7:8786\n"
-        ),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    p = add_command(subparsers, run, __doc__)
     p.add_argument(
         "--digits",
         type=int,
@@ -99,7 +93,6 @@ def add_parser(subparsers: Any) -> None:
     )
     add_format(p, ("table", "json"), default="table")
     add_workers(p)
-    p.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -1,4 +1,18 @@
-"""``heyoka-bike leaderboard``: check, score and rank submissions."""
+"""Check, score and rank the submissions in a folder.
+
+Score every submission in a folder and rank them by true error, problem by problem (H1 to H4,
+docs/harder-tier.md). A submission is NAME.toml beside its result files: program, version, method,
+coordinates, precision, step or tolerance, processor time, machine, licence, contact, and path and
+sha256 of each file. What breaks a rule (a file that changed, a row or a maneuver that is missing)
+is refused with one line, and does not stop the others.
+
+examples:
+  heyoka-bike leaderboard data/results
+  heyoka-bike leaderboard data/results -o board.html --diagnose
+  heyoka-bike leaderboard mine --reference sets/harder/longer --format json
+
+exit code 3 if a submission is refused. How to submit: docs/how-to/leaderboard.md
+"""
 
 from __future__ import annotations
 
@@ -6,7 +20,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from heyoka_bike.commands.options import add_format, add_output, add_workers
+from heyoka_bike.commands.options import add_command, add_format, add_output, add_workers
 from heyoka_bike.commands.printing import complain, print_blocks, print_text
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.system.console import progress_bar
@@ -16,27 +30,7 @@ _SUFFIXES = {".json": "json", ".html": "html", ".htm": "html"}
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
-    p = subparsers.add_parser(
-        "leaderboard",
-        help="check, score and rank the submissions in a folder",
-        description=(
-            "Score every submission in a folder and rank them by true error, problem by problem "
-            "(H1 to H4, docs/harder-tier.md). A submission is NAME.toml beside its result files: "
-            "program, version, method, coordinates, precision, step or tolerance, processor time, "
-            "machine, licence, contact, and path and sha256 of each file. What breaks a rule "
-            "(a file that changed, a row or a maneuver that is missing) is refused with one line, "
-            "and does not stop the others."
-        ),
-        epilog=(
-            "examples:\n"
-            "  heyoka-bike leaderboard data/results\n"
-            "  heyoka-bike leaderboard data/results -o board.html --diagnose\n"
-            "  heyoka-bike leaderboard mine --reference sets/harder/longer --format json\n"
-            "\n"
-            "exit code 3 if a submission is refused. How to submit: docs/how-to/leaderboard.md\n"
-        ),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    p = add_command(subparsers, run, __doc__)
     p.add_argument("folder", metavar="FOLDER", help="folder of submissions")
     add_output(p, "write to this file (.html or .json)")
     add_format(p, ("table", "json", "html"), said="default: table, and by the suffix of -o")
@@ -53,7 +47,6 @@ def add_parser(subparsers: Any) -> None:
         help="say of each what goes wrong, as 'diagnose' does (about ten seconds for each)",
     )
     add_workers(p)
-    p.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -1,4 +1,11 @@
-"""``heyoka-bike linear``: matrices, eigenvalues and critical speeds of the linearised bicycle."""
+"""Matrices, eigenvalues, weave and capsize speed of the linearised bicycle.
+
+Linearise the nonlinear model about upright straight running, M q'' + v C1 q' + (g K0 + v^2 K2) q =
+0 with q = (roll, steer), and print the matrices, the eigenvalues over speed, and the speeds between
+which it is stable.
+
+example: heyoka-bike linear --digits 30 --speeds 4:6:0.5
+"""
 
 from __future__ import annotations
 
@@ -8,7 +15,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from heyoka_bike.commands.options import add_bicycle, add_format
+from heyoka_bike.commands.options import add_bicycle, add_command, add_format
 from heyoka_bike.commands.printing import complain, print_blocks
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.registry import addition
@@ -26,16 +33,7 @@ _Spectrum = Sequence[tuple[Fraction, Sequence[Any]]]
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
-    p = subparsers.add_parser(
-        "linear",
-        help="matrices, eigenvalues, weave and capsize speed of the linearised bicycle",
-        description=(
-            "Linearise the nonlinear model about upright straight running, "
-            "M q'' + v C1 q' + (g K0 + v^2 K2) q = 0 with q = (roll, steer), and print the "
-            "matrices, the eigenvalues over speed, and the speeds between which it is stable."
-        ),
-        epilog="example: heyoka-bike linear --digits 30 --speeds 4:6:0.5",
-    )
+    p = add_command(subparsers, run, __doc__)
     p.add_argument(
         "--digits",
         type=int,
@@ -59,7 +57,6 @@ def add_parser(subparsers: Any) -> None:
         "of its standard deviations off (default 1), and where all such bicycles are stable",
     )
     add_format(p, ("table", "json"), default="table")
-    p.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -1,12 +1,50 @@
-"""Options that several commands have."""
+"""Commands as the command line takes them, and the options that several of them have."""
 
 import os
-from argparse import Action, ArgumentError, ArgumentParser, Namespace
+import textwrap
+from argparse import Action, ArgumentError, ArgumentParser, HelpFormatter, Namespace
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager, nullcontext
+from string import Template
 from typing import Any
 
 from heyoka_bike.errors import unknown_word
+
+
+def add_command(
+    subparsers: Any, run: Callable[[Namespace], int], said: str | None, **fields: str
+) -> ArgumentParser:
+    """Add a command to the command line; it is called like the module of `run`.
+
+    Parameters
+    ----------
+    said
+        Docstring of that module. The summary is the command's line in the list of commands; the
+        paragraphs after it stand above the options, those from the first on that begins with a
+        small letter (``examples: ...``) below them.
+    fields
+        What ``$name`` stands for in it.
+    """
+    summary, _, text = Template(said or "").safe_substitute(fields).strip().partition("\n\n")
+    paragraphs = text.split("\n\n")
+    below = next((i for i, p in enumerate(paragraphs) if p[:1].islower()), len(paragraphs))
+    parser: ArgumentParser = subparsers.add_parser(
+        run.__module__.rpartition(".")[2],
+        help=summary[:1].lower() + summary[1:].rstrip("."),
+        description="\n\n".join(paragraphs[:below]),
+        epilog="\n\n".join(paragraphs[below:]),
+        formatter_class=_Paragraphs,
+    )
+    parser.set_defaults(run=run)
+    return parser
+
+
+class _Paragraphs(HelpFormatter):
+    """Folds paragraphs of prose; those that begin with a small letter keep their lines."""
+
+    def _fill_text(self, text: str, width: int, indent: str) -> str:
+        paragraphs = text.split("\n\n")
+        return "\n\n".join(p if p[:1].islower() else textwrap.fill(p, width) for p in paragraphs)
 
 
 def add_reference(parser: ArgumentParser, of: str = "") -> None:

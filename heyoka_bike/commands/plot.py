@@ -1,4 +1,21 @@
-"""``heyoka-bike plot``: draw the figures of a reference set."""
+"""Draw the maneuvers, phase portraits, eigenvalues over speed, or an atlas.
+
+Draw figures of a reference set, by default each maneuver: roll and steer angles and their rates,
+forward speed, and the energies over time (figures 2 to 4 of the benchmark). Needs matplotlib: pip
+install "heyoka_bike[plot]".
+
+figures:
+$figures
+
+examples:
+  heyoka-bike plot --maneuver 2 -o maneuver-2.pdf
+  heyoka-bike plot --figure phase -o phase.svg
+  heyoka-bike plot --figure atlas benchmark.zarr -o atlas.svg
+  heyoka-bike plot --figure atlas benchmark.zarr -o atlas.html
+
+The page of an atlas (see 'heyoka-bike atlas') is one file that needs no network: a map, in which a
+start that is chosen opens its replay, computed there.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +23,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from heyoka_bike.commands.options import add_formats, add_maneuver, add_output, lists
+from heyoka_bike.commands.options import add_command, add_formats, add_maneuver, add_output, lists
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.registry import addition
 from heyoka_bike.showing.figures import ALL, ATLAS, DEFAULT, FIGURES
@@ -22,25 +39,7 @@ def add_parser(subparsers: Any) -> None:
     about = {name: kind.about for name, kind in FIGURES.items()}
     about[ATLAS] = "the map of an atlas (DIR), or with a name ending in .html its page"
     listed = "\n".join(f"  {name:{width}}  {text}" for name, text in about.items())
-    p = subparsers.add_parser(
-        "plot",
-        help="draw the maneuvers, phase portraits, eigenvalues over speed, or an atlas",
-        description=(
-            "Draw figures of a reference set, by default each maneuver: roll and steer angles and\n"
-            "their rates, forward speed, and the energies over time (figures 2 to 4 of the\n"
-            'benchmark). Needs matplotlib: pip install "heyoka_bike[plot]".'
-        ),
-        epilog=(
-            f"figures:\n{listed}\n\nexamples:\n"
-            "  heyoka-bike plot --maneuver 2 -o maneuver-2.pdf\n"
-            "  heyoka-bike plot --figure phase -o phase.svg\n"
-            "  heyoka-bike plot --figure atlas benchmark.zarr -o atlas.svg\n"
-            "  heyoka-bike plot --figure atlas benchmark.zarr -o atlas.html\n\n"
-            "The page of an atlas (see 'heyoka-bike atlas') is one file that needs no network: a\n"
-            "map, in which a start that is chosen opens its replay, computed there."
-        ),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    p = add_command(subparsers, run, __doc__, figures=listed)
     p.add_argument(
         "reference",
         metavar="DIR",
@@ -59,7 +58,6 @@ def add_parser(subparsers: Any) -> None:
     add_output(p, said, metavar="FILE_OR_FOLDER", default=_DEFAULT_FOLDER)
     add_formats(p, FORMATS, "several may be given, after DIR (default png svg)", nargs="+")
     add_maneuver(p, "draw this one (default: all)", int)
-    p.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -1,4 +1,28 @@
-"""``heyoka-bike score``: compare result files with the reference."""
+"""Compare the results of another program with the reference.
+
+Compare result files with the reference, at their own times. A file has 25 columns (time, then for
+each maneuver roll angle, roll angular velocity, forward speed, potential, kinetic and mechanical
+energy, steer angle, steer velocity), or 9 of one maneuver, in SI units; or a line of column names,
+which may be any of the eight and of those of motion.h5 (yaw, com_z, rear_normal_force). Formats are
+$formats, gzip of these; text has any separators, headers and comments; - is standard input. The
+definition, unit, sign and zero of each column are recognised, and said. Several files are several
+programs, shown side by side, unless they hold different maneuvers of one run. With --step or
+--tolerance they are runs of one program, and show how its error falls; a .toml file lists such runs
+with steps, tolerances and processor times.
+
+examples:
+  heyoka-bike score my-results.txt
+  heyoka-bike score my-results.txt -o report.html --require 'scd >= 6'
+  heyoka-bike score my-results.txt --summary
+  heyoka-bike score mine.txt theirs.txt --name Mine,Theirs -o both.html
+  heyoka-bike score h0.01.txt h0.001.txt --step 0.01,0.001
+  heyoka-bike score loose.txt tight.txt --tolerance 1e-10,1e-11
+
+requirements: [maneuver.][column.]metric op number, the worst of what is not named;
+  metrics scd, mescd, max_abs_error, rms_error, max_rel_error, time_to_tolerance,
+  performance, coverage, gap; op one of < <= > >=. Exit code 3 if one is not met.
+  What that proves: docs/what-a-met-requirement-means.md
+"""
 
 from __future__ import annotations
 
@@ -8,7 +32,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from heyoka_bike.commands.options import add_formats, add_maneuver, add_output, add_reference
+from heyoka_bike.commands.options import (
+    add_command,
+    add_formats,
+    add_maneuver,
+    add_output,
+    add_reference,
+)
 from heyoka_bike.commands.printing import complain, print_text
 from heyoka_bike.commands.result_files import STANDARD_INPUT, add_columns, maneuvers_of, read
 from heyoka_bike.errors import Exit, InputError
@@ -25,38 +55,7 @@ _ROWS = "rows"
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
-    p = subparsers.add_parser(
-        "score",
-        help="compare the results of another program with the reference",
-        description=(
-            "Compare result files with the reference, at their own times. A file has 25 columns "
-            "(time, then for each maneuver roll angle, roll angular velocity, forward speed, "
-            "potential, kinetic and mechanical energy, steer angle, steer velocity), or 9 of one "
-            "maneuver, in SI units; or a line of column names, which may be any of the eight and "
-            "of those of motion.h5 (yaw, com_z, rear_normal_force). Formats are "
-            f"{listed('and', with_packages=True)}, gzip of these; text has any separators, "
-            "headers and comments; - is standard input. The definition, unit, "
-            "sign and zero of each column are recognised, and said. Several files are several "
-            "programs, shown side by side, unless they hold different maneuvers of one run. With "
-            "--step or --tolerance they are runs of one program, and show how its error falls; a "
-            ".toml file lists such runs with steps, tolerances and processor times."
-        ),
-        epilog=(
-            "examples:\n"
-            "  heyoka-bike score my-results.txt\n"
-            "  heyoka-bike score my-results.txt -o report.html --require 'scd >= 6'\n"
-            "  heyoka-bike score my-results.txt --summary\n"
-            "  heyoka-bike score mine.txt theirs.txt --name Mine,Theirs -o both.html\n"
-            "  heyoka-bike score h0.01.txt h0.001.txt --step 0.01,0.001\n"
-            "  heyoka-bike score loose.txt tight.txt --tolerance 1e-10,1e-11\n"
-            "\n"
-            "requirements: [maneuver.][column.]metric op number, the worst of what is not named;\n"
-            "  metrics scd, mescd, max_abs_error, rms_error, max_rel_error, time_to_tolerance,\n"
-            "  performance, coverage, gap; op one of < <= > >=. Exit code 3 if one is not met.\n"
-            "  What that proves: docs/what-a-met-requirement-means.md\n"
-        ),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    p = add_command(subparsers, run, __doc__, formats=listed("and", with_packages=True))
     p.add_argument("files", metavar="FILE", nargs="+", help="result files, or one list of runs")
     add_formats(p, FORMATS, "may be repeated (default: table, and by the suffix of each -o)")
     said = "write to this file, its format by --format or its suffix; may be repeated"
@@ -106,7 +105,6 @@ def add_parser(subparsers: Any) -> None:
         "--cpu", metavar="S", help="processor time of each file [s], separated by commas"
     )
     add_reference(p)
-    p.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

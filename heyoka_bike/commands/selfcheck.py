@@ -1,11 +1,21 @@
-"""``heyoka-bike selfcheck``: whether this installation works."""
+"""See whether this installation works: packages, reference, score, a run.
+
+Say which packages are there, whether the reference that came with the package is whole, score its
+text (it must be as good as its digits allow), and integrate maneuver 1 in binary64 and binary128
+with the digits reached. What is not installed is left out and said. Takes a few seconds.
+
+example: heyoka-bike selfcheck --format json > selfcheck.json
+
+exit codes: 0 what is installed works; 3 a check failed, with a line for each on
+standard error.
+"""
 
 from __future__ import annotations
 
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from heyoka_bike.commands.options import add_format
+from heyoka_bike.commands.options import add_command, add_format
 from heyoka_bike.commands.printing import complain_of_checks, print_checks, print_json
 from heyoka_bike.errors import Exit
 
@@ -15,25 +25,8 @@ if TYPE_CHECKING:
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
-    p = subparsers.add_parser(
-        "selfcheck",
-        help="see whether this installation works: packages, reference, score, a run",
-        description=(
-            "Say which packages are there, whether the reference that came with the package is "
-            "whole, score its text (it must be as good as its digits allow), and integrate "
-            "maneuver 1 in binary64 and binary128 with the digits reached. What is not installed "
-            "is left out and said. Takes a few seconds."
-        ),
-        epilog=(
-            "example: heyoka-bike selfcheck --format json > selfcheck.json\n"
-            "\n"
-            "exit codes: 0 what is installed works; 3 a check failed, with a line for each on\n"
-            "standard error.\n"
-        ),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    p = add_command(subparsers, run, __doc__)
     add_format(p, ("table", "json"), default="table")
-    p.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

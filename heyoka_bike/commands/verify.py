@@ -1,4 +1,21 @@
-"""``heyoka-bike verify``: check every file and every number of a reference folder."""
+"""Check every file and every number of a reference folder, in seconds.
+
+Check a reference folder: sizes and hashes of its files, how they are built, that every number
+agrees with every other form of it (hi + lo, bound, 17 and 50 digits, dense output, candidate,
+certificate), and that every row obeys the model (energy, contact, equations of motion), each within
+the certified bounds. Any damaged byte is found and the file named. Needs no heyoka and some
+seconds; 'certify' proves the bounds themselves. With --rerun the motion is integrated again, at the
+precision of the set and 20 digits more, and the digits that agree are counted; this needs heyoka
+and a minute, with --quick some 15 s.
+
+examples:
+  heyoka-bike verify
+  heyoka-bike verify my-reference --format json
+  heyoka-bike verify --rerun --quick
+
+exit codes: 0 all is well; 1 the folder cannot be read or is no reference set;
+3 a check failed, with a line for each on standard error. See docs/verify.md.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +24,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.commands import printing
-from heyoka_bike.commands.options import add_folder, add_format, add_workers
+from heyoka_bike.commands.options import add_command, add_folder, add_format, add_workers
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.system.console import patience, progress_bars
 
@@ -19,30 +36,7 @@ _SHARES = {"integrate": 0.9, "compare": 0.1}
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
-    p = subparsers.add_parser(
-        "verify",
-        help="check every file and every number of a reference folder, in seconds",
-        description=(
-            "Check a reference folder: sizes and hashes of its files, how they are built, that "
-            "every number agrees with every other form of it (hi + lo, bound, 17 and 50 digits, "
-            "dense output, candidate, certificate), and that every row obeys the model (energy, "
-            "contact, equations of motion), each within the certified bounds. Any damaged byte is "
-            "found and the file named. Needs no heyoka and some seconds; 'certify' proves the "
-            "bounds themselves. With --rerun the motion is integrated again, at the precision of "
-            "the set and 20 digits more, and the digits that agree are counted; this needs heyoka "
-            "and a minute, with --quick some 15 s."
-        ),
-        epilog=(
-            "examples:\n"
-            "  heyoka-bike verify\n"
-            "  heyoka-bike verify my-reference --format json\n"
-            "  heyoka-bike verify --rerun --quick\n"
-            "\n"
-            "exit codes: 0 all is well; 1 the folder cannot be read or is no reference set;\n"
-            "3 a check failed, with a line for each on standard error. See docs/verify.md.\n"
-        ),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    p = add_command(subparsers, run, __doc__)
     add_folder(p)
     p.add_argument(
         "--rerun", action="store_true", help="integrate again and count the digits that agree"
@@ -52,7 +46,6 @@ def add_parser(subparsers: Any) -> None:
     )
     add_format(p, ("table", "json"), default="table")
     add_workers(p)
-    p.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:

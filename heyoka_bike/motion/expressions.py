@@ -6,12 +6,15 @@ from fractions import Fraction
 from functools import cache
 from typing import Any
 
-from heyoka_bike.errors import GENERATE, MissingPackageError
-from heyoka_bike.numbers.arithmetic import Number
+from heyoka_bike.errors import GENERATE, required
+from heyoka_bike.numbers.arithmetic import Arithmetic, Number
 from heyoka_bike.numbers.exact import Exact
 
+CACHE_LIMIT = 2**30
+"""Bytes of compiled code that heyoka keeps on the disk at most; its own limit is 20 times that."""
 
-class Expressions:
+
+class Expressions(Arithmetic):
     """heyoka expressions whose constants are exact in one precision.
 
     Constants come in from `Constants.convert`; in the equations themselves only the integers 0, 1
@@ -21,14 +24,8 @@ class Expressions:
     def number(self, value: Exact | Fraction | int) -> Number:
         raise TypeError("constants of an expression are made by Constants.convert")
 
-    def sin(self, x: Number) -> Number:
-        return require_heyoka().sin(x)
-
-    def cos(self, x: Number) -> Number:
-        return require_heyoka().cos(x)
-
-    def sqrt(self, x: Number) -> Number:
-        return require_heyoka().sqrt(x)
+    def elementary(self, name: str, x: Number) -> Number:
+        return getattr(require_heyoka(), name)(x)
 
     def atan2(self, y: Number, x: Number) -> Number:
         return require_heyoka().atan2(y, x)
@@ -48,27 +45,26 @@ def require_heyoka() -> Any:
     MissingPackageError
         It is not installed.
     """
-    try:
-        import heyoka
-    except ModuleNotFoundError as e:
-        if e.name != "heyoka":
-            raise
-        raise MissingPackageError(
-            f"heyoka is not installed; integrating needs it ({GENERATE} on Linux, or conda install "
-            "heyoka.py)"
-        ) from None
-    _keep_quiet(heyoka)
+    heyoka = required(
+        "heyoka",
+        f"heyoka is not installed; integrating needs it ({GENERATE} on Linux, or conda install "
+        "heyoka.py)",
+    )
+    _limit_cache(heyoka)
     return heyoka
 
 
 @cache
-def _keep_quiet(heyoka: Any) -> None:
-    """Of a cache that cannot be written heyoka would speak on standard output, amid a report."""
-    folder = heyoka.llvm_state.get_diskcache_path()
+def _limit_cache(heyoka: Any) -> None:
+    """Bound the cache; one that cannot be written is off, or heyoka tells of it amid a report."""
+    state = heyoka.llvm_state
+    folder = state.get_diskcache_path()
     try:
         folder.mkdir(parents=True, exist_ok=True)
         is_usable = os.access(folder, os.W_OK)
     except OSError:
         is_usable = False
-    if not is_usable:
-        heyoka.llvm_state.set_diskcache_enabled(False)
+    if is_usable:
+        state.set_diskcache_limit(min(state.get_diskcache_limit(), CACHE_LIMIT))
+    else:
+        state.set_diskcache_enabled(False)

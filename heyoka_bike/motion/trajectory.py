@@ -19,6 +19,7 @@ import flint
 from heyoka_bike.bicycle.equations.kinematics import state_names
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
 from heyoka_bike.display import Displayed
+from heyoka_bike.numbers.analytic import PowerSeries
 from heyoka_bike.numbers.arithmetic import exact_ball
 
 
@@ -166,6 +167,11 @@ class Piece:
     @property
     def h(self) -> Fraction:
         return self.t1 - self.t0
+
+    def series(self, a: PowerSeries) -> list[flint.arb_series]:
+        """The state variables as series in s, as far as those of `a` go, in its precision."""
+        unit = flint.arb(2) ** -self.grid
+        return [a.series([c * unit for c in row[: a.length]]) for row in self.rows]
 
     def halves(self) -> tuple[Piece, Piece]:
         """The two halves; the same polynomials exactly, in variables of their own."""

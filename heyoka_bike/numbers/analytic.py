@@ -17,12 +17,12 @@ from fractions import Fraction
 import flint
 import numpy as np
 
-from heyoka_bike.numbers.arithmetic import Balls, Number
+from heyoka_bike.numbers.arithmetic import Arithmetic, Balls, Number
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.numbers.samples import each
 
 
-class PowerSeries:
+class PowerSeries(Arithmetic):
     """Taylor series of a fixed length with ball coefficients.
 
     flint reads coefficients beyond a series' own precision as zero and keeps the greatest length
@@ -68,21 +68,12 @@ class PowerSeries:
     def number(self, value: Exact | Fraction | int) -> flint.arb:
         return self.balls.number(value)
 
-    def sin(self, x: Number) -> Number:
-        return self._checked(x).sin()
-
-    def cos(self, x: Number) -> Number:
-        return self._checked(x).cos()
-
-    def sqrt(self, x: Number) -> Number:
-        return self._checked(x).sqrt()
+    def elementary(self, name: str, x: Number) -> Number:
+        return getattr(self._checked(x), name)()
 
     def atan2(self, y: Number, x: Number) -> Number:
         """Angle of a point with positive x, as the arc tangent."""
         return self._checked(y / x).atan()
-
-    def sum(self, terms: Iterable[Number]) -> Number:
-        return sum(terms)
 
     def _checked(self, x: Number) -> Number:
         return self.check(x) if isinstance(x, flint.arb_series) else x
@@ -92,7 +83,7 @@ class NotAnalyticError(ArithmeticError):
     """A divisor or radicand whose real part could not be shown to keep its sign."""
 
 
-class Rim:
+class Rim(Arithmetic):
     """Complex balls on a circle, with a record of the sign of every divisor and radicand.
 
     The signs must be the same on all arcs of a circle: use one `Rim` for the circle and call
@@ -120,10 +111,6 @@ class Rim:
             raise NotAnalyticError("a divisor changes the sign of its real part")
         self._position += 1
 
-    def forget(self) -> None:
-        """Start over with a new circle."""
-        self._signs, self._position = [], 0
-
     def value(self, x: Number) -> Value:
         """A complex ball, or an array of them, as a watched number."""
         return Value(x, self)
@@ -131,18 +118,15 @@ class Rim:
     def number(self, value: Exact | Fraction | int) -> flint.arb:
         return self.balls.number(value)
 
-    def sin(self, x: Number) -> Number:
-        return Value(each(flint.acb.sin, x.x), self) if isinstance(x, Value) else x.sin()
-
-    def cos(self, x: Number) -> Number:
-        return Value(each(flint.acb.cos, x.x), self) if isinstance(x, Value) else x.cos()
+    def elementary(self, name: str, x: Number) -> Number:
+        if not isinstance(x, Value):
+            return getattr(x, name)()
+        return Value(each(getattr(flint.acb, name), x.x), self)
 
     def sqrt(self, x: Number) -> Number:
-        if not isinstance(x, Value):
-            return x.sqrt()
-        if not _is_positive(x.x):
+        if isinstance(x, Value) and not _is_positive(x.x):
             raise NotAnalyticError("a radicand may be negative")
-        return Value(each(flint.acb.sqrt, x.x), self)
+        return super().sqrt(x)
 
     def atan2(self, y: Number, x: Number) -> Number:
         """Arc tangent of y / x; analytic where x and 1 + (y / x)^2 have positive real parts."""
@@ -152,9 +136,6 @@ class Rim:
         if not _is_positive(1 + ratio * ratio):
             raise NotAnalyticError("an arc tangent may meet its branch point")
         return Value(each(flint.acb.atan, ratio), self)
-
-    def sum(self, terms: Iterable[Number]) -> Number:
-        return sum(terms)
 
 
 def _all(x: Number) -> Iterable[flint.acb]:

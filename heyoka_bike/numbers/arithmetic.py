@@ -9,7 +9,7 @@ them exactly.
 from collections.abc import Iterable
 from contextlib import AbstractContextManager
 from fractions import Fraction
-from typing import Any, Protocol
+from typing import Any
 
 import flint
 import mpmath
@@ -21,21 +21,39 @@ Number = Any
 """A value of one of the number types: an expression, a ball, an mpf, a dual number ..."""
 
 
-class Arithmetic(Protocol):
-    """What the equations need besides ``+ - * /``."""
+class Arithmetic:
+    """What the equations need besides ``+ - * /``.
+
+    Most number types take all functions of one number in the same way: `elementary` says how.
+    """
 
     def number(self, value: Exact | Fraction | int) -> Number:
         """The exact value in this number type."""
+        raise NotImplementedError
 
-    def sin(self, x: Number) -> Number: ...
-    def cos(self, x: Number) -> Number: ...
-    def sqrt(self, x: Number) -> Number: ...
-    def atan2(self, y: Number, x: Number) -> Number: ...
+    def elementary(self, name: str, x: Number) -> Number:
+        """The function ``sin``, ``cos`` or ``sqrt``, by its name."""
+        raise NotImplementedError
+
+    def sin(self, x: Number) -> Number:
+        return self.elementary("sin", x)
+
+    def cos(self, x: Number) -> Number:
+        return self.elementary("cos", x)
+
+    def sqrt(self, x: Number) -> Number:
+        return self.elementary("sqrt", x)
+
+    def atan2(self, y: Number, x: Number) -> Number:
+        """Angle of a point."""
+        raise NotImplementedError
+
     def sum(self, terms: Iterable[Number]) -> Number:
         """Sum of the terms (one operation in a heyoka decomposition)."""
+        return sum(terms)
 
 
-class Balls:
+class Balls(Arithmetic):
     """Ball arithmetic (Arb, through python-flint) with a working precision in bits.
 
     flint keeps its precision in a global context, to be set around whole formulas by
@@ -63,17 +81,9 @@ class Balls:
             x += exact_ball(exact.pi_multiple) * flint.arb.pi()
         return x
 
-    def sin(self, x: flint.arb) -> flint.arb:
+    def elementary(self, name: str, x: flint.arb) -> Number:
         self._check()
-        return x.sin()
-
-    def cos(self, x: flint.arb) -> flint.arb:
-        self._check()
-        return x.cos()
-
-    def sqrt(self, x: flint.arb) -> flint.arb:
-        self._check()
-        return x.sqrt()
+        return getattr(x, name)()
 
     def atan2(self, y: flint.arb, x: flint.arb) -> flint.arb:
         self._check()
@@ -83,7 +93,7 @@ class Balls:
         return sum(terms, flint.arb(0))
 
 
-class Multiprecision:
+class Multiprecision(Arithmetic):
     """mpmath at a number of decimal digits, in a context of its own."""
 
     def __init__(self, digits: int) -> None:
@@ -98,14 +108,8 @@ class Multiprecision:
             x += mp.pi * exact.pi_multiple.numerator / exact.pi_multiple.denominator
         return x
 
-    def sin(self, x: mpmath.mpf) -> mpmath.mpf:
-        return self.context.sin(x)
-
-    def cos(self, x: mpmath.mpf) -> mpmath.mpf:
-        return self.context.cos(x)
-
-    def sqrt(self, x: mpmath.mpf) -> mpmath.mpf:
-        return self.context.sqrt(x)
+    def elementary(self, name: str, x: mpmath.mpf) -> mpmath.mpf:
+        return getattr(self.context, name)(x)
 
     def atan2(self, y: mpmath.mpf, x: mpmath.mpf) -> mpmath.mpf:
         return self.context.atan2(y, x)
@@ -114,26 +118,17 @@ class Multiprecision:
         return sum(terms, self.context.zero)
 
 
-class Arrays:
+class Arrays(Arithmetic):
     """NumPy arrays of binary64; constants come from `Constants.convert`."""
 
     def number(self, value: Exact | Fraction | int) -> float:
         return float(value)
 
-    def sin(self, x: Any) -> Any:
-        return np.sin(x)
-
-    def cos(self, x: Any) -> Any:
-        return np.cos(x)
-
-    def sqrt(self, x: Any) -> Any:
-        return np.sqrt(x)
+    def elementary(self, name: str, x: Any) -> Any:
+        return getattr(np, name)(x)
 
     def atan2(self, y: Any, x: Any) -> Any:
         return np.arctan2(y, x)
-
-    def sum(self, terms: Iterable[Any]) -> Any:
-        return sum(terms)
 
 
 class Differentiated:

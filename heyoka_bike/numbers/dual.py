@@ -5,7 +5,7 @@ Derivatives that are structurally zero are kept as the integer 0 and cost nothin
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import ClassVar
@@ -66,7 +66,7 @@ class Dual(Differentiated):
         return Dual(value, tuple(_times(p, slope) for p in self.slopes))
 
 
-class Duals:
+class Duals(Arithmetic):
     """Dual numbers over the numbers of another arithmetic."""
 
     def __init__(self, inner: Arithmetic) -> None:
@@ -108,9 +108,6 @@ class Duals:
         square = x.value * x.value + y.value * y.value
         by_y = y.chain(self.inner.atan2(y.value, x.value), x.value / square)
         return by_y + x.chain(0 * x.value, -y.value / square)
-
-    def sum(self, terms: Iterable[Number]) -> Number:
-        return sum(terms)
 
 
 def _is_zero(x: Number) -> bool:

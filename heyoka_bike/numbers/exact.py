@@ -73,6 +73,20 @@ class Exact:
             )
         return value
 
+    @classmethod
+    def read(cls, name: str, text: str) -> Exact:
+        """`parse` what a user gives, with an `InputError` that says what it is.
+
+        Raises
+        ------
+        InputError
+            `parse` refuses it.
+        """
+        try:
+            return cls.parse(text)
+        except ValueError as e:
+            raise InputError(f"{name}: {e}") from None
+
     @property
     def is_rational(self) -> bool:
         return self.pi_multiple == 0
@@ -165,10 +179,7 @@ def positive_numbers(name: str, text: str) -> tuple[float, ...]:
     """
     found = []
     for part in text.split(","):
-        try:
-            value = float(Exact.parse(part))
-        except ValueError as e:
-            raise InputError(f"{name}: {e}") from None
+        value = float(Exact.read(name, part))
         if value <= 0:
             raise InputError(f"{name}: found {quoted(part)}, expected more than zero")
         found.append(value)

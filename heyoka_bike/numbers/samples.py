@@ -15,7 +15,7 @@ from typing import Any
 import flint
 import numpy as np
 
-from heyoka_bike.numbers.arithmetic import Balls, Number
+from heyoka_bike.numbers.arithmetic import Arithmetic, Balls, Number
 from heyoka_bike.numbers.ball_matrices import total
 from heyoka_bike.numbers.exact import Exact
 
@@ -23,7 +23,7 @@ _FOLDED_BITS = 32
 """What is folded is below 2^-32 of what a series of the same length leaves out."""
 
 
-class Samples:
+class Samples(Arithmetic):
     """Values at roots of unity of functions that are real on the real line, as balls.
 
     A number is an array of complex balls. Conjugate points have conjugate values: those of the
@@ -91,22 +91,13 @@ class Samples:
     def number(self, value: Exact | Fraction | int) -> flint.arb:
         return self.balls.number(value)
 
-    def sin(self, x: Number) -> Number:
-        return each(flint.acb.sin, x)
-
-    def cos(self, x: Number) -> Number:
-        return each(flint.acb.cos, x)
-
-    def sqrt(self, x: Number) -> Number:
-        """The root with positive real part, of a radicand with positive real part on the disc."""
-        return each(flint.acb.sqrt, x)
+    def elementary(self, name: str, x: Number) -> Number:
+        """A root is that with positive real part; its radicand has one on the disc."""
+        return each(getattr(flint.acb, name), x)
 
     def atan2(self, y: Number, x: Number) -> Number:
         """Angle of a point with positive x, as the arc tangent."""
         return each(flint.acb.atan, y / x)
-
-    def sum(self, terms: Iterable[Number]) -> Number:
-        return sum(terms)
 
 
 def geometric(radius: int, length: int) -> flint.arb:

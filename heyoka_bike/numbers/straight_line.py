@@ -12,7 +12,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 
-from heyoka_bike.numbers.arithmetic import Number
+from heyoka_bike.numbers.arithmetic import Arithmetic, Number
 from heyoka_bike.numbers.exact import Exact
 
 _NAME = re.compile(r"\bv\d+\b")
@@ -72,8 +72,13 @@ Operand = Recorded | Fraction | int
 """What a recorded number is combined with."""
 
 
-class StraightLine:
+class StraightLine(Arithmetic):
     """An `Arithmetic` that records assignments.
+
+    Parameters
+    ----------
+    literal_end
+        What a language writes after a number, its kind.
 
     Attributes
     ----------
@@ -81,7 +86,8 @@ class StraightLine:
         Right-hand sides by the name they are assigned to, in order.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, literal_end: str = "") -> None:
+        self._literal_end = literal_end
         self.statements: dict[str, str] = {}
         self._names: dict[str, Recorded] = {}
 
@@ -91,19 +97,13 @@ class StraightLine:
 
     def literal(self, value: float) -> Recorded:
         # repr gives the shortest decimal that rounds to the value.
-        return Recorded(self, repr(float(value)), float(value))
+        return Recorded(self, repr(float(value)) + self._literal_end, float(value))
 
     def number(self, value: Exact | Fraction | int | Recorded) -> Number:
         return value if isinstance(value, Recorded) else self.literal(float(value))
 
-    def sin(self, x: Recorded) -> Recorded:
-        return self._call("sin", x)
-
-    def cos(self, x: Recorded) -> Recorded:
-        return self._call("cos", x)
-
-    def sqrt(self, x: Recorded) -> Recorded:
-        return self._call("sqrt", x)
+    def elementary(self, name: str, x: Recorded) -> Recorded:
+        return self._assign(f"{name}({x.text})")
 
     def atan2(self, y: Recorded, x: Recorded) -> Recorded:
         return self._assign(f"atan2({y.text}, {x.text})")
@@ -159,9 +159,6 @@ class StraightLine:
         if x.value is not None:
             return self.literal(-x.value)
         return Recorded(self, x.text[1:] if x.text.startswith("-") else f"-{x.text}")
-
-    def _call(self, function: str, x: Recorded) -> Recorded:
-        return self._assign(f"{function}({x.text})")
 
     def _assign(self, text: str) -> Recorded:
         if text not in self._names:

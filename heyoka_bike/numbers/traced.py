@@ -7,7 +7,7 @@ variables. An operation then costs two products for each *result* that it enters
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from heapq import heappop, heappush
 from itertools import count
@@ -76,7 +76,7 @@ class Traced:
     __rmul__ = __mul__
 
 
-class Traces:
+class Traces(Arithmetic):
     """Traced numbers over the numbers of another arithmetic."""
 
     def __init__(self, inner: Arithmetic) -> None:
@@ -113,9 +113,6 @@ class Traces:
             (y, lambda s: s * u / square),
             (x, lambda s: -(s * v) / square),
         )
-
-    def sum(self, terms: Iterable[Number]) -> Number:
-        return sum(terms)
 
     def gradient(self, x: Number, variables: Sequence[Number]) -> list[Number]:
         """Derivatives of a number by some variables; the integer 0 by those it is not made of."""

@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from heyoka_bike.errors import DatasetError
-from heyoka_bike.system.files import replace_file
+from heyoka_bike.system.files import UNFINISHED, replace_file
 from heyoka_bike.system.resources import reference_folder
 
 MANIFEST = "manifest.json"
@@ -251,7 +251,7 @@ def write_files(folder: str | Path, files: Mapping[str, bytes]) -> list[str]:
                 continue
             replace_file(folder / name, data)
             changed.append(name)
-        for stale in folder.glob("*.part"):
+        for stale in folder.glob(f".*{UNFINISHED}"):
             stale.unlink(missing_ok=True)
         _sync_folder(folder)
     except OSError as e:

@@ -14,7 +14,7 @@ from typing import Any
 from uuid import uuid4
 from weakref import WeakValueDictionary
 
-from heyoka_bike.errors import InputError, MissingPackageError, VersionsDifferError, WorkerLostError
+from heyoka_bike.errors import InputError, VersionsDifferError, WorkerLostError, required
 from heyoka_bike.system.executors import ProgressFuture
 from heyoka_bike.system.jobs import Throttle, reporting
 from heyoka_bike.system.versions import versions
@@ -31,12 +31,8 @@ def connected(address: str) -> Iterator[ClusterExecutor]:
     address
         Such as ``tcp://127.0.0.1:8786``, or a scheduler file.
     """
-    try:
-        import distributed
-    except ImportError:
-        raise MissingPackageError(
-            "--cluster needs Dask: pip install 'heyoka_bike[cluster]'"
-        ) from None
+    said = "--cluster needs Dask: pip install 'heyoka_bike[cluster]'"
+    distributed: Any = required("distributed", said)
     # It says in many lines what is said here in one.
     for name in [x for x in logging.root.manager.loggerDict if x.startswith("distributed")]:
         logging.getLogger(name).setLevel(logging.CRITICAL + 1)

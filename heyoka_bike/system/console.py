@@ -1,4 +1,4 @@
-"""What somebody at a terminal sees: tables, bars, and a word while something takes long.
+"""What somebody at a terminal sees: bars, and a word while something takes long.
 
 rich draws them, and is imported when there is something to draw.
 """
@@ -7,53 +7,14 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rich.progress import Progress, ProgressColumn
-    from rich.table import Table
-    from rich.text import Text
 
     from heyoka_bike.system import parallel
-
-
-def table(
-    headings: Sequence[str], rows: Iterable[Sequence[str | Text]], *,
-    title: str | Text = "", left: int = 1, prose: Collection[int] = (), group: int = 0,
-) -> Table:  # fmt: skip
-    """A table for `rich`, in which nothing but prose is ever folded.
-
-    Parameters
-    ----------
-    headings, rows
-        As they are: no part of them is taken for rich's markup.
-    left
-        How many columns are flush left; numbers stand in the others.
-    prose
-        Which columns are prose.
-    group
-        A line is drawn below each so many rows; 0 for none.
-    """
-    from rich.table import Table
-    from rich.text import Text
-
-    def text(x: str | Text, style: str = "") -> Text:
-        return Text(x, style) if isinstance(x, str) else x
-
-    view = Table(title=text(title, "table.title") if title else None)
-    for i, heading in enumerate(headings):
-        is_prose = i in prose
-        view.add_column(
-            Text(heading),
-            overflow="fold",
-            justify="left" if i < left or is_prose else "right",
-            no_wrap=not is_prose,
-        )
-    for i, row in enumerate(rows, start=1):
-        view.add_row(*map(text, row), end_section=group > 0 and i % group == 0)
-    return view
 
 
 def has_colors(is_terminal: bool) -> bool:

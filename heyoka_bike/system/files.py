@@ -3,8 +3,12 @@
 import os
 from collections.abc import Iterable, Mapping
 from pathlib import Path
+from secrets import token_hex
 
 from heyoka_bike.errors import InputError
+
+UNFINISHED = ".part"
+"""How names of files end that are not yet in their place; they begin with a dot."""
 
 
 def write_output(path: Path, data: bytes) -> None:
@@ -63,13 +67,17 @@ def replace_file(path: Path, data: bytes) -> None:
 
 
 def _write_beside(path: Path, data: bytes) -> Path:
-    """Write a file and make it durable, beside its place; nothing is left if it fails."""
-    part = path.with_name(path.name + ".part")
+    """Write a file and make it durable, beside its place; nothing is left if it fails.
+
+    Its name is nobody's: whoever writes the same output has another, and no link is followed.
+    """
+    part = path.with_name(f".{token_hex(8)}{UNFINISHED}")
+    file = part.open("xb")
     try:
-        with part.open("wb") as f:
-            f.write(data)
-            f.flush()
-            os.fsync(f.fileno())
+        with file:
+            file.write(data)
+            file.flush()
+            os.fsync(file.fileno())
     except BaseException:
         part.unlink(missing_ok=True)
         raise

@@ -2,13 +2,13 @@
 
 import platform
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from heyoka_bike.errors import GENERATE, DatasetError, InputError, MissingPackageError
-from heyoka_bike.reference.verification.checks import Check, all_passed, as_dict
+from heyoka_bike.reference.verification.checks import Check, all_passed
 from heyoka_bike.system.machine import installed, machine
 from heyoka_bike.system.resources import reference_folder
 from heyoka_bike.version import __version__
@@ -22,7 +22,7 @@ _REQUIRED = (
     ("h5py", "h5py", "everything"),
     ("flint", "python-flint", "generate, diagnose, verify, certify, linear"),
     ("mpmath", "mpmath", "generate, diagnose, verify, certify, linear"),
-    ("rich", "rich", "tables on the screen"),
+    ("rich", "rich", "progress on the screen"),
 )
 # The extra `generate`: without it everything but integrating works.
 _INTEGRATE = (
@@ -73,7 +73,7 @@ class Selfcheck:
             "dataset_version": self.dataset_version,
             "manifest_sha256": self.manifest_sha256,
             "passed": self.passed,
-            "checks": [as_dict(c) for c in self.checks],
+            "checks": [asdict(c) for c in self.checks],
         }
 
 

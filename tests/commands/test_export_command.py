@@ -66,6 +66,37 @@ def test_every_file_says_what_it_is(name, tmp_path, reference, capsys):
         assert "steer_rate" not in words
 
 
+EQUATIONS = {
+    "c": (".c", ".h"), "fortran": (".f90",), "matlab": (".m",), "julia": (".jl",),
+    "python": (".py",), "rust": (".rs",),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("language", EQUATIONS)
+def test_equations_of_any_bicycle_and_maneuvers(language, tmp_path, capsys):
+    options = ("--bicycle", "pista", "--maneuvers", "benchmark", "-o", tmp_path)
+    assert run("--equations", language, *options, capsys=capsys)[0] == 0
+    written = {p.suffix: p.read_text("ascii") for p in tmp_path.iterdir()}
+    assert set(written) == set(EQUATIONS[language])
+    assert {p.stem for p in tmp_path.iterdir()} == {"bicycle"}
+    for text in written.values():
+        assert "rR = 0.332088156971 m: radius of the rear wheel" in text
+        assert "MIT, Copyright" in text
+        assert "'maneuver 3': forward speed 8 m/s, roll rate 0.05 rad/s" in text
+        assert ("residual_3" in text) is (language in ("c", "python"))
+
+
+def test_julia_is_well_formed(tmp_path, capsys):
+    """By a parser alone: there is no Julia among the packages of Debian or PyPI."""
+    julia = pytest.importorskip("tree_sitter_julia", reason="tree-sitter-julia is not installed")
+    sitter = pytest.importorskip("tree_sitter", reason="tree-sitter is not installed")
+    assert run("--equations", "julia", "-o", tmp_path, capsys=capsys)[0] == 0
+    text = (tmp_path / "bicycle.jl").read_bytes()
+    parser = sitter.Parser(sitter.Language(julia.language()))
+    assert not parser.parse(text).root_node.has_error
+    assert parser.parse(text.replace(b"return f", b"return (f", 1)).root_node.has_error
+
+
 def test_comments_tell_how_to_compile(tmp_path, capsys):
     expected = {
         "c": "cc -std=c99 -O2 your-code.c selection.c -lm",
@@ -118,7 +149,7 @@ def test_columns_are_the_benchmarks_or_all_or_those_named(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("arguments", "expected"),
     [
-        ([], "the following arguments are required: --format"),
+        ([], "one of the arguments --format --equations is required"),
         (["--format", "cobol"], "found 'cobol', expected one of c, fortran, matlab, json, csv"),
         (["--format", "c", "--maneuver", "4"], "--maneuver: found 4, expected 1 to 3"),
         (["--format", "c", "--columns", "roll"], "found 'roll', expected all or some of roll_an"),
@@ -140,6 +171,15 @@ def test_columns_are_the_benchmarks_or_all_or_those_named(tmp_path, capsys):
         (["--format", "csv", "-o", "there"], "cannot be written: Is a directory"),
         (["--format", "csv", "-o", "x" * 300 + ".csv"], "cannot be written: File name too long"),
         (["--format", "csv", "--reference", "there"], "no manifest.json found, expected a folder"),
+        (["--format", "c", "--equations", "c"], "--equations: not allowed with argument --format"),
+        (["--format", "c", "--bicycle", "pista"], "--bicycle: does not go with --format"),
+        (["--equations", "c", "--digits", "32"], "--digits: does not go with --equations"),
+        (["--equations", "c", "--reference", "x"], "--reference: does not go with --equations"),
+        (["--equations", "cpp"], "'cpp', expected one of c, fortran, matlab, julia, python, rust"),
+        (["--equations", "rust", "-o", "x.c"], "found 'x.c', expected a file ending in .rs"),
+        (["--equations", "python", "-o", "1st.py"], "found '1st', expected the name of a module"),
+        (["--equations", "c", "--bicycle", "no-one"], "bicycle: found 'no-one', expected"),
+        (["--equations", "c", "--maneuvers", "no-one"], "maneuvers: found 'no-one', expected"),
     ],
 )
 def test_refusals_are_one_line_and_leave_nothing(

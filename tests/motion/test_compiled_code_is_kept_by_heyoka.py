@@ -19,7 +19,9 @@ state = heyoka.llvm_state
 before = state.get_diskcache_size() if state.get_diskcache_path().exists() else 0
 maneuver = read_maneuvers(benchmark_maneuvers())[1]
 found = float(integrate(read_bicycle(benchmark_bicycle()), maneuver).state(Fraction(1))[0].mid())
-print(found.hex(), before, state.get_diskcache_size() if before else 0)
+after = state.get_diskcache_size() if before else 0
+limit = state.get_diskcache_limit() if state.get_diskcache_enabled() else 0
+print(found.hex(), before, after, limit)
 """
 
 
@@ -29,7 +31,9 @@ def run(folder):
         capture_output=True, text=True, timeout=300,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
-    found, before, after = done.stdout.split()
+    found, before, after, limit = done.stdout.split()
+    # heyoka's own limit is 20 GiB, in somebody's home.
+    assert int(limit) == (2**30 if folder.is_dir() else 0)
     return found, int(before), int(after)
 
 

@@ -23,7 +23,7 @@ def field():
 
 def test_tables_and_counts_are_those_of_the_run(run):
     committed = {page: page.read_text(encoding="utf-8") for page in pages(run)}
-    assert len(committed) == 2
+    assert len(committed) == 3
     assert pages(run) == committed
     for change in ({"digits": 2.0}, {"performance": [1e-9] * 3}, {"ratio": 7.77}):
         other = json.loads(RUN.read_text())

@@ -6,14 +6,20 @@ import random
 import shutil
 import subprocess
 import sys
+from fractions import Fraction
 
 import pytest
 from support.made_sets import accept, make
 
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.bicycle.parameters import Maneuver
 from heyoka_bike.cli import main
 from heyoka_bike.errors import DatasetError
+from heyoka_bike.numbers.exact import ZERO, shortest_decimal
 from heyoka_bike.reference.manifest import MANIFEST
+from heyoka_bike.reference.texts import text_files
 from heyoka_bike.reference.verification.hashes import check_files
+from heyoka_bike.reference.verification.schema import SetForm, of_text
 from heyoka_bike.reference.verification.verify import verify
 
 pytestmark = pytest.mark.proof
@@ -275,6 +281,23 @@ def test_options_that_make_no_sense(small, capsys):
     with pytest.raises(SystemExit, match="1"):
         run(small, capsys, "--format", "xml")
     assert "found 'xml', expected table or json" in capsys.readouterr().err
+
+
+def test_times_of_no_decimal_are_those_written():
+    maneuver = Maneuver("thirds", ZERO, ZERO, Fraction(4), Fraction(1, 3))
+    times = [shortest_decimal(maneuver.time(i), 50) for i in range(maneuver.rows)]
+    short, _ = text_files([maneuver])
+    form = SetForm(None, [maneuver], {})
+
+    def problems(texts):
+        zeros = " 0" * len(BENCHMARK_COLUMNS)
+        raw = "".join(f"{text}{zeros}\n" for text in texts).encode()
+        return list(of_text(raw, form, short))
+
+    assert problems(times) == []
+    for wrong in (times[4][:-1], times[4][:-1] + "4", times[4] + "3"):
+        said = problems([*times[:4], wrong, *times[5:]])
+        assert said == [f"line 5: found time {wrong} s, expected 1.3333333333333333 s"]
 
 
 @pytest.mark.slow

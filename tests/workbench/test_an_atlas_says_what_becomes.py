@@ -1,6 +1,8 @@
 """What an atlas says of a start is so, and does not depend on what is computed beside it."""
 
 import json
+import shutil
+from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from fractions import Fraction
@@ -10,7 +12,7 @@ import pytest
 
 from heyoka_bike.bicycle.equations.kinematics import turn_divisor
 from heyoka_bike.bicycle.equations.reduced import Equations
-from heyoka_bike.bicycle.parameters import START
+from heyoka_bike.bicycle.parameters import PARAMETERS, START
 from heyoka_bike.errors import DatasetError, InputError
 from heyoka_bike.motion.events import REAR_LIFT, follow
 from heyoka_bike.numbers.exact import Exact
@@ -209,7 +211,7 @@ def test_xarray_opens_an_atlas(whole, small):
         assert point.fate == UPRIGHT
         assert point.final_speed.attrs["units"] == "m s-1"
         assert found.attrs["provenance"]["heyoka"]
-        assert (found.complete == 1).all()
+        assert (found.checksum != 0).all()
 
 
 def test_an_interrupted_atlas_goes_on_to_the_same_bytes(whole, small, tmp_path):
@@ -225,6 +227,59 @@ def test_an_interrupted_atlas_goes_on_to_the_same_bytes(whole, small, tmp_path):
         made = make_atlas(small, folder)
     assert content(folder) == content(whole)
     assert np.array_equal(made.variables["fate"], atlas.variables["fate"])
+
+
+def numbers(atlas):
+    found = [*(a.values for a in atlas.axes), *atlas.variables.values()]
+    found += [atlas.edge.at, atlas.edge.stays, atlas.edge.falls]
+    symbols = {s: str(atlas.bicycle[s]) for s in PARAMETERS}
+    return [x.tobytes() for x in found] + [symbols, atlas.start, atlas.provenance]
+
+
+def damages(folder, random):
+    """Each file away, cut, and with a bit turned."""
+    for file in sorted(p for p in folder.rglob("*") if p.is_file()):
+        data = file.read_bytes()
+        yield file, None
+        yield file, data[: len(data) // 2]
+        changed = bytearray(data)
+        changed[random.integers(len(data))] ^= 1 << int(random.integers(8))
+        yield file, bytes(changed)
+
+
+def test_a_damaged_atlas_is_refused_and_mended(whole, small, tmp_path):
+    """Other numbers are never read; what is damaged in the grid is made anew by the same run."""
+    folder = tmp_path / "damaged.zarr"
+    shutil.copytree(whole, folder)
+    right, outcomes = numbers(load_atlas(whole)), Counter()
+    for file, data in damages(folder, np.random.default_rng(1)):
+        before = file.read_bytes()
+        file.unlink()
+        if data is not None:
+            file.write_bytes(data)
+        try:
+            assert numbers(load_atlas(folder)) == right, (file, data)
+            outcomes["same"] += 1
+        except DatasetError as e:
+            said = str(e)
+            outcomes["refused" if "\n" not in said else "not in one line"] += 1
+            # Every twelfth: a chunk is computed each time.
+            if "makes this anew" in said and outcomes["refused"] % 12 == 0:
+                with ThreadPoolExecutor(1) as pool, using(executor=pool):
+                    assert numbers(make_atlas(small, folder)) == right
+                outcomes["mended"] += 1
+        file.write_bytes(before)
+    assert outcomes.keys() == {"same", "refused", "mended"}
+    assert min(outcomes.values()) > 4, outcomes
+
+
+def test_an_atlas_whose_grid_is_damaged_is_made_anew_on_demand(whole, small, tmp_path):
+    folder = tmp_path / "damaged.zarr"
+    shutil.copytree(whole, folder)
+    (folder / "speed" / "0").unlink()
+    with pytest.raises(InputError, match=r"an atlas that is damaged, expected this one: .*--force"):
+        AtlasStore(folder, small)
+    assert AtlasStore(folder, small, force=True).missing() == list(small.chunks())
 
 
 def test_a_folder_of_something_else_is_refused(whole, bicycle, small, tmp_path):

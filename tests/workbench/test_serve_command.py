@@ -101,9 +101,15 @@ def test_what_others_put_in_its_place_is_left_alone(tmp_path, monkeypatch):
     # Opened as a file the pipe waits for somebody who writes.
     os.mkfifo(tmp_path / "heyoka-bike-serve-pipe")
     (tmp_path / "heyoka-bike-serve-link").symlink_to(kept.parent)
-    (tmp_path / "heyoka-bike-serve-old").mkdir()
+    for name, processes in (("old", "pymp-1"), ("odd", "others"), ("off", "../pymp-2")):
+        (tmp_path / f"heyoka-bike-serve-{name}").mkdir()
+        (tmp_path / f"heyoka-bike-serve-{name}" / "processes").write_text(processes)
+    for name in ("pymp-1", "pymp-2"):
+        (tmp_path / name).mkdir()
     running._sweep()
     assert kept.exists()
+    # Of a server that was killed; the other one is nobody's that is known.
+    assert sorted(p.name for p in tmp_path.glob("pymp-*")) == ["pymp-2"]
     left = sorted(p.name for p in tmp_path.glob("heyoka*"))
     assert left == ["heyoka-bike-serve-link", "heyoka-bike-serve-pipe"]
 

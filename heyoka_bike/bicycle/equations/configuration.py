@@ -43,6 +43,11 @@ def rates_of_integrals(equations: Equations, state: Sequence[Number]) -> list[Nu
     return [speed * a.cos(yaw), speed * a.sin(yaw), *wheel_rates(k, u)]
 
 
+def whole_rates(equations: Equations, state: Sequence[Number]) -> list[Number]:
+    """Time derivatives of the state with the yaw and `INTEGRALS`."""
+    return [*equations.rates_with_yaw(state), *rates_of_integrals(equations, state)]
+
+
 @dataclass(frozen=True, slots=True)
 class Configuration:
     """Places [m] in the ground frame, attitudes, and angular velocities [rad/s].

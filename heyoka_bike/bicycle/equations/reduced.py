@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 
+from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.bicycle.equations.bodies import Bodies, bodies
 from heyoka_bike.bicycle.equations.constants import Constants, constants
 from heyoka_bike.bicycle.equations.kinematics import Posture, Speeds, state_names, unfold
@@ -92,6 +93,11 @@ class Equations:
         o, u = self.unfold(state)
         roll, pitch, steer = state[:3]
         return columns(self.k, self.a, o, u, roll, pitch, steer, state[6])
+
+    def every_column(self, state: Sequence[Number]) -> list[Number]:
+        """The same in the order of `columns.COLUMNS`."""
+        values = self.columns(state)
+        return [values[c.name] for c in COLUMNS]
 
     def _rates(self, state: Sequence[Number], o: Posture, u: Speeds) -> list[Number]:
         if self.is_regular:

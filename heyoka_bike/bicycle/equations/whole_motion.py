@@ -22,7 +22,7 @@ class NonnegativeRoots(Balls):
     """
 
     def sqrt(self, x: flint.arb) -> flint.arb:
-        root = super().sqrt(x)
+        root: flint.arb = super().sqrt(x)
         if root.is_finite():
             return root
         half = x.upper().sqrt() / 2

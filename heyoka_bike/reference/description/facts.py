@@ -9,17 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from heyoka_bike.reference.layout import (
-    CANDIDATE,
-    CARD,
-    CERTIFICATE,
-    CRATE,
-    HDF5,
-    MOTION,
-    SENSITIVITIES,
-    TEXT,
-    TEXT_50,
-)
+from heyoka_bike.reference import layout
 from heyoka_bike.reference.manifest import CUSTOM, MANIFEST
 
 TITLE = 'Reference solutions of the IFToMM multibody benchmark "Uncontrolled bicycle"'
@@ -79,49 +69,51 @@ class Holding:
 
 
 FILES: Mapping[str, Holding] = {
-    HDF5: Holding(
+    layout.HDF5: Holding(
         "Reference solution of the multibody benchmark Uncontrolled bicycle",
         "Roll, steer, speed and energies by every usual definition, pitch and yaw: rows and "
         "piecewise polynomials, hi + lo (32 digits), with certified bounds.",
         _HDF5,
     ),
-    TEXT: Holding(
+    layout.TEXT: Holding(
         "The 25 columns of the benchmark",
         "Rows of time and eight columns of each maneuver, 17 digits, without a heading.",
         _TEXT,
     ),
-    TEXT_50: Holding(
+    layout.TEXT_50: Holding(
         "The 25 columns of the benchmark with 50 digits",
         "The same rows, correctly rounded to 50 significant digits.",
         _TEXT,
     ),
-    MOTION: Holding(
+    layout.MOTION: Holding(
         "The whole motion of the reference solution: configuration and forces",
         "Places, attitudes, wheel angles, angular velocities, contact and joint forces: rows and "
         "piecewise polynomials, hi + lo, with certified bounds.",
         _HDF5,
     ),
-    SENSITIVITIES: Holding(
+    layout.SENSITIVITIES: Holding(
         "Sensitivities of the reference solution: d column / d unknown",
         "Derivatives of every column with respect to the 26 parameters and the start, with "
         "certified bounds.",
         _HDF5,
     ),
-    CANDIDATE: Holding(
+    layout.CANDIDATE: Holding(
         "Candidate solutions: exact piecewise polynomials",
         "The computed motions as exact integers: what the certificate is about.",
         _HDF5,
     ),
-    CERTIFICATE: Holding(
+    layout.CERTIFICATE: Holding(
         "Certificate", "What is proved, with which bounds, and what is taken as known.", _JSON
     ),
     MANIFEST: Holding(
         "Manifest", "Sizes and hashes of the files, the inputs, and how the set was made.", _JSON
     ),
-    CARD: Holding(
+    layout.CARD: Holding(
         "Card of the dataset", "This page: what it is, how to read and to cite it.", "text/markdown"
     ),
-    CRATE: Holding("RO-Crate metadata", "The same for machines (RO-Crate).", "application/ld+json"),
+    layout.CRATE: Holding(
+        "RO-Crate metadata", "The same for machines (RO-Crate).", "application/ld+json"
+    ),
 }
 """The files of the published set."""
 

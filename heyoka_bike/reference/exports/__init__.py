@@ -2,5 +2,6 @@
 
 Each module has ``SUFFIXES`` and ``render(selection, stem)``, which gives the bytes of each file by
 the ending that its name has after the stem (``.h``, ``-1.csv``). What all of them need is in
-`selection`.
+`selection`. `equations` has another `render`: it writes the equations of motion, in a file for each
+language.
 """

@@ -3,17 +3,14 @@
 import re
 from collections.abc import Iterator
 from fractions import Fraction
-from pathlib import Path
-from string import Template
 
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.reference.exports.selection import Selection, about, commented
+from heyoka_bike.reference.exports.selection import Selection, about, commented, filled
 from heyoka_bike.reference.load import ReferenceManeuver
 
 SUFFIXES = (".c", ".h")
 
-_HERE = Path(__file__).parent
 # What a name may have to be quoted in #include.
 _STEM = re.compile(r"[A-Za-z0-9_+. -]+")
 _PER_LINE = 4
@@ -49,12 +46,7 @@ def render(selection: Selection, stem: str) -> dict[str, bytes]:
         "terms": selection.terms,
         "data": f"{tables}\nstatic const struct maneuver maneuvers[] = {{\n{entries}\n}};\n",
     }
-    return {
-        suffix: Template((_HERE / f"evaluator{suffix}").read_text("ascii"))
-        .substitute(fields)
-        .encode("ascii")
-        for suffix in SUFFIXES
-    }
+    return {suffix: filled(suffix, fields) for suffix in SUFFIXES}
 
 
 def _tables(number: int, m: ReferenceManeuver, names: list[str]) -> str:

@@ -2,10 +2,8 @@
 
 from collections.abc import Iterator, Sequence
 from itertools import accumulate
-from pathlib import Path
-from string import Template
 
-from heyoka_bike.reference.exports.selection import Selection, about, commented
+from heyoka_bike.reference.exports.selection import Selection, about, commented, filled
 
 SUFFIXES = (".f90",)
 
@@ -36,8 +34,7 @@ def render(selection: Selection, stem: str) -> dict[str, bytes]:
         "first": ", ".join(map(str, accumulate(counts, initial=1))),
         "data": "\n".join(_data(selection)),
     }
-    template = Path(__file__).with_name("evaluator.f90").read_text("ascii")
-    return {".f90": Template(template).substitute(fields).encode("ascii")}
+    return {suffix: filled(suffix, fields) for suffix in SUFFIXES}
 
 
 def _data(selection: Selection) -> Iterator[str]:

@@ -2,11 +2,9 @@
 
 import re
 from collections.abc import Iterable, Iterator
-from pathlib import Path
-from string import Template
 
 from heyoka_bike.errors import InputError, quoted
-from heyoka_bike.reference.exports.selection import Selection, about, commented
+from heyoka_bike.reference.exports.selection import Selection, about, commented, filled
 
 SUFFIXES = (".m",)
 
@@ -36,8 +34,7 @@ def render(selection: Selection, stem: str) -> dict[str, bytes]:
         "stem": stem,
         "data": "\n".join(_data(selection)),
     }
-    template = Path(__file__).with_name("evaluator.m").read_text("ascii")
-    return {".m": Template(template).substitute(fields).encode("ascii")}
+    return {suffix: filled(suffix, fields) for suffix in SUFFIXES}
 
 
 def _data(selection: Selection) -> Iterator[str]:

@@ -1,9 +1,11 @@
 """What is exported, and the comment that every file begins with."""
 
 import textwrap
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
+from pathlib import Path
+from string import Template
 
 from heyoka_bike.bicycle.column import Column
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
@@ -105,6 +107,11 @@ def about(selection: Selection, content: str, use: str) -> list[str]:
         "Columns:",
         *(f"  {described(column)}" for column in selection.columns),
     ]
+    return wrapped(paragraphs)
+
+
+def wrapped(paragraphs: Iterable[str]) -> list[str]:
+    """Paragraphs as lines in printable ASCII."""
     lines = []
     for text in paragraphs:
         ascii_only = text.encode("ascii", "backslashreplace").decode()
@@ -122,6 +129,12 @@ def described(column: Column) -> str:
 def commented(lines: list[str], mark: str) -> str:
     """The lines as a comment."""
     return "".join(f"{mark} {line}".rstrip() + "\n" for line in lines)
+
+
+def filled(suffix: str, fields: Mapping[str, object]) -> bytes:
+    """The evaluator of the dense output in the language of a suffix, with its fields."""
+    template = Path(__file__).with_name(f"evaluator{suffix}").read_text("ascii")
+    return Template(template).substitute(fields).encode("ascii")
 
 
 def sharing_times(selection: Selection) -> dict[str, Selection]:

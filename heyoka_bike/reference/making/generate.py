@@ -7,10 +7,11 @@ from pathlib import Path
 
 from heyoka_bike.bicycle.parameters import (
     Bicycle,
+    Given,
     Maneuver,
+    benchmark,
     describe_inputs,
-    read_bicycle,
-    read_maneuvers,
+    read_inputs,
 )
 from heyoka_bike.errors import BicycleError, InputError, UndecidedError
 from heyoka_bike.motion.endings import Ending, ending
@@ -20,20 +21,11 @@ from heyoka_bike.reference.making.tabulate import STAGES, Table, tabulated, tabu
 from heyoka_bike.reference.manifest import CUSTOM, DATASET_VERSION
 from heyoka_bike.system.jobs import Job, Outcome, Report
 from heyoka_bike.system.parallel import Progress, carry_out
-from heyoka_bike.system.resources import (
-    benchmark_bicycle,
-    benchmark_maneuvers,
-    collection,
-    find_input,
-)
 from heyoka_bike.system.unfinished import Unfinished, unfinished
 
 MIN_DIGITS, MAX_DIGITS = 65, 1000
 _ATTEMPTS = 4
 _MORE_DIGITS = 20
-
-Given = Bicycle | str | Path
-"""A bicycle, the name of one of the collection, or a TOML file."""
 
 Fail = Callable[[Path, Exception], None]
 
@@ -210,7 +202,7 @@ def _endings(
     jobs, found = {}, {}
     for folder, given in sets.items():
         try:
-            bicycle, asked = _read(given, maneuvers)
+            bicycle, asked = read_inputs(given, maneuvers)
             jobs[Job(_end_of_each, (bicycle, asked, until))] = folder, bicycle, asked
         except BicycleError as e:
             fail(folder, e)
@@ -225,21 +217,6 @@ def _endings(
 
     carry_out(jobs, ended)
     return {folder: found[folder] for folder in sets if folder in found}
-
-
-def _read(
-    bicycle: Given, maneuvers: Sequence[Maneuver] | str | Path | None
-) -> tuple[Bicycle, Sequence[Maneuver]]:
-    own = "benchmark"
-    if not isinstance(bicycle, Bicycle):
-        own = str(bicycle) if str(bicycle) in collection("maneuvers") else own
-        bicycle = read_bicycle(find_input("bicycles", str(bicycle)))
-    asked = own if maneuvers is None else maneuvers
-    if isinstance(asked, str | Path):
-        asked = read_maneuvers(find_input("maneuvers", str(asked)))
-    if not asked:
-        raise InputError("maneuvers: found none, expected one or more")
-    return bicycle, asked
 
 
 def _end_of_each(
@@ -270,10 +247,8 @@ class _SetInMaking:
         self.folder, self.bicycle, self.ends, self.name = folder, bicycle, ends, name
         self.maneuvers = [end.maneuver for end in ends]
         self.inputs = describe_inputs(bicycle, self.maneuvers)
-        published = describe_inputs(
-            read_bicycle(benchmark_bicycle()), read_maneuvers(benchmark_maneuvers())
-        )
-        self.version = DATASET_VERSION if self.inputs == published else CUSTOM
+        is_published = self.inputs == describe_inputs(*benchmark())
+        self.version = DATASET_VERSION if is_published else CUSTOM
         self.attempts = [1] * len(ends)
         self.parts: list[dict[str, Outcome]] = [{} for _ in ends]
         self.places: dict[Job, tuple[int, str]] = {}

@@ -24,7 +24,7 @@ from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.errors import NotCertifiedError
 from heyoka_bike.motion.trajectory import Certificate, Piece, Trajectory
 from heyoka_bike.numbers.analytic import PowerSeries
-from heyoka_bike.numbers.arithmetic import Balls, Number, exact_ball
+from heyoka_bike.numbers.arithmetic import Balls, exact_ball
 from heyoka_bike.numbers.ball_matrices import total
 from heyoka_bike.numbers.rounding import Value, upward, upward_ball
 from heyoka_bike.reference.proof.cauchy import (
@@ -50,7 +50,8 @@ def bound_dense(
     run: Trajectory, certificate: Certificate, dense: Dense, constant: Mapping[str, Value]
 ) -> Dense:
     """The dense output with a certified bound for each piece and column."""
-    along = Expanded.of(run, _columns)
+    # On a circle an energy or an angle is as analytic as the rates.
+    along = Expanded.of(run, Equations.every_column)
     parts = (
         expansion
         for i in range(run.steps)
@@ -156,9 +157,7 @@ class Expansion:
         length = ceil(_REMAINDER_BITS / log2(circle.radius))
         a = PowerSeries(BITS, length)
         with a.precision():
-            unit = flint.arb(2) ** -piece.grid
-            state = [a.series([c * unit for c in row[:length]]) for row in piece.rows]
-            values = along.function(along.in_series.over(a), state)
+            values = along.function(along.in_series.over(a), piece.series(a))
             self.polynomials = [flint.arb_poly(a.coefficients(x)) for x in values]
             # Terms past the length, and the exact motion's distance.
             rest = geometric(circle.radius, length) + moved(state_bound, circle.rho)
@@ -223,12 +222,6 @@ def _basis(
     while len(t) < n:
         t.append(2 * x * t[-1] - t[-2])
     return flint.arb_mat([[p[j] for j in range(n)] for p in t[:n]])
-
-
-def _columns(equations: Equations, state: Sequence[Number]) -> list[Number]:
-    """All columns in order; on a circle an energy or an angle is as analytic as the rates."""
-    values = equations.columns(state)
-    return [values[c.name] for c in COLUMNS]
 
 
 def _constant_distance(x: Value, hi: np.ndarray, lo: np.ndarray) -> float:

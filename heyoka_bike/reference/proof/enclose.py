@@ -242,14 +242,10 @@ class Prover:
         """Taylor coefficients of h J along the piece, and a bound on what they leave out."""
         a = PowerSeries(MATRIX_BITS, length)
         with a.precision():
-            unit = flint.arb(2) ** -piece.grid
             step = exact_ball(piece.h)
             # Coefficients of J below the length depend on those of p below it only.
-            rows = [[c * unit for c in row] for row in piece.rows]
             duals = Duals(a)
-            state: list[Number] = list(
-                duals.variables([a.series(row[:length]) for row in rows[:6]])
-            )
+            state: list[Number] = list(duals.variables(piece.series(a)[:6]))
             values = self.matrix.over(duals).rates_with_yaw(state)
             zeros = [flint.arb(0)] * length
             coefficients = [

@@ -18,6 +18,7 @@ import flint
 
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import PARAMETERS, START, Bicycle, Maneuver
+from heyoka_bike.numbers.arithmetic import Arithmetic
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.proof.unknowns import COUNT, Varied, slope
 
@@ -169,7 +170,7 @@ def _constant(polynomial: Any) -> Any:
     return polynomial.leading_coefficient() if polynomial != 0 else 0
 
 
-class RationalFunctions:
+class RationalFunctions(Arithmetic):
     """The arithmetic of `Element`; sines and cosines of at most two different angles."""
 
     def __init__(self) -> None:

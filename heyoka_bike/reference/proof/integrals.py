@@ -108,10 +108,8 @@ class _Integrator:
         length = max(ceil(self.bits / log2(circle.radius)), longest)
         a = PowerSeries(self.bits, length)
         with a.precision():
-            unit, step = flint.arb(2) ** -piece.grid, exact_ball(piece.h)
-            state = [a.series([c * unit for c in row]) for row in piece.rows]
-            values = rates_of_integrals(self.equations.over(a), state)
-            return [a.coefficients(step * x) for x in values]
+            values = rates_of_integrals(self.equations.over(a), piece.series(a))
+            return [a.coefficients(exact_ball(piece.h) * x) for x in values]
 
     def _row(self, piece: Piece, i: int, integrand: Sequence[flint.arb]) -> list[int]:
         """Integers of an integral's polynomial; where it begins may have to be rounded."""

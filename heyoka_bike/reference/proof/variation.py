@@ -271,9 +271,7 @@ class _Prover:
         a = PowerSeries(BITS, length)
         duals = Duals(a)
         with a.precision():
-            values = self.equations.over(duals).rates_with_yaw(
-                duals.variables(_state(a, piece, length))
-            )
+            values = self.equations.over(duals).rates_with_yaw(duals.variables(piece.series(a)))
             slopes = [x.slopes if isinstance(x, Dual) else [0] * SIZE for x in values]
             return _matrices(a, slopes, exact_ball(piece.h))
 
@@ -281,7 +279,7 @@ class _Prover:
         """The same of h g, by the unknowns."""
         a = PowerSeries(BITS, length)
         with a.precision():
-            slopes = self._traced(a, Equations.rates_with_yaw, _state(a, piece, length), ())
+            slopes = self._traced(a, Equations.rates_with_yaw, piece.series(a), ())
             return [
                 m * self.unknowns.by_constant for m in _matrices(a, slopes, exact_ball(piece.h))
             ]
@@ -309,14 +307,9 @@ class _Prover:
         """Taylor coefficients of the derivatives of the columns: by power, see `Variation`."""
         a = PowerSeries(COLUMN_BITS, length)
         with a.precision():
-            state = [Traced(x) for x in _state(a, piece, length)]
-            slopes = self._traced(a, _columns, state, state)
+            state = [Traced(x) for x in piece.series(a)]
+            slopes = self._traced(a, Equations.every_column, state, state)
             return [m.entries() for m in _matrices(a, slopes, flint.arb(1))]
-
-
-def _state(a: PowerSeries, piece: Piece, length: int) -> list[flint.arb_series]:
-    unit = flint.arb(2) ** -piece.grid
-    return [a.series([c * unit for c in row[:length]]) for row in piece.rows]
 
 
 def _matrices(
@@ -333,12 +326,7 @@ def _matrices(
 
 def _rates_and_columns(equations: Equations, state: Sequence[Number]) -> list[Number]:
     """Rates of the state without the yaw, whose rate is a column, and the columns."""
-    return [*equations.rates(state), *_columns(equations, state)]
-
-
-def _columns(equations: Equations, state: Sequence[Number]) -> list[Number]:
-    values = equations.columns(state)
-    return [values[c.name] for c in COLUMNS]
+    return [*equations.rates(state), *equations.every_column(state)]
 
 
 def _solution(

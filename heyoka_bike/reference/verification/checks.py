@@ -107,14 +107,3 @@ class NumberCheck:
 def all_passed(checks: Sequence[Check]) -> bool:
     """Whether no check failed; one that was not made does not count."""
     return all(c.passed is not False for c in checks)
-
-
-def as_dict(check: Check) -> dict[str, Any]:
-    """A check as JSON values."""
-    return {
-        "check": check.check,
-        "passed": check.passed,
-        "file": check.file,
-        "message": check.message,
-        "evidence": dict(check.evidence),
-    }

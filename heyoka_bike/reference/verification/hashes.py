@@ -7,17 +7,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from heyoka_bike.errors import DatasetError
+from heyoka_bike.reference import manifest as manifest_file
 from heyoka_bike.reference.layout import HDF5
-from heyoka_bike.reference.manifest import (
-    CUSTOM,
-    DATASET_VERSION,
-    MANIFEST,
-    OLDER_MANIFESTS_SHA256,
-    PUBLISHED_MANIFEST_SHA256,
-    Manifest,
-    read_manifest,
-    sha256,
-)
+from heyoka_bike.reference.manifest import MANIFEST, Manifest
 from heyoka_bike.reference.verification.checks import Check
 
 
@@ -56,7 +48,7 @@ def check_files(folder: Path, *, is_published: bool = False) -> tuple[Files, lis
     except OSError as e:
         raise DatasetError(f"{folder}: cannot be read: {e.strerror or e}") from None
     try:
-        manifest = read_manifest(folder)
+        manifest = manifest_file.read_manifest(folder)
         raw = (folder / MANIFEST).read_bytes()
     except (DatasetError, OSError) as e:
         # A folder that holds this file is a set, whatever is wrong with its manifest.
@@ -95,20 +87,21 @@ def _known(manifest: Manifest, *, is_published: bool) -> Check:
     """The manifest of a published set is the one whose hash the package knows."""
     version, found = manifest.dataset_version, manifest.sha256
     passed, short = True, f"sha256 {found[:12]}..."
-    if found == PUBLISHED_MANIFEST_SHA256:
+    if found == manifest_file.PUBLISHED_MANIFEST_SHA256:
         message = f"{short} is that of the published set {version}"
-    elif found == OLDER_MANIFESTS_SHA256.get(version) and not is_published:
+    elif found == manifest_file.OLDER_MANIFESTS_SHA256.get(version) and not is_published:
         message = (
             f"{short} is that of the published set {version}; this version of the package makes "
-            f"{DATASET_VERSION}"
+            f"{manifest_file.DATASET_VERSION}"
         )
-    elif version == CUSTOM and not is_published:
+    elif version == manifest_file.CUSTOM and not is_published:
         message = f"a set of your own: the package knows no hash to expect (found {short})"
     else:
         passed = False
         message = (
             f"found {short} of dataset version {version!r:.40}, expected "
-            f"{PUBLISHED_MANIFEST_SHA256[:12]}... of the published set {DATASET_VERSION}"
+            f"{manifest_file.PUBLISHED_MANIFEST_SHA256[:12]}... of the published set "
+            f"{manifest_file.DATASET_VERSION}"
         )
     return Check("manifest_hash", passed, MANIFEST, message, {"values": 1, "sha256": found})
 
@@ -132,7 +125,7 @@ def _file(folder: Path, name: str, manifest: Manifest) -> tuple[Check, bytes | N
     if data is None:
         message = f"found {found} bytes, expected {size}"
         return Check("file", False, name, message, {"values": found}), None
-    if (other := sha256(data)) != digest:
+    if (other := manifest_file.sha256(data)) != digest:
         message = f"found sha256 {other[:12]}..., expected {digest[:12]}..."
         return Check("file", False, name, message, {"values": size}), None
     message = f"sha256 {digest[:12]}... as in the manifest"

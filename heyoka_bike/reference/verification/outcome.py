@@ -1,10 +1,10 @@
 """What is found out about a reference folder, as data: its files, checks, and digits that agree."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
-from heyoka_bike.reference.verification.checks import Check, Tally, all_passed, as_dict
+from heyoka_bike.reference.verification.checks import Check, Tally, all_passed
 from heyoka_bike.reference.verification.contents import StoredManeuver
 
 SCHEMA_VERSION = 1
@@ -87,5 +87,5 @@ class Verification:
             "dataset_version": self.dataset_version,
             "folder": self.folder,
             "passed": self.passed,
-            "checks": [as_dict(c) for c in self.checks],
+            "checks": [asdict(c) for c in self.checks],
         }

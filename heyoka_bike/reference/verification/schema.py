@@ -9,7 +9,6 @@ import json
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -19,6 +18,7 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.bicycle.equations.kinematics import state_names
 from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
 from heyoka_bike.bicycle.parameters import Maneuver
+from heyoka_bike.numbers.exact import shortest_decimal
 from heyoka_bike.numbers.precision import Precision
 from heyoka_bike.reference import structure
 from heyoka_bike.reference.hdf5 import BOUND, INDEX, Dataset, Group, by_maneuver, columns_of, opened
@@ -57,7 +57,6 @@ _ANY = object()
 """In a form, what its numbers say, or somebody's words."""
 _REWORDED = {"Conventions", "comment", "dataset_version"}
 """Attributes of whole files that say something else in sets before 1.5.0."""
-_TIME = re.compile(r"(0|[1-9][0-9]*)(\.[0-9]*[1-9])?")
 
 
 @dataclass(frozen=True, slots=True)
@@ -407,39 +406,19 @@ def of_text(raw: bytes, e: SetForm, file: TextFile) -> Iterator[str]:
         yield f"found {len(lines)} lines, expected {maneuver.rows}, each of them ended"
         return
     count = 1 + len(BENCHMARK_COLUMNS) * len(file.numbers)
-    is_number = _has_50_digits if file.is_long else _has_17_digits
     for i, line in enumerate(lines):
         fields = line.split(" ")
         if len(fields) != count:
             yield f"line {i + 1}: found {len(fields)} fields, expected {count}"
-        elif not _is_time(fields[0], maneuver.time(i)):
+        elif fields[0] != shortest_decimal(maneuver.time(i), TEXT_DIGITS):
             expected = float(maneuver.time(i))
             yield f"line {i + 1}: found time {fields[0]:.60} s, expected {expected:.17g} s"
-        elif wrong := [x for x in fields[1:] if not is_number(x)]:
+        elif wrong := [x for x in fields[1:] if not _is_number(x, file)]:
             yield f"line {i + 1}: found {wrong[0]!r:.80}, expected a number of the format"
 
 
-def _is_time(text: str, t: Fraction) -> bool:
-    """The shortest decimal that is exactly the time, or its first digits if there is none."""
-    if not _TIME.fullmatch(text):
-        return False
-    return abs(Fraction(text) - t) <= (t / 10**TEXT_DIGITS if _is_endless(t) else 0)
-
-
-def _is_endless(t: Fraction) -> bool:
-    denominator = t.denominator
-    for p in (2, 5):
-        while denominator % p == 0:
-            denominator //= p
-    return denominator != 1
-
-
-def _has_50_digits(text: str) -> bool:
-    return _NUMBER_50.fullmatch(text) is not None
-
-
-def _has_17_digits(text: str) -> bool:
-    return f"{float(text):.17g}" == text
+def _is_number(text: str, file: TextFile) -> bool:
+    return bool(_NUMBER_50.fullmatch(text)) if file.is_long else f"{float(text):.17g}" == text
 
 
 def read_text(raw: bytes, file: TextFile) -> Text:

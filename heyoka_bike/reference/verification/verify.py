@@ -38,29 +38,10 @@ from heyoka_bike.reference.load import load_motion, load_reference
 from heyoka_bike.reference.manifest import MANIFEST, Manifest
 from heyoka_bike.reference.proof.candidate import read_candidate
 from heyoka_bike.reference.texts import TextFile, text_files
-from heyoka_bike.reference.verification import schema
-from heyoka_bike.reference.verification.agreement import (
-    candidate_joins,
-    certified,
-    certified_motion,
-    dense,
-    energies_add_up,
-    equations_of_motion,
-    own_state,
-    rounded_rows,
-    row_zero,
-    text_17,
-    text_50,
-)
+from heyoka_bike.reference.verification import agreement, motion_agreement, schema
 from heyoka_bike.reference.verification.checks import Check, NumberCheck, Tally
 from heyoka_bike.reference.verification.contents import BOUNDS, StoredManeuver, bounds_of
 from heyoka_bike.reference.verification.hashes import check_files
-from heyoka_bike.reference.verification.motion_agreement import (
-    follows_from_state,
-    identities,
-    motion_dense,
-    rolling,
-)
 from heyoka_bike.reference.verification.outcome import Verification
 from heyoka_bike.reference.verification.rerun import run_again
 from heyoka_bike.system.jobs import Report
@@ -93,22 +74,28 @@ MEASURED: Mapping[str, str] = {
 """What a check says when nothing is wrong; ``{largest}`` is what was measured."""
 
 CHECKS = (
-    NumberCheck(row_zero, (HDF5,), {"row_zero": HDF5}),
-    NumberCheck(energies_add_up, (HDF5,), {"energy": HDF5}),
-    NumberCheck(own_state, (HDF5,), {"contact": HDF5, "columns": HDF5}),
-    NumberCheck(follows_from_state, (HDF5, MOTION), {"motion_state": MOTION}),
-    NumberCheck(identities, (HDF5, MOTION), {"motion_identities": MOTION}),
-    NumberCheck(rolling, (HDF5, MOTION), {"rolling": MOTION}),
-    NumberCheck(dense, (HDF5,), {"dense_rows": HDF5, "dense_joins": HDF5}),
-    NumberCheck(motion_dense, (HDF5, MOTION), {"dense_rows": MOTION, "dense_joins": MOTION}),
-    NumberCheck(text_17, (HDF5, TEXT), {"text": TEXT}),
-    NumberCheck(text_50, (HDF5, TEXT_50), {"text": TEXT_50}),
-    NumberCheck(certified, (HDF5, CERTIFICATE), {"certificate": CERTIFICATE}),
-    NumberCheck(certified_motion, (HDF5, MOTION, CERTIFICATE), {"certificate": CERTIFICATE}),
-    NumberCheck(candidate_joins, (CANDIDATE,), {"candidate_joins": CANDIDATE}),
-    NumberCheck(equations_of_motion, (BOUNDS,), {"equations_of_motion": CANDIDATE}),
+    NumberCheck(agreement.row_zero, (HDF5,), {"row_zero": HDF5}),
+    NumberCheck(agreement.energies_add_up, (HDF5,), {"energy": HDF5}),
+    NumberCheck(agreement.own_state, (HDF5,), {"contact": HDF5, "columns": HDF5}),
+    NumberCheck(motion_agreement.follows_from_state, (HDF5, MOTION), {"motion_state": MOTION}),
+    NumberCheck(motion_agreement.identities, (HDF5, MOTION), {"motion_identities": MOTION}),
+    NumberCheck(motion_agreement.rolling, (HDF5, MOTION), {"rolling": MOTION}),
+    NumberCheck(agreement.dense, (HDF5,), {"dense_rows": HDF5, "dense_joins": HDF5}),
     NumberCheck(
-        rounded_rows, (HDF5, BOUNDS), {"rounding": HDF5, "row_bounds": HDF5, "digits": TEXT_50}
+        motion_agreement.motion_dense, (HDF5, MOTION), {"dense_rows": MOTION, "dense_joins": MOTION}
+    ),
+    NumberCheck(agreement.text_17, (HDF5, TEXT), {"text": TEXT}),
+    NumberCheck(agreement.text_50, (HDF5, TEXT_50), {"text": TEXT_50}),
+    NumberCheck(agreement.certified, (HDF5, CERTIFICATE), {"certificate": CERTIFICATE}),
+    NumberCheck(
+        agreement.certified_motion, (HDF5, MOTION, CERTIFICATE), {"certificate": CERTIFICATE}
+    ),
+    NumberCheck(agreement.candidate_joins, (CANDIDATE,), {"candidate_joins": CANDIDATE}),
+    NumberCheck(agreement.equations_of_motion, (BOUNDS,), {"equations_of_motion": CANDIDATE}),
+    NumberCheck(
+        agreement.rounded_rows,
+        (HDF5, BOUNDS),
+        {"rounding": HDF5, "row_bounds": HDF5, "digits": TEXT_50},
     ),
 )
 """All that is looked at in the numbers of a maneuver."""

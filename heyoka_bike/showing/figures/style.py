@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from heyoka_bike.errors import InputError, MissingPackageError
+from heyoka_bike.errors import InputError, required
 from heyoka_bike.system.files import write_output
 
 if TYPE_CHECKING:
@@ -70,13 +70,8 @@ def style() -> Any:
     MissingPackageError
         matplotlib is not installed.
     """
-    try:
-        import matplotlib.style
-    except ImportError:
-        raise MissingPackageError(
-            'matplotlib is not installed; drawing needs it (pip install "heyoka_bike[plot]")'
-        ) from None
-    return matplotlib.style.context(["default", _STYLE])
+    said = 'matplotlib is not installed; drawing needs it (pip install "heyoka_bike[plot]")'
+    return required("matplotlib.style", said).context(["default", _STYLE])
 
 
 def unit(columns: Mapping[str, str], name: str) -> str:

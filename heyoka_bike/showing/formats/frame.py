@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from heyoka_bike.errors import MissingPackageError
+from heyoka_bike.errors import required
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.report import Report, Series
 from heyoka_bike.showing.formats.csv import FIELDS, RUN_FIELDS, values
@@ -36,10 +36,5 @@ def of_columns(time: Array | None, columns: Mapping[str, Array]) -> Any:
 
 
 def _pandas() -> Any:
-    try:
-        import pandas
-    except ImportError:
-        raise MissingPackageError(
-            "pandas is not installed; to_pandas needs it (pip install pandas)"
-        ) from None
-    return pandas
+    said = "pandas is not installed; to_pandas needs it (pip install pandas)"
+    return required("pandas", said)

@@ -15,6 +15,11 @@ from heyoka_bike.version import __version__
 
 SCHEMA_VERSION = 1
 
+_OF_MANEUVER = (
+    "maneuver", "name", "rows", "t_start", "t_end", "coverage", "gap", "step", "performance",
+    "performance_limit", "meets_limit",
+)  # fmt: skip
+
 
 def render(scored: Report | Series) -> str:
     """The report of a file or of a series as JSON; what is unknown is null."""
@@ -51,13 +56,7 @@ def _series(series: Series) -> dict[str, Any]:
         "dataset_version": series.runs[0].report.dataset_version,
         "is_one_program": series.is_one_program,
         "runs": [
-            {
-                "name": r.name,
-                "step": r.step,
-                "tolerance": r.tolerance,
-                "cpu": r.cpu,
-                "report": _report(r.report),
-            }
+            _fields(r, ("name", "step", "tolerance", "cpu")) | {"report": _report(r.report)}
             for r in series.runs
         ],
         "convergence": [asdict(c) for c in series.convergence],
@@ -67,21 +66,8 @@ def _series(series: Series) -> dict[str, Any]:
 
 
 def _maneuver(m: ManeuverScore) -> dict[str, Any]:
-    return {
-        "maneuver": m.maneuver,
-        "name": m.name,
-        "rows": m.rows,
-        "t_start": m.t_start,
-        "t_end": m.t_end,
-        "coverage": m.coverage,
-        "gap": m.gap,
-        "step": m.step,
-        "performance": m.performance,
-        "performance_limit": m.performance_limit,
-        "meets_limit": m.meets_limit,
-        "consistency": asdict(m.consistency),
-        "columns": [_column(c) for c in m.columns],
-    }
+    parts = {"consistency": asdict(m.consistency), "columns": [_column(c) for c in m.columns]}
+    return _fields(m, _OF_MANEUVER) | parts
 
 
 def _column(c: ColumnScore) -> dict[str, Any]:
@@ -112,12 +98,11 @@ def _reading(r: Reading) -> dict[str, Any]:
 
 
 def _finding(f: Finding) -> dict[str, Any]:
-    return {
-        "code": f.code,
-        "severity": str(f.severity),
-        "message": f.message,
-        "evidence": f.evidence,
-    }
+    return _fields(f, ("code", "severity", "message", "evidence"))
+
+
+def _fields(x: object, names: Sequence[str]) -> dict[str, Any]:
+    return {name: getattr(x, name) for name in names}
 
 
 def _clean(x: Any) -> Any:

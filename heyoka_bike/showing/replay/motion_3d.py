@@ -1,13 +1,12 @@
-"""Where the bicycle is: places and attitudes of its bodies, and the tracks of its wheels.
+"""Where the bicycle is: its angles, the contact points of its wheels, and how far they have turned.
 
 The equations need neither place nor yaw; both follow here from the state, by integration over time.
 The *ground frame* has x along the initial heading, y to the right, z down, and its origin where the
-rear wheel touches the floor at the start. A body's attitude is a matrix whose columns are the
-body's x, y and z axes in the ground frame; the axes are those of the upright, straight bicycle.
+rear wheel touches the floor at the start.
 
-The rates of yaw, tracks and wheels are those of `configuration`. Their integrals are Gauss's
+The rates of yaw, track and wheels are those of `configuration`. Their integrals are Gauss's
 quadrature over short steps between the times asked for, with the yaw inside a step by collocation:
-the error is that of binary64.
+the error is that of binary64. What else follows from them is `Configuration`'s.
 """
 
 from collections.abc import Callable, Mapping
@@ -16,11 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from heyoka_bike.bicycle.equations.configuration import track_speeds, wheel_rates
-from heyoka_bike.bicycle.equations.constants import Constants
-from heyoka_bike.bicycle.equations.kinematics import unfold
+from heyoka_bike.bicycle.equations.configuration import Configuration, track_speeds, wheel_rates
 from heyoka_bike.bicycle.equations.outputs import yaw_rate
-from heyoka_bike.numbers.arithmetic import Arrays
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.load import ReferenceManeuver
 
@@ -64,16 +61,10 @@ class Motion3D:
         As the columns of these names; right positive, pitch nose up.
     rear_contact, front_contact : ndarray, shape (n, 3)
         Lowest points of the wheels.
-    rear_hub, front_hub : ndarray, shape (n, 3)
-        P1 and P3 of the benchmark.
-    rear_frame, front_frame : ndarray, shape (n, 3, 3)
-        Attitudes of frame and fork; the same where steer is zero.
-    steer_axis : ndarray, shape (n, 3)
-        Direction of the steer axis, down.
     rear_wheel, front_wheel : ndarray, shape (n,)
         How far each wheel has turned in its frame or fork, about the y axis: forward is negative.
-    rear_track, front_track : ndarray, shape (n,)
-        Lengths of the tracks [m].
+    rear_track : ndarray, shape (n,)
+        Length of its track [m].
     """
 
     time: Array
@@ -83,15 +74,9 @@ class Motion3D:
     yaw: Array
     rear_contact: Array
     front_contact: Array
-    rear_hub: Array
-    front_hub: Array
-    rear_frame: Array
-    front_frame: Array
-    steer_axis: Array
     rear_wheel: Array
     front_wheel: Array
     rear_track: Array
-    front_track: Array
 
 
 def reference_state(maneuver: ReferenceManeuver) -> State:
@@ -99,12 +84,14 @@ def reference_state(maneuver: ReferenceManeuver) -> State:
     return lambda t: maneuver.approximate(t, STATE)
 
 
-def motion_3d(k: Constants, state: State, time: Array, start: Place | None = None) -> Motion3D:
+def motion_3d(
+    equations: Equations, state: State, time: Array, start: Place | None = None
+) -> Motion3D:
     """The motion in the ground frame.
 
     Parameters
     ----------
-    k : Constants
+    equations : Equations
         Of the bicycle, in binary64, see `Equations.binary64`.
     state
         Smooth, or the places are only as good as it is.
@@ -114,51 +101,42 @@ def motion_3d(k: Constants, state: State, time: Array, start: Place | None = Non
         Where it is at the first time; the origin by default.
     """
     place = Place() if start is None else start
-    yaw, x, y, *turned = _integrals(k, state, time, place)
-    roll, pitch, steer, *_ = (state(time)[name] for name in STATE)
-    heading = _turn(2, yaw) @ _turn(0, roll)
-    rear_frame = heading @ _turn(1, pitch)
-    tilt = np.full_like(time, k.tilt)
-    along_axis = rear_frame @ _turn(1, tilt)
-    along_front = along_axis @ _turn(2, steer)
-    front_frame = along_front @ _turn(1, -tilt)
-    contact = np.column_stack((x, y, np.zeros_like(x)))
-    rear_hub = contact - k.length * k.rear.r * heading[:, :, 2]
-    front_hub = rear_hub + k.length * (
-        k.d1 * along_axis[:, :, 0] + k.d2 * along_axis[:, :, 2] + k.d3 * along_front[:, :, 0]
-    )
-    rear_wheel, front_wheel, rear_track, front_track = turned
+    yaw, x, y, rear_wheel, front_wheel, track = _integrals(equations, state, time, place)
+    here = _of_form(equations, state(time))
+    roll, pitch, steer = here[:3]
+    front_contact = Configuration.of(equations, [*here, yaw, x, y]).places()["front_contact"]
     return Motion3D(
         time=time, roll=roll, pitch=pitch, steer=steer, yaw=yaw,
-        rear_contact=contact,
-        front_contact=front_hub + k.length * k.front.r * _down_in_plane(front_frame[:, :, 1]),
-        rear_hub=rear_hub, front_hub=front_hub,
-        rear_frame=rear_frame, front_frame=front_frame, steer_axis=along_axis[:, :, 2],
-        rear_wheel=rear_wheel, front_wheel=front_wheel,
-        rear_track=rear_track, front_track=front_track,
+        rear_contact=np.column_stack((x, y, np.zeros_like(x))),
+        front_contact=np.column_stack(front_contact),
+        rear_wheel=rear_wheel, front_wheel=front_wheel, rear_track=track,
     )  # fmt: skip
 
 
-def _integrals(k: Constants, state: State, time: Array, start: Place) -> list[Array]:
-    """Yaw, rear contact x and y, angles of the wheels and lengths of their tracks."""
+def _of_form(equations: Equations, values: Mapping[str, Array]) -> list[Array]:
+    """The state variables of the regular form, without the yaw, from the columns of `STATE`."""
+    k, (*others, speed) = equations.k, (values[name] for name in STATE)
+    return [*others, speed / (k.length * k.rear.r)]
+
+
+def _integrals(equations: Equations, state: State, time: Array, start: Place) -> list[Array]:
+    """Yaw, rear contact x and y, angles of the wheels and length of the rear track."""
     fine, where = _with_steps(time)
     step = np.diff(fine)[:, None]
     nodes, weights, inside = _collocation()
     at = fine[:-1, None] + step * nodes
-    values = state(at.ravel())
-    roll, pitch, steer, roll_rate, steer_rate, speed = (values[name] for name in STATE)
-    spin = speed / (k.length * k.rear.r)
-    o, u = unfold(k, Arrays(), (roll, pitch, steer, roll_rate, steer_rate, spin), is_regular=True)
+    k = equations.k
+    o, u = equations.unfold(_of_form(equations, state(at.ravel())))
     turning = yaw_rate(o, u).reshape(at.shape)
     yaw = _summed(start.yaw, step * turning @ weights[:, None])
     yaw_inside = yaw[:-1, None] + step * (turning @ inside.T)
-    rear_wheel, front_wheel, rear_rim, front_rim = (
+    rear_wheel, front_wheel, rear_rim, _ = (
         x.reshape(at.shape) for x in (*wheel_rates(k, u), *track_speeds(k, u))
     )
     rates = (
         (start.x, rear_rim * np.cos(yaw_inside)),
         (start.y, rear_rim * np.sin(yaw_inside)),
-        (0.0, rear_wheel), (0.0, front_wheel), (0.0, rear_rim), (0.0, front_rim),
+        (0.0, rear_wheel), (0.0, front_wheel), (0.0, rear_rim),
     )  # fmt: skip
     found = [yaw, *(_summed(first, step * rate @ weights[:, None]) for first, rate in rates)]
     return [x[where] for x in found]
@@ -189,21 +167,3 @@ def _collocation() -> tuple[Array, Array, Array]:
     integrals[:, 1:] = (values[:, 2:] - values[:, :-2]) / (2 * degrees[1:] + 1)
     through = (2 * degrees[:, None] + 1) / 2 * values[:, :-1].T * w
     return (x + 1) / 2, w / 2, integrals @ through / 2
-
-
-def _down_in_plane(axle: Array) -> Array:
-    """Direction from a hub to the lowest point of its wheel, for unit vectors along the axle."""
-    down = np.array([0.0, 0.0, 1.0]) - axle[:, 2:] * axle
-    found: Array = down / np.linalg.norm(down, axis=1, keepdims=True)
-    return found
-
-
-def _turn(axis: int, angle: Array) -> Array:
-    """Matrices of turns about an axis, shape (n, 3, 3)."""
-    i, j = (axis + 1) % 3, (axis + 2) % 3
-    found = np.zeros((len(angle), 3, 3))
-    found[:, axis, axis] = 1.0
-    found[:, i, i] = found[:, j, j] = np.cos(angle)
-    found[:, j, i] = np.sin(angle)
-    found[:, i, j] = -found[:, j, i]
-    return found

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
-from heyoka_bike.bicycle.equations.constants import Constants
 from heyoka_bike.bicycle.equations.initial import pitch_on_the_floor
 from heyoka_bike.bicycle.equations.kinematics import front_contact_height
 from heyoka_bike.bicycle.equations.reduced import Equations
@@ -145,40 +144,40 @@ def replay(
         The file has nothing of the motion, or not this maneuver.
     """
     bicycle = Bicycle.parse(reference.bicycle, reference.parameters)
-    k = Equations.binary64(bicycle).k
+    equations = Equations.binary64(bicycle)
     numbers = list(reference) if maneuver is None else [maneuver]
     total = sum(float(reference[n].duration) for n in numbers)
     rate = min(rate, _MOST_FRAMES / total)
-    scenes = [_scene(n, reference[n], k, rate) for n in numbers]
+    scenes = [_scene(n, reference[n], equations, rate) for n in numbers]
     if results is None:
         return Replay(bicycle, reference.dataset_version, tuple(scenes))
     scored = score(results, reference)
-    scenes = [_beside(scene, scored, k) for scene in scenes]
+    scenes = [_beside(scene, scored, equations) for scene in scenes]
     if all(scene.result is None for scene in scenes):
         said = dict.fromkeys(note for scene in scenes for note in scene.notes)
         raise NothingScoredError(f"{scored.file.path}: nothing can be shown: {' '.join(said)}")
     return Replay(bicycle, reference.dataset_version, tuple(scenes), scored)
 
 
-def _scene(number: int, maneuver: ReferenceManeuver, k: Constants, rate: float) -> Scene:
+def _scene(number: int, maneuver: ReferenceManeuver, equations: Equations, rate: float) -> Scene:
     end = float(maneuver.duration)
     steps = max(round(end * rate), _LEAST_FRAMES)
     time = np.linspace(0.0, end, steps + 1)
-    motion = motion_3d(k, reference_state(maneuver), time)
+    motion = motion_3d(equations, reference_state(maneuver), time)
     shown = Shown(motion, maneuver.approximate(time, BENCHMARK_COLUMNS))
     return Scene(number, maneuver.name, shown)
 
 
-def _beside(scene: Scene, scored: Report, k: Constants) -> Scene:
+def _beside(scene: Scene, scored: Report, equations: Equations) -> Scene:
     """A scene with the result's motion, or with a note why there is none."""
     held = [m for m in scored.maneuvers if m.maneuver == scene.number]
     if not held:
         return replace(scene, notes=(f"The file does not hold maneuver {scene.number}.",))
-    said = _result(scene, held[0], k)
+    said = _result(scene, held[0], equations)
     return replace(scene, notes=(said,)) if isinstance(said, str) else replace(scene, result=said)
 
 
-def _result(scene: Scene, found: ManeuverScore, k: Constants) -> ShownResult | str:
+def _result(scene: Scene, found: ManeuverScore, equations: Equations) -> ShownResult | str:
     """The result's motion, or why there is none."""
     part = found.part
     columns = {c.key: c for c in found.columns if c.values}
@@ -202,16 +201,18 @@ def _result(scene: Scene, found: ManeuverScore, k: Constants) -> ShownResult | s
     differences = {
         name: (c.trace.time, c.trace.error) for name, c in columns.items() if len(c.trace.time)
     }
-    state = _result_state(part.reference, k, {name: differences[name] for name in moving})
+    state = _result_state(part.reference, equations, {name: differences[name] for name in moving})
     first, last = int(inside[0]), int(inside[-1])
-    upright = _upright(k, state(time[first : last + 1]))
+    upright = _upright(equations, state(time[first : last + 1]))
     shown = time[first : last + 1][:upright]
     if len(shown) < 2:
         return f"The bicycle of maneuver {scene.number} in the file does not stand on its wheels."
     reference = scene.reference.motion
     x, y, _ = reference.rear_contact[first]
     start = Place(float(x), float(y), float(reference.yaw[first]))
-    motion, near = _in_sight(motion_3d(k, state, shown, start), scene.reference.motion, first)
+    motion, near = _in_sight(
+        motion_3d(equations, state, shown, start), scene.reference.motion, first
+    )
     shown = shown[:near]
     exact = part.reference.approximate(shown, list(columns))
     values = {
@@ -234,7 +235,9 @@ def _result(scene: Scene, found: ManeuverScore, k: Constants) -> ShownResult | s
 
 
 def _result_state(
-    maneuver: ReferenceManeuver, k: Constants, differences: Mapping[str, tuple[Array, Array]]
+    maneuver: ReferenceManeuver,
+    equations: Equations,
+    differences: Mapping[str, tuple[Array, Array]],
 ) -> State:
     """The reference's state plus differences, with the pitch that puts both wheels on the floor."""
 
@@ -245,18 +248,20 @@ def _result_state(
         # Of a fallen bicycle this is anything; `_upright` looks at it.
         with np.errstate(all="ignore"):
             found["pitch"] = pitch_on_the_floor(
-                k, found["roll_angle"], found["pitch"], found["steer_angle"]
+                equations.k, found["roll_angle"], found["pitch"], found["steer_angle"]
             )
         return found
 
     return state
 
 
-def _upright(k: Constants, state: Mapping[str, Array]) -> int:
+def _upright(equations: Equations, state: Mapping[str, Array]) -> int:
     """Number of frames before the bicycle has no posture with both wheels on the floor."""
     roll = state["roll_angle"]
     with np.errstate(all="ignore"):
-        gap = front_contact_height(k, Arrays(), roll, state["pitch"], state["steer_angle"])
+        gap = front_contact_height(
+            equations.k, Arrays(), roll, state["pitch"], state["steer_angle"]
+        )
         stands = (np.abs(gap) < _GAP) & (np.abs(roll) < _FALLEN)
         stands &= np.abs(state["steer_angle"]) < _FALLEN
     return _leading(stands)

@@ -10,7 +10,7 @@ from decimal import Decimal, InvalidOperation
 from pathlib import Path
 from typing import Any
 
-from heyoka_bike.bicycle.parameters import Maneuver, describe_inputs, read_bicycle, read_maneuvers
+from heyoka_bike.bicycle.parameters import Maneuver, benchmark, describe_inputs
 from heyoka_bike.errors import DatasetError, NotCertifiedError
 from heyoka_bike.motion.trajectory import Trajectory
 from heyoka_bike.numbers.rounding import Enclosure
@@ -18,7 +18,7 @@ from heyoka_bike.reference.layout import AFTER, CANDIDATE
 from heyoka_bike.reference.proof.candidate import parse_candidate
 from heyoka_bike.system.jobs import Report
 from heyoka_bike.system.parallel import Progress, side_by_side
-from heyoka_bike.system.resources import after_folder, benchmark_bicycle, benchmark_maneuvers
+from heyoka_bike.system.resources import after_folder
 from heyoka_bike.workbench.after_ten_seconds.facts import (
     USED,
     Fact,
@@ -44,7 +44,7 @@ def prove_facts(
     NotCertifiedError
         Something is not shown, or a candidate is about other inputs.
     """
-    bicycle, maneuvers = read_bicycle(benchmark_bicycle()), read_maneuvers(benchmark_maneuvers())
+    bicycle, maneuvers = benchmark()
     for run in (cycle, fall):
         if describe_inputs(run.bicycle, []) != describe_inputs(bicycle, []):
             raise NotCertifiedError(f"{run.maneuver.name}: it is not about the benchmark's bicycle")
@@ -79,10 +79,9 @@ def render_facts(facts: Sequence[Fact], digits: Digits | None = None) -> bytes:
         A number is not decided to its digits.
     """
     count = digits or (lambda x, about, name: _decided(x))
-    maneuvers = read_maneuvers(benchmark_maneuvers())
     document = {
         "schema_version": 1,
-        "inputs": describe_inputs(read_bicycle(benchmark_bicycle()), maneuvers),
+        "inputs": describe_inputs(*benchmark()),
         "proved": [
             {
                 "about": fact.about,

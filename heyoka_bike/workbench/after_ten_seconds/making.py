@@ -5,7 +5,7 @@ from fractions import Fraction
 from math import ceil
 from pathlib import Path
 
-from heyoka_bike.bicycle.parameters import describe_inputs, read_bicycle, read_maneuvers
+from heyoka_bike.bicycle.parameters import benchmark, describe_inputs
 from heyoka_bike.errors import InputError
 from heyoka_bike.motion.events import REAR_LIFT, first_event
 from heyoka_bike.motion.expressions import require_heyoka
@@ -14,7 +14,6 @@ from heyoka_bike.reference.layout import AFTER, CANDIDATE
 from heyoka_bike.reference.manifest import write_files
 from heyoka_bike.reference.proof import candidate
 from heyoka_bike.system.parallel import Progress
-from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
 from heyoka_bike.workbench.after_ten_seconds.cycle_candidate import cycle_candidate
 from heyoka_bike.workbench.after_ten_seconds.facts_file import prove_facts, render_facts
 
@@ -54,7 +53,7 @@ def generate_after(folder: str | Path, *, progress: Progress | None = None) -> t
     require_heyoka()
     if not str(folder).strip():
         raise InputError("--out: found nothing, expected a folder")
-    bicycle, maneuvers = read_bicycle(benchmark_bicycle()), read_maneuvers(benchmark_maneuvers())
+    bicycle, maneuvers = benchmark()
     cycle = cycle_candidate(bicycle, maneuvers[0], _DIGITS)
     lift = first_event(bicycle, maneuvers[2], until=REAR_LIFT)
     assert lift is not None  # the benchmark's falls

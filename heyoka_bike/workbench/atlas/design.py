@@ -134,10 +134,7 @@ def axis(text: str, name: str) -> GridAxis:
     parts = text.split(":")
     if len(parts) != 3:
         raise InputError(f"{option}: found {quoted(text)}, expected FROM:TO:N, such as 3:8:200")
-    try:
-        begin, end = (_number(part) for part in parts[:2])
-    except ValueError as e:
-        raise InputError(f"{option}: {e}") from None
+    begin, end = (_number(option, part) for part in parts[:2])
     if not parts[2].isdecimal() or not 2 <= int(parts[2]) <= _MOST_POINTS:
         raise InputError(f"{option}: found {quoted(parts[2])} points, expected 2 or more")
     count = int(parts[2])
@@ -175,6 +172,6 @@ def design(
     return made
 
 
-def _number(text: str) -> Fraction:
-    x = Exact.parse(text)
+def _number(option: str, text: str) -> Fraction:
+    x = Exact.read(option, text)
     return x.rational if x.is_rational else Fraction(float(x))

@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from heyoka_bike.bicycle.equations.reduced import Equations
-from heyoka_bike.bicycle.parameters import START, Bicycle, Maneuver, read_bicycle, read_maneuvers
+from heyoka_bike.bicycle.parameters import START, Bicycle, Maneuver, benchmark
 from heyoka_bike.bicycle.stability.linear import linearise
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.showing.figures.style import BLACK, WIDTH, style
-from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
 from heyoka_bike.workbench.atlas.data import CYCLE, FALLS, LIFTS, UNDECIDED, UPRIGHT, WEAVES, Atlas
 from heyoka_bike.workbench.atlas.store import load_atlas
 
@@ -224,8 +223,8 @@ def _draw_maneuver(ax: Axes, number: int, maneuver: Maneuver, barriers: Sequence
 
 def _maneuvers(bicycle: Bicycle) -> tuple[Maneuver, ...]:
     """Those of the benchmark, for its bicycle."""
-    benchmark = read_bicycle(benchmark_bicycle())
-    return read_maneuvers(benchmark_maneuvers()) if bicycle.values == benchmark.values else ()
+    published, maneuvers = benchmark()
+    return maneuvers if bicycle.values == published.values else ()
 
 
 def _title(name: str, long_name: str) -> str:

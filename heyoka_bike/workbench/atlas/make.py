@@ -46,8 +46,7 @@ def make_atlas(
         heyoka or zarr is not installed.
     """
     store = AtlasStore(Path(folder), design, force=force)
-    if not store.has_edge:
-        _AtlasMaking(design, store, progress).carry_out()
+    _AtlasMaking(design, store, progress).carry_out()
     progress(1.0)
     return load_atlas(folder)
 
@@ -60,6 +59,8 @@ class _AtlasMaking:
     ) -> None:
         self.design, self.store, self.progress = design, store, progress
         self.chunks = {Job(chunk, (design, which)): which for which in store.missing()}
+        # An edge that is there followed from the chunks as they were, and will be again.
+        self.has_edge = store.has_edge
         self.left = Counter(i for i, _ in self.chunks.values())
         # By their rows, as they are put together.
         self.edges: dict[Job, int] = {}
@@ -67,8 +68,12 @@ class _AtlasMaking:
 
     def carry_out(self) -> None:
         """All of it; the edge comes last."""
-        whole = sorted({i for i, _ in self.design.chunks()} - self.left.keys())
+        whole: list[int] = []
+        if not self.has_edge:
+            whole = sorted({i for i, _ in self.design.chunks()} - self.left.keys())
         carry_out([*self.chunks, *(job for i in whole for job in self._edge(i))], self._ended)
+        if self.has_edge:
+            return
         parts = [self.found[place] for place in sorted(self.found)]
         together = [np.concatenate(x) for x in zip(*parts, strict=True)]
         self.store.put_edge(Edge(*together) if parts else Edge())
@@ -83,7 +88,7 @@ class _AtlasMaking:
         self.store.put(which, outcome.get())
         self.left[which[0]] -= 1
         self._tell(0.0)
-        if self.left[which[0]]:
+        if self.left[which[0]] or self.has_edge:
             return []
         del self.left[which[0]]
         return list(self._edge(which[0]))

@@ -1,26 +1,31 @@
 """An atlas on the disk: a Zarr store, filled chunk by chunk, which xarray opens.
 
 Format 2 of Zarr with consolidated metadata, which most readers know. Nothing in it depends on when,
-where or in how many runs it was made. ``complete`` has a 1 for each chunk that is there; the edge
-comes last.
+where or in how many runs it was made. ``checksum`` has a number for each chunk of the grid: of the
+values of all variables in it, 0 if it is not there yet. The grid itself has one among the
+attributes, and so has the edge, which comes last. What is damaged counts as missing.
 """
 
 from __future__ import annotations
 
+import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from heyoka_bike.bicycle.parameters import PARAMETERS, START, Bicycle
-from heyoka_bike.errors import DatasetError, InputError, MissingPackageError
+from heyoka_bike.errors import DatasetError, InputError, required
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.workbench.atlas.data import FATES, VARIABLES, Atlas, Edge, GridAxis
+from heyoka_bike.workbench.atlas.data import FATES, UNDECIDED, VARIABLES, Atlas, Edge, GridAxis
 from heyoka_bike.workbench.atlas.design import Chunk, Design
 
-_COMPLETE = "complete"
+_CHECKSUM = "checksum"
 _EDGE = ("edge_at", "edge_stays", "edge_falls")
 _KIND = "heyoka_bike atlas"
+_AGAIN = "the command that made it makes this anew"
 
 
 class AtlasStore:
@@ -48,24 +53,23 @@ class AtlasStore:
             self._open_or_refuse(folder, provenance, force)
         else:
             self._group = _make(folder, design, provenance)
-        self._complete = self._group[_COMPLETE][:]
 
     def missing(self) -> list[Chunk]:
-        """Chunks that are not there yet."""
-        return [chunk for chunk in self.design.chunks() if not self._complete[chunk]]
+        """Chunks that are not there yet, or damaged."""
+        slices, group = self.design.slices, self._group
+        return [which for which in self.design.chunks() if not _chunk(group, which, slices(which))]
 
     def put(self, chunk: Chunk, values: Mapping[str, Array]) -> None:
-        """Keep a chunk; its mark is written when all else is on the disk."""
+        """Keep a chunk; its checksum is written when all else is on the disk."""
         part = self.design.slices(chunk)
         for name in VARIABLES:
             self._group[name][part] = values[name]
-        self._complete[chunk] = 1
-        self._group[_COMPLETE][chunk] = 1
+        self._group[_CHECKSUM][chunk] = _checksum({name: values[name] for name in VARIABLES})
 
     @property
     def has_edge(self) -> bool:
-        """Whether the edge, which comes last, is there."""
-        return bool(self._group.attrs["edge"])
+        """Whether the edge, which comes last, is there, and undamaged."""
+        return _is_signed(self._group, "edge")
 
     def row(self, i: int) -> Array:
         """The fates along the second axis."""
@@ -80,6 +84,7 @@ class AtlasStore:
             if len(values):
                 array[:] = values
         self._group.attrs["edge"] = "to neighbouring binary64 numbers"
+        _sign(self._group, "edge")
         _zarr().consolidate_metadata(self._group.store, zarr_format=2)
 
     def _open_or_refuse(self, folder: Path, provenance: Mapping[str, str], force: bool) -> None:
@@ -94,12 +99,13 @@ class AtlasStore:
                 file=folder,
             )
         differing = [key for key, x in provenance.items() if found["provenance"].get(key) != x]
-        if not differing:
+        if not differing and _is_signed(group, "grid"):
             self._group = group
             return
         if not force:
+            what = f"differs in {', '.join(differing)}" if differing else "is damaged"
             raise InputError(
-                f"found an atlas that differs in {', '.join(differing)}, expected this one: "
+                f"found an atlas that {what}, expected this one: "
                 "another folder, or --force to replace it",
                 file=folder,
             )
@@ -116,7 +122,7 @@ def _make(folder: Path, design: Design, provenance: Mapping[str, str]) -> Any:
     attributes = {
         "Conventions": "CF-1.11", "title": "What becomes of a bicycle", "kind": _KIND,
         "bicycle": bicycle, "start": dict(design.start), "provenance": dict(provenance),
-        "axes": [a.name for a in design.axes], "edge": "",
+        "axes": [a.name for a in design.axes], "side": design.side, "edge": "", "checksums": {},
     }  # fmt: skip
     try:
         group = zarr.open_group(folder, mode="w", zarr_format=2, attributes=attributes)
@@ -144,9 +150,10 @@ def _make(folder: Path, design: Design, provenance: Mapping[str, str]) -> Any:
     ):
         said = {"units": udunits(axis.unit), "long_name": f"{text}: {axis.long_name}"}
         _array(group, name, ("edge",), (0,), "float64", said, (4096,))
-    marks = tuple(-(-n // design.side) for n in design.shape)
-    said = {"long_name": "chunks of the grid that are there"}
-    _array(group, _COMPLETE, ("chunk_0", "chunk_1"), marks, "int8", said, (1, 1))
+    count = tuple(-(-n // design.side) for n in design.shape)
+    said = {"long_name": "of the chunks of the grid, 0 of one that is missing"}
+    _array(group, _CHECKSUM, ("chunk_0", "chunk_1"), count, "uint64", said, (1, 1))
+    _sign(group, "grid")
     zarr.consolidate_metadata(group.store, zarr_format=2)
     return group
 
@@ -158,7 +165,7 @@ def _array(
     return group.create_array(
         name, shape=shape, chunks=chunks or shape, dtype=dtype,
         # A filling of integers would be read as missing, and as floating-point numbers.
-        fill_value=None if dtype == "int8" else float("nan"),
+        fill_value=float("nan") if dtype == "float64" else None,
         attributes={"_ARRAY_DIMENSIONS": list(dimensions), **attributes},
     )  # fmt: skip
 
@@ -189,18 +196,86 @@ def load_atlas(folder: str | Path) -> Atlas:
         said = dict(group.attrs)
         if said.get("kind") != _KIND:
             raise ValueError("it is something else")
+        if not _is_signed(group, "grid"):
+            raise ValueError("its grid is damaged")
+        if said["edge"] and not _is_signed(group, "edge"):
+            raise ValueError(f"its edge is damaged: {_AGAIN}")
         first, second = (GridAxis(name, group[name][:]) for name in said["axes"])
         return Atlas(
             bicycle=Bicycle.parse(said["bicycle"]["name"], said["bicycle"]["parameters"]),
             axes=(first, second),
             start={name: float(said["start"][name]) for name in START},
-            variables={name: group[name][:] for name in VARIABLES},
-            edge=Edge(*(group[name][:] for name in _EDGE)),
+            variables=_undamaged(group, (len(first.values), len(second.values)), said["side"]),
+            edge=Edge(*(group[name][:] for name in _EDGE)) if said["edge"] else Edge(),
             provenance=said["provenance"],
         )
     except (OSError, ValueError, KeyError, TypeError) as e:
         what = " ".join(str(e).split()) or type(e).__name__
         raise DatasetError(f"{folder}: no atlas can be read: {what}") from None
+
+
+def _undamaged(group: Any, shape: tuple[int, int], side: int) -> dict[str, Array]:
+    """The variables; nothing of chunks that are missing.
+
+    Raises
+    ------
+    ValueError
+        A chunk of an atlas that was whole is damaged.
+    """
+    found = {
+        name: np.full(shape, UNDECIDED if v.dtype == "int8" else np.nan, dtype=v.dtype)
+        for name, v in VARIABLES.items()
+    }
+    for i, j in np.ndindex(-(-shape[0] // side), -(-shape[1] // side)):
+        part = (slice(i * side, (i + 1) * side), slice(j * side, (j + 1) * side))
+        values = _chunk(group, (i, j), part)
+        if values is None and group.attrs["edge"]:
+            raise ValueError(f"chunk {i}.{j} is damaged: {_AGAIN}")
+        for name, x in (values or {}).items():
+            found[name][part] = x
+    return found
+
+
+def _chunk(group: Any, which: Chunk, part: tuple[slice, slice]) -> dict[str, Array] | None:
+    """The variables in a chunk; None if it is not there, or damaged."""
+    values, kept = _read(group, VARIABLES, part), _read(group, [_CHECKSUM], which)
+    return values if values and kept and kept[_CHECKSUM] == _checksum(values) else None
+
+
+def _sign(group: Any, what: str) -> None:
+    """Keep the checksum of the grid, or of the edge."""
+    group.attrs["checksums"] = {**group.attrs["checksums"], what: _signature(group, what)}
+
+
+def _is_signed(group: Any, what: str) -> bool:
+    """Whether the grid, or the edge, is as it was when its checksum was kept."""
+    return bool(group.attrs.get("checksums", {}).get(what, "") == _signature(group, what))
+
+
+def _signature(group: Any, what: str) -> str | None:
+    said = dict(group.attrs)
+    names = _EDGE if what == "edge" else said["axes"]
+    keys = ("edge",) if what == "edge" else sorted(said.keys() - {"edge", "checksums"})
+    values = _read(group, names)
+    return f"{_checksum(values, json.dumps([said[key] for key in keys])):016x}" if values else None
+
+
+def _read(group: Any, names: Iterable[str], part: Any = ...) -> dict[str, Array] | None:
+    """Values of arrays; None if they cannot be read, which codecs tell each in a way of its own."""
+    try:
+        return {name: group[name][part] for name in names}
+    except Exception:
+        return None
+
+
+def _checksum(values: Mapping[str, Array], *texts: str) -> int:
+    """64 bits of names, shapes, types and values, of which other values hardly have the same."""
+    found = hashlib.sha256(json.dumps(texts).encode())
+    for name in sorted(values):
+        x = np.ascontiguousarray(values[name])
+        found.update(f"{name} {x.shape} {x.dtype.str} ".encode() + x.tobytes())
+    # Never 0, which is said of what is missing.
+    return int.from_bytes(found.digest()[:8], "little") | 1
 
 
 def udunits(unit: str) -> str:
@@ -209,10 +284,5 @@ def udunits(unit: str) -> str:
 
 
 def _zarr() -> Any:
-    try:
-        import zarr
-    except ImportError:
-        raise MissingPackageError(
-            'zarr is not installed; an atlas needs it (pip install "heyoka_bike[atlas]")'
-        ) from None
-    return zarr
+    said = 'zarr is not installed; an atlas needs it (pip install "heyoka_bike[atlas]")'
+    return required("zarr", said)

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.arithmetic import Multiprecision, Number
+from heyoka_bike.numbers.languages import C
 from heyoka_bike.numbers.straight_line import Recorded, StraightLine, needed
 
-_INDENT = "    "
 _STATE = 6
 _QUADRUPLE_DIGITS = 50  # binary128 has 34
 _TRIGONOMETRIC = ("sin", "cos")
@@ -22,32 +23,36 @@ def slope_source(bicycle: Bicycle) -> str:
 
     The form is `model.few_products`, the one that heyoka integrates.
     """
-    code = StraightLine()
-    return _slope(_equations(bicycle, code), code, "double")
+    return _slope("double", lambda code, y: _equations(bicycle, code).rates(y))
 
 
 def quadruple_source(bicycle: Bicycle) -> str:
     """The same in binary128, of the type ``real``; constants are rounded once from 50 digits."""
-    code, constants = StraightLine(), list[str]()
+    constants = list[str]()
     exact = Multiprecision(_QUADRUPLE_DIGITS)
 
-    def constant(x: Number) -> Recorded:
-        if x in (0, 1):
-            return code.literal(float(x))
-        constants.append(f"{exact.context.nstr(x, _QUADRUPLE_DIGITS)}Q")
-        return code.variable(f"k[{len(constants) - 1}]")
+    def rates(code: StraightLine, y: Sequence[Number]) -> Sequence[Number]:
+        def constant(x: Number) -> Recorded:
+            if x in (0, 1):
+                return code.literal(float(x))
+            constants.append(f"{exact.context.nstr(x, _QUADRUPLE_DIGITS)}Q")
+            return code.variable(f"k[{len(constants) - 1}]")
 
-    equations = Equations.of(bicycle, exact, is_regular=False).convert(constant, code)
-    slope = _slope(equations, code, "real")
+        return Equations.of(bicycle, exact, is_regular=False).convert(constant, code).rates(y)
+
+    slope = _slope("real", rates)
     return f"static const real k[] = {{{', '.join(constants)}}};\n{slope}"
 
 
-def _slope(equations: Equations, code: StraightLine, kind: str) -> str:
-    rates = equations.rates([code.variable(f"y[{i}]") for i in range(_STATE)])
-    lines = _assignments(needed(code.statements, [x.text for x in rates]), kind)
-    lines += [f"f[{i}] = {x.text};" for i, x in enumerate(rates)]
-    head = f"static void slope(const {kind} *restrict y, {kind} *restrict f)"
-    return _function(head, lines)
+def _slope(kind: str, rates: Callable[..., Sequence[Number]]) -> str:
+    language = replace(
+        C,
+        opening="static void {name}({arguments})\n{{",
+        statement=f"const {kind} {{name}} = {{value}}",
+        argument=f"const {kind} *restrict {{name}}",
+        output=f"{kind} *restrict {{result}}",
+    )
+    return language.function("slope", {"y": _STATE}, "f", rates)
 
 
 def columns_source(bicycle: Bicycle) -> str:
@@ -69,9 +74,10 @@ def columns_source(bicycle: Bicycle) -> str:
     loads = [f"const double {name} = y[{i} * n + r];" for i, name in enumerate(names)]
     # No array overlaps another; there are too many of them for a compiler to ask at run time.
     loop = '_Pragma("GCC ivdep") for (long b = 0, r = start; r < stop; b++, r++) {'
-    return _function(
-        "static void columns(long n, const double *restrict y, double *restrict out)",
+    return "\n".join(
         [
+            "static void columns(long n, const double *restrict y, double *restrict out)",
+            "{",
             f"for (long start = 0; start < n; start += {_BLOCK}) {{",
             f"const long stop = start + {_BLOCK} < n ? start + {_BLOCK} : n;",
             f"double {', '.join(f't_{n}[{_BLOCK}]' for n in first)};",
@@ -82,7 +88,7 @@ def columns_source(bicycle: Bicycle) -> str:
                 for line in (
                     loop,
                     *loads[:3],
-                    *_assignments(needed(used, [text])),
+                    *C.statements(needed(used, [text])),
                     f"t_{name}[b] = {text};",
                     "}",
                 )
@@ -90,11 +96,13 @@ def columns_source(bicycle: Bicycle) -> str:
             loop,
             *loads,
             *(f"const double {name} = t_{name}[b];" for name in first),
-            *_assignments(rest),
+            *C.statements(rest),
             *(f"{place} = {x.text};" for place, x in results.items()),
             "}",
             "}",
-        ],
+            "}",
+            "",
+        ]
     )
 
 
@@ -113,11 +121,3 @@ def operations(bicycle: Bicycle) -> dict[str, int]:
 
 def _equations(bicycle: Bicycle, code: StraightLine) -> Equations:
     return Equations.binary64(bicycle, is_regular=False).convert(code.literal, code)
-
-
-def _assignments(statements: Mapping[str, str], kind: str = "double") -> list[str]:
-    return [f"const {kind} {name} = {text};" for name, text in statements.items()]
-
-
-def _function(head: str, lines: Sequence[str]) -> str:
-    return "\n".join([head, "{", *(_INDENT + line for line in lines), "}", ""])

@@ -18,14 +18,7 @@ import numpy as np
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.reduced import Equations
-from heyoka_bike.bicycle.parameters import (
-    PARAMETERS,
-    STATE_INPUTS,
-    Bicycle,
-    Maneuver,
-    read_bicycle,
-    read_maneuvers,
-)
+from heyoka_bike.bicycle.parameters import PARAMETERS, STATE_INPUTS, Bicycle, Maneuver, benchmark
 from heyoka_bike.errors import InputError
 from heyoka_bike.motion.expressions import Expressions, require_heyoka
 from heyoka_bike.motion.integrate import right_hand_side
@@ -33,7 +26,6 @@ from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.precision import Precision
 from heyoka_bike.reference.load import ReferenceManeuver, load_reference
 from heyoka_bike.reference.values import Values
-from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
 
 PERFORMANCE_LIMIT = 1e-3
 """Of the benchmark's eq. (1) [%]."""
@@ -191,8 +183,8 @@ def benchmark_problem(folder: str | None, number: int) -> ReferenceProblem:
         The reference is that of other inputs.
     """
     reference = load_reference(folder)
-    bicycle = read_bicycle(benchmark_bicycle())
-    maneuver = read_maneuvers(benchmark_maneuvers())[number - 1]
+    bicycle, maneuvers = benchmark()
+    maneuver = maneuvers[number - 1]
     inputs = {key: str(getattr(maneuver, key)) for key in STATE_INPUTS}
     if (
         number not in reference

@@ -6,11 +6,12 @@ import platform
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from statistics import median
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from heyoka_bike.motion.trajectory import Trajectory
 from heyoka_bike.reference.proof.candidate import read_candidate
-from heyoka_bike.system.console import table
+from heyoka_bike.showing.document import Block, Chapter, Paragraph, TableBlock
+from heyoka_bike.showing.document.text import render
 from heyoka_bike.system.machine import installed, machine
 from heyoka_bike.system.resources import reference_folder
 from heyoka_bike.workbench.bench import race
@@ -20,9 +21,6 @@ from heyoka_bike.workbench.bench.floor import floor
 from heyoka_bike.workbench.bench.precise import costs, precise
 from heyoka_bike.workbench.bench.problem import ReferenceProblem
 from heyoka_bike.workbench.bench.race import CLASSES, Progress, Timing
-
-if TYPE_CHECKING:
-    from rich.table import Table
 
 SCHEMA_VERSION = 1
 JUDGED, ALL_THREE = 2, (1, 2, 3)
@@ -135,30 +133,21 @@ def _result(line: Timing, lines: Sequence[Timing], maneuver: str) -> dict[str, A
     }
 
 
-def as_text(document: Mapping[str, Any], is_shown: bool) -> str:
-    """The report as text, coloured only when it is shown on a terminal."""
-    from io import StringIO
-
-    from rich.console import Console
-
-    console = Console() if is_shown else Console(file=StringIO())
-    console.width = max(console.width, _WIDTH)
-    with console.capture() as capture:
-        for part in _parts(document):
-            console.print(part, markup=False, highlight=False)
-    return capture.get()
+def as_text(document: Mapping[str, Any], has_colors: bool = False) -> str:
+    """The report as text."""
+    return render(list(_blocks(document)), _WIDTH, has_colors)
 
 
-def _parts(document: Mapping[str, Any]) -> Iterator[str | Table]:
+def _blocks(document: Mapping[str, Any]) -> Iterator[Block]:
     for maneuver in dict.fromkeys(x["maneuver"] for x in document["results"]):
         for name, title in CLASSES.items():
-            yield f"{maneuver}: {title}"
-            yield _timings(
-                [x for x in document["results"] if (x["maneuver"], x["class"]) == (maneuver, name)]
-            )
-    yield from _besides(document)
+            own = [
+                x for x in document["results"] if (x["maneuver"], x["class"]) == (maneuver, name)
+            ]
+            yield Chapter(f"{maneuver}: {title}", (_timings(own),))
     machine, versions = document["machine"], document["versions"]
-    yield from (
+    said = (
+        *_besides(document),
         f"{document['rows']} rows of all eight columns; times of one run, building excluded; "
         f"the codes of a class in turns, {document['runs']} times each, a slow one fewer times",
         "min, median: after runs of the same code; cold: the processor's caches filled with "
@@ -172,9 +161,10 @@ def _parts(document: Mapping[str, Any]) -> Iterator[str | Table]:
         f"machine: {machine['cpu']}, {machine['cores']} cores, {machine['system']}",
         "versions: " + ", ".join(f"{k} {v}" for k, v in versions.items()),
     )
+    yield from map(Paragraph, said)
 
 
-def _timings(results: Sequence[Mapping[str, Any]]) -> Table:
+def _timings(results: Sequence[Mapping[str, Any]]) -> TableBlock:
     headings = (
         "code", "precision", "tolerance", "count", "runs", "build [s]", "min [ms]",
         "median [ms]", "cold [ms]", "eq. (1) [%]", "state error", "ratio",
@@ -182,7 +172,8 @@ def _timings(results: Sequence[Mapping[str, Any]]) -> Table:
     rows: list[tuple[str, ...]] = []
     for x in results:
         if x["status"] != "ok":
-            rows.append((x["code"], x["precision"], x["status"]))
+            blank = ("",) * (len(headings) - 3)
+            rows.append((x["code"], x["precision"], x["status"], *blank))
             continue
         count = f"{x['steps']} steps" if x["rhs_calls"] is None else f"{x['rhs_calls']} calls"
         rows.append((
@@ -192,7 +183,7 @@ def _timings(results: Sequence[Mapping[str, Any]]) -> Table:
             f"{x['performance_percent']:.1e}", f"{x['max_state_error']:.1e}",
             f"{x['ratio_to_fastest']:.1f}",
         ))  # fmt: skip
-    return table(headings, rows, left=2)
+    return TableBlock(headings, rows, left=2)
 
 
 def _besides(document: Mapping[str, Any]) -> Iterator[str]:

@@ -12,7 +12,7 @@ from fractions import Fraction
 
 import flint
 
-from heyoka_bike.numbers.arithmetic import Balls, Number
+from heyoka_bike.numbers.arithmetic import Arithmetic, Balls, Number
 from heyoka_bike.numbers.exact import Exact
 
 
@@ -81,7 +81,7 @@ class Affine:
         )
 
 
-class Affines:
+class Affines(Arithmetic):
     """Arithmetic of affine numbers; what has no variables stays a ball."""
 
     def __init__(self, balls: Balls) -> None:
@@ -109,9 +109,6 @@ class Affines:
             return self.balls.sqrt(x)
         root, whole = self.balls.sqrt(x.rest), x.ball
         return x.chain(root, 1 / (2 * root), -1 / (8 * whole * self.balls.sqrt(whole)))
-
-    def atan2(self, y: Number, x: Number) -> Number:
-        raise NotImplementedError("no affine atan2 is needed")
 
     def sum(self, terms: Iterable[Number]) -> Number:
         return sum(terms, flint.arb(0))

@@ -1,4 +1,26 @@
-"""``heyoka-bike atlas``: what becomes of a bicycle, for a grid of starts."""
+"""What becomes of the bicycle, for a grid of initial speed and roll rate.
+
+Follow the bicycle from every point of a grid of starts, and say what becomes of it: it comes to run
+straight, weaves for ever, lifts a wheel on its way, or falls; with the time, the final speed, the
+largest lean and steer, and how much the motion magnifies a small error of its start. The edge
+between falling and recovering is bisected to neighbouring binary64 numbers. The result is a Zarr
+store, which xarray opens; needs heyoka and zarr: pip install "heyoka_bike[atlas]", on Linux.
+
+The start is upright and straight unless an option says otherwise. A store that was interrupted goes
+on where it was when the same command is given again.
+
+names: speed [m/s], roll_rate [rad/s], roll, steer [rad], steer_rate [rad/s], or a
+parameter of the bicycle by its symbol, such as c (trail), w, lam, mB, xB
+
+examples:
+  heyoka-bike atlas -o benchmark.zarr
+  heyoka-bike plot --figure atlas benchmark.zarr -o atlas.svg
+  heyoka-bike atlas --speed 4:5:100 --axis steer=-0.3:0.3:61 -o steered.zarr
+  heyoka-bike atlas --axis c=0.02:0.12:51 --start roll_rate=0.5 -o trail.zarr
+
+exit code 130 if interrupted, all that was finished is kept; 3 if --prove left
+something open. docs/atlas.md says how each point is decided.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +28,7 @@ import argparse
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from heyoka_bike.commands.options import add_bicycle, add_workers
+from heyoka_bike.commands.options import add_bicycle, add_command, add_workers
 from heyoka_bike.commands.printing import print_table
 from heyoka_bike.errors import Exit, InputError, did_you_mean, quoted, unknown_word
 from heyoka_bike.system.console import progress_bar
@@ -21,35 +43,7 @@ _DEFAULTS = {"speed": "2.5:8.5:200", "roll_rate": "0.02:4:200"}
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
-    p = subparsers.add_parser(
-        "atlas",
-        help="what becomes of the bicycle, for a grid of initial speed and roll rate",
-        description=(
-            "Follow the bicycle from every point of a grid of starts, and say what becomes of it:\n"
-            "it comes to run straight, weaves for ever, lifts a wheel on its way, or falls; with\n"
-            "the time, the final speed, the largest lean and steer, and how much the motion\n"
-            "magnifies a small error of its start. The edge between falling and recovering is\n"
-            "bisected to neighbouring binary64 numbers. The result is a Zarr store, which xarray\n"
-            'opens; needs heyoka and zarr: pip install "heyoka_bike[atlas]", on Linux.\n'
-            "\n"
-            "The start is upright and straight unless an option says otherwise. A store that was\n"
-            "interrupted goes on where it was when the same command is given again."
-        ),
-        epilog=(
-            "names: speed [m/s], roll_rate [rad/s], roll, steer [rad], steer_rate [rad/s], or a\n"
-            "parameter of the bicycle by its symbol, such as c (trail), w, lam, mB, xB\n"
-            "\n"
-            "examples:\n"
-            "  heyoka-bike atlas -o benchmark.zarr\n"
-            "  heyoka-bike plot --figure atlas benchmark.zarr -o atlas.svg\n"
-            "  heyoka-bike atlas --speed 4:5:100 --axis steer=-0.3:0.3:61 -o steered.zarr\n"
-            "  heyoka-bike atlas --axis c=0.02:0.12:51 --start roll_rate=0.5 -o trail.zarr\n"
-            "\n"
-            "exit code 130 if interrupted, all that was finished is kept; 3 if --prove left\n"
-            "something open. docs/atlas.md says how each point is decided."
-        ),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    p = add_command(subparsers, run, __doc__)
     grid = "FROM:TO:N"
     for name, about in (("speed", "initial speed [m/s]"), ("roll_rate", "initial roll rate")):
         p.add_argument(
@@ -90,7 +84,6 @@ def add_parser(subparsers: Any) -> None:
         "in 10 s (half a minute to minutes each); may be repeated",
     )
     add_workers(p)
-    p.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -120,10 +113,7 @@ def _point(word: str, wanted: Design) -> dict[str, Exact]:
     if len(texts) != len(wanted.axes):
         names = ",".join(a.name for a in wanted.axes)
         raise InputError(f"--prove: found {quoted(word)}, expected two numbers: {names}")
-    try:
-        return {a.name: Exact.parse(x) for a, x in zip(wanted.axes, texts, strict=True)}
-    except ValueError as e:
-        raise InputError(f"--prove: {e}") from None
+    return {a.name: Exact.read("--prove", x) for a, x in zip(wanted.axes, texts, strict=True)}
 
 
 def _prove(wanted: Design, points: Sequence[Mapping[str, Exact]]) -> int:
@@ -172,10 +162,7 @@ def _start(args: argparse.Namespace) -> dict[str, float]:
         name, text = _pair(word, "--start", "VALUE")
         if name not in START:
             raise InputError(f"--start: {unknown_word(name, list(START))}")
-        try:
-            found[name] = float(Exact.parse(text))
-        except ValueError as e:
-            raise InputError(f"--start {name}: {e}") from None
+        found[name] = float(Exact.read(f"--start {name}", text))
     return found
 
 

@@ -1,4 +1,14 @@
-"""``heyoka-bike bench``: how long maneuver 2 takes at equal accuracy, next to other codes."""
+"""Time maneuver 2 at equal accuracy, next to other integrators.
+
+Time maneuver 2 with all rows of all eight columns: this package's fast path, heyoka in binary64 and
+binary128, DOPRI5, DOP853 and RK4 in C (built here if there is a compiler), SciPy, SUNDIALS and
+Exudyn, each at the loosest tolerance that keeps the benchmark's eq. (1) under 1e-3 percent, at the
+loosest with a state error under 1e-12, and at roundoff. SciPy, scikit-sundae and Exudyn come with
+pip install "heyoka_bike[bench,peers]". With -o NAME.png, .svg or .pdf a figure of time over error
+is written, and the table is printed.
+
+example: heyoka-bike bench --format json -o bench.json
+"""
 
 import argparse
 import json
@@ -6,9 +16,9 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from heyoka_bike.commands.options import add_reference
+from heyoka_bike.commands.options import add_command, add_reference
 from heyoka_bike.errors import Exit, InputError
-from heyoka_bike.system.console import stage_bar
+from heyoka_bike.system.console import has_colors, stage_bar
 
 _MAX_RUNS = 10_000
 _RUNS, _QUICK_RUNS = 30, 5
@@ -16,20 +26,7 @@ _RUNS, _QUICK_RUNS = 30, 5
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
-    p = subparsers.add_parser(
-        "bench",
-        help="time maneuver 2 at equal accuracy, next to other integrators",
-        description=(
-            "Time maneuver 2 with all rows of all eight columns: this package's fast path, heyoka "
-            "in binary64 and binary128, DOPRI5, DOP853 and RK4 in C (built here if there is a "
-            "compiler), SciPy, SUNDIALS and Exudyn, each at the loosest tolerance that keeps the "
-            "benchmark's eq. (1) under 1e-3 percent, at the loosest with a state error under "
-            "1e-12, and at roundoff. SciPy, scikit-sundae and Exudyn come with "
-            'pip install "heyoka_bike[bench,peers]". With -o NAME.png, .svg or .pdf a figure of '
-            "time over error is written, and the table is printed."
-        ),
-        epilog="example: heyoka-bike bench --format json -o bench.json",
-    )
+    p = add_command(subparsers, run, __doc__)
     p.add_argument(
         "--runs",
         metavar="N",
@@ -57,7 +54,6 @@ def add_parser(subparsers: Any) -> None:
         help=f"leave out what is slow to build; {_QUICK_RUNS} runs by default",
     )
     add_reference(p, " of the benchmark")
-    p.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -87,7 +83,7 @@ def run(args: argparse.Namespace) -> int:
     if args.format == "json":
         text = json.dumps(document, indent=2, allow_nan=False) + "\n"
     else:
-        text = summary.as_text(document, is_shown)
+        text = summary.as_text(document, is_shown and has_colors(sys.stdout.isatty()))
     if figure_format is not None:
         from heyoka_bike.showing.figures.style import render
         from heyoka_bike.workbench.bench.figure import draw

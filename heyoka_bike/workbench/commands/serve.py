@@ -1,4 +1,17 @@
-"""``heyoka-bike serve``: a page to drop result files on."""
+"""Start a page in the browser to drop result files on.
+
+Start a web page on this machine: drop result files on it, or paste rows, and see the report, why it
+differs, the replay, several programs side by side. Programs send files to /score; /api says how.
+Each file is scored in a process of its own, with limits of time and memory. Nothing is sent
+anywhere. Needs heyoka_bike[serve].
+
+examples:
+  heyoka-bike serve
+  heyoka-bike serve --port 9000 --keep 60 --max-size 20
+  heyoka-bike serve --host 0.0.0.0 --name bicycle.example.org --no-diagnose
+
+Stop it with Ctrl-C. How to host it: docs/how-to/serve.md
+"""
 
 from __future__ import annotations
 
@@ -7,7 +20,8 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from heyoka_bike.errors import Exit, InputError, MissingPackageError
+from heyoka_bike.commands.options import add_command
+from heyoka_bike.errors import Exit, InputError, required
 
 if TYPE_CHECKING:
     from heyoka_bike.workbench.serving.limits import Limits
@@ -18,25 +32,7 @@ _LARGEST_PORT = 65535
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
-    p = subparsers.add_parser(
-        "serve",
-        help="start a page in the browser to drop result files on",
-        description=(
-            "Start a web page on this machine: drop result files on it, or paste rows, and see the "
-            "report, why it differs, the replay, several programs side by side. Programs send "
-            "files to /score; /api says how. Each file is scored in a process of its own, with "
-            "limits of time and memory. Nothing is sent anywhere. Needs heyoka_bike[serve]."
-        ),
-        epilog=(
-            "examples:\n"
-            "  heyoka-bike serve\n"
-            "  heyoka-bike serve --port 9000 --keep 60 --max-size 20\n"
-            "  heyoka-bike serve --host 0.0.0.0 --name bicycle.example.org --no-diagnose\n"
-            "\n"
-            "Stop it with Ctrl-C. How to host it: docs/how-to/serve.md\n"
-        ),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    p = add_command(subparsers, run, __doc__)
     p.add_argument(
         "--host", metavar="ADDRESS", default="127.0.0.1",
         help="address to listen on (default 127.0.0.1: this machine only)",
@@ -70,20 +66,14 @@ def add_parser(subparsers: Any) -> None:
     p.add_argument(
         "--leaderboard", metavar="DIR", help="folder of submissions to show, see 'leaderboard'"
     )
-    p.set_defaults(run=run)
 
 
 def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
     limits = _limits(args)
-    try:
-        import python_multipart  # noqa: F401
-        import starlette  # noqa: F401
-        import uvicorn  # noqa: F401
-    except ImportError as e:
-        raise MissingPackageError(
-            f"the package '{e.name}' is not installed: pip install 'heyoka_bike[serve]'"
-        ) from None
+    for package in ("python_multipart", "starlette", "uvicorn"):
+        said = f"the package '{package}' is not installed: pip install 'heyoka_bike[serve]'"
+        required(package, said)
     from heyoka_bike.workbench.serving.running import serve
 
     if not 0 <= args.port <= _LARGEST_PORT:

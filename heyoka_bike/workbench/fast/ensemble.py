@@ -14,11 +14,10 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.constants import Constants
 from heyoka_bike.bicycle.equations.initial import few_product_state, pitch_on_the_floor
 from heyoka_bike.bicycle.equations.reduced import Equations
-from heyoka_bike.bicycle.parameters import Bicycle, read_bicycle
+from heyoka_bike.bicycle.parameters import Bicycle, benchmark
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.system.resources import benchmark_bicycle
 from heyoka_bike.workbench.fast.accuracies import choose
 from heyoka_bike.workbench.fast.native import EnsembleCode
 from heyoka_bike.workbench.fast.vector_code import POINTS, STATE
@@ -67,7 +66,7 @@ class Ensemble:
     ) -> None:  # fmt: skip
         if threads < 1:
             raise InputError(f"found {threads} threads, expected 1 or more")
-        bicycle = bicycle or read_bicycle(benchmark_bicycle())
+        bicycle = bicycle or benchmark()[0]
         self._tolerance = TOLERANCES[choose(accuracy, TOLERANCES)]
         self._threads = threads
         self._code = EnsembleCode(bicycle)

@@ -11,7 +11,7 @@ import numpy as np
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle
-from heyoka_bike.errors import GENERATE, MissingPackageError
+from heyoka_bike.errors import GENERATE, required
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.workbench.fast.many_code import ENDS, ends_source
 from heyoka_bike.workbench.fast.step_code import RUN, run_source
@@ -141,14 +141,8 @@ def function(source: str, name: str, *signature: Any) -> Any:
     MissingPackageError
         llvmlite is not installed.
     """
-    try:
-        import llvmlite.binding as llvm
-    except ModuleNotFoundError as e:
-        if e.name != "llvmlite":
-            raise
-        raise MissingPackageError(
-            f"llvmlite is not installed; simulate needs it ({GENERATE})"
-        ) from None
+    said = f"llvmlite is not installed; simulate needs it ({GENERATE})"
+    llvm: Any = required("llvmlite.binding", said)
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
     machine = llvm.Target.from_default_triple().create_target_machine(

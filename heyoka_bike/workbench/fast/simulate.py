@@ -13,20 +13,19 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from functools import cache, lru_cache
+from functools import lru_cache
 
 import numpy as np
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.reduced import Equations
-from heyoka_bike.bicycle.parameters import Bicycle, Maneuver, read_bicycle, read_maneuvers
+from heyoka_bike.bicycle.parameters import Bicycle, Maneuver, benchmark
 from heyoka_bike.errors import InputError, SingularMotionError
 from heyoka_bike.motion.integrate import LEAST_TRAIL, TrailTooSmallError
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
 from heyoka_bike.workbench.fast.accuracies import choose
 from heyoka_bike.workbench.fast.native import MotionCode, Solution
 from heyoka_bike.workbench.fast.vector_code import STATE
@@ -161,7 +160,7 @@ def prepare(
     chosen = _maneuvers(maneuvers)
     times = _times(chosen, rows, spacing)
     tolerance = tolerance or ACCURACIES[choose(accuracy, ACCURACIES)]
-    return Prepared(bicycle or _benchmark()[0], chosen, tolerance, times)
+    return Prepared(bicycle or benchmark()[0], chosen, tolerance, times)
 
 
 class Prepared:
@@ -241,11 +240,6 @@ def _code(values: _Values, is_regular: bool) -> MotionCode:
     return MotionCode(Bicycle("bicycle", dict(values)), is_regular=is_regular)
 
 
-@cache
-def _benchmark() -> tuple[Bicycle, tuple[Maneuver, ...]]:
-    return read_bicycle(benchmark_bicycle()), read_maneuvers(benchmark_maneuvers())
-
-
 def _maneuvers(given: Maneuvers) -> tuple[Maneuver, ...]:
     if isinstance(given, Maneuver):
         return (given,)
@@ -253,7 +247,7 @@ def _maneuvers(given: Maneuvers) -> tuple[Maneuver, ...]:
         if not given:
             raise InputError("found no maneuver, expected one or more")
         return tuple(given)
-    published = _benchmark()[1]
+    published = benchmark()[1]
     if given is None:
         return published
     if not 1 <= given <= len(published):

@@ -36,7 +36,15 @@ from heyoka_bike.workbench.serving.guard import Guard
 from heyoka_bike.workbench.serving.limits import Limits
 from heyoka_bike.workbench.serving.queue import BusyError, QueuedTask, TaskQueue
 from heyoka_bike.workbench.serving.store import ResultStore, StoredResult
-from heyoka_bike.workbench.serving.tasks import FILES, RENDERED, Kind, Task, TaskEnding
+from heyoka_bike.workbench.serving.tasks import (
+    FILES,
+    FULL,
+    NO_ROOM,
+    RENDERED,
+    Kind,
+    Task,
+    TaskEnding,
+)
 from heyoka_bike.workbench.serving.uploads import receive
 
 _KINDS: tuple[Kind, ...] = ("score", "diagnose", "replay")
@@ -52,7 +60,7 @@ _STATIC = {
     "serve.css": (pages.STATIC / "serve.css", "text/css"),
     "serve.js": (pages.STATIC / "serve.js", "text/javascript"),
 }
-_TITLES = {400: "Cannot be scored", 408: "Too slow", 413: "Too large", 503: "Busy"}
+_TITLES = {400: "Cannot be scored", 408: "Too slow", 413: "Too large", 503: "Busy", 507: "Full"}
 # What Starlette says, in more words.
 _USUAL = {
     "Not Found": "There is no such page.",
@@ -101,6 +109,7 @@ class Server:
             ],
             exception_handlers={
                 HTTPException: _refused, InputError: _unreadable, ClientDisconnect: _gone,
+                OSError: _failed,
             },
         )  # fmt: skip
         # It would lead to the name and scheme that it is asked by, which may be those of a proxy.
@@ -157,8 +166,13 @@ class Server:
 
     async def health(self, request: Request) -> Response:
         """Whether it works, and how much it has to do."""
-        said = {"status": "ok", "waiting": self.queue.waiting(), "kept": len(self.store)}
-        return JSONResponse(said)
+        is_full = self.store.is_full()
+        said = {
+            "status": "full" if is_full else "ok",
+            "waiting": self.queue.waiting(),
+            "kept": len(self.store),
+        }
+        return JSONResponse(said, 507 if is_full else 200)
 
     async def leaderboard(self, request: Request) -> Response:
         """The submissions that the server was started with."""
@@ -319,6 +333,8 @@ async def _ended_or_left(request: Request, job: QueuedTask) -> TaskEnding:
 
 def _status(ending: TaskEnding) -> int:
     """Of the answer, for how a job ended."""
+    if ending.is_full:
+        return 507
     return 422 if ending.state == "refused" else 500
 
 
@@ -371,6 +387,14 @@ async def _refused(request: Request, error: Exception) -> Response:
 
 async def _unreadable(request: Request, error: Exception) -> Response:
     return _answer(request, 400, str(error))
+
+
+async def _failed(request: Request, error: Exception) -> Response:
+    assert isinstance(error, OSError)
+    if error.errno not in NO_ROOM:
+        raise error
+    # What has not arrived of the request is not read.
+    return _answer(request, 507, FULL, {"connection": "close"})
 
 
 async def _gone(request: Request, error: Exception) -> Response:

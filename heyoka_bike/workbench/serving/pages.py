@@ -6,10 +6,9 @@ from html import escape
 from pathlib import Path
 from string import Template
 
-from heyoka_bike.bicycle.parameters import read_maneuvers
+from heyoka_bike.bicycle.parameters import benchmark
 from heyoka_bike.scoring.reading.formats import listed
 from heyoka_bike.showing.document.html import prose
-from heyoka_bike.system.resources import benchmark_maneuvers
 from heyoka_bike.version import __version__
 from heyoka_bike.workbench.serving.limits import Limits
 from heyoka_bike.workbench.serving.queue import QueuedTask
@@ -75,8 +74,7 @@ def api(limits: Limits, address: str) -> str:
 @cache
 def _starts() -> str:
     return ", ".join(
-        f"{m.name} {float(m.speed):g} m/s and {float(m.roll_rate):g} rad/s"
-        for m in read_maneuvers(benchmark_maneuvers())
+        f"{m.name} {float(m.speed):g} m/s and {float(m.roll_rate):g} rad/s" for m in benchmark()[1]
     )
 
 

@@ -2,6 +2,7 @@
 
 import logging
 import os
+import re
 import shutil
 import signal
 import socket
@@ -11,6 +12,7 @@ import webbrowser
 from collections.abc import Sequence
 from contextlib import suppress
 from datetime import UTC, datetime
+from multiprocessing.util import get_temp_dir
 from pathlib import Path
 from threading import Timer
 from time import time
@@ -29,6 +31,8 @@ _OPENED_AFTER = 0.5  # [s]
 # Of the folder of what is kept; one this old is held if its server lives [s].
 _PREFIX = "heyoka-bike-serve-"
 _NEW = 60.0
+# In it, the name of the folder that multiprocessing has, and removes unless it is killed.
+_PROCESSES = "processes"
 
 
 def serve(
@@ -55,6 +59,10 @@ def serve(
     """
     # It would write pieces of what was sent.
     logging.getLogger("python_multipart").setLevel(logging.CRITICAL)
+    # It says which requests it refused before they were anybody's.
+    refused = logging.getLogger("uvicorn.error")
+    refused.addHandler(_Refusals(logging.WARNING))
+    refused.propagate = False
     # Who asks it to end gets it ended as by the keyboard: what it keeps is removed.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     bound = _bound(host, port)
@@ -65,7 +73,10 @@ def serve(
     _sweep()
     with tempfile.TemporaryDirectory(prefix=_PREFIX, ignore_cleanup_errors=True) as folder:
         held = _hold(folder)
-        server = Server(Path(folder), limits, names, board, _log)
+        results = Path(folder) / "results"
+        results.mkdir(mode=0o700)
+        (Path(folder) / _PROCESSES).write_text(Path(get_temp_dir()).name)
+        server = Server(results, limits, names, board, _log)
         config = uvicorn.Config(
             server.app, log_config=None, access_log=False, http=Connection,
             # Most of them wait: more are answered 503.
@@ -101,10 +112,15 @@ def _hold(folder: str) -> int | None:
 
 def _sweep() -> None:
     """Remove what servers kept that were killed, or that the machine went down under."""
-    for folder in Path(tempfile.gettempdir()).glob(f"{_PREFIX}*"):
+    place = Path(tempfile.gettempdir())
+    for folder in place.glob(f"{_PREFIX}*"):
         with suppress(OSError):
             # A new one is about to be held.
             if time() - folder.stat().st_mtime > _NEW and (held := _hold(str(folder))) is not None:
+                with suppress(OSError, UnicodeDecodeError):
+                    name = (folder / _PROCESSES).read_text()
+                    if re.fullmatch(r"pymp-\w+", name) and os.fstat(held).st_uid == os.geteuid():
+                        shutil.rmtree(place / name, ignore_errors=True)
                 shutil.rmtree(folder, ignore_errors=True)
                 os.close(held)
 
@@ -124,6 +140,14 @@ def _bound(host: str, port: int) -> socket.socket:
             "port (--port 0 finds one)"
         ) from None
     return bound
+
+
+class _Refusals(logging.Handler):
+    """Warnings of uvicorn, without traces, as lines of our log."""
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Log one."""
+        _log(record.getMessage())
 
 
 def _log(line: str) -> None:

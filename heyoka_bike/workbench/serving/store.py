@@ -69,6 +69,10 @@ class ResultStore:
     def __len__(self) -> int:
         return len(self._results)
 
+    def is_full(self) -> bool:
+        """Whether the disk has no room for one more request of the largest size."""
+        return shutil.disk_usage(self._folder).free < self._limits.upload
+
     def room(self) -> Path:
         """A new folder for the files of a request."""
         folder = self._folder / secrets.token_urlsafe(12)

@@ -3,6 +3,7 @@
 The process reads ``files`` in a folder and writes ``made`` beside them.
 """
 
+import errno
 import os
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -21,6 +22,9 @@ from heyoka_bike.system.jobs import reporting
 Kind = Literal["score", "diagnose", "replay"]
 
 FILES, MADE = "files", "made"
+NO_ROOM = (errno.ENOSPC, errno.EDQUOT)
+"""Errors of a disk that is full, or of a quota."""
+FULL = "the server's disk is full"
 _STEMS: dict[Kind, str] = {"score": "report", "diagnose": "diagnosis", "replay": "replay"}
 RENDERED = {"html": ".html", "json": ".json", "csv": ".csv", "junit": ".xml"}
 """Formats of a report, and how the names of their files end."""
@@ -81,6 +85,8 @@ class TaskEnding:
         Whether the files are those of one run, which can be diagnosed.
     diagnosis
         What is said of the cause.
+    is_full
+        Whether it failed as the disk has no room.
     """
 
     state: Literal["done", "refused", "failed"]
@@ -88,6 +94,7 @@ class TaskEnding:
     code: int = 0
     is_one_run: bool = False
     diagnosis: Sequence[str] = ()
+    is_full: bool = False
 
 
 def is_long(kind: Kind) -> bool:
@@ -108,6 +115,8 @@ def work(task: Task, memory: int) -> dict[str, Any]:
         os.chdir(task.folder / FILES)
         return asdict(_carry_out(task))
     except BicycleError as e:
+        if isinstance(e.__context__, OSError) and e.__context__.errno in NO_ROOM:
+            return asdict(TaskEnding("failed", FULL, Exit.INPUT, is_full=True))
         line = printable(" ".join(str(e).split()))
         return asdict(TaskEnding("refused", line[:_LONGEST_LINE], e.exit_code))
     except MemoryError:

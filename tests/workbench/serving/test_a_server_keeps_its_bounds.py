@@ -1,15 +1,19 @@
 """Time, memory, size, number and place: what passes a bound is refused in one line, and leaves."""
 
 import asyncio
+import errno
 import time
 from dataclasses import replace
 from multiprocessing import active_children
 from threading import Thread
+from types import SimpleNamespace
 
 import pytest
 
+from heyoka_bike.system import files
 from heyoka_bike.system.executors import ProgressFuture
-from heyoka_bike.workbench.serving import tasks
+from heyoka_bike.workbench.serving import store, tasks, uploads
+from heyoka_bike.workbench.serving.app import _status
 from heyoka_bike.workbench.serving.limits import Limits
 from heyoka_bike.workbench.serving.queue import BusyError, QueuedTask, TaskQueue
 from heyoka_bike.workbench.serving.store import ResultStore, file_name
@@ -378,7 +382,7 @@ def test_a_fault_of_the_server_has_no_names_in_its_log(serving, monkeypatch, exa
     client = serving()
 
     def told():
-        raise OSError(28, "No space left on device", "/store/secret-key/files/secret-name.txt")
+        raise OSError(errno.EIO, "Input/output error", "/store/secret-key/files/secret-name.txt")
 
     monkeypatch.setattr(client.server.store, "room", told)
     answer = client.post("/score", files={"file": (example.name, example.read_bytes())})
@@ -386,6 +390,42 @@ def test_a_fault_of_the_server_has_no_names_in_its_log(serving, monkeypatch, exa
     assert "fault of the server" in answer.json()["error"]
     assert any(line.startswith("OSError at ") for line in client.lines)
     assert "secret" not in "".join(client.lines)
+
+
+@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT])
+def test_a_full_disk_is_said(serving, monkeypatch, example, number):
+    client = serving()
+    files = {"file": (example.name, example.read_bytes())}
+
+    def full(*_):
+        raise OSError(number, "no room", "/store/secret-key")
+
+    monkeypatch.setattr(uploads.shutil, "copyfileobj", full)
+    answer = client.post("/score", files=files)
+    assert (answer.status_code, answer.json()["error"]) == (507, "the server's disk is full")
+    assert "507" in client.lines[-1]
+    assert not list(client.folder.iterdir())
+    monkeypatch.undo()
+    assert client.post("/score", files=files).status_code == 200
+    assert client.get("/health").status_code == 200
+    monkeypatch.setattr(store.shutil, "disk_usage", lambda folder: SimpleNamespace(free=10**6))
+    assert client.get("/health").status_code == 507
+    assert client.get("/health").json()["status"] == "full"
+
+
+def test_a_report_without_room_is_no_fault_of_its_file(tmp_path, monkeypatch, example):
+    place = tmp_path / tasks.FILES
+    place.mkdir()
+    (place / "file.txt").write_bytes(example.read_bytes())
+
+    def full(*_):
+        raise OSError(errno.ENOSPC, "no room")
+
+    monkeypatch.setattr(files, "_write_beside", full)
+    monkeypatch.chdir(tmp_path)
+    ending = tasks.TaskEnding(**tasks.work(tasks.Task("score", tmp_path, ("file.txt",)), 10**9))
+    assert (ending.state, ending.message) == ("failed", "the server's disk is full")
+    assert _status(ending) == 507
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 import socket
 import threading
 import time
+from contextlib import suppress
 from types import SimpleNamespace
 
 import pytest
@@ -14,19 +15,22 @@ from heyoka_bike.workbench.serving.connections import Connection, most_requests
 resource = pytest.importorskip("resource")
 pytestmark = pytest.mark.timeout(60)
 HEAD = b"GET / HTTP/1.1\r\nHost: localhost\r\n"
+SHORT = HEAD.replace(b"/", b"/short", 1).replace(b"Host", b"Connection: close\r\nHost")
 PAGE = b"x" * 20_000_000
 
 
 async def page(scope, receive, send):
     if scope["type"] == "http":
         await send({"type": "http.response.start", "status": 200, "headers": []})
-        await send({"type": "http.response.body", "body": PAGE})
+        await send(
+            {"type": "http.response.body", "body": b"short" if scope["path"] == "/short" else PAGE}
+        )
 
 
 @pytest.fixture
-def port(monkeypatch):
+def port(request, monkeypatch):
     """A server of two requests at once that waits a tenth of a second for its clients."""
-    monkeypatch.setattr(connections, "_PATIENCE", 0.1)
+    monkeypatch.setattr(connections, "_PATIENCE", getattr(request, "param", 0.1))
     bound = socket.socket()
     bound.bind(("127.0.0.1", 0))
     config = uvicorn.Config(
@@ -59,6 +63,13 @@ def received(client):
     except ConnectionError:
         pass
     return size
+
+
+def answer_of(client):
+    answer = b""
+    while part := client.recv(1 << 20):
+        answer += part
+    return answer
 
 
 @pytest.mark.parametrize("sent", [b"", HEAD, HEAD + b"X: "])
@@ -122,6 +133,52 @@ def test_those_beyond_what_there_is_room_for(port):
         assert received(fifth) == 0
     for client in held:
         client.close()
+
+
+@pytest.mark.parametrize("port", [30.0], indirect=True)
+def test_slow_heads_make_room(port):
+    """Who sends a request is answered at once, however many others send none."""
+    held = [connected(port) for _ in range(20)]
+    for client in held:
+        client.sendall(HEAD)
+    for _ in range(3):
+        with connected(port) as client:
+            client.sendall(SHORT + b"\r\n")
+            assert b"\r\nshort\r\n" in answer_of(client)
+    for client in held:
+        client.close()
+
+
+TWO = [
+    ("bare", b"GET / HTTP/1.1\nHost: localhost\n\n"),
+    ("leading", b"\n" + HEAD + b"\r\n"),
+    ("one of them", HEAD + b"X: y\nZ: a\r\n\r\n"),
+    ("both", HEAD + b"Content-Length: 4\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n"),
+    ("both", HEAD + b"Transfer-Encoding: chunked\r\nContent-Length: 4\r\n\r\n0\r\n\r\n"),
+]
+
+
+@pytest.mark.parametrize(("what", "sent"), TWO)
+@pytest.mark.parametrize("port", [30.0], indirect=True)
+@pytest.mark.parametrize("pieces", [1, 2])
+def test_what_may_be_two_requests_is_refused(port, what, sent, pieces):
+    with connected(port) as client:
+        half = len(sent) // pieces
+        client.sendall(sent[:half])
+        time.sleep(0.05)
+        with suppress(ConnectionError):
+            client.sendall(sent[half:] + HEAD + b"\r\n")
+        answer = answer_of(client)
+    assert answer.startswith(b"HTTP/1.1 400 ")
+    assert answer.count(b"HTTP/1.1 ") == 1
+
+
+@pytest.mark.parametrize("port", [30.0], indirect=True)
+@pytest.mark.parametrize("rest", [b"\r\n", b"Content-Length: 4\r\n\r\na\nb\n"])
+def test_what_is_one_request_is_answered(port, rest):
+    with connected(port) as client:
+        client.sendall(SHORT + rest)
+        assert b"\r\nshort\r\n" in answer_of(client)
 
 
 def test_there_are_files_for_as_many_as_may_ask(monkeypatch):

@@ -379,7 +379,7 @@ TERMS = (*FORCES, TENSORS_TURNING)
 
 
 def rates_altered(
-    equations: Equations, state: Sequence[Number], amounts: Mapping[str, float]
+    equations: Equations, state: Sequence[Number], amounts: Mapping[str, Number]
 ) -> list[Number]:
     """Time derivatives of the regular form's state, the yaw included.
 
@@ -395,7 +395,7 @@ def rates_altered(
         Of the regular form, over arrays.
     state
         Its variables, with the yaw.
-    amounts : mapping of str to float
+    amounts : mapping of str to number
         Coefficients of `FORCES` [SI]; of `TENSORS_TURNING` 1 where it is missing.
     """
     m = Moving(equations, state)
@@ -414,7 +414,7 @@ def rates_altered(
     ]  # fmt: skip
 
 
-def _with_tensors(m: Moving, force: Sequence[Number], missing: float) -> list[Number]:
+def _with_tensors(m: Moving, force: Sequence[Number], missing: Number) -> list[Number]:
     force = list(force)
     kept = [list(row) for row in m.mass]
     lost: list[list[Number]] = [[0.0] * 3 for _ in INDEPENDENT]
@@ -433,7 +433,7 @@ def _with_tensors(m: Moving, force: Sequence[Number], missing: float) -> list[Nu
     return solved(kept, force)
 
 
-def _surplus(m: Moving, body: str, missing: float) -> Callable[[Vector], Vector]:
+def _surplus(m: Moving, body: str, missing: Number) -> Callable[[Vector], Vector]:
     """The tensor that turns with the body, less that which stays as it is at the start."""
     a, yaw = m.equations.a, m.state[6]
     s, c = a.sin(yaw), a.cos(yaw)

@@ -161,19 +161,22 @@ def _points() -> tuple[Array, Array, Array]:
     x = leggauss(_POINTS)[0]
     basis = np.linalg.inv(chebvander(x, _POINTS - 1))
     integrals = chebint(np.eye(_POINTS), lbnd=-1, scl=0.5)
-    within = chebvander(x, _POINTS) @ integrals @ basis
-    return (x + 1) / 2, within, np.ones(_POINTS + 1) @ integrals @ basis
+    within: Array = chebvander(x, _POINTS) @ integrals @ basis
+    whole: Array = np.ones(_POINTS + 1) @ integrals @ basis
+    return (x + 1) / 2, within, whole
 
 
 @cache
 def _through() -> Array:
     """From values at the beginning and the points to Chebyshev's coefficients."""
-    return np.linalg.inv(_basis(np.concatenate([[0.0], _points()[0]])))
+    found: Array = np.linalg.inv(_basis(np.concatenate([[0.0], _points()[0]])))
+    return found
 
 
 def _basis(place: Array) -> Array:
     """Chebyshev's polynomials at places of an interval, 0 to 1."""
-    return chebvander(2 * place - 1, _POINTS)
+    found: Array = chebvander(2 * place - 1, _POINTS)
+    return found
 
 
 def _intervals(motion: AskedMotion) -> int:
@@ -213,7 +216,7 @@ def _nodal_states(
             guess[..., is_lost] = np.nan
             found[i] = np.concatenate([y[None], guess])
             f, _ = _rates(equations, amounts, guess, with_slopes=False)
-            y = y + h * np.tensordot(whole, f, 1)
+            y = y + h * np.asarray(np.tensordot(whole, f, 1))
             guess = np.tensordot(ahead, found[i], 1)
     return found
 

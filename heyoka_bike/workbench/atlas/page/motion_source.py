@@ -14,8 +14,8 @@ from heyoka_bike.bicycle.equations.bodies import bodies_of
 from heyoka_bike.bicycle.equations.configuration import (
     INTEGRALS,
     Configuration,
-    rates_of_integrals,
     track_speeds,
+    whole_rates,
 )
 from heyoka_bike.bicycle.equations.constants import constants_of
 from heyoka_bike.bicycle.equations.forces import forces
@@ -23,7 +23,8 @@ from heyoka_bike.bicycle.equations.kinematics import front_contact_height, later
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.arithmetic import Number
-from heyoka_bike.numbers.straight_line import StraightLine, needed
+from heyoka_bike.numbers.languages import Language
+from heyoka_bike.numbers.straight_line import StraightLine
 
 MOTION_SCRIPT = Path(__file__).with_name("motion.js").read_text(encoding="utf-8")
 """Follows a motion by `motion_source`."""
@@ -42,6 +43,13 @@ OBSERVED = (
 DIVISORS = 3
 """How many divisors of the equations may vanish: there they end, as does a step across."""
 
+_JAVASCRIPT = Language(
+    opening="const {name} = ({arguments}) => {{",
+    closing="}};",
+    statement="const {name} = {value}",
+    output="{result}",
+)
+
 _Formulas = Callable[[Equations, Sequence[Number]], Sequence[Number]]
 
 
@@ -58,14 +66,20 @@ def motion_source(bicycle: Bicycle, free: Sequence[str] = ()) -> str:
     ``observe(y, f)`` what is `OBSERVED`; ``floorGap([roll, pitch, steer], f)`` the height of the
     front wheel [m]. ``spinOf([speed], f)`` is the state's ``spin``.
     """
+
+    def function(name: str, size: int, formulas: _Formulas) -> str:
+        return _JAVASCRIPT.function(
+            name, {"y": size}, "f", lambda code, y: formulas(_equations(bicycle, free, code), y)
+        )
+
     parts = [
         "const { sin, cos, sqrt, atan2 } = Math;",
         f"const STATE = {json.dumps(STATE)}, OBSERVED = {json.dumps(OBSERVED)};",
         f"const DIVISORS = {DIVISORS}, P = {json.dumps({x: float(bicycle[x]) for x in free})};",
-        _function("rates", bicycle, free, len(STATE), _rates),
-        _function("observe", bicycle, free, len(STATE), _observed),
-        _function("floorGap", bicycle, free, 3, _floor_gap),
-        _function("spinOf", bicycle, free, 1, _spin),
+        function("rates", len(STATE), _rates),
+        function("observe", len(STATE), _observed),
+        function("floorGap", 3, _floor_gap),
+        function("spinOf", 1, _spin),
     ]
     return "\n".join(parts) + "\n"
 
@@ -86,7 +100,7 @@ def _rates(equations: Equations, y: Sequence[Number]) -> Sequence[Number]:
     rear, _ = track_speeds(equations.k, u)
     _, c1, c3 = lateral_condition(o)
     divisors = (o.kappa, o.den, c3 * o.cb - c1 * o.sb)
-    return [*equations.rates_with_yaw(y), *rates_of_integrals(equations, y), rear, *divisors]
+    return [*whole_rates(equations, y), rear, *divisors]
 
 
 def _observed(equations: Equations, y: Sequence[Number]) -> Sequence[Number]:
@@ -105,15 +119,3 @@ def _floor_gap(equations: Equations, y: Sequence[Number]) -> Sequence[Number]:
 
 def _spin(equations: Equations, y: Sequence[Number]) -> Sequence[Number]:
     return [y[0] / equations.k.length]
-
-
-def _function(
-    name: str, bicycle: Bicycle, free: Sequence[str], size: int, formulas: _Formulas
-) -> str:
-    """``name(y, f)``: from y of a size to what the formulas give."""
-    code = StraightLine()
-    equations = _equations(bicycle, free, code)
-    results = [x.text for x in formulas(equations, [code.variable(f"y[{i}]") for i in range(size)])]
-    lines = [f"  const {n} = {text};" for n, text in needed(code.statements, results).items()]
-    lines += [f"  f[{i}] = {text};" for i, text in enumerate(results)]
-    return "\n".join([f"const {name} = (y, f) => {{", *lines, "};"])

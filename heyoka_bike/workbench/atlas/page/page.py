@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from heyoka_bike.bicycle.parameters import START, Bicycle, read_bicycle, read_maneuvers
+from heyoka_bike.bicycle.parameters import START, Bicycle, benchmark
 from heyoka_bike.bicycle.stability.linear import linearise
 from heyoka_bike.errors import printable
 from heyoka_bike.numbers.double import Array
@@ -21,7 +21,6 @@ from heyoka_bike.showing.document.html import PAGE_STYLE, page
 from heyoka_bike.showing.replay.page import SCRIPT as REPLAY_SCRIPT
 from heyoka_bike.showing.replay.page import STYLE as REPLAY_STYLE
 from heyoka_bike.showing.replay.page import drawing, stage
-from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers
 from heyoka_bike.workbench.atlas.data import FALLS, FATES, VARIABLES, Atlas, GridAxis
 from heyoka_bike.workbench.atlas.figure import limits
 from heyoka_bike.workbench.atlas.page.motion_source import MOTION_SCRIPT, motion_source
@@ -171,11 +170,12 @@ def _title(axis: GridAxis) -> str:
 
 def _marks(atlas: Atlas) -> list[dict[str, Any]]:
     """The benchmark's maneuvers that are in the map."""
-    if atlas.bicycle.values != read_bicycle(benchmark_bicycle()).values:
+    bicycle, maneuvers = benchmark()
+    if atlas.bicycle.values != bicycle.values:
         return []
     found = []
     names = [axis.name for axis in atlas.axes]
-    for number, maneuver in enumerate(read_maneuvers(benchmark_maneuvers()), start=1):
+    for number, maneuver in enumerate(maneuvers, start=1):
         start = {key: float(getattr(maneuver, key)) for key in START}
         is_on = all(start[key] == x for key, x in atlas.start.items() if key not in names)
         inside = all(a.values[0] <= start.get(a.name, np.nan) <= a.values[-1] for a in atlas.axes)
