@@ -100,7 +100,8 @@ def explain(
     of_model = [(m,) for m in dict.fromkeys(m for p in proposed for m in p)]
     if not is_shown:
         # Whole runs show more than rows that are noisy or few.
-        rivals = causes.best_of(_OF_MODEL)[:_MOST] if causes else _OF_MODEL
+        is_understood = causes is not None and not causes.is_blown_up
+        rivals = causes.best_of(_OF_MODEL)[:_MOST] if causes and is_understood else _OF_MODEL
         of_model = list(dict.fromkeys([*of_model, *((m,) for m in rivals)]))
     of_start = file.starts_like_its_own(_OF_START, causes.motions if causes else ())
     read_off = [(m,) for m in (*LINEAR_PROGRAMS, *_OF_OUTPUT, *file.proposals())]
@@ -180,15 +181,18 @@ def _beside(
     """The best mistakes, each with one of the output, and the best with one of the start."""
     ranked = sorted((h for h in found if h.gain > 1.0), key=lambda h: -h.log_odds)
     leaders = ranked[:_LEADERS]
-    # Where the equations do not tell which two mistakes of the model there are.
-    read_off = [m for h in ranked[: 0 if is_shown else _RIVALS] for m in h.mistakes]
     if has_constant_speed(parts):
         # What linear programs have in common, whatever else is wrong with them.
         leaders += [h for h in found if h.codes == (LINEARISED,) and h not in leaders]
     chosen: list[tuple[Mistake, ...]] = []
     for i, leader in enumerate(leaders):
         order = file.order_beside(leader)
-        others = [*_OF_OUTPUT, *([order] if order else []), *read_off]
+        others = [*_OF_OUTPUT, *([order] if order else [])]
+        # Where the equations do not tell which mistakes of the model there are.
+        if i == 0 and leader.mistakes[0].kind == "output":
+            others += [h.mistakes[0] for h in found if h.mistakes[0].kind == "model"]
+        elif not is_shown:
+            others += [m for h in ranked[:_RIVALS] for m in h.mistakes]
         others += [] if i else starts
         chosen += [
             in_order((*leader.mistakes, m))

@@ -156,27 +156,26 @@ class Simulator:
 
 
 @cache
-def _points() -> tuple[Array, Array, Array]:
+def _points() -> tuple[Array, ...]:
     """Gauss's points in 0 to 1, integrals of their Lagrange polynomials to them, and to 1."""
-    x = leggauss(_POINTS)[0]
+    x = np.asarray(leggauss(_POINTS)[0], np.float64)
     basis = np.linalg.inv(chebvander(x, _POINTS - 1))
     integrals = chebint(np.eye(_POINTS), lbnd=-1, scl=0.5)
-    within: Array = chebvander(x, _POINTS) @ integrals @ basis
-    whole: Array = np.ones(_POINTS + 1) @ integrals @ basis
-    return (x + 1) / 2, within, whole
+    within = chebvander(x, _POINTS) @ integrals @ basis
+    whole = np.ones(_POINTS + 1) @ integrals @ basis
+    return tuple(np.asarray(m, np.float64) for m in ((x + 1) / 2, within, whole))
 
 
 @cache
 def _through() -> Array:
     """From values at the beginning and the points to Chebyshev's coefficients."""
-    found: Array = np.linalg.inv(_basis(np.concatenate([[0.0], _points()[0]])))
-    return found
+    inverse = np.linalg.inv(_basis(np.concatenate([[0.0], _points()[0]])))
+    return np.asarray(inverse, np.float64)
 
 
 def _basis(place: Array) -> Array:
     """Chebyshev's polynomials at places of an interval, 0 to 1."""
-    found: Array = chebvander(2 * place - 1, _POINTS)
-    return found
+    return np.asarray(chebvander(2 * place - 1, _POINTS), np.float64)
 
 
 def _intervals(motion: AskedMotion) -> int:
@@ -216,7 +215,7 @@ def _nodal_states(
             guess[..., is_lost] = np.nan
             found[i] = np.concatenate([y[None], guess])
             f, _ = _rates(equations, amounts, guess, with_slopes=False)
-            y = y + h * np.asarray(np.tensordot(whole, f, 1))
+            y = np.asarray(y + h * np.tensordot(whole, f, 1), np.float64)
             guess = np.tensordot(ahead, found[i], 1)
     return found
 

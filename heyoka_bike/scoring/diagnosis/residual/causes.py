@@ -293,7 +293,9 @@ def _fitted(remainder: _Remainder, known: Sequence[Cause], maneuvers: int) -> tu
     for size, count in ((1, 6), (2, 3), (3, 2)):
         first = best_subsets(normal, size, _T.beside, members)
         members = first.members
-        promised = Cause((), dict.fromkeys(UNKNOWNS[:size], 0.0), {}, float(first.gains[0]) ** _T.promise)
+        promised = Cause(
+            (), dict.fromkeys(UNKNOWNS[:size], 0.0), {}, float(first.gains[0]) ** _T.promise
+        )
         if log_odds(promised, maneuvers) < 0.0:
             continue
         found = [
