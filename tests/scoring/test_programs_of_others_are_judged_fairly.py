@@ -15,7 +15,7 @@ from heyoka_bike.scoring.score import score
 
 NAMES_A_CAUSE = ("mistake", "parameters")
 NAMES_NOTHING = ("direction", "no_mistake_found")
-ACCUSES = (*NAMES_A_CAUSE, "direction", "energy_is_kept")
+ACCUSES = (*NAMES_A_CAUSE, "direction", "term_unexplained")
 """Codes of findings that say that the program, its input or its output is wrong."""
 
 LEAST = 0.95

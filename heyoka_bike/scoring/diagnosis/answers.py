@@ -54,8 +54,6 @@ def findings(
     The reference is that of the report, by default the published one.
     """
     columns = [(m, c) for m in report.maneuvers for c in m.columns if c.values]
-    if all(c.is_at_floor(_AT_FLOOR) for _, c in columns):
-        return (nothing_wrong("every column"),)
     if 2 * sum(not c.trace.value.any() for _, c in columns) > len(columns):
         return (Finding("cannot_tell", "Most columns hold nothing but zeros", Severity.WARNING),)
     if diagnosis.classes and diagnosis.classes[0][0].codes == (LINEARISED,):
@@ -75,6 +73,11 @@ def findings(
     else:
         found += _without_cause(diagnosis, report, known, columns, first)
     return (*first, *found)
+
+
+def is_right(report: Report) -> bool:
+    """Whether every column is as right as its digits can tell."""
+    return all(c.is_at_floor(_AT_FLOOR) for m in report.maneuvers for c in m.columns if c.values)
 
 
 def _units_beside(diagnosis: Diagnosis) -> list[Finding]:

@@ -15,6 +15,7 @@ from heyoka_bike.scoring.diagnosis.answers import (
     NOTHING_WRONG,
     explanation,
     findings,
+    is_right,
     nothing_wrong,
 )
 from heyoka_bike.scoring.diagnosis.beside import beside
@@ -138,6 +139,8 @@ def _of_columns(
     parts = [m.part for m in maneuvers]
     if not any(part.has_values() for part in parts):
         return replace(report, diagnosis=(NOTHING,))
+    if is_right(replace(report, maneuvers=maneuvers)):
+        return replace(report, diagnosis=(nothing_wrong("every column"),))
     found = explain(parts, reference, progress=progress or (lambda _: None))
     said = findings(found, replace(report, maneuvers=maneuvers), reference)
     return replace(report, diagnosis=said, explanation=explanation(found, said))

@@ -212,9 +212,14 @@ def _on_axles(wheels: str, strength: Callable[[Number], Number]) -> Law:
     return lambda m: {f"spin_{w}": (0.0, strength(m.now[f"spin_{w}"][1]), 0.0) for w in wheels}
 
 
-def _drag(m: Moving) -> Linear:
-    v = m.now["v_B"]
-    return {"v_B": scaled(-m.equations.a.sqrt(dot(v, v)), v)}
+def _drag(point: str) -> Law:
+    """Against a velocity, by its square: at two points together it is that at any height."""
+
+    def law(m: Moving) -> Linear:
+        v = m.now[point]
+        return {point: scaled(-m.equations.a.sqrt(dot(v, v)), v)}
+
+    return law
 
 
 def _decay(m: Moving) -> Linear:
@@ -309,11 +314,10 @@ FORCES: Mapping[str, Force] = {
     "roll_torque": Force("constant torque on the rear frame, to the right", "N m", 0.1,
                          _on_roll(lambda m: 1.0 + 0.0 * m.state[0])),
     "air_drag": Force("drag over speed squared at the rear frame's centre of mass", "kg m-1", 0.1,
-                      _drag),
+                      _drag("v_B")),
     "air_lift": Force("lift over speed squared at the rear frame's centre of mass", "kg m-1", 0.1,
                       lambda m: {"v_B": (0.0, 0.0, -(m.now["rates"][2] ** 2))}),
-    "ground_drag": Force("drag over speed squared at the ground", "kg m-1", 0.1,
-                         lambda m: {"rates": (0.0, 0.0, -(m.now["rates"][2] ** 2))}),
+    "hub_drag": Force("drag over speed squared at the rear hub", "kg m-1", 0.1, _drag("v_R")),
     "push": Force("constant force forward on the rear frame", "N", 1.0,
                   lambda m: {"v_B": (1.0, 0.0, 0.0)}),
     "side_wind": Force("constant force along the ground's y axis on the rear frame", "N", 1.0,

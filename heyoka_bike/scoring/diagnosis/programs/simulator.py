@@ -223,7 +223,7 @@ def _nodal_states(
 def _solved(matrix: Array, right: Array) -> Array:
     """Solutions, shape (unknowns, motions), from matrices; NaN where one is singular."""
     try:
-        found: Array = np.linalg.solve(matrix, right.T[..., None])[..., 0].T
+        found = np.asarray(np.linalg.solve(matrix, right.T[..., None])[..., 0].T, np.float64)
     except np.linalg.LinAlgError:
         if len(matrix) == 1:
             return np.full_like(right, np.nan)

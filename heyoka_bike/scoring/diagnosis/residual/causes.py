@@ -289,7 +289,7 @@ def _fitted(remainder: _Remainder, known: Sequence[Cause], maneuvers: int) -> tu
     normal = remainder.normal(remainder.rows, remainder.weighted(a.slopes(a.program)))
     best: list[Cause] = []
     members = None
-    most = max([0.0, *(log_odds(c, maneuvers) for c in known)])
+    least = max([0.0, *(log_odds(c, maneuvers) for c in known)])
     for size, count in ((1, 6), (2, 3), (3, 2)):
         first = best_subsets(normal, size, _T.beside, members)
         members = first.members
@@ -302,11 +302,9 @@ def _fitted(remainder: _Remainder, known: Sequence[Cause], maneuvers: int) -> tu
             _refined(remainder, [UNKNOWNS[i] for i in chosen], x)
             for chosen, x in zip(first.members[:count], first.changes[:count], strict=True)
         ]
-        odds = [log_odds(c, maneuvers) for c in found]
-        if max(odds) > most:
-            most = max(odds)
-            best = [c for c, x in zip(found, odds, strict=True) if x > most - WEIGHTS.said]
-    return tuple(sorted(best, key=lambda c: -c.relief))
+        best += [c for c in found if log_odds(c, maneuvers) > least]
+    # Whole runs tell which.
+    return tuple(sorted(best, key=lambda c: -log_odds(c, maneuvers)))
 
 
 def log_odds(cause: Cause, maneuvers: int) -> float:
