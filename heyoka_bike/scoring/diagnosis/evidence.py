@@ -134,6 +134,12 @@ class Hypothesis:
         return tuple(x for found in each for x in found) if all(each) else ()
 
     @property
+    def parts(self) -> frozenset[str]:
+        """The mistakes by their codes, and the values that were found by their names."""
+        each = ([x.name for x in m.found] or [m.code] for m in self.mistakes)
+        return frozenset(name for names in each for name in names)
+
+    @property
     def gain(self) -> float:
         """Factor by which the typical error falls: geometric mean over maneuvers and columns."""
         return exp(_fall(self.before, self.after, self.before))

@@ -240,7 +240,11 @@ def _compared(
     )
     classes: list[list[Hypothesis]] = []
     for h in worth:
-        if classes and _log_odds(file, classes[0][0], h) > WEIGHTS.refuted:
+        if classes and (
+            _log_odds(file, classes[0][0], h) > WEIGHTS.refuted
+            # The best with something more says nothing more.
+            or classes[0][0].parts < h.parts
+        ):
             continue
         if classes and _log_odds(file, classes[-1][0], h) < WEIGHTS.said:
             classes[-1].append(h)
