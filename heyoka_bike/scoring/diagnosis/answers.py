@@ -37,6 +37,7 @@ _STARTS = {"initial_roll": "roll_angle", "initial_steer": "steer_angle",
            "initial_speed": "forward_speed"}  # fmt: skip
 _AS_GIVEN = 0.1
 _UNITS = {**UNKNOWNS, **{name: force.unit for name, force in FORCES.items()}}
+_LOSES_ENERGY = ("energy_grows", "numerical_damping")
 _OF_ANY_INTEGRATOR = ("smooth_error", "steps_of_varying_size")
 _MOST_DECIMALS = 12
 # What remains below this part of a column's size is not worth a word: six digits are right.
@@ -119,6 +120,9 @@ def _without_cause(
     if any(f.code == numerical.TOO_FAR for f in shape):
         # What has hardly anything of the motion left has no direction either.
         return is_open or found + shape
+    if any(f.code in _LOSES_ENERGY for f in shape):
+        # Constraints that drift leave something in the equations, too.
+        is_open = []
     towards = _towards(diagnosis)
     if is_open or towards:
         shape = [f for f in shape if f.code not in _OF_ANY_INTEGRATOR]

@@ -129,7 +129,9 @@ def upright(part: Part, understood: Mapping[str, Understanding]) -> Part:
     if "roll_angle" not in part.values or "roll_angle" not in understood:
         return part
     roll = np.abs(_si(part, understood, "roll_angle"))
-    row = int(np.argmax(roll > _LYING)) if np.any(roll > _LYING) else len(roll)
+    # Angles in degrees come back.
+    up = np.flatnonzero(roll <= _LYING)
+    row = int(up[-1]) + 1 if len(up) else 0
     if row == len(roll) or row < _FEWEST_ROWS:
         return part
     return replace(
