@@ -7,6 +7,8 @@ nothing; its table is checked. Run as a script, this writes the page's table.
 from pathlib import Path
 
 import numpy as np
+from heyoka_bike.scoring.diagnosis.programs.applied import FORCES
+from heyoka_bike.scoring.diagnosis.programs.incomplete import TERMS, rates_altered
 
 from heyoka_bike.bicycle.equations.instant import Instant, quantities
 from heyoka_bike.bicycle.instant_columns import COORDINATES, LEVELS, UNITS
@@ -16,8 +18,6 @@ from heyoka_bike.errors import BicycleError
 from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
-from heyoka_bike.scoring.diagnosis.programs.applied import FORCES
-from heyoka_bike.scoring.diagnosis.programs.incomplete import TERMS, rates_altered
 from heyoka_bike.scoring.diagnosis.programs.program import Program
 from heyoka_bike.scoring.instants.check import check, known_states
 from heyoka_bike.scoring.instants.expected import binary64_states, of_own

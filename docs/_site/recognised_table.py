@@ -16,10 +16,10 @@ from support.mistaken_programs import columns_of, results
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.reference.load import load_reference
 from heyoka_bike.scoring.alignment import align
+from heyoka_bike.scoring.diagnosis.explain import explain
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.scoring.diagnosis.programs.program import clock_mistake, output_mistake
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
-from heyoka_bike.scoring.diagnosis.ranking import rank
 
 PAGE = Path(__file__).parent.parent / "reference" / "mistakes.md"
 BEGIN, END = "<!-- recognised: begin -->", "<!-- recognised: end -->"
@@ -84,7 +84,7 @@ def alike(files, names, limit, scales):
 def outcome(code, level, files, close, reference, simulator):
     """What is expected and what is said, in a word or two, and whether that is right."""
     parts = align(results(reference, files[code], level), reference).parts
-    found = rank(parts, reference, simulator=simulator)
+    found = explain(parts, reference, simulator=simulator)
     first = {h.codes for h in found.classes[0]} if found.classes else set()
     is_named = any((c,) in first for c in close)
     if "" in close:

@@ -200,8 +200,7 @@ class Score:
             return (f"none: {e}",)
         except Exception as e:
             return (f"none: it failed with {type(e).__name__}: {e}",)
-        shown = [f for i, f in enumerate(said) if i < _FINDINGS_SHOWN or f.code == "not_tried"]
-        return tuple(f.message for f in shown)
+        return tuple(f.message for f in said[:_FINDINGS_SHOWN])
 
     def __repr__(self) -> str:
         return f"<score of {words.verdict(self.report)}>"

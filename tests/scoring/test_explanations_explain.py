@@ -1,84 +1,78 @@
-"""What is left must be an integrator's error, and the first row must not say the contrary."""
+"""A cause is said if the odds are for it, and if nothing in the file speaks against it."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.made_results import made
 
 from heyoka_bike.bicycle.columns import DEFINITIONS, LATERAL
-from heyoka_bike.scoring.alignment import align
-from heyoka_bike.scoring.definitions import understand
+from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis, log_odds_before, log_ratio
 from heyoka_bike.scoring.diagnosis.mistakes.first_row import contradicted
-from heyoka_bike.scoring.diagnosis.remainder import (
-    energy_level,
-    is_nothing,
-    too_large,
-    written_wrongly,
-)
+from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
+from heyoka_bike.scoring.diagnosis.programs.program import Found
 
+BY_CODE = {m.code: m for m in MISTAKES}
+MODEL, OUTPUT = BY_CODE["sign_IHxz"], BY_CODE["energy_difference"]
 PLACES = [(n, key) for n in (1, 2, 3) for key in LATERAL]
 
 
-def level_of(reference, change):
-    parts = align(made(reference, change), reference).parts
-    return energy_level(parts, understand(parts))
+def hypothesis(after, before=1e-2, mistakes=(MODEL,), changed=None):
+    left = dict.fromkeys(PLACES, after) if isinstance(after, float) else after
+    known = dict.fromkeys(left, before)
+    return Hypothesis(mistakes, known, left, tuple(changed or left), {})
 
 
-def test_an_exact_file_keeps_its_energy_to_rounding(reference):
-    # 1e-15 of some thousand J, of an exchange of a hundredth of a J in maneuver 3.
-    assert level_of(reference, lambda key, v, n: v) < 1e-8
+def test_three_maneuvers_tell_as_much_as_one_that_falls_by_the_cube():
+    one = [p for p in PLACES if p[0] == 1]
+    three = log_ratio(dict.fromkeys(PLACES, 2.0), dict.fromkeys(PLACES, 1.0), PLACES)
+    assert three == pytest.approx(log_ratio(dict.fromkeys(one, 8.0), dict.fromkeys(one, 1.0), one))
 
 
-def test_a_drift_of_the_energy_is_measured_in_the_exchange(reference):
-    def drifting(key, v, number):
-        size = np.std(reference[number].rows["potential_energy"])
-        drift = 1e-3 * size * np.ones(len(v)) if key == "kinetic_energy" else 0.0
-        return v + drift * (np.arange(len(v)) > 0)
-
-    assert level_of(reference, drifting) == pytest.approx(1e-3, rel=0.01)
+def test_what_resembles_an_error_by_chance_is_not_said():
+    """Errors of correct programs fall by up to 7 in one maneuver, with the best of 300 mistakes."""
+    one = {k: x for k, x in hypothesis(1e-2 / 7).after.items() if k[0] == 1}
+    assert hypothesis(one).log_odds < WEIGHTS.said
+    assert hypothesis(1e-2 / 7).log_odds > WEIGHTS.said
 
 
-@pytest.mark.parametrize("value", [0.0, 700.0])
-def test_energies_that_were_never_filled_in_tell_nothing(reference, value):
-    def never(key, v, number):
-        return np.full_like(v, value) if key == "potential_energy" else v
-
-    assert level_of(reference, never) is None
-
-
-def test_errors_of_one_size_are_an_integrators():
-    left = dict.fromkeys(PLACES, 1e-4)
-    assert too_large(left, {}, None) is None
-    assert too_large(left, {}, 1e-5) is None
+def test_values_that_are_fitted_and_second_mistakes_cost_more():
+    found = Found("g", None, 9.8, 9.81, 1e-3)
+    fitted = replace(MODEL, found=(found,), is_fitted=True)
+    two = replace(MODEL, found=(found, found), is_fitted=True)
+    alone, pair = log_odds_before([MODEL]), log_odds_before([MODEL, OUTPUT])
+    assert 0.0 == log_odds_before([]) > alone > log_odds_before([fitted]) > log_odds_before([two])
+    assert pair < 2 * alone
 
 
-def test_what_the_energy_does_not_show_is_no_integrators_error():
-    left = dict.fromkeys(PLACES, 1e-4) | {(2, "steer_rate"): 2e-4}
-    assert too_large(left, {}, 1e-12) == (2, "steer_rate")
-    # One maneuver alone may all but conserve it.
-    alone = {(3, key): 1e-4 for key in LATERAL}
-    assert too_large(alone, {}, 1e-7) is None
-    assert too_large(left, {}, 1e-7) is not None
+def test_columns_that_a_mistake_does_not_change_say_nothing_of_it():
+    rates = [p for p in PLACES if p[1].endswith("rate")]
+    left = {k: 1e-5 if k in rates else 1e-2 for k in PLACES}
+    assert hypothesis(left, changed=rates).log_odds == hypothesis(1e-5).log_odds
+    assert hypothesis(left, changed=rates).relief == pytest.approx(1e3)
+    assert hypothesis(left, changed=rates).gain < 100
 
 
-def test_one_column_far_worse_than_the_best_is_no_integrators_error():
-    left = dict.fromkeys(PLACES, 1e-12) | {(1, "roll_angle"): 1e-3}
-    assert too_large(left, {}, None) == (1, "roll_angle")
-    # But for the digits written.
-    assert too_large(left, {(1, "roll_angle"): 1e-3}, None) is None
+def test_a_mistake_that_is_made_leaves_no_column_farther_off():
+    left = dict.fromkeys(PLACES, 1e-5) | {(2, "steer_rate"): 3e-2}
+    assert not hypothesis(left).is_possible
+    assert hypothesis(1e-5).is_possible
 
 
 def test_an_energy_that_is_written_otherwise_is_explained_as_well_as_the_motion():
     energy = (1, "mechanical_energy")
     left = dict.fromkeys(PLACES, 1e-9) | {energy: 1e-2}
-    assert written_wrongly({energy: np.log(12)}, left, {}) == energy
-    assert written_wrongly({energy: np.log(12)}, left, {energy: 1e-2}) is None
-    assert written_wrongly({energy: np.log(4e3)}, left, {}) is None
-    assert written_wrongly({energy: np.log(12)}, left | {energy: 1e-9}, {}) is None
+    before = dict.fromkeys(PLACES, 1e-9) | {energy: 0.12}
+    h = Hypothesis((OUTPUT,), before, left, (energy,), {})
+    assert h.unexplained == energy
+    assert replace(h, floors={energy: 1e-2}).unexplained is None
+    assert replace(h, before=before | {energy: 40.0}).unexplained is None
+    assert replace(h, after=left | {energy: 1e-9}).unexplained is None
 
 
 def test_nothing_is_left_at_the_floor():
-    assert is_nothing({(1, "roll_angle"): 1e-5}, {(1, "roll_angle"): 5e-6})
-    assert not is_nothing({(1, "roll_angle"): 1e-5}, {})
+    h = hypothesis(dict.fromkeys(PLACES, 1e-5))
+    assert not h.leaves_nothing
+    assert replace(h, floors=dict.fromkeys(PLACES, 5e-6)).leaves_nothing
 
 
 def columns(first, second, rest=5):

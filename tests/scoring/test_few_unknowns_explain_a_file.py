@@ -19,12 +19,10 @@ from heyoka_bike.numbers.arithmetic import Arrays, Multiprecision
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.scoring.alignment import align
 from heyoka_bike.scoring.diagnosis.answers import findings
+from heyoka_bike.scoring.diagnosis.explain import explain
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
-from heyoka_bike.scoring.diagnosis.programs.start import initial_state
-from heyoka_bike.scoring.diagnosis.ranking import rank
 from heyoka_bike.scoring.diagnosis.residual.linear_fits import best_subsets, blocks, solve
 from heyoka_bike.scoring.reading import read_results
-from heyoka_bike.scoring.reading.results import Rows
 from heyoka_bike.scoring.score import score
 from heyoka_bike.system.resources import data_folder
 
@@ -107,7 +105,7 @@ def file_of(reference, parameters=None, starts=None, level=1e-5):
 
 
 def fitted(reference, simulator, file):
-    found = rank(align(file, reference).parts, reference, simulator=simulator)
+    found = explain(align(file, reference).parts, reference, simulator=simulator)
     values = found.classes[0][0].found if found.classes else ()
     return found, {(x.name, x.maneuver): x for x in values}
 
@@ -207,23 +205,11 @@ def test_without_heyoka_parameters_are_found(reference, tmp_path):
     assert change["value"] == pytest.approx(85.05, abs=1e-5)
 
 
-@pytest.mark.slow
-def test_without_heyoka_a_force_is_named_though_it_is_not_simulated(reference, tmp_path, simulator):
-    program = correct(reference)
-    p = {s: float(x) for s, x in program.bicycle.values.items()}
-    time, state = reference[2].time, initial_state(p, program.starts[2])
-    made = simulator.run(program.bicycle, state, time, {"steer_damping": 0.3})
-    rows = Rows(2, time, 0.0 * time, {key: made[key] for key in BENCHMARK_COLUMNS})
-    found = without_heyoka([rows], tmp_path)
-    assert found["not_tried"]["evidence"]["mistakes"] == ["other_steer_damping"]
-
-
 def test_without_heyoka_mistakes_of_the_model_are_found(reference, tmp_path):
     made = {m.code: m for m in MISTAKES}["trail_normal"]
     # Each maneuver takes as long.
     found = without_heyoka(results_of(reference, [made], 1e-6).maneuvers[1:2], tmp_path)
     assert found["mistake"]["evidence"]["mistakes"] == ["trail_normal"]
-    assert "not_tried" not in found
 
 
 @pytest.mark.slow

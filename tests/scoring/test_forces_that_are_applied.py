@@ -1,23 +1,33 @@
-"""Dampers, springs, drag and friction: as in a program of another hand, and named."""
+"""Dampers, springs, drag, friction, slopes, missing terms: as in a program of another hand."""
 
 import numpy as np
 import pytest
 from corpus.newton_model import B, F, H, Program, R
 
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
-from heyoka_bike.scoring.diagnosis.programs.applied import FORCES
+from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
 from heyoka_bike.scoring.diagnosis.programs.start import Start, initial_state
 from heyoka_bike.scoring.reading.results import Results, Rows
 
-pytest.importorskip("heyoka")
-
-AXLE = np.array([0.0, 1.0, 0.0])
+AXLE, DOWN = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
 SPEED, ROLL_RATE = 4.6, 0.5
 KEYS = {"roll": "roll_angle", "roll_rate": "roll_rate", "speed": "forward_speed",
         "steer": "steer_angle", "steer_rate": "steer_rate",
         "kinetic": "kinetic_energy"}  # fmt: skip
-AMOUNTS = {"steer_damping": 0.4, "steer_stiffness": 3.0, "air_drag": 0.3, "wheel_friction": 0.02,
-           "rolling_resistance": 1.5, "velocity_damping": 0.04}  # fmt: skip
+AMOUNTS = {
+    "steer_damping": 0.4, "steer_stiffness": 3.0, "steer_torque": 0.1, "roll_damping": 3.0,
+    "air_drag": 0.3, "push": 2.0, "side_wind": 1.0, "slope_along": 3e-3, "slope_across": 3e-3,
+    "wheel_friction": 0.02, "wheel_friction_R": 0.02, "wheel_friction_F": 0.02,
+    "rolling_resistance": 1.5, "rolling_resistance_R": 1.5, "rolling_resistance_F": 1.5,
+    "velocity_damping": 0.04, "scrub_R": 2.0, "scrub_F": 2.0,
+    "no_spin_moment": 0.3, "no_spin_moment_R": 0.3, "no_spin_moment_F": 0.3,
+    "gyroscopic_R": 0.3, "gyroscopic_F": 0.3, "wheels_gyroscopic": 0.3, "frames_gyroscopic": 1.0,
+    "weight_R": 0.1, "weight_F": 0.1, "weight_B": 3e-3, "weight_H": 0.1, "wheels_weight": 0.1,
+}  # fmt: skip
+"""Those that the other program can be given from outside."""
+WHEELS = {"": (R, F), "R": (R,), "F": (F,)}
+FRAME = {R: B, F: H, B: B, H: H}
+GRAVITY = 9.81
 # What a force changes in a second, of what the columns are; what may be wrong, of what it changes.
 SEEN, RIGHT = 1e-5, 1e-3
 
@@ -27,35 +37,92 @@ def without():
     return run("air_drag", 0.0)[1]
 
 
+def on_steer_axis(program, torque):
+    steer_axis = program._hinges()[2][3]
+
+    def force(found, attitudes, _, spins):
+        axis = attitudes[B] @ steer_axis
+        turned = attitudes[B].T @ attitudes[H] @ AXLE
+        angle = np.arctan2(np.cross(AXLE, turned) @ steer_axis, AXLE @ turned)
+        each = torque(angle, (spins[H] - spins[B]) @ axis) * axis
+        found[H, 3:] += each
+        found[B, 3:] -= each
+
+    return force
+
+
+def on_axles(wheels, torque):
+    def force(found, attitudes, _, spins):
+        for wheel in wheels:
+            axle = attitudes[wheel] @ AXLE
+            each = torque((spins[wheel] - spins[FRAME[wheel]]) @ axle) * axle
+            found[wheel, 3:] += each
+            found[FRAME[wheel], 3:] -= each
+
+    return force
+
+
+def on_bodies(program, each):
+    """Forces and torques by body: from its mass, tensor in global axes, and what it does."""
+
+    def force(found, attitudes, velocities, spins):
+        inertia = zip(program._masses(), program._tensors(), attitudes, strict=True)
+        heading = np.cross(attitudes[B] @ AXLE, DOWN)
+        heading /= np.linalg.norm(heading)
+        for i, (mass, tensor, a) in enumerate(inertia):
+            made = each(i, mass, a @ tensor @ a.T, a, velocities[i], spins, heading)
+            found[i] += np.concatenate([np.broadcast_to(x, 3) for x in made])
+
+    return force
+
+
+def gyroscopic(bodies, by_frame):
+    def each(i, mass, tensor, a, v, spins, heading):
+        if i not in bodies:
+            return 0.0, 0.0
+        axle, turning = a @ AXLE, spins[FRAME[i]] if by_frame else spins[i]
+        momentum = tensor @ spins[i]
+        return 0.0, np.cross(turning, axle * (axle @ momentum) if by_frame else momentum)
+
+    return each
+
+
 def applied(name, amount, program):
     """The force on each body, as one writes it for bodies in global axes."""
-    steer_axis = program._hinges()[2][3]
+    kind, _, one = name.rpartition("_")
+    wheels = WHEELS.get(one, (R, F))
+    body = dict(zip("BHRF", range(4), strict=True)).get(one)
+    along, across = np.eye(3)[:2]
+    laws = {
+        "steer_damping": on_steer_axis(program, lambda angle, rate: -rate),
+        "steer_stiffness": on_steer_axis(program, lambda angle, rate: -angle),
+        "steer_torque": on_steer_axis(program, lambda angle, rate: 1.0),
+        "wheel_friction": on_axles(wheels, lambda rate: -rate),
+        "rolling_resistance": on_axles(wheels, lambda rate: -np.sign(rate)),
+    }
+    bodies = {
+        "roll_damping": lambda i, m, t, a, v, w, h: (0.0, -(i == B) * (w[B] @ h) * h),
+        "air_drag": lambda i, m, t, a, v, w, h: (-(i == B) * np.linalg.norm(v) * v, 0.0),
+        "push": lambda i, m, t, a, v, w, h: ((i == B) * h, 0.0),
+        "side_wind": lambda i, m, t, a, v, w, h: ((i == B) * across, 0.0),
+        "slope_along": lambda i, m, t, a, v, w, h: (-m * GRAVITY * along, 0.0),
+        "slope_across": lambda i, m, t, a, v, w, h: (-m * GRAVITY * across, 0.0),
+        "velocity_damping": lambda i, m, t, a, v, w, h: (-m * v, -t @ w[i]),
+        "scrub": lambda i, m, t, a, v, w, h: (0.0, -(i == FRAME[wheels[0]]) * w[i][2] * DOWN),
+        "weight": lambda i, m, t, a, v, w, h: (-(i == body) * m * GRAVITY * DOWN, 0.0),
+        "wheels_weight": lambda i, m, t, a, v, w, h: (-(i in (R, F)) * m * GRAVITY * DOWN, 0.0),
+        "no_spin_moment": gyroscopic(wheels, by_frame=True),
+        "gyroscopic": gyroscopic(wheels, by_frame=False),
+        "wheels_gyroscopic": gyroscopic((R, F), by_frame=False),
+        "frames_gyroscopic": gyroscopic((B, H), by_frame=False),
+    }
+    laws |= {key: on_bodies(program, each) for key, each in bodies.items()}
+    law = laws.get(name) or laws[kind]
 
     def forces(attitudes, velocities, spins):
         found = np.zeros((4, 6))
-        axis = attitudes[B] @ steer_axis
-        if name in ("steer_damping", "steer_stiffness"):
-            turned = attitudes[B].T @ attitudes[H] @ AXLE
-            angle = np.arctan2(np.cross(AXLE, turned) @ steer_axis, AXLE @ turned)
-            rate = (spins[H] - spins[B]) @ axis
-            torque = -amount * (rate if name == "steer_damping" else angle) * axis
-            found[H, 3:], found[B, 3:] = torque, -torque
-        elif name == "air_drag":
-            v = velocities[B]
-            found[B, :3] = -amount * np.linalg.norm(v) * v
-        elif name in ("wheel_friction", "rolling_resistance"):
-            for frame, wheel in ((B, R), (H, F)):
-                axle = attitudes[frame] @ AXLE
-                rate = (spins[wheel] - spins[frame]) @ axle
-                torque = -amount * (rate if name == "wheel_friction" else np.sign(rate)) * axle
-                found[wheel, 3:] += torque
-                found[frame, 3:] -= torque
-        else:
-            inertia = zip(program._masses(), program._tensors(), attitudes, strict=True)
-            for i, (mass, tensor, a) in enumerate(inertia):
-                found[i, :3] = -amount * mass * velocities[i]
-                found[i, 3:] = -amount * a @ tensor @ a.T @ spins[i]
-        return found
+        law(found, attitudes, velocities, spins)
+        return amount * found
 
     return forces
 
@@ -76,7 +143,7 @@ def run(name, amount, steps=100, h=0.01):
     return np.arange(steps + 1) * h, program.output(np.array(states).T)
 
 
-@pytest.mark.parametrize("name", FORCES)
+@pytest.mark.parametrize("name", AMOUNTS)
 def test_they_move_as_in_a_program_of_another_hand(simulator, bicycle, without, name):
     p = {s: float(x) for s, x in bicycle.values.items()}
     start = initial_state(p, Start(SPEED, ROLL_RATE))
@@ -93,7 +160,7 @@ def test_they_move_as_in_a_program_of_another_hand(simulator, bicycle, without, 
 @pytest.mark.proof
 def test_a_diagnosis_names_them(reference):
     """Damping of all velocities, as engines have it by default."""
-    time, columns = run("velocity_damping", 0.04, steps=500)
+    time, columns = run("velocity_damping", 0.04, steps=1000, h=0.005)
     keys = {**KEYS, "potential": "potential_energy"}
     values = {key: columns[name] for name, key in keys.items()}
     values["mechanical_energy"] = values["potential_energy"] + values["kinetic_energy"]
@@ -102,5 +169,12 @@ def test_a_diagnosis_names_them(reference):
     first = next(f for f in found.diagnosis if f.code == "parameters")
     (change,) = first.evidence["changes"][0]
     assert (change["unknown"], change["unit"]) == ("velocity_damping", "s-1")
-    # It is off by 4e-5, though the error of the steps is some 1e-7: why is not known yet.
-    assert change["value"] == pytest.approx(0.04, rel=1e-4)
+    # Steps twice as long are 3e-5 off: Runge and Kutta's own damping of the castering mode.
+    assert change["value"] == pytest.approx(0.04, rel=1e-5)
+
+
+def test_every_force_says_what_it_is():
+    assert set(AMOUNTS) <= set(FORCES)
+    for name, force in FORCES.items():
+        assert force.says, name
+        assert force.is_part == (force.unit == "1"), name

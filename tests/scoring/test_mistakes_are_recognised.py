@@ -18,10 +18,9 @@ from support.random_pairs import LEVEL, random_pairs
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.numbers.exact import ZERO
 from heyoka_bike.scoring.alignment import align
-from heyoka_bike.scoring.diagnosis import ranking
 from heyoka_bike.scoring.diagnosis.answers import findings
+from heyoka_bike.scoring.diagnosis.explain import explain
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
-from heyoka_bike.scoring.diagnosis.ranking import rank
 from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.score import score
 from heyoka_bike.system.resources import data_folder
@@ -110,14 +109,14 @@ def test_a_motion_that_ends_is_followed_to_its_end(reference, simulator):
     results = results_of(reference, [BY_CODE["exchanged_F"]])
     ends = [len(rows.time) for rows in results.maneuvers]
     assert min(ends) < 1001
-    found = rank(align(results, reference).parts, reference, simulator=simulator)
+    found = explain(align(results, reference).parts, reference, simulator=simulator)
     assert ("exchanged_F",) in first(found)
 
 
 @pytest.mark.parametrize("code", SOME)
 def test_a_mistake_is_named_first(reference, simulator, code):
     results = results_of(reference, [BY_CODE[code]], 1e-6)
-    found = rank(align(results, reference).parts, reference, simulator=simulator)
+    found = explain(align(results, reference).parts, reference, simulator=simulator)
     assert (code,) in first(found)
     (finding, *_) = findings(found, score(results, reference))
     assert finding.code == "mistake"
@@ -128,13 +127,13 @@ def test_a_mistake_is_named_first(reference, simulator, code):
 @pytest.mark.parametrize("mistake", SOME_ORDERS, ids=lambda m: m.code[:30])
 def test_what_is_read_off_the_file_is_named_first(reference, simulator, mistake):
     results = results_of(reference, [mistake], 1e-6)
-    found = rank(align(results, reference).parts, reference, simulator=simulator)
+    found = explain(align(results, reference).parts, reference, simulator=simulator)
     assert (mistake.code,) in first(found)
 
 
 def test_a_time_scale_is_told_with_its_factor(reference, simulator):
     results = results_of(reference, [READ_OFF_THE_FILE[-1]], 1e-6)
-    found = rank(align(results, reference).parts, reference, simulator=simulator)
+    found = explain(align(results, reference).parts, reference, simulator=simulator)
     told = found.classes[0][0].mistakes[0].says
     # 1 / 1.01, to what an error of 1e-6 leaves of it.
     assert "0.990099" in told
@@ -143,7 +142,7 @@ def test_a_time_scale_is_told_with_its_factor(reference, simulator):
 def test_columns_in_another_order_are_found_beside_another_mistake(reference, simulator):
     pair = [BY_CODE["trail_shortened"], READ_OFF_THE_FILE[-2]]
     results = results_of(reference, pair, 1e-6)
-    found = rank(align(results, reference).parts, reference, simulator=simulator)
+    found = explain(align(results, reference).parts, reference, simulator=simulator)
     assert {m.code for m in pair} in [set(codes) for codes in first(found)]
 
 
@@ -151,7 +150,7 @@ def test_columns_in_another_order_are_found_beside_another_mistake(reference, si
 def test_one_maneuver_alone_is_enough(reference, simulator, code):
     columns = columns_of(reference, [BY_CODE[code]])
     file = align(results(reference, {2: columns[2]}, 1e-6), reference).parts
-    found = rank(file, reference, simulator=simulator)
+    found = explain(file, reference, simulator=simulator)
     assert (code,) in first(found)
 
 
@@ -161,24 +160,22 @@ def test_columns_and_values_may_be_missing(reference, simulator):
     few[1]["steer_rate"] = np.full_like(few[1]["steer_rate"], np.nan)
     few[3]["roll_angle"][::3] = np.nan
     made = results(reference, {n: few[n] for n in few}, 1e-6)
-    found = rank(align(made, reference).parts, reference, simulator=simulator)
+    found = explain(align(made, reference).parts, reference, simulator=simulator)
     assert ("sign_IBxz",) in first(found)
 
 
 def test_two_mistakes_are_found_together(reference, simulator):
     pair = [BY_CODE["sign_IBxz"], BY_CODE["gravity_9.80665"]]
-    found = rank(
+    found = explain(
         align(results_of(reference, pair, 1e-6), reference).parts, reference, simulator=simulator
     )
     assert {"sign_IBxz", "gravity_9.80665"} in [set(codes) for codes in first(found)]
 
 
-def test_two_mistakes_of_the_model_are_found_by_what_remains(reference, simulator, monkeypatch):
+def test_two_mistakes_of_the_model_are_found_by_what_remains(reference, simulator):
     pair = ("no_IBxz", "exchanged_R")
     file = align(results_of(reference, [BY_CODE[c] for c in pair], 1e-6), reference).parts
-    # Not by trying the best with every other one.
-    monkeypatch.setattr(ranking, "_LEADERS", 0)
-    found = rank(file, reference, simulator=simulator)
+    found = explain(file, reference, simulator=simulator)
     assert first(found) == {pair}
     assert tuple(m.code for m in found.causes.known[0].mistakes) == pair
 
@@ -190,7 +187,7 @@ def test_a_correct_program_is_not_accused(reference, simulator, level):
         return values + smooth_error(reference, number, level * scale)
 
     results = made(reference, change)
-    found = rank(align(results, reference).parts, reference, simulator=simulator)
+    found = explain(align(results, reference).parts, reference, simulator=simulator)
     assert found.classes == ()
     assert found.causes.fitted == ()
     assert findings(found, score(results, reference))[0].code == "no_mistake_found"
@@ -202,14 +199,14 @@ def test_errors_of_crude_methods_are_no_mistake(
 ):
     run = fixed_step(equations, method, step)
     run = replace(run, maneuvers=tuple(rows for rows in run.maneuvers if rows.maneuver in shown))
-    found = rank(align(run, reference).parts, reference, simulator=simulator)
+    found = explain(align(run, reference).parts, reference, simulator=simulator)
     assert found.classes == ()
     assert found.causes.fitted == ()
 
 
 def test_the_reference_needs_no_explanation(reference, simulator):
     results = made(reference)
-    found = rank(align(results, reference).parts, reference, simulator=simulator)
+    found = explain(align(results, reference).parts, reference, simulator=simulator)
     assert [f.code for f in findings(found, score(results, reference))] == ["nothing_to_explain"]
 
 
@@ -241,7 +238,7 @@ def test_random_pairs_are_found(reference, simulator):
     missed = []
     for codes, columns in random_pairs(reference, PAIRS):
         file = align(results(reference, columns, LEVEL), reference).parts
-        found = named(rank(file, reference, simulator=simulator))
+        found = named(explain(file, reference, simulator=simulator))
         if set(codes) not in found and not set(codes) <= set().union(*found):
             missed.append(codes)
     print(len(missed), missed)
@@ -273,7 +270,7 @@ def correct_runs(equations):
 def accused(name, run, reference, simulator, allowed):
     """The mistakes or parameters that are named, with all maneuvers and with each alone."""
     for file in (run, *(replace(run, maneuvers=(rows,)) for rows in run.maneuvers)):
-        found = rank(align(file, reference).parts, reference, simulator=simulator)
+        found = explain(align(file, reference).parts, reference, simulator=simulator)
         said = {f.code for f in findings(found, score(file, reference), reference)}
         if said & {"mistake", "parameters", "linearised"} - allowed:
             yield name, [r.maneuver for r in file.maneuvers], first(found)

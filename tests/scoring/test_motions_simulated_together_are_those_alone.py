@@ -3,11 +3,7 @@
 import numpy as np
 import pytest
 
-from heyoka_bike.scoring.diagnosis.programs.applied import AIR_DRAG
-from heyoka_bike.scoring.diagnosis.programs.incomplete import WHEELS_WEIGHT
 from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion
-
-pytest.importorskip("heyoka")
 
 TIME = np.linspace(0.0, 10.0, 101)
 # Over at once, after which nothing is reached.
@@ -23,7 +19,7 @@ def check(simulator, motions):
         for name, x in alone.items():
             good = np.isfinite(x)
             assert np.array_equal(good, np.isfinite(made[name])), name
-            # Lanes round their step sizes otherwise in the last bit.
+            # Newton's iterations end for all together.
             size = np.max(np.abs(x[good]), initial=1e-3)
             assert np.max(np.abs(made[name] - x)[good], initial=0.0) <= 1e-12 * size, name
     return together
@@ -44,7 +40,12 @@ def test_beside_one_that_ends(simulator, bicycle):
 
 @pytest.mark.proof
 def test_with_forces_and_without_terms(simulator, bicycle):
-    amounts = ({}, {AIR_DRAG: 0.1}, {WHEELS_WEIGHT: 1.0}, {WHEELS_WEIGHT: 1.0, AIR_DRAG: 0.1})
+    amounts = (
+        {},
+        {"air_drag": 0.1},
+        {"wheels_weight": 1.0},
+        {"wheels_weight": 1.0, "air_drag": 0.1},
+    )
     motions = [AskedMotion(bicycle, start, TIME[:31], a) for a in amounts for start in STARTS[:2]]
     found = check(simulator, motions)
     ends = [x["roll_angle"][-1] for x in found[::2]]

@@ -15,7 +15,7 @@ from heyoka_bike.scoring.score import score
 
 NAMES_A_CAUSE = ("mistake", "parameters")
 NAMES_NOTHING = ("direction", "no_mistake_found")
-ACCUSES = (*NAMES_A_CAUSE, "direction", "energy_is_kept")
+ACCUSES = (*NAMES_A_CAUSE, "direction", "term_unexplained")
 """Codes of findings that say that the program, its input or its output is wrong."""
 
 LEAST = 0.95
@@ -94,7 +94,7 @@ ANSWERS = {
     "front wheel not turning at the start": "front wheel starts without spin",
     "wheels not turning at the start": "both wheels start without spin",
     "another mass of the rear frame": r"mass of the rear frame with rider \(mB\)",
-    "another mass of the fork": r"\(mH\) is 2\.4",
+    "another mass of the fork": r"\(mH\) is 2\.(4|3999|3998)",
     "another wheel base": r"\(w\) is 1\.2",
     "another inertia of the rear frame": r"\(IBxx\) is 2\.(9|8999)",
     "another centre of mass of the rear frame": r"\(zB\) is -0\.8",

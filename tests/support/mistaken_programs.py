@@ -86,10 +86,13 @@ def written(bicycle, states):
     *values, rear, front = outputs(states, pars=many)
     found = dict(zip(NAMES, values, strict=True))
     p = {s: float(x) for s, x in bicycle.values.items()}
-    spin = 0.5 * (p["IRyy"] * rear**2 + p["IFyy"] * front**2)
+    spins = 0.5 * p["IRyy"] * rear**2, 0.5 * p["IFyy"] * front**2
+    spin = sum(spins)
     pitch_rate = right(states, pars=many[: right.nparams])[1]
     return found | {
         "spin_energy": spin,
+        "spin_energy_R": spins[0],
+        "spin_energy_F": spins[1],
         "rotation_energy": spin + rotation_energy(p, found, pitch_rate),
     }
 

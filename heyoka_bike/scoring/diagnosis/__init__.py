@@ -1,6 +1,7 @@
 """Why a result differs: `diagnose` adds the answer to a score.
 
-`ranking` tries the usual mistakes (through `mistakes.search`, which simulates programs that make
-them), then has `unknowns` fit parameters; `answers` says what was found, and asks `numerical` what
-the error looks like if nothing explains it.
+`explain` finds causes: by what the file's own motion leaves of the exact equations (`residual`),
+and by simulated programs that make the usual mistakes (`mistakes`, `programs`) beside the file
+(`seen_file`). It compares them by their odds (`evidence`). `answers` says what was found, and asks
+`numerical` what the error looks like if nothing explains it.
 """

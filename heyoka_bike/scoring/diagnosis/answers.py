@@ -6,16 +6,17 @@ from typing import Any
 
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.bicycle.parameters import PARAMETERS
-from heyoka_bike.errors import GENERATE
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.reference.sensitivities import UNKNOWNS
 from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.diagnosis import plain
+from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis
+from heyoka_bike.scoring.diagnosis.explain import Diagnosis
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
 from heyoka_bike.scoring.diagnosis.numerical import causes as numerical
-from heyoka_bike.scoring.diagnosis.programs.applied import FORCES
+from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
 from heyoka_bike.scoring.diagnosis.programs.program import Found
-from heyoka_bike.scoring.diagnosis.ranking import Diagnosis, Hypothesis
+from heyoka_bike.scoring.diagnosis.residual.causes import Causes
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.judge.conventions import UNITS_BESIDE, in_units
 from heyoka_bike.scoring.report import Explanation, ManeuverScore, Report
@@ -27,8 +28,6 @@ NOTHING_WRONG = "nothing_to_explain"
 _MOST = 3
 # A correct file's error is its floor; sums and conversions make it a few times that.
 _AT_FLOOR = 4.0
-# Methods that all but conserve energy are wrong by up to 2000 times what they change of it.
-_KEPT = 1e5
 # What is seen at once and is the whole cause.
 _EXPLAIN = ("falls_over", "rows_repeated", "column_of_another_maneuver")
 # In which columns a start is written, and the part of a change by which a first row may miss what
@@ -38,10 +37,13 @@ _STARTS = {"initial_roll": "roll_angle", "initial_steer": "steer_angle",
            "initial_speed": "forward_speed"}  # fmt: skip
 _AS_GIVEN = 0.1
 _UNITS = {**UNKNOWNS, **{name: force.unit for name, force in FORCES.items()}}
+_LOSES_ENERGY = ("energy_grows", "numerical_damping")
 _OF_ANY_INTEGRATOR = ("smooth_error", "steps_of_varying_size")
 _MOST_DECIMALS = 12
 # What remains below this part of a column's size is not worth a word: six digits are right.
 _SEEN = 1e-6
+# A part of a term that is all of it.
+_WHOLE = 0.02
 _COUNTS = {1: "One parameter explains", 2: "Two parameters explain", 3: "Three parameters explain"}
 
 
@@ -53,14 +55,14 @@ def findings(
     The reference is that of the report, by default the published one.
     """
     columns = [(m, c) for m in report.maneuvers for c in m.columns if c.values]
-    if all(c.is_at_floor(_AT_FLOOR) for _, c in columns):
-        return (nothing_wrong("every column"),)
     if 2 * sum(not c.trace.value.any() for _, c in columns) > len(columns):
         return (Finding("cannot_tell", "Most columns hold nothing but zeros", Severity.WARNING),)
     if diagnosis.classes and diagnosis.classes[0][0].codes == (LINEARISED,):
         return (_linearised(diagnosis.classes[0][0]), *_units_beside(diagnosis))
     found = [
-        _fitted(rank, hypotheses, report) if hypotheses[0].found else _explained(rank, hypotheses)
+        _fitted(rank, hypotheses, report, diagnosis.causes)
+        if hypotheses[0].found
+        else _explained(rank, hypotheses, diagnosis.causes)
         for rank, hypotheses in enumerate(diagnosis.classes[:_MOST], 1)
     ]
     found += _units_beside(diagnosis) if found else []
@@ -71,9 +73,12 @@ def findings(
         first = [f for f in first if f.code != "another_start"]
     else:
         found += _without_cause(diagnosis, report, known, columns, first)
-    if diagnosis.unsimulated or not (diagnosis.classes or diagnosis.is_quick):
-        found.insert(0, _without_heyoka(diagnosis))
     return (*first, *found)
+
+
+def is_right(report: Report) -> bool:
+    """Whether every column is as right as its digits can tell."""
+    return all(c.is_at_floor(_AT_FLOOR) for m in report.maneuvers for c in m.columns if c.values)
 
 
 def _units_beside(diagnosis: Diagnosis) -> list[Finding]:
@@ -109,17 +114,19 @@ def _without_cause(
     if apart is not None:
         # Nothing about the motion, which is right.
         return [apart, *found]
-    shape = numerical.findings(report, reference)
-    if not any(f.code == numerical.TOO_FAR for f in shape):
+    # A force that no integrator makes comes first; what the error looks like says nothing then.
+    is_open = _open(diagnosis)
+    shape = list(numerical.findings(report))
+    if any(f.code == numerical.TOO_FAR for f in shape):
         # What has hardly anything of the motion left has no direction either.
-        found += _towards(diagnosis)
-    found += _open(diagnosis)
-    wrong_model = _not_the_integrator(diagnosis, columns)
-    if any(f.code == "interpolated_output" for f in shape):
-        wrong_model = []
-    # Then neither a tolerance nor a smooth error says anything more.
-    found += [f for f in shape if not (wrong_model and f.code in _OF_ANY_INTEGRATOR)]
-    return found + wrong_model
+        return is_open or found + shape
+    if any(f.code in _LOSES_ENERGY for f in shape):
+        # Constraints that drift leave something in the equations, too.
+        is_open = []
+    towards = _towards(diagnosis)
+    if is_open or towards:
+        shape = [f for f in shape if f.code not in _OF_ANY_INTEGRATOR]
+    return [*is_open, *found, *towards, *shape]
 
 
 def explanation(diagnosis: Diagnosis, found: Sequence[Finding]) -> Explanation | None:
@@ -131,7 +138,7 @@ def explanation(diagnosis: Diagnosis, found: Sequence[Finding]) -> Explanation |
 
 def _linearised(found: Hypothesis) -> Finding:
     """The equations are linear: no mistake."""
-    unknown = list(dict.fromkeys(key for n, key in found.before if (n, key) not in found.after))
+    unknown = list(dict.fromkeys(key for n, key in found.floors if (n, key) not in found.after))
     # Energies of linear motions, if they are written at all, tell less of the integrator.
     lateral = {k: x for k, x in found.after.items() if k[1] in LATERAL} or found.after
     (number, worst), left = max(lateral.items(), key=lambda x: x[1])
@@ -145,7 +152,7 @@ def _linearised(found: Hypothesis) -> Finding:
     if unknown:
         rest += (
             f". Not compared: {', '.join(unknown)}, as programs of linear equations compute "
-            "energies in several ways, and these are near none that is known here"
+            "energies in several ways"
         )
     return Finding(
         LINEARISED,
@@ -201,44 +208,23 @@ def _towards(diagnosis: Diagnosis) -> list[Finding]:
     return [Finding("direction", text, evidence=evidence)]
 
 
-def _not_the_integrator(
-    diagnosis: Diagnosis, columns: Sequence[tuple[ManeuverScore, ColumnScore]]
-) -> list[Finding]:
-    """A word if the energy of the file is kept far better than its motion is right."""
-    level = diagnosis.energy_level
-    worst = max((c.as_understood.measures.max_rel_error or 0.0 for _, c in columns
-                 if c.key in LATERAL), default=0.0)  # fmt: skip
-    if level is None or worst < _KEPT * level:
-        return []
-    return [
-        Finding(
-            "energy_is_kept",
-            "No usual integrator makes this error: potential plus kinetic energy of the file is "
-            f"constant to {level:.2g} of what they exchange, and roll or steer is wrong by "
-            f"{worst:.2g} of its scale; look for it in the model, the start or what is written",
-            evidence={"energy_level": level, "max_rel_error": worst},
-        )
-    ]
-
-
 def _said(h: Hypothesis) -> str:
     return ", and ".join(_changed(m.found) if m.found else m.says for m in h.mistakes)
 
 
-def _explained(rank: int, hypotheses: Sequence[Hypothesis]) -> Finding:
+def _explained(rank: int, hypotheses: Sequence[Hypothesis], causes: Causes | None) -> Finding:
     first, *others = hypotheses
     text = (
-        f"{'' if rank == 1 else 'or, less likely, '}{_said(first)}: simulated so, the typical "
-        f"error is smaller by a factor of {first.relief:.2g} in what this changes; check "
-        + ", and ".join(dict.fromkeys(m.check for m in first.mistakes))
+        f"{'' if rank == 1 else 'or, less likely, '}{_said(first)}. {_evidence_of(first, causes)}"
     )
+    text += ". Check " + ", and ".join(dict.fromkeys(m.check for m in first.mistakes))
     if any(m.kind == "start" for m in first.mistakes):
         text += (
-            "; where rolling does not allow a start, the nearest velocities in kinetic energy are "
+            ". Where rolling does not allow a start, the nearest velocities in kinetic energy are "
             "taken, as an impulse of the constraint forces leaves them"
         )
     if others:
-        text += "; the file cannot tell this from " + "; or ".join(map(_said, others[:_MOST]))
+        text += ". The file cannot tell this from " + "; or ".join(map(_said, others[:_MOST]))
     return Finding(
         "mistake",
         text[0].upper() + text[1:],
@@ -255,6 +241,23 @@ def _explained(rank: int, hypotheses: Sequence[Hypothesis]) -> Finding:
     )
 
 
+def _evidence_of(h: Hypothesis, causes: Causes | None) -> str:
+    """How much is explained, by whole runs and in which equation."""
+    said = f"Simulated so, the typical error is smaller by a factor of {h.relief:.2g}"
+    said += " in what this changes"
+    if causes is None or all(m.kind != "model" for m in h.mistakes):
+        return said
+    relief = causes.relief(h.mistakes)
+    where = max(causes.shares, key=causes.shares.__getitem__)
+    if relief > WEIGHTS.explains:
+        said += (
+            f"; in the exact equations of motion the file's own motion leaves "
+            f"{100 * causes.shares[where]:.2g} % of the {where} acceleration, and with this "
+            f"{relief:.2g} times less"
+        )
+    return said
+
+
 def _written_as_given(found: Sequence[Found], report: Report) -> Iterator[str]:
     """Columns whose first rows have the start that is given, not the one that is fitted."""
     columns = {(m.maneuver, c.key): c for m in report.maneuvers for c in m.columns if c.values}
@@ -268,27 +271,29 @@ def _written_as_given(found: Sequence[Found], report: Report) -> Iterator[str]:
             yield f"{key} of maneuver {x.maneuver}"
 
 
-def _fitted(rank: int, hypotheses: Sequence[Hypothesis], report: Report) -> Finding:
+def _fitted(
+    rank: int, hypotheses: Sequence[Hypothesis], report: Report, causes: Causes | None
+) -> Finding:
     """The fewest parameters, forces or starts that explain the file."""
     best, *others = hypotheses
     text = (
-        f"{_COUNTS.get(len(best.found), 'These explain')} it: {_changed(best.found)}; with that, "
-        f"the error is smaller by a factor of {best.relief:.2g} in what this changes"
+        f"{_COUNTS.get(len(best.found), 'These explain')} it: {_changed(best.found)}. "
+        + _evidence_of(best, causes)
     )
     if any(x.name in FORCES for x in best.found):
         text += (
-            "; the benchmark has no dampers, springs, drag or friction: check what your program "
-            "applies beside gravity, by default or in its joints"
+            ". The benchmark has no force but gravity, and all terms of the equations of motion: "
+            "check what your program applies beside gravity, by default or in its joints"
         )
     elif as_given := list(_written_as_given(best.found, report)):
         text += (
-            f"; but the first row has {' and '.join(as_given)} as given: the motion is another "
+            f". But the first row has {' and '.join(as_given)} as given: the motion is another "
             "from the second row on, so look at the first step, not at the input"
         )
     else:
-        text += f"; check {best.mistakes[0].check}"
+        text += f". Check {best.mistakes[0].check}"
     if others:
-        text += "; the file cannot tell this from " + "; or ".join(map(_said, others[:_MOST]))
+        text += ". The file cannot tell this from " + "; or ".join(map(_said, others[:_MOST]))
     fits = [h.found for h in hypotheses if h.found]
     return Finding(
         "parameters",
@@ -306,6 +311,14 @@ def _fitted(rank: int, hypotheses: Sequence[Hypothesis], report: Report) -> Find
 def _changed(found: Sequence[Found]) -> str:
     parts = []
     for x in found:
+        if x.name in FORCES and FORCES[x.name].is_part:
+            how = (
+                "is missing"
+                if abs(x.value - 1.0) < _WHOLE
+                else f"is missing by {x.value:.4g} of it"
+            )
+            parts.append(f"the {FORCES[x.name].says} {how}")
+            continue
         # So many digits as the uncertainty allows, its first one among them.
         decimals = min(max(1, 1 - floor(log10(x.uncertain))), _MOST_DECIMALS) if x.uncertain else 1
         after = f"{x.value:.{decimals}f}".rstrip("0").rstrip(".")
@@ -333,22 +346,6 @@ def _as_evidence(x: Found) -> dict[str, Any]:
         "instead_of": x.right,
         "unit": _UNITS[x.name],
     }
-
-
-def _without_heyoka(diagnosis: Diagnosis) -> Finding:
-    said = ", and ".join(_changed(m.found) if m.found else m.says for m in diagnosis.unsimulated)
-    what = "Starts that differ were not fitted, nor equations without a term simulated"
-    if said:
-        what = (
-            f"The equations of motion speak for this: {said}. Programs that do so were not "
-            "simulated"
-        )
-    return Finding(
-        "not_tried",
-        f"{what}, as heyoka is not installed ({GENERATE} on Linux, or conda install heyoka.py)",
-        Severity.WARNING,
-        {"mistakes": [m.code for m in diagnosis.unsimulated]},
-    )
 
 
 def _evidence(typical: Any) -> dict[str, float]:

@@ -15,11 +15,12 @@ from heyoka_bike.scoring.diagnosis.answers import (
     NOTHING_WRONG,
     explanation,
     findings,
+    is_right,
     nothing_wrong,
 )
 from heyoka_bike.scoring.diagnosis.beside import beside
+from heyoka_bike.scoring.diagnosis.explain import explain
 from heyoka_bike.scoring.diagnosis.mistakes.in_output import OUTPUT_MISTAKES
-from heyoka_bike.scoring.diagnosis.ranking import rank
 from heyoka_bike.scoring.findings import Finding, Severity, named
 from heyoka_bike.scoring.judge.signs import SIGNS_DISAGREE
 from heyoka_bike.scoring.report import Report
@@ -60,7 +61,7 @@ def diagnose(
         As from `score`, with a `diagnosis`: the mistakes or the parameters whose simulation
         explains the results, or what their error looks like. Mistakes are simulated for the columns
         of the benchmark only; of others a factor, an offset or the same number in every row is
-        seen. Without the former, or without heyoka, little or nothing can be said; this is said.
+        seen. Without the former little or nothing can be said; this is said.
 
     Raises
     ------
@@ -138,7 +139,9 @@ def _of_columns(
     parts = [m.part for m in maneuvers]
     if not any(part.has_values() for part in parts):
         return replace(report, diagnosis=(NOTHING,))
-    found = rank(parts, reference, progress=progress or (lambda _: None))
+    if is_right(replace(report, maneuvers=maneuvers)):
+        return replace(report, diagnosis=(nothing_wrong("every column"),))
+    found = explain(parts, reference, progress=progress or (lambda _: None))
     said = findings(found, replace(report, maneuvers=maneuvers), reference)
     return replace(report, diagnosis=said, explanation=explanation(found, said))
 

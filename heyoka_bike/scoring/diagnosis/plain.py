@@ -147,8 +147,8 @@ def columns_apart(report: Report) -> Finding | None:
     keys = dict.fromkeys(
         c.key for m in report.maneuvers for c in m.columns if c.key in each[m.maneuver][0]
     )
-    if {"potential_energy", "kinetic_energy"} & keys.keys():
-        keys.pop("mechanical_energy", None)  # their sum
+    is_sum = bool({"potential_energy", "kinetic_energy"} & keys.keys())
+    with_sum = is_sum and keys.pop("mechanical_energy", 0) is None
     if not keys:
         return None
     found = {
@@ -169,7 +169,9 @@ def columns_apart(report: Report) -> Finding | None:
     rest = max(limit for _, limit in each.values())
     return Finding(
         "columns_apart",
-        f"Only {said} {'is' if len(found) == 1 else 'are'} wrong: all other columns are right to "
+        f"Only {said} {'is' if len(found) == 1 else 'are'} wrong"
+        + (", and mechanical_energy with it" if with_sum else "")
+        + f": all other columns are right to "
         f"{rest:.1g} of their scales, so the motion is right, and neither the integrator nor the "
         "equations are to blame. Look at how "
         f"{'this column is' if len(found) == 1 else 'these columns are'} computed and written"

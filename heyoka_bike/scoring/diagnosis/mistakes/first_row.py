@@ -10,6 +10,8 @@ from heyoka_bike.numbers.double import Array
 # A start contradicts a first row from which it is so many times farther than the right one is, and
 # than the digits can tell.
 _CLEARLY = 10.0
+# ... unless the second row is so many times nearer to it than the first.
+_NEARER = 3.0
 
 Columns = Mapping[str, Array]
 
@@ -38,7 +40,7 @@ def contradicted(
     for key, floor in floors.items():
         known, _ = _nearest(key, written[key], right)
         first, second = _nearest(key, written[key], wrong)
-        if first > _CLEARLY * max(known, floor) and second > first / _CLEARLY:
+        if first > _CLEARLY * max(known, floor) and second > first / _NEARER:
             return key
     return None
 

@@ -6,6 +6,7 @@ import numpy as np
 
 from heyoka_bike.bicycle.columns import DEFINITIONS
 from heyoka_bike.numbers.double import Array
+from heyoka_bike.scoring.diagnosis.local_polynomials import local_polynomials
 from heyoka_bike.scoring.diagnosis.programs.program import (
     Change,
     Columns,
@@ -42,6 +43,31 @@ def _differences(which: str) -> Change:
     return change
 
 
+def _rates_shifted(rows: float) -> Change:
+    """Rates of so many rows later than their angles."""
+
+    def change(columns: Columns, time: Array) -> Columns:
+        keys = [c.name for key in ("roll_rate", "steer_rate") for c in DEFINITIONS[key]]
+        if len(time) <= DEGREE:
+            return columns
+        step = rows * float(np.median(np.diff(time)))
+        meant = np.clip(time + step, time[0], time[-1]) - time
+        return {
+            **columns,
+            **{
+                name: np.sum(
+                    local_polynomials(time, columns[name], DEGREE)
+                    * meant[:, None] ** np.arange(DEGREE + 1),
+                    axis=1,
+                )
+                for name in keys
+                if name in columns
+            },
+        }
+
+    return change
+
+
 def _energies(kinetic: float = 1.0, potential: float = 1.0, without: str | None = None) -> Change:
     """Energies counted so many times, the kinetic one without a part of it."""
 
@@ -54,9 +80,14 @@ def _energies(kinetic: float = 1.0, potential: float = 1.0, without: str | None 
     return change
 
 
-def _lagrangian(columns: Columns, _: Array) -> Columns:
-    difference = columns["kinetic_energy"] - columns["potential_energy"]
-    return {**columns, "mechanical_energy": difference}
+def _difference(sign: int) -> Change:
+    """The kinetic less the potential energy in the place of their sum, or the reverse."""
+
+    def change(columns: Columns, _: Array) -> Columns:
+        difference = columns["kinetic_energy"] - columns["potential_energy"]
+        return {**columns, "mechanical_energy": sign * difference}
+
+    return change
 
 
 def _first_speed(columns: Columns, _: Array) -> Columns:
@@ -80,6 +111,9 @@ def _speed_times(code: str, says: str, radius: str, other: str) -> Mistake:
     return Mistake(code, says, "the radius in the forward speed", "output", make)
 
 
+# Of the polynomials between rows.
+DEGREE = 5
+
 _WHEN = "when a row is written: before or after the step"
 _SPACING = "the times of the rows: 0 to 10 s by 0.01 s are 1001 of them, both ends included"
 _SUM = "the sum of the energies: every body has a potential, a translational and a rotational one"
@@ -100,8 +134,17 @@ OUTPUT_MISTAKES: tuple[Mistake, ...] = (
                    "where the rates come from", _differences("backward")),
     output_mistake("central_differences", "the rates are central differences of the angles",
                    "where the rates come from", _differences("central")),
+    *(output_mistake(f"rates_{code}", f"the rates are those of {says} their angles", _WHEN,
+                     _rates_shifted(rows))
+      for code, says, rows in (
+          ("one_row_late", "one row before", -1.0), ("one_row_early", "one row after", 1.0),
+          ("half_row_late", "half a row before", -0.5),
+          ("half_row_early", "half a row after", 0.5))),
     output_mistake("energy_without_spin", "the kinetic energy is without the wheels' spin about "
                    "their axles", _SUM, _energies(without="spin_energy")),
+    *(output_mistake(f"energy_without_spin_{wheel}", f"the kinetic energy is without the {name} "
+                     "wheel's spin about its axle", _SUM, _energies(without=f"spin_energy_{wheel}"))
+      for wheel, name in (("R", "rear"), ("F", "front"))),
     output_mistake("energy_without_rotation", "the kinetic energy is without that of rotation",
                    _SUM, _energies(without="rotation_energy")),
     output_mistake("kinetic_doubled", "the kinetic energy is twice too large", _SUM,
@@ -109,7 +152,9 @@ OUTPUT_MISTAKES: tuple[Mistake, ...] = (
     output_mistake("potential_sign", "the potential energy falls with the height", _SUM,
                    _energies(potential=-1.0)),
     output_mistake("energy_difference", "the mechanical energy is the kinetic minus the potential "
-                   "one", _SUM, _lagrangian),
+                   "one", _SUM, _difference(1)),
+    output_mistake("energy_difference_reversed", "the mechanical energy is the potential minus the "
+                   "kinetic one", _SUM, _difference(-1)),
     output_mistake("speed_of_start", "the forward speed written is that of the start in every row",
                    "where the forward speed comes from: it varies", _first_speed),
     _speed_times("speed_written_by_front_radius", "the forward speed written is the spin of the "

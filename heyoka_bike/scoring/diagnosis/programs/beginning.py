@@ -2,6 +2,7 @@
 
 from heyoka_bike.bicycle.equations.initial import pitch_on_the_floor
 from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.scoring.diagnosis.programs.program import Program
 from heyoka_bike.scoring.diagnosis.programs.start import initial_state
 
@@ -11,6 +12,6 @@ def beginning(program: Program, number: int) -> tuple[float, ...]:
     p = {symbol: float(x) for symbol, x in program.bicycle.values.items()}
     roll, pitch, steer, *rates = initial_state(p, program.starts[number])
     if steer != 0.0:
-        k = Equations.binary64(program.bicycle).k
+        k = Equations.of(program.bicycle, Arrays()).k
         pitch = float(pitch_on_the_floor(k, roll, 0.0, steer))
     return roll, pitch, steer, *rates

@@ -2,7 +2,8 @@
 
 With q = (roll, steer), M q'' + v C1 q' + (g K0 + v^2 K2) q = 0 at constant speed v: what most
 people write first for this bicycle, and right as such. Roll and its rate are the same in every
-definition to first order. Energies are of second order, and programs compute them in several ways.
+definition to first order. Energies are of second order, and programs compute them in several ways:
+they are not compared.
 """
 
 from collections.abc import Mapping, Sequence
@@ -10,24 +11,17 @@ from math import ceil, cos, log2
 
 import numpy as np
 
-from heyoka_bike.bicycle.columns import COLUMNS, DEFINITIONS, FOLLOWING
-from heyoka_bike.bicycle.equations.initial import pitch_on_the_floor
-from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.bicycle.columns import DEFINITIONS
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.bicycle.stability.closed_form import Matrices, closed_form
 from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.diagnosis.programs.program import Terms
+from heyoka_bike.scoring.diagnosis.programs.program import NAMES, Terms
 
 # Terms of the exponential's series once its argument is below 1/2: beyond binary64.
 _TERMS = 16
 # Steps of a motion faster than this are not followed: no bicycle has eigenvalues so large.
 _FASTEST = 1e6
-
-POTENTIAL = ("nonlinear", "quadratic", "constant")
-"""Ways to compute the potential energy: of that posture, to second order, or upright."""
-KINETIC = ("nonlinear", "quadratic", "constant", "lateral")
-"""Ways to compute the kinetic energy: the same, or q' M q' / 2 alone."""
 
 
 def linear_columns(
@@ -49,15 +43,11 @@ def linear_columns(
     Returns
     -------
     dict of str to ndarray, shape (n,)
-        As `Simulator.run` has them, and the energies in every way: ``potential_energy_quadratic``
-        ...; NaN where nothing can be computed.
+        As `Simulator.run` has them; NaN where nothing can be computed, and of the energies.
     """
     p = {s: float(x) for s, x in bicycle.values.items()}
     roll, _, steer, roll_rate, steer_rate, speed = start
-    found = {c.name: np.full(len(time), np.nan) for c in (*COLUMNS, *FOLLOWING)}
-    found |= {name: np.full(len(time), np.nan) for name in ("spin_energy", "rotation_energy")}
-    found |= {f"potential_energy_{way}": np.full(len(time), np.nan) for way in POTENTIAL}
-    found |= {f"kinetic_energy_{way}": np.full(len(time), np.nan) for way in KINETIC}
+    found = {name: np.full(len(time), np.nan) for name in NAMES}
     try:
         m = closed_form(p, Arrays())
         a = _first_order(m, p, speed, terms or Terms())
@@ -71,7 +61,7 @@ def linear_columns(
     v = np.where(np.isfinite(q[0]), speed, np.nan)
     found |= {c.name: v for c in DEFINITIONS["forward_speed"]}
     found |= {"pitch": 0.0 * v, "yaw": q[4], "yaw_rate": _yaw(p, speed) @ q[:4]}
-    return found | _energies(bicycle, m, p, q, speed)
+    return found
 
 
 def _yaw(p: Mapping[str, float], speed: float) -> Array:
@@ -118,27 +108,3 @@ def _propagate(a: Array, start: Array, time: Array) -> Array:
             x = e @ x
             made[:, i] = x
     return np.where(np.isfinite(made), made, np.nan)
-
-
-def _energies(
-    bicycle: Bicycle, m: Matrices, p: Mapping[str, float], q: Array, speed: float
-) -> dict[str, Array]:
-    """Potential and kinetic energies [J] in every way that is known, by name."""
-    roll, steer, roll_rate, steer_rate, _ = q
-    equations = Equations.binary64(bicycle)
-    k = equations.k
-    with np.errstate(all="ignore"):
-        pitch = pitch_on_the_floor(k, roll, 0.0 * roll, steer)
-        spin = np.full(len(roll), speed / k.length)
-        exact = equations.energies([roll, pitch, steer, roll_rate, steer_rate, spin])
-        upright = equations.energies([0.0, 0.0, 0.0, 0.0, 0.0, speed / k.length])
-        q2, rates = q[:2], q[2:4]
-        lateral = np.einsum("in,ij,jn->n", rates, np.array(m.M, dtype=float), rates) / 2
-        lifted = p["g"] * np.einsum("in,ij,jn->n", q2, np.array(m.K0, dtype=float), q2) / 2
-    still = np.zeros(len(roll))
-    potential = (exact.potential, upright.potential + lifted, upright.potential + still)
-    kinetic = (exact.kinetic, upright.kinetic + lateral, upright.kinetic + still, lateral)
-    return {
-        **{f"potential_energy_{way}": x for way, x in zip(POTENTIAL, potential, strict=True)},
-        **{f"kinetic_energy_{way}": x for way, x in zip(KINETIC, kinetic, strict=True)},
-    }

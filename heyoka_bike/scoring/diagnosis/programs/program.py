@@ -6,10 +6,17 @@ from fractions import Fraction
 
 import numpy as np
 
+from heyoka_bike.bicycle.columns import COLUMNS, FOLLOWING
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.scoring.diagnosis.programs.start import Start
+
+NAMES = (
+    *(c.name for c in (*COLUMNS, *FOLLOWING)),
+    "spin_energy", "spin_energy_R", "spin_energy_F", "rotation_energy",
+)  # fmt: skip
+"""What is computed of a motion."""
 
 Columns = Mapping[str, Array]
 """All columns by name, and the parts of the kinetic energy, see `Simulator.run`."""

@@ -1,61 +1,60 @@
-"""Trajectories of any bicycle in binary64, from compiled integrators: a millisecond each.
+"""Trajectories of any bicycle in binary64, of many programs at once, by NumPy alone.
 
-The constants of the equations are parameters of the compiled code, so that a changed bicycle needs
-no new compilation. The form that is regular at zero trail is used, whose state is roll, pitch,
-steer, roll rate, steer rate, the rear wheel's rolling rate and yaw. Equations without some of their
-terms (see `incomplete`), or with other forces (see `applied`), are compiled when first asked for.
-Motions that are asked for together are stepped together, each in a lane of the processor's vectors.
+The state is a polynomial over each of equal intervals, which obeys the equations at Gauss's points
+(collocation, of twice as high an order at the ends; it damps what is fast and needs no small
+steps). Each variable, and each constant of the equations, is an array with an entry for each
+motion. The regular form is used, whose state is roll, pitch, steer, roll rate, steer rate, the rear
+wheel's rolling rate and yaw.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cache, lru_cache
 from math import cos, sin
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.polynomial.chebyshev import chebint, chebvander
+from numpy.polynomial.legendre import leggauss
 
-from heyoka_bike.bicycle.columns import COLUMNS, FOLLOWING
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle, read_bicycle
-from heyoka_bike.motion.expressions import Expressions, require_heyoka
-from heyoka_bike.numbers.arithmetic import Multiprecision, Number
+from heyoka_bike.numbers.arithmetic import Arrays, Multiprecision
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.following import following
-from heyoka_bike.scoring.diagnosis.programs.applied import FORCES
-from heyoka_bike.scoring.diagnosis.programs.incomplete import TERMS, rates_altered
+from heyoka_bike.scoring.diagnosis.programs.forces import rates_altered
+from heyoka_bike.scoring.diagnosis.programs.program import NAMES
 from heyoka_bike.system.resources import benchmark_bicycle
 
 # Rotations and products of the constants keep binary64 with some digits to spare.
-DIGITS = 25
-_TOLERANCE = 1e-14
-# The maneuvers take 50 to 150 steps of such a tolerance; several times as many are a singularity.
-_MOST_STEPS = 500
-# Bicycles whose constants are kept: the maneuvers of a file follow each other.
-KEPT = 64
-# Angular velocities of frame and fork along e1, e2, e3 (see `kinematics`), absolute ones of the
-# wheels about their axles, all in rad/s.
-_RATES = ("w1", "q", "w3", "w1_f", "q_f", "w3_f", "spin_R", "spin_F")
-_ALTERED = (*TERMS, *FORCES)
-# What is computed of a motion.
-_NAMES = (*(c.name for c in (*COLUMNS, *FOLLOWING)), "spin_energy", "rotation_energy")
+_DIGITS = 25
+# So many points in intervals so long [s] leave 1e-13 of the benchmark's motions.
+_POINTS, _INTERVAL = 12, 0.1
+# Newton's iterations on an interval, and the last change, in parts of the state: the next one would
+# be a millionth of it.
+_MOST, _SETTLED = 7, 1e-9
+# Motions that do not converge to this have met a singularity.
+_LOST = 1e-6
+_SHIFT = 1e-7
+_STATES = 7
+# Motions that are stepped together: more no longer fit into the processor's cache.
+_TOGETHER = 48
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class AskedMotion:
-    """A motion that is asked for, see `Simulator.run`.
+    """A motion that is asked for.
 
     Attributes
     ----------
     bicycle : Bicycle
+        Any parameters, sensible or not.
     start : (roll, pitch, steer, roll rate, steer rate, speed)
-        [rad, rad/s, m/s]
+        At t = 0 [rad, rad/s, m/s]; the speed is that of the rear hub along the heading.
     time : ndarray, shape (n,)
-        [s]
+        From 0 on [s].
     amounts
-        Of terms and forces.
+        Coefficients of `forces.TERMS` [SI].
     """
 
     bicycle: Bicycle
@@ -64,195 +63,89 @@ class AskedMotion:
     amounts: Mapping[str, float] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Ready:
-    """A motion in the numbers of the compiled code.
-
-    Attributes
-    ----------
-    constants : ndarray
-        Of the equations.
-    parameters
-        These, and the amounts of what is altered.
-    state
-        At t = 0.
-    grid : ndarray
-        Ascending times from 0 on, each once [s].
-    back : ndarray of int
-        Where in it each of the times is that were asked for.
-    """
-
-    constants: Array
-    parameters: Sequence[float]
-    state: Sequence[float]
-    grid: Array
-    back: NDArray[np.intp]
+_Constants = tuple[Array, float]
+"""Of the equations, and the unit of length [m]."""
 
 
 class Simulator:
-    """A compiled integrator and its outputs; building it takes seconds.
-
-    Attributes
-    ----------
-    lanes : int
-        Motions that are stepped together.
-    has_forces : bool
-        Whether it has motions of equations without a term, and with other forces.
-
-    Raises
-    ------
-    MissingPackageError
-        heyoka is not installed.
-    """
-
-    # Two vectors of four, or one of eight.
-    lanes = 8
-    has_forces = True
+    """Motions of bicycles, each with its columns."""
 
     def __init__(self) -> None:
-        self._hy = hy = require_heyoka()
-        self._arithmetic = Multiprecision(DIGITS)
-        count = 0
-
-        def parameter(_: Number) -> Number:
-            nonlocal count
-            count += 1
-            return hy.par[count - 1]
-
-        exact = any_bicycle(self._arithmetic)
-        self._equations = equations = exact.convert(parameter, Expressions())
-        self._count = count
-        self._state = state = list(hy.make_vars(*equations.states))
-        self._rates = equations.rates_with_yaw(state)
-        self._outputs: Any = hy.cfunc(outputs(equations, state), state, compact_mode=True)
-        self._integrator = lru_cache(self._compile)
-        self._constants = lru_cache(KEPT)(self._compute_constants)
-
-    def _compile(self, altered: tuple[str, ...], in_lanes: bool) -> Any:
-        """An integrator of the equations, with amounts of what is altered."""
-        rates, shape = self._rates, (len(self._state), self.lanes)
-        if altered:
-            amounts: dict[str, Any] = dict.fromkeys(_ALTERED, 0.0)
-            amounts |= {name: self._hy.par[self._count + _ALTERED.index(name)] for name in altered}
-            rates = rates_altered(self._equations, self._state, amounts)
-        make = self._hy.taylor_adaptive_batch if in_lanes else self._hy.taylor_adaptive
-        # Compact code is slower by half but compiles several times faster.
-        return make(
-            list(zip(self._state, rates, strict=True)), np.zeros(shape if in_lanes else shape[:1]),
-            compact_mode=True, tol=_TOLERANCE,
-        )  # fmt: skip
+        self._arithmetic = Multiprecision(_DIGITS)
+        # Equations of which only matters what constants there are.
+        self._any = Equations.of(read_bicycle(benchmark_bicycle()), self._arithmetic)
+        self._known: dict[object, Array] = {}
+        self._constants = lru_cache(None)(self._compute_constants)
 
     def run(
         self, bicycle: Bicycle, start: Sequence[float], time: Array,
         amounts: Mapping[str, float] | None = None,
     ) -> dict[str, Array]:  # fmt: skip
-        """Columns of a motion as far as it goes.
-
-        Parameters
-        ----------
-        bicycle : Bicycle
-            Any parameters, sensible or not.
-        start : (roll, pitch, steer, roll rate, steer rate, speed)
-            At t = 0 [rad, rad/s, m/s]; the speed is that of the rear hub along the heading.
-        time : ndarray, shape (n,)
-            Ascending, from 0 on [s].
-        amounts
-            Of `incomplete.TERMS`, 1 for those that the equations are without; of
-            `applied.FORCES`, their coefficients [SI].
+        """Columns of a motion as far as it goes, see `AskedMotion`.
 
         Returns
         -------
         dict of str to ndarray, shape (n,)
             Every column of `columns.COLUMNS` and `FOLLOWING`, and the parts of the kinetic energy
-            [J] ``spin_energy``, of the wheels about their axles, and ``rotation_energy``, of the
-            angular velocities of all bodies, spin included; NaN from where the motion meets a
-            singularity, or everywhere if the bicycle has no motion.
+            [J] ``spin_energy``, of the wheels about their axles, also of each of them, and
+            ``rotation_energy``, of the angular velocities of all bodies, spin included; NaN from
+            where the motion meets a singularity, or everywhere if the bicycle has no motion.
         """
         return self.run_all([AskedMotion(bicycle, start, time, amounts or {})])[0]
 
     def run_all(self, motions: Sequence[AskedMotion]) -> list[dict[str, Array]]:
         """What `run` has of each, in less time."""
-        bicycles = {id(m.bicycle): m.bicycle for m in motions}
-        constants = {i: self._constants(tuple(b.values.items())) for i, b in bicycles.items()}
-        ready = [_prepared(m, constants[id(m.bicycle)]) for m in motions]
-        alike: dict[tuple[tuple[str, ...], int], list[int]] = {}
-        for i, (motion, r) in enumerate(zip(motions, ready, strict=True)):
-            if r is not None:
-                alike.setdefault((_altered(motion.amounts), len(r.grid)), []).append(i)
-        found: list[dict[str, Array]] = [
-            {name: np.full(len(m.time), np.nan) for name in _NAMES} if r is None else {}
-            for m, r in zip(motions, ready, strict=True)
+        constants = [self._constants(tuple(m.bicycle.values.items())) for m in motions]
+        keys = [
+            (id(c), tuple(m.start), tuple(sorted(m.amounts.items())), _intervals(m))
+            for m, c in zip(motions, constants, strict=True)
         ]
-        for (altered, _), members in alike.items():
-            for k in range(0, len(members), self.lanes):
-                together = members[k : k + self.lanes]
-                chosen = [r for i in together if (r := ready[i]) is not None]
-                for i, r, states in zip(
-                    together, chosen, self._states(chosen, altered), strict=True
-                ):
-                    found[i] = self._columns(motions[i], r, states)
+        new: dict[object, tuple[AskedMotion, _Constants]] = {}
+        for key, m, c in zip(keys, motions, constants, strict=True):
+            if c is not None and key not in self._known:
+                new[key] = m, c
+        # Those of other equations take longer, whatever these have.
+        for is_altered in (False, True):
+            chosen = [k for k, (m, _) in new.items() if bool(m.amounts) is is_altered]
+            for i in range(0, len(chosen), _TOGETHER):
+                together = chosen[i : i + _TOGETHER]
+                self._known.update(
+                    zip(together, self._nodes([new[k] for k in together]), strict=True)
+                )
+        found = []
+        for key, m, c in zip(keys, motions, constants, strict=True):
+            if c is None or not len(m.time):
+                found.append({name: np.full(len(m.time), np.nan) for name in NAMES})
+            else:
+                found.append(self._columns(m, c[0], _at(self._known[key], m.time)))
         return found
 
-    def _states(self, ready: Sequence[Ready], altered: tuple[str, ...]) -> list[Array]:
-        """States of motions at their grids, as many of each; NaN from where one ends."""
-        found: dict[int, Array] = {}
-        left = list(range(len(ready)))
-        while len(left) > 1:
-            states, has_ended = self._together([ready[i] for i in left], altered)
-            found |= {i: x for i, x, ended in zip(left, states, has_ended, strict=True) if ended}
-            # A motion that meets a singularity stops the others, which begin again.
-            left = [i for i in left if i not in found]
-        found |= {i: self._alone(ready[i], altered) for i in left}
-        return [found[i] for i in range(len(ready))]
+    def _nodes(self, asked: Sequence[tuple[AskedMotion, _Constants]]) -> Iterator[Array]:
+        """States of motions, see `_nodal_states`."""
+        names = sorted({name for m, _ in asked for name in m.amounts})
+        equations = self._with(np.array([values for _, (values, _) in asked]).T)
+        amounts = {name: np.array([m.amounts.get(name, 0.0) for m, _ in asked]) for name in names}
+        starts = [[*m.start[:-1], m.start[-1] / length, 0.0] for m, (_, length) in asked]
+        counts = [_intervals(m) for m, _ in asked]
+        nodes = _nodal_states(equations, amounts, np.array(starts).T, max(counts))
+        for k, count in enumerate(counts):
+            yield nodes[:count, ..., k]
 
-    def _together(
-        self, ready: Sequence[Ready], altered: tuple[str, ...]
-    ) -> tuple[list[Array], list[bool]]:
-        """States of motions, and which of them have come to an end."""
-        ta = self._integrator(altered, True)
-        # Lanes that are left over repeat the last motion.
-        lanes = [*ready, *[ready[-1]] * (self.lanes - len(ready))]
-        ta.pars[:] = np.array([r.parameters for r in lanes]).T[: len(ta.pars)]
-        ta.set_time(np.zeros(self.lanes))
-        ta.state[:] = np.array([r.state for r in lanes]).T
-        grid = np.ascontiguousarray(np.array([r.grid for r in lanes]).T)
-        states = ta.propagate_grid(grid, max_steps=_MOST_STEPS)[-1]
-        outcomes = [outcome for outcome, *_ in ta.propagate_res[: len(ready)]]
-        return (
-            [states[:, :, lane] for lane in range(len(ready))],
-            [outcome != self._hy.taylor_outcome.success for outcome in outcomes],
-        )
-
-    def _alone(self, ready: Ready, altered: tuple[str, ...]) -> Array:
-        ta = self._integrator(altered, False)
-        ta.pars[:] = ready.parameters[: len(ta.pars)]
-        ta.time = 0.0
-        ta.state[:] = ready.state
-        reached = ta.propagate_grid(ready.grid, max_steps=_MOST_STEPS)[-1]
-        states = np.full((len(ready.grid), len(ta.state)), np.nan)
-        states[: len(reached)] = reached
-        return states
-
-    def _columns(self, motion: AskedMotion, ready: Ready, states: Array) -> dict[str, Array]:
-        wanted = self._evaluated(ready, states)[:, ready.back]
-        rates = dict(zip(_RATES, wanted[len(COLUMNS) :], strict=True))
-        made = dict(zip([c.name for c in COLUMNS], wanted, strict=False))
+    def _columns(self, motion: AskedMotion, values: Array, states: Array) -> dict[str, Array]:
+        equations = self._with(values)
         p = {s: float(x) for s, x in motion.bicycle.values.items()}
         # A motion that meets a singularity may become very fast.
-        with np.errstate(over="ignore"):
-            return made | following(made, p) | _energies(p, rates)
+        with np.errstate(all="ignore"):
+            made = dict(equations.columns(list(states)))
+            return made | following(made, p) | _energies(p, equations, states)
 
-    def _evaluated(self, ready: Ready, states: Array) -> Array:
-        """What is computed of the states on a grid."""
-        used = ready.constants[: self._outputs.nparams, None]
-        parameters = np.ascontiguousarray(np.broadcast_to(used, (len(used), len(states))))
-        found: Array = self._outputs(np.ascontiguousarray(states.T), pars=parameters)
-        return found
+    def _with(self, constants: Array) -> Equations:
+        """Equations with these constants, each a number or an array."""
+        left = iter(constants)
+        return self._any.convert(lambda _: next(left), Arrays())
 
-    def _compute_constants(
-        self, values: tuple[tuple[str, Exact], ...]
-    ) -> tuple[Array, float] | None:
-        """Parameters of the compiled code, and the unit of length [m]; None without a motion."""
+    def _compute_constants(self, values: tuple[tuple[str, Exact], ...]) -> _Constants | None:
+        """Constants of the equations, and the unit of length [m]; None without a motion."""
         found: list[float] = []
         try:
             exact = Equations.of(Bicycle("", dict(values)), self._arithmetic)
@@ -263,46 +156,122 @@ class Simulator:
         return np.array(found), float(exact.k.length)
 
 
-def any_bicycle(a: Multiprecision) -> Equations:
-    """Equations of which only matters what constants there are."""
-    return Equations.of(read_bicycle(benchmark_bicycle()), a)
+@cache
+def _points() -> tuple[Array, ...]:
+    """Gauss's points in 0 to 1, integrals of their Lagrange polynomials to them, and to 1."""
+    x = np.asarray(leggauss(_POINTS)[0], np.float64)
+    basis = np.linalg.inv(chebvander(x, _POINTS - 1))
+    integrals = chebint(np.eye(_POINTS), lbnd=-1, scl=0.5)
+    within = chebvander(x, _POINTS) @ integrals @ basis
+    whole = np.ones(_POINTS + 1) @ integrals @ basis
+    return tuple(np.asarray(m, np.float64) for m in ((x + 1) / 2, within, whole))
 
 
-def outputs(equations: Equations, state: Sequence[Number]) -> list[Number]:
-    """Columns, and the rates that `_RATES` names."""
-    found = equations.columns(state)
-    _, u = equations.unfold(state)
-    k = equations.k
-    rates = [u.w1, u.q, u.w3, u.w1_f, u.q_f, u.w3_f, u.v / k.rear.r, u.v_f / k.front.r]
-    return [*(found[c.name] for c in COLUMNS), *rates]
+@cache
+def _through() -> Array:
+    """From values at the beginning and the points to Chebyshev's coefficients."""
+    inverse = np.linalg.inv(_basis(np.concatenate([[0.0], _points()[0]])))
+    return np.asarray(inverse, np.float64)
 
 
-def _prepared(motion: AskedMotion, constants: tuple[Array, float] | None) -> Ready | None:
-    if constants is None:
-        return None
-    values, length = constants
-    *angles_and_rates, speed = motion.start
-    amounts = [motion.amounts.get(name, 0.0) for name in _ALTERED] if motion.amounts else []
-    # Repeated times are not allowed; nor is a grid that does not begin at the present.
-    grid, back = np.unique(np.concatenate([[0.0], motion.time]), return_inverse=True)
-    state = [*angles_and_rates, speed / length, 0.0]
-    return Ready(values, [*values, *amounts], state, grid, back[1:])
+def _basis(place: Array) -> Array:
+    """Chebyshev's polynomials at places of an interval, 0 to 1."""
+    return np.asarray(chebvander(2 * place - 1, _POINTS), np.float64)
 
 
-def _altered(amounts: Mapping[str, float]) -> tuple[str, ...]:
-    """What the compiled code has to know of; that of forces alone is half as long."""
-    if not amounts:
-        return ()
-    return tuple(FORCES) if amounts.keys() <= FORCES.keys() else _ALTERED
+def _intervals(motion: AskedMotion) -> int:
+    return max(1, int(np.ceil(float(np.max(motion.time, initial=0.0)) / _INTERVAL - 1e-9)))
 
 
-def _energies(p: Mapping[str, float], rates: Mapping[str, Array]) -> dict[str, Array]:
+def _nodal_states(
+    equations: Equations, amounts: Mapping[str, Array], start: Array, count: int
+) -> Array:
+    """States at the beginning and the points, shape (intervals, 1 + points, 7, motions)."""
+    x, integral, whole = _points()
+    h, n = _INTERVAL, start.shape[1]
+    found = np.full((count, _POINTS + 1, _STATES, n), np.nan)
+    ahead = _basis(1.0 + x) @ _through()
+    identity = np.eye(_POINTS * _STATES)
+    y, guess = start, np.repeat(start[None], _POINTS, axis=0)
+    with np.errstate(all="ignore"):
+        for i in range(count):
+            f = np.zeros_like(guess)
+            error = np.full(n, np.inf)
+            for _ in range(_MOST):
+                f, slopes = _rates(equations, amounts, guess)
+                left = guess - y - h * np.tensordot(integral, f, 1)
+                matrix = identity - h * np.einsum("ij,jabn->niajb", integral, slopes).reshape(
+                    n, len(identity), len(identity)
+                )
+                # A motion that has ended stays where it is.
+                good = np.isfinite(matrix).all(axis=(1, 2)) & np.isfinite(left).all(axis=(0, 1))
+                matrix[~good] = identity
+                change = _solved(matrix, left.reshape(-1, n))
+                change = np.where(good, change, 0.0).reshape(guess.shape)
+                guess = guess - change
+                error = np.where(good, np.max(np.abs(change) / (1 + np.abs(guess)), (0, 1)), 0.0)
+                if np.max(error) < _SETTLED:
+                    break
+            is_lost = ~good | ~(error < _LOST)
+            guess[..., is_lost] = np.nan
+            found[i] = np.concatenate([y[None], guess])
+            f, _ = _rates(equations, amounts, guess, with_slopes=False)
+            y = np.asarray(y + h * np.tensordot(whole, f, 1), np.float64)
+            guess = np.tensordot(ahead, found[i], 1)
+    return found
+
+
+def _solved(matrix: Array, right: Array) -> Array:
+    """Solutions, shape (unknowns, motions), from matrices; NaN where one is singular."""
+    try:
+        found = np.asarray(np.linalg.solve(matrix, right.T[..., None])[..., 0].T, np.float64)
+    except np.linalg.LinAlgError:
+        if len(matrix) == 1:
+            return np.full_like(right, np.nan)
+        half = len(matrix) // 2
+        parts = (slice(None, half), slice(half, None))
+        found = np.concatenate([_solved(matrix[p], right[:, p]) for p in parts], axis=1)
+    return found
+
+
+def _rates(
+    equations: Equations, amounts: Mapping[str, Array], states: Array, *, with_slopes: bool = True
+) -> tuple[Array, Array]:
+    """Rates of states, shape (points, 7, motions), and their derivatives by the states."""
+    y = np.moveaxis(states, 1, 0)[:, None]
+    if with_slopes:
+        # The yaw drives nothing but what stays as it was at the start.
+        shifts = _SHIFT * np.concatenate([np.zeros((_STATES, 1)), np.eye(_STATES)], axis=1)
+        y = y + shifts[:, :, None, None]
+    state = list(y)
+    made = rates_altered(equations, state, amounts) if amounts else equations.rates_with_yaw(state)
+    f = np.array([np.broadcast_to(r, y[0].shape) for r in made])
+    here = np.moveaxis(f[:, 0], 0, 1)
+    if not with_slopes:
+        return here, f
+    # (points, of, by, motions)
+    return here, ((f[:, 1:] - f[:, :1]) / _SHIFT).transpose(2, 0, 1, 3)
+
+
+def _at(nodes: Array, time: Array) -> Array:
+    """States at some times, shape (7, times), from those of intervals (intervals, points, 7)."""
+    i = np.clip((time / _INTERVAL).astype(int), 0, len(nodes) - 1)
+    weights = _basis(time / _INTERVAL - i) @ _through()
+    found: Array = np.einsum("tp,tps->st", weights, nodes[i])
+    return found
+
+
+def _energies(p: Mapping[str, float], equations: Equations, states: Array) -> dict[str, Array]:
     """Parts of the kinetic energy [J]."""
+    _, u = equations.unfold(list(states))
+    k = equations.k
     s, c = sin(p["lam"]), cos(p["lam"])
-    spin: Array = 0.5 * (p["IRyy"] * rates["spin_R"] ** 2 + p["IFyy"] * rates["spin_F"] ** 2)
-    rotation = spin
-    for body, wheel, end in (("B", "R", ""), ("H", "F", "_f")):
-        w1, q, w3 = (rates[name + end] for name in ("w1", "q", "w3"))
+    rear = 0.5 * p["IRyy"] * (u.v / k.rear.r) ** 2
+    front = 0.5 * p["IFyy"] * (u.v_f / k.front.r) ** 2
+    rotation = spin = rear + front
+    for body, wheel, (w1, q, w3) in (
+        ("B", "R", (u.w1, u.q, u.w3)), ("H", "F", (u.w1_f, u.q_f, u.w3_f))
+    ):  # fmt: skip
         # In the axes of the upright bicycle.
         x, z = c * w1 + s * w3, c * w3 - s * w1
         xx, yy, zz, xz = (p[f"I{body}{ij}"] for ij in ("xx", "yy", "zz", "xz"))
@@ -310,4 +279,9 @@ def _energies(p: Mapping[str, float], rates: Mapping[str, Array]) -> dict[str, A
         rotation = rotation + 0.5 * (
             (xx + diametral) * x**2 + yy * q**2 + (zz + diametral) * z**2 + 2 * xz * x * z
         )
-    return {"spin_energy": spin, "rotation_energy": rotation}
+    return {
+        "spin_energy": spin,
+        "spin_energy_R": rear,
+        "spin_energy_F": front,
+        "rotation_energy": rotation,
+    }

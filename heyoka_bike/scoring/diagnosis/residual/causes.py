@@ -3,9 +3,9 @@
 What remains of an equation of motion in a maneuver is a *block*. Its size is unknown, so what is
 minimised is the sum of the logarithms of what is left in the blocks, as in `linear_fits`. The
 *relief* of a cause is the factor by which the blocks fall, as a geometric mean. Causes are the
-mistakes of the library, alone and two together, which have no number to be found, and one, two or
-three parameters and forces whose values are fitted. "None of these" has a relief of one: what
-correct programs leave, errors of integrators and the digits written, is explained by nothing.
+mistakes of the library, alone and two together, and one, two or three parameters and forces whose
+values are fitted. "None of these" has a relief of one. They are compared by their odds, see
+`evidence`.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from heyoka_bike.numbers.double import Array
+from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, log_odds_before
 from heyoka_bike.scoring.diagnosis.programs.program import Mistake, Program, apply, changed
 from heyoka_bike.scoring.diagnosis.residual.linear_fits import Blocks, best_subsets, blocks, solve
 from heyoka_bike.scoring.diagnosis.residual.observed import Observed
@@ -28,40 +29,41 @@ class _Thresholds:
 
     Attributes
     ----------
-    least, least_of_one
-        Relief of a cause in a file of several maneuvers, and of one: of 24 and 24 files of correct
-        programs the most is 1.4 and 3.0.
     above
         What the best cause leaves of the equations is so many times what the rates are off from the
         slopes of the angles where a force is missing: in files of correct programs up to 152 (IDA,
         which solves for the rates), in those of engines that slip and yield up to 662.
     blown_up
         Where the rates are off by more than so much of themselves.
-    further
-        What is fitted must explain so many times more than the library does, and each further
-        unknown so many times more. Errors of correct programs in one maneuver (explicit Euler,
-        h = 0.005) are explained by two unknowns up to 4.8 times.
+    spacing
+        Rows that are farther apart do not show the castering mode, which decays at 25 1/s [s].
+    shows
+        The equations are judged where what remains is so many times what is uncertain, or that is
+        less than such a part of the accelerations.
+    kept
+        Of the library, what explains this part of what the best does is a rival.
+    rivals
+        So many are compared together, or as pairs.
     also
-        Two mistakes that explain so many times more than each of them are simulated: whole runs
+        Two mistakes that explain so many times more than each of them are compared: whole runs
         tell more of a small one beside a large one.
     promise
-        To first order an unknown must explain so much, be its change large: of correct programs of
-        three maneuvers the best explains up to 1.4 times.
+        To first order a large change explains little: this power of its relief is hoped for.
+    beside
+        Pairs of unknowns that are tried with a third.
     steps
         Of Gauss and Newton's method: changes of a fifth are found in four.
     """
 
-    least: float = 2.0
-    least_of_one: float = 4.0
     above: float = 1000.0
     blown_up: float = 0.3
-    further: float = 3.0
-    also: float = 1.05
     spacing: float = 0.03
     shows: tuple[float, float] = (30.0, 1e-5)
     kept: float = 0.1
     rivals: int = 6
-    promise: float = 1.5
+    also: float = 1.05
+    promise: float = 4.0
+    beside: int = 12
     steps: int = 4
 
 
@@ -118,6 +120,8 @@ class Causes:
         The largest relief times how little then remains, to compare ways to understand a file.
     is_shown
         Whether the rows are near enough and have digits enough to judge the equations.
+    remainder
+        What remains, to ask it of further causes.
     """
 
     known: tuple[Cause, ...]
@@ -128,6 +132,16 @@ class Causes:
     above: float
     most: float
     is_shown: bool
+    remainder: _Remainder
+
+    def relief(self, mistakes: Sequence[Mistake]) -> float:
+        """Factor by which some mistakes let what remains fall."""
+        a = self.remainder.accelerations
+        return self.remainder.relief(self.remainder.left_by(a.of(apply(a.program, mistakes))))
+
+    def best_of(self, library: Sequence[Mistake]) -> list[Mistake]:
+        """Those that let what remains fall most first."""
+        return sorted(library, key=lambda m: -self.relief((m,)))
 
     @property
     def is_blown_up(self) -> bool:
@@ -137,13 +151,11 @@ class Causes:
     @property
     def is_open(self) -> bool:
         """Whether there is a force or a term that no cause explains, and no integrator makes."""
-        explained = max((c.relief for c in (*self.known, *self.fitted)), default=1.0)
-        return self.above > _T.above * explained
+        return self.leaves_force(max((c.relief for c in (*self.known, *self.fitted)), default=1.0))
 
-    @property
-    def least(self) -> float:
-        """The relief that a cause must have to be one: errors of correct programs have less."""
-        return _T.least if len(self.motions) > 1 else _T.least_of_one
+    def leaves_force(self, relief: float) -> bool:
+        """Whether a cause of some relief leaves what no integrator does."""
+        return self.above > _T.above * relief
 
 
 def find_causes(
@@ -161,9 +173,8 @@ def find_causes(
     """
     remainder = _Remainder(accelerations)
     known = _known(remainder, library)
-    worth = known[0].relief if known else 1.0
-    fitted = _fitted(remainder, worth, several=len(motions) > 1)
-    most = max([worth, *(c.relief for c in fitted)])
+    fitted = _fitted(remainder, known[:1], len(motions))
+    most = max([1.0, *(c.relief for c in (*known[:1], *fitted))])
     size = float(np.exp(np.mean(np.log(remainder.before)) / 2))
     return Causes(
         known=known,
@@ -175,6 +186,7 @@ def find_causes(
         most=most / size,
         is_shown=remainder.is_shown()
         and all(float(np.median(np.diff(m.time))) <= _T.spacing for m in motions),
+        remainder=remainder,
     )
 
 
@@ -271,30 +283,35 @@ def _known(remainder: _Remainder, library: Sequence[Mistake]) -> tuple[Cause, ..
     return tuple(c for c in found if c.relief > least)
 
 
-def _fitted(remainder: _Remainder, worth: float, *, several: bool) -> tuple[Cause, ...]:
-    """The fewest unknowns that explain far more than the library does.
-
-    Told whether there are several maneuvers: errors in one alone resemble more.
-    """
+def _fitted(remainder: _Remainder, known: Sequence[Cause], maneuvers: int) -> tuple[Cause, ...]:
+    """The fewest unknowns that are likelier than fewer are, and than the library is."""
     a = remainder.accelerations
-    slopes = remainder.weighted(a.slopes(a.program))
-    normal = remainder.normal(remainder.rows, slopes)
+    normal = remainder.normal(remainder.rows, remainder.weighted(a.slopes(a.program)))
     best: list[Cause] = []
-    for size in (1, 2, 3):
-        first = best_subsets(normal, size, _T.rivals // size)
-        # Numbers that are fitted always fit something, the more the more of them there are.
-        chance = _T.further ** (size - 1) * (1.0 if several else _T.further)
-        known = max([worth, chance, *(c.relief for c in best)])
-        if first.gains[0] < (_T.promise if size == 1 else _T.further * known):
+    members = None
+    least = max([0.0, *(log_odds(c, maneuvers) for c in known)])
+    for size, count in ((1, 6), (2, 3), (3, 2)):
+        first = best_subsets(normal, size, _T.beside, members)
+        members = first.members
+        promised = Cause(
+            (), dict.fromkeys(UNKNOWNS[:size], 0.0), {}, float(first.gains[0]) ** _T.promise
+        )
+        if log_odds(promised, maneuvers) < 0.0:
             continue
         found = [
-            _refined(remainder, [UNKNOWNS[i] for i in members], x)
-            for members, x in zip(first.members, first.changes, strict=True)
+            _refined(remainder, [UNKNOWNS[i] for i in chosen], x)
+            for chosen, x in zip(first.members[:count], first.changes[:count], strict=True)
         ]
-        most = max(c.relief for c in found)
-        if most > _T.further * known:
-            best += [c for c in found if 2.0 * c.relief > most]
-    return tuple(best)
+        best += [c for c in found if log_odds(c, maneuvers) > least]
+    # Whole runs tell which.
+    return tuple(sorted(best, key=lambda c: -log_odds(c, maneuvers)))
+
+
+def log_odds(cause: Cause, maneuvers: int) -> float:
+    """Logarithm of the odds against none, by the equations alone."""
+    one = WEIGHTS.fitted + WEIGHTS.unknown
+    before = log_odds_before(cause.mistakes) - one * len(cause.changes)
+    return WEIGHTS.values * maneuvers * float(np.log(max(cause.relief, 1e-9))) + before
 
 
 def _refined(remainder: _Remainder, names: Sequence[str], start: Array) -> Cause:

@@ -74,10 +74,24 @@ def blocks(errors: Sequence[Array], jacobians: Sequence[Array], floors: Sequence
     )
 
 
-def best_subsets(b: Blocks, size: int, count: int) -> Subsets:
-    """The best subsets of so many unknowns, by their gains."""
+def best_subsets(
+    b: Blocks, size: int, count: int, beside: NDArray[np.intp] | None = None
+) -> Subsets:
+    """The best subsets of so many unknowns, by their gains.
+
+    Of three or more only those with one unknown `beside` these smaller subsets, if given.
+    """
     used = np.flatnonzero(np.any(np.diagonal(b.products, axis1=1, axis2=2) > 0, axis=0))
-    members = np.array(list(combinations(used, size)), dtype=np.intp).reshape(-1, size)
+    if beside is None or size < 3:
+        every = set(combinations(used.tolist(), size))
+    else:
+        every = {
+            tuple(sorted((*some, one)))
+            for some in beside.tolist()
+            for one in used.tolist()
+            if one not in some
+        }
+    members = np.array(sorted(every), dtype=np.intp).reshape(-1, size)
     changes, gains = solve(b, members)
     order = np.argsort(-gains, kind="stable")[:count]
     return Subsets(members[order], changes[order], gains[order])

@@ -19,6 +19,7 @@ from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.following import following, in_binary64
 from heyoka_bike.scoring.alignment import Part, spread
 from heyoka_bike.scoring.definitions import Understanding
+from heyoka_bike.scoring.diagnosis.local_polynomials import local_polynomials
 from heyoka_bike.scoring.units import factor
 
 STATE = ("roll_angle", "steer_angle", "roll_rate", "steer_rate", "forward_speed")
@@ -30,8 +31,12 @@ _FEWEST_ROWS = 12
 # Half the width of a window: [s], and in rows.
 _WIDTH, _IN_ROWS = 0.15, 4.0
 _ROUNDS = 30
+# A lean from which there is no way back [rad].
+_LYING = 1.2
 # Nothing of a bicycle is so large, but what has blown up [SI].
 _LARGEST = 1e6
+# Rows of the beginning, through which a cubic goes.
+_BEGINNING = slice(1, 5)
 # [SI]
 _CONVERGED = 1e-15
 
@@ -67,6 +72,17 @@ class Observed:
     uncertain: Array
     kinematic: Array
     kinematic_uncertain: Array
+
+    def beginning(self) -> Array | None:
+        """Roll, steer, their rates and the speed at t = 0, by the rows after the first.
+
+        The first may be as given, whatever was computed. None where the rows begin later.
+        """
+        time = self.time[_BEGINNING]
+        if self.time[0] > 2 * (time[1] - time[0]):
+            return None
+        weights = np.linalg.solve(np.vander(time, increasing=True).T, np.eye(len(time))[0])
+        return np.array([weights @ self.state[key][_BEGINNING] for key in STATE])
 
     def inconsistency(self) -> float:
         """By how much the rates are off from the slopes of the angles, in parts of them."""
@@ -107,6 +123,25 @@ def _turns_back(
             slope = np.gradient(_si(part, understood, angle), part.time)
             total += float(np.nansum(np.sign(slope) * np.sign(_si(part, understood, rate))))
     return total < 0.0
+
+
+def upright(part: Part, understood: Mapping[str, Understanding]) -> Part:
+    """The rows before the bicycle lies down: what follows is another motion, or has blown up."""
+    if "roll_angle" not in part.values or "roll_angle" not in understood:
+        return part
+    roll = np.abs(_si(part, understood, "roll_angle"))
+    # Angles in degrees come back.
+    up = np.flatnonzero(roll <= _LYING)
+    row = int(up[-1]) + 1 if len(up) else 0
+    if row == len(roll) or row < _FEWEST_ROWS:
+        return part
+    return replace(
+        part,
+        time=part.time[:row],
+        time_lo=part.time_lo[:row],
+        values={key: x[:row] for key, x in part.values.items()},
+        lo={key: x[:row] for key, x in part.lo.items()},
+    )
 
 
 def observe(
@@ -194,32 +229,19 @@ def _mean_slope(time: Array, x: Array, windows: Array, digits: float) -> tuple[A
     What digits leave of an average is that of random ones.
     """
     middle = x - np.mean(x)
-    slope, lower = (windows @ _local(time, middle, degree)[:, 1] for degree in (_DEGREE, _LOWER))
+    slope, lower = (
+        windows @ local_polynomials(time, middle, degree)[:, 1] for degree in (_DEGREE, _LOWER)
+    )
     # The mean of a derivative is minus that over the slope of the bump.
     per_row = np.gradient(windows, time, axis=1)
     rounding = digits * np.sqrt(np.sum(per_row**2, axis=1))
     return slope, np.hypot(slope - lower, rounding)
 
 
-def _local(time: Array, x: Array, degree: int) -> Array:
-    """Coefficients, by row and power of the time from it, of polynomials through the rows nearest.
-
-    Each goes through one row more than its degree; at either end they are not in the middle.
-    """
-    first = np.clip(np.arange(len(time)) - degree // 2, 0, len(time) - degree - 1)
-    rows = first[:, None] + np.arange(degree + 1)
-    apart = time[rows] - time[:, None]
-    scale = np.abs(apart).max(axis=1)[:, None]
-    powers = (apart / scale)[..., None] ** np.arange(degree + 1)
-    scaled = np.linalg.solve(powers, x[rows][..., None])[..., 0]
-    found: Array = scaled / scale ** np.arange(degree + 1)
-    return found
-
-
 def _integral(time: Array, x: Array) -> Array:
     """Of rows, from the first one on."""
     powers = np.arange(1, _LOWER + 2)
-    local = _local(time, x, _LOWER)[:-1] / powers
+    local = local_polynomials(time, x, _LOWER)[:-1] / powers
     steps = (local * np.diff(time)[:, None] ** powers).sum(axis=1)
     return np.concatenate([[0.0], np.cumsum(steps)])
 

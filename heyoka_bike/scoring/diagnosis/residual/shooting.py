@@ -15,30 +15,31 @@ from numpy.typing import NDArray
 from heyoka_bike.bicycle.parameters import PARAMETERS, START
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import spread
+from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
 from heyoka_bike.scoring.diagnosis.programs.beginning import beginning
 from heyoka_bike.scoring.diagnosis.programs.program import Found, Mistake, Program, changed
 from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
 from heyoka_bike.scoring.diagnosis.programs.start import STATE
 from heyoka_bike.scoring.diagnosis.residual.causes import Cause
-from heyoka_bike.scoring.diagnosis.residual.fitted import other_start
 from heyoka_bike.scoring.diagnosis.residual.linear_fits import Blocks, best_subsets, blocks, solve
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE as KEYS
 from heyoka_bike.scoring.diagnosis.residual.observed import Observed
 from heyoka_bike.scoring.diagnosis.residual.terms import size_of
 
-# Each further value must explain so many times more, and there are so many at the most.
-FURTHER, _MOST = 3.0, 3
+# Each further value of a start must explain so many times more; there are so many at the most.
+_FURTHER, _MOST = 3.0, 3
 # By how much the right start of one maneuver must be better than the one that is given: errors of
 # correct programs are explained by a factor of up to 9 by one value of it, and 30 by three.
 _START = 25.0
-_STEPS = 4
+# To first order, so much of that must show.
+_HOPED = 5.0
+_PLACES = [STATE.index(name) for name in START]
+_STEPS = 3
 _COMPARED = 251
 # Of a value's size, for derivatives by differences.
 _SHIFT = 1e-6
 # Nothing is seen of a column, or of a step, below this part.
 _NOTHING = 1e-12
-# The start is read off these rows, by a cubic: the first may be as given, whatever was computed.
-_BEGINNING = slice(1, 5)
 
 Errors = Callable[[Sequence[Array]], list[Array]]
 """From several sets of values to what each leaves, shape (blocks, rows)."""
@@ -50,39 +51,36 @@ class Shooting:
     def __init__(self, motions: Sequence[Observed], right: Program, simulator: Simulator) -> None:
         self._motions, self._right, self._simulator = motions, right, simulator
 
-    def refined(self, cause: Cause) -> Cause:
-        """A cause with the values that whole runs show, and further ones if they show more."""
-        best, left = self._of_values(cause.changes)
-        while len(best.changes) < _MOST:
-            tried = [self._of_values(changes) for changes in self._further(best.changes)]
-            further, rest = min(tried, key=lambda x: x[1], default=(best, left))
-            if not FURTHER * rest < left:
+    def refined(self, cause: Cause, *, with_others: bool = False) -> Cause:
+        """A cause with the values that whole runs show, and with others if they show those."""
+        best, left = self._of_values(cause, cause.changes)
+        while with_others and len(best.changes) < _MOST:
+            more, rest = self._of_values(cause, self._further(best.changes))
+            fall = WEIGHTS.values * len(self._motions) * float(np.log(left / rest))
+            if not fall > WEIGHTS.fitted + WEIGHTS.unknown + WEIGHTS.said:
                 break
-            best, left = further, rest
-        return replace(best, relief=cause.relief)
+            best, left = more, rest
+        return best
 
-    def _of_values(self, changes: Mapping[str, float]) -> tuple[Cause, float]:
+    def _of_values(self, cause: Cause, changes: Mapping[str, float]) -> tuple[Cause, float]:
         """Values nearby that leave least, and how much that is."""
         names, start = list(changes), np.array(list(changes.values()))
         x, left, slopes = _shoot(self._errors(names), start, self._sizes(names))
         found = dict(zip(names, x.tolist(), strict=True))
         off = dict(zip(names, _uncertain(left, slopes).tolist(), strict=True))
-        return Cause((), found, off, 0.0), _size(left)
+        return replace(cause, changes=found, uncertain=off), _size(left)
 
-    def _further(self, changes: Mapping[str, float]) -> list[dict[str, float]]:
-        """Values with one more, that most promise to explain what these leave."""
+    def _further(self, changes: Mapping[str, float]) -> dict[str, float]:
+        """Values with one more parameter, that to first order leaves least of what these leave."""
         names = [*changes, *(name for name in PARAMETERS if name not in changes)]
         known = np.arange(len(changes))
         x = np.array([changes.get(name, 0.0) for name in names])
         left, slopes = _derivatives(self._errors(names), x, self._sizes(names))
         subsets = np.array([[*known, i] for i in range(len(changes), len(names))])
         steps, gains = solve(_normal(left, slopes), subsets)
-        found = []
-        for i in np.argsort(-gains, kind="stable")[:_MOST]:
-            members = subsets[i]
-            values = zip(members, x[members] + steps[i], strict=True)
-            found.append({names[k]: float(value) for k, value in values})
-        return found
+        i = int(np.argmax(gains))
+        values = x[subsets[i]] + steps[i]
+        return dict(zip([names[k] for k in subsets[i]], values.tolist(), strict=True))
 
     def _sizes(self, names: Sequence[str]) -> Array:
         return np.array([size_of(self._right.bicycle, name) for name in names])
@@ -95,39 +93,46 @@ class Shooting:
 
     def start(self) -> Mistake | None:
         """The start that the file has, if it is another one, by the right equations."""
-        found = [x for motion in self._motions for x in self._start_of(motion)]
+        began = [(m, read) for m in self._motions if (read := m.beginning()) is not None]
+        # The first runs of all maneuvers are made together, and kept.
+        asked = [x for m, read in began for change in (0.0 * read, read - self._given(m))
+                 for x in self._asked([m], self._started(m, change))]  # fmt: skip
+        self._simulator.run_all(asked)
+        found = [x for motion, read in began for x in self._start_of(motion, read)]
         return other_start(found) if found else None
 
-    def _start_of(self, motion: Observed) -> list[Found]:
+    def _given(self, motion: Observed) -> Array:
+        state = beginning(self._right, motion.number)
+        return np.array([state[i] for i in _PLACES])
+
+    def _started(self, motion: Observed, change: Array) -> Program:
+        """The right program, that starts otherwise."""
+        n = motion.number
+        added = tuple(zip(_PLACES, change.tolist(), strict=True))
+        started = replace(self._right.starts[n], added=added)
+        return replace(self._right, starts={**self._right.starts, n: started})
+
+    def _start_of(self, motion: Observed, read: Array) -> list[Found]:
         """What differs in the start of a maneuver from what is given."""
-        time, n = motion.time, motion.number
-        if time[0] > 2 * (time[1] - time[0]):
+        n, given = motion.number, self._given(motion)
+        errors = self._left_by([motion], lambda x: self._started(motion, x))
+        both = [0.0 * read, read - given]
+        before, near = (_size(left) for left in errors(both))
+        x = both[int(near < before)]
+        left, slopes = _derivatives(errors, x, np.ones(len(START)))
+        gain = float(solve(_normal(left, slopes), np.arange(len(START))[None])[1][0])
+        if not before * gain > _HOPED * _size(left):
             return []
-        places = [STATE.index(name) for name in START]
-        state = beginning(self._right, n)
-        given = np.array([state[i] for i in places])
-
-        def program(x: Array) -> Program:
-            added = tuple(zip(places, x.tolist(), strict=True))
-            started = replace(self._right.starts[n], added=added)
-            return replace(self._right, starts={**self._right.starts, n: started})
-
-        errors = self._left_by([motion], program)
-        weights = np.linalg.solve(
-            np.vander(time[_BEGINNING], increasing=True).T, np.eye(len(time[_BEGINNING]))[0]
-        )
-        read = np.array([weights @ motion.state[key][_BEGINNING] for key in KEYS])
-        x, left, slopes = _shoot(errors, read - given, np.ones(len(START)))
-        (before,) = errors([np.zeros(len(START))])
-        if not _size(before) > _START * _size(left):
+        x, left, slopes = _shoot(errors, x, np.ones(len(START)))
+        if not before > _START * _size(left):
             return []
         # As few as will do, to first order around the start that was found.
         rest = left - slopes @ x
         normal = _normal(rest, slopes)
-        known, found = _START / FURTHER, []
+        known, found = _START / _FURTHER, []
         for size in range(1, _MOST + 1):
             best = best_subsets(normal, size, 1)
-            if best.gains[0] > FURTHER * known:
+            if best.gains[0] > _FURTHER * known:
                 known, members = float(best.gains[0]), best.members[0]
                 part = slopes[:, :, members]
                 off = _uncertain(rest + part @ best.changes[0], part)
@@ -139,19 +144,24 @@ class Shooting:
 
     def _left_by(self, motions: Sequence[Observed], program: Callable[[Array], Program]) -> Errors:
         """What programs leave of the states of motions, in parts of each column."""
-        rows = [spread(len(m.time), _COMPARED) for m in motions]
-        written = [_states(m.state, r) for m, r in zip(motions, rows, strict=True)]
+        written = [_states(m.state, _rows(m)) for m in motions]
 
         def errors(several: Sequence[Array]) -> list[Array]:
-            asked = [
-                AskedMotion(p.bicycle, beginning(p, m.number), m.time[r], dict(p.amounts))
-                for p in map(program, several)
-                for m, r in zip(motions, rows, strict=True)
-            ]
+            asked = [x for p in map(program, several) for x in self._asked(motions, p)]
             made = iter(self._simulator.run_all(asked))
             return [np.concatenate([_parts(next(made), w) for w in written]) for _ in several]
 
         return errors
+
+    def _asked(self, motions: Sequence[Observed], p: Program) -> list[AskedMotion]:
+        return [
+            AskedMotion(p.bicycle, beginning(p, m.number), m.time[_rows(m)], dict(p.amounts))
+            for m in motions
+        ]
+
+
+def _rows(motion: Observed) -> NDArray[np.intp]:
+    return spread(len(motion.time), _COMPARED)
 
 
 def _states(columns: Mapping[str, Array], rows: NDArray[np.intp] | slice = slice(None)) -> Array:
@@ -202,3 +212,37 @@ def _uncertain(left: Array, slopes: Array) -> Array:
     inverse = np.linalg.pinv(products / np.outer(size, size), hermitian=True)
     found: Array = np.sqrt(3.0 * np.diagonal(inverse)) / size
     return found
+
+
+def other_values(
+    changes: Mapping[str, float], uncertain: Mapping[str, float], program: Program
+) -> Mistake:
+    """A program with parameters and forces of other values than the right one."""
+    found = []
+    for name, change in changes.items():
+        right = float(program.bicycle[name]) if name in program.bicycle.values else 0.0
+        found.append(Found(name, None, right + change, right, uncertain[name]))
+    return _mistake(found, lambda p: changed(p, changes), "model")
+
+
+def other_start(found: Sequence[Found]) -> Mistake:
+    """A program that starts otherwise."""
+    added: dict[int, tuple[tuple[int, float], ...]] = {}
+    for x in found:
+        place = STATE.index(x.name.removeprefix("initial_"))
+        assert x.maneuver is not None
+        added[x.maneuver] = (*added.get(x.maneuver, ()), (place, x.value - x.right))
+
+    def make(program: Program) -> Program:
+        starts = {
+            n: replace(s, added=(*s.added, *added.get(n, ()))) for n, s in program.starts.items()
+        }
+        return replace(program, starts=starts)
+
+    return _mistake(found, make, "start")
+
+
+def _mistake(found: Sequence[Found], change: Callable[[Program], Program], kind: str) -> Mistake:
+    code = "_".join(["other", *(f"{x.name}_{x.maneuver or ''}".strip("_") for x in found)])
+    check = ("it" if len(found) == 1 else "them") + " in your input"
+    return Mistake(code, "", check, kind, change, is_fitted=True, found=tuple(found))

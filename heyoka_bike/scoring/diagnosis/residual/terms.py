@@ -13,19 +13,23 @@ from numpy.typing import NDArray
 
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import PARAMETERS, Bicycle
+from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.scoring.diagnosis.programs.applied import FORCES
-from heyoka_bike.scoring.diagnosis.programs.incomplete import TERMS, rates_altered, rates_by_force
+from heyoka_bike.scoring.diagnosis.programs.forces import (
+    FORCES,
+    TENSORS_TURNING,
+    Moving,
+    rates_altered,
+)
 from heyoka_bike.scoring.diagnosis.programs.program import Program, changed
 from heyoka_bike.scoring.diagnosis.residual.observed import Observed, state_vector
 
-UNKNOWNS = (*PARAMETERS, *FORCES)
+UNKNOWNS = (*PARAMETERS, *(name for name, force in FORCES.items() if force.is_fitted))
 """Whose coefficients can be found."""
 
 # Of a parameter or a force; differences over it are derivatives to some 6 digits.
 _STEP = 1e-6
-_ABSENT = dict.fromkeys((*TERMS, *FORCES), 0.0)
 _Values = tuple[tuple[str, Exact], ...]
 # Bicycles whose constants are kept: those of the library, and of the derivatives.
 _KEPT = 256
@@ -48,6 +52,7 @@ class Accelerations:
         self._motions = motions
         self._found: dict[object, Array] = {}
         self._pitch: dict[object, Array] = {}
+        self._moving: dict[_Values, Moving] = {}
         self.program = program
         self._ends = np.cumsum([len(m.time) for m in motions])[:-1]
         self.block: NDArray[np.intp] = np.concatenate(
@@ -60,11 +65,11 @@ class Accelerations:
         """By the equations of a program, shape (n,); NaN where it has none."""
         values = tuple(program.bicycle.values.items())
         amounts = dict(program.amounts)
-        is_altered = bool(amounts.keys() & set(TERMS))
         try:
-            found = self._by_equations(values, program.amounts if is_altered else ())
-            forces = {} if is_altered else amounts
-            return sum((x * self._by_force(values, k) for k, x in forces.items()), start=found)
+            if TENSORS_TURNING in amounts:
+                return self._by_equations(values, program.amounts)
+            found = self._by_equations(values, ())
+            return sum((x * self._by_force(values, k) for k, x in amounts.items()), start=found)
         except ZeroDivisionError:
             return np.full(len(self.block), np.nan)
 
@@ -75,7 +80,7 @@ class Accelerations:
             state = self._state(equations)
             with np.errstate(all="ignore"):
                 rates = (
-                    rates_altered(equations, state, _ABSENT | dict(amounts))
+                    rates_altered(equations, state, dict(amounts))
                     if amounts
                     else equations.rates(state[:6])
                 )
@@ -84,13 +89,15 @@ class Accelerations:
 
     def _by_force(self, values: _Values, name: str) -> Array:
         """What a unit force adds."""
-        key = values, name
-        if key not in self._found:
+        if (values, name) not in self._found:
             equations = _equations(values)
             with np.errstate(all="ignore"):
-                rates = rates_by_force(equations, self._state(equations), _ABSENT | {name: 1.0})
-            self._found[key] = self._averages(equations, rates)
-        return self._found[key]
+                if values not in self._moving:
+                    self._moving[values] = Moving(equations, self._state(equations))
+                moving = self._moving[values]
+                added = moving.added(moving.powers(FORCES[name].law(moving)))
+            self._found[values, name] = self._averages(equations, added)
+        return self._found[values, name]
 
     def _state(self, equations: Equations) -> list[Array]:
         k = equations.k
@@ -115,6 +122,9 @@ class Accelerations:
         found = []
         here = self.of(program)
         for name in names:
+            if name in FORCES:
+                found.append(self._by_force(tuple(program.bicycle.values.items()), name))
+                continue
             step = _STEP * size_of(self.program.bicycle, name)
             found.append((self.of(changed(program, {name: step})) - here) / step)
         return np.nan_to_num(np.array(found).T)
@@ -132,4 +142,5 @@ def blocks_of(block: NDArray[np.intp], rows: Array) -> list[Array]:
 
 @lru_cache(_KEPT)
 def _equations(values: _Values) -> Equations:
-    return Equations.binary64(Bicycle("", dict(values)))
+    # Differences over 1e-6 need no more digits than these.
+    return Equations.of(Bicycle("", dict(values)), Arrays())

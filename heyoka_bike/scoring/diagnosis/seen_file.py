@@ -1,15 +1,11 @@
-"""How well programs with mistakes explain a file: simulated, and compared as with the reference.
-
-Motions are compared through their difference from the simulated correct one, so that the
-simulation's own error cancels.
-"""
+"""How well programs with mistakes explain a file: simulated, and compared as with the reference."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from heyoka_bike.bicycle.columns import COLUMNS, FOLLOWING, LATERAL
+from heyoka_bike.bicycle.columns import COLUMNS, FOLLOWING
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.errors import InputError
@@ -18,10 +14,9 @@ from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.alignment import Part, spread
 from heyoka_bike.scoring.definitions import Sample, Understanding, understand_samples
+from heyoka_bike.scoring.diagnosis.evidence import Hypothesis, Place
 from heyoka_bike.scoring.diagnosis.mistakes.first_row import contradicted
-from heyoka_bike.scoring.diagnosis.mistakes.hypothesis import Hypothesis
 from heyoka_bike.scoring.diagnosis.mistakes.library import Mistake, Program, apply
-from heyoka_bike.scoring.diagnosis.mistakes.linearised import with_energies
 from heyoka_bike.scoring.diagnosis.mistakes.proposals import (
     columns_in_another_order,
     times_on_another_scale,
@@ -30,13 +25,6 @@ from heyoka_bike.scoring.diagnosis.programs.beginning import beginning
 from heyoka_bike.scoring.diagnosis.programs.linear import linear_columns
 from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
 from heyoka_bike.scoring.diagnosis.programs.start import Start
-from heyoka_bike.scoring.diagnosis.remainder import (
-    Place,
-    energy_level,
-    is_nothing,
-    too_large,
-    written_wrongly,
-)
 from heyoka_bike.scoring.diagnosis.residual.causes import Causes, find_causes
 from heyoka_bike.scoring.diagnosis.residual.observed import Observed, observe, readings
 from heyoka_bike.scoring.diagnosis.residual.shooting import Shooting
@@ -50,6 +38,8 @@ _COLUMNS = (*COLUMNS, *FOLLOWING)
 _SIMULATED = 2001
 # The simulation's relative roundoff, at most.
 ROUNDOFF = 1e-11
+# Starts that are simulated.
+_STARTS = 8
 # A program whose motion ends cannot have written many more rows.
 _REACHED = 0.5
 
@@ -59,7 +49,7 @@ _Indices = Sequence[NDArray[np.intp]]
 """Of each part, some of its rows."""
 
 
-class Search:
+class SeenFile:
     """The file, its rows that count, and the correct motion."""
 
     def __init__(self, parts: Sequence[Part], reference: Reference, simulator: Simulator) -> None:
@@ -83,7 +73,6 @@ class Search:
         self._found: dict[object, dict[str, Array]] = {}
         # Parameters are slow to compare: each set of them has a number.
         self._bicycles: dict[object, int] = {}
-        self._simulated = self._motions(self._correct)
         self._compared = [
             {name: v[pick] for name, v in exact.items()}
             for exact, pick in zip(self._exact, self._picks, strict=True)
@@ -93,23 +82,6 @@ class Search:
         self._understood: dict[tuple[str, ...], Mapping[str, Understanding]] = {}
         self._understood[()], self._correct_typical = self._typical(self._compared)
         self._floors = self._floors_in_scales()
-        self.energy_level = energy_level(parts, self._understood[()])
-
-    @property
-    def is_quick(self) -> bool:
-        """Whether a few motions take milliseconds."""
-        return self._simulator.has_forces
-
-    @property
-    def lanes(self) -> int:
-        """Hypotheses whose motions are simulated together."""
-        return self._simulator.lanes // len(self._parts)
-
-    @property
-    def largest(self) -> float:
-        """Largest typical error of roll, steer and their rates beside the correct motion."""
-        return max((x for (_, key), x in self._correct_typical.items() if key in LATERAL),
-                   default=0.0)  # fmt: skip
 
     def is_new(self, mistakes: tuple[Mistake, ...]) -> bool:
         """Whether no hypothesis before was the same program as far as the file shows it."""
@@ -126,52 +98,19 @@ class Search:
         """How well the program with these mistakes explains the file."""
         expected = self._expect(apply(self._correct, mistakes))
         understood, after = self._typical(expected)
-        before = self._before(expected)
-        logs = {k: float(np.log(before[k] / after[k])) for k in after if k in before}
-        changed = {k: x for k, x in logs.items() if self._differ(k, expected, self._compared)}
-        is_output = all(m.kind == "output" for m in mistakes)
-        is_possible = self._reaches_the_end(expected)
+        before = {k: x for k, x in self._before(expected).items() if k in after}
         found = Hypothesis(
             mistakes=mistakes,
-            gain=float(np.exp(np.mean(list(logs.values())))) if logs and is_possible else 0.0,
-            relief=float(np.exp(np.mean(list(changed.values()))))
-            if changed and is_possible
-            else 0.0,
             before=before,
             after=after,
+            changed=tuple(k for k in before if self._differ(k, expected, self._compared)),
+            floors=self._floors,
             contradicted=self._contradicted(expected),
-            unexplained=self.too_large(after, expected)
-            or (written_wrongly(changed, after, self._floors) if is_output else None),
+            reaches_the_end=self._reaches_the_end(expected),
         )
         self._expected[found.codes] = expected
         self._understood[found.codes] = understood
         return found
-
-    def too_large(
-        self, left: Mapping[Place, float], expected: _Expected | None = None
-    ) -> Place | None:
-        """The column that keeps more than an integrator leaves, of errors in scales.
-
-        Motions that become larger than the correct one have larger errors.
-        """
-        motion = self._compared if expected is None else expected
-        sizes = {
-            (part.number, key): max(1.0, _largest(e[key]) / (_largest(known[key]) or np.inf))
-            for part, e, known in zip(self._parts, motion, self._compared, strict=True)
-            for key in part.values
-            if key in known
-        }
-        return too_large({k: x / sizes[k] for k, x in left.items()}, self._floors,
-                         self.energy_level)  # fmt: skip
-
-    def is_enough(self, h: Hypothesis) -> bool:
-        """Whether a hypothesis leaves nothing that another mistake could explain."""
-        return (
-            h.contradicted is None
-            and bool(h.after)
-            and h.after.keys() == h.before.keys()
-            and is_nothing(h.after, self._floors)
-        )
 
     def _contradicted(self, expected: _Expected) -> Place | None:
         """The column whose first row says that the program starts otherwise."""
@@ -191,12 +130,10 @@ class Search:
                 return part.number, key
         return None
 
-    def advantage(self, better: Hypothesis, other: Hypothesis) -> float:
-        """Factor by which one leaves less than another, where the two differ."""
-        a, b = self._expected[better.codes], self._expected[other.codes]
-        places = [k for k in better.after if k in other.after and self._differ(k, a, b)]
-        logs = [np.log(other.after[k] / better.after[k]) for k in places]
-        return float(np.exp(np.mean(logs))) if logs else 1.0
+    def where_they_differ(self, one: Hypothesis, other: Hypothesis) -> tuple[Place, ...]:
+        """Maneuvers and columns in which two hypotheses are not the same."""
+        a, b = self._expected[one.codes], self._expected[other.codes]
+        return tuple(k for k in one.after if k in other.after and self._differ(k, a, b))
 
     def proposals(self) -> list[Mistake]:
         """Mistakes that are read off the file."""
@@ -246,9 +183,35 @@ class Search:
                 if not motions:
                     continue
                 found.append(find_causes(Accelerations(motions, self._correct), library, motions))
-            if not found[-1].is_open:
+            if not (found[-1].is_open or found[-1].is_blown_up):
                 break
-        return max(found, key=lambda c: c.most, default=None)
+        # Rates that contradict the angles are not understood.
+        return max(found, key=lambda c: (not c.is_blown_up, c.most), default=None)
+
+    def starts_like_its_own(
+        self, library: Sequence[Mistake], motions: Sequence[Observed]
+    ) -> list[Mistake]:
+        """Mistakes of the start that come nearer to the first rows than the right one does.
+
+        All of them where the file does not show its motion from the start on.
+        """
+        own = {m.number: state for m in motions if (state := m.beginning()) is not None}
+        if len(own) < len(self._parts):
+            return list(library)
+
+        def distance(program: Program) -> float:
+            found = 0.0
+            for n, state in own.items():
+                begun = np.delete(np.array(beginning(program, n)), 1)
+                right = np.delete(np.array(beginning(self._correct, n)), 1)
+                moved = np.abs(begun - state) / (np.abs(state) + np.abs(right) + 1e-3)
+                found += float(np.sum(moved))
+            return found
+
+        right = distance(self._correct)
+        near = [(distance(apply(self._correct, (m,))), i) for i, m in enumerate(library)]
+        # One that is made comes far nearer, but for what follows within the first rows.
+        return [library[i] for x, i in sorted(near)[:_STARTS] if x < right]
 
     def shooting(self, motions: Sequence[Observed]) -> Shooting:
         """Whole runs of changed programs, compared with the motions of the file."""
@@ -311,17 +274,12 @@ class Search:
     def _expect(self, program: Program) -> _Expected:
         """Columns of each part at the compared rows."""
         motions = self._motions(program)
-        if program.linear:
-            written = self._as_understood(self._understood[()], self._rows)
-            motions = with_energies(motions, written, self._exact)
         found = []
         for i, motion in enumerate(motions):
-            exact, simulated = self._exact[i], self._simulated[i]
-            columns = motion | {name: exact[name] + (motion[name] - simulated[name])
-                                for name in exact}  # fmt: skip
+            columns = dict(motion)
             for change in program.rows:
                 columns = dict(change(columns, self._times[i]))
-            found.append({name: columns[name][self._picks[i]] for name in exact})
+            found.append({name: columns[name][self._picks[i]] for name in self._exact[i]})
         return found
 
     def _before(self, expected: _Expected) -> dict[Place, float]:

@@ -1,0 +1,212 @@
+"""How much a file speaks for an explanation: odds, of every kind of cause alike.
+
+What a cause leaves of a file's error is an error of unknown size: that of an integrator, and the
+digits written. If it may have any size (a prior of 1 / size), and is worth n independent values in
+each maneuver, the likelihood of a cause is size^-n there, and the odds of two causes are
+
+    product over the maneuvers of (what one leaves / what the other leaves)^n,
+
+each a geometric mean over the columns in which the two differ, times the odds before the file is
+looked at: "none of these" is the likeliest before, one of the many mistakes of the library less so,
+and each value that is fitted costs more, as it always explains something.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from math import exp, log
+
+from heyoka_bike.bicycle.columns import LATERAL
+from heyoka_bike.scoring.alignment import HALF
+from heyoka_bike.scoring.diagnosis.programs.program import Found, Mistake
+
+Place = tuple[int, str]
+"""A maneuver's number and a column's key."""
+
+
+@dataclass(frozen=True, slots=True)
+class Weights:
+    """What the odds are made of, each with the experiment that gave it.
+
+    Attributes
+    ----------
+    values
+        Independent values in the error of a maneuver. Errors of correct programs resemble some
+        mistake of the library by up to a factor of 7 in one maneuver: odds of 400 to 1, as often as
+        one of 300 mistakes should.
+    known, unknown, start
+        Logarithm of the number of mistakes of the library, of parameters and forces, and of values
+        of the starts: as much are the odds against one of them.
+    fitted
+        The same against a value that is fitted being where it is found, to some 1e-5 of its range:
+        one value of a start explains errors of correct programs by up to 9, three by 30.
+    further
+        The same against there being a further cause.
+    said
+        Logarithm of the odds from which a cause is said, and from which two are told apart.
+    refuted
+        ... and from which one is not even said to be less likely.
+    explains
+        By so much the error must fall: what leaves more is a direction, no explanation.
+    worse
+        A cause that is there leaves no column so much farther off.
+    of_motion, mostly
+        What is written wrongly is explained if no more is left than so many times the error of the
+        other columns, or if it falls by so much.
+    strange
+        What leaves more than this part of the columns off by half their scale explains no file.
+    nothing, at_floor
+        What is left below this part, or so many times what the digits tell, needs no other cause.
+    resolved
+        The simulation's relative roundoff, at most.
+    """
+
+    values: float = 6.0
+    known: float = log(300.0)
+    unknown: float = log(70.0)
+    start: float = log(15.0)
+    fitted: float = 10.8
+    further: float = log(100.0)
+    said: float = log(1000.0)
+    refuted: float = log(1e9)
+    explains: float = 5.0
+    worse: float = 2.0
+    of_motion: float = 10.0
+    mostly: float = 100.0
+    strange: float = 0.25
+    nothing: float = 1e-8
+    at_floor: float = 4.0
+    resolved: float = 1e-11
+
+
+WEIGHTS = Weights()
+
+
+def log_odds_before(mistakes: Collection[Mistake]) -> float:
+    """Logarithm of the odds for some mistakes against none, before the file is looked at."""
+    w, cost = WEIGHTS, 0.0
+    for m in mistakes:
+        values = len(m.found) or int(m.is_fitted)
+        one = w.start if m.kind == "start" else w.unknown
+        cost += (w.fitted + one) * values if values else w.known
+    return -cost - w.further * max(len(mistakes) - 1, 0)
+
+
+@dataclass(frozen=True, slots=True)
+class Hypothesis:
+    """Mistakes as an explanation of a file, and what they leave of its error.
+
+    Attributes
+    ----------
+    mistakes : tuple of Mistake
+        None of them for the correct program.
+    before, after : mapping of (int, str) to float
+        Typical error of each maneuver and column, of the correct program and of this one, in scales
+        of the column, over the same rows.
+    changed : tuple of (int, str)
+        Where this program does otherwise than the correct one.
+    floors : mapping of (int, str) to float
+        What the digits cannot tell, in scales.
+    contradicted : (int, str) or None
+        Maneuver and column whose first row says the contrary.
+    reaches_the_end
+        Whether the motion goes about as far as the rows of the file do.
+    """
+
+    mistakes: tuple[Mistake, ...]
+    before: Mapping[Place, float]
+    after: Mapping[Place, float]
+    changed: tuple[Place, ...]
+    floors: Mapping[Place, float]
+    contradicted: Place | None = None
+    reaches_the_end: bool = True
+
+    @property
+    def codes(self) -> tuple[str, ...]:
+        """Codes of the mistakes."""
+        return tuple(m.code for m in self.mistakes)
+
+    @property
+    def found(self) -> tuple[Found, ...]:
+        """Values that were found in the file, if it is explained by nothing else."""
+        each = [m.found for m in self.mistakes]
+        return tuple(x for found in each for x in found) if all(each) else ()
+
+    @property
+    def parts(self) -> frozenset[str]:
+        """The mistakes by their codes, and the values that were found by their names."""
+        each = ([x.name for x in m.found] or [m.code] for m in self.mistakes)
+        return frozenset(name for names in each for name in names)
+
+    @property
+    def gain(self) -> float:
+        """Factor by which the typical error falls: geometric mean over maneuvers and columns."""
+        return exp(_fall(self.before, self.after, self.before))
+
+    @property
+    def relief(self) -> float:
+        """The same over the columns that the mistakes change."""
+        return exp(_fall(self.before, self.after, self.changed))
+
+    @property
+    def log_odds(self) -> float:
+        """Logarithm of the odds against "none of these"."""
+        if not self.reaches_the_end or not self.changed:
+            return float("-inf")
+        return log_ratio(self.before, self.after, self.changed) + log_odds_before(self.mistakes)
+
+    @property
+    def is_possible(self) -> bool:
+        """Whether nothing in the file speaks against it."""
+        w, floor = WEIGHTS, WEIGHTS.resolved
+        return (
+            self.contradicted is None
+            and self.gain > 1.0
+            and all(
+                self.after[k] < w.worse * max(self.before[k], floor, self.floors.get(k, 0.0))
+                for k in self.before
+            )
+            and sum(x > HALF for x in self.after.values()) <= w.strange * len(self.after)
+        )
+
+    @property
+    def unexplained(self) -> Place | None:
+        """What is written wrongly, and still is so much farther off than the motion."""
+        w = WEIGHTS
+        if any(m.kind != "output" for m in self.mistakes):
+            return None
+        lateral = [x for (_, key), x in self.after.items() if key in LATERAL]
+        limit = w.of_motion * max([*lateral, w.nothing])
+        for k in self.changed:
+            is_large = self.after[k] > max(limit, w.at_floor * self.floors.get(k, 0.0))
+            if k[1] not in LATERAL and is_large and self.before[k] < w.mostly * self.after[k]:
+                return k
+        return None
+
+    @property
+    def leaves_nothing(self) -> bool:
+        """Whether no other cause could explain more."""
+        w = WEIGHTS
+        return self.contradicted is None and all(
+            x <= max(w.nothing, w.at_floor * self.floors.get(k, 0.0)) for k, x in self.after.items()
+        )
+
+
+def log_ratio(
+    one: Mapping[Place, float], other: Mapping[Place, float], places: Collection[Place]
+) -> float:
+    """Logarithm of the odds of two explanations by what each leaves, where they differ."""
+    found = 0.0
+    for number in {n for n, _ in places}:
+        found += _fall(one, other, [k for k in places if k[0] == number])
+    return WEIGHTS.values * found
+
+
+def _fall(
+    one: Mapping[Place, float], other: Mapping[Place, float], places: Collection[Place]
+) -> float:
+    """Mean logarithm of the factor from one to the other."""
+    tiny = WEIGHTS.resolved * 1e-3
+    logs = [log(max(one[k], tiny) / max(other[k], tiny)) for k in places]
+    return sum(logs) / len(logs) if logs else 0.0

@@ -1,0 +1,266 @@
+"""Why a result differs: which force is missing, which mistake explains the file.
+
+First the file's own motion is put into the exact equations (`residual`): what remains says which
+mistakes of the model, which parameters and which forces can be the cause, without any simulation.
+The likeliest are then simulated, with mistakes of the start and of what is written, which leave
+nothing in the equations, and the file is compared with each motion as it is with the reference.
+Where a file does not show its motion (columns are missing, rows are few) all mistakes of the
+library are simulated. All are compared in one way, by their odds (`evidence`).
+"""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from math import log
+
+from heyoka_bike.reference.load import Reference
+from heyoka_bike.scoring.alignment import Part
+from heyoka_bike.scoring.definitions import understand
+from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis, log_odds_before, log_ratio
+from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
+from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, Mistake, in_order
+from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
+from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS, has_constant_speed
+from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
+from heyoka_bike.scoring.diagnosis.residual.causes import Cause, Causes, log_odds
+from heyoka_bike.scoring.diagnosis.residual.observed import upright
+from heyoka_bike.scoring.diagnosis.residual.shooting import other_values
+from heyoka_bike.scoring.diagnosis.seen_file import SeenFile
+from heyoka_bike.scoring.report import Curve
+
+__all__ = ["Diagnosis", "Hypothesis", "explain"]
+
+# The best single mistakes, which are tried with those of start and output.
+_LEADERS = 3
+# Single mistakes that are tried with these where the file does not show its motion.
+_RIVALS = 12
+# Hypotheses that are simulated together.
+_TOGETHER = 32
+# Causes that are simulated, of each kind.
+_SIMULATED = 6
+# ... where the equations speak for none clearly.
+_MOST = 20
+# ... and of those whose values whole runs find.
+_REFINED = 2
+
+_LINEAR = {m.code for m in LINEAR_PROGRAMS}
+_OF_MODEL = [
+    *(m for m in MISTAKES if m.kind == "model" and m.code not in _LINEAR),
+    *EQUATION_MISTAKES,
+]
+_OF_START = [m for m in MISTAKES if m.kind == "start"]
+_OF_OUTPUT = [m for m in MISTAKES if m.kind == "output"]
+
+Progress = Callable[[float], None]
+"""Called with the part of the work that is done, 0 to 1."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Diagnosis:
+    """What explains a file.
+
+    Attributes
+    ----------
+    classes : tuple of tuple of Hypothesis
+        Ranked; hypotheses of a class cannot be told apart. Empty if nothing explains it.
+    towards : tuple of Hypothesis
+        Where nothing explains it: the class that goes farthest that way, but leaves more than an
+        integrator does.
+    tried
+        How many hypotheses were tried.
+    causes : Causes or None
+        What the equations of motion say of the file's own motion; None where it does not show it.
+    curves : tuple of Curve
+        What the best of all leaves, in the column of each maneuver that it explains best.
+    units : mapping of str to str
+        Units that columns have if the best of all is true, where they seem to have others beside
+        the correct motion.
+    """
+
+    classes: tuple[tuple[Hypothesis, ...], ...]
+    towards: tuple[Hypothesis, ...]
+    tried: int
+    causes: Causes | None = None
+    curves: tuple[Curve, ...] = ()
+    units: Mapping[str, str] = field(default_factory=dict)
+
+
+def explain(
+    parts: Sequence[Part], reference: Reference, *, simulator: Simulator | None = None,
+    progress: Progress = lambda _: None,
+) -> Diagnosis:  # fmt: skip
+    """Find the mistakes, alone and in pairs, and the parameters and forces that explain a file."""
+    parts = [upright(part, understand(parts)) for part in parts]
+    file = SeenFile(parts, reference, simulator or Simulator())
+    tried = _Tried(file, progress)
+    progress(0.1)
+    causes = file.causes(_OF_MODEL)
+    progress(0.3)
+    is_shown = causes is not None and causes.is_shown and not causes.is_blown_up
+    proposed = _of_causes(causes, file) if causes else []
+    of_model = [(m,) for m in dict.fromkeys(m for p in proposed for m in p)]
+    if not is_shown:
+        # Whole runs show more than rows that are noisy or few.
+        is_understood = causes is not None and not causes.is_blown_up
+        rivals = causes.best_of(_OF_MODEL)[:_MOST] if causes and is_understood else _OF_MODEL
+        of_model = list(dict.fromkeys([*of_model, *((m,) for m in rivals)]))
+    of_start = file.starts_like_its_own(_OF_START, causes.motions if causes else ())
+    read_off = [(m,) for m in (*LINEAR_PROGRAMS, *_OF_OUTPUT, *file.proposals())]
+    found = tried.judged([*of_model, *((m,) for m in of_start), *read_off], 0.7)
+    pairs = tried.judged([p for p in proposed if len(p) > 1], 0.75)
+    best = max(found, key=lambda h: h.log_odds, default=None)
+    if best is None or not best.leaves_nothing:
+        pairs += tried.judged(_beside(file, found, parts, of_start, is_shown=is_shown), 0.9)
+    every = [*found, *_that_need_both(file, pairs, found)]
+    classes, towards = _compared(file, every, causes)
+    if not classes and causes is not None:
+        # The start leaves nothing in the equations: whole runs show it.
+        start = file.shooting(causes.motions).start()
+        if start is not None:
+            every += tried.judged([(start,)])
+            classes, towards = _compared(file, every, causes)
+    progress(1.0)
+    return Diagnosis(
+        classes=classes,
+        towards=towards,
+        tried=tried.count + (len(_OF_MODEL) if causes else 0),
+        causes=causes,
+        curves=file.curves(classes[0][0]) if classes else (),
+        units=file.units_beside(classes[0][0]) if classes else {},
+    )
+
+
+def _of_causes(causes: Causes, file: SeenFile) -> list[tuple[Mistake, ...]]:
+    """Programs that the equations of motion speak for."""
+    count = len(causes.motions)
+
+    def likely(several: Iterable[Cause]) -> list[Cause]:
+        return sorted(
+            (c for c in several if log_odds(c, count) > 0.0), key=lambda c: -log_odds(c, count)
+        )[:_SIMULATED]
+
+    shooting = file.shooting(causes.motions)
+    ranked = likely(causes.fitted)
+    fitted = [shooting.refined(c) for c in ranked[:_REFINED]]
+    alone = next((c for c in ranked if len(c.changes) == 1), None)
+    if alone is not None and len(ranked[0].changes) > 1:
+        # The equations speak for several values: whole runs tell better which.
+        fitted.append(shooting.refined(alone, with_others=True))
+    return [
+        *(c.mistakes for c in likely(causes.known)),
+        *((other_values(c.changes, c.uncertain, causes.program),) for c in fitted),
+    ]
+
+
+class _Tried:
+    """Hypotheses that are simulated, each once."""
+
+    def __init__(self, file: SeenFile, progress: Progress) -> None:
+        self.count = 0
+        self._file, self._progress, self._done = file, progress, 0.3
+
+    def judged(
+        self, several: Sequence[tuple[Mistake, ...]], done: float | None = None
+    ) -> list[Hypothesis]:
+        """Those that are new; so much of all work is done then."""
+        found = []
+        for i, mistakes in enumerate(several):
+            if i % _TOGETHER == 0:
+                self._file.prepare(several[i : i + _TOGETHER])
+            if self._file.is_new(mistakes):
+                found.append(self._file.judge(mistakes))
+            if done is not None:
+                self._progress(self._done + (done - self._done) * (i + 1) / len(several))
+        self._done = done or self._done
+        self.count += len(found)
+        return found
+
+
+def _beside(
+    file: SeenFile,
+    found: Sequence[Hypothesis],
+    parts: Sequence[Part],
+    starts: Sequence[Mistake],
+    *,
+    is_shown: bool,
+) -> list[tuple[Mistake, ...]]:
+    """The best mistakes, each with one of the output, and the best with one of the start."""
+    ranked = sorted((h for h in found if h.gain > 1.0), key=lambda h: -h.log_odds)
+    leaders = ranked[:_LEADERS]
+    if has_constant_speed(parts):
+        # What linear programs have in common, whatever else is wrong with them.
+        leaders += [h for h in found if h.codes == (LINEARISED,) and h not in leaders]
+    chosen: list[tuple[Mistake, ...]] = []
+    for i, leader in enumerate(leaders):
+        order = file.order_beside(leader)
+        others = [*_OF_OUTPUT, *([order] if order else [])]
+        # Where the equations do not tell which mistakes of the model there are.
+        if i == 0 and leader.mistakes[0].kind == "output":
+            others += [h.mistakes[0] for h in found if h.mistakes[0].kind == "model"]
+        elif not is_shown:
+            others += [m for h in ranked[:_RIVALS] for m in h.mistakes]
+        others += [] if i else starts
+        chosen += [
+            in_order((*leader.mistakes, m))
+            for m in others
+            if m not in leader.mistakes and {m.kind, leader.mistakes[0].kind} != {"start"}
+        ]
+    return list(dict.fromkeys(chosen))
+
+
+def _that_need_both(
+    file: SeenFile, pairs: Sequence[Hypothesis], singles: Sequence[Hypothesis]
+) -> list[Hypothesis]:
+    """Pairs that are likelier than each of their mistakes alone."""
+    alone = {h.mistakes[0].code: h for h in singles}
+    return [
+        h
+        for h in pairs
+        if all(_log_odds(file, h, alone[c]) > WEIGHTS.said for c in h.codes if c in alone)
+    ]
+
+
+def _log_odds(file: SeenFile, one: Hypothesis, other: Hypothesis) -> float:
+    """Logarithm of the odds of one hypothesis against another."""
+    seen = log_ratio(other.after, one.after, file.where_they_differ(one, other))
+    return seen + log_odds_before(one.mistakes) - log_odds_before(other.mistakes)
+
+
+def _compared(
+    file: SeenFile, found: Sequence[Hypothesis], causes: Causes | None
+) -> tuple[tuple[tuple[Hypothesis, ...], ...], tuple[Hypothesis, ...]]:
+    """What is worth saying, ranked, in classes that cannot be told apart; or the best other one.
+
+    That is the class that improves the file the most where none explains it.
+    """
+    worth = [h for h in found if h.is_possible and h.log_odds > WEIGHTS.said]
+    count = len({n for h in worth for n, _ in h.after})
+    worth.sort(
+        key=lambda h: WEIGHTS.values * count * log(h.gain) + log_odds_before(h.mistakes),
+        reverse=True,
+    )
+    classes: list[list[Hypothesis]] = []
+    for h in worth:
+        if classes and (
+            _log_odds(file, classes[0][0], h) > WEIGHTS.refuted
+            # The best with something more says nothing more.
+            or classes[0][0].parts < h.parts
+        ):
+            continue
+        if classes and _log_odds(file, classes[-1][0], h) < WEIGHTS.said:
+            classes[-1].append(h)
+        else:
+            classes.append([h])
+    explain = [[h for h in c if _explains(h, causes)] for c in classes]
+    if classes and not explain[0]:
+        return (), tuple(classes[0])
+    return tuple(tuple(c) for c in explain if c), ()
+
+
+def _explains(h: Hypothesis, causes: Causes | None) -> bool:
+    """Whether what is left can be an integrator's error."""
+    if h.unexplained is not None or h.relief < WEIGHTS.explains:
+        return False
+    is_of_motion = all(m.kind != "output" and m.code not in _LINEAR for m in h.mistakes)
+    if causes is None or causes.is_blown_up or not is_of_motion:
+        return True
+    return not causes.leaves_force(causes.relief(h.mistakes))

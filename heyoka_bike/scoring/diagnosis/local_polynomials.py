@@ -1,0 +1,20 @@
+"""Polynomials through the rows near each row of a file."""
+
+import numpy as np
+
+from heyoka_bike.numbers.double import Array
+
+
+def local_polynomials(time: Array, x: Array, degree: int) -> Array:
+    """Coefficients, by row and power of the time from it, of polynomials through the rows nearest.
+
+    Each goes through one row more than its degree; at either end they are not in the middle.
+    """
+    first = np.clip(np.arange(len(time)) - degree // 2, 0, len(time) - degree - 1)
+    rows = first[:, None] + np.arange(degree + 1)
+    apart = time[rows] - time[:, None]
+    scale = np.abs(apart).max(axis=1)[:, None]
+    powers = (apart / scale)[..., None] ** np.arange(degree + 1)
+    scaled = np.linalg.solve(powers, x[rows][..., None])[..., 0]
+    found: Array = scaled / scale ** np.arange(degree + 1)
+    return found

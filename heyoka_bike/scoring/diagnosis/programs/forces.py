@@ -1,0 +1,453 @@
+"""Forces and torques that a program has beside gravity, or lacks, each with a coefficient.
+
+The benchmark has none of them: simulators bring some by default, and equations that are written by
+hand lack some. Each is linear in its coefficient, and acts along velocities: a force f at a point
+of velocity v has the power f . v, a torque likewise. The power at unit independent speeds (roll
+rate, steer rate, rolling rate) is the generalised force. A term that is missing from the equations
+is a force that cancels it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from heyoka_bike.bicycle.equations.axes import Axes
+from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.numbers.arithmetic import Number
+from heyoka_bike.numbers.dual import Dual, Duals
+from heyoka_bike.numbers.vectors import (
+    Vector,
+    cross,
+    from_turned_y,
+    from_turned_z,
+    minus,
+    plus,
+    scaled,
+)
+
+INDEPENDENT = range(3)
+_FRAME = {"R": "B", "B": "B", "H": "H", "F": "H"}
+_SIDE: Vector = (0.0, 1.0, 0.0)
+
+Linear = Mapping[str, Vector]
+"""What is linear in the speeds, by name: velocities [m/s] and angular velocities [rad/s]."""
+
+
+class Moving:
+    """A motion, and all velocities on which forces act.
+
+    Velocities ``v_R`` ... ``v_F`` of the bodies' centres are in heading axes; angular velocities
+    ``w_R`` ... ``w_F`` in the axes of the frame that the body is in. ``rates`` are roll rate, steer
+    rate and the rate of the rear wheel's hub along the heading; ``spins`` those of the wheels
+    about their axles, relative to their frames; ``turn`` the yaw rates of both frames.
+
+    Parameters
+    ----------
+    equations : Equations
+        Of the regular form, over arrays.
+    state
+        Its variables, with the yaw.
+    """
+
+    def __init__(self, equations: Equations, state: Sequence[Number]) -> None:
+        self.equations, self.state, self.b = equations, state, equations.b
+        still = 0.0 * state[0]
+        self.axes = Axes.of(equations.b, equations.unfold(state)[0])
+        self.now = _velocities(equations, state)
+        self.units = [
+            _velocities(
+                equations,
+                [*state[:3], *(still + float(i == j) for j in INDEPENDENT), state[6]],
+            )
+            for i in INDEPENDENT
+        ]
+        self.masses = dict(
+            zip("RBHF", (self.b.rear.wheel_m, self.b.rear.m, self.b.front.m, self.b.front.wheel_m),
+                strict=True)
+        )  # fmt: skip
+        self.mass = [[self.product(u, w) for w in self.units] for u in self.units]
+        self.rates = equations.rates_with_yaw(state)
+
+    def product(self, one: Linear, other: Linear) -> Number:
+        """Twice the kinetic energy's bilinear form."""
+        found = 0.0
+        for body, mass in self.masses.items():
+            found = found + mass * dot(one[f"v_{body}"], other[f"v_{body}"])
+            found = found + dot(one[f"w_{body}"], self.inertia(body, other[f"w_{body}"]))
+        return found
+
+    def inertia(self, body: str, v: Vector) -> Vector:
+        """The inertia of a body times a vector."""
+        half = self.b.rear if body in "RB" else self.b.front
+        return half.wheel_inertia_times(v) if body in "RF" else half.inertia_times(v)
+
+    @cached_property
+    def bias(self) -> Linear:
+        """How velocities change with the angles alone, in their axes."""
+        dual = self.equations.over(Duals(self.equations.a))
+        angles = [Dual(q, (rate,)) for q, rate in zip(self.state[:3], self.rates[:3], strict=True)]
+        moved = _velocities(dual, [*angles, *self.state[3:]])
+        found = {name: (_slope(x), _slope(y), _slope(z)) for name, (x, y, z) in moved.items()}
+        # Those of the centres as seen from the ground: heading axes turn.
+        turn: Vector = (0.0, 0.0, self.rates[6])
+        for body in "RBHF":
+            found[f"v_{body}"] = plus(found[f"v_{body}"], cross(turn, self.now[f"v_{body}"]))
+        return found
+
+    def acceleration(self, name: str) -> Vector:
+        """Of one of the velocities, by the right equations."""
+        found = self.bias[name]
+        for unit, rate in zip(self.units, self.rates[3:6], strict=True):
+            found = plus(found, scaled(rate, unit[name]))
+        return found
+
+    def ground(self, v: Vector) -> Vector:
+        """Heading components of a vector given in ground axes."""
+        a, yaw = self.equations.a, self.state[6]
+        return from_turned_z(-a.sin(yaw), a.cos(yaw), v)
+
+    def powers(self, force: Linear) -> list[Number]:
+        """Generalised forces [N m] of forces and torques by the velocity that they act along."""
+        found: list[Number] = []
+        for unit in self.units:
+            power: Number = 0.0
+            for name, f in force.items():
+                power = power + dot(f, unit[name])
+            found.append(power)
+        return found
+
+    def added(self, forces: Sequence[Number]) -> list[Number]:
+        """What generalised forces add to the rates of the independent speeds."""
+        return solved(self.mass, forces)
+
+
+def _velocities(equations: Equations, state: Sequence[Number]) -> dict[str, Vector]:
+    o, u = equations.unfold(state)
+    k, b = equations.k, equations.b
+    axes = Axes.of(b, o)
+    length = b.rear.wheel_r / k.rear.r
+    found: dict[str, Vector] = {}
+    p_f = o.cb_f * u.w1_f + o.sb_f * u.w3_f
+    for frame, wheel, half, out, hub, (w1, q, w3), spin in (
+        ("B", "R", b.rear, axes.from_rear, (u.v * o.cb, k.rear.r * u.p, u.v * o.sb),
+         (u.w1, u.q, u.w3), u.v / k.rear.r),
+        ("H", "F", b.front, axes.from_front, (u.v_f * o.cb_f, k.front.r * p_f, u.v_f * o.sb_f),
+         (u.w1_f, u.q_f, u.w3_f), u.v_f / k.front.r),
+    ):  # fmt: skip
+        x, _, z = from_turned_y(b.sin_tilt, b.cos_tilt, (w1, 0.0, w3))
+        turning: Vector = (x, q, z)
+        of_hub = scaled(length, from_turned_y(b.sin_tilt, b.cos_tilt, hub))
+        found[f"v_{wheel}"] = out(of_hub)
+        found[f"v_{frame}"] = out(plus(of_hub, cross(turning, (half.x, 0.0, half.z))))
+        found[f"w_{frame}"], found[f"w_{wheel}"] = turning, (x, -spin, z)
+        found[f"turn_{frame}"] = out(turning)
+        found[f"spin_{wheel}"] = (0.0, -spin - q, 0.0)
+    found["rates"] = (state[3], state[4], length * u.v)
+    return found
+
+
+def dot(u: Vector, v: Vector) -> Number:
+    """Scalar product."""
+    return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]
+
+
+def _slope(x: Number) -> Number:
+    return x.slopes[0] if isinstance(x, Dual) else 0.0
+
+
+def solved(m: Sequence[Sequence[Number]], right: Sequence[Number]) -> list[Number]:
+    """Solution of three linear equations, by Cramer's rule."""
+    rows: list[Vector] = [(row[0], row[1], row[2]) for row in m]
+    across = [cross(rows[1], rows[2]), cross(rows[2], rows[0]), cross(rows[0], rows[1])]
+    determinant = dot(rows[0], across[0])
+    return [
+        sum(x * a[i] for x, a in zip(right, across, strict=True)) / determinant for i in INDEPENDENT
+    ]
+
+
+Law = Callable[[Moving], Linear]
+"""From a motion to the forces of a unit coefficient, by the velocity that they act along."""
+
+
+@dataclass(frozen=True, slots=True)
+class Force:
+    """A force with a coefficient that the correct program has as zero.
+
+    Attributes
+    ----------
+    says
+        What the coefficient is of.
+    unit
+    size
+        A small one [SI].
+    law
+    is_part
+        Whether the coefficient is the part of a term that is missing, 1 for all of it.
+    is_fitted
+        Whether it is one of the unknowns; not where it is a sum or a multiple of others.
+    """
+
+    says: str
+    unit: str
+    size: float
+    law: Law
+    is_part: bool = False
+    is_fitted: bool = True
+
+
+def _on_steer(strength: Callable[[Moving], Number]) -> Law:
+    return lambda m: {"rates": (0.0, strength(m), 0.0)}
+
+
+def _on_roll(strength: Callable[[Moving], Number]) -> Law:
+    return lambda m: {"rates": (strength(m), 0.0, 0.0)}
+
+
+def _on_axles(wheels: str, strength: Callable[[Number], Number]) -> Law:
+    """A torque between wheel and frame, by the rate between them."""
+    return lambda m: {f"spin_{w}": (0.0, strength(m.now[f"spin_{w}"][1]), 0.0) for w in wheels}
+
+
+def _drag(point: str) -> Law:
+    """Against a velocity, by its square: at two points together it is that at any height."""
+
+    def law(m: Moving) -> Linear:
+        v = m.now[point]
+        return {point: scaled(-m.equations.a.sqrt(dot(v, v)), v)}
+
+    return law
+
+
+def _decay(m: Moving) -> Linear:
+    """All velocities and angular velocities decay."""
+    found = {f"v_{b}": scaled(-mass, m.now[f"v_{b}"]) for b, mass in m.masses.items()}
+    return found | {f"w_{b}": scaled(-1.0, m.inertia(b, m.now[f"w_{b}"])) for b in m.masses}
+
+
+def _scrub(frame: str) -> Law:
+    """A torque of the tyre about the vertical, against the yaw rate."""
+    return lambda m: {f"turn_{frame}": (0.0, 0.0, -m.now[f"turn_{frame}"][2])}
+
+
+def _slope_of_ground(along: Vector) -> Law:
+    """Gravity's component along an axis of the ground that rises by a small angle."""
+
+    def law(m: Moving) -> Linear:
+        pull = scaled(-m.b.g, m.ground(along))
+        return {f"v_{b}": scaled(mass, pull) for b, mass in m.masses.items()}
+
+    return law
+
+
+def _weightless(bodies: str) -> Law:
+    return lambda m: {f"v_{b}": (0.0, 0.0, -m.masses[b] * m.b.g) for b in bodies}
+
+
+def _without_spin_moment(wheels: str) -> Law:
+    """Without the gyroscopic moment of a wheel's spin: the turn of its frame times I_yy spin."""
+
+    def law(m: Moving) -> Linear:
+        found = {}
+        for w in wheels:
+            momentum = (0.0, m.inertia(w, m.now[f"w_{w}"])[1], 0.0)
+            found[f"w_{w}"] = cross(m.now[f"w_{_FRAME[w]}"], momentum)
+        return found
+
+    return law
+
+
+def _without_euler(bodies: str) -> Law:
+    """Without w x (I w) of bodies."""
+    return lambda m: {
+        f"w_{b}": cross(m.now[f"w_{b}"], m.inertia(b, m.now[f"w_{b}"])) for b in bodies
+    }
+
+
+def _without_centrifugal(bodies: str) -> Law:
+    """Without the acceleration of bodies that is there at constant independent speeds."""
+    return lambda m: {f"v_{b}": scaled(m.masses[b], m.bias[f"v_{b}"]) for b in bodies}
+
+
+def _to_the_side(body: str) -> Law:
+    """The centre of mass of a body off to the right, to first order."""
+
+    def law(m: Moving) -> Linear:
+        into = m.axes.to_rear if body == "B" else m.axes.to_front
+        out = m.axes.from_rear if body == "B" else m.axes.from_front
+        mass, w = m.masses[body], m.now[f"w_{body}"]
+        free = into(minus((0.0, 0.0, m.b.g), m.acceleration(f"v_{body}")))
+        moved = plus(cross(m.acceleration(f"w_{body}"), _SIDE), cross(w, cross(w, _SIDE)))
+        return {
+            f"w_{body}": scaled(mass, cross(_SIDE, free)),
+            f"v_{body}": scaled(-mass, out(moved)),
+        }
+
+    return law
+
+
+def _held_speed(m: Moving) -> Linear:
+    """A drive that keeps the rolling rate of the rear wheel constant."""
+    unit = m.added([0.0, 0.0, 1.0])[2]
+    length = m.units[2]["rates"][2]
+    return {"rates": (0.0, 0.0, -m.rates[5] / unit / length)}
+
+
+_BOTH, _REAR, _FRONT = "RF", "R", "F"
+
+FORCES: Mapping[str, Force] = {
+    "steer_damping": Force("damping of the steer axis", "N m s", 0.1,
+                           _on_steer(lambda m: -m.state[4])),
+    "steer_stiffness": Force("stiffness of a spring on the steer axis", "N m", 1.0,
+                             _on_steer(lambda m: -m.state[2])),
+    "steer_torque": Force("constant torque on the steer axis, to the right", "N m", 0.1,
+                          _on_steer(lambda m: 1.0 + 0.0 * m.state[2])),
+    "steer_friction": Force("dry friction of the steer axis", "N m", 0.1,
+                            _on_steer(lambda m: -np.tanh(m.state[4] / 1e-4))),
+    "roll_damping": Force("damping of the roll", "N m s", 1.0,
+                          _on_roll(lambda m: -m.state[3])),
+    "roll_stiffness": Force("stiffness of a spring against the roll", "N m", 1.0,
+                            _on_roll(lambda m: -m.state[0])),
+    "roll_torque": Force("constant torque on the rear frame, to the right", "N m", 0.1,
+                         _on_roll(lambda m: 1.0 + 0.0 * m.state[0])),
+    "air_drag": Force("drag over speed squared at the rear frame's centre of mass", "kg m-1", 0.1,
+                      _drag("v_B")),
+    "air_lift": Force("lift over speed squared at the rear frame's centre of mass", "kg m-1", 0.1,
+                      lambda m: {"v_B": (0.0, 0.0, -(m.now["rates"][2] ** 2))}),
+    "hub_drag": Force("drag over speed squared at the rear hub", "kg m-1", 0.1, _drag("v_R")),
+    "push": Force("constant force forward on the rear frame", "N", 1.0,
+                  lambda m: {"v_B": (1.0, 0.0, 0.0)}),
+    "side_wind": Force("constant force along the ground's y axis on the rear frame", "N", 1.0,
+                       lambda m: {"v_B": m.ground(_SIDE)}),
+    "slope_along": Force("angle by which the ground rises along its x axis", "rad", 1e-3,
+                         _slope_of_ground((1.0, 0.0, 0.0))),
+    "slope_across": Force("angle by which the ground rises along its y axis", "rad", 1e-3,
+                          _slope_of_ground(_SIDE)),
+    "wheel_friction": Force("viscous friction of each wheel's axle", "N m s", 0.01,
+                            _on_axles(_BOTH, lambda rate: -rate)),
+    "wheel_friction_R": Force("viscous friction of the rear wheel's axle", "N m s", 0.01,
+                              _on_axles(_REAR, lambda rate: -rate)),
+    "wheel_friction_F": Force("viscous friction of the front wheel's axle", "N m s", 0.01,
+                              _on_axles(_FRONT, lambda rate: -rate)),
+    "rolling_resistance": Force("constant torque that brakes each wheel", "N m", 0.1,
+                                _on_axles(_BOTH, lambda rate: 1.0 + 0.0 * rate)),
+    "rolling_resistance_R": Force("constant torque that brakes the rear wheel", "N m", 0.1,
+                                  _on_axles(_REAR, lambda rate: 1.0 + 0.0 * rate)),
+    "rolling_resistance_F": Force("constant torque that brakes the front wheel", "N m", 0.1,
+                                  _on_axles(_FRONT, lambda rate: 1.0 + 0.0 * rate)),
+    "velocity_damping": Force("rate at which all velocities are damped", "s-1", 0.01, _decay),
+    "scrub_R": Force("torque of the rear tyre about the vertical over its yaw rate", "N m s", 0.1,
+                     _scrub("B")),
+    "scrub_F": Force("torque of the front tyre about the vertical over its yaw rate", "N m s", 0.1,
+                     _scrub("H")),
+    "side_B": Force("place of the rear frame's centre of mass to the right", "m", 1e-3,
+                    _to_the_side("B")),
+    "side_H": Force("place of the fork's centre of mass to the right", "m", 1e-3,
+                    _to_the_side("H")),
+    "speed_held": Force("part of a drive that keeps the speed of the rear wheel constant", "1", 0.1,
+                        _held_speed, is_part=True),
+    "no_spin_moment": Force("gyroscopic moment of the wheels' spin", "1", 0.1,
+                            _without_spin_moment(_BOTH), is_part=True),
+    "no_spin_moment_R": Force("gyroscopic moment of the rear wheel's spin", "1", 0.1,
+                              _without_spin_moment(_REAR), is_part=True),
+    "no_spin_moment_F": Force("gyroscopic moment of the front wheel's spin", "1", 0.1,
+                              _without_spin_moment(_FRONT), is_part=True),
+    "frames_gyroscopic": Force("gyroscopic torque w x (I w) of rear frame and fork", "1", 0.1,
+                               _without_euler("BH"), is_part=True),
+    "wheels_gyroscopic": Force("gyroscopic torque w x (I w) of the wheels", "1", 0.1,
+                               _without_euler(_BOTH), is_part=True, is_fitted=False),
+    "gyroscopic_R": Force("gyroscopic torque w x (I w) of the rear wheel", "1", 0.1,
+                          _without_euler(_REAR), is_part=True, is_fitted=False),
+    "gyroscopic_F": Force("gyroscopic torque w x (I w) of the front wheel", "1", 0.1,
+                          _without_euler(_FRONT), is_part=True, is_fitted=False),
+    **{f"centrifugal_{b}": Force(
+        f"centrifugal and Coriolis force of the {name}", "1", 0.1, _without_centrifugal(b), True)
+       for b, name in (("R", "rear wheel"), ("B", "rear frame"), ("H", "fork"),
+                       ("F", "front wheel"), ("RBHF", "all bodies"))},
+    "wheels_weight": Force("weight of the wheels", "1", 0.1, _weightless(_BOTH),
+                           is_part=True, is_fitted=False),
+    **{f"weight_{b}": Force(f"weight of the {name}", "1", 0.1, _weightless(b), True)
+       for b, name in (("R", "rear wheel"), ("B", "rear frame"), ("H", "fork"),
+                       ("F", "front wheel"))},
+}  # fmt: skip
+"""The forces by name."""
+
+TENSORS_TURNING = "tensors_turning"
+"""That the inertia of rear frame and fork, in ground axes, turns with them: no force."""
+
+TERMS = (*FORCES, TENSORS_TURNING)
+"""What a program may have, or lack."""
+
+
+def rates_altered(
+    equations: Equations, state: Sequence[Number], amounts: Mapping[str, Number]
+) -> list[Number]:
+    """Time derivatives of the regular form's state, the yaw included.
+
+    A tensor that does not turn with its body is another tensor. With the Jacobians J of the angular
+    velocities w over the independent speeds u, w' = J u' + b, the mass matrix M, generalised forces
+    f and the surplus S of the tensors,
+
+        (M - sum J^T S J) u' = M u'_right + f + sum J^T (S b + w x S w).
+
+    Parameters
+    ----------
+    equations : Equations
+        Of the regular form, over arrays.
+    state
+        Its variables, with the yaw.
+    amounts : mapping of str to number
+        Coefficients of `FORCES` [SI]; of `TENSORS_TURNING` 1 where it is missing.
+    """
+    m = Moving(equations, state)
+    force: list[Number] = [0.0] * 3
+    for name, amount in amounts.items():
+        if name in FORCES:
+            each = m.powers(FORCES[name].law(m))
+            force = [f + amount * x for f, x in zip(force, each, strict=True)]
+    if TENSORS_TURNING not in amounts:
+        change = m.added(force)
+    else:
+        change = _with_tensors(m, force, amounts[TENSORS_TURNING])
+    right = m.rates[3:6]
+    return [
+        *m.rates[:3], *(x + y for x, y in zip(right, change, strict=True)), m.rates[6]
+    ]  # fmt: skip
+
+
+def _with_tensors(m: Moving, force: Sequence[Number], missing: Number) -> list[Number]:
+    force = list(force)
+    kept = [list(row) for row in m.mass]
+    lost: list[list[Number]] = [[0.0] * 3 for _ in INDEPENDENT]
+    for body in "BH":
+        surplus = _surplus(m, body, missing)
+        w, columns = m.now[f"w_{body}"], [u[f"w_{body}"] for u in m.units]
+        torque = plus(surplus(m.bias[f"w_{body}"]), cross(w, surplus(w)))
+        for i in INDEPENDENT:
+            force[i] = force[i] + dot(columns[i], torque)
+            for j in INDEPENDENT:
+                lost[i][j] = lost[i][j] + dot(columns[i], surplus(columns[j]))
+    for i in INDEPENDENT:
+        for j in INDEPENDENT:
+            kept[i][j] = kept[i][j] - lost[i][j]
+            force[i] = force[i] + lost[i][j] * m.rates[3 + j]
+    return solved(kept, force)
+
+
+def _surplus(m: Moving, body: str, missing: Number) -> Callable[[Vector], Vector]:
+    """The tensor that turns with the body, less that which stays as it is at the start."""
+    a, yaw = m.equations.a, m.state[6]
+    s, c = a.sin(yaw), a.cos(yaw)
+    out, back = (
+        (m.axes.from_rear, m.axes.to_rear) if body == "B" else (m.axes.from_front, m.axes.to_front)
+    )
+
+    def apply(w: Vector) -> Vector:
+        stays = m.inertia(body, from_turned_z(s, c, out(w)))
+        turned = back(from_turned_z(-s, c, stays))
+        return scaled(missing, minus(m.inertia(body, w), turned))
+
+    return apply
