@@ -40,21 +40,6 @@ def test_the_scored_tables_are_printed_by_the_command_above_them(
     assert (tmp_path / "report.html").exists()
 
 
-def test_the_numbers_of_the_field_are_those_of_its_page():
-    """Runs, programs, those that pass eq. (1), and those of them that are wrong."""
-    said = re.search(
-        r"Of (\d+) runs of (\d+) programs that people use, (\d+) pass it, and (\d+) of these are "
-        r"wrong by more than a thousandth",
-        " ".join(README.read_text(encoding="utf-8").split()),
-    )
-    page = (ROOT / "docs" / "field.md").read_text(encoding="utf-8")
-    runs, programs, passing, wrong = said.groups()
-    assert (
-        f"Of {runs} runs of {programs} programs, {passing} pass eq. (1), and {wrong} of these are "
-        "not right to a thousandth."
-    ) in page
-
-
 def test_the_time_of_making_the_reference_is_the_measured_one():
     text = README.read_text(encoding="utf-8")
     page = (ROOT / "docs" / "speed.md").read_text(encoding="utf-8")

@@ -10,6 +10,7 @@ from heyoka_bike.cli import main
 from heyoka_bike.errors import InputError, MissingPackageError, NotCertifiedError
 from heyoka_bike.reference.making import generate as module
 from heyoka_bike.system.parallel import using
+from heyoka_bike.system.resources import collection, find_input
 
 TOML = """
 [[maneuver]]
@@ -102,15 +103,15 @@ def test_names_and_files_are_found_as_on_the_command_line(tmp_path, monkeypatch)
         raise EnoughError
 
     monkeypatch.setattr(module, "carry_out", look)
-    collection = module.collection("maneuvers")
+    own_maneuvers = collection("maneuvers")
     for bicycle in ("benchmark", "pista"):
-        own = bicycle if bicycle in collection else "benchmark"
+        own = bicycle if bicycle in own_maneuvers else "benchmark"
         asked.clear()
         with pytest.raises(EnoughError):
             heyoka_bike.generate(tmp_path, bicycle=bicycle)
         ((used, maneuvers, until),) = asked
-        assert maneuvers == heyoka_bike.read_maneuvers(collection[own])
-        assert used == heyoka_bike.read_bicycle(module.find_input("bicycles", bicycle))
+        assert maneuvers == heyoka_bike.read_maneuvers(own_maneuvers[own])
+        assert used == heyoka_bike.read_bicycle(find_input("bicycles", bicycle))
         assert until is None
 
 

@@ -9,6 +9,7 @@ import subprocess
 import sys
 import time
 import urllib.request
+from contextlib import contextmanager
 
 import pytest
 
@@ -16,12 +17,18 @@ from heyoka_bike.cli import main
 from heyoka_bike.system.resources import data_folder
 
 
+@contextmanager
 def started(tmp_path, *options):
-    return subprocess.Popen(
+    """A server, which ends with the test, whatever happens in it."""
+    with subprocess.Popen(
         [sys.executable, "-m", "heyoka_bike", "serve", "--port", "0", *options],
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         env=os.environ | {"TMPDIR": str(tmp_path)},
-    )  # fmt: skip
+    ) as server:  # fmt: skip
+        try:
+            yield server
+        finally:
+            server.kill()
 
 
 @pytest.mark.proof
@@ -58,7 +65,7 @@ def test_a_client_that_vanishes_leaves_nothing(tmp_path, share):
         with urllib.request.urlopen(asked, timeout=30) as answer:
             assert json.load(answer)["maneuvers"]
         end = time.monotonic() + 20
-        while any(tmp_path.glob("heyoka-bike-serve-*/*")):
+        while any(tmp_path.glob("heyoka-bike-serve-*/results/*")):
             assert time.monotonic() < end
             time.sleep(0.05)
         server.terminate()

@@ -64,18 +64,20 @@ def _read_words(text: bytes, request: Request) -> list[Vectors] | None:
     """The tables in columns of words and numbers below a line of their names; None without one."""
     lines = [x for line in text.split(b"\n") if (x := without_comment(plain_text(line)))]
     for dialect in DIALECTS:
-        if columns := _columns(lines, dialect):
+        if columns := _columns(lines, dialect, request):
             return tables(columns, request)
     return None
 
 
-def _columns(lines: list[str], dialect: Dialect) -> dict[str, NDArray[np.object_]] | None:
+def _columns(
+    lines: list[str], dialect: Dialect, request: Request
+) -> dict[str, NDArray[np.object_]] | None:
     """Cells by the names of their columns; None if lines have not all as many."""
     names, number = [TIME, *BENCHMARK_COLUMNS], None
     rows: list[list[Any]] = []
     for line in lines:
         fields = [field.strip("\"'") for field in dialect.split(line)]
-        if not rows and (are_names(fields) or is_long(fields)):
+        if not rows and (are_names(fields, request) or is_long(fields)):
             names = fields
         elif (label := group_number(line.strip("[]():;,=-\"' "))) is not None:
             number = label
