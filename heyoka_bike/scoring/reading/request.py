@@ -36,6 +36,8 @@ class Request:
         Number of blank lines that were left out above those that are counted.
     known : callable or None
         Whether a column of this name may be in a table without times; None of results.
+    group
+        Number of the maneuver that this part of the file is of; None if it tells of none.
     """
 
     path: str
@@ -46,10 +48,15 @@ class Request:
     part: str = ""
     above: int = 0
     known: Callable[[str], bool] | None = None
+    group: int | None = None
 
     def within(self, part: str) -> "Request":
         """The same, for a part of the file; for all of it if that has no name."""
         return replace(self, part=f"{self.part}{part}: ") if part else self
+
+    def of_maneuver(self, number: int) -> "Request":
+        """The same, for the part of the file that is of one maneuver."""
+        return replace(self.within(f"maneuver {number}"), count=1, group=number)
 
     def error(self, message: str, line: int | None = None, column: int | None = None) -> InputError:
         """The error that says where, what was found and what was expected."""
