@@ -1,6 +1,5 @@
 """Rows of numbers in a text, in whatever way programs write them."""
 
-import re
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from itertools import chain
@@ -9,27 +8,17 @@ import numpy as np
 
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.findings import Finding, Severity
+from heyoka_bike.scoring.findings import Finding, warning
 from heyoka_bike.scoring.reading.quanta import DigitTally
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.text.blocks import Block, parse_block, plain_row, read_rows
-from heyoka_bike.scoring.reading.text.dialects import Dialect, plain_text, without_comment
+from heyoka_bike.scoring.reading.text.dialects import plain_text, without_comment
 from heyoka_bike.scoring.reading.text.lines import whole_lines
 from heyoka_bike.scoring.reading.text.opening import Opening, find_opening, row_error
 from heyoka_bike.scoring.reading.vectors import Vectors
 
 # Rows of the first block of which digits are counted; of a later one, and by the slow reader.
 _COUNTED, _COUNTED_LATER = 2000, 200
-# These begin with a set of letters, and look back from there: that is ten times faster.
-_COMMENTS = re.compile(
-    rb"[#%!/](?:(?<=[%!])|(?<=/)/|(?<=#)(?:(?<![0-9]\.#)|(?!(?i:ind|inf|qnan|snan)))).*"
-)
-_NOT_FINITE = re.compile(
-    rb"[nNiI#](?:(?<=[nN])(?<![^\s,;+-][nN])(?i:an(?:\([a-z0-9_]*\))?)"
-    rb"|(?<=[iI])(?<![^\s,;+-][iI])(?i:nf(?:inity)?)"
-    rb"|(?<=[0-9]\.#)(?i:ind|inf|qnan|snan)[0-9]*)(?![^\s,;])"
-)
-_QUOTED = re.compile(rb"([\"'])(?<![^\s,;].)([0-9a-zA-Z.+-]+)\1(?![^\s,;])")
 _COMMAS, _EXPONENTS = bytes.maketrans(b".,", b"?."), bytes.maketrans(b"EDdQq", b"eeeee")
 
 
@@ -95,14 +84,8 @@ class _Reader:
         findings: tuple[Finding, ...] = ()
         if self.cut is not None:
             number = self.cut.line
-            findings = (
-                Finding(
-                    "last_row_incomplete",
-                    f"The last row (line {number}) is not complete and left out.",
-                    Severity.WARNING,
-                    {"line": number},
-                ),
-            )
+            said = f"The last row (line {number}) is not complete and left out."
+            findings = (warning("last_row_incomplete", said, line=number),)
         opening, blocks = self.opening, self.blocks
         tally = DigitTally(opening.width, opening.time)
         for block in blocks:
@@ -120,13 +103,13 @@ class _Reader:
         return Vectors(columns, opening.names, lines, heading, findings=findings)
 
     def _quickly(self, text: bytes, samples: int) -> Block | None:
-        separator = self.opening.dialect.separator.encode()
-        for tidy in (False, True):
-            plain = canonical(text, self.opening.dialect, tidy)
-            block = parse_block(plain, self.opening.width, separator, self.exact, samples)
-            if block is not None:
-                return block
-        return None
+        dialect, width = self.opening.dialect, self.opening.width
+        if dialect.decimal == ",":
+            # A point has no place here.
+            text = text.translate(_COMMAS)
+        text = text.translate(_EXPONENTS)
+        text = text if text.endswith(b"\n") else text + b"\n"
+        return parse_block(text, width, dialect.separator.encode(), self.exact, samples)
 
     def _line_by_line(self, text: bytes) -> dict[int, str]:
         """Rows of plain decimals, by index of the line."""
@@ -165,23 +148,3 @@ def _together(blocks: Sequence[list[Array]], j: int) -> Array:
     for values in blocks:
         values[j] = whole[:0]
     return whole
-
-
-def canonical(text: bytes, dialect: Dialect, tidy: bool) -> bytes:
-    """The lines with decimal points, the exponent letter e and no blank before a separator.
-
-    To tidy up is to leave out comments and quotes, and to write what is not finite as a number that
-    is too large.
-    """
-    if not text.isascii():
-        text = text.replace("\u2212".encode(), b"-").replace("\xa0".encode(), b" ")
-    if dialect.decimal == ",":
-        # A point has no place here.
-        text = text.translate(_COMMAS)
-    if tidy:
-        text = _QUOTED.sub(rb"\2", _NOT_FINITE.sub(b"8e888", _COMMENTS.sub(b"", text)))
-    text = text.translate(_EXPONENTS)
-    separator = dialect.separator.encode()
-    if separator and b" " + separator in text:
-        text = re.sub(rb" +" + separator, separator, text)
-    return text if text.endswith(b"\n") else text + b"\n"
