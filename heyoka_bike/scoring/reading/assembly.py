@@ -8,7 +8,7 @@ import numpy as np
 
 from heyoka_bike.errors import quoted
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.findings import Finding, Severity
+from heyoka_bike.scoring.findings import Finding, warning
 from heyoka_bike.scoring.reading.names.columns import (
     TIME,
     is_maneuver,
@@ -167,9 +167,5 @@ def _not_finite(bad: Sequence[_Bad]) -> Finding:
     """How many values are not finite, and the first one."""
     line, column, unit, _ = min(bad)
     count = sum(n for *_, n in bad)
-    return Finding(
-        "not_finite",
-        f"{count} values are not finite and not used (first in {unit} {line}, column {column}).",
-        Severity.WARNING,
-        {"count": count, "line": line, "column": column},
-    )
+    said = f"{count} values are not finite and not used (first in {unit} {line}, column {column})."
+    return warning("not_finite", said, count=count, line=line, column=column)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.findings import Finding, Severity
+from heyoka_bike.scoring.findings import Finding, info
 from heyoka_bike.scoring.reading.results import Quantum
 
 
@@ -80,9 +80,5 @@ class Vectors:
 
 def turned(what: str, rows: int, columns: int) -> Finding:
     """That rows are taken as columns."""
-    return Finding(
-        "transposed",
-        f"The {what} has {rows} rows and {columns} columns; its rows are taken as columns.",
-        Severity.INFO,
-        {"shape": [rows, columns]},
-    )
+    said = f"The {what} has {rows} rows and {columns} columns; its rows are taken as columns."
+    return info("transposed", said, shape=[rows, columns])

@@ -7,7 +7,7 @@ from typing import Any
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
 from heyoka_bike.errors import quoted
-from heyoka_bike.scoring.findings import Finding, Severity
+from heyoka_bike.scoring.findings import Finding, info, warning
 from heyoka_bike.scoring.reading.names.joints import of_joint
 from heyoka_bike.scoring.reading.names.units import (
     BRACKETS,
@@ -196,7 +196,7 @@ def are_names(names: Sequence[str], request: Request) -> bool:
 def left_out(names: Sequence[str]) -> Finding:
     """That columns of unknown names are not used."""
     said = f"Columns of other names are left out: {listed(names, _ALMOST)}."
-    return Finding("columns_left_out", said, Severity.INFO, _evidence(names))
+    return info("columns_left_out", said, **_evidence(names))
 
 
 def set_aside(names: Sequence[str], request: Request) -> Finding:
@@ -206,7 +206,7 @@ def set_aside(names: Sequence[str], request: Request) -> Finding:
         "of a maneuver only if the other names have one, and if the reference has that maneuver; "
         f"{request.how_to_tell}."
     )
-    return Finding("known_columns_left_out", said, Severity.WARNING, _evidence(names))
+    return warning("known_columns_left_out", said, **_evidence(names))
 
 
 def _evidence(names: Sequence[str]) -> dict[str, Any]:
@@ -220,14 +220,9 @@ def unknown_units(names: Mapping[str, str]) -> list[Finding]:
         taken = "it is taken for seconds" if key == TIME else "only the usual units are tried"
         if (unit := unknown_unit(name)) is None:
             continue
-        findings.append(
-            Finding(
-                "unit_unknown",
-                f"The unit {quoted(unit)} of the column {quoted(name)} is not known, so {taken}.",
-                Severity.WARNING,
-                {"name": quoted(name)[1:-1], "unit": quoted(unit)[1:-1], "column": key},
-            )
-        )
+        said = f"The unit {quoted(unit)} of the column {quoted(name)} is not known, so {taken}."
+        evidence = {"name": quoted(name)[1:-1], "unit": quoted(unit)[1:-1], "column": key}
+        findings.append(warning("unit_unknown", said, **evidence))
     return findings[:_SHOWN]
 
 

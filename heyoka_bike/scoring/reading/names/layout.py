@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.errors import InputError, quoted
-from heyoka_bike.scoring.findings import Finding, Severity
+from heyoka_bike.scoring.findings import Finding, warning
 from heyoka_bike.scoring.reading.names.columns import (
     TIME,
     arrays_not_understood,
@@ -180,11 +180,9 @@ def _names_unused(
     if not wrong:
         return ()
     unknown = [name for name, f in zip(names, found, strict=True) if f is None]
-    finding = Finding(
-        "names_not_used",
+    said = (
         f"Not all column names are known ({listed(unknown)}), so the columns are taken in the "
-        f"benchmark's order, although column {wrong[0] + 1} is named {quoted(names[wrong[0]])}.",
-        Severity.WARNING,
-        {"columns": [i + 1 for i in wrong], "unknown": [quoted(n)[1:-1] for n in unknown[:100]]},
+        f"benchmark's order, although column {wrong[0] + 1} is named {quoted(names[wrong[0]])}."
     )
-    return (finding,)
+    shown = [quoted(name)[1:-1] for name in unknown[:100]]
+    return (warning("names_not_used", said, columns=[i + 1 for i in wrong], unknown=shown),)
