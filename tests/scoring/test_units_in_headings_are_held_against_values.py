@@ -5,7 +5,7 @@ import pytest
 
 from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.reading.names.columns import named_unit
-from heyoka_bike.scoring.reading.names.units import _OTHERS, unknown_unit
+from heyoka_bike.scoring.reading.names.units import _UNITS, unknown_unit
 from heyoka_bike.scoring.score import score
 from heyoka_bike.scoring.units import UNITS, factor
 
@@ -109,8 +109,8 @@ def test_units_that_are_not_known_are_told(name, unit, tmp_path):
 
 
 def test_every_unit_that_a_heading_may_name_can_be_converted():
-    named = {u for si in _OTHERS if si != "s" for u in _OTHERS[si]}
-    assert {u for units in UNITS.values() for u in units} - named <= {*UNITS, "1"}
+    named = {u for units in _UNITS.values() for u in units}
+    assert {u for units in UNITS.values() for u in units} <= {*named, "1"}
     assert all(factor(u)[0] > 0 for u in named)
 
 

@@ -2,116 +2,120 @@
 
 import re
 from collections.abc import Mapping
+from functools import lru_cache
 
-_NEWTON_METRE = (
-    "nm", "n m", "n-m", "newton meter", "newton metre", "newton-meter", "newton-metre",
-    "newton meters", "newton metres",
-)  # fmt: skip
-_IN_BASE_UNITS = (
-    "kg m^2/s^2", "kg m2/s2", "kg m^2 s^-2", "kg m2 s-2", "kgm^2/s^2", "kgm2/s2",
-)  # fmt: skip
+from heyoka_bike.numbers.unit import UNITS, size
+
 _MILLISECOND = "ms"
-_SI: Mapping[str, tuple[str, ...]] = {
-    "s": ("s", "sec", "secs", "second", "seconds"),
-    "rad": ("rad", "radian", "radians"),
-    "rad s-1": ("rad/s", "radian/s", "radians/s", "/s", "1/s", "rads"),
-    "m s-1": ("m/s", "mps", "meter/s", "metre/s", "meters/s", "metres/s"),
-    "J": ("j", "joule", "joules", *_NEWTON_METRE, *_IN_BASE_UNITS),
-    "m": ("m", "meter", "meters", "metre", "metres"),
-    "N": ("n", "newton", "newtons"),
-    "N m": _NEWTON_METRE,
+_UNITS: Mapping[str, tuple[str, ...]] = {
+    "s": ("s", _MILLISECOND),
+    "rad": (
+        "rad", "degree", "mrad", "urad", "arcminute", "arcsecond", "grade", "revolution",
+    ),
+    "rad s-1": (
+        "rad s-1", "degree s-1", "degree min-1", "mrad s-1", "revolution s-1", "revolution min-1",
+    ),
+    "m s-1": (
+        "m s-1", "km h-1", "mm s-1", "cm s-1", "km s-1", "m min-1", "foot s-1", "inch s-1",
+        "mile h-1", "knot",
+    ),
+    "J": ("J", "kJ", "mJ", "uJ", "MJ", "W h", "foot lbf"),
+    "m": ("m", "mm", "cm", "km", "um", "inch", "foot"),
+    "N": ("N", "kN", "mN", "MN", "kgf", "lbf"),
+    "N m": ("N m", "kN m", "N mm", "N cm", "MN m", "foot lbf"),
+}  # fmt: skip
+"""By SI unit, those that headings may name, as `scoring.units` has them."""
+_SPELLINGS: Mapping[str, tuple[str, ...]] = {
+    "rad": ("radian",),
+    "degree": ("deg", "\u00b0"),
+    "revolution": ("rev", "turn"),
+    "arcminute": ("arcmin",),
+    "arcsecond": ("arcsec",),
+    "grade": ("gon", "grad", "gradian"),
+    "m": ("meter", "metre"),
+    "inch": ("inches",),
+    "foot": ("ft", "feet"),
+    "mile": ("mi",),
+    "s": ("sec", "second"),
+    "min": ("minute",),
+    "h": ("hr", "hour"),
+    "N": ("newton",),
+    "lbf": ("lb",),
+    "J": ("joule",),
+    "W": ("watt",),
+    "W h": ("wh",),
+    "knot": ("kt",),
+    "N m": ("nm",),
+    "kN m": ("knm",),
+    "mN m": ("mnm",),
+    "MN m": ("MNm",),
+    "N mm": ("nmm",),
+    "N cm": ("ncm",),
+    "kg m": ("kgm",),
+    "m/s": ("mps",),
+    "km/h": ("kmh", "kph"),
+    "foot/s": ("fps",),
+    "inch/s": ("ips",),
+    "mile/h": ("mph",),
+    "rad/s": ("rads",),
+    "degree/s": ("dps", "degs"),
+    "revolution/s": ("rps",),
+    "revolution/min": ("rpm", "r/min"),
 }
-_OTHERS: Mapping[str, Mapping[str, tuple[str, ...]]] = {
-    "s": {_MILLISECOND: ("ms", "msec", "millisecond", "milliseconds")},
-    "rad": {
-        "degree": ("deg", "degree", "degrees", "\u00b0"),
-        "mrad": ("mrad", "milliradian", "milliradians"),
-        "urad": ("urad", "\u03bcrad", "microradian", "microradians"),
-        "arcminute": ("arcmin", "arcminute", "arcminutes"),
-        "arcsecond": ("arcsec", "arcsecond", "arcseconds"),
-        "grade": ("gon", "grad", "gradian", "gradians"),
-        "revolution": ("rev", "revolution", "revolutions", "turn", "turns"),
-    },
-    "rad s-1": {
-        "degree s-1": ("deg/s", "degree/s", "degrees/s", "\u00b0/s", "dps", "degs"),
-        "degree min-1": ("deg/min", "degree/min", "degrees/min", "\u00b0/min"),
-        "mrad s-1": ("mrad/s", "milliradian/s", "milliradians/s"),
-        "revolution s-1": ("rev/s", "rps", "turn/s", "turns/s", "revolutions/s"),
-        "revolution min-1": ("rev/min", "rpm", "r/min", "revolutions/min"),
-    },
-    "m s-1": {
-        "km h-1": ("km/h", "kmh", "kph", "km/hr", "km/hour"),
-        "mm s-1": ("mm/s",),
-        "cm s-1": ("cm/s",),
-        "km s-1": ("km/s",),
-        "m min-1": ("m/min",),
-        "foot s-1": ("ft/s", "fps", "foot/s", "feet/s"),
-        "inch s-1": ("in/s", "ips", "inch/s", "inches/s"),
-        "mile h-1": ("mph", "mi/h", "mile/h", "miles/h", "miles/hour"),
-        "knot": ("kt", "kts", "knot", "knots"),
-    },
-    "J": {
-        "kJ": ("kj", "knm", "kn m", "kilojoule", "kilojoules"),
-        "mJ": ("mj", "nmm", "n mm", "millijoule", "millijoules"),
-        "uJ": ("uj", "\u03bcj", "microjoule", "microjoules"),
-        "MJ": ("Mj", "mnm", "mn m", "megajoule", "megajoules"),
-        "W h": ("wh", "w h", "watt hour", "watt hours"),
-        "foot lbf": ("ft lbf", "ft lb", "ft-lbf", "ft-lb", "lbf ft"),
-    },
-    "m": {
-        "mm": ("mm",),
-        "cm": ("cm",),
-        "km": ("km",),
-        "um": ("um", "\u03bcm"),
-        "inch": ("inch", "inches"),
-        "foot": ("ft", "foot", "feet"),
-    },
-    "N": {"kN": ("kn",), "mN": ("mn",), "MN": ("Mn",), "kgf": ("kgf",), "lbf": ("lbf",)},
-    "N m": {
-        "kN m": ("knm", "kn m"),
-        "N mm": ("nmm", "n mm"),
-        "N cm": ("ncm", "n cm"),
-        "MN m": ("Mnm", "Mn m"),
-        "foot lbf": ("ft lbf", "ft lb", "ft-lbf", "ft-lb", "lbf ft"),
+"""Other spellings, in small letters but for a mega, without the s of a plural."""
+_WORDS: Mapping[str, str] = {
+    # For who writes everything in capitals or in small letters; MJ is a mega if it is written so.
+    **{unit.lower(): unit for unit in reversed(UNITS)},
+    **{unit: unit for unit in UNITS},
+    **{spelling: unit for unit, spellings in _SPELLINGS.items() for spelling in spellings},
+    **{
+        f"{prefix}{spelling}": f"{short}{unit}"
+        for prefix, short in (("kilo", "k"), ("milli", "m"), ("micro", "u"), ("mega", "M"))
+        for unit in ("rad", "s", "N", "J")
+        for spelling in _SPELLINGS[unit]
     },
 }
-"""By SI unit, the others as `units` has them; all in small letters but a mega that is no milli."""
 
 BRACKETS = re.compile(r"\[([^\[\]]*)\]|\(([^()]*)\)|(?<!\\dot)\{([^{}]*)\}")
 """What stands in brackets in a name; the braces of TeX's ``\\dot{\\phi}`` hold no unit."""
-# A capital of a program that shouts its units is no mega.
-_MEGA = re.compile(r"\W*M(?:J|N|N ?m)\W*$")
 _NO_UNITS = ("si", "none", "n/a")
 _WORD = re.compile(r"[^\W\d_]")
 # That of a maneuver, or an index; not an exponent.
 _NUMBER = re.compile(r"^\W*(?:m|man|maneuver|manoeuvre)?[\s_-]*[0-9]+\W*$", re.IGNORECASE)
-_DIVIDED = re.compile(r"\s*(?:/|\bper\b)\s*")
-_INVERSE = re.compile(r"[ _]?(s|sec|h)(?:\*\*|\^)?\s*[({]?\s*[-\u2212\u207b][1\u00b9][)}]?$")
-_SECONDS = re.compile(r"/(?:second|sec)s?$")
-_PRODUCT = re.compile(r"[\s*.\u00b7\u22c5]+")
+_ONE_WORD = re.compile(r"r/min|[A-Za-z\u00b0]+")
+_MARKS = str.maketrans(dict.fromkeys("[](){}") | {
+    "\u00b5": "u", "\u03bc": "u", "\u2212": "-", "\u22c5": "*", "_": " ",
+})  # fmt: skip
+_PER = re.compile(r"\bper\b")
+_HYPHEN = re.compile(r"(?<=[A-Za-z])-(?=[A-Za-z])")
+# No power of a metre or a second.
+_INDEX = re.compile(r"[A-Za-z]+[0-9]+")
+_BEFORE_POWER = re.compile(r" +(?=-[0-9])")
 # time_s, steer_rate_deg_s, speed_m_per_s
 _ENDING = re.compile(r"(.+?)_([a-z\u00b0]+(?:_(?:per_)?(?:s|h))?)")
 
 
-def quantities(unit: str) -> frozenset[str]:
-    """SI units, UDUNITS spelling, of the quantities that are written in a unit; none if unknown."""
-    return frozenset(si for si in _SI if unit_of(unit, si) is not None)
+@lru_cache(1 << 12)
+def quantities(unit: str) -> Mapping[str, str]:
+    """The unit, as `scoring.units` has it, by the SI unit of each quantity that it may be of."""
+    text = _BEFORE_POWER.sub("", _HYPHEN.sub(" ", _PER.sub("/", unit.translate(_MARKS)))).strip(
+        " ."
+    )
+    is_unit = _ONE_WORD.search(text) and not _INDEX.fullmatch(text)
+    found = size(_ONE_WORD.sub(_word, text)) if is_unit else None
+    return {
+        si: name for si, names in _UNITS.items() for name in reversed(names) if size(name) == found
+    }
 
 
 def unit_of(unit: str, si: str) -> str | None:
     """The unit of a quantity, of which the SI unit is given, as `scoring.units` has it."""
-    plain = _plain(unit)
-    if plain in _SI.get(si, ()):
-        return si
-    others = _OTHERS.get(si, {})
-    mega = "M" + plain[1:] if _MEGA.match(unit) else plain
-    found = (name for x in (mega, plain) for name, spellings in others.items() if x in spellings)
-    return next(found, None)
+    return quantities(unit).get(si)
 
 
 def is_si(unit: str | None) -> bool:
     """Whether the unit is an SI unit, or not told."""
-    return unit is None or any(_plain(unit) in spellings for spellings in _SI.values())
+    return unit is None or any(unit_of(unit, si) == si for si in _UNITS)
 
 
 def is_millisecond(unit: str | None) -> bool:
@@ -158,9 +162,8 @@ def split_ending(name: str) -> tuple[str, str] | None:
     return (match[1], unit) if quantities(unit) else None
 
 
-def _plain(unit: str) -> str:
-    text = _DIVIDED.sub(
-        "/", unit.replace("\u00b5", "\u03bc").strip().strip("[](){}").strip().lower()
-    )
-    text = _INVERSE.sub(r"/\1", text.replace("^(-1)", "^-1"))
-    return _PRODUCT.sub(" ", _SECONDS.sub("/s", text)).strip().replace(" /", "/")
+def _word(match: re.Match[str]) -> str:
+    """A word of a unit as `numbers.unit` has it."""
+    word = match[0]
+    plain = word.lower()
+    return next((_WORDS[x] for x in (word, plain, plain.removesuffix("s")) if x in _WORDS), word)
