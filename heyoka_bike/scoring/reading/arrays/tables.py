@@ -27,15 +27,15 @@ from heyoka_bike.scoring.reading.arrays.shapes import (
 from heyoka_bike.scoring.reading.names.columns import (
     TIME,
     are_names,
-    arrays_not_understood,
     group_number,
     is_maneuver,
     left_out,
+    names_found,
     recognise,
 )
 from heyoka_bike.scoring.reading.names.numbers import is_coordinate
 from heyoka_bike.scoring.reading.quanta import evened
-from heyoka_bike.scoring.reading.request import Request, in_words, what_may_be_wrong
+from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.vectors import Vector, Vectors, turned
 
 DEEPEST = 4
@@ -139,10 +139,7 @@ def _refusal(members: Mapping[str, Any], request: Request, depth: int = 0) -> _R
         return _refusal(*inner[0], depth + 1)
 
     def refuse() -> Vectors:
-        if request.known is not None:
-            raise request.error("found no column whose name is known, expected columns by name")
-        names = sorted(members, key=lambda name: isinstance(members[name], Mapping))
-        raise request.error(arrays_not_understood(names, request, request.widths))
+        raise request.not_columns(names_found([name for name in members if name]))
 
     return refuse
 
@@ -188,16 +185,15 @@ def _beside(
 def _of_one_array(arrays: Mapping[str, Any], name: str, request: Request) -> Vectors:
     """The columns of an array that has all of them, side by side or below each other."""
     source, widths, part = arrays[name], request.widths, request.within(name)
-    shape, both = tuple(source.shape), in_words(widths)
+    shape = tuple(source.shape)
     if len(shape) != 2:
         if source.dtype.kind not in ("fiuO" if len(shape) == 1 else "fiu"):
             raise refused(source.dtype, part)
-        raise part.error(f"found an array of shape {shape}, expected rows of {both} columns")
+        raise part.not_columns(f"an array of shape {shape}")
     array = read_array(source, part)
     rows, columns = shape
     if not {rows, columns} & {*widths}:
-        reason = what_may_be_wrong(columns, rows, widths)
-        raise part.error(f"found {columns} columns, expected {both}{reason}")
+        raise part.wrong_width(columns, rows)
     is_turned = columns not in widths
     upright = array if is_turned else array.T
     label = f"{name}: column" if name else "column"

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import Any
 
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
+from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.errors import quoted
 from heyoka_bike.scoring.findings import Finding, info, warning
 from heyoka_bike.scoring.reading.names.joints import of_joint
@@ -17,11 +17,10 @@ from heyoka_bike.scoring.reading.names.units import (
     unit_of,
     unknown_unit,
 )
-from heyoka_bike.scoring.reading.request import Request, in_words
+from heyoka_bike.scoring.reading.request import Request
 
 TIME = "time"
 _SECONDS = "s"
-_NAMES = ", ".join((TIME, *BENCHMARK_COLUMNS))
 
 _ALIASES: Mapping[str, tuple[str, ...]] = {
     TIME: ("t", "times", "timestamp", "sec", "seconds", "simulationtime", "tout"),
@@ -239,26 +238,16 @@ def listed(names: Sequence[str], like: float | None = None) -> str:
     return f"{shown} and {more} more" if more > 0 else shown
 
 
-def not_understood(
-    names: Sequence[str], request: Request, found: Sequence[object] | None = None
-) -> str:
-    """What to say of a line of names of which too few are known, or mean what is found."""
+def names_found(names: Sequence[str], found: Sequence[object] | None = None) -> str:
+    """What to say of names of which too few are known, or mean what is found."""
     known = [recognise(name) for name in names] if found is None else found
     unknown = [name for name, k in zip(names, known, strict=True) if not k]
-    shown = f"{listed(unknown, LIKE)} not understood" if unknown else listed(names)
-    return f"found column names {shown}, expected {_NAMES}; {request.how_to_tell}"
-
-
-def arrays_not_understood(names: Sequence[str], request: Request, widths: Sequence[int]) -> str:
-    """What to say of arrays of which too few are known."""
-    found = listed(names, LIKE) or "nothing"
-    known = [recognise(name) for name in names]
-    if sum(k is not None for k in known) > 1 and not any(k and k[0] == TIME for k in known):
-        found += " without their times"
-    return (
-        f"found {found}, expected arrays named {_NAMES}, or one array "
-        f"of {in_words(widths)} columns; {request.how_to_tell}"
-    )
+    if unknown:
+        return f"column names {listed(unknown, LIKE)} not understood"
+    if not names:
+        return "no column whose name is known"
+    has_time = any(k and k[0] == TIME for k in map(recognise, names))
+    return f"column names {listed(names)}{'' if has_time else ' without their times'}"
 
 
 def in_brackets(name: str) -> list[str]:

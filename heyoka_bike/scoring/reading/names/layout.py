@@ -8,12 +8,11 @@ from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.scoring.findings import Finding, warning
 from heyoka_bike.scoring.reading.names.columns import (
     TIME,
-    arrays_not_understood,
     did_you_mean,
     is_maneuver,
     left_out,
     listed,
-    not_understood,
+    names_found,
     recognise,
     set_aside,
     unit_in,
@@ -86,7 +85,7 @@ def layout(vectors: Vectors, request: Request) -> Layout:
     names = list(request.names or vectors.names or ())
     width, rows = len(vectors.columns), len(vectors.columns[0].values)
     if request.names is not None and len(names) != width:
-        raise request.error(request.wrong_width(width, rows), vectors.heading)
+        raise request.wrong_width(width, rows, vectors.heading)
     found = meanings(names, request.count)
     known = [f[0] for f in found if f]
     is_named = TIME in known and len(known) > 1
@@ -98,11 +97,9 @@ def layout(vectors: Vectors, request: Request) -> Layout:
     if places is not None:
         settled = _settled([""] * width, places, vectors, request)
         return replace(settled, findings=_names_unused(names, found, places))
-    if not vectors.is_ordered:
-        said = arrays_not_understood(names, request, request.widths)
-    else:
-        said = not_understood(names, request, found) if names else request.wrong_width(width, rows)
-    raise request.error(said, vectors.heading)
+    if names or not vectors.is_ordered:
+        raise request.not_columns(names_found(names, found), vectors.heading)
+    raise request.wrong_width(width, rows)
 
 
 def _by_place(width: int, count: int) -> Sequence[Found] | None:

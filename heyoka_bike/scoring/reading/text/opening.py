@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from itertools import chain, islice
 
 from heyoka_bike.errors import InputError, quoted
-from heyoka_bike.scoring.reading.names.columns import TIME, are_names, not_understood, recognise
+from heyoka_bike.scoring.reading.names.columns import TIME, are_names, names_found, recognise
 from heyoka_bike.scoring.reading.names.units import quantities
 from heyoka_bike.scoring.reading.quanta import are_beyond_binary64
-from heyoka_bike.scoring.reading.request import Request, in_words
+from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.text.dialects import (
     DIALECTS,
     Dialect,
@@ -94,11 +94,11 @@ def find_opening(text: bytes, request: Request) -> Opening:
     widths = {len(names) for names in chain.from_iterable(headings) if are_names(names, request)}
     widths |= set(request.widths)
     if not widths:
-        raise request.error("found no line of column names that are known, expected one")
+        raise request.not_columns("no line of column names that are known")
     sample, dialect, width, rows = _first_rows(_contents(lines), widths)
     if not rows:
         what = "no row of numbers" if text.strip() else "an empty file"
-        raise request.error(f"found {what}, expected {in_words(request.widths)} columns of numbers")
+        raise request.not_columns(what)
     first = rows[0][0]
     if width not in widths:
         raise _wrong_width(lines[:first], width, len(rows), request)
@@ -220,8 +220,8 @@ def _wrong_width(lines: Sequence[bytes], width: int, rows: int, request: Request
     for i in range(len(lines) - 1, -1, -1):
         for names in _headings(plain_text(lines[i])):
             if len(names) == width and request.names is None and not _are_units(names):
-                return request.error(not_understood(names, request), i + 1)
-    return request.error(request.wrong_width(width, rows), len(lines) + 1)
+                return request.not_columns(names_found(names), i + 1)
+    return request.wrong_width(width, rows, len(lines) + 1)
 
 
 def _counts_columns(content: str, dialect: Dialect, width: int) -> bool:
