@@ -384,7 +384,8 @@ FILES = [
     ("r.h5", hdf5(), NOTHING),
     ("r.h5", hdf5(time=VECTOR, roll="x"), BOTH),
     ("r.h5", hdf5(time=VECTOR, roll=np.array([b"x"] * 10, dtype=object)), "roll: found"),
-    ("r.h5", hdf5(**{"maneuver_1/roll": VECTOR}), "maneuver 1: found column names 'roll' without their times"),
+    ("r.h5", hdf5(**{"maneuver_1/roll": VECTOR}),
+     "maneuver 1: found column names 'roll' without their times"),
     ("r.npz", npz(time=np.array([0, np.nan, 1]), roll=VECTOR[:3]),
      "row 2: found a time that is not finite, expected seconds"),
 ]  # fmt: skip

@@ -30,7 +30,7 @@ class OwnFile:
 
     def __init__(self, file: Any, request: Request, is_turned: bool = False) -> None:
         self.file = file
-        self._request = request
+        self.request = request
         self._is_turned = is_turned
         self._count = 0
 
@@ -80,7 +80,7 @@ class OwnFile:
         """
         self._claim()
         if dataset.is_virtual or dataset.external:
-            raise self._request.error(
+            raise self.request.error(
                 f"found {printable(dataset.name)} kept in another file, expected it in this one"
             )
         shape = dataset.shape[::-1] if self._is_turned else dataset.shape
@@ -89,12 +89,12 @@ class OwnFile:
     def _claim(self) -> None:
         self._count += 1
         if self._count > MOST_MEMBERS:
-            raise self._request.error(
+            raise self.request.error(
                 f"found more than {MOST_MEMBERS} arrays and groups, expected fewer"
             )
 
     def _read(self, dataset: Any) -> Any:
-        with self._request.damage("HDF5"):
+        with self.request.damage("HDF5"):
             try:
                 found = dataset[()]
             except OSError:
@@ -110,7 +110,7 @@ class OwnFile:
         for i in range(made.get_nfilters()):
             code, _, _, name = made.get_filter(i)
             if not h5py.h5z.filter_avail(code):
-                raise self._request.error(
+                raise self.request.error(
                     f"found {printable(dataset.name)} compressed by "
                     f"{printable(name.decode(errors='replace')) or f'filter {code}'}, which is not "
                     "installed here, expected gzip or none (h5repack -f GZIP=6 changes it)"
