@@ -24,7 +24,6 @@ from heyoka_bike.scoring.reading.text.dialects import (
     DIALECTS,
     Dialect,
     best_dialect,
-    plain_text,
     without_comment,
 )
 from heyoka_bike.scoring.reading.text.lines import whole_lines
@@ -81,8 +80,8 @@ def read_table(chunks: Iterable[bytes], encoding: str, request: Request) -> list
         return [read_text(first(), encoding, request)]
     except InputError as error:
         if len(pulled) == 1:
-            text = b"".join(whole_lines(chain(pulled, rest), encoding, request))
-            lines = [x for line in text.split(b"\n") if (x := without_comment(plain_text(line)))]
+            text = "".join(whole_lines(chain(pulled, rest), encoding, request))
+            lines = [x for line in text.split("\n") if (x := without_comment(line))]
             for read in (_read_words, _read_upright):
                 with suppress(InputError):
                     if found := read(lines, request):

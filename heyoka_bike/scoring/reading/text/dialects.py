@@ -20,8 +20,6 @@ _NOT_FINITE = re.compile(
 _COMMENT = re.compile(r"(?:(?<![0-9]\.)#|#(?!IND|INF|QNAN|SNAN))|[%!]|//", re.IGNORECASE)
 _CUT = re.compile(r"[+-]?[0-9]*[.,]?[0-9]*(?:[eEdDqQ][+-]?)?")
 _QUOTED = re.compile(r"\"[^\"]*\"|'[^']*'")
-# What typesetting makes of a minus sign and of blanks.
-_PLAIN = str.maketrans({"\u2212": "-", "\xa0": " ", "\u202f": " ", "\v": " ", "\f": " "})
 
 
 @dataclass(frozen=True)
@@ -110,15 +108,6 @@ DIALECTS = tuple(
     Dialect(separator, decimal) for separator in ("\t", ";", ",", "") for decimal in (".", ",")
 )
 """All dialects; of two that read a text alike the first one is meant."""
-
-
-def plain_text(line: bytes) -> str:
-    """A line as text, with plain blanks and minus signs; UTF-8 if it can be."""
-    try:
-        text = line.decode("utf-8")
-    except UnicodeDecodeError:
-        text = line.decode("latin-1")
-    return text.translate(_PLAIN)
 
 
 def without_comment(line: str) -> str:

@@ -15,7 +15,6 @@ from heyoka_bike.scoring.reading.text.dialects import (
     DIALECTS,
     Dialect,
     best_dialect,
-    plain_text,
     without_comment,
 )
 
@@ -74,7 +73,7 @@ class Opening:
     exact: tuple[int, ...]
 
 
-def find_opening(text: bytes, request: Request) -> Opening:
+def find_opening(text: str, request: Request) -> Opening:
     """Find out how rows of numbers are written, and where they begin.
 
     Parameters
@@ -89,8 +88,8 @@ def find_opening(text: bytes, request: Request) -> Opening:
     InputError
         No rows, rows of another number of columns, or a damaged first row.
     """
-    lines = text.split(b"\n")
-    headings = (_headings(plain_text(line)) for line in lines[:_HEADING_LINES])
+    lines = text.split("\n")
+    headings = (_headings(line) for line in lines[:_HEADING_LINES])
     widths = {len(names) for names in chain.from_iterable(headings) if are_names(names, request)}
     widths |= set(request.widths)
     if not widths:
@@ -148,10 +147,10 @@ def row_error(
     return request.error(message, line, at + 1)
 
 
-def _contents(lines: Sequence[bytes]) -> Iterator[_Line]:
+def _contents(lines: Sequence[str]) -> Iterator[_Line]:
     """Index and text of the lines that are not blank or comments."""
     for i, line in enumerate(lines):
-        if content := without_comment(plain_text(line)):
+        if content := without_comment(line):
             yield i, content
 
 
@@ -172,7 +171,7 @@ def _headings(line: str) -> Iterator[list[str]]:
 
 
 def _heading(
-    lines: Sequence[bytes], width: int, request: Request
+    lines: Sequence[str], width: int, request: Request
 ) -> tuple[list[str] | None, int | None]:
     """The last heading of so many names above the rows, and the number of its line.
 
@@ -180,7 +179,7 @@ def _heading(
     """
     below: list[str] = []
     for i in range(len(lines) - 1, -1, -1):
-        for names in _headings(plain_text(lines[i])):
+        for names in _headings(lines[i]):
             if len(names) != width:
                 continue
             both = (names, _with_units(names, below)) if below else (names,)
@@ -192,9 +191,9 @@ def _heading(
     return None, None
 
 
-def _units(line: bytes, width: int) -> list[str]:
+def _units(line: str, width: int) -> list[str]:
     """The units in a line above the names; none if it has something else."""
-    found = (x for x in _headings(plain_text(line)) if len(x) == width and _are_units(x))
+    found = (x for x in _headings(line) if len(x) == width and _are_units(x))
     return next(found, [])
 
 
@@ -215,10 +214,10 @@ def _with_units(names: Sequence[str], units: Sequence[str]) -> list[str]:
     ]
 
 
-def _wrong_width(lines: Sequence[bytes], width: int, rows: int, request: Request) -> InputError:
+def _wrong_width(lines: Sequence[str], width: int, rows: int, request: Request) -> InputError:
     """What to say of rows of so many columns, with the heading above them if there is one."""
     for i in range(len(lines) - 1, -1, -1):
-        for names in _headings(plain_text(lines[i])):
+        for names in _headings(lines[i]):
             if len(names) == width and request.names is None and not _are_units(names):
                 return request.not_columns(names_found(names), i + 1)
     return request.wrong_width(width, rows, len(lines) + 1)

@@ -12,7 +12,7 @@ from heyoka_bike.scoring.findings import Finding, warning
 from heyoka_bike.scoring.reading.quanta import DigitTally
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.text.blocks import Block, parse_block, plain_row, read_rows
-from heyoka_bike.scoring.reading.text.dialects import plain_text, without_comment
+from heyoka_bike.scoring.reading.text.dialects import without_comment
 from heyoka_bike.scoring.reading.text.lines import whole_lines
 from heyoka_bike.scoring.reading.text.opening import Opening, find_opening, row_error
 from heyoka_bike.scoring.reading.vectors import Vectors
@@ -40,10 +40,10 @@ def read_text(chunks: Iterable[bytes], encoding: str, request: Request) -> Vecto
         Not rows of numbers: where, what was found, what was expected.
     """
     blocks = whole_lines(chunks, encoding, request)
-    first = b""
+    first = ""
     for block in blocks:
-        blank = block.rfind(b"\n", 0, len(block) - len(block.lstrip())) + 1
-        request = replace(request, above=request.above + block.count(b"\n", 0, blank))
+        blank = block.rfind("\n", 0, len(block) - len(block.lstrip())) + 1
+        request = replace(request, above=request.above + block.count("\n", 0, blank))
         if first := block[blank:]:
             break
     reader = _Reader(request, find_opening(first, request))
@@ -63,11 +63,11 @@ class _Reader:
         self.line = 0
         self.cut: InputError | None = None
 
-    def read(self, text: bytes) -> None:
+    def read(self, text: str) -> None:
         """Take the rows of the next block of lines."""
         if self.line == 0:
             self.line = self.opening.skip
-            text = text.split(b"\n", self.line)[-1]
+            text = text.split("\n", self.line)[-1]
         samples = _COUNTED_LATER if self.blocks else _COUNTED
         block = None if self.cut else self._quickly(text, samples)
         if block is None:
@@ -77,7 +77,7 @@ class _Reader:
                 list(rows.values()), lines, None, self.opening.width, self.exact, samples
             )
         self.blocks.append(replace(block, lines=block.lines + self.line + 1))
-        self.line += text.count(b"\n")
+        self.line += text.count("\n")
 
     def finish(self) -> Vectors:
         """The table, when all blocks have been read."""
@@ -102,19 +102,20 @@ class _Reader:
         heading = None if opening.heading is None else opening.heading + above
         return Vectors(columns, opening.names, lines, heading, findings=findings)
 
-    def _quickly(self, text: bytes, samples: int) -> Block | None:
+    def _quickly(self, text: str, samples: int) -> Block | None:
         dialect, width = self.opening.dialect, self.opening.width
+        plain = text.encode()
         if dialect.decimal == ",":
             # A point has no place here.
-            text = text.translate(_COMMAS)
-        text = text.translate(_EXPONENTS)
-        text = text if text.endswith(b"\n") else text + b"\n"
-        return parse_block(text, width, dialect.separator.encode(), self.exact, samples)
+            plain = plain.translate(_COMMAS)
+        plain = plain.translate(_EXPONENTS)
+        plain = plain if plain.endswith(b"\n") else plain + b"\n"
+        return parse_block(plain, width, dialect.separator.encode(), self.exact, samples)
 
-    def _line_by_line(self, text: bytes) -> dict[int, str]:
+    def _line_by_line(self, text: str) -> dict[int, str]:
         """Rows of plain decimals, by index of the line."""
-        at_end = not text.endswith(b"\n")
-        lines = text.split(b"\n")
+        at_end = not text.endswith("\n")
+        lines = text.split("\n")
         rows = {}
         for i, line in enumerate(lines):
             row = self._row(line, self.line + i + 1, at_end and i == len(lines) - 1)
@@ -122,10 +123,10 @@ class _Reader:
                 rows[i] = plain_row(row)
         return rows
 
-    def _row(self, line: bytes, number: int, at_end: bool) -> list[str] | None:
+    def _row(self, line: str, number: int, at_end: bool) -> list[str] | None:
         """Numbers of a line as text that `float` reads; None of a blank or incomplete one."""
         dialect, width = self.opening.dialect, self.opening.width
-        content = without_comment(plain_text(line))
+        content = without_comment(line)
         fields = dialect.split(content)
         if not any(fields):
             return None
