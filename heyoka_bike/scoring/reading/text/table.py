@@ -9,7 +9,7 @@ import numpy as np
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.findings import Finding, warning
-from heyoka_bike.scoring.reading.quanta import DigitTally
+from heyoka_bike.scoring.reading.quanta import evened, written_column
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.text.blocks import Block, parse_block, plain_row, read_rows
 from heyoka_bike.scoring.reading.text.dialects import without_comment
@@ -87,14 +87,14 @@ class _Reader:
             said = f"The last row (line {number}) is not complete and left out."
             findings = (warning("last_row_incomplete", said, line=number),)
         opening, blocks = self.opening, self.blocks
-        tally = DigitTally(opening.width, opening.time)
-        for block in blocks:
-            tally.add(block.digits, block.places)
-        lo = {j: np.concatenate([block.lo.pop(j) for block in blocks]) for j in self.exact}
-        columns = tally.columns(
-            [_together([block.values for block in blocks], j) for j in range(opening.width)],
-            [lo.get(j) for j in range(opening.width)],
-        )
+        digits = np.concatenate([block.digits for block in blocks], axis=1)
+        places = np.concatenate([block.places for block in blocks], axis=1)
+        columns = []
+        for j in range(opening.width):
+            lo = np.concatenate([block.lo.pop(j) for block in blocks]) if j in self.exact else None
+            values = _together([block.values for block in blocks], j)
+            columns.append(written_column(values, lo, digits[j], places[j], j == opening.time))
+        columns = evened(columns, opening.time)
         if opening.has_exact_times:
             columns[opening.time] = columns[opening.time].with_exact_values()
         above = self.request.above
