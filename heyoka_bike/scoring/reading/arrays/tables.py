@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.errors import quoted
+from heyoka_bike.scoring.findings import info
 from heyoka_bike.scoring.reading.arrays.columns import (
     read_array,
     read_column,
@@ -36,7 +37,7 @@ from heyoka_bike.scoring.reading.names.columns import (
 from heyoka_bike.scoring.reading.names.numbers import is_coordinate
 from heyoka_bike.scoring.reading.quanta import evened
 from heyoka_bike.scoring.reading.request import Request
-from heyoka_bike.scoring.reading.vectors import Vector, Vectors, turned
+from heyoka_bike.scoring.reading.vectors import Vector, Vectors
 
 DEEPEST = 4
 """Groups in groups: of a program, of a maneuver, of its columns. A group may contain itself."""
@@ -198,7 +199,10 @@ def _of_one_array(arrays: Mapping[str, Any], name: str, request: Request) -> Vec
     upright = array if is_turned else array.T
     label = f"{name}: column" if name else "column"
     vectors = _by_place({f"{label} {j}": x for j, x in enumerate(upright, 1)}, request)
-    return replace(vectors, findings=(turned("array", rows, columns),) if is_turned else ())
+    if not is_turned:
+        return vectors
+    said = f"The table has {rows} rows and {columns} columns; its rows are taken as columns."
+    return replace(vectors, findings=(info("transposed", said, shape=[rows, columns]),))
 
 
 def _columns(

@@ -6,7 +6,6 @@ Labels, names and units may stand in the rows of a table, and its columns may be
 import re
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
-from dataclasses import replace
 from itertools import chain, pairwise
 from typing import Any
 
@@ -28,7 +27,7 @@ from heyoka_bike.scoring.reading.text.dialects import (
 )
 from heyoka_bike.scoring.reading.text.lines import whole_lines
 from heyoka_bike.scoring.reading.text.table import read_text
-from heyoka_bike.scoring.reading.vectors import Vectors, turned
+from heyoka_bike.scoring.reading.vectors import Vectors
 
 # One matrix alone is rows of numbers, and these begin early.
 _OCTAVE, _VARIABLE, _SHORT = b"# Created by Octave", b"\n# name:", 400
@@ -138,10 +137,8 @@ def _read_upright(lines: list[str], request: Request) -> list[Vectors] | None:
     found = best_dialect(lines, ()) if len(lines) in request.widths else None
     if found is None or len(found[2]) != len(lines):
         return None
-    dialect, width, _ = found
+    dialect = found[0]
     columns = [[dialect.number(field) or "" for field in dialect.split(line)] for line in lines]
     if not all(float(a) < float(b) for a, b in pairwise(columns[0])):
         return None
-    rows = "\n".join("\t".join(row) for row in zip(*columns, strict=True)).encode()
-    table, finding = read_text([rows], "utf-8", request), turned("text", len(lines), width)
-    return [replace(table, lines=None, findings=(finding, *table.findings))]
+    return tables(np.array(columns, object), request)
