@@ -1,6 +1,7 @@
 """Columns of arrays: binary numbers, or decimals as text."""
 
 from collections.abc import Sequence
+from decimal import Decimal
 from math import prod
 from typing import Any
 
@@ -109,8 +110,6 @@ def read_maneuvers(source: Any, request: Request) -> Array:
 
 def _decimals(array: NDArray[Any], request: Request) -> list[str]:
     """Objects as decimals that `float` reads."""
-    from decimal import Decimal
-
     items: list[Any] = array.tolist()
     for x in items:
         if isinstance(x, bool) or not isinstance(x, str | int | float | Decimal | None):

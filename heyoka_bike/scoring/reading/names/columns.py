@@ -250,12 +250,6 @@ def names_found(names: Sequence[str], found: Sequence[object] | None = None) -> 
     return f"column names {listed(names)}{'' if has_time else ' without their times'}"
 
 
-def in_brackets(name: str) -> list[str]:
-    """What stands in brackets."""
-    return [part for match in BRACKETS.finditer(name) for part in match.groups() if part]
-
-
 def _number_in_brackets(match: re.Match[str]) -> str:
-    content = next(part for part in match.groups() if part is not None)
-    number = _NUMBERED.fullmatch(content)
+    number = _NUMBERED.fullmatch(match[0][1:-1])
     return f"_{number[1]}" if number else ""

@@ -83,9 +83,7 @@ def layout(vectors: Vectors, request: Request) -> Layout:
         The columns cannot be told, or one is there twice.
     """
     names = list(request.names or vectors.names or ())
-    width, rows = len(vectors.columns), len(vectors.columns[0].values)
-    if request.names is not None and len(names) != width:
-        raise request.wrong_width(width, rows, vectors.heading)
+    width = len(vectors.columns)
     found = meanings(names, request.count)
     known = [f[0] for f in found if f]
     is_named = TIME in known and len(known) > 1
@@ -97,9 +95,7 @@ def layout(vectors: Vectors, request: Request) -> Layout:
     if places is not None:
         settled = _settled([""] * width, places, vectors, request)
         return replace(settled, findings=_names_unused(names, found, places))
-    if names or not vectors.is_ordered:
-        raise request.not_columns(names_found(names, found), vectors.heading)
-    raise request.wrong_width(width, rows)
+    raise request.not_columns(names_found(names, found), vectors.heading)
 
 
 def _by_place(width: int, count: int) -> Sequence[Found] | None:

@@ -76,8 +76,8 @@ _WORDS: Mapping[str, str] = {
     },
 }
 
-BRACKETS = re.compile(r"\[([^\[\]]*)\]|\(([^()]*)\)|(?<!\\dot)\{([^{}]*)\}")
-"""What stands in brackets in a name; the braces of TeX's ``\\dot{\\phi}`` hold no unit."""
+BRACKETS = re.compile(r"\[[^][]*\]|\([^()]*\)|(?<!\\dot)\{[^{}]*\}")
+"""Brackets in a name, and what is in them; the braces of TeX's ``\\dot{\\phi}`` hold no unit."""
 _NO_UNITS = ("si", "none", "n/a")
 _WORD = re.compile(r"[^\W\d_]")
 # That of a maneuver, or an index; not an exponent.
@@ -126,7 +126,7 @@ def is_millisecond(unit: str | None) -> bool:
 def unknown_unit(name: str) -> str | None:
     """What stands in brackets in a name as a unit does, and is none that is known."""
     for match in BRACKETS.finditer(name):
-        unit = next(part for part in match.groups() if part is not None).strip()
+        unit = match[0][1:-1].strip()
         # In round brackets there may be anything, such as phi(t).
         is_unit = match[0][0] != "(" or "/" in unit
         is_unit &= unit.lower() not in _NO_UNITS
@@ -141,10 +141,8 @@ def split_unit(name: str) -> tuple[str, str | None]:
     What is no unit is left where it is.
     """
     for match in BRACKETS.finditer(name):
-        unit = next(part for part in match.groups() if part is not None)
-        if quantities(unit):
-            rest = name[: match.start()].rstrip(" /") + name[match.end() :]
-            return rest, unit
+        if quantities(unit := match[0][1:-1]):
+            return name[: match.start()].rstrip(" /") + name[match.end() :], unit
     for mark in ("/", " in "):
         stem, found, unit = name.partition(mark)
         if found and stem.strip() and quantities(unit):

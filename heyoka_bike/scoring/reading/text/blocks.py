@@ -6,9 +6,8 @@ another, slower reader then takes the block or names what is wrong.
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
-from functools import cache
+from decimal import MAX_EMAX, MIN_EMIN, Context, Decimal
 from math import isfinite
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +19,8 @@ Ints = NDArray[np.int64]
 
 _PLAIN = b"0123456789.e+- \t\n"
 _ZERO, _POINT, _E = b"0.e"
+# Enough digits for any binary64 without its leading ones; no exponent is too large.
+_EXACT = Context(prec=1200, Emax=MAX_EMAX, Emin=MIN_EMIN, traps=[])
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,16 +119,7 @@ def rest(number: str, hi: float) -> float:
     """The decimal minus its binary64, correctly rounded; zero for zero and infinity."""
     if hi == 0.0 or not isfinite(hi):
         return 0.0
-    Decimal, context = _decimal()
-    return float(context.subtract(Decimal(number), Decimal(hi)))
-
-
-@cache
-def _decimal() -> tuple[Any, Any]:
-    from decimal import MAX_EMAX, MIN_EMIN, Context, Decimal
-
-    # Enough digits for any binary64 without its leading ones; no exponent is too large.
-    return Decimal, Context(prec=1200, Emax=MAX_EMAX, Emin=MIN_EMIN, traps=[])
+    return float(_EXACT.subtract(Decimal(number), Decimal(hi)))
 
 
 def _written(numbers: Sequence[Sequence[str]], values: Array) -> tuple[Ints, Ints]:
