@@ -4,27 +4,13 @@ import re
 from collections.abc import Mapping
 from functools import lru_cache
 
-from heyoka_bike.numbers.unit import UNITS, size
+from heyoka_bike.numbers.unit import UNITS as WORDS
+from heyoka_bike.numbers.unit import factor, size
+from heyoka_bike.scoring.units import UNITS
 
 _MILLISECOND = "ms"
-_UNITS: Mapping[str, tuple[str, ...]] = {
-    "s": ("s", _MILLISECOND),
-    "rad": (
-        "rad", "degree", "mrad", "urad", "arcminute", "arcsecond", "grade", "revolution",
-    ),
-    "rad s-1": (
-        "rad s-1", "degree s-1", "degree min-1", "mrad s-1", "revolution s-1", "revolution min-1",
-    ),
-    "m s-1": (
-        "m s-1", "km h-1", "mm s-1", "cm s-1", "km s-1", "m min-1", "foot s-1", "inch s-1",
-        "mile h-1", "knot",
-    ),
-    "J": ("J", "kJ", "mJ", "uJ", "MJ", "W h", "foot lbf"),
-    "m": ("m", "mm", "cm", "km", "um", "inch", "foot"),
-    "N": ("N", "kN", "mN", "MN", "kgf", "lbf"),
-    "N m": ("N m", "kN m", "N mm", "N cm", "MN m", "foot lbf"),
-}  # fmt: skip
-"""By SI unit, those that headings may name, as `scoring.units` has them."""
+_QUANTITIES = {"s": ("s", _MILLISECOND), **{si: units for si, units in UNITS.items() if si != "1"}}
+"""By SI unit, those that are usual."""
 _SPELLINGS: Mapping[str, tuple[str, ...]] = {
     "rad": ("radian",),
     "degree": ("deg", "\u00b0"),
@@ -33,7 +19,7 @@ _SPELLINGS: Mapping[str, tuple[str, ...]] = {
     "arcsecond": ("arcsec",),
     "grade": ("gon", "grad", "gradian"),
     "m": ("meter", "metre"),
-    "inch": ("inches",),
+    "inch": ("in", "inches"),
     "foot": ("ft", "feet"),
     "mile": ("mi",),
     "s": ("sec", "second"),
@@ -65,8 +51,8 @@ _SPELLINGS: Mapping[str, tuple[str, ...]] = {
 """Other spellings, in small letters but for a mega, without the s of a plural."""
 _WORDS: Mapping[str, str] = {
     # For who writes everything in capitals or in small letters; MJ is a mega if it is written so.
-    **{unit.lower(): unit for unit in reversed(UNITS)},
-    **{unit: unit for unit in UNITS},
+    **{unit.lower(): unit for unit in reversed(WORDS)},
+    **{unit: unit for unit in WORDS},
     **{spelling: unit for unit, spellings in _SPELLINGS.items() for spelling in spellings},
     **{
         f"{prefix}{spelling}": f"{short}{unit}"
@@ -86,6 +72,7 @@ _ONE_WORD = re.compile(r"r/min|[A-Za-z\u00b0]+")
 _MARKS = str.maketrans(dict.fromkeys("[](){}") | {
     "\u00b5": "u", "\u03bc": "u", "\u2212": "-", "\u22c5": "*", "_": " ",
 })  # fmt: skip
+_DIVIDED = re.compile(r"\s*/\s*(\w+)")
 _PER = re.compile(r"\bper\b")
 _HYPHEN = re.compile(r"(?<=[A-Za-z])-(?=[A-Za-z])")
 # No power of a metre or a second.
@@ -98,14 +85,20 @@ _ENDING = re.compile(r"(.+?)_([a-z\u00b0]+(?:_(?:per_)?(?:s|h))?)")
 @lru_cache(1 << 12)
 def quantities(unit: str) -> Mapping[str, str]:
     """The unit, as `scoring.units` has it, by the SI unit of each quantity that it may be of."""
-    text = _BEFORE_POWER.sub("", _HYPHEN.sub(" ", _PER.sub("/", unit.translate(_MARKS)))).strip(
-        " ."
-    )
-    is_unit = _ONE_WORD.search(text) and not _INDEX.fullmatch(text)
-    found = size(_ONE_WORD.sub(_word, text)) if is_unit else None
-    return {
-        si: name for si, names in _UNITS.items() for name in reversed(names) if size(name) == found
-    }
+    text = _PER.sub("/", unit.translate(_MARKS)).strip(" .*")
+    text = _BEFORE_POWER.sub("", _HYPHEN.sub(" ", text))
+    if _INDEX.fullmatch(text) or not _ONE_WORD.search(text):
+        return {}
+    name = _ONE_WORD.sub(_word, text)
+    product = _DIVIDED.sub(r" \1-1", name)
+    meant = {}
+    for si, usual in _QUANTITIES.items():
+        if factor(name, si) is not None:
+            # Other times are not converted.
+            units = usual if si == "s" else (*usual, product)
+            if same := [u for u in units if size(u) == size(name)]:
+                meant[si] = same[0]
+    return meant
 
 
 def unit_of(unit: str, si: str) -> str | None:
@@ -115,7 +108,7 @@ def unit_of(unit: str, si: str) -> str | None:
 
 def is_si(unit: str | None) -> bool:
     """Whether the unit is an SI unit, or not told."""
-    return unit is None or any(unit_of(unit, si) == si for si in _UNITS)
+    return unit is None or any(unit_of(unit, si) == si for si in _QUANTITIES)
 
 
 def is_millisecond(unit: str | None) -> bool:
