@@ -45,7 +45,7 @@ def pivoted(members: Mapping[str, Any], request: Request) -> Mapping[str, Any]:
     if not is_long(members) or any(isinstance(members[n], Mapping) for n in kinds.values()):
         return members
     cells = {kind: np.ravel(members[name][()]).tolist() for kind, name in kinds.items()}
-    maneuvers = [None] * len(cells["time"])
+    maneuvers: list[int | None] = [None] * len(cells["time"])
     if "maneuver" in kinds:
         numbers = read_maneuvers(members[kinds["maneuver"]], request)
         maneuvers = [int(n) if np.isfinite(n) else None for n in numbers]

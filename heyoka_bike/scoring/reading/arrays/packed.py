@@ -61,7 +61,7 @@ def unpacked(source: Any, attributes: Mapping[str, Any]) -> Any:
 
     def read() -> Any:
         packed = np.asarray(source[()])
-        values = packed.astype(dtype)
+        values: Any = packed.astype(dtype)
         if is_packed:
             # So 3 steps of 0.1 are 0.3, and not the next number above it.
             inverse = np.rint(1 / step) if step else 0.0

@@ -81,9 +81,9 @@ def _search(
     """How to read the tables in the members, or in those of one of them; nothing without any."""
     members = by_maneuver(pivoted(_members(members, request), request), request)
     if groups := _groups(members, request):
-        found = [_reader(*group, is_ordered) for group in groups]
-        pairs = zip(found, groups, strict=True)
-        return [read or _refusal(*group) for read, group in pairs] if any(found) else []
+        readers = [_reader(*group, is_ordered) for group in groups]
+        pairs = zip(readers, groups, strict=True)
+        return [reader or _refusal(*group) for reader, group in pairs] if any(readers) else []
     if reader := _reader(members, request, is_ordered):
         return [reader]
     inner = [x for x in members.values() if isinstance(x, Mapping) and depth < DEEPEST]
@@ -137,7 +137,8 @@ def _refusal(members: Mapping[str, Any], request: Request, depth: int = 0) -> _R
     inner = [(x, request) for x in members.values() if isinstance(x, Mapping)]
     inner = _groups(members, request) or inner
     if len(inner) == 1 and depth < DEEPEST:
-        return _refusal(*inner[0], depth + 1)
+        ((group, part),) = inner
+        return _refusal(group, part, depth + 1)
 
     def refuse() -> Vectors:
         raise request.not_columns(names_found([name for name in members if name]))

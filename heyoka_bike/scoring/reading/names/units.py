@@ -51,7 +51,7 @@ _SPELLINGS: Mapping[str, tuple[str, ...]] = {
 """Other spellings, in small letters but for a mega, without the s of a plural."""
 _WORDS: Mapping[str, str] = {
     # For who writes everything in capitals or in small letters; MJ is a mega if it is written so.
-    **{unit.lower(): unit for unit in reversed(WORDS)},
+    **{unit.lower(): unit for unit in reversed([*WORDS])},
     **{unit: unit for unit in WORDS},
     **{spelling: unit for unit, spellings in _SPELLINGS.items() for spelling in spellings},
     **{
