@@ -101,10 +101,7 @@ def read_maneuvers(source: Any, request: Request) -> Array:
     for x in np.asarray(source[()]).ravel().tolist():
         text = x.decode("latin-1") if isinstance(x, bytes) else str(x)
         number = group_number(text)
-        try:
-            found.append(float(text) if number is None else number)
-        except ValueError:
-            found.append(np.nan)
+        found.append(float(_POINT.number(text) or "nan") if number is None else number)
     return np.array(found, dtype=np.float64)
 
 

@@ -80,7 +80,7 @@ class Dialect:
 
     def numbers(self, fields: Sequence[str]) -> list[str | None]:
         """`number` of each of the fields."""
-        if self._are_plain(fields):
+        if self.decimal == "." and _MANY_NUMBERS.fullmatch("\n".join(fields)):
             return list(fields)
         return [self.number(field) for field in fields]
 
@@ -88,9 +88,6 @@ class Dialect:
         """How many numbers the line has, None if it has anything else or nothing."""
         fields = self.split(line)
         return len(fields) if fields and None not in self.numbers(fields) else None
-
-    def _are_plain(self, fields: Sequence[str]) -> bool:
-        return self.decimal == "." and bool(_MANY_NUMBERS.fullmatch("\n".join(fields)))
 
     def is_cut(self, fields: Sequence[str], columns: int, at_end: bool) -> bool:
         """Whether a row may have been cut while it was being written.

@@ -178,23 +178,19 @@ def _heading(
     A line of units below it is put into the names.
     """
     below: list[str] = []
-    for i in range(len(lines) - 1, -1, -1):
-        for names in _headings(lines[i]):
-            if len(names) != width:
-                continue
-            both = (names, _with_units(names, below)) if below else (names,)
-            if any(are_names(x, request) for x in both):
-                units = below or (_units(lines[i - 1], width) if i else [])
-                return _with_units(names, units), i + 1
-            if not below and _are_units(names):
-                below = names
+    for i, names in _headings_above(lines, width):
+        if are_names(names, request) or are_names(_with_units(names, below), request):
+            above = (x for _, x in _headings_above(lines[i - 1 : i], width) if _are_units(x))
+            return _with_units(names, below or next(above, [])), i + 1
+        if not below and _are_units(names):
+            below = names
     return None, None
 
 
-def _units(line: str, width: int) -> list[str]:
-    """The units in a line above the names; none if it has something else."""
-    found = (x for x in _headings(line) if len(x) == width and _are_units(x))
-    return next(found, [])
+def _headings_above(lines: Sequence[str], width: int) -> Iterator[tuple[int, list[str]]]:
+    """Index of each line, from the last to the first, and so many names that it may have."""
+    for i in range(len(lines) - 1, -1, -1):
+        yield from ((i, names) for names in _headings(lines[i]) if len(names) == width)
 
 
 def _are_units(names: Sequence[str]) -> bool:
@@ -216,10 +212,9 @@ def _with_units(names: Sequence[str], units: Sequence[str]) -> list[str]:
 
 def _wrong_width(lines: Sequence[str], width: int, rows: int, request: Request) -> InputError:
     """What to say of rows of so many columns, with the heading above them if there is one."""
-    for i in range(len(lines) - 1, -1, -1):
-        for names in _headings(lines[i]):
-            if len(names) == width and request.names is None and not _are_units(names):
-                return request.not_columns(names_found(names), i + 1)
+    for i, names in _headings_above(lines, width):
+        if request.names is None and not _are_units(names):
+            return request.not_columns(names_found(names), i + 1)
     return request.wrong_width(width, rows, len(lines) + 1)
 
 
