@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from threading import Lock
 from typing import Any
 
-from heyoka_bike.system.unfinished import Part
+from heyoka_bike.system.unfinished import KeptResult
 
 Report = Callable[[str, float], None]
 """Called by a job with its stage, and the time that it has reached in the motion [s]."""
@@ -37,7 +37,7 @@ class Job:
         Of that motion [s], for its progress.
     stages
         Those that are over when it is.
-    cache : Part or None
+    cache : KeptResult or None
         Where its result is kept, which outlives the run.
     """
 
@@ -46,7 +46,7 @@ class Job:
     name: str = ""
     duration: float = 1.0
     stages: tuple[str, ...] = ()
-    cache: Part | None = None
+    cache: KeptResult | None = None
 
     @property
     def words(self) -> str:

@@ -75,11 +75,11 @@ class Unfinished:
     def __init__(self, place: Path, classes: tuple[type, ...] = ()) -> None:
         self.place, self.classes = place, classes
 
-    def at(self, *parts: Any) -> Part:
+    def at(self, *parts: Any) -> KeptResult:
         """Where a result is kept that follows from these parts, which JSON can write."""
         # And from versions.
         text = json.dumps([versions(), *parts], sort_keys=True)
-        return Part(self.place / _HASH(text.encode()).hexdigest(), self.classes)
+        return KeptResult(self.place / _HASH(text.encode()).hexdigest(), self.classes)
 
     def clear(self) -> None:
         """Nothing of it is needed any more, nor what other inputs or versions have left."""
@@ -94,7 +94,7 @@ class Unfinished:
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class KeptResult:
     """A result in a file: the hash of all other bytes, then these.
 
     Attributes

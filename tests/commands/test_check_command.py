@@ -49,7 +49,8 @@ def test_what_is_written_is_right(tmp_path, exact, capsys):
 
 def test_the_known_states_are_written_for_any_bicycle(tmp_path, monkeypatch, capsys):
     few = known_states()[4:7]
-    monkeypatch.setattr("heyoka_bike.reference.proof.instants.known_states", lambda: few)
+    for module in ("heyoka_bike.reference.proof.instants", "heyoka_bike.scoring.instants.check"):
+        monkeypatch.setattr(f"{module}.known_states", lambda: few)
     path = tmp_path / "new" / "states.csv"
     assert main(["check", "--states", str(path), "--bicycle", "pista"]) == 0
     assert capsys.readouterr().out == f"{path}\n"
