@@ -166,7 +166,10 @@ def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
     inputs = describe_inputs(runs[0].bicycle, maneuvers)
     about, texts = describe(manifest), [text.name for text in text_files(maneuvers)]
     layouts, stated = _layouts(inputs), {manifest_file.MANIFEST: manifest.inputs}
-    others = {STATES, *AFTER_FILES, CERTIFICATE, *COMPUTED, *about}
+    others = {STATES, CERTIFICATE, *COMPUTED, *about}
+    if manifest.dataset_version != manifest_file.CUSTOM:
+        # Proved by `certify_after`.
+        others |= {*AFTER_FILES}
     if STATES_HDF5 in raw:
         layouts[STATES_HDF5] = structure.states(inputs, "", 0)
     for name in raw.keys() - {*layouts, *texts, *others}:
