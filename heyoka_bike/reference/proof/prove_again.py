@@ -5,7 +5,7 @@ everything else follows from them and from the inputs written beside them.
 """
 
 import json
-from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -233,7 +233,7 @@ def _unknown(item: Any, layout: Group, where: str = "") -> Iterator[str]:
             yield from _unknown(item[name], inner, f"{where}{name}/")
 
 
-def _inputs(f: Any, name: str, groups: Container[str]) -> dict[str, Any]:
+def _inputs(f: Any, name: str, groups: Mapping[str, Group]) -> dict[str, Any]:
     """What a file says that it is about; one without groups is about no maneuvers."""
     parameters = _json(f.attrs["parameters"], name)
     found: dict[str, Any] = {"bicycle": {"name": f.attrs["bicycle"], "parameters": parameters}}

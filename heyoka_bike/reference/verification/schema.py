@@ -357,7 +357,7 @@ def of_certificate(raw: bytes, e: SetForm) -> Iterator[str]:
     document = json.loads(raw)
     if raw != (json.dumps(document, indent=2, ensure_ascii=False) + "\n").encode():
         yield "is not written the way 'heyoka-bike generate' writes it"
-    later = ("integration",) if _is_before_2(document) else ()
+    later: tuple[str, ...] = ("integration",) if _is_before_2(document) else ()
     later += () if e.has_bounds else ("motion", "sensitivities", "integration")
     entries = [_entry(e, entry, later) for entry in document["maneuvers"][: len(e.maneuvers)]]
     statement = STATEMENT_1_5_0 if _is_before_2(document) else STATEMENT
