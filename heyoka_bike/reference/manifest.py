@@ -266,9 +266,10 @@ def write_files(folder: str | Path, files: Mapping[str, bytes]) -> list[str]:
             (folder / name).parent.mkdir(exist_ok=True)
             replace_file(folder / name, data)
             changed.append(name)
-        for stale in folder.glob(f".*{UNFINISHED}"):
-            stale.unlink(missing_ok=True)
-        _sync_folder(folder)
+        for place in {(folder / name).parent for name in files}:
+            for stale in place.glob(f".*{UNFINISHED}"):
+                stale.unlink(missing_ok=True)
+            _sync_folder(place)
     except OSError as e:
         raise DatasetError(
             f"{e.filename or folder}: cannot be written: {e.strerror or e}"
