@@ -110,12 +110,13 @@ class KeptResult:
     def load(self) -> Any:
         """The result; None where it is not there, or not whole."""
         size = _HASH().digest_size
-        with suppress(OSError):
+        # Whatever is wrong with it, it can be made again.
+        with suppress(Exception):
             data = self.file.read_bytes()
             if _HASH(data[size:]).digest() == data[:size]:
-                kinds = _KINDS | {c.__name__: c for c in self.classes}
-                with suppress(AttributeError, LookupError, RecursionError, TypeError, ValueError):
-                    return _made(json.loads(data[size:]), kinds)
+                return _made(
+                    json.loads(data[size:]), _KINDS | {c.__name__: c for c in self.classes}
+                )
         return None
 
     def store(self, result: Any) -> None:
