@@ -162,7 +162,8 @@ def test_what_somebody_else_put_there_is_no_code(tmp_path):
         pickle.dumps(Harmful()),
         json.dumps(objects).encode(),
         b'{"Path": {}}', b'{"eval": {"": "1"}}', b'{"fraction": {}, "array": {}}', b"[" * 10**5,
-        b'{"fraction": []}', b'{"fraction": {"numerator": 1, "denominator": 0}}', b'{"array": {"npy": ""}}',
+        b'{"fraction": []}', b'{"fraction": {"numerator": 1, "denominator": 0}}',
+        b'{"array": {"npy": ""}}',
     ):  # fmt: skip
         part.file.write_bytes(hashlib.sha256(data).digest() + data)
         assert part.load() is None
