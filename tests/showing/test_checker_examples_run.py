@@ -18,8 +18,8 @@ LANGUAGES = {
     "C++": (("cmake", "ctest"), "test_my_bicycle.cpp",
             "cmake -B build && cmake --build build && ctest --test-dir build -V"),
     "Fortran": (("gfortran",), "my_bicycle.f90",
-                "cc -std=c99 -O1 -c library.c && gfortran -Wall -Werror my_bicycle.f90 library.o -lm "
-                "-o my_bicycle && ./my_bicycle"),
+                "cc -std=c99 -O1 -c library.c && gfortran -Wall -Werror my_bicycle.f90 library.o "
+                "-lm -o my_bicycle && ./my_bicycle"),
     "Python": (("python3",), "my_bicycle.py", f"{LIBRARY} && python3 -I my_bicycle.py"),
     "Rust": (("rustc",), "my_bicycle.rs",
              f"{LIBRARY} && rustc -L . my_bicycle.rs && LD_LIBRARY_PATH=. ./my_bicycle"),

@@ -146,7 +146,9 @@ def _packed(parts):
         places = q.places if q and q.base == 10 and q.places is not None else -1
         place = BENCHMARK_COLUMNS.index(key)
         found.append(struct.pack("5i", p.number, place, digits, places, len(p.time)))
-        found.append(np.column_stack([p.time, p.values[key]]).tobytes())
+        # What a double holds of it.
+        values = p.values[key] + p.lo.get(key, 0.0)
+        found.append(np.column_stack([p.time, values]).tobytes())
     return b"".join(found)
 
 

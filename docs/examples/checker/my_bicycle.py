@@ -1,5 +1,8 @@
-# Calls the checker from Python without a package, not even NumPy:
-#   cc -std=c99 -O2 -shared -fPIC library.c -o libbicycle.so -lm && python3 my_bicycle.py
+"""Calls the checker from Python without a package, not even NumPy.
+
+cc -std=c99 -O2 -shared -fPIC library.c -o libbicycle.so -lm && python3 my_bicycle.py
+"""
+
 import ctypes
 import sys
 from pathlib import Path
