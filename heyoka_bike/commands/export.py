@@ -12,7 +12,8 @@ mass, force, constraint_jacobian, heights, and residuals of index 2 and 3.
 
 Or write the judge: one header for C and C++, with the exact motion in every definition of the
 columns, and functions that take your arrays and say how many digits of them are right. It is for
-tests where there is no Python; it does less than 'heyoka-bike score'.
+tests where there is no Python; it does less than 'heyoka-bike score'. The page is the same for
+people: one file that opens in a browser, takes results and sends nothing anywhere.
 
 examples:
   heyoka-bike export --format c --columns roll_angle,steer_angle -o src/
@@ -45,6 +46,7 @@ _GOES_WITH = {
     "format": ("maneuver", "columns", "digits", "reference"),
     "equations": ("bicycle", "maneuvers"),
     "checker": ("reference",),
+    "page": (),
 }
 
 
@@ -62,6 +64,8 @@ def add_parser(subparsers: Any) -> None:
     )
     said = f"write {_STEM}.h: the exact motion, and how many digits of yours are right"
     what.add_argument("--checker", action="store_true", help=said)
+    said = f"write {_STEM}.html: a page that judges files in the browser, without a server"
+    what.add_argument("--page", action="store_true", help=said)
     said = f"file, or folder for {_STEM}.* or {_EQUATIONS}.* (default: this folder)"
     add_output(p, said, metavar="FILE_OR_DIR", default=".")
     said = "of --equations: a bicycle of the collection, or a TOML file (default: benchmark)"
@@ -91,7 +95,8 @@ def run(args: argparse.Namespace) -> int:
     for name in dict.fromkeys(name for names in _GOES_WITH.values() for name in names):
         if getattr(args, name) is not None and name not in _GOES_WITH[asked]:
             raise InputError(f"--{name}: does not go with --{asked}")
-    files = {"format": _reference, "equations": _equations, "checker": _checker}[asked](args)
+    write = {"format": _reference, "equations": _equations, "checker": _checker, "page": _page}
+    files = write[asked](args)
     write_outputs(files)
     for path in files:
         print(path)
@@ -129,6 +134,13 @@ def _checker(args: argparse.Namespace) -> dict[Path, bytes]:
 
     folder, stem = _place(args.output, (".h",), _STEM)
     return {folder / f"{stem}.h": render(load_reference(args.reference))}
+
+
+def _page(args: argparse.Namespace) -> dict[Path, bytes]:
+    from heyoka_bike.showing.checker.page import render
+
+    folder, stem = _place(args.output, (".html",), _STEM)
+    return {folder / f"{stem}.html": render().encode()}
 
 
 def _digits(args: argparse.Namespace) -> int:
