@@ -2,6 +2,15 @@ $about
 #ifndef UNCONTROLLED_BICYCLE_H
 #define UNCONTROLLED_BICYCLE_H
 
+/* For instance, of arrays t and roll of n numbers each, in maneuver 2:
+       static bicycle_check check;
+       char line[120];
+       bicycle_begin(&check);
+       bicycle_give(&check, 2, BICYCLE_ROLL_ANGLE, n, t, 1, roll, 1);
+       bicycle_judge(&check);
+       puts(bicycle_line(&check, line, sizeof line));
+       assert(check.result[2 - 1][BICYCLE_ROLL_ANGLE].digits >= 6); */
+
 #include <float.h>
 #include <math.h>
 #include <stddef.h>
@@ -22,7 +31,7 @@ $about
 extern "C" {
 #endif
 
-/* ---- What there is ---------------------------------------------------------------------------- */
+/* ---- What there is ------------------------------------------------------- */
 
 /* The eight columns of the benchmark in the order of its file, each in its default definition, then
    their other definitions. */
@@ -50,7 +59,7 @@ typedef struct bicycle_data {
     size_t rows;                 /* 0: it is not there */
     const double *time, *values; /* [s], and in your unit; NaN where there is no value */
     ptrdiff_t time_stride, stride; /* from a number to the next: 1 if they are neighbours */
-    int digits;                  /* significant decimal digits that it was written with; 0: binary64 */
+    int digits;                  /* significant decimal digits that were written; 0: binary64 */
     int places;                  /* digits after the point, if all rows have as many; -1 if not */
 } bicycle_data;
 
@@ -75,10 +84,10 @@ typedef struct bicycle_check {
     bicycle_data data[BICYCLE_MANEUVERS][BICYCLE_KEYS];
     bicycle_result result[BICYCLE_MANEUVERS][BICYCLE_KEYS];
     int grade;    /* the worst */
-    int is_whole; /* whether every run is covered from its start to its end, with no value missing */
+    int is_whole; /* whether every run is covered from start to end, with no value missing */
 } bicycle_check;
 
-/* ---- The exact motion ------------------------------------------------------------------------- */
+/* ---- The exact motion ---------------------------------------------------- */
 
 /* From the time a to the time b of a maneuver: coefficients of Chebyshev polynomials of
    $states. Those that are left out vanish. */
@@ -403,67 +412,81 @@ BICYCLE_API int ub_units_of(int key)
     return n;
 }
 
-/* Unit and sign, then the definition under them. */
-BICYCLE_API void ub_choose(const bicycle_check *c, int key, ub_taken found[BICYCLE_KEYS],
-                           ub_sample *s)
+/* How likely each definition is, in each way: a unit and a sign; as natural logarithms. */
+typedef struct ub_odds {
+    int signs, ways;
+    double likely[UB_WAYS][BICYCLE_COLUMNS], before[BICYCLE_COLUMNS];
+} ub_odds;
+
+/* Unit and sign of a way. */
+BICYCLE_API void ub_go(ub_taken *u, const ub_odds *o, int way)
 {
-    double likely[UB_WAYS][BICYCLE_COLUMNS] = {{0}}, before[BICYCLE_COLUMNS] = {0};
-    double best_way[UB_WAYS], best = -INFINITY, constant = 0, sizes = 0, errors = 0, limit = UB_NEAR;
-    int signs = ub_is_energy(key) ? 1 : 2, ways = ub_units_of(key) * signs;
-    int m, i, w, way = 0, at = key, most_rows = 0, meets_floor = 1, has_size = 1;
-    ub_taken *taken = &found[key];
-    for (m = 0; m < BICYCLE_MANEUVERS; m++) {
-        if (!ub_take(c, m, key, s))
-            continue;
-        taken->is_there = 1;
-        most_rows = s->count > most_rows ? s->count : most_rows;
-        for (i = 0; i < BICYCLE_COLUMNS; i++) {
-            if (ub_names[i].of != key)
-                continue;
-            ub_expect(s, m, i);
-            for (w = 0; w < ways; w++) {
-                double factor = ub_units[key][w / signs].factor, first, smallest;
-                smallest = ub_smallest(s, factor);
-                ub_compare(s, w % signs ? -factor : factor, 0);
-                first = s->is_from_start ? log(fmax(fabs(s->error[0]) / smallest, 1)) : 0;
-                likely[w][i] -= UB_VALUES * log(ub_typical(s, smallest)) + fmin(first, UB_SELDOM);
-            }
-        }
-    }
-    if (!taken->is_there)
-        return;
-    taken->column = key;
-    taken->sign = 1;
+    u->unit = way / o->signs;
+    u->sign = way % o->signs ? -1 : 1;
+}
+
+/* Weighs all candidates; 0 if the column is in no maneuver. */
+BICYCLE_API int ub_weigh(const bicycle_check *c, int key, const ub_taken found[BICYCLE_KEYS],
+                         ub_odds *o, ub_sample *s)
+{
+    int m, i, way, is_there = 0;
+    o->signs = ub_is_energy(key) ? 1 : 2;
+    o->ways = ub_units_of(key) * o->signs;
     for (i = 0; i < BICYCLE_COLUMNS; i++) {
         int angle = ub_names[i].angle_of;
         int belongs = angle >= 0 && found[ub_names[angle].of].is_there;
         belongs = belongs && found[ub_names[angle].of].column == angle;
-        before[i] = i == key || belongs ? UB_EXPECTED : 0;
+        o->before[i] = i == key || belongs ? UB_EXPECTED : 0;
+        for (way = 0; way < UB_WAYS; way++)
+            o->likely[way][i] = ub_names[i].of == key ? o->before[i] : -INFINITY;
     }
-    for (w = 0; w < ways; w++) {
-        best_way[w] = -INFINITY;
-        for (i = 0; i < BICYCLE_COLUMNS; i++)
-            if (ub_names[i].of == key) {
-                likely[w][i] += before[i];
-                best_way[w] = fmax(best_way[w], likely[w][i]);
-                if (likely[w][i] > best) {
-                    best = likely[w][i];
-                    way = w;
-                    at = i;
-                }
-            }
-    }
-    /* The typical errors of the likeliest, and what can be said of them. */
     for (m = 0; m < BICYCLE_MANEUVERS; m++) {
-        ub_taken u = *taken;
-        double typical, low = INFINITY, high = -INFINITY, size;
-        u.column = at;
-        u.unit = way / signs;
-        u.sign = way % signs ? -1 : 1;
-        typical = ub_typical_of(c, m, key, &u, s);
+        if (!ub_take(c, m, key, s))
+            continue;
+        is_there = 1;
+        for (i = 0; i < BICYCLE_COLUMNS; i++) {
+            if (ub_names[i].of != key)
+                continue;
+            ub_expect(s, m, i);
+            for (way = 0; way < o->ways; way++) {
+                double factor = ub_units[key][way / o->signs].factor, first = 0, smallest;
+                smallest = ub_smallest(s, factor);
+                ub_compare(s, way % o->signs ? -factor : factor, 0);
+                if (s->is_from_start) /* where no integrator has made an error yet */
+                    first = fmin(log(fmax(fabs(s->error[0]) / smallest, 1)), UB_SELDOM);
+                o->likely[way][i] -= UB_VALUES * log(ub_typical(s, smallest)) + first;
+            }
+        }
+    }
+    return is_there;
+}
+
+/* The likeliest definition in a way; of equals the first, the default. */
+BICYCLE_API int ub_likeliest(const ub_odds *o, int key, int way)
+{
+    int i, found = key;
+    for (i = 0; i < BICYCLE_COLUMNS; i++)
+        if (o->likely[way][i] > o->likely[way][found])
+            found = i;
+    return found;
+}
+
+/* Whether there are rows enough to tell anything, or the few of them fit to the last digit; and
+   whether the typical error is below half the size of the column itself, as no noise is that is
+   scaled down to nothing. */
+BICYCLE_API int ub_is_shown(const bicycle_check *c, int key, const ub_taken *u, int *is_near,
+                            ub_sample *s)
+{
+    double sizes = 0, errors = 0, limit = UB_NEAR;
+    int m, i, count = 0, has_rows = 0, meets_floor = 1;
+    *is_near = 1;
+    for (m = 0; m < BICYCLE_MANEUVERS; m++) {
+        double typical = ub_typical_of(c, m, key, u, s), low = INFINITY, high = -INFINITY, size;
         if (!s->count)
             continue;
+        count++;
         errors += log(typical);
+        has_rows |= s->count >= UB_FEW_ROWS;
         meets_floor = meets_floor && typical <= UB_CLEARLY * (s->written + s->known);
         ub_expect(s, m, key);
         for (i = 0; i < s->count; i++) {
@@ -473,40 +496,69 @@ BICYCLE_API void ub_choose(const bicycle_check *c, int key, ub_taken found[BICYC
         if (high - low >= UB_HALF * s->scale)
             limit = UB_HALF;
         size = ub_rms(s->exact, s->count);
-        has_size = has_size && size > 0;
+        *is_near = *is_near && size > 0;
         sizes += log(fmax(size, DBL_MIN));
     }
-    if (most_rows < UB_FEW_ROWS && !meets_floor)
-        return;
-    for (m = 0, w = 0; m < BICYCLE_MANEUVERS; m++)
-        w += ub_take(c, m, key, s) > 0;
-    if (best_way[way] - best_way[0] < UB_CLAIMED || !has_size || errors >= sizes + w * log(limit))
-        way = 0;
-    for (i = 0, at = key; i < BICYCLE_COLUMNS; i++)
-        if (ub_names[i].of == key && likely[way][i] > likely[way][at])
-            at = i;
-    taken->unit = way / signs;
-    taken->sign = way % signs ? -1 : 1;
+    *is_near = *is_near && errors < sizes + count * log(limit);
+    return has_rows || meets_floor;
+}
+
+/* The likelihood of one number in the place of the column. */
+BICYCLE_API double ub_of_a_constant(const bicycle_check *c, int key, const ub_taken *u,
+                                    ub_sample *s)
+{
+    double found = 0, factor = ub_factor(key, u);
+    int m, i;
     for (m = 0; m < BICYCLE_MANEUVERS; m++) {
-        double mean = 0, factor = ub_factor(key, taken);
+        double mean = 0, varies;
         if (!ub_take(c, m, key, s))
             continue;
         for (i = 0; i < s->count; i++)
             mean += s->value[i] / s->count;
         for (i = 0; i < s->count; i++)
             s->error[i] = s->value[i] - mean;
-        constant -= UB_VALUES * log(fmax(factor * ub_rms(s->error, s->count),
-                                         ub_smallest(s, factor)));
+        varies = factor * ub_rms(s->error, s->count);
+        found -= UB_VALUES * log(fmax(varies, ub_smallest(s, factor)));
     }
-    if (constant - best > UB_CLAIMED)
+    return found;
+}
+
+/* Unit and sign, then the definition under them. */
+BICYCLE_API void ub_choose(const bicycle_check *c, int key, ub_taken found[BICYCLE_KEYS],
+                           ub_sample *s)
+{
+    ub_odds o;
+    ub_taken best, *u = &found[key];
+    int i, way = 0, at, is_near;
+    double likeliest;
+    if (!ub_weigh(c, key, found, &o, s))
+        return;
+    u->is_there = 1;
+    u->column = key;
+    u->sign = 1;
+    for (i = 0; i < o.ways; i++)
+        if (o.likely[i][ub_likeliest(&o, key, i)] > o.likely[way][ub_likeliest(&o, key, way)])
+            way = i;
+    best = *u;
+    best.column = ub_likeliest(&o, key, way);
+    likeliest = o.likely[way][best.column];
+    ub_go(&best, &o, way);
+    if (!ub_is_shown(c, key, &best, &is_near, s))
+        return;
+    if (!is_near || likeliest - o.likely[0][ub_likeliest(&o, key, 0)] < UB_CLAIMED)
+        way = 0;
+    ub_go(u, &o, way);
+    at = ub_likeliest(&o, key, way);
+    if (ub_of_a_constant(c, key, u, s) - likeliest > UB_CLAIMED)
         return; /* One number is nearest to whichever varies the least, and means none of them. */
-    taken->column = at;
-    for (i = 0; i < BICYCLE_COLUMNS; i++)
-        if (ub_names[i].of == key && i != at) {
-            double less = likely[way][at] - likely[way][i];
-            if (less - fmax(before[at] - before[i], 0) < UB_CLAIMED)
-                taken->also |= 1ULL << i;
-        }
+    u->column = at;
+    for (i = 0; i < BICYCLE_COLUMNS; i++) {
+        double less = o.likely[way][at] - o.likely[way][i];
+        /* What is claimed is shown by the values alone. */
+        less -= fmax(o.before[at] - o.before[i], 0);
+        if (ub_names[i].of == key && i != at && less < UB_CLAIMED)
+            u->also |= 1ULL << i;
+    }
 }
 
 /* What a maneuver is off by for sure, in scales: the largest typical error of a column of one
@@ -649,7 +701,7 @@ BICYCLE_API void ub_find_zero(const bicycle_check *c, ub_taken found[BICYCLE_KEY
             found[k].offset += rest;
 }
 
-/* ---- What was never filled in ---------------------------------------------------------------- */
+/* ---- What was never filled in -------------------------------------------- */
 
 /* Whether no definition of a column is one number, as far as the digits written show. */
 BICYCLE_API int ub_should_vary(const bicycle_check *c, int m, int key, double number, ub_sample *s)
@@ -727,7 +779,7 @@ BICYCLE_API void ub_mark_unfilled(bicycle_check *c, int m, ub_sample *s)
         c->result[m][key].never_filled = is_found[key];
 }
 
-/* ---- How far the columns are from the exact motion --------------------------------------------- */
+/* ---- How far the columns are from the exact motion ----------------------- */
 
 BICYCLE_API double ub_digits(double error, double scale)
 {
@@ -868,13 +920,12 @@ BICYCLE_API int ub_is_whole(const bicycle_check *c, int m, int key)
     return covered >= 0.99 * ub_maneuvers[m].end && !c->result[m][key].never_filled;
 }
 
-/* ---- To be called ------------------------------------------------------------------------------ */
+/* ---- To be called -------------------------------------------------------- */
 
 /* Empties a check; nothing is allocated. */
 BICYCLE_API void bicycle_begin(bicycle_check *c)
 {
-    static const bicycle_check nothing = {{{{0, 0, 0, 0, 0, 0, 0}}}, {{{0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0,
-                                          0, 0, 0}}}, 0, 0};
+    static bicycle_check nothing; /* of zeros */
     *c = nothing;
 }
 
@@ -902,7 +953,7 @@ BICYCLE_API int bicycle_judge(bicycle_check *c)
 {
     ub_sample s;
     ub_taken found[BICYCLE_KEYS] = {{0, 0, 0, 0, 0, 0}};
-    static const bicycle_result nothing = {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0};
+    static bicycle_result nothing; /* of zeros */
     int m, key, count = 0, left_out = 0, unit = -1;
     c->grade = BICYCLE_UNKNOWN;
     c->is_whole = 1;
