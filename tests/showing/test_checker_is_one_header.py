@@ -8,9 +8,11 @@ from fractions import Fraction
 import numpy as np
 import pytest
 from support.export_programs import STRICT, need, run
+from support.made_sets import make
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.cli import main
+from heyoka_bike.reference.load import load_reference
 from heyoka_bike.showing.grades import PHRASES, WORDS, Grade
 
 HEADER = "uncontrolled_bicycle.h"
@@ -37,6 +39,11 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def library(folder):
+    return loaded(folder)
+
+
+def loaded(folder):
+    """The header in a folder as a shared library."""
     command = [need("cc"), "-x", "c", "-std=c99", "-O1", "-DBICYCLE_API=", "-shared", "-fPIC"]
     run([*command, HEADER, "-o", "libbicycle.so", "-lm"], folder)
     found = ctypes.CDLL(str(folder / "libbicycle.so"))
@@ -199,6 +206,26 @@ def test_any_compiler_takes_it_without_a_word(folder):
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True)
     assert done.returncode != 0
     assert "without -ffast-math" in done.stderr
+
+
+@pytest.mark.proof
+def test_a_set_of_ones_own_has_a_judge_of_its_own(tmp_path):
+    known = make(tmp_path, ("0.5", "0.05"), ("0.3", "0.05"))
+    folder = tmp_path / "header"
+    options = ["--reference", str(known), "-o", f"{folder}/"]
+    assert main(["export", "--checker", *options]) == 0
+    found = loaded(folder)
+    reference = load_reference(known)
+    names = [c.name for c in columns(reference)]
+    for n in reference:
+        exact = reference[n].evaluate("0.25", names)
+        (row,) = values(found, names, n, [0.25])
+        for name, value in zip(names, row, strict=True):
+            assert value == pytest.approx(
+                exact[name], rel=1e-14, abs=1e-15 * reference[n].scale(name)
+            )
+    assert np.isnan(found.bicycle_evaluate(1, 0, 0.6))
+    assert np.isnan(found.bicycle_evaluate(3, 0, 0.1))
 
 
 @pytest.mark.proof
