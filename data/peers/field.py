@@ -29,7 +29,17 @@ from pathlib import Path
 
 import numpy as np
 from apart import AbsentError, Apart, FailedError
-from measured import H1, Document, described, fingerprint, lacking, named, settings, submitted, write
+from measured import (
+    H1,
+    Document,
+    described,
+    fingerprint,
+    lacking,
+    named,
+    settings,
+    submitted,
+    write,
+)
 from peer import Peer
 from problem import ALL_DIGITS, Problem, problems
 
@@ -156,10 +166,15 @@ def measure(entry, run, problem, kind, setting, reference):
     of_all = Counter()
     for maneuver, cost in zip(found["maneuvers"], costs, strict=True):
         of_all.update(cost)
-        maneuver |= cost | {"cpu": round(cost["cpu"], 5)}
+        maneuver |= cost | {"cpu": significant(cost["cpu"])}
     if not set(COUNTED) & set(of_all) and entry["measure"] == "step":
         of_all["steps"] = round(problem.seconds / setting["step"])
-    return {"failure": None} | found | of_all | {"cpu": round(of_all["cpu"], 5)}, text
+    return {"failure": None} | found | of_all | {"cpu": significant(of_all["cpu"])}, text
+
+
+def significant(seconds):
+    """In four digits: the shortest runs take less than a millisecond."""
+    return float(f"{seconds:.4g}")
 
 
 def is_submitted(name, problem, line):

@@ -117,7 +117,7 @@ class Problem:
             return score([read_results(path, maneuver=self.only, count=len(reference))], reference)
 
     def judge(self, text, reference):
-        """Correct digits of each column, each maneuver and the worst, eq. (1), definitions of a file.
+        """Correct digits of columns, maneuvers and the worst, eq. (1), definitions of a file.
 
         Raises
         ------

@@ -23,15 +23,15 @@ def _modules_are_found():
 
 
 def cheaper(name):
-    """The run of the two that are published that takes less time."""
+    """The run of the two that are published that takes less time; None if none is."""
     times = {}
     for kind in ("default", "best"):
-        if kind in FIELD[name]:
+        if kind in FIELD[name] and field.result_file(name, kind).is_file():
             said = tomllib.loads(
                 (field.RESULTS / f"{name}-{kind}.toml").read_text(encoding="utf-8")
             )
             times[kind] = float(said["processor_time"])
-    return min(times, key=times.__getitem__)
+    return min(times, key=times.__getitem__, default=None)
 
 
 def judged(name, kind, reference):
@@ -54,6 +54,8 @@ def further_apart(found, published):
 def test_a_program_gives_what_is_published(name, reference):
     entry = FIELD[name]
     kind = cheaper(name)
+    if kind is None:
+        pytest.skip(f"{entry['program']}: no result of it is published yet")
     with apart.Apart(SECONDS, field.running, name) as program:
         try:
             program.start()
