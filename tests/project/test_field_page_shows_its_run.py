@@ -5,7 +5,7 @@ import tomllib
 from textwrap import fill
 
 import pytest
-from field_page import FIGURES, PAGE, RUN, better, figures, pages, parts, shown
+from field_page import BUDGET, FIGURES, PAGE, RUN, better, figures, pages, parts, shown
 from field_race import PASSES, cost, digits
 from support.peers import measured
 
@@ -121,3 +121,11 @@ def test_figures_name_every_program(run):
         # matplotlib writes a line of text as paths, with the text as a comment.
         words = fill(p.name, 24).split("\n")[0]
         assert f"<!-- {words} -->".encode() in drawn["field.svg"]
+
+
+def test_the_protocol_has_a_row_for_every_program(field):
+    page = (data_folder() / "peers" / "PROTOCOL.md").read_text(encoding="utf-8")
+    rows = page.partition("right of reply")[2].splitlines()
+    named = [row.split("|")[1].strip() for row in rows if row.startswith("| ")][1:]
+    assert sorted(named) == sorted(entry["program"] for entry in field.values())
+    assert f"at most {BUDGET} s of processor time" in page

@@ -2,7 +2,7 @@
 
 ``simulate`` is what `../field.py` calls. With ``contact`` the wheels are thin ellipsoids on a half
 space, in a plant of discrete steps. Without it each wheel gives three rows (its lowest material
-point stands still) to the equations of a continuous plant, for one of Drake's integrators with fixed
+point stands still) to the equations of a continuous plant, for an integrator of Drake with fixed
 steps. Axes: x forward, y left, z up.
 """
 
