@@ -96,9 +96,9 @@ def _summary(runs, failing):
     said[0] += f", and up to {unknown} more." if unknown else "."
     if any(is_least for _, is_least in found):
         said.append(
-            "At least: of this run only the worst digits of all three maneuvers were recorded."
+            '"At least" stands where only the worst digits of all three maneuvers were recorded.'
         )
     if whole:
-        said.append(f"The times of {whole} are of all three maneuvers, for the same reason.")
+        said.append(f"The times of {whole} runs are of all three maneuvers, for the same reason.")
     said += [f"No run that passes: {'; '.join(failing)}."] if failing else []
     return " ".join(said)
