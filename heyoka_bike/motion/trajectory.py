@@ -20,7 +20,8 @@ from heyoka_bike.bicycle.equations.kinematics import state_names
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
 from heyoka_bike.display import Displayed
 from heyoka_bike.numbers.analytic import PowerSeries
-from heyoka_bike.numbers.arithmetic import exact_ball
+from heyoka_bike.numbers.arithmetic import Number, exact_ball
+from heyoka_bike.numbers.samples import Samples
 
 
 @dataclass(frozen=True, repr=False)
@@ -172,6 +173,11 @@ class Piece:
         """The state variables as series in s, as far as those of `a` go, in its precision."""
         unit = flint.arb(2) ** -self.grid
         return [a.series([c * unit for c in row[: a.length]]) for row in self.rows]
+
+    def samples(self, a: Samples) -> list[Number]:
+        """The state variables at the points of `a` in the plane of s, in its precision."""
+        unit = flint.arb(2) ** -self.grid
+        return a.polynomials([[c * unit for c in row] for row in self.rows])
 
     def halves(self) -> tuple[Piece, Piece]:
         """The two halves; the same polynomials exactly, in variables of their own."""

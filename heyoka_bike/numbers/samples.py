@@ -6,9 +6,12 @@ c_k + c_(k + n) + c_(k + 2n) + ..., the Taylor coefficient c_k of f and what is 
 Where f is analytic for abs(s) <= R, R > 1, and at most M there, Cauchy's estimate bounds that.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager
 from fractions import Fraction
+from functools import cache
 from math import ceil, log2
 from typing import Any
 
@@ -19,8 +22,8 @@ from heyoka_bike.numbers.arithmetic import Arithmetic, Balls, Number
 from heyoka_bike.numbers.ball_matrices import total
 from heyoka_bike.numbers.exact import Exact
 
-_FOLDED_BITS = 32
-"""What is folded is below 2^-32 of what a series of the same length leaves out."""
+_FOLDED_BITS = 64
+"""What is folded is below 2^-64 of what a series of the same length leaves out."""
 
 
 class Samples(Arithmetic):
@@ -38,16 +41,10 @@ class Samples(Arithmetic):
         How many Taylor coefficients are wanted.
     radius : int
         R.
-
-    Attributes
-    ----------
-    left_out : arb
-        Bound on the distance of the polynomial with the coefficients found from the function for
-        abs(s) <= 1, over M.
     """
 
     def __init__(self, bits: int, length: int, radius: int) -> None:
-        self.balls = Balls(bits)
+        self.balls, self.length, self.radius = Balls(bits), length, radius
         half = (length + ceil(_FOLDED_BITS / log2(radius)) + 1) // 2
         count = 2 * half
         with self.balls.precision():
@@ -67,7 +64,17 @@ class Samples(Arithmetic):
                     for j, share in enumerate(shares)
                 ]
             )
-            self.left_out = geometric(radius, length) + folded(radius, count)
+
+    @classmethod
+    @cache
+    def of(cls, bits: int, length: int, radius: int) -> Samples:
+        """The same, made once: for many functions along many pieces."""
+        return cls(bits, length, radius)
+
+    @property
+    def left_out(self) -> flint.arb:
+        """Bound for abs(s) <= 1 on how far the polynomial found is from the function, over M."""
+        return geometric(self.radius, self.length) + folded(self.radius, self._cos.nrows())
 
     def precision(self) -> AbstractContextManager[None]:
         """Context manager that sets flint's working precision."""
@@ -86,6 +93,19 @@ class Samples(Arithmetic):
         rows = [x if isinstance(x, np.ndarray) else array([flint.acb(x)] * count) for x in values]
         table = flint.arb_mat([[*(z.real for z in x), *(z.imag for z in x)] for x in rows])
         found: list[list[flint.arb]] = (table * self._mean).table()
+        return found
+
+    def matrices(self, table: Sequence[Sequence[Number]]) -> list[flint.arb_mat]:
+        """The same of a matrix of functions, by power; an entry that is the integer 0 stays so."""
+        flat = [x for row in table for x in row]
+        places = [i for i, x in enumerate(flat) if not (isinstance(x, int) and x == 0)]
+        by_power = zip(*self.coefficients([flat[i] for i in places]), strict=True)
+        found = []
+        for terms in by_power:
+            entries = [flint.arb(0)] * len(flat)
+            for i, x in zip(places, terms, strict=True):
+                entries[i] = x
+            found.append(flint.arb_mat(len(table), len(table[0]), entries))
         return found
 
     def number(self, value: Exact | Fraction | int) -> flint.arb:

@@ -25,7 +25,7 @@ from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.dual import Dual, Duals
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.proof import dense_bound, enclose, integrals
-from heyoka_bike.reference.proof.cauchy import Circle, circle_bound, geometric, rho
+from heyoka_bike.reference.proof.cauchy import Circle, circle_bound, rho
 from heyoka_bike.reference.proof.dense_bound import Expanded, Expansion
 from heyoka_bike.reference.proof.error_flow import MATRIX_BITS, SIZE, Carried
 from heyoka_bike.reference.proof.first_row import exact_columns
@@ -115,10 +115,10 @@ def test_an_initial_pitch_that_may_be_a_double_root(
 # The defect, and what its series leaves out.
 
 
-def test_what_the_series_of_the_defect_leaves_out(
+def test_what_the_polynomial_of_the_defect_leaves_out(
     run: Trajectory, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Of a candidate of degree 1 and a series of two terms, the defect is what is left out."""
+    """Of a candidate of degree 1 and a polynomial of two terms, the defect is what is left out."""
 
     def straight(rows: Rows) -> None:
         rows[:] = [row[:2] for row in rows]
@@ -150,7 +150,7 @@ def defects(run: Trajectory) -> list[float]:
         return [abs(float(x - h * r)) for x, r in zip(slopes, rates, strict=True)]
 
 
-def test_what_the_series_of_the_jacobian_leaves_out(run: Trajectory) -> None:
+def test_what_the_polynomial_of_the_jacobian_leaves_out(run: Trajectory) -> None:
     """Three terms of h J, against h J at the end of the piece."""
     prover = enclose.Prover(run)
     piece = run.piece(0)
@@ -276,7 +276,7 @@ def expansion(run: Trajectory, bound: Fraction) -> Expansion:
     return Expansion(run.piece(0), (bound,) * SIZE, Expanded.of(run, function))
 
 
-def test_what_the_series_of_a_column_leaves_out(run: Trajectory, monkeypatch: Any) -> None:
+def test_what_the_polynomial_of_a_column_leaves_out(run: Trajectory, monkeypatch: Any) -> None:
     def errors() -> list[tuple[Any, Any]]:
         found = expansion(run, Fraction(0))
         balls = Balls(dense_bound.BITS)
@@ -288,7 +288,7 @@ def test_what_the_series_of_a_column_leaves_out(run: Trajectory, monkeypatch: An
 
     monkeypatch.setattr(dense_bound, "_REMAINDER_BITS", 8)
     assert all(error <= rest for error, rest in errors())
-    monkeypatch.setattr(dense_bound, "geometric", lambda radius, length: flint.arb(0))
+    monkeypatch.setattr(samples, "geometric", lambda radius, length: flint.arb(0))
     assert all(error > rest for error, rest in errors())
 
 
@@ -299,9 +299,9 @@ def test_columns_of_a_state_that_is_not_known(run: Trajectory) -> None:
     assert expansion(run, off).remainders[0] > 0.9e-9
 
 
-def test_what_the_series_of_an_integrand_leaves_out(run: Trajectory, monkeypatch: Any) -> None:
+def test_what_the_coefficients_of_an_integrand_leave_out(run: Trajectory, monkeypatch: Any) -> None:
     """If that were 1e-9 of its bound on the circle, no place would be known better."""
-    monkeypatch.setattr(integrals, "geometric", lambda radius, length: flint.arb("1e-9"))
+    monkeypatch.setattr(samples, "geometric", lambda radius, length: flint.arb("1e-9"))
     *_, last = with_integrals(run, certificate(run, Fraction(0)))
     time = float(run.breaks[-1])
     wheel_rate = 4.6 / 0.3
@@ -337,11 +337,11 @@ def test_where_an_integral_begins_may_be_rounded(run: Trajectory) -> None:
     assert 0 < rounding <= bound - of_one_that_begins_at(Fraction(0))[1]
 
 
-def test_what_a_series_leaves_out_is_the_rest_of_a_geometric_one() -> None:
+def test_what_a_polynomial_leaves_out_is_the_rest_of_a_geometric_series() -> None:
     with flint.ctx.workprec(64):
         for radius in (2, 3, 4):
             terms = sum((flint.arb(1) / radius**m for m in range(5, 200)), flint.arb(0))
-            assert abs(geometric(radius, 5) - terms) < 1e-15
+            assert abs(samples.geometric(radius, 5) - terms) < 1e-15
 
 
 def test_integrals_of_a_state_that_is_not_known(run: Trajectory) -> None:

@@ -23,15 +23,14 @@ from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.errors import NotCertifiedError
 from heyoka_bike.motion.trajectory import Certificate, Piece, Trajectory
-from heyoka_bike.numbers.analytic import PowerSeries
 from heyoka_bike.numbers.arithmetic import Balls, exact_ball
 from heyoka_bike.numbers.ball_matrices import total
 from heyoka_bike.numbers.rounding import Value, upward, upward_ball
+from heyoka_bike.numbers.samples import Samples
 from heyoka_bike.reference.proof.cauchy import (
     Function,
     circle_bound,
     circle_equations,
-    geometric,
     in_parts,
     moved,
 )
@@ -133,19 +132,20 @@ class Expanded:
     Attributes
     ----------
     function : Function
-    on_circles, in_series : Equations
+    on_circles, at_points : Equations
         In the precisions of the bounds and of the expansions.
     """
 
     function: Function
     on_circles: Equations
-    in_series: Equations
+    at_points: Equations
 
     @classmethod
     def of(cls, run: Trajectory, function: Function) -> Expanded:
         """With the equations of a run."""
-        series = Equations.of(run.bicycle, Balls(BITS), is_regular=run.is_regular)
-        return cls(function, circle_equations(run), series)
+        balls = Balls(BITS)
+        points = Equations.of(run.bicycle, balls, is_regular=run.is_regular)
+        return cls(function, circle_equations(run), points.convert(flint.acb, balls))
 
 
 class Expansion:
@@ -155,12 +155,12 @@ class Expansion:
         self.t0, self.t1, self.h = piece.t0, piece.t1, piece.h
         circle = circle_bound(piece, along.function, along.on_circles)
         length = ceil(_REMAINDER_BITS / log2(circle.radius))
-        a = PowerSeries(BITS, length)
+        a = Samples.of(BITS, length, circle.radius)
         with a.precision():
-            values = along.function(along.in_series.over(a), piece.series(a))
-            self.polynomials = [flint.arb_poly(a.coefficients(x)) for x in values]
-            # Terms past the length, and the exact motion's distance.
-            rest = geometric(circle.radius, length) + moved(state_bound, circle.rho)
+            values = along.function(along.at_points.over(a), piece.samples(a))
+            self.polynomials = list(map(flint.arb_poly, a.coefficients(values)))
+            # What the coefficients leave out, and the exact motion's distance.
+            rest = a.left_out + moved(state_bound, circle.rho)
             self.remainders = [(m * rest).upper() for m in circle.values]
 
     def distances(
