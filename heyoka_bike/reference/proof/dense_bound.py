@@ -174,11 +174,12 @@ class Expansion:
         bounds = [0.0] * len(self.remainders)
         with flint.ctx.workprec(_SPAN_BITS):
             for a, b in spans:
-                x = [exact_ball(((a + b) / 2 - middle) / half), exact_ball((b - a) / 2 / half)]
-                on_span = (difference * _powers(flint.arb_poly(x), difference.ncols())).tolist()
+                x = flint.arb_poly(
+                    [exact_ball(((a + b) / 2 - middle) / half), exact_ball((b - a) / 2 / half)]
+                )
                 found = (
-                    upward_ball(total(map(abs, row)) + rest)
-                    for row, rest in zip(on_span, self.remainders, strict=True)
+                    upward_ball(total(map(abs, p(x).coeffs())) + rest)
+                    for p, rest in zip(difference, self.remainders, strict=True)
                 )
                 bounds = list(map(max, bounds, found))
         return bounds
@@ -186,8 +187,8 @@ class Expansion:
     def _difference(
         self, coefficients: Sequence[tuple[np.ndarray, np.ndarray]],
         piece: tuple[Fraction, Fraction], middle: Fraction, half: Fraction,
-    ) -> flint.arb_mat:  # fmt: skip
-        """Columns minus their Chebyshev pieces, by powers of (t - middle) / half."""
+    ) -> list[flint.arb_poly]:  # fmt: skip
+        """Columns minus their Chebyshev pieces, as polynomials in (t - middle) / half."""
         with flint.ctx.workprec(_DIFFERENCE_BITS):
             s = flint.arb_poly([exact_ball((middle - self.t0) / self.h), exact_ball(half / self.h)])
             n = len(coefficients[0][0])
@@ -196,20 +197,10 @@ class Expansion:
                 for hi, lo in coefficients
             ]
             chebyshev = (flint.arb_mat(c) * _basis(piece, middle, half, n)).tolist()
-            rows = [
-                (p(s) - flint.arb_poly(row)).coeffs()
+            return [
+                p(s) - flint.arb_poly(row)
                 for p, row in zip(self.polynomials, chebyshev, strict=True)
             ]
-            length = max(map(len, rows))
-            return flint.arb_mat([row + [flint.arb(0)] * (length - len(row)) for row in rows])
-
-
-def _powers(x: flint.arb_poly, n: int) -> flint.arb_mat:
-    """Rows: 1, x .. x^(n-1) by powers of u."""
-    p = [flint.arb_poly([1])]
-    while len(p) < n:
-        p.append(x * p[-1])
-    return flint.arb_mat([[q[j] for j in range(n)] for q in p])
 
 
 def _basis(
