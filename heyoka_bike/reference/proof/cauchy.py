@@ -173,28 +173,25 @@ def _values(
         rows = [[flint.arb(c) * unit for c in row] for row in piece.rows]
         polynomials = [flint.acb_poly([flint.acb(c) for c in row]) for row in rows]
         slopes = [_slope_bound(row, radius) for row in rows]
-        biggest: list[flint.arb] = []
         # Real polynomials take conjugate values at conjugate points: half a circle is enough.
-        # All arcs are tried together, in arrays; then, where that fails, each and its halves.
-        together = [_HALF_CIRCLE]
-        while together:
-            arcs = together.pop()
-            a.start()
-            try:
-                parts = [_arc(polynomials, slopes, polydisc, radius, *arc) for arc in arcs]
-                state = [a.value(array(x)) for x in zip(*parts, strict=True)]
-                values = [_complex(x) for x in function(on_rim, state)]
-                if not all(x.is_finite() for value in values for x in value):
-                    raise NotAnalyticError("a value is not finite")
-            except NotAnalyticError:
-                smaller = _smaller(arcs)
-                if not smaller:
-                    raise
-                together += [[arc] for arc in smaller]
-                continue
+        arcs, biggest = _HALF_CIRCLE, list[flint.arb]()
+        while arcs:
+            a.start(len(arcs))
+            parts = [_arc(polynomials, slopes, polydisc, radius, *arc) for arc in arcs]
+            state = [a.value(array(x)) for x in zip(*parts, strict=True)]
+            values = [_complex(x, len(arcs)) for x in function(on_rim, state)]
+            is_done = [
+                clear and all(x.is_finite() for x in on_arc)
+                for clear, *on_arc in zip(a.clear, *values, strict=True)
+            ]
             # The largest of exact numbers is exact; of balls it is a wider ball.
-            sizes = [largest(abs(x).upper() for x in value) for value in values]
+            sizes = [
+                largest(abs(x).upper() for x, done in zip(value, is_done, strict=True) if done)
+                for value in values
+            ]
             biggest = [m.max(x) for m, x in zip(biggest, sizes, strict=True)] if biggest else sizes
+            left = [arc for arc, done in zip(arcs, is_done, strict=True) if not done]
+            arcs = [half for arc in left for half in _halves(*arc, a.reason)]
         return biggest
 
 
@@ -203,13 +200,10 @@ def _slope_bound(row: Sequence[flint.arb], radius: int) -> flint.arb:
     return total(m * abs(c) * flint.arb(radius) ** (m - 1) for m, c in enumerate(row) if m)
 
 
-def _smaller(arcs: list[tuple[Fraction, Fraction]]) -> list[tuple[Fraction, Fraction]]:
-    """The arcs if they are several, else the halves of one; none if it is the smallest."""
-    if len(arcs) > 1:
-        return arcs
-    ((low, high),) = arcs
+def _halves(low: Fraction, high: Fraction, reason: str) -> list[tuple[Fraction, Fraction]]:
+    """The halves of an arc that is not the smallest."""
     if (high - low) * _MOST_ARCS <= 1:
-        return []
+        raise NotAnalyticError(reason or "a value is not finite")
     middle = (low + high) / 2
     return [(low, middle), (middle, high)]
 
@@ -230,7 +224,7 @@ def _arc(
     return state
 
 
-def _complex(x: Number) -> list[flint.acb]:
-    """The values on all arcs, or the one on all of them."""
+def _complex(x: Number, arcs: int) -> list[flint.acb]:
+    """The values on all arcs."""
     found = x.x if hasattr(x, "rim") else flint.acb(x)
-    return list(found) if isinstance(found, np.ndarray) else [found]
+    return list(found) if isinstance(found, np.ndarray) else [found] * arcs
