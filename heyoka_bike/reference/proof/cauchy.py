@@ -41,7 +41,7 @@ DEPTH = 6
 """How often a piece is halved where something cannot be shown on the whole of it."""
 
 _BITS = 64
-_FIRST_ARCS, _MOST_ARCS = 8, 1024
+_FIRST_ARCS, _PROBED_ARCS, _MOST_ARCS = 8, 16, 1024
 # Parts of it.
 _HALF_CIRCLE = [
     (Fraction(j, _FIRST_ARCS), Fraction(j + 1, _FIRST_ARCS)) for j in range(_FIRST_ARCS)
@@ -191,7 +191,7 @@ def _values(
             ]
             biggest = [m.max(x) for m, x in zip(biggest, sizes, strict=True)] if biggest else sizes
             left = [arc for arc, done in zip(arcs, is_done, strict=True) if not done]
-            arcs = [half for arc in left for half in _halves(*arc, a.reason)]
+            arcs = [part for arc in left for part in _parts(*arc, a.reason)]
         return biggest
 
 
@@ -200,12 +200,17 @@ def _slope_bound(row: Sequence[flint.arb], radius: int) -> flint.arb:
     return total(m * abs(c) * flint.arb(radius) ** (m - 1) for m, c in enumerate(row) if m)
 
 
-def _halves(low: Fraction, high: Fraction, reason: str) -> list[tuple[Fraction, Fraction]]:
-    """The halves of an arc that is not the smallest."""
+def _parts(low: Fraction, high: Fraction, reason: str) -> list[tuple[Fraction, Fraction]]:
+    """The halves of an arc that is not the smallest, and of some a smallest part.
+
+    Where that is refused, so is the circle, and soon.
+    """
     if (high - low) * _MOST_ARCS <= 1:
         raise NotAnalyticError(reason or "a value is not finite")
     middle = (low + high) / 2
-    return [(low, middle), (middle, high)]
+    halves = [(low, middle), (middle, high)]
+    is_probed = (high - low) * _PROBED_ARCS == 1
+    return [*halves, (middle, middle + Fraction(1, _MOST_ARCS))] if is_probed else halves
 
 
 def _arc(
