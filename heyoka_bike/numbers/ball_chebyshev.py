@@ -58,10 +58,4 @@ def ellipse(radius: int) -> flint.arb:
 
 def basis(x: Sequence[flint.arb], orders: int) -> flint.arb_mat:
     """T_0 .. T_(orders - 1), in columns, at some x."""
-    rows = []
-    for t in x:
-        row = [flint.arb(1), t]
-        while len(row) < orders:
-            row.append(2 * t * row[-1] - row[-2])
-        rows.append(row[:orders])
-    return flint.arb_mat(rows)
+    return flint.arb_mat([[t.chebyshev_t(k) for k in range(orders)] for t in x])

@@ -26,7 +26,29 @@ _FOLDED_BITS = 64
 """What is folded is below 2^-64 of what a series of the same length leaves out."""
 
 
-class Samples(Arithmetic):
+class AtPoints(Arithmetic):
+    """Values of functions at some points: a number is an array of real or complex balls."""
+
+    def __init__(self, bits: int) -> None:
+        self.balls = Balls(bits)
+
+    def precision(self) -> AbstractContextManager[None]:
+        """Context manager that sets flint's working precision."""
+        return self.balls.precision()
+
+    def number(self, value: Exact | Fraction | int) -> flint.arb:
+        return self.balls.number(value)
+
+    def elementary(self, name: str, x: Number) -> Number:
+        """A root is that with positive real part; its radicand has one."""
+        return each(lambda z: getattr(z, name)(), x)
+
+    def atan2(self, y: Number, x: Number) -> Number:
+        """Angle of a point with positive x, as the arc tangent."""
+        return self.elementary("atan", y / x)
+
+
+class Samples(AtPoints):
     """Values at roots of unity of functions that are real on the real line, as balls.
 
     A number is an array of complex balls. Conjugate points have conjugate values: those of the
@@ -44,7 +66,8 @@ class Samples(Arithmetic):
     """
 
     def __init__(self, bits: int, length: int, radius: int) -> None:
-        self.balls, self.length, self.radius = Balls(bits), length, radius
+        super().__init__(bits)
+        self.length, self.radius = length, radius
         half = (length + ceil(_FOLDED_BITS / log2(radius)) + 1) // 2
         count = 2 * half
         with self.balls.precision():
@@ -76,10 +99,6 @@ class Samples(Arithmetic):
         """Bound for abs(s) <= 1 on how far the polynomial found is from the function, over M."""
         return geometric(self.radius, self.length) + folded(self.radius, self._cos.nrows())
 
-    def precision(self) -> AbstractContextManager[None]:
-        """Context manager that sets flint's working precision."""
-        return self.balls.precision()
-
     def polynomials(self, rows: Sequence[Sequence[flint.arb]]) -> list[Number]:
         """The values of polynomials of any degree, given by their coefficients."""
         count = self._cos.nrows()
@@ -108,17 +127,6 @@ class Samples(Arithmetic):
             found.append(flint.arb_mat(len(table), len(table[0]), entries))
         return found
 
-    def number(self, value: Exact | Fraction | int) -> flint.arb:
-        return self.balls.number(value)
-
-    def elementary(self, name: str, x: Number) -> Number:
-        """A root is that with positive real part; its radicand has one on the disc."""
-        return each(getattr(flint.acb, name), x)
-
-    def atan2(self, y: Number, x: Number) -> Number:
-        """Angle of a point with positive x, as the arc tangent."""
-        return each(flint.acb.atan, y / x)
-
 
 def geometric(radius: int, length: int) -> flint.arb:
     """Sum of R^-m for m >= length: of the terms that a polynomial does not have."""
@@ -132,11 +140,11 @@ def folded(radius: int, count: int) -> flint.arb:
     return ratio**count / (1 - ratio**count) / (1 - ratio)
 
 
-def each(function: Callable[[flint.acb], flint.acb], x: Number) -> Number:
+def each(function: Callable[[Number], Number], x: Number) -> Number:
     """A function of every number of an array, or of one number."""
-    return array(map(function, x)) if isinstance(x, np.ndarray) else function(flint.acb(x))
+    return array(map(function, x)) if isinstance(x, np.ndarray) else function(x)
 
 
-def array(values: Iterable[flint.acb]) -> Any:
+def array(values: Iterable[Number]) -> Any:
     """An array of such numbers."""
     return np.array(list(values), dtype=object)

@@ -23,7 +23,6 @@ from heyoka_bike.numbers.analytic import NotAnalyticError, Rim
 from heyoka_bike.numbers.arithmetic import Balls, Number, exact_ball
 from heyoka_bike.numbers.ball_matrices import largest, total
 from heyoka_bike.numbers.samples import array
-from heyoka_bike.numbers.samples import geometric as geometric
 from heyoka_bike.reference.proof.error_flow import SIZE
 
 RADII = (4, 3, 2)
