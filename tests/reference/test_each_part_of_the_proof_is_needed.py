@@ -13,6 +13,7 @@ from fractions import Fraction
 from typing import Any
 
 import flint
+import numpy as np
 import pytest
 
 from heyoka_bike.bicycle.equations import initial
@@ -22,6 +23,7 @@ from heyoka_bike.errors import InputError, NotCertifiedError, UndecidedError
 from heyoka_bike.motion.trajectory import Certificate, Trajectory
 from heyoka_bike.numbers import samples
 from heyoka_bike.numbers.arithmetic import Balls
+from heyoka_bike.numbers.ball_chebyshev import Nodes
 from heyoka_bike.numbers.dual import Dual, Duals
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.proof import dense_bound, enclose, integrals
@@ -290,6 +292,25 @@ def test_what_the_polynomial_of_a_column_leaves_out(run: Trajectory, monkeypatch
     assert all(error <= rest for error, rest in errors())
     monkeypatch.setattr(samples, "geometric", lambda radius, length: flint.arb(0))
     assert all(error > rest for error, rest in errors())
+
+
+@pytest.mark.parametrize("order", [0, 31])
+def test_a_coefficient_that_is_off_is_a_distance(run: Trajectory, order: int) -> None:
+    """The yaw over a tenth of a piece, from its Chebyshev piece: by that, and hardly more."""
+    along = Expanded.of(run, lambda equations, state: [state[6]])
+    found = Expansion(run.piece(0), (Fraction(0),) * SIZE, along)
+    piece = found.t0, found.t0 + found.h / 10
+    with flint.ctx.workprec(BITS):
+        nodes = Nodes(32)
+        values = [[found.polynomials[0]((x + 1) / 20)] for x in nodes.x]
+        exact = (nodes.transform * flint.arb_mat(values)).entries()
+        hi = np.array([float(x.mid()) for x in exact])
+        lo = np.array([float((x - y).mid()) for x, y in zip(exact, hi.tolist(), strict=True)])
+    (near,) = found.distances([(hi, lo)], piece, piece)
+    assert near < 1e-30
+    hi[order] += 2.0**-20
+    (far,) = found.distances([(hi, lo)], piece, piece)
+    assert 2.0**-20 - near <= far <= 2.0**-19.5 + near
 
 
 def test_columns_of_a_state_that_is_not_known(run: Trajectory) -> None:
