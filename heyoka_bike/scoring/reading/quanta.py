@@ -22,6 +22,8 @@ _MANY = np.iinfo(np.int64).max
 # With fewer decimal digits single precision numbers are no longer told apart.
 _SINGLE_DIGITS = 9
 _ENOUGH_SINGLE = 20
+# Numbers are not all as short by chance once in 10 to this power; so many are looked at.
+_BY_CHANCE, _ENOUGH_SHORT = 6.0, 1000
 
 
 def significant(number: str) -> str:
@@ -48,8 +50,8 @@ def written_column(
     significant = int(digits.max(initial=0))
     fewest = int(np.where(places < -1, _MANY, places).min(initial=_MANY))
     most = int(places.max(initial=-1))
-    varies = bool(len(values)) and not _is_constant(values, lo)
     largest = _largest(values)
+    varies = _tells_digits(values, lo, significant)
     is_fixed = fewest == most >= 0
     if is_time and fewest >= 0 and significant < BINARY64_DIGITS:
         # The times 0.07 and 10 are written to the same places, without the zeros.
@@ -68,6 +70,22 @@ def written_column(
         quantum = Quantum(2, digits=bits)
         known = BINARY64_DIGITS if bits == 53 else _DIGITS_OF_BITS[bits]
     return Vector(values, lo, quantum, known if varies else None, significant)
+
+
+def _tells_digits(values: Array, lo: Array | None, digits: int) -> bool:
+    """Whether numbers tell how many digits are written: a constant does not.
+
+    A few numbers of nearly as many digits as binary64 needs may be short by chance, one in ten of
+    each digit that is not there.
+    """
+    if not len(values) or _is_constant(values, lo):
+        return False
+    some = np.array([x for x in {*values[:_ENOUGH_SHORT].tolist()} if x and np.isfinite(x)])
+    if digits >= BINARY64_DIGITS or not some.size:
+        return True
+    last = np.floor(np.log10(np.abs(some))) + 1 - digits
+    missing = last - np.log10(np.spacing(np.abs(some)))
+    return float(np.maximum(missing, 0.0).sum()) > _BY_CHANCE
 
 
 def evened(columns: list[Vector], time: int) -> list[Vector]:
