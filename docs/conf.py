@@ -1,4 +1,4 @@
-"""How the documentation site is built; the command is in docs/index.md."""
+"""How the documentation site is built; the command is in CONTRIBUTING.md."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ extensions = [
     "sphinx_argparse_cli",
     # Of this folder's _site.
     "mathml",
+    "redirects",
     "repository_links",
     "run",
 ]
