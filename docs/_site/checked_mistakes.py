@@ -7,8 +7,6 @@ nothing; its table is checked. Run as a script, this writes the page's table.
 from pathlib import Path
 
 import numpy as np
-from heyoka_bike.scoring.diagnosis.programs.applied import FORCES
-from heyoka_bike.scoring.diagnosis.programs.incomplete import TERMS, rates_altered
 
 from heyoka_bike.bicycle.equations.instant import Instant, quantities
 from heyoka_bike.bicycle.instant_columns import COORDINATES, LEVELS, UNITS
@@ -18,6 +16,7 @@ from heyoka_bike.errors import BicycleError
 from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
+from heyoka_bike.scoring.diagnosis.programs.forces import rates_altered
 from heyoka_bike.scoring.diagnosis.programs.program import Program
 from heyoka_bike.scoring.instants.check import check, known_states
 from heyoka_bike.scoring.instants.expected import binary64_states, of_own
@@ -52,8 +51,7 @@ def computed(program):
     if program.amounts:
         equations, state = binary64_states(program.bicycle, states)
         rates = list(Instant.of(equations, state).rates)
-        amounts = {**dict.fromkeys((*TERMS, *FORCES), 0.0), **dict(program.amounts)}
-        rates[:7] = rates_altered(equations, state[:7], amounts)
+        rates[:7] = rates_altered(equations, state[:7], dict(program.amounts))
         altered = quantities(Instant(equations, state, rates))
         found |= {c.name: altered[c.name] for c in level("accelerations").columns}
     if program.linear is not None:

@@ -121,6 +121,11 @@ class Understanding:
         none = None if self.none is None else self.none - mine
         return replace(self, column=column, indistinguishable=alike, odds=odds, none=none)
 
+    def assumed(self) -> Column:
+        """The definition of the motion: the default, unless the file tells that it is not."""
+        default = COMPARED[self.column.key][0]
+        return default if default.definition in self.indistinguishable else self.column
+
     def is_plain(self) -> bool:
         """Whether this is how the column is taken as written."""
         taken = plain(self.column.key)
@@ -351,6 +356,12 @@ def accuracy(
     return max(errors.values()) if is_told else 1.0
 
 
+def _below_most(errors: Array) -> float:
+    """What most of them are not above; NumPy's quantile imports its masked arrays."""
+    at = int(_MOST * (len(errors) - 1))
+    return float(np.partition(errors, at)[at])
+
+
 def _against_none(
     key: str, found: Mapping[str, Understanding], samples: Sequence[Sample]
 ) -> Understanding:
@@ -367,7 +378,7 @@ def _against_none(
             continue
         allowed = max(_SPREAD * off_by * s.scale[key], _AT_FLOOR * s.smallest(key, u))
         # A few bad rows are no other meaning.
-        error = max(float(np.quantile(np.abs(s.error(key, u)), _MOST)), allowed)
+        error = max(_below_most(np.abs(s.error(key, u))), allowed)
         apart = min(rms(s.expected[n] - s.expected[u.column.name]) for n in others)
         if error > allowed:
             odds -= min(_VALUES * float(np.log(error / allowed)), _SELDOM)

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from support.without_packages import HEAVY, python
 
+from heyoka_bike.bicycle.columns import FOLLOWING
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.motion_columns import DENSE_COLUMNS, MOTION_COLUMNS
 from heyoka_bike.bicycle.parameters import Bicycle
@@ -183,7 +184,9 @@ def test_a_reference_has_the_motion_of_its_set(reference: Reference) -> None:
     height = reference.motion[2].evaluate("0.5", "com_z")
     assert height["com_z"] == load_motion()[2].evaluate("0.5")["com_z"]
     # Its own columns stay those that they are.
-    assert len(reference[2].columns) == len(reference[2].evaluate(0.5).hi) == 38
+    columns = reference[2].columns
+    assert len(columns) == 38
+    assert list(reference[2].evaluate(0.5).hi) == [*columns, *(c.name for c in FOLLOWING)]
 
 
 def test_maneuvers_are_numbered_from_one(motion: Motion) -> None:

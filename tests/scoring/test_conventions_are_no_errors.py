@@ -98,7 +98,7 @@ def test_its_meaning_is_no_mistake_but_of_what_is_written(reference, monkeypatch
     """The column is left out unless a mistake in the output explains it."""
     asked = []
     said = Finding("mistake", "it", evidence={"mistakes": [code]})
-    monkeypatch.setattr(diagnosis, "rank", lambda parts, *_, **__: asked.append(parts))
+    monkeypatch.setattr(diagnosis, "explain", lambda parts, *_, **__: asked.append(parts))
     monkeypatch.setattr(diagnosis, "findings", lambda *_: (said,))
     monkeypatch.setattr(diagnosis, "explanation", lambda *_: None)
     report = diagnosis.diagnose(of_no_point(reference), reference)

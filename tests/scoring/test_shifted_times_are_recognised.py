@@ -74,11 +74,11 @@ def test_a_shift_of_one_row_is_left_to_the_diagnosis(reference):
 def test_the_diagnosis_goes_on_with_the_times_set_right(reference, monkeypatch):
     asked = []
 
-    def rank(parts, *_, **__):
+    def explain(parts, *_, **__):
         asked.extend(parts)
         raise StopIteration
 
-    monkeypatch.setattr(diagnosis, "rank", rank)
+    monkeypatch.setattr(diagnosis, "explain", explain)
     with pytest.raises(StopIteration):
         diagnosis.diagnose(shifted(made(reference), 1.0), reference)
     for part in asked:

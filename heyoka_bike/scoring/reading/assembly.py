@@ -110,7 +110,7 @@ def _one_by_one(table: Vectors, request: Request) -> Iterator[tuple[Vectors, Lay
     """
     places = layout(table, request)
     times = table.columns[places.time].values
-    starts = np.flatnonzero(np.diff(times, prepend=np.inf) < 0)
+    starts = np.flatnonzero(np.r_[True, times[1:] < times[:-1]])
     is_again = len(starts) > 1 and bool((times[starts] == times[0]).all())
     if not is_again or len(starts) > request.count or len(places.maneuvers) > 1:
         yield table, places

@@ -161,7 +161,7 @@ def observe(
         _is_motion(key, x[rows]) for key, x in columns.items()
     ):
         return None
-    names = {k: understood[k].column.name for k in STATE}
+    names = {k: understood[k].assumed().name for k in STATE}
     parameters = in_binary64(part.reference.parameters)
     written = {k: x[rows] for k, x in columns.items()}
     state = _default_definitions(written, names, time, equations, parameters)
