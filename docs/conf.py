@@ -39,6 +39,9 @@ nitpick_ignore_regex = [
     (r"py:.*", r"(?!heyoka_bike\b).*"),
     # Private fields of dataclasses.
     (r"py:class", r".*\._\w+"),
+    # Types that are not among the public names.
+    (r"py:class", r"heyoka_bike\.(bicycle\.column\.Column|scoring\.verdict\.Grade)"),
+    (r"py:class", r"heyoka_bike\.bicycle\.equations\.reduced\.Equations"),
 ]
 # Words of a shape, "(rows,)", are no references.
 suppress_warnings = ["ref.python"]
