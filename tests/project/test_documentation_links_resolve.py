@@ -105,3 +105,13 @@ def test_pages_that_moved_are_redirected():
     for old, new in found.items():
         assert not (DOCS / f"{old}.md").exists()
         assert (DOCS / new.partition("#")[0].replace(".html", ".md")).exists()
+
+
+def test_pages_that_the_program_names_exist():
+    named = {
+        (file, page)
+        for file in (ROOT / "heyoka_bike").rglob("*.py")
+        for page in re.findall(r"\bdocs/[\w/-]+\.md\b", file.read_text(encoding="utf-8"))
+    }
+    assert len(named) > 10
+    assert [(file, page) for file, page in named if not (ROOT / page).exists()] == []
