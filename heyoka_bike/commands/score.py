@@ -14,6 +14,7 @@ examples:
   heyoka-bike score my-results.txt
   heyoka-bike score my-results.txt -o report.html --require 'scd >= 6'
   heyoka-bike score my-results.txt --details
+  heyoka-bike score my-results.txt --format badge -o badge.json
   heyoka-bike score mine.txt theirs.txt --name Mine,Theirs -o both.html
   heyoka-bike score h0.01.txt h0.001.txt --step 0.01,0.001
   heyoka-bike score loose.txt tight.txt --tolerance 1e-10,1e-11

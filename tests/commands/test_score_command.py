@@ -49,6 +49,7 @@ def test_the_table_is_the_default(capsys):
         ("csv", lambda text: len(list(csv.DictReader(io.StringIO(text)))) == 24),
         ("junit", lambda text: len(ET.fromstring(text).findall(".//testcase")) == 24),
         ("html", lambda text: text.startswith("<!DOCTYPE html>")),
+        ("badge", lambda text: json.loads(text)["schemaVersion"] == 1),
     ],
 )
 def test_other_formats_go_to_standard_output(capsys, name, check):

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from heyoka_bike.showing.document import Document
     from heyoka_bike.showing.formats.origin import Origin
 
-FORMATS = ("table", "json", "csv", "junit", "html")
+FORMATS = ("table", "json", "csv", "junit", "html", "badge")
 SUFFIXES = {
     ".txt": "table",
     ".json": "json",
