@@ -50,11 +50,9 @@ def render(
 def closing(scored: Report | Series, width: int | None, has_colors: bool) -> str:
     """What to do next, below a report without its details."""
     page = TextPage(width, has_colors)
-    is_one = isinstance(scored, Report)
+    step = _next(scored, False) if isinstance(scored, Report) else _next_of_series(scored, False)
     page.say("")
-    page.say(
-        f"next: {_next(scored, False) if is_one else _next_of_series(scored, False)}", "", "  "
-    )
+    page.say(f"next: {step}", "", "  ")
     page.say("errors of each maneuver: --details; with charts: -o report.html", "dim", "  ")
     return page.text()
 
