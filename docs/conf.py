@@ -41,7 +41,8 @@ nitpick_ignore_regex = [
     (r"py:class", r".*\._\w+"),
     # Types that are not among the public names.
     (r"py:class", r"heyoka_bike\.(bicycle\.column\.Column|scoring\.verdict\.Grade)"),
-    (r"py:class", r"heyoka_bike\.(bicycle\.equations\.reduced\.Equations|motion\.evaluator\.Drift)"),
+    (r"py:class", r"heyoka_bike\.bicycle\.equations\.reduced\.Equations"),
+    (r"py:class", r"heyoka_bike\.motion\.evaluator\.Drift"),
 ]
 # Words of a shape, "(rows,)", are no references.
 suppress_warnings = ["ref.python"]
