@@ -1,4 +1,4 @@
-"""How the documentation site is built; the command is in docs/index.md."""
+"""How the documentation site is built; the command is in CONTRIBUTING.md."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ extensions = [
     "sphinx_argparse_cli",
     # Of this folder's _site.
     "mathml",
+    "redirects",
     "repository_links",
     "run",
 ]
@@ -38,6 +39,10 @@ nitpick_ignore_regex = [
     (r"py:.*", r"(?!heyoka_bike\b).*"),
     # Private fields of dataclasses.
     (r"py:class", r".*\._\w+"),
+    # Types that are not among the public names.
+    (r"py:class", r"heyoka_bike\.(bicycle\.column\.Column|scoring\.verdict\.Grade)"),
+    (r"py:class", r"heyoka_bike\.bicycle\.equations\.reduced\.Equations"),
+    (r"py:class", r"heyoka_bike\.motion\.evaluator\.Drift"),
 ]
 # Words of a shape, "(rows,)", are no references.
 suppress_warnings = ["ref.python"]

@@ -31,7 +31,7 @@ FIGURE = PAGE.parent / "atlas.svg"
 SPEEDS = (4.4, 4.6, 5.0, 5.3, 5.4, 5.6, 5.8, 5.9, 6.0)
 HEAD = (
     "| initial speed [m/s] | largest roll rate of the grid that recovers [rad/s] | with both "
-    "wheels pressed to the floor | edge of falling above it |",
+    "wheels pressed to the floor | basin boundary above it |",
     "| ---: | ---: | ---: | ---: |",
 )
 ANCHOR = 4.6  # [m/s], of which the edge is known in binary128
@@ -62,9 +62,9 @@ def found_in(atlas):
     both = inside[:, None] & (fate == UPRIGHT)
     return {
         "recovers": "\n".join([*HEAD, *rows]),
-        "energy": f"At {rates[at_two]:.2g} rad/s the bicycle comes to run straight from "
-        f"{speeds[stays[:, at_two]].min():.2f} m/s, which the linear equations call unstable.",
-        "inside": f"Of the starts inside the linearly stable range "
+        "energy": f"At {rates[at_two]:.2g} rad/s the bicycle converges to steady straight running "
+        f"from {speeds[stays[:, at_two]].min():.2f} m/s, which the linear equations call unstable.",
+        "inside": f"Of the initial conditions inside the linearly stable range "
         f"{100 * np.mean(part == FALLS):.0f} % of those in the map fall. None recovers from more "
         f"than {rates[recovers.any(axis=0)].max():.2f} rad/s, nor after a lean of more than "
         f"{lean[recovers].max():.3f} rad ({np.degrees(lean[recovers].max()):.0f}°), nor, with both "
@@ -82,7 +82,7 @@ def critical():
 
 
 def edge_at_anchor():
-    """The edge of falling at 4.6 m/s, in neighbouring binary64 numbers."""
+    """The basin boundary at 4.6 m/s, in neighbouring binary64 numbers."""
     wanted = design(
         read_bicycle(benchmark_bicycle()),
         [axis(f"{ANCHOR}:{ANCHOR + 1}:2", "speed"), axis("2:3:2", "roll_rate")], {}, 200.0,

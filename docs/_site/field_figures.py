@@ -125,7 +125,7 @@ def drifts(programs, _):
                     markersize=3 if r["kind"] == "sweep" else 5,
                 )  # fmt: skip
                 if r["kind"] != "sweep" and is_blind(r):
-                    how = {"default": "as it comes", "best": "at its best"}[r["kind"]]
+                    how = {"default": "default settings", "best": "best run"}[r["kind"]]
                     labels.append(Label(x, y, f"{p.name}, {how}", p.kind.colour))
         ax.set_xscale("log")
         ax.margins(x=0.06, y=0.06)
@@ -165,7 +165,7 @@ def _finish(figure, ax, programs, more=()):
         Line2D([], [], color=k.colour, marker=k.marker, markersize=4, linewidth=1.1, label=k.words)
         for k in kinds
     ]
-    hollow = ("hollow: as it comes", {"markersize": 4.5, "markerfacecolor": "white"})
+    hollow = ("hollow: default settings", {"markersize": 4.5, "markerfacecolor": "white"})
     handles += [
         Line2D([], [], color=BLACK, marker="o", linestyle="", label=words, **look)
         for words, look in (hollow, *more)

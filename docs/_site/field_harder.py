@@ -1,4 +1,4 @@
-"""The tables of docs/field-harder.md, from the runs in docs/field.json."""
+"""The extended problem set in docs/reference/compared-software.md, from docs/field.json."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -9,7 +9,7 @@ from heyoka_bike.showing.wording import label, number, one_decimal
 
 ALONE, EDGE = ("H2", "H4"), tuple(f"H3{x}" for x in "abcdef")
 """Problems with a table of their own, and those that share one."""
-KINDS = {"best": "", "default": ", as it comes"}
+KINDS = {"best": "", "default": ", default settings"}
 # Of eq. (1) [%]: what a last digit of an energy in binary64 makes.
 LEAST = 2e-14
 

@@ -1,4 +1,6 @@
-"""The tables and figures of docs/field.md and field-harder.md, from the runs in docs/field.json.
+"""The tables and figures of the pages on compared software, from the runs in docs/field.json.
+
+The pages are docs/field.md and docs/reference/compared-software.md; the README has one sentence.
 
 Run as a script, this writes them: first ``python data/peers/field.py --all -o docs/field.json``,
 on a machine that has nothing else to do.
@@ -22,7 +24,9 @@ from heyoka_bike.showing.figures.style import render
 from heyoka_bike.showing.wording import label, number, one_decimal
 
 DOCS = Path(__file__).parent.parent
-PAGE, HARDER, RUN = DOCS / "field.md", DOCS / "field-harder.md", DOCS / "field.json"
+PAGE, RUN = DOCS / "field.md", DOCS / "field.json"
+TABLES = DOCS / "reference" / "compared-software.md"
+_IN_TABLES = {"default", "H2", "H3", "H4", "harder machine", "harder left out"}
 README = DOCS.parent / "README.md"
 FIGURES = {"field.svg": costs, "field-drift.svg": drifts}
 # Maneuver 2, which the benchmark judges by eq. (1).
@@ -208,7 +212,7 @@ def _setting(said, run):
 def default_table(programs):
     ordered = sorted((p for p in programs if p.default), key=lambda p: -p.default["digits"])
     return table(
-        ("program", "as it comes", "digits", "worst column", "eq. (1) [%]", "time",
+        ("program", "default settings", "digits", "worst column", "eq. (1) [%]", "time",
          "steps or calls"),
         [
             (p.name, p.default["words"] or "", *_result(p, p.default), counted(p.default))
@@ -297,7 +301,7 @@ def passing(programs):
 
 def readme_claim(programs):
     found = claim(programs)
-    return f"{_claimed(found)} ([the field, measured](docs/field.md)). {_range(found)}"
+    return f"{_claimed(found)} ([compared software](docs/field.md)). {_range(found)}"
 
 
 def _range(found):
@@ -356,18 +360,17 @@ def apart(programs):
     found = [(p.best["digits"] - p.default["digits"], p) for p in programs if p.best and p.default]
     least, most = min(found, key=lambda x: x[0]), max(found, key=lambda x: x[0])
     return (
-        f"Between a program as it comes and at its best lie {least[0]:.1f} ({least[1].name}) to "
-        f"{most[0]:.1f} digits ({most[1].name})."
+        f"Between default settings and the best run of a program lie {least[0]:.1f} "
+        f"({least[1].name}) to {most[0]:.1f} digits ({most[1].name})."
     )
 
 
 def pages(document):
     """The pages with their generated parts, by file."""
     found = parts(document)
-    harder = {name: text for name, text in found.items() if name.startswith(("H", "harder"))}
-    rest = {name: text for name, text in found.items() if name not in harder}
+    tables = {name: found.pop(name) for name in _IN_TABLES}
     claimed = {"claim": readme_claim(shown(document))}
-    places = {PAGE: rest, HARDER: harder, README: claimed}
+    places = {PAGE: found, TABLES: tables, README: claimed}
     return {page: filled(page.read_text(encoding="utf-8"), x) for page, x in places.items()}
 
 

@@ -124,7 +124,7 @@ def facts(folder, reference, number):
 
 @dataclass(frozen=True)
 class Motion:
-    """What the codes are given: the regular form of the equations, for near the edge of falling the
+    """What the codes are given: the regular form of the equations, for near the basin boundary the
     mechanical trail passes zero. The state is without the yaw.
     """
 
@@ -301,7 +301,7 @@ def shown(found):
     return {
         "problems": table(
             ("maneuver", "max abs(roll) [rad]", "max abs(steer) [rad]", "condition",
-             "condition at the end", "digits it takes", "certified bound", "steps"),
+             "condition at the end", "log10 of the condition", "certified bound", "steps"),
             [
                 (label(name, m), f"{s['roll']:.3f}", f"{s['steer']:.3f}", f"{s['condition']:.1e}",
                  f"{s['condition_end']:.1e}", f"{np.log10(s['condition']):.1f}", s["bound"],

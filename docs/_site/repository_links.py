@@ -23,7 +23,7 @@ def _plain(app: Sphinx, document: nodes.document) -> None:
         is_elsewhere = (
             link.get("refdomain") == "doc" and link["reftarget"] not in app.env.found_docs
         )
-        is_from_root = (Path(app.srcdir).parent / link["reftarget"]).is_file()
+        is_from_root = (Path(app.srcdir).parent / link["reftarget"].partition("#")[0]).is_file()
         if is_elsewhere or is_from_root or (folder / link["reftarget"]).is_dir():
             link.replace_self(nodes.literal("", link.astext()))
 

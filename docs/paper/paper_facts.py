@@ -75,10 +75,10 @@ def proved(what, maneuver=""):
     return f"{sum(map(counted, said)):,}"
 
 
-@fact("docs/how-this-was-checked.md, tests/checker", "tests/checker/check")
+@fact("docs/verify.md, tests/checker", "tests/checker/check")
 def checker(what):
     """Of the checker in C++: its bound in a maneuver, the values it found right, its lines."""
-    page = text_of("docs/how-this-was-checked.md")
+    page = text_of("docs/verify.md")
     said = among(page, r"(?s)## The digits: a checker of its own(.*?)\n## ")
     if what == "values":
         return among(said, r"all ([\d,]+) values of the benchmark's eight columns")

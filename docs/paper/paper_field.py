@@ -71,7 +71,7 @@ def blind_in(column):
 
 @fact("docs/field.json", FIELD)
 def reaches(program, kind="best"):
-    """Correct digits of a program at its best, or as it comes (default)."""
+    """Correct digits of a program at its best, or at default settings (default)."""
     said = document("docs/field.json")["programs"][program]
     return f"{getattr(next(p for p in _programs() if p.said is said), kind)['digits']:.1f}"
 
@@ -94,7 +94,7 @@ def machine():
 def programs():
     """The programs in a table, the most right first."""
     lines = [
-        "| program | rolling | digits: best | as it comes | eq. (1): best | as it comes | order |",
+        "| program | rolling | digits: best | default | eq. (1): best | default | order |",
         "|:--|:--|--:|--:|--:|--:|--:|",
     ]
     for p in _programs():

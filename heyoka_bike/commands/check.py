@@ -46,7 +46,7 @@ def add_parser(subparsers: Any) -> None:
         "--tolerance",
         metavar="X",
         default="1e-9",
-        help="of a difference over 1 + |value|, in SI units (default 1e-9)",
+        help="of a difference over 1 + abs(value), in SI units (default 1e-9)",
     )
     add_format(p, ("text", "json"), default="text")
     p.set_defaults(run=run)

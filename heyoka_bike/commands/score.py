@@ -22,7 +22,7 @@ examples:
 requirements: [maneuver.][column.]metric op number, the worst of what is not named;
   metrics scd, mescd, max_abs_error, rms_error, max_rel_error, time_to_tolerance,
   performance, coverage, gap; op one of < <= > >=. Exit code 3 if one is not met.
-  What that proves: docs/what-a-met-requirement-means.md
+  What that proves: docs/measures.md
 """
 
 from __future__ import annotations

@@ -9,6 +9,8 @@ from packaging.markers import default_environment
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
+from heyoka_bike.version import __version__
+
 ROOT = Path(__file__).resolve().parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 EXTRAS = PROJECT["optional-dependencies"]
@@ -24,7 +26,7 @@ def as_conda(requirement):
 
 def output(name):
     recipe = yaml.safe_load((ROOT / ".conda" / "recipe.yaml").read_text(encoding="utf-8"))
-    assert recipe["context"]["version"] == PROJECT["version"]
+    assert recipe["context"]["version"] == PROJECT["version"] == __version__
     (found,) = [x for x in recipe["outputs"] if x["package"]["name"] == name]
     return found
 

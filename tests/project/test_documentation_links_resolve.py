@@ -6,6 +6,7 @@ Without Sphinx: what GitHub's readers follow. External addresses are not visited
 import re
 
 import pytest
+from redirects import moved
 
 from heyoka_bike.system.resources import data_folder
 
@@ -94,3 +95,23 @@ def test_links_are_looked_at():
     assert broken(here, good) == []
     assert anchors("# A `b.c` (d)\n## E\n## E\n```sh\n# f\n```\n") == {"a-bc-d", "e", "e-1"}
     assert sum(len(_LINK.findall(prose(page.read_text(encoding="utf-8")))) for page in PAGES) > 50
+
+
+def test_pages_that_moved_are_redirected():
+    found = moved((DOCS / "new.md").read_text(encoding="utf-8"))
+    assert found["field-programs"] == "field.html#how-each-program-models-the-bicycle"
+    table = (DOCS / "new.md").read_text(encoding="utf-8").partition("## Pages that moved")[2]
+    assert len(found) == table.count("\n| ") - 1, "a row is not read"
+    for old, new in found.items():
+        assert not (DOCS / f"{old}.md").exists()
+        assert (DOCS / new.partition("#")[0].replace(".html", ".md")).exists()
+
+
+def test_pages_that_the_program_names_exist():
+    named = {
+        (file, page)
+        for file in (ROOT / "heyoka_bike").rglob("*.py")
+        for page in re.findall(r"\bdocs/[\w/-]+\.md\b", file.read_text(encoding="utf-8"))
+    }
+    assert len(named) > 10
+    assert [(file, page) for file, page in named if not (ROOT / page).exists()] == []

@@ -74,7 +74,8 @@ def _batched(columns: Sequence[Column]) -> Iterator[Sequence[Column]]:
 
 def largest_so_far(maneuver: ReferenceManeuver, name: str, other: str) -> Array:
     """Largest absolute difference of two columns up to each row, from hi + lo."""
-    rows = maneuver.rows
+    # Some definitions are in no dataset: they follow from others.
+    rows = maneuver.continued((maneuver.time, maneuver.time_lo), (name, other))
     apart = np.abs((rows[name] - rows[other]) + (rows.lo[name] - rows.lo[other]))
     found: Array = np.maximum.accumulate(apart)
     return found

@@ -19,7 +19,7 @@ from heyoka_bike.scoring.instants.table import InstantTable, read_table
 from heyoka_bike.system.resources import find_input
 
 TOLERANCE = 1e-9
-"""Of a difference over 1 + |expected|, in SI units. Rounding in binary64 leaves 1e-13 of the
+"""Of a difference over 1 + abs(expected), in SI units. Rounding in binary64 leaves 1e-13 of the
 equations here, and of none a hundred times that; a wrong digit of any parameter is more."""
 
 # Any parameter that acts on it explains one wrong value; the same one in many rows is no more.
@@ -42,7 +42,7 @@ def check(
     bicycle : Bicycle
         By default the benchmark's.
     tolerance
-        Of a difference over 1 + |expected|, SI units.
+        Of a difference over 1 + abs(expected), SI units.
     si
         Whether columns whose name has no unit are in SI units.
 

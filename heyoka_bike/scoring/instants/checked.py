@@ -18,7 +18,7 @@ class CheckedColumn:
     values, missing, wrong
         How many there are, how many are no finite number, and how many are off.
     max_error
-        Largest difference over 1 + |expected|, SI units.
+        Largest difference over 1 + abs(expected), SI units.
     state, place
         Of the worst value: the number of its state, None for one of the user's own; its row.
     found, expected
