@@ -12,12 +12,17 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from heyoka_bike.bicycle.parameters import PARAMETERS, START
+from heyoka_bike.bicycle.parameters import START
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import spread
-from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
 from heyoka_bike.scoring.diagnosis.programs.beginning import beginning
-from heyoka_bike.scoring.diagnosis.programs.program import Found, Mistake, Program, changed
+from heyoka_bike.scoring.diagnosis.programs.program import (
+    Found,
+    Mistake,
+    Program,
+    changed,
+    other_start,
+)
 from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
 from heyoka_bike.scoring.diagnosis.programs.start import STATE
 from heyoka_bike.scoring.diagnosis.residual.causes import Cause
@@ -35,6 +40,8 @@ _START = 25.0
 _HOPED = 5.0
 _PLACES = [STATE.index(name) for name in START]
 _STEPS = 3
+# What leaves so small a part is known well enough by the equations alone.
+_ENOUGH = 1e-6
 _COMPARED = 251
 # Of a value's size, for derivatives by differences.
 _SHIFT = 1e-6
@@ -51,36 +58,19 @@ class Shooting:
     def __init__(self, motions: Sequence[Observed], right: Program, simulator: Simulator) -> None:
         self._motions, self._right, self._simulator = motions, right, simulator
 
-    def refined(self, cause: Cause, *, with_others: bool = False) -> Cause:
-        """A cause with the values that whole runs show, and with others if they show those."""
-        best, left = self._of_values(cause, cause.changes)
-        while with_others and len(best.changes) < _MOST:
-            more, rest = self._of_values(cause, self._further(best.changes))
-            fall = WEIGHTS.values * len(self._motions) * float(np.log(left / rest))
-            if not fall > WEIGHTS.fitted + WEIGHTS.unknown + WEIGHTS.said:
-                break
-            best, left = more, rest
-        return best
-
-    def _of_values(self, cause: Cause, changes: Mapping[str, float]) -> tuple[Cause, float]:
-        """Values nearby that leave least, and how much that is."""
-        names, start = list(changes), np.array(list(changes.values()))
-        x, left, slopes = _shoot(self._errors(names), start, self._sizes(names))
-        found = dict(zip(names, x.tolist(), strict=True))
-        off = dict(zip(names, _uncertain(left, slopes).tolist(), strict=True))
-        return replace(cause, changes=found, uncertain=off), _size(left)
-
-    def _further(self, changes: Mapping[str, float]) -> dict[str, float]:
-        """Values with one more parameter, that to first order leaves least of what these leave."""
-        names = [*changes, *(name for name in PARAMETERS if name not in changes)]
-        known = np.arange(len(changes))
-        x = np.array([changes.get(name, 0.0) for name in names])
-        left, slopes = _derivatives(self._errors(names), x, self._sizes(names))
-        subsets = np.array([[*known, i] for i in range(len(changes), len(names))])
-        steps, gains = solve(_normal(left, slopes), subsets)
-        i = int(np.argmax(gains))
-        values = x[subsets[i]] + steps[i]
-        return dict(zip([names[k] for k in subsets[i]], values.tolist(), strict=True))
+    def refined(self, cause: Cause) -> Cause:
+        """A cause with the values that whole runs show."""
+        names, start = list(cause.changes), np.array(list(cause.changes.values()))
+        errors = self._errors(names)
+        if _size(errors([start])[0]) < _ENOUGH:
+            return cause
+        x, left, slopes = _shoot(errors, start, self._sizes(names))
+        off = _uncertain(left, slopes).tolist()
+        return replace(
+            cause,
+            changes=dict(zip(names, x.tolist(), strict=True)),
+            uncertain=dict(zip(names, off, strict=True)),
+        )
 
     def _sizes(self, names: Sequence[str]) -> Array:
         return np.array([size_of(self._right.bicycle, name) for name in names])
@@ -176,16 +166,19 @@ def _parts(columns: Mapping[str, Array], written: Array) -> Array:
 
 
 def _shoot(errors: Errors, x: Array, sizes: Array) -> tuple[Array, Array, Array]:
-    """Values that leave least, what they leave, and its derivatives, shape (blocks, rows, n)."""
+    """Values that leave least, what they leave, and its derivatives, shape (blocks, rows, n).
+
+    The values are near enough for the derivatives to stay as they are at first.
+    """
     left, slopes = _derivatives(errors, x, sizes)
     for _ in range(_STEPS):
         weights = 1.0 / (np.sqrt(np.mean(left**2, axis=1)) + _NOTHING)
         matrix = (slopes * sizes * weights[:, None, None]).reshape(-1, len(x))
-        step = np.linalg.lstsq(matrix, -(left * weights[:, None]).ravel(), rcond=None)[0]
-        rest, there = _derivatives(errors, x + step * sizes, sizes)
+        step = np.linalg.lstsq(matrix, -(left * weights[:, None]).ravel(), rcond=None)[0] * sizes
+        (rest,) = errors([x + step])
         if not _size(rest) < _size(left):
             break
-        x, left, slopes = x + step * sizes, rest, there
+        x, left = x + step, rest
     return x, left, slopes
 
 
@@ -212,37 +205,3 @@ def _uncertain(left: Array, slopes: Array) -> Array:
     inverse = np.linalg.pinv(products / np.outer(size, size), hermitian=True)
     found: Array = np.sqrt(3.0 * np.diagonal(inverse)) / size
     return found
-
-
-def other_values(
-    changes: Mapping[str, float], uncertain: Mapping[str, float], program: Program
-) -> Mistake:
-    """A program with parameters and forces of other values than the right one."""
-    found = []
-    for name, change in changes.items():
-        right = float(program.bicycle[name]) if name in program.bicycle.values else 0.0
-        found.append(Found(name, None, right + change, right, uncertain[name]))
-    return _mistake(found, lambda p: changed(p, changes), "model")
-
-
-def other_start(found: Sequence[Found]) -> Mistake:
-    """A program that starts otherwise."""
-    added: dict[int, tuple[tuple[int, float], ...]] = {}
-    for x in found:
-        place = STATE.index(x.name.removeprefix("initial_"))
-        assert x.maneuver is not None
-        added[x.maneuver] = (*added.get(x.maneuver, ()), (place, x.value - x.right))
-
-    def make(program: Program) -> Program:
-        starts = {
-            n: replace(s, added=(*s.added, *added.get(n, ()))) for n, s in program.starts.items()
-        }
-        return replace(program, starts=starts)
-
-    return _mistake(found, make, "start")
-
-
-def _mistake(found: Sequence[Found], change: Callable[[Program], Program], kind: str) -> Mistake:
-    code = "_".join(["other", *(f"{x.name}_{x.maneuver or ''}".strip("_") for x in found)])
-    check = ("it" if len(found) == 1 else "them") + " in your input"
-    return Mistake(code, "", check, kind, change, is_fitted=True, found=tuple(found))
