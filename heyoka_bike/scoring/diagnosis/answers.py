@@ -60,9 +60,7 @@ def findings(
     if diagnosis.classes and diagnosis.classes[0][0].codes == (LINEARISED,):
         return (_linearised(diagnosis.classes[0][0]), *_units_beside(diagnosis))
     found = [
-        _fitted(rank, hypotheses, report, diagnosis.causes)
-        if hypotheses[0].found
-        else _explained(rank, hypotheses, diagnosis.causes)
+        _cause(rank, hypotheses, report, diagnosis.causes)
         for rank, hypotheses in enumerate(diagnosis.classes[:_MOST], 1)
     ]
     found += _units_beside(diagnosis) if found else []
@@ -116,15 +114,16 @@ def _without_cause(
     method = _method(diagnosis.causes)
     if method is not None:
         return *shown, method, nothing
-    nearly = _nearly(diagnosis)
     shape = list(numerical.findings(report))
-    is_far = any(f.code in (numerical.TOO_FAR, plain.FALLS) for f in (*shape, *shown))
+    falls = any(f.code == plain.FALLS for f in shown)
+    is_far = falls or any(f.code == numerical.TOO_FAR for f in shape)
+    nearly = _nearly(diagnosis, is_far=is_far)
     # Constraints that drift leave something in the equations, too.
     loses = any(f.code in _LOSES_ENERGY for f in shape) and not is_far
     is_open = [] if loses else _open(diagnosis, is_beside=bool(nearly))
-    if is_far and any(f.code == plain.FALLS for f in shown):
-        shape = []
-    elif is_open or nearly:
+    if falls:
+        return *nearly, *is_open, *shown
+    if is_open or nearly:
         shape = [f for f in shape if f.code != "smooth_error"]
     return *nearly, *is_open, *shown, nothing, *shape
 
@@ -213,10 +212,11 @@ def _open(diagnosis: Diagnosis, *, is_beside: bool) -> list[Finding]:
     ]
 
 
-def _nearly(diagnosis: Diagnosis) -> list[Finding]:
+def _nearly(diagnosis: Diagnosis, *, is_far: bool) -> list[Finding]:
     """What explains most of the error, but leaves more of it than an integrator does."""
     causes = diagnosis.causes
-    if diagnosis.towards:
+    # Whole runs that have hardly anything of the motion left have no direction.
+    if diagnosis.towards and not is_far:
         first = diagnosis.towards[0]
         lateral = {k: x for k, x in first.after.items() if k[1] in LATERAL} or first.after
         number, key = first.unexplained or max(lateral, key=lateral.__getitem__)
@@ -230,7 +230,7 @@ def _nearly(diagnosis: Diagnosis) -> list[Finding]:
             "after": _evidence(first.after),
         }  # fmt: skip
     elif causes is not None and causes.best is not None:
-        # Whole runs do not show it: of motions that diverge they show little.
+        # Of motions that diverge whole runs show little.
         mistakes, relief = causes.best, causes.relief(causes.best)
         said = ", and ".join(_changed(m.found) if m.found else m.says for m in mistakes)
         codes, evidence = [m.code for m in mistakes], {"relief": relief}
@@ -248,34 +248,6 @@ def _nearly(diagnosis: Diagnosis) -> list[Finding]:
 
 def _said(h: Hypothesis) -> str:
     return ", and ".join(_changed(m.found) if m.found else m.says for m in h.mistakes)
-
-
-def _explained(rank: int, hypotheses: Sequence[Hypothesis], causes: Causes | None) -> Finding:
-    first, *others = hypotheses
-    text = f"{'' if rank == 1 else 'or, less likely, '}{_said(first)}. "
-    text += _evidence_of(first, causes)
-    text += ". Check " + ", and ".join(dict.fromkeys(m.check for m in first.mistakes))
-    if any(m.kind == "start" for m in first.mistakes):
-        text += (
-            ". Where rolling does not allow a start, the nearest velocities in kinetic energy are "
-            "taken, as an impulse of the constraint forces leaves them"
-        )
-    if others:
-        text += ". The file cannot tell this from " + "; or ".join(map(_said, others[:_MOST]))
-    return Finding(
-        "mistake",
-        text[0].upper() + text[1:],
-        Severity.WARNING if rank == 1 else Severity.INFO,
-        {
-            "rank": rank,
-            "mistakes": list(first.codes),
-            "gain": first.gain,
-            "relief": first.relief,
-            "before": _evidence(first.before),
-            "after": _evidence(first.after),
-            "indistinguishable": [list(h.codes) for h in others],
-        },
-    )
 
 
 def _evidence_of(h: Hypothesis, causes: Causes | None) -> str:
@@ -310,41 +282,52 @@ def _written_as_given(found: Sequence[Found], report: Report) -> Iterator[str]:
             yield f"{key} of maneuver {x.maneuver}"
 
 
-def _fitted(
+def _cause(
     rank: int, hypotheses: Sequence[Hypothesis], report: Report, causes: Causes | None
 ) -> Finding:
-    """The fewest parameters, forces or starts that explain the file."""
-    best, *others = hypotheses
-    text = (
-        f"{_COUNTS.get(len(best.found), 'These explain')} it: {_changed(best.found)}. "
-        + _evidence_of(best, causes)
-    )
-    if any(x.name in FORCES for x in best.found):
-        text += (
-            ". The benchmark has no force but gravity, and all terms of the equations of motion: "
-            "check what your program applies beside gravity, by default or in its joints"
-        )
-    elif as_given := list(_written_as_given(best.found, report)):
-        text += (
-            f". But the first row has {' and '.join(as_given)} as given: the motion is another "
-            "from the second row on, so look at the first step, not at the input"
-        )
-    else:
-        text += f". Check {best.mistakes[0].check}"
+    """Mistakes, or the fewest parameters, forces or starts, that explain the file."""
+    first, *others = hypotheses
+    said = _said(first)
+    if first.found:
+        said = f"{_COUNTS.get(len(first.found), 'These explain')} it: {said}"
+    text = ("" if rank == 1 else "or, less likely: ") + said
+    text = f"{text[0].upper()}{text[1:]}. {_evidence_of(first, causes)}. {_advice(first, report)}"
     if others:
         text += ". The file cannot tell this from " + "; or ".join(map(_said, others[:_MOST]))
-    fits = [h.found for h in hypotheses if h.found]
-    return Finding(
-        "parameters",
-        text if rank == 1 else "or, less likely: " + text,
-        Severity.WARNING if rank == 1 else Severity.INFO,
-        {
-            "rank": rank,
-            "changes": [[_as_evidence(x) for x in found] for found in fits],
-            "gain": best.gain,
-            "relief": best.relief,
-        },
-    )
+    evidence: dict[str, Any] = {"rank": rank, "gain": first.gain, "relief": first.relief}
+    if first.found:
+        fits = [h.found for h in hypotheses if h.found]
+        evidence["changes"] = [[_as_evidence(x) for x in found] for found in fits]
+    else:
+        evidence |= {
+            "mistakes": list(first.codes),
+            "before": _evidence(first.before),
+            "after": _evidence(first.after),
+            "indistinguishable": [list(h.codes) for h in others],
+        }
+    severity = Severity.WARNING if rank == 1 else Severity.INFO
+    return Finding("parameters" if first.found else "mistake", text, severity, evidence)
+
+
+def _advice(h: Hypothesis, report: Report) -> str:
+    """What to look at."""
+    if any(x.name in FORCES for x in h.found):
+        return (
+            "The benchmark has no force but gravity, and all terms of the equations of motion: "
+            "check what your program applies beside gravity, by default or in its joints"
+        )
+    if as_given := list(_written_as_given(h.found, report)):
+        return (
+            f"But the first row has {' and '.join(as_given)} as given: the motion is another "
+            "from the second row on, so look at the first step, not at the input"
+        )
+    text = "Check " + ", and ".join(dict.fromkeys(m.check for m in h.mistakes))
+    if not h.found and any(m.kind == "start" for m in h.mistakes):
+        text += (
+            ". Where rolling does not allow a start, the nearest velocities in kinetic energy are "
+            "taken, as an impulse of the constraint forces leaves them"
+        )
+    return text
 
 
 def _changed(found: Sequence[Found]) -> str:

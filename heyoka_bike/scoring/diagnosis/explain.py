@@ -109,7 +109,9 @@ def explain(
     read_off = [
         (m,) for m in (*LINEAR_PROGRAMS, *_OF_OUTPUT, *([order] if order else []), *_clock(causes))
     ]
-    found = tried.judged([*of_model, *((m,) for m in of_start), *read_off], 0.7)
+    found = tried.judged(of_model, 0.5)
+    if not any(h.leaves_nothing for h in found):
+        found += tried.judged([*((m,) for m in of_start), *read_off], 0.7)
     pairs = tried.judged([p for p in proposed if len(p) > 1], 0.75)
     best = max(found, key=lambda h: h.log_odds, default=None)
     if best is None or not best.leaves_nothing:

@@ -27,8 +27,6 @@ _WORSE = 10.0
 _LYING, _LEFT_OF_HEIGHT = np.pi / 2, 0.5
 # ... and falls there from upright, by less than so much from row to row, as noise does not [rad].
 _UPRIGHT, _STRIDE = 0.1, 1.0
-# What a sum of energies is off by at least.
-_ROUNDOFF = 1e-12
 _GIVEN = ("roll_rate", "forward_speed")
 FALLS = "falls_over"
 """Code of the finding that the bicycle falls over."""
@@ -170,8 +168,7 @@ def columns_apart(report: Report) -> Finding | None:
     )
     columns = {key: [c for _, c in report.by_column()[key] if c.values] for key in keys}
     fits = {key: fit for key in keys if (fit := scaled(columns[key])) is not None}
-    seen = [f"{key} is {fit.says(columns[key][0].unit)}" for key, fit in fits.items()]
-    how = "; ".join([*seen, *_offsets(report, [key for key in found if key not in fits])])
+    how = "; ".join(f"{key} is {fit.says(columns[key][0].unit)}" for key, fit in fits.items())
     rest = max(limit for _, limit in each.values())
     return Finding(
         "columns_apart",
@@ -188,19 +185,3 @@ def columns_apart(report: Report) -> Finding | None:
             "factors": {key: fit.factor for key, fit in fits.items()},
         },
     )
-
-
-def _offsets(report: Report, apart: Sequence[str]) -> Iterator[str]:
-    """How far the first rows are off, where they are."""
-    for key in apart:
-        off = []
-        for m in report.maneuvers:
-            c = next((c for c in m.columns if c.key == key and c.values), None)
-            if c is not None and c.trace.time[0] == 0.0:
-                error = float(c.trace.error[0])
-                size = float(np.max(np.abs(c.trace.error)))
-                least = max(_START * size, _ROUNDOFF * abs(float(c.trace.value[0])))
-                off.append(f"{error:+.6g}" if abs(error) > least else "right")
-        if any(x != "right" for x in off):
-            column = next(c for m in report.maneuvers for c in m.columns if c.key == key)
-            yield f"in the first row {key} is off by {' / '.join(off)} {_unit(column)}"

@@ -56,6 +56,8 @@ class _Thresholds:
         tell more of a small one beside a large one.
     promise
         To first order a large change explains little: this power of its relief is hoped for.
+    enough
+        What explains this part of all that the digits show needs no further value.
     beside
         Pairs of unknowns that are tried with a third.
     steps, halvings
@@ -71,6 +73,7 @@ class _Thresholds:
     rivals: int = 6
     also: float = 1.05
     promise: float = 4.0
+    enough: float = 0.1
     beside: int = 12
     steps: int = 6
     halvings: int = 5
@@ -157,14 +160,14 @@ class Causes:
 
     @property
     def best(self) -> tuple[Mistake, ...] | None:
-        """What explains most by the equations alone; None if nothing is likely."""
+        """What explains nearly all by the equations alone; None if nothing does."""
         count = len(self.motions)
         likely = max((*self.known, *self.fitted), key=lambda c: log_odds(c, count), default=None)
         if (
             likely is None
             or not self.is_shown
             or self.is_blown_up
-            or likely.relief < WEIGHTS.explains
+            or likely.relief < WEIGHTS.mostly
             or log_odds(likely, count) < WEIGHTS.said
         ):
             return None
@@ -323,7 +326,10 @@ def _fitted(remainder: _Remainder, known: Sequence[Cause], maneuvers: int) -> tu
     best: list[Cause] = []
     members = None
     least = max([0.0, *(log_odds(c, maneuvers) for c in known)])
+    enough = _T.enough * remainder.relief(np.zeros_like(remainder.rows))
     for size, count in ((1, 6), (2, 3), (3, 2)):
+        if any(c.relief > enough for c in best):
+            break
         first = best_subsets(normal, size, _T.beside, members)
         members = first.members
         promised = Cause(

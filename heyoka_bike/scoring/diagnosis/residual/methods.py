@@ -173,4 +173,5 @@ def _usual(step: float, time: Array) -> float:
     """The step, or the one near it of which rows are a multiple or a part."""
     spacing = float(np.median(np.diff(time)))
     near = spacing / round(spacing / step) if step < spacing else spacing * round(step / spacing)
-    return near if abs(step - near) < _NEAR * near else step
+    # Times are sums of steps, or their binary64 numbers.
+    return float(f"{near:.9g}") if abs(step - near) < _NEAR * near else step
