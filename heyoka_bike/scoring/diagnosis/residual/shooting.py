@@ -26,18 +26,17 @@ from heyoka_bike.scoring.diagnosis.programs.program import (
 from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
 from heyoka_bike.scoring.diagnosis.programs.start import STATE
 from heyoka_bike.scoring.diagnosis.residual.causes import Cause
-from heyoka_bike.scoring.diagnosis.residual.linear_fits import Blocks, best_subsets, blocks, solve
+from heyoka_bike.scoring.diagnosis.residual.linear_fits import Blocks, best_subsets, blocks
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE as KEYS
 from heyoka_bike.scoring.diagnosis.residual.observed import Observed
 from heyoka_bike.scoring.diagnosis.residual.terms import size_of
 
-# Each further value of a start must explain so many times more; there are so many at the most.
+# Each further value of a start must explain so many times more, and the start that is read off the
+# rows explain so much; there are so many values at the most.
 _FURTHER, _MOST = 3.0, 3
 # By how much the right start of one maneuver must be better than the one that is given: errors of
 # correct programs are explained by a factor of up to 9 by one value of it, and 30 by three.
 _START = 25.0
-# To first order, so much of that must show.
-_HOPED = 5.0
 _PLACES = [STATE.index(name) for name in START]
 _STEPS = 3
 # What leaves so small a part is known well enough by the equations alone.
@@ -108,12 +107,9 @@ class Shooting:
         errors = self._left_by([motion], lambda x: self._started(motion, x))
         both = [0.0 * read, read - given]
         before, near = (_size(left) for left in errors(both))
-        x = both[int(near < before)]
-        left, slopes = _derivatives(errors, x, np.ones(len(START)))
-        gain = float(solve(_normal(left, slopes), np.arange(len(START))[None])[1][0])
-        if not before * gain > _HOPED * _size(left):
+        if not before > _FURTHER * near:
             return []
-        x, left, slopes = _shoot(errors, x, np.ones(len(START)))
+        x, left, slopes = _shoot(errors, both[1], np.ones(len(START)))
         if not before > _START * _size(left):
             return []
         # As few as will do, to first order around the start that was found.
