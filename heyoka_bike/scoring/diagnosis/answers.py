@@ -266,7 +266,7 @@ def _evidence_of(h: Hypothesis, causes: Causes | None) -> str:
 
 
 def _part(share: float) -> str:
-    return f"{100 * share:.2g} %" if share < 1.0 else f"{share:.2g} times its size"
+    return f"{100 * share:.2g} %" if share < 2.0 else f"{share:.2g} times its size"
 
 
 def _written_as_given(found: Sequence[Found], report: Report) -> Iterator[str]:

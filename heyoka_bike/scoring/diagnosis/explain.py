@@ -149,6 +149,10 @@ def _of_causes(causes: Causes, file: SeenFile) -> list[tuple[Mistake, ...]]:
     shooting = file.shooting(causes.motions)
     ranked = likely(causes.fitted)
     fitted = [shooting.refined(c) for c in ranked[:_REFINED]]
+    alone = next((c for c in causes.fitted if len(c.changes) == 1), None)
+    if ranked and alone is not None and len(ranked[0].changes) > 1:
+        # The equations speak for several values: whole runs tell better which.
+        fitted.append(shooting.refined(alone, with_others=True))
     return [
         *(c.mistakes for c in likely(causes.known)),
         *((other_values(c.changes, c.uncertain, causes.program),) for c in fitted),

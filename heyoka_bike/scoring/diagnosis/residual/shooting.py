@@ -12,9 +12,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from heyoka_bike.bicycle.parameters import START
+from heyoka_bike.bicycle.parameters import PARAMETERS, START
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import spread
+from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
 from heyoka_bike.scoring.diagnosis.programs.beginning import beginning
 from heyoka_bike.scoring.diagnosis.programs.program import (
     Found,
@@ -26,7 +27,7 @@ from heyoka_bike.scoring.diagnosis.programs.program import (
 from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
 from heyoka_bike.scoring.diagnosis.programs.start import STATE
 from heyoka_bike.scoring.diagnosis.residual.causes import Cause
-from heyoka_bike.scoring.diagnosis.residual.linear_fits import Blocks, best_subsets, blocks
+from heyoka_bike.scoring.diagnosis.residual.linear_fits import Blocks, best_subsets, blocks, solve
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE as KEYS
 from heyoka_bike.scoring.diagnosis.residual.observed import Observed
 from heyoka_bike.scoring.diagnosis.residual.terms import size_of
@@ -57,19 +58,40 @@ class Shooting:
     def __init__(self, motions: Sequence[Observed], right: Program, simulator: Simulator) -> None:
         self._motions, self._right, self._simulator = motions, right, simulator
 
-    def refined(self, cause: Cause) -> Cause:
-        """A cause with the values that whole runs show."""
-        names, start = list(cause.changes), np.array(list(cause.changes.values()))
+    def refined(self, cause: Cause, *, with_others: bool = False) -> Cause:
+        """A cause with the values that whole runs show, and with others if they show those."""
+        best, left = self._of_values(cause, cause.changes)
+        while with_others and len(best.changes) < _MOST:
+            more, rest = self._of_values(cause, self._further(best.changes))
+            fall = WEIGHTS.values * len(self._motions) * float(np.log(left / rest))
+            if not fall > WEIGHTS.fitted + WEIGHTS.unknown + WEIGHTS.said:
+                break
+            best, left = more, rest
+        return best
+
+    def _of_values(self, cause: Cause, changes: Mapping[str, float]) -> tuple[Cause, float]:
+        """Values nearby that leave least, and how much that is."""
+        names, start = list(changes), np.array(list(changes.values()))
         errors = self._errors(names)
-        if _size(errors([start])[0]) < _ENOUGH:
-            return cause
+        near = _size(errors([start])[0])
+        if changes == cause.changes and near < _ENOUGH:
+            return cause, near
         x, left, slopes = _shoot(errors, start, self._sizes(names))
-        off = _uncertain(left, slopes).tolist()
-        return replace(
-            cause,
-            changes=dict(zip(names, x.tolist(), strict=True)),
-            uncertain=dict(zip(names, off, strict=True)),
-        )
+        found = dict(zip(names, x.tolist(), strict=True))
+        off = dict(zip(names, _uncertain(left, slopes).tolist(), strict=True))
+        return replace(cause, changes=found, uncertain=off), _size(left)
+
+    def _further(self, changes: Mapping[str, float]) -> dict[str, float]:
+        """Values with one more parameter, that to first order leaves least of what these leave."""
+        names = [*changes, *(name for name in PARAMETERS if name not in changes)]
+        known = np.arange(len(changes))
+        x = np.array([changes.get(name, 0.0) for name in names])
+        left, slopes = _derivatives(self._errors(names), x, self._sizes(names))
+        subsets = np.array([[*known, i] for i in range(len(changes), len(names))])
+        steps, gains = solve(_normal(left, slopes), subsets)
+        i = int(np.argmax(gains))
+        values = x[subsets[i]] + steps[i]
+        return dict(zip([names[k] for k in subsets[i]], values.tolist(), strict=True))
 
     def _sizes(self, names: Sequence[str]) -> Array:
         return np.array([size_of(self._right.bicycle, name) for name in names])
