@@ -4,12 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
-from scipy.interpolate import CubicHermiteSpline, CubicSpline
 from support.fixed_steps import SPACING, Equations
 from support.made_results import codes, made, smooth_error
 
-from heyoka_bike.scoring.diagnosis.numerical.causes import findings
+from heyoka_bike.scoring.diagnosis.numerical import findings
 from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.score import score
 from heyoka_bike.system.resources import data_folder
@@ -44,23 +42,10 @@ def with_errors(reference, level, more):
     return made(reference, change)
 
 
-@pytest.mark.parametrize("method", ["RK45", "DOP853", "Radau", "BDF", "LSODA"])
-@pytest.mark.parametrize("rtol", [1e-4, 1e-7])
-def test_errors_are_rough_of_steps_chosen_by_a_tolerance(equations, reference, method, rtol):
-    time = SPACING * np.arange(1001)
-    states = [
-        solve_ivp(lambda _, y: equations.slope(y), (0.0, 10.0), start, method,
-                  t_eval=time, rtol=rtol, atol=rtol / 100).y
-        for start in equations.start.T
-    ]  # fmt: skip
-    found = told(equations.results(np.stack(states, axis=1)), reference)
-    assert "steps_of_varying_size" in names(found)
-
-
-def test_the_shipped_runs_of_scipy_are_rough(reference):
+def test_steps_chosen_by_a_tolerance_are_no_noise(reference):
     for tolerance in ("1e-4", "1e-7", "1e-10"):
         found = told(read_results(PEERS / f"scipy-rtol{tolerance}.txt"), reference)
-        assert names(found) == ["steps_of_varying_size"]
+        assert names(found) == ["smooth_error"]
 
 
 @pytest.mark.parametrize("level", [1e-8, 1e-3])
@@ -132,22 +117,6 @@ def test_the_ringing_of_the_shipped_coarse_run_is_seen(reference):
     assert np.mean(differences[1:] * differences[:-1] < 0) > 0.9
     found = told(read_results(PEERS / "exudyn-h0.01.txt"), reference)
     assert "step_ringing" in names(found)
-
-
-@pytest.mark.parametrize(("rows", "degree"), [(4, 1), (10, 1), (4, 3), (6, 3)])
-def test_rows_interpolated_between_steps_are_told(reference, rows, degree):
-    def between(key, values, number):
-        m = reference[number]
-        knots = m.time[::rows]
-        if degree == 1:
-            return np.interp(m.time, knots, values[::rows]) - values
-        rates = CubicSpline(m.time, values).derivative()(knots)
-        return CubicHermiteSpline(knots, values[::rows], rates)(m.time) - values
-
-    found = told(with_errors(reference, 1e-6, between), reference)
-    (finding,) = [f for f in found if f.code == "interpolated_output"]
-    assert (finding.evidence["rows"], finding.evidence["first"]) == (rows, 0)
-    assert finding.evidence["degree"] == degree
 
 
 @pytest.mark.parametrize("level", [1e-8, 1e-4])

@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from heyoka_bike.scoring.diagnosis import numerical
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
-from heyoka_bike.scoring.diagnosis.numerical import causes
 from heyoka_bike.scoring.diagnosis.plain import columns_apart
 from heyoka_bike.scoring.findings import Severity
 from heyoka_bike.scoring.reading import read_results
@@ -25,9 +25,9 @@ def test_errors_of_roll_and_steer_alone_are_of_the_motion(reference):
 def test_single_precision_is_no_cause_of_what_a_tolerance_does(reference):
     """Dopri5 of diffrax with rtol = atol = 1e-5, in binary32: 1.4e-3; in binary64: 2.3e-3."""
     read = read_results(Path(__file__).parent / "judged" / "diffrax-default.txt.gz")
-    *others, single = causes.findings(score(read, reference))
+    *others, single = numerical.findings(score(read, reference))
     assert (single.code, single.severity) == ("single_precision", Severity.INFO)
-    assert "is another's" in single.message
+    assert "another cause comes before" in single.message
     assert others
 
 

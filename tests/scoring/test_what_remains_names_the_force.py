@@ -22,6 +22,7 @@ from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKE
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS
 from heyoka_bike.scoring.diagnosis.programs.forces import Moving, dot, rates_altered
+from heyoka_bike.scoring.diagnosis.programs.program import other_values
 from heyoka_bike.scoring.diagnosis.programs.start import initial_state
 from heyoka_bike.scoring.diagnosis.residual.causes import find_causes, log_odds
 from heyoka_bike.scoring.diagnosis.residual.observed import observe
@@ -65,10 +66,21 @@ def test_the_reference_leaves_nothing(reference, equations):
 def test_a_mistake_of_the_model_is_what_remains(reference, equations, code):
     found = causes_of(results_of(reference, [BY_CODE[code]]), reference, equations)
     assert [m.code for m in found.known[0].mistakes] == [code]
-    # Nothing but roundoff of what is seen in six digits or more.
-    assert found.known[0].relief > 1e5
+    # Nothing is left but what needs no cause, 1e-8, of what is seen in four digits or more.
+    assert found.known[0].relief > 1e4
     assert all(c.relief < 1e-2 * found.known[0].relief for c in found.known[1:])
     assert found.fitted == ()
+
+
+@pytest.mark.parametrize("symbol", ["IFxx", "IRxx"])
+def test_a_parameter_is_found_where_nothing_of_it_is_left(reference, equations, symbol):
+    """An inertia of zero: to first order, accelerations are three times as far away."""
+    right = float(correct(reference).bicycle[symbol])
+    zero = other_values({symbol: -right}, {symbol: 0.0}, correct(reference))
+    found = causes_of(results_of(reference, [zero]), reference, equations)
+    assert list(found.fitted[0].changes) == [symbol]
+    assert found.fitted[0].changes[symbol] == pytest.approx(-right, rel=1e-6)
+    assert not found.is_open
 
 
 @pytest.mark.parametrize("code", ["steer_rate_as_roll_rate", "speed_by_front_radius"])

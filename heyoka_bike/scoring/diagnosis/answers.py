@@ -9,14 +9,14 @@ from heyoka_bike.bicycle.parameters import PARAMETERS
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.reference.sensitivities import UNKNOWNS
 from heyoka_bike.scoring.column_score import ColumnScore
-from heyoka_bike.scoring.diagnosis import plain
+from heyoka_bike.scoring.diagnosis import numerical, plain
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis
 from heyoka_bike.scoring.diagnosis.explain import Diagnosis
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
-from heyoka_bike.scoring.diagnosis.numerical import causes as numerical
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
 from heyoka_bike.scoring.diagnosis.programs.program import Found
 from heyoka_bike.scoring.diagnosis.residual.causes import Causes
+from heyoka_bike.scoring.diagnosis.residual.methods import CLOCK
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.judge.conventions import UNITS_BESIDE, in_units
 from heyoka_bike.scoring.report import Explanation, ManeuverScore, Report
@@ -29,7 +29,7 @@ _MOST = 3
 # A correct file's error is its floor; sums and conversions make it a few times that.
 _AT_FLOOR = 4.0
 # What is seen at once and is the whole cause.
-_EXPLAIN = ("falls_over", "rows_repeated", "column_of_another_maneuver")
+_EXPLAIN = ("rows_repeated", "column_of_another_maneuver")
 # In which columns a start is written, and the part of a change by which a first row may miss what
 # is given and still have it.
 _STARTS = {"initial_roll": "roll_angle", "initial_steer": "steer_angle",
@@ -38,8 +38,8 @@ _STARTS = {"initial_roll": "roll_angle", "initial_steer": "steer_angle",
 _AS_GIVEN = 0.1
 _UNITS = {**UNKNOWNS, **{name: force.unit for name, force in FORCES.items()}}
 _LOSES_ENERGY = ("energy_grows", "numerical_damping")
-_OF_ANY_INTEGRATOR = ("smooth_error", "steps_of_varying_size")
-_MOST_DECIMALS = 12
+# Of a value, in parts of it.
+_MOST_DIGITS = 1e-7
 # What remains below this part of a column's size is not worth a word: six digits are right.
 _SEEN = 1e-6
 # A part of a term that is all of it.
@@ -60,20 +60,17 @@ def findings(
     if diagnosis.classes and diagnosis.classes[0][0].codes == (LINEARISED,):
         return (_linearised(diagnosis.classes[0][0]), *_units_beside(diagnosis))
     found = [
-        _fitted(rank, hypotheses, report, diagnosis.causes)
-        if hypotheses[0].found
-        else _explained(rank, hypotheses, diagnosis.causes)
+        _cause(rank, hypotheses, report, diagnosis.causes)
         for rank, hypotheses in enumerate(diagnosis.classes[:_MOST], 1)
     ]
     found += _units_beside(diagnosis) if found else []
     known = reference or load_reference()
     first = list(plain.shown(report, known))
     if found:
-        # A start that is named as a mistake is not named again.
-        first = [f for f in first if f.code != "another_start"]
-    else:
-        found += _without_cause(diagnosis, report, known, columns, first)
-    return (*first, *found)
+        # A start that is named as a mistake is not named again, and a fall follows from its cause.
+        falls = [f for f in first if f.code == plain.FALLS]
+        return (*(f for f in first if f.code not in ("another_start", plain.FALLS)), *found, *falls)
+    return _without_cause(diagnosis, report, columns, first)
 
 
 def is_right(report: Report) -> bool:
@@ -103,30 +100,32 @@ def nothing_wrong(which: str) -> Finding:
 
 
 def _without_cause(
-    diagnosis: Diagnosis, report: Report, reference: Reference,
+    diagnosis: Diagnosis, report: Report,
     columns: Sequence[tuple[ManeuverScore, ColumnScore]], shown: Sequence[Finding],
-) -> list[Finding]:  # fmt: skip
+) -> tuple[Finding, ...]:  # fmt: skip
     """What is left to say where neither a mistake nor a parameter explains the file."""
     if any(f.code in _EXPLAIN for f in shown):
-        return []
-    found = [_no_mistake(diagnosis, columns)]
+        return tuple(shown)
+    nothing = _no_mistake(diagnosis, columns)
     apart = plain.columns_apart(report)
     if apart is not None:
         # Nothing about the motion, which is right.
-        return [apart, *found]
-    # A force that no integrator makes comes first; what the error looks like says nothing then.
-    is_open = _open(diagnosis)
+        return *shown, apart, nothing
+    method = _method(diagnosis.causes)
+    if method is not None:
+        return *shown, method, nothing
     shape = list(numerical.findings(report))
-    if any(f.code == numerical.TOO_FAR for f in shape):
-        # What has hardly anything of the motion left has no direction either.
-        return is_open or found + shape
-    if any(f.code in _LOSES_ENERGY for f in shape):
-        # Constraints that drift leave something in the equations, too.
-        is_open = []
-    towards = _towards(diagnosis)
-    if is_open or towards:
-        shape = [f for f in shape if f.code not in _OF_ANY_INTEGRATOR]
-    return [*is_open, *found, *towards, *shape]
+    falls = any(f.code == plain.FALLS for f in shown)
+    is_far = falls or any(f.code == numerical.TOO_FAR for f in shape)
+    nearly = _nearly(diagnosis, is_far=is_far)
+    # Constraints that drift leave something in the equations, too.
+    loses = any(f.code in _LOSES_ENERGY for f in shape) and not is_far
+    is_open = [] if loses else _open(diagnosis, is_beside=bool(nearly))
+    if falls:
+        return *nearly, *is_open, *shown
+    if is_open or nearly:
+        shape = [f for f in shape if f.code != "smooth_error"]
+    return *nearly, *is_open, *shown, nothing, *shape
 
 
 def explanation(diagnosis: Diagnosis, found: Sequence[Finding]) -> Explanation | None:
@@ -168,94 +167,106 @@ def _linearised(found: Hypothesis) -> Finding:
     )
 
 
-def _open(diagnosis: Diagnosis) -> list[Finding]:
-    """That there is a force or a term which nothing explains."""
+def _method(causes: Causes | None) -> Finding | None:
+    """The integrator that makes the error."""
+    methods = [m for m in causes.methods if m.says != CLOCK] if causes else []
+    if not methods:
+        return None
+    names = " or ".join(f"{m.says} with a step of {m.step:.3g} s" for m in methods)
+    best = methods[0]
+    return Finding(
+        "integrator",
+        f"{names[0].upper()}{names[1:]} makes this error. What it leaves of the exact equations, "
+        "in the rates of the angles and in the accelerations, falls by a factor of "
+        f"{best.relief:.2g} with the first term of the method's own error. Take a smaller step, "
+        "or a method of higher order",
+        evidence={
+            "methods": [{"method": m.says, "step": m.step} for m in methods],
+            "relief": best.relief,
+        },
+    )
+
+
+def _open(diagnosis: Diagnosis, *, is_beside: bool) -> list[Finding]:
+    """That there is a force or a term which nothing explains, alone or beside what nearly does."""
     causes = diagnosis.causes
     if causes is None or not causes.is_open or causes.is_blown_up:
         return []
     names = {"roll": 0.0, "steer": 0.0, "speed": 0.0} | dict(causes.shares)
     where = max(names, key=names.__getitem__)
+    what = (
+        "What is left has another cause, a force or a term that is none of those known here"
+        if is_beside
+        else "A force or a term is missing, or one too many, and it is none that is known here"
+    )
     return [
         Finding(
             "term_unexplained",
-            "A force or a term is missing, or one too many, and it is none that is known here: in "
-            "the exact equations of motion the file's own motion leaves "
-            f"{100 * names['roll']:.2g} % of the roll acceleration and "
-            f"{100 * names['steer']:.2g} % of the steer acceleration, {causes.above:.2g} times "
-            "what its rates are off from the slopes of its angles, where errors of integrators are "
-            f"as large. Look at the equation of {where} first, and at what acts beside gravity",
+            f"{what}. The file's own roll acceleration is off from the exact equations by "
+            f"{_part(names['roll'])}, its steer acceleration by {_part(names['steer'])}. An "
+            f"integrator would leave {causes.above:.2g} times less, by the slopes of the angles. "
+            f"Look at the equation of {where} first, and at what acts beside gravity",
             Severity.WARNING,
             {"shares": names, "above": causes.above},
         )
     ]
 
 
-def _towards(diagnosis: Diagnosis) -> list[Finding]:
-    """What makes the error smaller, but leaves more of it than an integrator does."""
-    if not diagnosis.towards:
+def _nearly(diagnosis: Diagnosis, *, is_far: bool) -> list[Finding]:
+    """What explains most of the error, but leaves more of it than an integrator does."""
+    causes = diagnosis.causes
+    # Whole runs that have hardly anything of the motion left have no direction.
+    if diagnosis.towards and not is_far:
+        first = diagnosis.towards[0]
+        lateral = {k: x for k, x in first.after.items() if k[1] in LATERAL} or first.after
+        number, key = first.unexplained or max(lateral, key=lateral.__getitem__)
+        said, codes = _said(first), list(first.codes)
+        text = (
+            f"Simulated with this, the error falls by a factor of {first.relief:.2g}, but {key} of "
+            f"maneuver {number} keeps more than an integrator leaves"
+        )
+        evidence: dict[str, Any] = {
+            "relief": first.relief, "maneuver": number, "column": key,
+            "after": _evidence(first.after),
+        }  # fmt: skip
+    elif causes is not None and causes.best is not None:
+        # Of motions that diverge whole runs show little.
+        mistakes, relief = causes.best, causes.relief(causes.best)
+        said = ", and ".join(_changed(m.found) if m.found else m.says for m in mistakes)
+        codes, evidence = [m.code for m in mistakes], {"relief": relief}
+        text = f"What disagrees with the exact equations falls by a factor of {relief:.2g} with it"
+    else:
         return []
-    first = diagnosis.towards[0]
-    lateral = {k: x for k, x in first.after.items() if k[1] in LATERAL} or first.after
-    place = first.unexplained or max(lateral, key=lateral.__getitem__)
-    evidence: dict[str, Any] = {"mistakes": list(first.codes), "after": _evidence(first.after)}
-    number, key = place
-    text = (
-        f"It goes in the direction of this, which does not explain it: {_said(first)}; the "
-        f"typical error is smaller by a factor of {first.relief:.2g}, but {key} of maneuver "
-        f"{number} keeps more than an integrator leaves, by what the file shows of it elsewhere"
-    )
-    evidence |= {"relief": first.relief, "maneuver": number, "column": key}
-    return [Finding("direction", text, evidence=evidence)]
+    return [
+        Finding(
+            "direction",
+            f"Nearly explained by this: {said}. {text}",
+            evidence={"mistakes": codes, **evidence},
+        )
+    ]
 
 
 def _said(h: Hypothesis) -> str:
     return ", and ".join(_changed(m.found) if m.found else m.says for m in h.mistakes)
 
 
-def _explained(rank: int, hypotheses: Sequence[Hypothesis], causes: Causes | None) -> Finding:
-    first, *others = hypotheses
-    text = (
-        f"{'' if rank == 1 else 'or, less likely, '}{_said(first)}. {_evidence_of(first, causes)}"
-    )
-    text += ". Check " + ", and ".join(dict.fromkeys(m.check for m in first.mistakes))
-    if any(m.kind == "start" for m in first.mistakes):
-        text += (
-            ". Where rolling does not allow a start, the nearest velocities in kinetic energy are "
-            "taken, as an impulse of the constraint forces leaves them"
-        )
-    if others:
-        text += ". The file cannot tell this from " + "; or ".join(map(_said, others[:_MOST]))
-    return Finding(
-        "mistake",
-        text[0].upper() + text[1:],
-        Severity.WARNING if rank == 1 else Severity.INFO,
-        {
-            "rank": rank,
-            "mistakes": list(first.codes),
-            "gain": first.gain,
-            "relief": first.relief,
-            "before": _evidence(first.before),
-            "after": _evidence(first.after),
-            "indistinguishable": [list(h.codes) for h in others],
-        },
-    )
-
-
 def _evidence_of(h: Hypothesis, causes: Causes | None) -> str:
     """How much is explained, by whole runs and in which equation."""
-    said = f"Simulated so, the typical error is smaller by a factor of {h.relief:.2g}"
-    said += " in what this changes"
+    said = f"Simulated with this, the error falls by a factor of {h.relief:.1g}"
     if causes is None or all(m.kind != "model" for m in h.mistakes):
         return said
     relief = causes.relief(h.mistakes)
     where = max(causes.shares, key=causes.shares.__getitem__)
     if relief > WEIGHTS.explains:
         said += (
-            f"; in the exact equations of motion the file's own motion leaves "
-            f"{100 * causes.shares[where]:.2g} % of the {where} acceleration, and with this "
-            f"{relief:.2g} times less"
+            f". The file's own {where} acceleration is off from the exact equations by "
+            f"{_part(causes.shares[where])}; with this, {relief:.1g} times less"
         )
     return said
+
+
+def _part(share: float) -> str:
+    return f"{100 * share:.2g} %" if share < 2.0 else f"{share:.2g} times its size"
 
 
 def _written_as_given(found: Sequence[Found], report: Report) -> Iterator[str]:
@@ -271,41 +282,52 @@ def _written_as_given(found: Sequence[Found], report: Report) -> Iterator[str]:
             yield f"{key} of maneuver {x.maneuver}"
 
 
-def _fitted(
+def _cause(
     rank: int, hypotheses: Sequence[Hypothesis], report: Report, causes: Causes | None
 ) -> Finding:
-    """The fewest parameters, forces or starts that explain the file."""
-    best, *others = hypotheses
-    text = (
-        f"{_COUNTS.get(len(best.found), 'These explain')} it: {_changed(best.found)}. "
-        + _evidence_of(best, causes)
-    )
-    if any(x.name in FORCES for x in best.found):
-        text += (
-            ". The benchmark has no force but gravity, and all terms of the equations of motion: "
-            "check what your program applies beside gravity, by default or in its joints"
-        )
-    elif as_given := list(_written_as_given(best.found, report)):
-        text += (
-            f". But the first row has {' and '.join(as_given)} as given: the motion is another "
-            "from the second row on, so look at the first step, not at the input"
-        )
-    else:
-        text += f". Check {best.mistakes[0].check}"
+    """Mistakes, or the fewest parameters, forces or starts, that explain the file."""
+    first, *others = hypotheses
+    said = _said(first)
+    if first.found:
+        said = f"{_COUNTS.get(len(first.found), 'These explain')} it: {said}"
+    text = ("" if rank == 1 else "or, less likely: ") + said
+    text = f"{text[0].upper()}{text[1:]}. {_evidence_of(first, causes)}. {_advice(first, report)}"
     if others:
         text += ". The file cannot tell this from " + "; or ".join(map(_said, others[:_MOST]))
-    fits = [h.found for h in hypotheses if h.found]
-    return Finding(
-        "parameters",
-        text if rank == 1 else "or, less likely: " + text,
-        Severity.WARNING if rank == 1 else Severity.INFO,
-        {
-            "rank": rank,
-            "changes": [[_as_evidence(x) for x in found] for found in fits],
-            "gain": best.gain,
-            "relief": best.relief,
-        },
-    )
+    evidence: dict[str, Any] = {"rank": rank, "gain": first.gain, "relief": first.relief}
+    if first.found:
+        fits = [h.found for h in hypotheses if h.found]
+        evidence["changes"] = [[_as_evidence(x) for x in found] for found in fits]
+    else:
+        evidence |= {
+            "mistakes": list(first.codes),
+            "before": _evidence(first.before),
+            "after": _evidence(first.after),
+            "indistinguishable": [list(h.codes) for h in others],
+        }
+    severity = Severity.WARNING if rank == 1 else Severity.INFO
+    return Finding("parameters" if first.found else "mistake", text, severity, evidence)
+
+
+def _advice(h: Hypothesis, report: Report) -> str:
+    """What to look at."""
+    if any(x.name in FORCES for x in h.found):
+        return (
+            "The benchmark has no force but gravity, and all terms of the equations of motion: "
+            "check what your program applies beside gravity, by default or in its joints"
+        )
+    if as_given := list(_written_as_given(h.found, report)):
+        return (
+            f"But the first row has {' and '.join(as_given)} as given: the motion is another "
+            "from the second row on, so look at the first step, not at the input"
+        )
+    text = "Check " + ", and ".join(dict.fromkeys(m.check for m in h.mistakes))
+    if not h.found and any(m.kind == "start" for m in h.mistakes):
+        text += (
+            ". Where rolling does not allow a start, the nearest velocities in kinetic energy are "
+            "taken, as an impulse of the constraint forces leaves them"
+        )
+    return text
 
 
 def _changed(found: Sequence[Found]) -> str:
@@ -319,11 +341,13 @@ def _changed(found: Sequence[Found]) -> str:
             )
             parts.append(f"the {FORCES[x.name].says} {how}")
             continue
-        # So many digits as the uncertainty allows, its first one among them.
-        decimals = min(max(1, 1 - floor(log10(x.uncertain))), _MOST_DECIMALS) if x.uncertain else 1
-        after = f"{x.value:.{decimals}f}".rstrip("0").rstrip(".")
-        # What changes next to nothing of what is left is not known at all.
-        is_known = x.uncertain < abs(x.right) + abs(x.value - x.right)
+        # So many digits as the uncertainty allows, no more than anybody reads.
+        size = max(abs(x.value), abs(x.right), abs(x.value - x.right))
+        least = max(x.uncertain, _MOST_DIGITS * size)
+        decimals = max(1, 1 - floor(log10(least))) if least else 1
+        after = f"{round(x.value, decimals) + 0.0:.{decimals}f}".rstrip("0").rstrip(".")
+        # What changes next to nothing of what is left is not known at all; a rounding is not said.
+        is_known = _MOST_DIGITS * size < x.uncertain < abs(x.right) + abs(x.value - x.right)
         within = f" (+- {x.uncertain:.1g})" if is_known else ""
         parts.append(f"{_named(x)} is {after} {_UNITS[x.name]}{within} instead of {x.right:.10g}")
     return ", and ".join(parts)

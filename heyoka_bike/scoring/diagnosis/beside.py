@@ -26,7 +26,7 @@ Place = tuple[ManeuverScore, ColumnScore]
 
 
 @dataclass(frozen=True, slots=True)
-class _Scaled:
+class Scaled:
     """Values are a factor times the right ones, and an offset [SI]."""
 
     factor: float
@@ -88,7 +88,7 @@ def _seen(key: str, places: Sequence[Place], is_unknown: bool) -> Iterator[Findi
         said = f"holds the same number in every row, {held}, {alone}: "
         said += "it was not computed, or not written"
         evidence["constant"] = constants
-    elif fit := _fit([c for _, c in places]):
+    elif fit := scaled([c for _, c in places]):
         said = f"is {fit.says(unit)}, {alone}: {_ADVICE}"
         evidence |= {"factor": fit.factor, "offset": fit.offset}
     elif is_unknown:
@@ -123,7 +123,7 @@ def _constant(c: ColumnScore) -> float | None:
     return float(value[0]) if is_held else None
 
 
-def _fit(columns: Sequence[ColumnScore]) -> _Scaled | None:
+def scaled(columns: Sequence[ColumnScore]) -> Scaled | None:
     """The factor, the offset or both, the same in all maneuvers, that explain a column."""
     sizes = [rms(c.trace.reference) or 1.0 for c in columns]
     value = np.concatenate([c.trace.value / s for c, s in zip(columns, sizes, strict=True)])
@@ -140,12 +140,12 @@ def _fit(columns: Sequence[ColumnScore]) -> _Scaled | None:
             continue
         found = [float(x) for x in np.linalg.lstsq(matrix, goal, rcond=None)[0]]
         factor = 1.0 if form == "offset" else found[0]
-        fit = _Scaled(factor, 0.0 if form == "factor" else found[-1])
+        fit = Scaled(factor, 0.0 if form == "factor" else found[-1])
         if all(_explains(fit, c) for c in columns):
             return fit
     return None
 
 
-def _explains(fit: _Scaled, c: ColumnScore) -> bool:
+def _explains(fit: Scaled, c: ColumnScore) -> bool:
     left = c.trace.value - fit.factor * c.trace.reference - fit.offset
     return _MOSTLY * rms(left) < rms(c.trace.error)

@@ -20,10 +20,11 @@ from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKE
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, Mistake, in_order
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS, has_constant_speed
+from heyoka_bike.scoring.diagnosis.programs.program import clock_mistake, other_values
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.scoring.diagnosis.residual.causes import Cause, Causes, log_odds
+from heyoka_bike.scoring.diagnosis.residual.methods import CLOCK
 from heyoka_bike.scoring.diagnosis.residual.observed import upright
-from heyoka_bike.scoring.diagnosis.residual.shooting import other_values
 from heyoka_bike.scoring.diagnosis.seen_file import SeenFile
 from heyoka_bike.scoring.report import Curve
 
@@ -104,15 +105,20 @@ def explain(
         rivals = causes.best_of(_OF_MODEL)[:_MOST] if causes and is_understood else _OF_MODEL
         of_model = list(dict.fromkeys([*of_model, *((m,) for m in rivals)]))
     of_start = file.starts_like_its_own(_OF_START, causes.motions if causes else ())
-    read_off = [(m,) for m in (*LINEAR_PROGRAMS, *_OF_OUTPUT, *file.proposals())]
-    found = tried.judged([*of_model, *((m,) for m in of_start), *read_off], 0.7)
+    order = file.order_beside()
+    read_off = [
+        (m,) for m in (*LINEAR_PROGRAMS, *_OF_OUTPUT, *([order] if order else []), *_clock(causes))
+    ]
+    found = tried.judged(of_model, 0.5)
+    if not any(h.leaves_nothing for h in found):
+        found += tried.judged([*((m,) for m in of_start), *read_off], 0.7)
     pairs = tried.judged([p for p in proposed if len(p) > 1], 0.75)
     best = max(found, key=lambda h: h.log_odds, default=None)
     if best is None or not best.leaves_nothing:
         pairs += tried.judged(_beside(file, found, parts, of_start, is_shown=is_shown), 0.9)
     every = [*found, *_that_need_both(file, pairs, found)]
     classes, towards = _compared(file, every, causes)
-    if not classes and causes is not None:
+    if not classes and causes is not None and not causes.methods:
         # The start leaves nothing in the equations: whole runs show it.
         start = file.shooting(causes.motions).start()
         if start is not None:
@@ -132,22 +138,39 @@ def explain(
 def _of_causes(causes: Causes, file: SeenFile) -> list[tuple[Mistake, ...]]:
     """Programs that the equations of motion speak for."""
     count = len(causes.motions)
+    odds = [log_odds(c, count) for c in (*causes.known, *causes.fitted)]
+    least = max([0.0, *(x - WEIGHTS.refuted for x in odds)])
 
     def likely(several: Iterable[Cause]) -> list[Cause]:
         return sorted(
-            (c for c in several if log_odds(c, count) > 0.0), key=lambda c: -log_odds(c, count)
+            (c for c in several if log_odds(c, count) > least), key=lambda c: -log_odds(c, count)
         )[:_SIMULATED]
 
     shooting = file.shooting(causes.motions)
     ranked = likely(causes.fitted)
     fitted = [shooting.refined(c) for c in ranked[:_REFINED]]
-    alone = next((c for c in ranked if len(c.changes) == 1), None)
-    if alone is not None and len(ranked[0].changes) > 1:
+    alone = next((c for c in causes.fitted if len(c.changes) == 1), None)
+    if ranked and alone is not None and len(ranked[0].changes) > 1:
         # The equations speak for several values: whole runs tell better which.
         fitted.append(shooting.refined(alone, with_others=True))
     return [
         *(c.mistakes for c in likely(causes.known)),
         *((other_values(c.changes, c.uncertain, causes.program),) for c in fitted),
+    ]
+
+
+def _clock(causes: Causes | None) -> list[Mistake]:
+    """Times on another scale, if they explain what remains of the equations."""
+    scales = [m.step for m in (causes.methods if causes else ()) if m.says == CLOCK]
+    return [
+        clock_mistake(
+            "time_scaled",
+            f"the times written are {1 / (1 + x):.6g} times those meant",
+            "the step size and the times of the rows",
+            scale=1 + x,
+            is_fitted=True,
+        )
+        for x in scales
     ]
 
 

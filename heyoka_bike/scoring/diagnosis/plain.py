@@ -4,12 +4,13 @@ A bicycle that falls over, rows that stand still, columns of another maneuver, a
 another one, and columns that are wrong beside a motion that is right.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.column_score import ColumnScore
+from heyoka_bike.scoring.diagnosis.beside import scaled
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.judge.unknown import RIGHT, far_worse, is_far
 from heyoka_bike.scoring.report import ManeuverScore, Report
@@ -26,9 +27,9 @@ _WORSE = 10.0
 _LYING, _LEFT_OF_HEIGHT = np.pi / 2, 0.5
 # ... and falls there from upright, by less than so much from row to row, as noise does not [rad].
 _UPRIGHT, _STRIDE = 0.1, 1.0
-# What a sum of energies is off by at least.
-_ROUNDOFF = 1e-12
 _GIVEN = ("roll_rate", "forward_speed")
+FALLS = "falls_over"
+"""Code of the finding that the bicycle falls over."""
 
 
 def shown(report: Report, reference: Reference) -> tuple[Finding, ...]:
@@ -58,7 +59,7 @@ def _falls_over(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
     if times:
         said = " and ".join(f"at {t:.3g} s in maneuver {n}" for n, t in times.items())
         yield Finding(
-            "falls_over",
+            FALLS,
             f"The bicycle falls over: its lean passes 90 degrees {said}. Compare the first tenths "
             "of a second: contact, friction or step there, for what follows is another motion",
             Severity.WARNING,
@@ -165,33 +166,22 @@ def columns_apart(report: Report) -> Finding | None:
         key + ("" if where == numbers else f" of maneuver {', '.join(map(str, where))}")
         for key, where in found.items()
     )
-    at_start = "; ".join(_offsets(report, found))
+    columns = {key: [c for _, c in report.by_column()[key] if c.values] for key in keys}
+    fits = {key: fit for key in keys if (fit := scaled(columns[key])) is not None}
+    how = "; ".join(f"{key} is {fit.says(columns[key][0].unit)}" for key, fit in fits.items())
     rest = max(limit for _, limit in each.values())
     return Finding(
         "columns_apart",
         f"Only {said} {'is' if len(found) == 1 else 'are'} wrong"
         + (", and mechanical_energy with it" if with_sum else "")
-        + f": all other columns are right to "
-        f"{rest:.1g} of their scales, so the motion is right, and neither the integrator nor the "
-        "equations are to blame. Look at how "
-        f"{'this column is' if len(found) == 1 else 'these columns are'} computed and written"
-        + (f"; in the first row {at_start}" if at_start else ""),
+        + (f": {how}" if how else "")
+        + f". All other columns are right to {rest:.1g} of their scales, so the motion is right, "
+        "and neither the integrator nor the equations are to blame. Look at how "
+        f"{'this column is' if len(found) == 1 else 'these columns are'} computed and written",
         Severity.WARNING,
-        {"columns": found, "max_rel_error_of_others": rest},
+        {
+            "columns": found,
+            "max_rel_error_of_others": rest,
+            "factors": {key: fit.factor for key, fit in fits.items()},
+        },
     )
-
-
-def _offsets(report: Report, apart: Mapping[str, Sequence[int]]) -> Iterator[str]:
-    """How far the first rows are off, where they are."""
-    for key in apart:
-        off = []
-        for m in report.maneuvers:
-            c = next((c for c in m.columns if c.key == key and c.values), None)
-            if c is not None and c.trace.time[0] == 0.0:
-                error = float(c.trace.error[0])
-                size = float(np.max(np.abs(c.trace.error)))
-                least = max(_START * size, _ROUNDOFF * abs(float(c.trace.value[0])))
-                off.append(f"{error:+.6g}" if abs(error) > least else "right")
-        if any(x != "right" for x in off):
-            column = next(c for m in report.maneuvers for c in m.columns if c.key == key)
-            yield f"{key} is off by {' / '.join(off)} {_unit(column)}"

@@ -17,10 +17,7 @@ from heyoka_bike.scoring.definitions import Sample, Understanding, understand_sa
 from heyoka_bike.scoring.diagnosis.evidence import Hypothesis, Place
 from heyoka_bike.scoring.diagnosis.mistakes.first_row import contradicted
 from heyoka_bike.scoring.diagnosis.mistakes.library import Mistake, Program, apply
-from heyoka_bike.scoring.diagnosis.mistakes.proposals import (
-    columns_in_another_order,
-    times_on_another_scale,
-)
+from heyoka_bike.scoring.diagnosis.mistakes.proposals import columns_in_another_order
 from heyoka_bike.scoring.diagnosis.programs.beginning import beginning
 from heyoka_bike.scoring.diagnosis.programs.linear import linear_columns
 from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
@@ -135,19 +132,10 @@ class SeenFile:
         a, b = self._expected[one.codes], self._expected[other.codes]
         return tuple(k for k in one.after if k in other.after and self._differ(k, a, b))
 
-    def proposals(self) -> list[Mistake]:
-        """Mistakes that are read off the file."""
-        understood = self._understood[()]
-        written = self._as_understood(understood)
-        found = (
-            columns_in_another_order(self._as_written(), self._compared),
-            times_on_another_scale(self._parts, self._compared_times(), written, understood),
-        )
-        return [mistake for mistake in found if mistake is not None]
-
-    def order_beside(self, other: Hypothesis) -> Mistake | None:
-        """Another order of the columns that explains what another mistake leaves."""
-        return columns_in_another_order(self._as_written(), self._expected[other.codes])
+    def order_beside(self, other: Hypothesis | None = None) -> Mistake | None:
+        """An order of the columns that explains what another mistake leaves, or the whole error."""
+        expected = self._expected[other.codes if other else ()]
+        return columns_in_another_order(self._as_written(), expected)
 
     def _known_floors(self) -> dict[Place, float]:
         """What the digits of each column cannot tell [SI]."""

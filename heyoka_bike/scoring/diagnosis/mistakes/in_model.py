@@ -25,8 +25,16 @@ def _tilt(code: str, says: str, change: Callable[[Exact], Exact]) -> Mistake:
     return Mistake(code, says, check, "model", make)
 
 
-def _set(**values: str) -> Callable[[Parameters, float], None]:
-    return lambda p, _: p.update({s: Fraction(x) for s, x in values.items()})
+def _zero(*symbols: str) -> Callable[[Parameters, float], None]:
+    return lambda p, _: p.update(dict.fromkeys(symbols, Fraction(0)))
+
+
+def _gravity(g: str) -> Callable[[Parameters, float], None]:
+    return lambda p, _: p.update(g=Fraction(g))
+
+
+def _same_radius(wheel: str) -> Callable[[Parameters, float], None]:
+    return lambda p, _: p.update(rR=p[f"r{wheel}"], rF=p[f"r{wheel}"])
 
 
 def _negate(*symbols: str) -> Callable[[Parameters, float], None]:
@@ -97,60 +105,52 @@ _RADII = "the radii of the wheels: rear 0.3 m, front 0.35 m"
 _GRAVITY = "gravity: the benchmark has 9.81 m/s^2, down"
 _GROUND = "where the steer axis meets the ground: ahead of the front contact point"
 
+_PRODUCTS = "the products of inertia"
+_FRAMES = (("B", "rear frame", "rear hub"), ("H", "fork", "front hub"))
+_WHEELS = (("R", "rear"), ("F", "front"))
+
+
+def _of_frame(body: str, name: str, hub: str) -> tuple[Mistake, ...]:
+    """Mistakes in the inertia of one frame."""
+    inertia = f"the inertia of the {name}"
+    return (
+        _model(f"sign_I{body}xz", f"I_{body}xz of the {name} has the opposite sign",
+               f"the sign convention of products of inertia, {_SAME}", _negate(f"I{body}xz")),
+        _model(f"no_I{body}xz", f"I_{body}xz of the {name} is missing", _PRODUCTS,
+               _zero(f"I{body}xz")),
+        *(_model(f"inertia_{body}_about_{place}", f"{inertia} is taken about the {point}", _POINT,
+                 _moved(body, place, 1))
+          for place, point in (("origin", "origin of the frame"), ("hub", hub))),
+        *(_model(f"inertia_{body}_from_{place}", f"{inertia} is moved from the {point} to its "
+                 "centre of mass, about which it is given", _POINT, _moved(body, place, -1))
+          for place, point in (("origin", "origin of the frame"), ("hub", hub))),
+        *(_model(f"inertia_{body}_{ij}_zz", f"I{ij} and Izz of the {name} are exchanged", _ORDER,
+                 _exchange((f"I{body}{ij}", f"I{body}zz")))
+          for ij in ("xx", "yy")),
+    )  # fmt: skip
+
+
 MODEL_MISTAKES: tuple[Mistake, ...] = (
-    _model("sign_IBxz", "I_Bxz of the rear frame has the opposite sign",
-           f"the sign convention of products of inertia, {_SAME}", _negate("IBxz")),
-    _model("sign_IHxz", "I_Hxz of the fork has the opposite sign",
-           f"the sign convention of products of inertia, {_SAME}", _negate("IHxz")),
+    *(mistake for frame in _FRAMES for mistake in _of_frame(*frame)),
     _model("products_of_inertia", "both products of inertia have the opposite sign",
            "whether your program wants -integral(x z dm) or the matrix element",
            _negate("IBxz", "IHxz")),
-    _model("no_IBxz", "I_Bxz of the rear frame is missing", "the products of inertia",
-           _set(IBxz="0")),
-    _model("no_IHxz", "I_Hxz of the fork is missing", "the products of inertia", _set(IHxz="0")),
-    _model("no_products", "both products of inertia are missing", "the products of inertia",
-           _set(IBxz="0", IHxz="0")),
-    _model("inertia_B_about_origin", "the inertia of the rear frame is taken about the origin of "
-           "the frame", _POINT, _moved("B", "origin", 1)),
-    _model("inertia_B_about_hub", "the inertia of the rear frame is taken about the rear hub",
-           _POINT, _moved("B", "hub", 1)),
-    _model("inertia_H_about_origin", "the inertia of the fork is taken about the origin of the "
-           "frame", _POINT, _moved("H", "origin", 1)),
-    _model("inertia_H_about_hub", "the inertia of the fork is taken about the front hub",
-           _POINT, _moved("H", "hub", 1)),
-    _model("inertia_B_from_origin", "the inertia of the rear frame is moved from the origin of the "
-           "frame to its centre of mass, about which it is given", _POINT,
-           _moved("B", "origin", -1)),
-    _model("inertia_B_from_hub", "the inertia of the rear frame is moved from the rear hub to its "
-           "centre of mass, about which it is given", _POINT, _moved("B", "hub", -1)),
-    _model("inertia_H_from_origin", "the inertia of the fork is moved from the origin of the frame "
-           "to its centre of mass, about which it is given", _POINT, _moved("H", "origin", -1)),
-    _model("inertia_H_from_hub", "the inertia of the fork is moved from the front hub to its "
-           "centre of mass, about which it is given", _POINT, _moved("H", "hub", -1)),
-    _model("inertia_B_xx_zz", "Ixx and Izz of the rear frame are exchanged", _ORDER,
-           _exchange(("IBxx", "IBzz"))),
-    _model("inertia_B_yy_zz", "Iyy and Izz of the rear frame are exchanged", _ORDER,
-           _exchange(("IByy", "IBzz"))),
-    _model("inertia_H_xx_zz", "Ixx and Izz of the fork are exchanged", _ORDER,
-           _exchange(("IHxx", "IHzz"))),
-    _model("inertia_H_yy_zz", "Iyy and Izz of the fork are exchanged", _ORDER,
-           _exchange(("IHyy", "IHzz"))),
+    _model("no_products", "both products of inertia are missing", _PRODUCTS,
+           _zero("IBxz", "IHxz")),
     _model("inertia_B_missing", "the rear frame with rider is a point mass", "the inertia of the "
-           "body B", _set(IBxx="0", IByy="0", IBzz="0", IBxz="0")),
+           "body B", _zero("IBxx", "IByy", "IBzz", "IBxz")),
     _model("inertia_H_missing", "the fork is a point mass", "the inertia of the body H",
-           _set(IHxx="0", IHyy="0", IHzz="0", IHxz="0")),
-    _model("spin_R_missing", "the rear wheel has no inertia about its axle", _WHEEL,
-           _set(IRyy="0")),
-    _model("spin_F_missing", "the front wheel has no inertia about its axle", _WHEEL,
-           _set(IFyy="0")),
+           _zero("IHxx", "IHyy", "IHzz", "IHxz")),
+    *(_model(f"spin_{wheel}_missing", f"the {name} wheel has no inertia about its axle", _WHEEL,
+             _zero(f"I{wheel}yy"))
+      for wheel, name in _WHEELS),
     _model("spin_missing", "the wheels have no inertia about their axles", _WHEEL,
-           _set(IRyy="0", IFyy="0")),
+           _zero("IRyy", "IFyy")),
     _model("diametral_missing", "the wheels have no inertia about their diameters", _WHEEL,
-           _set(IRxx="0", IFxx="0")),
-    _model("exchanged_R", "Ixx and Iyy of the rear wheel are exchanged", _WHEEL,
-           _exchange(("IRxx", "IRyy"))),
-    _model("exchanged_F", "Ixx and Iyy of the front wheel are exchanged", _WHEEL,
-           _exchange(("IFxx", "IFyy"))),
+           _zero("IRxx", "IFxx")),
+    *(_model(f"exchanged_{wheel}", f"Ixx and Iyy of the {name} wheel are exchanged", _WHEEL,
+             _exchange((f"I{wheel}xx", f"I{wheel}yy")))
+      for wheel, name in _WHEELS),
     _model("exchanged_RF", "Ixx and Iyy of both wheels are exchanged", _WHEEL,
            _exchange(("IRxx", "IRyy"), ("IFxx", "IFyy"))),
     _tilt("tilt_sign", "the steer axis is tilted forward instead of backward",
@@ -163,7 +163,7 @@ MODEL_MISTAKES: tuple[Mistake, ...] = (
     _tilt("tilt_radians_as_degrees", "the tilt of the steer axis in radians is taken as "
           "degrees", _radians),
     _model("trail_sign", "the trail is negative", _GROUND, _negate("c")),
-    _model("trail_zero", "the trail is zero", _GROUND, _set(c="0")),
+    _model("trail_zero", "the trail is zero", _GROUND, _zero("c")),
     _model("trail_normal", "the trail is taken as the distance of the front contact point from the "
            "steer axis", "the trail: it is measured along the ground", _trail_by_cosine(-1)),
     _model("trail_shortened", "the trail is shortened by the cosine of the tilt",
@@ -175,10 +175,9 @@ MODEL_MISTAKES: tuple[Mistake, ...] = (
            _times("2", "rR", "rF")),
     _model("radii_halved", "the wheel radii are taken as diameters", _RADII,
            _times("0.5", "rR", "rF")),
-    _model("radius_R_everywhere", "both wheels have the radius of the rear one", _RADII,
-           lambda p, _: p.update(rF=p["rR"])),
-    _model("radius_F_everywhere", "both wheels have the radius of the front one", _RADII,
-           lambda p, _: p.update(rR=p["rF"])),
+    *(_model(f"radius_{wheel}_everywhere", f"both wheels have the radius of the {name} one", _RADII,
+             _same_radius(wheel))
+      for wheel, name in _WHEELS),
     _model("wheels_exchanged", "the wheels are exchanged", _WHICH,
            _exchange(("rR", "rF"), ("mR", "mF"), ("IRxx", "IFxx"), ("IRyy", "IFyy"))),
     _model("wheel_masses_exchanged", "the masses of the wheels are exchanged", _WHICH,
@@ -192,17 +191,14 @@ MODEL_MISTAKES: tuple[Mistake, ...] = (
     _model("wheels_as_discs", "the wheels have the inertia of discs of their mass and "
            "radius", _WHEEL, _as_bodies_of_revolution(Fraction(1, 2))),
     _model("mass_H_missing", "the fork has no mass and no inertia", "the body H of the fork",
-           _set(mH="0", IHxx="0", IHyy="0", IHzz="0", IHxz="0")),
+           _zero("mH", "IHxx", "IHyy", "IHzz", "IHxz")),
     _model("mass_B_missing", "the rear frame with rider has no mass and no inertia",
-           "the body B of the frame with rider", _set(mB="0", IBxx="0", IByy="0", IBzz="0",
-                                                      IBxz="0")),
+           "the body B of the frame with rider", _zero("mB", "IBxx", "IByy", "IBzz", "IBxz")),
     _model("wheels_missing", "the wheels have no mass and no inertia", "the bodies of the wheels",
-           _set(mR="0", IRxx="0", IRyy="0", mF="0", IFxx="0", IFyy="0")),
-    _model("gravity_9.8", "gravity is 9.8 m/s^2", _GRAVITY, _set(g="9.8")),
-    _model("gravity_9.80665", "gravity is 9.80665 m/s^2", _GRAVITY, _set(g="9.80665")),
-    _model("gravity_9.82", "gravity is 9.82 m/s^2", _GRAVITY, _set(g="9.82")),
-    _model("gravity_10", "gravity is 10 m/s^2", _GRAVITY, _set(g="10")),
-    _model("gravity_missing", "there is no gravity", _GRAVITY, _set(g="0")),
+           _zero("mR", "IRxx", "IRyy", "mF", "IFxx", "IFyy")),
+    *(_model(f"gravity_{g}", f"gravity is {g} m/s^2", _GRAVITY, _gravity(g))
+      for g in ("9.8", "9.80665", "9.82", "10")),
+    _model("gravity_missing", "there is no gravity", _GRAVITY, _zero("g")),
     _model("gravity_reversed", "gravity acts upward", _GRAVITY, _negate("g")),
 )  # fmt: skip
 """In no particular order."""

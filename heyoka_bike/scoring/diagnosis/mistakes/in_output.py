@@ -128,12 +128,9 @@ OUTPUT_MISTAKES: tuple[Mistake, ...] = (
                   "if 0.01 s apart", _SPACING, scale=1000 / 1001),
     clock_mistake("one_row_less", "1000 rows are spread over 10 s and written as if 0.01 s apart",
                   _SPACING, scale=1000 / 999),
-    output_mistake("forward_differences", "the rates are forward differences of the angles",
-                   "where the rates come from", _differences("forward")),
-    output_mistake("backward_differences", "the rates are backward differences of the angles",
-                   "where the rates come from", _differences("backward")),
-    output_mistake("central_differences", "the rates are central differences of the angles",
-                   "where the rates come from", _differences("central")),
+    *(output_mistake(f"{which}_differences", f"the rates are {which} differences of the angles",
+                     "where the rates come from", _differences(which))
+      for which in ("forward", "backward", "central")),
     *(output_mistake(f"rates_{code}", f"the rates are those of {says} their angles", _WHEN,
                      _rates_shifted(rows))
       for code, says, rows in (

@@ -1,8 +1,8 @@
-"""Mistakes that are read off a file: columns in another order, and times on another scale.
+"""Mistakes that are read off a file: columns in another order.
 
 There are too many of them to try each. What fits the correct motion best is proposed, and then
 judged as all others are. The best order is an assignment of the written columns to the quantities,
-one to one, that makes the product of the errors least; the time scale is fitted by least squares.
+one to one, that makes the product of the errors least.
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,14 +14,8 @@ import numpy as np
 from heyoka_bike.bicycle.column import Column
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED, DEFINITIONS
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.alignment import HALF, Part
-from heyoka_bike.scoring.definitions import Understanding
-from heyoka_bike.scoring.diagnosis.programs.program import (
-    Columns,
-    Mistake,
-    clock_mistake,
-    output_mistake,
-)
+from heyoka_bike.scoring.alignment import HALF
+from heyoka_bike.scoring.diagnosis.programs.program import Columns, Mistake, output_mistake
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.units import UNITS, factor
 
@@ -32,15 +26,6 @@ _NEAR = {"rad": HALF, "rad s-1": HALF, "m s-1": 0.02, "J": 0.02}
 
 # What may stand in the place of a column: the others, and what programs have beside them.
 _QUANTITIES = (*BENCHMARK_COLUMNS, "pitch", "yaw", "yaw_rate")
-
-# Scales from which the fit begins: each reaches what makes less than half a period over the run.
-_FIRST_SCALES = (1.0, 0.98, 1.02, 0.95, 1.05)
-# Enough for a fit that converges by a factor of ten or more each time.
-_ITERATIONS = 6
-_FARTHEST = 0.1
-# Methods of integration make oscillations slower or faster, by some (h w)^2 / 12: 1e-3 for the
-# largest usable steps. Less than that is left to them.
-_LEAST = 5e-4
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,66 +121,3 @@ def _assign(cost: Sequence[Sequence[float]]) -> list[int]:
                     found[after] = total + more, [*chosen, j]
         best = found
     return min(best.values())[1]
-
-
-def times_on_another_scale(
-    parts: Sequence[Part], rows: Sequence[Array], written: Sequence[Mapping[str, Array]],
-    understood: Mapping[str, Understanding],
-) -> Mistake | None:  # fmt: skip
-    """The scale of the times that fits best, unless it is too near to 1 to be meant.
-
-    Parameters
-    ----------
-    parts : sequence of Part
-    rows
-        Times of each part [s].
-    written
-        Columns of each part at these times by key, SI units and signs, as understood.
-    understood
-        Their definitions.
-    """
-    fits = [_fit_scale(first, parts, rows, written, understood) for first in _FIRST_SCALES]
-    _, scale = min(fits)
-    if not _LEAST < abs(scale - 1.0) < _FARTHEST:
-        return None
-    return clock_mistake(
-        "time_scaled",
-        f"the times written are {1 / scale:.6g} times those meant",
-        "the step size and the times of the rows",
-        scale=scale,
-        is_fitted=True,
-    )
-
-
-def _fit_scale(
-    scale: float, parts: Sequence[Part], rows: Sequence[Array],
-    written: Sequence[Mapping[str, Array]], understood: Mapping[str, Understanding],
-) -> tuple[float, float]:  # fmt: skip
-    """Mean logarithm of the errors, and the scale at which it is least, by Gauss and Newton.
-
-    Each column counts by the inverse of its error, as if its size were unknown.
-    """
-    for _ in range(_ITERATIONS):
-        logs, rise, curvature = [], 0.0, 0.0
-        for part, time, values in zip(parts, rows, written, strict=True):
-            inside = scale * time <= float(part.reference.duration)
-            t = scale * time[inside]
-            if len(t) < 3:
-                return inf, scale
-            names = {key: understood[key].column.name for key in values}
-            expected = part.reference.approximate(t, list(names.values()))
-            for key, name in names.items():
-                slope = np.gradient(expected[name], t) * time[inside]
-                error = values[key][inside] - expected[name]
-                good = np.isfinite(error)
-                size = float(np.mean(error[good] ** 2)) if good.any() else 0.0
-                if not size:
-                    continue
-                logs.append(0.5 * log(size))
-                rise += float(np.mean(error[good] * slope[good])) / size
-                curvature += float(np.mean(slope[good] ** 2)) / size
-        if not curvature:
-            return inf, scale
-        fitted = scale
-        scale = min(max(scale + rise / curvature, 1.0 - _FARTHEST), 1.0 + _FARTHEST)
-    return float(np.mean(logs)), fitted

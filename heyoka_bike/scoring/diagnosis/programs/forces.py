@@ -69,7 +69,8 @@ class Moving:
             zip("RBHF", (self.b.rear.wheel_m, self.b.rear.m, self.b.front.m, self.b.front.wheel_m),
                 strict=True)
         )  # fmt: skip
-        self.mass = [[self.product(u, w) for w in self.units] for u in self.units]
+        half = [[self.product(u, w) for w in self.units[: i + 1]] for i, u in enumerate(self.units)]
+        self.mass = [[half[max(i, j)][min(i, j)] for j in INDEPENDENT] for i in INDEPENDENT]
         self.rates = equations.rates_with_yaw(state)
 
     def product(self, one: Linear, other: Linear) -> Number:
@@ -222,6 +223,28 @@ def _drag(point: str) -> Law:
     return law
 
 
+def _forward_drag(law: Law) -> Law:
+    """By the square of the hub's speed, along the heading, where a unit force acts as given."""
+    return lambda m: {
+        name: scaled(-m.now["rates"][2] * m.now["rates"][2], f) for name, f in law(m).items()
+    }
+
+
+_AHEAD: Vector = (1.0, 0.0, 0.0)
+
+
+def _on_all(m: Moving) -> Linear:
+    """Forward at the centre of mass of the whole."""
+    whole = sum(m.masses.values())
+    return {f"v_{b}": scaled(mass / whole, _AHEAD) for b, mass in m.masses.items()}
+
+
+def _on_ground(m: Moving) -> Linear:
+    """Forward at the point of the rear frame that is below the hub, on the ground when upright."""
+    below: Vector = (0.0, 0.0, m.b.rear.wheel_r)
+    return {"v_R": _AHEAD, "w_B": cross(below, m.axes.to_rear(_AHEAD))}
+
+
 def _decay(m: Moving) -> Linear:
     """All velocities and angular velocities decay."""
     found = {f"v_{b}": scaled(-mass, m.now[f"v_{b}"]) for b, mass in m.masses.items()}
@@ -317,13 +340,19 @@ FORCES: Mapping[str, Force] = {
                       _drag("v_B")),
     "air_lift": Force("lift over speed squared at the rear frame's centre of mass", "kg m-1", 0.1,
                       lambda m: {"v_B": (0.0, 0.0, -(m.now["rates"][2] ** 2))}),
-    "hub_drag": Force("drag over speed squared at the rear hub", "kg m-1", 0.1, _drag("v_R")),
+    **{f"{where}_drag": Force(f"drag over the forward speed squared at the {name}", "kg m-1", 0.1,
+                              _forward_drag(law))
+       for where, name, law in (
+           ("frame", "rear frame's centre of mass", lambda _: {"v_B": _AHEAD}),
+           ("hub", "rear hub", lambda _: {"v_R": _AHEAD}),
+           ("whole", "centre of mass of the whole", _on_all),
+           ("ground", "rear contact", _on_ground))},
     "push": Force("constant force forward on the rear frame", "N", 1.0,
-                  lambda m: {"v_B": (1.0, 0.0, 0.0)}),
+                  lambda _: {"v_B": _AHEAD}),
     "side_wind": Force("constant force along the ground's y axis on the rear frame", "N", 1.0,
                        lambda m: {"v_B": m.ground(_SIDE)}),
     "slope_along": Force("angle by which the ground rises along its x axis", "rad", 1e-3,
-                         _slope_of_ground((1.0, 0.0, 0.0))),
+                         _slope_of_ground(_AHEAD)),
     "slope_across": Force("angle by which the ground rises along its y axis", "rad", 1e-3,
                           _slope_of_ground(_SIDE)),
     "wheel_friction": Force("viscous friction of each wheel's axle", "N m s", 0.01,
@@ -355,8 +384,13 @@ FORCES: Mapping[str, Force] = {
                               _without_spin_moment(_REAR), is_part=True),
     "no_spin_moment_F": Force("gyroscopic moment of the front wheel's spin", "1", 0.1,
                               _without_spin_moment(_FRONT), is_part=True),
+    "gyroscopic": Force("gyroscopic torque w x (I w) of all bodies", "1", 0.1,
+                        _without_euler("RBHF"), is_part=True, is_fitted=False),
     "frames_gyroscopic": Force("gyroscopic torque w x (I w) of rear frame and fork", "1", 0.1,
-                               _without_euler("BH"), is_part=True),
+                               _without_euler("BH"), is_part=True, is_fitted=False),
+    **{f"gyroscopic_{b}": Force(f"gyroscopic torque w x (I w) of the {name}", "1", 0.1,
+                                _without_euler(b), is_part=True)
+       for b, name in (("B", "rear frame"), ("H", "fork"))},
     "wheels_gyroscopic": Force("gyroscopic torque w x (I w) of the wheels", "1", 0.1,
                                _without_euler(_BOTH), is_part=True, is_fitted=False),
     "gyroscopic_R": Force("gyroscopic torque w x (I w) of the rear wheel", "1", 0.1,

@@ -1,6 +1,6 @@
 """A program as a hypothesis sees it: its bicycle, its starts, its clock, and what it writes."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
@@ -10,7 +10,7 @@ from heyoka_bike.bicycle.columns import COLUMNS, FOLLOWING
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.scoring.diagnosis.programs.start import Start
+from heyoka_bike.scoring.diagnosis.programs.start import STATE, Start
 
 NAMES = (
     *(c.name for c in (*COLUMNS, *FOLLOWING)),
@@ -225,3 +225,39 @@ def clock_mistake(
         return replace(program, clock=clock)
 
     return Mistake(code, says, check, "output", make, is_fitted)
+
+
+def other_values(
+    changes: Mapping[str, float], uncertain: Mapping[str, float], program: Program
+) -> Mistake:
+    """A program with parameters and forces of other values than the right one."""
+    found = []
+    for name, change in changes.items():
+        right = float(program.bicycle[name]) if name in program.bicycle.values else 0.0
+        found.append(Found(name, None, right + change, right, uncertain[name]))
+    return _found_mistake(found, lambda p: changed(p, changes), "model")
+
+
+def other_start(found: Sequence[Found]) -> Mistake:
+    """A program that starts otherwise."""
+    added: dict[int, tuple[tuple[int, float], ...]] = {}
+    for x in found:
+        place = STATE.index(x.name.removeprefix("initial_"))
+        assert x.maneuver is not None
+        added[x.maneuver] = (*added.get(x.maneuver, ()), (place, x.value - x.right))
+
+    def make(program: Program) -> Program:
+        starts = {
+            n: replace(s, added=(*s.added, *added.get(n, ()))) for n, s in program.starts.items()
+        }
+        return replace(program, starts=starts)
+
+    return _found_mistake(found, make, "start")
+
+
+def _found_mistake(
+    found: Sequence[Found], change: Callable[[Program], Program], kind: str
+) -> Mistake:
+    code = "_".join(["other", *(f"{x.name}_{x.maneuver or ''}".strip("_") for x in found)])
+    check = ("it" if len(found) == 1 else "them") + " in your input"
+    return Mistake(code, "", check, kind, change, is_fitted=True, found=tuple(found))

@@ -17,8 +17,15 @@ import numpy as np
 
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, log_odds_before
-from heyoka_bike.scoring.diagnosis.programs.program import Mistake, Program, apply, changed
+from heyoka_bike.scoring.diagnosis.programs.program import (
+    Mistake,
+    Program,
+    apply,
+    changed,
+    other_values,
+)
 from heyoka_bike.scoring.diagnosis.residual.linear_fits import Blocks, best_subsets, blocks, solve
+from heyoka_bike.scoring.diagnosis.residual.methods import Method, find_methods
 from heyoka_bike.scoring.diagnosis.residual.observed import Observed
 from heyoka_bike.scoring.diagnosis.residual.terms import UNKNOWNS, Accelerations, blocks_of
 
@@ -49,10 +56,13 @@ class _Thresholds:
         tell more of a small one beside a large one.
     promise
         To first order a large change explains little: this power of its relief is hoped for.
+    enough
+        What explains this part of all that the digits show needs no further value.
     beside
         Pairs of unknowns that are tried with a third.
-    steps
-        Of Gauss and Newton's method: changes of a fifth are found in four.
+    steps, halvings
+        Of Gauss and Newton's method: an inertia of zero in the place of the largest is found in
+        six, the first of which is halved twice.
     """
 
     above: float = 1000.0
@@ -63,8 +73,10 @@ class _Thresholds:
     rivals: int = 6
     also: float = 1.05
     promise: float = 4.0
+    enough: float = 0.1
     beside: int = 12
-    steps: int = 4
+    steps: int = 6
+    halvings: int = 5
 
 
 _T = _Thresholds()
@@ -122,6 +134,8 @@ class Causes:
         Whether the rows are near enough and have digits enough to judge the equations.
     remainder
         What remains, to ask it of further causes.
+    methods : tuple of Method
+        Of integration, that explain what remains and cannot be told apart.
     """
 
     known: tuple[Cause, ...]
@@ -133,6 +147,7 @@ class Causes:
     most: float
     is_shown: bool
     remainder: _Remainder
+    methods: tuple[Method, ...]
 
     def relief(self, mistakes: Sequence[Mistake]) -> float:
         """Factor by which some mistakes let what remains fall."""
@@ -142,6 +157,23 @@ class Causes:
     def best_of(self, library: Sequence[Mistake]) -> list[Mistake]:
         """Those that let what remains fall most first."""
         return sorted(library, key=lambda m: -self.relief((m,)))
+
+    @property
+    def best(self) -> tuple[Mistake, ...] | None:
+        """What explains nearly all by the equations alone; None if nothing does."""
+        count = len(self.motions)
+        likely = max((*self.known, *self.fitted), key=lambda c: log_odds(c, count), default=None)
+        if (
+            likely is None
+            or not self.is_shown
+            or self.is_blown_up
+            or likely.relief < WEIGHTS.mostly
+            or log_odds(likely, count) < WEIGHTS.said
+        ):
+            return None
+        if not likely.changes:
+            return likely.mistakes
+        return (other_values(likely.changes, likely.uncertain, self.program),)
 
     @property
     def is_blown_up(self) -> bool:
@@ -187,6 +219,7 @@ def find_causes(
         is_shown=remainder.is_shown()
         and all(float(np.median(np.diff(m.time))) <= _T.spacing for m in motions),
         remainder=remainder,
+        methods=find_methods(accelerations.equations, motions),
     )
 
 
@@ -195,7 +228,7 @@ def _above(remainder: _Remainder, motions: Sequence[Observed]) -> float:
     # Those of roll and steer: where the speed hardly changes it says little.
     return float(
         max(
-            np.sqrt(shares[3 * i] * shares[3 * i + 1]) / m.inconsistency()
+            np.sqrt(shares[3 * i] * shares[3 * i + 1]) / max(m.inconsistency(), WEIGHTS.nothing)
             for i, m in enumerate(motions)
         )
     )
@@ -217,9 +250,12 @@ class _Remainder:
         shares = [f**2 / (f**2 + x**2) for f, x in zip(self.floors, uncertain, strict=True)]
         self._weights = np.concatenate([np.sqrt(x / np.mean(x)) for x in shares])
         self.rows = self.weighted(a.observed - self.right)
+        sizes = np.array([_rms(x) for x in blocks_of(a.block, a.observed)])
+        self._least = np.square(self.floors)
+        self.shares = np.sqrt(self.squares(self.rows)) / sizes
+        # What is left below this needs no other cause.
+        self._least = self._least + np.square(WEIGHTS.nothing * sizes)
         self.before = self.squares(self.rows)
-        sizes = [_rms(x) for x in blocks_of(a.block, a.observed)]
-        self.shares = np.sqrt(self.before) / sizes
 
     def weighted(self, rows: Array) -> Array:
         """Rows, shape (n,) or (n, U), each with its weight."""
@@ -229,7 +265,7 @@ class _Remainder:
     def squares(self, rows: Array) -> Array:
         """Mean square of each block, that of the digits included."""
         parts = blocks_of(self.accelerations.block, rows)
-        return np.array([np.mean(x**2) for x in parts]) + np.square(self.floors)
+        return np.array([np.mean(x**2) for x in parts]) + self._least
 
     def relief(self, rows: Array) -> float:
         """Factor by which the blocks fall if so much remains."""
@@ -290,7 +326,10 @@ def _fitted(remainder: _Remainder, known: Sequence[Cause], maneuvers: int) -> tu
     best: list[Cause] = []
     members = None
     least = max([0.0, *(log_odds(c, maneuvers) for c in known)])
+    enough = _T.enough * remainder.relief(np.zeros_like(remainder.rows))
     for size, count in ((1, 6), (2, 3), (3, 2)):
+        if any(c.relief > enough for c in best):
+            break
         first = best_subsets(normal, size, _T.beside, members)
         members = first.members
         promised = Cause(
@@ -303,8 +342,13 @@ def _fitted(remainder: _Remainder, known: Sequence[Cause], maneuvers: int) -> tu
             for chosen, x in zip(first.members[:count], first.changes[:count], strict=True)
         ]
         best += [c for c in found if log_odds(c, maneuvers) > least]
-    # Whole runs tell which.
-    return tuple(sorted(best, key=lambda c: -log_odds(c, maneuvers)))
+    best.sort(key=lambda c: -log_odds(c, maneuvers))
+    # One that is likelier with fewer of the values needs no others. Whole runs tell which.
+    return tuple(
+        c
+        for i, c in enumerate(best)
+        if not any(other.changes.keys() <= c.changes.keys() for other in best[:i])
+    )
 
 
 def log_odds(cause: Cause, maneuvers: int) -> float:
@@ -314,18 +358,25 @@ def log_odds(cause: Cause, maneuvers: int) -> float:
     return WEIGHTS.values * maneuvers * float(np.log(max(cause.relief, 1e-9))) + before
 
 
-def _refined(remainder: _Remainder, names: Sequence[str], start: Array) -> Cause:
-    """By Gauss and Newton's method, from changes to first order."""
+def _refined(remainder: _Remainder, names: Sequence[str], step: Array) -> Cause:
+    """By Gauss and Newton's method, from a first step; one that leaves more is halved.
+
+    A light body has accelerations that turn over where its inertia is zero.
+    """
     a = remainder.accelerations
-    best, x = Cause((), {}, {}, 0.0), start
+    best, x = Cause((), {}, {}, 1.0), np.zeros(len(names))
     for _ in range(_T.steps):
-        program = changed(a.program, dict(zip(names, x.tolist(), strict=True)))
-        rows = remainder.left_by(a.of(program))
-        relief = remainder.relief(rows)
-        if relief <= best.relief:
+        for half in range(_T.halvings):
+            ahead = x + step / 2.0**half
+            program = changed(a.program, dict(zip(names, ahead.tolist(), strict=True)))
+            rows = remainder.left_by(a.of(program))
+            relief = remainder.relief(rows)
+            if relief > best.relief:
+                break
+        else:
             break
-        slopes = remainder.weighted(a.slopes(program, names))
-        normal = remainder.normal(rows, slopes)
+        x = ahead
+        normal = remainder.normal(rows, remainder.weighted(a.slopes(program, names)))
         uncertain = _uncertain(normal, remainder.squares(rows))
         best = Cause(
             (),
@@ -333,7 +384,7 @@ def _refined(remainder: _Remainder, names: Sequence[str], start: Array) -> Cause
             dict(zip(names, uncertain.tolist(), strict=True)),
             relief,
         )
-        x = x + solve(normal, np.arange(len(names))[None])[0][0]
+        step = solve(normal, np.arange(len(names))[None])[0][0]
     return best
 
 

@@ -33,6 +33,8 @@ _WIDTH, _IN_ROWS = 0.15, 4.0
 _ROUNDS = 30
 # A lean from which there is no way back [rad].
 _LYING = 1.2
+# ... and how much is then left of the potential energy at the start.
+_LOW = 0.5
 # Nothing of a bicycle is so large, but what has blown up [SI].
 _LARGEST = 1e6
 # Rows of the beginning, through which a cubic goes.
@@ -129,11 +131,12 @@ def upright(part: Part, understood: Mapping[str, Understanding]) -> Part:
     """The rows before the bicycle lies down: what follows is another motion, or has blown up."""
     if "roll_angle" not in part.values or "roll_angle" not in understood:
         return part
-    roll = np.abs(_si(part, understood, "roll_angle"))
-    # Angles in degrees come back.
-    up = np.flatnonzero(roll <= _LYING)
-    row = int(up[-1]) + 1 if len(up) else 0
-    if row == len(roll) or row < _FEWEST_ROWS:
+    is_up = np.abs(_si(part, understood, "roll_angle")) <= _LYING
+    height = part.values.get("potential_energy", np.zeros_like(part.time))
+    lies = ~is_up & (height < _LOW * height[0])
+    # Without a height: angles in degrees come back.
+    row = int(np.argmax(lies)) if lies.any() else len(is_up) - int(np.argmax(is_up[::-1]))
+    if row == len(is_up) or row < _FEWEST_ROWS:
         return part
     return replace(
         part,

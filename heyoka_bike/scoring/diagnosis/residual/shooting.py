@@ -17,7 +17,13 @@ from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import spread
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
 from heyoka_bike.scoring.diagnosis.programs.beginning import beginning
-from heyoka_bike.scoring.diagnosis.programs.program import Found, Mistake, Program, changed
+from heyoka_bike.scoring.diagnosis.programs.program import (
+    Found,
+    Mistake,
+    Program,
+    changed,
+    other_start,
+)
 from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
 from heyoka_bike.scoring.diagnosis.programs.start import STATE
 from heyoka_bike.scoring.diagnosis.residual.causes import Cause
@@ -26,15 +32,16 @@ from heyoka_bike.scoring.diagnosis.residual.observed import STATE as KEYS
 from heyoka_bike.scoring.diagnosis.residual.observed import Observed
 from heyoka_bike.scoring.diagnosis.residual.terms import size_of
 
-# Each further value of a start must explain so many times more; there are so many at the most.
+# Each further value of a start must explain so many times more, and the start that is read off the
+# rows explain so much; there are so many values at the most.
 _FURTHER, _MOST = 3.0, 3
 # By how much the right start of one maneuver must be better than the one that is given: errors of
 # correct programs are explained by a factor of up to 9 by one value of it, and 30 by three.
 _START = 25.0
-# To first order, so much of that must show.
-_HOPED = 5.0
 _PLACES = [STATE.index(name) for name in START]
 _STEPS = 3
+# What leaves so small a part is known well enough by the equations alone.
+_ENOUGH = 1e-6
 _COMPARED = 251
 # Of a value's size, for derivatives by differences.
 _SHIFT = 1e-6
@@ -65,7 +72,11 @@ class Shooting:
     def _of_values(self, cause: Cause, changes: Mapping[str, float]) -> tuple[Cause, float]:
         """Values nearby that leave least, and how much that is."""
         names, start = list(changes), np.array(list(changes.values()))
-        x, left, slopes = _shoot(self._errors(names), start, self._sizes(names))
+        errors = self._errors(names)
+        near = _size(errors([start])[0])
+        if changes == cause.changes and near < _ENOUGH:
+            return cause, near
+        x, left, slopes = _shoot(errors, start, self._sizes(names))
         found = dict(zip(names, x.tolist(), strict=True))
         off = dict(zip(names, _uncertain(left, slopes).tolist(), strict=True))
         return replace(cause, changes=found, uncertain=off), _size(left)
@@ -118,12 +129,9 @@ class Shooting:
         errors = self._left_by([motion], lambda x: self._started(motion, x))
         both = [0.0 * read, read - given]
         before, near = (_size(left) for left in errors(both))
-        x = both[int(near < before)]
-        left, slopes = _derivatives(errors, x, np.ones(len(START)))
-        gain = float(solve(_normal(left, slopes), np.arange(len(START))[None])[1][0])
-        if not before * gain > _HOPED * _size(left):
+        if not before > _FURTHER * near:
             return []
-        x, left, slopes = _shoot(errors, x, np.ones(len(START)))
+        x, left, slopes = _shoot(errors, both[1], np.ones(len(START)))
         if not before > _START * _size(left):
             return []
         # As few as will do, to first order around the start that was found.
@@ -176,16 +184,19 @@ def _parts(columns: Mapping[str, Array], written: Array) -> Array:
 
 
 def _shoot(errors: Errors, x: Array, sizes: Array) -> tuple[Array, Array, Array]:
-    """Values that leave least, what they leave, and its derivatives, shape (blocks, rows, n)."""
+    """Values that leave least, what they leave, and its derivatives, shape (blocks, rows, n).
+
+    The values are near enough for the derivatives to stay as they are at first.
+    """
     left, slopes = _derivatives(errors, x, sizes)
     for _ in range(_STEPS):
         weights = 1.0 / (np.sqrt(np.mean(left**2, axis=1)) + _NOTHING)
         matrix = (slopes * sizes * weights[:, None, None]).reshape(-1, len(x))
-        step = np.linalg.lstsq(matrix, -(left * weights[:, None]).ravel(), rcond=None)[0]
-        rest, there = _derivatives(errors, x + step * sizes, sizes)
+        step = np.linalg.lstsq(matrix, -(left * weights[:, None]).ravel(), rcond=None)[0] * sizes
+        (rest,) = errors([x + step])
         if not _size(rest) < _size(left):
             break
-        x, left, slopes = x + step * sizes, rest, there
+        x, left = x + step, rest
     return x, left, slopes
 
 
@@ -212,37 +223,3 @@ def _uncertain(left: Array, slopes: Array) -> Array:
     inverse = np.linalg.pinv(products / np.outer(size, size), hermitian=True)
     found: Array = np.sqrt(3.0 * np.diagonal(inverse)) / size
     return found
-
-
-def other_values(
-    changes: Mapping[str, float], uncertain: Mapping[str, float], program: Program
-) -> Mistake:
-    """A program with parameters and forces of other values than the right one."""
-    found = []
-    for name, change in changes.items():
-        right = float(program.bicycle[name]) if name in program.bicycle.values else 0.0
-        found.append(Found(name, None, right + change, right, uncertain[name]))
-    return _mistake(found, lambda p: changed(p, changes), "model")
-
-
-def other_start(found: Sequence[Found]) -> Mistake:
-    """A program that starts otherwise."""
-    added: dict[int, tuple[tuple[int, float], ...]] = {}
-    for x in found:
-        place = STATE.index(x.name.removeprefix("initial_"))
-        assert x.maneuver is not None
-        added[x.maneuver] = (*added.get(x.maneuver, ()), (place, x.value - x.right))
-
-    def make(program: Program) -> Program:
-        starts = {
-            n: replace(s, added=(*s.added, *added.get(n, ()))) for n, s in program.starts.items()
-        }
-        return replace(program, starts=starts)
-
-    return _mistake(found, make, "start")
-
-
-def _mistake(found: Sequence[Found], change: Callable[[Program], Program], kind: str) -> Mistake:
-    code = "_".join(["other", *(f"{x.name}_{x.maneuver or ''}".strip("_") for x in found)])
-    check = ("it" if len(found) == 1 else "them") + " in your input"
-    return Mistake(code, "", check, kind, change, is_fitted=True, found=tuple(found))

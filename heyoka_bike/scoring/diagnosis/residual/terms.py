@@ -42,6 +42,8 @@ class Accelerations:
     ----------
     program : Program
         The right one.
+    equations : Equations
+        Its.
     block : ndarray of int, shape (n,)
         Three blocks of each maneuver, in order: roll, steer, speed.
     observed, uncertain : ndarray, shape (n,)
@@ -54,6 +56,7 @@ class Accelerations:
         self._pitch: dict[object, Array] = {}
         self._moving: dict[_Values, Moving] = {}
         self.program = program
+        self.equations = _equations(tuple(program.bicycle.values.items()))
         self._ends = np.cumsum([len(m.time) for m in motions])[:-1]
         self.block: NDArray[np.intp] = np.concatenate(
             [np.repeat(3 * i + np.arange(3), len(m.windows)) for i, m in enumerate(motions)]

@@ -1,18 +1,13 @@
 """Numerical causes, where no mistake of the model explains a file: what its error looks like."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import HALF
 from heyoka_bike.scoring.column_score import ColumnScore
-from heyoka_bike.scoring.diagnosis.numerical.roughness import (
-    SMOOTH,
-    Roughness,
-    interpolation,
-    roughness,
-)
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.judge.single_precision import single_precision
 from heyoka_bike.scoring.measures import ROUNDING
@@ -26,6 +21,14 @@ _FEW_ROWS = 10
 _BACK = 0.02
 # Noise of velocities hardly shows in the angles, their integrals; that of output does.
 _IN_RATES = 10.0
+# Fourth differences leave nothing of a smooth error and all of what jumps. Of white noise they are
+# so many times as large as the noise: sqrt(1+16+36+16+1).
+_GAIN = 70**0.5
+_FEWEST = 100
+# Noise of so many floors is not that of the digits written.
+_SHOWN = 10.0
+# Correlation from row to row, above which nothing jumps.
+_SMOOTH = 0.5
 # Parts of the error: what shows at all, and what noise of iterations must be; Exudyn's with tight
 # ones is below 2e-4, with loose ones above 5e-3.
 _SEEN = 1e-4
@@ -39,8 +42,9 @@ _WHITE = (-0.8, 0.4)
 _SCATTER = 0.1
 
 
-# Of the scale: what single-precision arithmetic leaves of a run, whose steps add up.
-_OF_SINGLE = 1e-5
+# Of the scale: ten times what single-precision arithmetic was seen to leave of a run, whose steps
+# add up: 1e-5 with steps of 0.01 s, 9e-5 with steps of 0.001 s.
+_OF_SINGLE = 1e-3
 # Times its own size.
 _BLOWN_UP = 10.0
 TOO_FAR = "too_far"
@@ -48,6 +52,26 @@ TOO_FAR = "too_far"
 # How to see what falls.
 _BOTH_STEPS = "heyoka-bike score A B --step 0.01,0.005"
 _BOTH_TOLERANCES = "heyoka-bike score A B --tolerance 1e-8,1e-9"
+
+
+@dataclass(frozen=True, slots=True)
+class _Roughness:
+    """What of a column jumps from row to row, medians of the fifths of the run.
+
+    A start that settles, or an event, is not in them.
+
+    Attributes
+    ----------
+    part
+        Size of what jumps, of that of the error.
+    at_one, at_two
+        Correlation of the fourth differences with themselves one and two rows on: near 1 of a
+        smooth error, -0.8 and 0.4 of white noise, -1 and 1 of one that alternates.
+    """
+
+    part: float
+    at_one: float
+    at_two: float
 
 
 def findings(report: Report) -> tuple[Finding, ...]:
@@ -66,17 +90,10 @@ def findings(report: Report) -> tuple[Finding, ...]:
     if max(m.rows for m in report.maneuvers) < _FEW_ROWS:
         return (Finding("cannot_tell", "So few rows do not show what the error looks like"),)
     found = (*_energy(report), *_rough(report)) or (_smooth(),)
-    return found if single is None else (*found, _not_alone(single, worst))
-
-
-def _not_alone(single: Finding, worst: float) -> Finding:
-    """That single precision is no cause of an error that is far larger than it makes."""
-    return replace(
-        single,
-        message=f"{single.message}. It leaves errors of some {_OF_SINGLE:g} of the scale at most; "
-        f"{worst:.1g} is another's",
-        severity=Severity.INFO,
-    )
+    if single is None:
+        return found
+    message = f"{single.message}. The error is far larger: another cause comes before this one"
+    return *found, replace(single, message=message, severity=Severity.INFO)
 
 
 def _error_in_scales(c: ColumnScore) -> float:
@@ -110,9 +127,9 @@ def _blown_up(report: Report, worst: float) -> Finding:
 def _smooth() -> Finding:
     return Finding(
         "smooth_error",
-        "The error is smooth, as the step size or tolerance of an integrator makes it, or another "
-        f"model: its shape does not tell. Halve the step ({_BOTH_STEPS}), or divide the tolerance "
-        f"by ten ({_BOTH_TOLERANCES}): the error of an integrator falls, by 2^p with a method of "
+        "The error is that of steps, even or chosen by a tolerance, of a method that is not known "
+        f"here, or of another model. Halve the step ({_BOTH_STEPS}), or divide the tolerance by "
+        f"ten ({_BOTH_TOLERANCES}): the error of an integrator falls, by 2^p with a method of "
         "order p; that of another model stays the same curve; and noise of rounding or of "
         "iterations stays as large, but is another curve",
     )
@@ -166,25 +183,12 @@ def _trend(m: ManeuverScore) -> float:
 
 
 def _rough(report: Report) -> Iterator[Finding]:
-    """What jumps from row to row: interpolation, iterations, noise, or steps of varying size."""
-    between = [interpolation(m) for m in report.maneuvers]
-    first = next((b for b in between if b is not None), None)
-    if first is not None and 2 * between.count(first) > len(between):
-        spacing = report.maneuvers[0].step or 0.0
-        kind = "straight lines" if first.degree == 1 else "cubics"
-        yield Finding(
-            "interpolated_output",
-            f"Every {first.rows} rows, {first.rows * spacing:.6g} s, the error is that of a step; "
-            f"the rows between are interpolated by {kind}, which adds to it: write rows at the "
-            "steps, or use an interpolation of the order of the method",
-            evidence={"rows": first.rows, "first": first.first, "degree": first.degree},
-        )
-        return
-    found = {(m.maneuver, c.key): roughness(c) for m in report.maneuvers for c in m.columns}
+    """What jumps from row to row: iterations, or noise."""
+    found = {(m.maneuver, c.key): _roughness(c) for m in report.maneuvers for c in m.columns}
     jumping = {
         place: r
         for place, r in found.items()
-        if r is not None and r.at_one < SMOOTH and r.part > _SEEN
+        if r is not None and r.at_one < _SMOOTH and r.part > _SEEN
     }
     evidence = {"columns": [f"{number}.{key}" for number, key in jumping]}
     numbers = [m.maneuver for m in report.maneuvers]
@@ -217,21 +221,13 @@ def _rough(report: Report) -> Iterator[Finding]:
             "scale, rounding divided by the step",
             evidence={"maneuvers": in_rates},
         )
-    elif len(jumping) > len(found) / 2:
-        yield Finding(
-            "steps_of_varying_size",
-            "The error is rough between steps of varying size, as an integrator with a tolerance "
-            "and rows between its steps makes it; this says no order: divide the tolerance by "
-            f"ten, and score both ({_BOTH_TOLERANCES})",
-            evidence=evidence,
-        )
 
 
-def _is_white(r: Roughness) -> bool:
+def _is_white(r: _Roughness) -> bool:
     return abs(r.at_one - _WHITE[0]) < _SCATTER and abs(r.at_two - _WHITE[1]) < 2 * _SCATTER
 
 
-def _in_rates(number: int, jumping: Mapping[tuple[int, str], Roughness]) -> bool:
+def _in_rates(number: int, jumping: Mapping[tuple[int, str], _Roughness]) -> bool:
     """Whether both rates of a maneuver jump, much more than their angles."""
     for kind in ("roll", "steer"):
         angle, rate = (jumping.get((number, f"{kind}_{x}")) for x in ("angle", "rate"))
@@ -242,7 +238,25 @@ def _in_rates(number: int, jumping: Mapping[tuple[int, str], Roughness]) -> bool
     return True
 
 
-def _rings(number: int, jumping: Mapping[tuple[int, str], Roughness]) -> bool:
+def _rings(number: int, jumping: Mapping[tuple[int, str], _Roughness]) -> bool:
     """Whether the steer rate of a maneuver alternates from row to row."""
     rate = jumping.get((number, "steer_rate"))
     return rate is not None and -rate.at_one > _ALTERNATES and rate.at_two > _ALTERNATES
+
+
+def _roughness(c: ColumnScore) -> _Roughness | None:
+    """What jumps in the error of a column; None if it is not above the digits written."""
+    if c.values < _FEWEST:
+        return None
+    fifths = np.array_split(np.diff(c.trace.error, 4) / _GAIN, 5)
+    size = float(np.median([np.std(x) for x in fifths]))
+    if size <= _SHOWN * (c.floor or 0.0):
+        return None
+    at_one, at_two = (float(np.median([_correlation(x, k) for x in fifths])) for k in (1, 2))
+    return _Roughness(size / float(np.std(c.trace.error)), at_one, at_two)
+
+
+def _correlation(x: Array, rows: int) -> float:
+    a, b = x[:-rows], x[rows:]
+    both = float(np.dot(a, a) * np.dot(b, b)) ** 0.5
+    return float(np.dot(a, b)) / both if both else 0.0

@@ -1,1 +1,0 @@
-"""What the error of a file looks like."""
