@@ -16,6 +16,7 @@ import argparse
 import gzip
 import hashlib
 import importlib.util
+import json
 import shutil
 import signal
 import subprocess
@@ -28,7 +29,17 @@ from pathlib import Path
 
 import numpy as np
 from apart import AbsentError, Apart, FailedError
-from measured import H1, Document, described, fingerprint, lacking, named, settings, submitted
+from measured import (
+    H1,
+    Document,
+    described,
+    fingerprint,
+    lacking,
+    named,
+    settings,
+    submitted,
+    write,
+)
 from peer import Peer
 from problem import ALL_DIGITS, Problem, problems
 
@@ -78,7 +89,7 @@ def _built(line, place):
 
 
 def run(simulate, name, setting, digits):
-    """Text of a result file of a problem, the processor time, and what was counted, by its name."""
+    """Text of a result file of a problem; of each maneuver processor time, steps or calls."""
     problem = Problem.of(name)
     # Rows are 0.01 s apart unless a script is told otherwise.
     more = {} if problem.rate == 100 else {"rate": problem.rate}
@@ -87,9 +98,8 @@ def run(simulate, name, setting, digits):
         if len(rows) != problem.rows:
             raise ArithmeticError(f"ends at {(len(rows) - 1) / problem.rate:g} s")
     values = np.hstack([rows for rows, *_ in found]) + 0.0
-    counts = sum((Counter(x) for _, _, *counted in found for x in counted), Counter())
     text = problem.text(values, [digits] * values.shape[1])
-    return text, sum(cpu for _, cpu, *_ in found), dict(counts)
+    return text, [{"cpu": cpu} | dict(*counted) for _, cpu, *counted in found]
 
 
 def submit(entry, name, problem, setting, text, line):
@@ -124,7 +134,7 @@ def result_file(name, kind, problem=H1):
 
 
 def running(name):
-    """The function that runs a setting of a program and gives text and processor time."""
+    """The function that runs a setting of a program, see `run`."""
     entry = read_field()[name]
     # Asked for by name: a folder here that is called like a package can be imported as well.
     if names := lacking(entry["install"]):
@@ -146,16 +156,25 @@ def measure(entry, run, problem, kind, setting, reference):
     """What a run gives, or why it fails; and the text of its result file."""
     written = digits(entry, kind, problem.name)
     try:
-        text, cpu, counts = run(problem.name, setting, written)
+        text, costs = run(problem.name, setting, written)
         found = problem.judge(text, reference)
         if kind != "sweep":
             text = problem.shortened(text, reference, written)
             found = problem.judge(text, reference)
     except (FailedError, BicycleError) as e:
         return {"failure": str(e)}, ""
-    if not counts and entry["measure"] == "step":
-        counts = {"steps": round(problem.seconds / setting["step"])}
-    return {"failure": None} | found | {"cpu": round(cpu, 5)} | counts, text
+    of_all = Counter()
+    for maneuver, cost in zip(found["maneuvers"], costs, strict=True):
+        of_all.update(cost)
+        maneuver |= cost | {"cpu": significant(cost["cpu"])}
+    if not set(COUNTED) & set(of_all) and entry["measure"] == "step":
+        of_all["steps"] = round(problem.seconds / setting["step"])
+    return {"failure": None} | found | of_all | {"cpu": significant(of_all["cpu"])}, text
+
+
+def significant(seconds):
+    """In four digits: the shortest runs take less than a millisecond."""
+    return float(f"{seconds:.4g}")
 
 
 def is_submitted(name, problem, line):
@@ -164,6 +183,31 @@ def is_submitted(name, problem, line):
     if not path.is_file():
         return False
     return hashlib.sha256(gzip.decompress(path.read_bytes())).hexdigest() == line["sha256"]
+
+
+def judge_again(path, reference):
+    """Judge the published result files of the benchmark, and write what each maneuver has.
+
+    Only of a run whose file is still that of its line, and whose digits are still those; gives a
+    line for each. Nothing is run.
+    """
+    content = json.loads(path.read_text(encoding="utf-8"))
+    problem, said = Problem.of(H1), []
+    for name, program in content["programs"].items():
+        for line in program["runs"]:
+            if line["failure"] or line["kind"] == "sweep" or not is_submitted(name, H1, line):
+                continue
+            text = gzip.decompress(result_file(name, line["kind"]).read_bytes()).decode()
+            found, of = problem.judge(text, reference), f"{program['program']}, {line['kind']}"
+            if found["digits"] != line["digits"]:
+                said.append(f"{of}: found {found['digits']} digits, expected {line['digits']}")
+                continue
+            known = {m["maneuver"]: m for m in line.get("maneuvers", ())}
+            line["maneuvers"] = [known.get(m["maneuver"], {}) | m for m in found["maneuvers"]]
+            digits = ", ".join(f"{m['digits']:.2f}" for m in line["maneuvers"])
+            said.append(f"{of}: {digits} digits in maneuvers 1, 2, 3")
+    write(path, content)
+    return said
 
 
 def all_runs(name, entry, problem, reference, asked, document, tell, against):
@@ -223,6 +267,10 @@ def main():
     parser.add_argument("--again", action="store_true", help="keep nothing that the JSON has")
     parser.add_argument("--submit", action="store_true", help="best and default into data/results")
     parser.add_argument(
+        "--judge", action="store_true",
+        help="run nothing: judge the files of data/results, write the digits of each maneuver",
+    )  # fmt: skip
+    parser.add_argument(
         "--problem", action="append", choices=["H1", "H2", "H3", "H4"], default=[],
         help="of the harder tier, may be repeated (default: H1, the benchmark)",
     )  # fmt: skip
@@ -239,6 +287,11 @@ def main():
         "--limit", type=float, default=LIMIT, metavar="SECONDS", help="of a run (default: 900)"
     )
     asked, field = parser.parse_args(), read_field()
+    if asked.judge:
+        if asked.output is None or not asked.output.exists():
+            parser.error("--judge: found no file, expected -o with the JSON of an earlier run")
+        print(*judge_again(asked.output, Problem.of(H1).reference(asked.sets)), sep="\n")
+        return
     names = list(field) if asked.all else asked.names
     if unknown := [x for x in names if x not in field]:
         parser.error(f"found '{unknown[0]}', expected some of {', '.join(field)}")

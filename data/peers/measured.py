@@ -87,8 +87,13 @@ class Document:
         # One time: all of it was measured in one run.
         self.content["started"] = sorted({r["started"] for r in runs})
         if self.path is not None:
-            text = json.dumps(self.content, indent=1, ensure_ascii=False, allow_nan=False)
-            write_output(self.path, text.encode() + b"\n")
+            write(self.path, self.content)
+
+
+def write(path, content):
+    """The file, whole."""
+    text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
+    write_output(path, text.encode() + b"\n")
 
 
 def settings(entry, problem=H1):

@@ -117,7 +117,7 @@ class Problem:
             return score([read_results(path, maneuver=self.only, count=len(reference))], reference)
 
     def judge(self, text, reference):
-        """Correct digits of each column and of the worst, eq. (1), definitions of a result file.
+        """Correct digits of columns, maneuvers and the worst, eq. (1), definitions of a file.
 
         Raises
         ------
@@ -138,6 +138,7 @@ class Problem:
                 for key in BENCHMARK_COLUMNS
             },
             "performance": drifts,
+            "maneuvers": [_worst_of(m.maneuver, scores) for m in report.maneuvers],
             "definitions": other_definitions(report),
         }
 
@@ -156,3 +157,9 @@ class Problem:
                 digits.append(min(max(math.ceil(told) + SPARE, FEWEST), written))
         rows = ([float(x) for x in line.split()[1:]] for line in text.splitlines())
         return self.text(rows, digits)
+
+
+def _worst_of(maneuver, scores):
+    """Correct digits of a maneuver, those of its worst column."""
+    digits, column = min((x, key) for (number, key), x in scores.items() if number == maneuver)
+    return {"maneuver": maneuver, "digits": round(digits, 3), "worst": column}

@@ -53,10 +53,10 @@ def rows_alone(bicycle, maneuvers, numbers, folder, how):
     )
     said = describe_inputs(bike, asked)
     Path(folder).mkdir(parents=True, exist_ok=True)
-    rows = {}
+    rows, kept = {}, Unfinished(Path(folder), (Values, Dense))
     for n in numbers:
         # By what it follows from, this project's code included.
-        cache = Unfinished(Path(folder)).at(how, describe_inputs(bike, [asked[n - 1]]))
+        cache = kept.at(how, describe_inputs(bike, [asked[n - 1]]))
         work = {"prove": _proved, "compute": _computed}[how]
         job = Job(work, (bike, asked[n - 1]), asked[n - 1].name, cache=cache)
         found = job.load()

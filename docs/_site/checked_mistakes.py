@@ -14,11 +14,12 @@ from heyoka_bike.bicycle.parameters import read_bicycle
 from heyoka_bike.bicycle.stability.closed_form import closed_form
 from heyoka_bike.errors import BicycleError
 from heyoka_bike.numbers.arithmetic import Arrays
+from heyoka_bike.reference.proof.instants import known_states
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.scoring.diagnosis.programs.forces import rates_altered
 from heyoka_bike.scoring.diagnosis.programs.program import Program
-from heyoka_bike.scoring.instants.check import check, known_states
+from heyoka_bike.scoring.instants.check import check
 from heyoka_bike.scoring.instants.expected import binary64_states, of_own
 from heyoka_bike.system.resources import benchmark_bicycle
 

@@ -57,6 +57,7 @@ KINDS: Mapping[str, Kind] = {
     "solver": Kind("solver of ODEs or DAEs", ORANGE, "^"),
     "engine": Kind("engine, contact and friction", VERMILLION, "v"),
     "linear": Kind("linearised equations", GREY, "X"),
+    "own": Kind("of this project", BLACK, "h"),
 }
 OTHER = Kind("other", BLACK, "P")
 

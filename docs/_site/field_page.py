@@ -14,6 +14,7 @@ from typing import Any
 
 from field_figures import KINDS, OTHER, RIGHT, Kind, costs, drifts, is_blind, largest_drift
 from field_harder import counted, harder, times
+from field_race import race
 from speed_page import filled, table
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
@@ -30,6 +31,8 @@ JUDGED = 1
 ALIKE = 1e-5, 1e-4
 # Digits between the last two runs of a program whose error still falls.
 FALLS = 0.15
+# Of processor time that the best run may take, all maneuvers; PROTOCOL.md says why [s].
+BUDGET = 60
 
 Run = Mapping[str, Any]
 
@@ -62,8 +65,16 @@ class Shown:
 
     @property
     def program(self):
-        """What it is a way to use, which has a folder of its own; None of linearised equations."""
-        return None if self.said["kind"] == "linear" else self.said["script"].partition("/")[0]
+        """What it is a way to use, which has a folder of its own; None if it is not counted.
+
+        Linearised equations are no program, and a program of this project does not judge itself.
+        """
+        return None if self.said["kind"] in ("linear", "own") else self.folder
+
+    @property
+    def folder(self):
+        """That of its script, which ways to use one program share."""
+        return self.said["script"].partition("/")[0]
 
     @property
     def top(self):
@@ -111,6 +122,8 @@ def parts(document):
     programs = shown(document)
     return {
         "machine": machine(document),
+        "race": race([p for p in programs if p.said["kind"] != "linear"]),
+        "better": better(programs),
         "best": best_table(programs),
         "falling": falling(programs),
         "left out": left_out(document),
@@ -156,6 +169,22 @@ def falling(programs):
         if len(ends) == 2 and ends[1] - ends[0] > FALLS:
             names.append(p.name)
     return f"Their error still fell at the finest setting that was run: {'; '.join(names)}."
+
+
+def better(programs):
+    """Runs of a sweep that are more right than the best run, and were done within its budget."""
+    found = []
+    for p in programs:
+        within = [r for r in p.runs if r["cpu"] <= BUDGET]
+        most = max(within, key=lambda r: r["digits"], default=None)
+        if p.best and most and most["digits"] > p.best["digits"] + FALLS:
+            found.append(f"{p.name}, {one_decimal(most['digits'])} at {_setting(p.said, most)}")
+    return (
+        f"More right than the best run in the table, within {BUDGET} s of processor time: "
+        f"{'; '.join(found)}."
+        if found
+        else f"No run within {BUDGET} s of processor time is more right than the best one."
+    )
 
 
 def left_out(document):

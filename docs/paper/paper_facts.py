@@ -165,6 +165,20 @@ def recognised(error):
     return among(part("reference/mistakes.md", "recognised"), rf"\| {error} \| (\d+ of \d+) \|")
 
 
+@fact("docs/reference/mistakes.md", "cat FILE")
+def foreign(what):
+    """Of mistakes by somebody who knew nothing of the library: made, and what was said of them."""
+    found = re.search(
+        r"Another (\d+) mistakes .*?: (\d+) were named first, (\d+) nearly, of (\d+) nothing was "
+        r"said, and of (\d+)\s", text_of("docs/reference/mistakes.md"),
+    )  # fmt: skip
+    names = ("made", "first", "nearly", "silent", "wrong")
+    counts = dict(zip(names, map(int, found.groups()), strict=True))
+    if counts["made"] != sum(counts[x] for x in names[1:]):
+        raise ValueError(f"docs/reference/mistakes.md: found {counts}, expected all of those made")
+    return str(counts[what])
+
+
 @fact("tests/support/play.py", "python tests/support/play.py wrong, and honest")
 def played(game):
     """How many files a game against the scorer has."""

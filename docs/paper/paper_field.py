@@ -20,6 +20,7 @@ ROLLING = {
     "solver": "given equations",
     "engine": "contact, friction",
     "linear": "linearised",
+    "own": "given equations",
 }
 BLIND = "‡"
 """Beside an eq. (1) that is passed, in all maneuvers, by a motion not right to a thousandth."""

@@ -184,8 +184,13 @@ LEVELS = (
 )  # fmt: skip
 """In the order in which a program is checked."""
 
-UNITS: Mapping[str, str] = {
-    **{c.name: c.unit for c in (*COLUMNS, *MOTION_COLUMNS) if c.name in (*COORDINATES, *WHERE)},
-    **{c.name: c.unit for level in LEVELS for c in level.columns},
+_STORED = {c.name: c for c in (*COLUMNS, *MOTION_COLUMNS)}
+
+QUANTITIES: Mapping[str, Column] = {
+    **{name: _STORED[name] for name in (*COORDINATES, *WHERE)},
+    **{c.name: c for level in LEVELS for c in level.columns},
 }
-"""SI unit of the coordinates and of every quantity, by name."""
+"""The coordinates and every quantity, by name."""
+
+UNITS: Mapping[str, str] = {name: c.unit for name, c in QUANTITIES.items()}
+"""Their SI units."""

@@ -65,16 +65,18 @@ def _after(args: argparse.Namespace) -> int:
 
 def _set(args: argparse.Namespace) -> int:
     from heyoka_bike.numbers.rounding import decimal_above
-    from heyoka_bike.reference.proof.certificate_file import COMPUTED, PROVED, entry
+    from heyoka_bike.reference.manifest import read_manifest
+    from heyoka_bike.reference.proof.certificate_file import COLUMNS_PROVED, COMPUTED, entry, proved
     from heyoka_bike.reference.proof.prove_again import certify
     from heyoka_bike.system.resources import reference_folder
 
     folder = args.folder or reference_folder()
     with progress_bars(_SHARES) as progress:
         proofs = certify(args.folder or None, progress=progress)
+    columns = proved(read_manifest(folder).files, COLUMNS_PROVED)
     if args.format == "json":
         said = [{**entry(proof), "cpu_seconds": proof.cpu} for proof in proofs]
-        print_json(_document(folder, PROVED, COMPUTED, maneuvers=said))
+        print_json(_document(folder, columns, COMPUTED, maneuvers=said))
         return Exit.OK
     headings = (
         "maneuver", "steps", "bound over the interval", "bound at the end", "entries",
@@ -93,8 +95,8 @@ def _set(args: argparse.Namespace) -> int:
         for proof, dense in zip(proofs, widest, strict=True)
     ]  # fmt: skip
     print_table(headings, rows, title=f"certificate of {folder}")
-    proved = ", ".join(f"{name} ({len(columns)} columns)" for name, columns in PROVED.items())
-    print(f"{folder}: proved: {proved}")
+    listed = ", ".join(f"{name} ({len(names)} columns)" for name, names in columns.items())
+    print(f"{folder}: proved: {listed}")
     for name, how in COMPUTED.items():
         print(f"{folder}: computed, not proved: {name} ({how})")
     return Exit.OK

@@ -78,8 +78,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _write(path: Path, bicycle: Any) -> int:
-    from heyoka_bike.scoring.instants.check import known_states
-    from heyoka_bike.scoring.instants.expected import as_csv
+    from heyoka_bike.reference.proof.instants import as_csv, known_states
     from heyoka_bike.system.files import write_output
 
     write_output(path, as_csv(bicycle, known_states()))

@@ -59,7 +59,7 @@ def works() -> tuple[Work, ...]:
     template = Template(Path(__file__).with_name("citation.bib").read_text(encoding="utf-8"))
     entries = template.substitute(
         version=__version__, creator=CREATOR, title=TITLE, year=manifest.DATASET_DATE[:4],
-        dataset=manifest.DATASET_VERSION, manifest=manifest.PUBLISHED_MANIFEST_SHA256,
+        dataset=manifest.PUBLISHED_VERSION, manifest=manifest.PUBLISHED_MANIFEST_SHA256,
     )  # fmt: skip
     found = _ENTRY.findall(entries)
     return tuple(Work(what, entry, dict(_FIELD.findall(entry))) for what, entry in found)

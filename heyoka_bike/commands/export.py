@@ -1,4 +1,4 @@
-"""Write the reference, or the equations of motion, for other languages.
+"""Write the reference, the equations of motion or a judge of results for other languages.
 
 Write the reference for programs without HDF5 or Python. c, fortran and matlab (for GNU Octave too)
 are source code that evaluates the columns at any time, exact and needing nothing else; csv and
@@ -10,10 +10,16 @@ derivatives of that; columns, what the benchmark asks for; start_1 and so on, wh
 start. C and Python have the descriptor form too, for solvers of differential-algebraic equations:
 mass, force, constraint_jacobian, heights, and residuals of index 2 and 3.
 
+Or write the judge: one header for C and C++, with the exact motion in every definition of the
+columns, and functions that take your arrays and say how many digits of them are right. It is for
+tests where there is no Python; it does less than 'heyoka-bike score'. The page is the same for
+people: one file that opens in a browser, takes results and sends nothing anywhere.
+
 examples:
   heyoka-bike export --format c --columns roll_angle,steer_angle -o src/
   heyoka-bike export --equations python
   heyoka-bike export --equations fortran --bicycle pista -o src/pista.f90
+  heyoka-bike export --checker -o tests/
 """
 
 import argparse
@@ -35,9 +41,13 @@ from heyoka_bike.errors import Exit, InputError
 _FORMATS = ("c", "fortran", "matlab", "json", "csv", "netcdf")
 _LANGUAGES = ("c", "fortran", "matlab", "julia", "python", "rust")
 _STEM, _EQUATIONS = "uncontrolled_bicycle", "bicycle"
-# What goes with either.
-_OF_REFERENCE = ("maneuver", "columns", "digits", "reference")
-_OF_EQUATIONS = ("bicycle", "maneuvers")
+# What goes with each kind of export.
+_GOES_WITH = {
+    "format": ("maneuver", "columns", "digits", "reference"),
+    "equations": ("bicycle", "maneuvers"),
+    "checker": ("reference",),
+    "page": (),
+}
 
 
 def add_parser(subparsers: Any) -> None:
@@ -52,6 +62,10 @@ def add_parser(subparsers: Any) -> None:
         help=f"write the equations of motion in one of {', '.join(_LANGUAGES)} (matlab for GNU "
         "Octave too)",
     )
+    said = f"write {_STEM}.h: the exact motion, and how many digits of yours are right"
+    what.add_argument("--checker", action="store_true", help=said)
+    said = f"write {_STEM}.html: a page that judges files in the browser, without a server"
+    what.add_argument("--page", action="store_true", help=said)
     said = f"file, or folder for {_STEM}.* or {_EQUATIONS}.* (default: this folder)"
     add_output(p, said, metavar="FILE_OR_DIR", default=".")
     said = "of --equations: a bicycle of the collection, or a TOML file (default: benchmark)"
@@ -77,11 +91,12 @@ def run(args: argparse.Namespace) -> int:
     """Carry out the command."""
     from heyoka_bike.system.files import write_outputs
 
-    asked, others = ("format", _OF_EQUATIONS) if args.format else ("equations", _OF_REFERENCE)
-    for name in others:
-        if getattr(args, name) is not None:
+    asked = next(kind for kind in _GOES_WITH if getattr(args, kind))
+    for name in dict.fromkeys(name for names in _GOES_WITH.values() for name in names):
+        if getattr(args, name) is not None and name not in _GOES_WITH[asked]:
             raise InputError(f"--{name}: does not go with --{asked}")
-    files = _reference(args) if args.format else _equations(args)
+    write = {"format": _reference, "equations": _equations, "checker": _checker, "page": _page}
+    files = write[asked](args)
     write_outputs(files)
     for path in files:
         print(path)
@@ -111,6 +126,21 @@ def _equations(args: argparse.Namespace) -> dict[Path, bytes]:
         complain(f"warning: {bicycle.name}: {warning}")
     found = render(args.equations, bicycle, maneuvers, stem)
     return {folder / f"{stem}{ending}": data for ending, data in found.items()}
+
+
+def _checker(args: argparse.Namespace) -> dict[Path, bytes]:
+    from heyoka_bike.reference.load import load_reference
+    from heyoka_bike.showing.checker.header import render
+
+    folder, stem = _place(args.output, (".h",), _STEM)
+    return {folder / f"{stem}.h": render(load_reference(args.reference))}
+
+
+def _page(args: argparse.Namespace) -> dict[Path, bytes]:
+    from heyoka_bike.showing.checker.page import render
+
+    folder, stem = _place(args.output, (".html",), _STEM)
+    return {folder / f"{stem}.html": render().encode()}
 
 
 def _digits(args: argparse.Namespace) -> int:

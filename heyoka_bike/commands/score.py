@@ -13,7 +13,8 @@ with steps, tolerances and processor times.
 examples:
   heyoka-bike score my-results.txt
   heyoka-bike score my-results.txt -o report.html --require 'scd >= 6'
-  heyoka-bike score my-results.txt --summary
+  heyoka-bike score my-results.txt --details
+  heyoka-bike score my-results.txt --format badge -o badge.json
   heyoka-bike score mine.txt theirs.txt --name Mine,Theirs -o both.html
   heyoka-bike score h0.01.txt h0.001.txt --step 0.01,0.001
   heyoka-bike score loose.txt tight.txt --tolerance 1e-10,1e-11
@@ -64,6 +65,11 @@ def add_parser(subparsers: Any) -> None:
         "--summary",
         action="store_true",
         help="ten lines at most in place of the table: verdict, digits, conventions, what next",
+    )
+    p.add_argument(
+        "--details",
+        action="store_true",
+        help="show the errors of each maneuver, too; a file that is written always has them",
     )
     p.add_argument(
         "--require",
@@ -137,7 +143,10 @@ def run(args: argparse.Namespace) -> int:
     if on_screen is not None:
         is_terminal = sys.stdout.isatty()
         width, colors = None if is_terminal else WIDTH, has_colors(is_terminal)
-        print_text(render(scored, on_screen, made, width=width, has_colors=colors))
+        shown = render(
+            scored, on_screen, made, width=width, has_colors=colors, has_details=args.details
+        )
+        print_text(shown)
     unmet = [(r, x) for r in reports(scored) for x in r.requirements if not x.met]
     for report, required in unmet:
         complain(f"{report.file.path}: required {required.text}, found {required.message}")

@@ -12,11 +12,12 @@ from heyoka_bike.bicycle.equations.kinematics import front_contact_height
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.motion.trajectory import Certificate, Trajectory, row_times
 from heyoka_bike.numbers.arithmetic import Balls, exact_ball, span_ball, upper_fraction
+from heyoka_bike.numbers.rounding import upward_ball
 
 
 @dataclass(frozen=True)
 class Drift:
-    """How far a run leaves what the exact motion keeps, the worst over the rows.
+    """How far a run leaves what the exact motion keeps, the worst over the rows, rounded up.
 
     Attributes
     ----------
@@ -117,9 +118,9 @@ class Evaluator:
                 high, low = high.max(value), low.min(value)
             worst = (high - start).max(start - low) / start
             return Drift(
-                energy=float((worst * flint.arb(2) ** run.bits).mid()),
-                contact=float(contact.mid()),
-                performance=float((100 * (high - low) / start).mid()),
+                energy=upward_ball(worst * flint.arb(2) ** run.bits),
+                contact=upward_ball(contact),
+                performance=upward_ball(100 * (high - low) / start),
             )
 
 

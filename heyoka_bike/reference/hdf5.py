@@ -94,6 +94,11 @@ def by_maneuver(items: Iterable[T]) -> dict[str, T]:
     return {f"maneuver_{i}": item for i, item in enumerate(items, start=1)}
 
 
+def whole_file(about: Mapping[str, Any], groups: Iterable[Group]) -> Group:
+    """A file of these attributes, with a group for each maneuver."""
+    return Group(about, (), by_maneuver(groups))
+
+
 def of_maneuvers(f: Mapping[str, T], count: int) -> list[T]:
     """The groups of so many maneuvers."""
     return [f[name] for name in by_maneuver(range(count))]
@@ -167,12 +172,11 @@ def read_array(group: Any, name: str) -> Array:
     return array
 
 
-def render(about: Mapping[str, str], groups: Sequence[Group], data: Sequence[Any]) -> bytes:
-    """Bytes of a file of these attributes, with a group of data for each maneuver."""
+def render(layout: Group, data: Mapping[str, Any]) -> bytes:
+    """Bytes of a file: arrays by the names of its datasets, in mappings by those of its groups."""
     buffer = io.BytesIO()
-    layout = Group(about, (), by_maneuver(groups))
     with h5py.File(buffer, "w", libver=("v110", "v110"), track_order=True) as f:
-        _write_group(f, layout, by_maneuver(data), {})
+        _write_group(f, layout, data, {})
     return buffer.getvalue()
 
 

@@ -13,9 +13,15 @@ CANDIDATE = "candidate.h5"
 CERTIFICATE = "certificate.json"
 SENSITIVITIES = "sensitivities.h5"
 MOTION = "motion.h5"
+STATES = "states.csv"
+STATES_HDF5 = "states.h5"
 AFTER = "after-ten-seconds.json"
 CARD = "README.md"
 CRATE = "ro-crate-metadata.json"
+
+AFTER_FOLDER = "after-ten-seconds"
+AFTER_FILES = (f"{AFTER_FOLDER}/{AFTER}", f"{AFTER_FOLDER}/{CANDIDATE}")
+"""What is proved of the benchmark's motions after their ten seconds."""
 
 FILTERS = {"compression": "gzip", "compression_opts": 9, "shuffle": True, "fletcher32": True}
 

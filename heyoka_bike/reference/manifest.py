@@ -15,40 +15,45 @@ from pathlib import Path
 from typing import Any
 
 from heyoka_bike.errors import DatasetError
+from heyoka_bike.reference.layout import AFTER_FILES
 from heyoka_bike.system.files import UNFINISHED, replace_file
 from heyoka_bike.system.resources import reference_folder
 
 MANIFEST = "manifest.json"
 SCHEMA_VERSION = 1
 
-DATASET_VERSION = "1.5.0"
-"""Version of the published set that this package makes."""
+DATASET_VERSION = "2.0.0"
+"""Version of the set that this package makes of the benchmark."""
 
 DATASET_DATE = "2026-11-23"
 """Day of that version. It belongs to the version, not to a run: whoever makes the set writes it."""
 
-_HDF5_VERSION = "1.5.0"
+_HDF5_VERSION = "2.0.0"
 
-PUBLISHED_MANIFEST_SHA256 = "1d8bd8ea16f79f6d8f9dc06b35e6b602b490aba33544ad22ea2482a8692f3b07"
-"""Hash of the manifest of the published set."""
-
-OLDER_MANIFESTS_SHA256 = {
+PUBLISHED_MANIFESTS = {
     "1.0.0": "a7d78b3c2ada41809800cd61c104e341091defa82be935d1644c277c8081d796",
     "1.1.0": "6b228c1bf199b25514c5107763725ae1018ad7182707361af1c11187dd6f8d49",
     "1.2.0": "e04aac71d666541e02812a116e340219b7c1851f44402372040c0590847932a6",
     "1.3.0": "4439ff3838aa21363afee0039a7bc4eba6ad1f0e96177092047903476f42a220",
     "1.4.0": "8ec0d7570157b423d758a1b56d39b4e42f7797d0654aacb1a265a48bd1f31dbb",
+    "1.5.0": "1d8bd8ea16f79f6d8f9dc06b35e6b602b490aba33544ad22ea2482a8692f3b07",
 }
-"""Hashes of the manifests of the sets that were published before, by version."""
+"""Hashes of the manifests of the published sets, by version."""
 
-AFTER_FOLDER = "after-ten-seconds"
-AFTER_FILES: Mapping[str, tuple[int, str]] = {
-    "after-ten-seconds.json": (
-        4312, "b1b3b50409e593e3af03a2b28980d20cc5b4af4d6374f58312861e3f3c610f56",
-    ),
-    "candidate.h5": (951421, "89bf65df610e93fa1df1e228f119b1a498b647050dcc740fd2cbf472131cc180"),
-}  # fmt: skip
-"""Bytes and sha256 of what lies in a folder beside the published set, which its manifest lacks."""
+PUBLISHED_VERSION, PUBLISHED_MANIFEST_SHA256 = list(PUBLISHED_MANIFESTS.items())[-1]
+"""The last one, which comes with this package."""
+
+BESIDE_1_5_0: Mapping[str, tuple[int, str]] = dict(
+    zip(
+        AFTER_FILES,
+        (
+            (4312, "b1b3b50409e593e3af03a2b28980d20cc5b4af4d6374f58312861e3f3c610f56"),
+            (951421, "89bf65df610e93fa1df1e228f119b1a498b647050dcc740fd2cbf472131cc180"),
+        ),
+        strict=True,
+    )
+)
+"""Bytes and sha256 of `AFTER_FILES` with the set 1.5.0, whose manifest lacks them."""
 
 CUSTOM = "custom"
 """Dataset version of a set made from other inputs than the benchmark's."""
@@ -169,7 +174,7 @@ def check_published(folder: str | Path) -> None:
     """
     if read_manifest(folder).sha256 != PUBLISHED_MANIFEST_SHA256:
         raise DatasetError(
-            f"{folder}: its manifest is not that of the published set {DATASET_VERSION}; "
+            f"{folder}: its manifest is not that of the published set {PUBLISHED_VERSION}; "
             "name the folder to use a set of your own"
         )
 
@@ -258,11 +263,13 @@ def write_files(folder: str | Path, files: Mapping[str, bytes]) -> list[str]:
         for name, data in files.items():
             if _is_same(folder / name, data):
                 continue
+            (folder / name).parent.mkdir(exist_ok=True)
             replace_file(folder / name, data)
             changed.append(name)
-        for stale in folder.glob(f".*{UNFINISHED}"):
-            stale.unlink(missing_ok=True)
-        _sync_folder(folder)
+        for place in {(folder / name).parent for name in files}:
+            for stale in place.glob(f".*{UNFINISHED}"):
+                stale.unlink(missing_ok=True)
+            _sync_folder(place)
     except OSError as e:
         raise DatasetError(
             f"{e.filename or folder}: cannot be written: {e.strerror or e}"

@@ -11,9 +11,10 @@ from typing import Any
 
 from heyoka_bike.bicycle.column import Column
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
+from heyoka_bike.bicycle.instant_columns import QUANTITIES
 from heyoka_bike.reference.description.facts import CONVENTIONS, attributes_of
 from heyoka_bike.reference.hdf5 import INDEX, Dataset, Group
-from heyoka_bike.reference.layout import CANDIDATE, HDF5, MOTION, NODES, SENSITIVITIES
+from heyoka_bike.reference.layout import CANDIDATE, HDF5, MOTION, NODES, SENSITIVITIES, STATES_HDF5
 from heyoka_bike.reference.sensitivities import UNKNOWNS
 
 STATED = ("states", "form", "grid", "taylor_order", "precision", "precision_bits")
@@ -72,6 +73,26 @@ def about_candidate(inputs: Mapping[str, Any], version: str) -> dict[str, str]:
         "two's complement integer. Angles in rad, rates in rad/s.",
         **_bicycle(inputs),
     }
+
+
+def states(inputs: Mapping[str, Any], version: str, count: int) -> Group:
+    """states.h5: so many single instants."""
+    about = {
+        **attributes_of(STATES_HDF5, version),
+        "comment": "Each value is the binary64 nearest to the exact one, in the state whose "
+        "coordinates are the shortest decimals of the binary64 stored here; NaN where a quantity "
+        "is not defined. Axes: x forward along the heading, y right, z down, origin where the rear "
+        "wheel touches the floor.",
+        **_bicycle(inputs),
+    }
+    said = _described("1", "number of the state", "from 1, as in states.csv")
+    number = Dataset("state", (count,), said, is_scale=True, kind="<i8")
+    columns = (
+        Dataset(c.name, (count,), _described(c.unit, c.long_name, c.meaning), ("state",),
+                is_column=True, has_nan=True)
+        for c in QUANTITIES.values()
+    )  # fmt: skip
+    return Group(about, (number, *columns))
 
 
 def table(inputs: Mapping[str, str], columns: Sequence[Column], rows: int, pieces: int) -> Group:

@@ -1,6 +1,6 @@
 """What is said about a result file besides numbers: one record each, the same in every format."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
@@ -44,6 +44,12 @@ def info(code: str, message: str, **evidence: Any) -> Finding:
 def warning(code: str, message: str, **evidence: Any) -> Finding:
     """A finding about what could not be used, or is odd."""
     return Finding(code, message, Severity.WARNING, evidence)
+
+
+def maneuvers(numbers: Iterable[int]) -> str:
+    """Which maneuvers a finding is of, as it begins: ``maneuver 2``, ``maneuvers 1, 2, 3``."""
+    listed = [str(n) for n in numbers]
+    return f"maneuver{'s' * (len(listed) > 1)} {', '.join(listed)}"
 
 
 def named(keys: Sequence[str], most: int = 8) -> str:

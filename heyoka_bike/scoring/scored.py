@@ -29,7 +29,7 @@ class Scored(Displayed):
         path
             Its suffix tells the format: .html, .json, .csv, .xml (JUnit) or .txt (the table).
         format
-            Another one than that of the suffix: html, json, csv, junit or table.
+            Another one than that of the suffix: html, json, csv, junit, badge or table.
 
         Returns
         -------

@@ -24,6 +24,15 @@ MEANINGS = {
     Grade.WRONG: f"wrong: fewer than {CLOSE_DIGITS:g} digits, off by more than a thousandth of the "
     "column's largest value",
 }
+PHRASES = {
+    "nothing": "nothing could be compared",
+    "in_part": ", as far as it goes",
+    "worst": "worst column",
+    "no_digit": "worst column without a correct digit",
+    "correct_digits": "correct digits",
+    "maneuver": "maneuver",
+}
+"""Of the verdict, beside `WORDS`; the checker in C has both, see `checker.header`."""
 
 
 def text_color(found: Grade) -> str:
@@ -56,7 +65,7 @@ def judgement(report: Report) -> str:
         return f"only the start is there, which the benchmark gives: {word}"
     if report.not_compared:
         return f"not all of it was compared, the rest is {word}"
-    return f"{word}, as far as it goes"
+    return f"{word}{PHRASES['in_part']}"
 
 
 def style_of(report: Report) -> str:

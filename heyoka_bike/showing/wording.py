@@ -11,7 +11,7 @@ from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.findings import Finding, Severity, named
 from heyoka_bike.scoring.measures import MOST_DIGITS
 from heyoka_bike.scoring.report import WHOLE, ManeuverScore, Report, Run, Series
-from heyoka_bike.showing.grades import Grade, file_grade, judgement
+from heyoka_bike.showing.grades import PHRASES, Grade, file_grade, judgement
 
 _LONGEST_NAME = 30
 _MOST_LEFT_OUT = 4
@@ -155,16 +155,17 @@ def worst_words(report: Report) -> str:
     """How good the worst column is."""
     found = report.worst
     if found is None:
-        return "nothing could be compared"
+        return PHRASES["nothing"]
     c = report[found.maneuver][found.column]
-    where = f"maneuver {found.maneuver} {printable(c.key)}"
+    where = f"{PHRASES['maneuver']} {found.maneuver} {printable(c.key)}"
     if found.scd >= MOST_DIGITS:
         return "no error in any column"
     if found.scd < 0:
         wrong = f"{readable(c.max_rel_error)} times its scale"
-        return f"worst column without a correct digit ({where}, wrong by {wrong})"
+        return f"{PHRASES['no_digit']} ({where}, wrong by {wrong})"
     limit = ", all its digits allow" if c.is_at_floor() else ""
-    return f"worst column {found.scd:.1f} correct digits ({where}{limit})"
+    said = f"{PHRASES['worst']} {found.scd:.1f} {PHRASES['correct_digits']}"
+    return f"{said} ({where}{limit})"
 
 
 def coverage_words(report: Report) -> str:

@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import hashlib
-import pickle
 import time
 from collections.abc import Callable
-from contextlib import suppress
 from contextvars import ContextVar
 from dataclasses import dataclass
-from pathlib import Path
 from threading import Lock
 from typing import Any
 
-from heyoka_bike.system.files import replace_file
+from heyoka_bike.system.unfinished import KeptResult
 
 Report = Callable[[str, float], None]
 """Called by a job with its stage, and the time that it has reached in the motion [s]."""
@@ -21,7 +17,6 @@ Report = Callable[[str, float], None]
 reporting: ContextVar[Report] = ContextVar("reporting", default=lambda stage, t: None)
 """Where the progress of a job goes: an executor that can pass it on sets it in its workers."""
 
-_HASH = hashlib.sha256
 _INTERVAL = 0.1  # [s]
 _one_at_a_time = Lock()
 
@@ -42,8 +37,8 @@ class Job:
         Of that motion [s], for its progress.
     stages
         Those that are over when it is.
-    cache : Path or None
-        A file of its result, which outlives the run: the hash of all other bytes, then these.
+    cache : KeptResult or None
+        Where its result is kept, which outlives the run.
     """
 
     work: Callable[..., Any]
@@ -51,7 +46,7 @@ class Job:
     name: str = ""
     duration: float = 1.0
     stages: tuple[str, ...] = ()
-    cache: Path | None = None
+    cache: KeptResult | None = None
 
     @property
     def words(self) -> str:
@@ -60,23 +55,14 @@ class Job:
         return f"{name} of {self.name}" if self.name else name
 
     def load(self) -> Outcome | None:
-        """The result in the file; what is not whole is not there."""
-        if self.cache is None:
-            return None
-        with suppress(OSError):
-            data = self.cache.read_bytes()
-            size = _HASH().digest_size
-            if _HASH(data[size:]).digest() == data[:size]:
-                found: Outcome = pickle.loads(data[size:])
-                return found
-        return None
+        """The result that was kept, if there is one."""
+        kept = None if self.cache is None else self.cache.load()
+        return None if kept is None else Outcome(*kept)
 
     def store(self, outcome: Outcome) -> None:
-        """Put a result there; where there is no room for it, it is made again another time."""
+        """Keep a result."""
         if self.cache is not None:
-            data = pickle.dumps(outcome)
-            with suppress(OSError):
-                replace_file(self.cache, _HASH(data).digest() + data)
+            self.cache.store((outcome.value, outcome.seconds))
 
 
 @dataclass(frozen=True, slots=True)

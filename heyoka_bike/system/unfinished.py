@@ -1,24 +1,42 @@
-"""What an unfinished run has finished, in a folder beside the one that it writes."""
+"""What an unfinished run has finished, in a folder beside the one that it writes.
+
+A result is a file of JSON, in which arrays are NumPy's ``.npy`` in base 64. Nothing in it is code,
+whoever wrote it: of what is read only arrays, numbers and the classes that are told are made.
+"""
 
 from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator
+from base64 import b64decode, b64encode
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass, fields, is_dataclass
+from fractions import Fraction
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from heyoka_bike.errors import InputError
+from heyoka_bike.system.files import replace_file
 from heyoka_bike.system.versions import versions
 
 SUFFIX = ".unfinished"
 _LOCK = "lock"
+_HASH = hashlib.sha256
 
 
 @contextmanager
-def unfinished(folder: Path) -> Iterator[Unfinished]:
+def unfinished(folder: Path, classes: tuple[type, ...] = ()) -> Iterator[Unfinished]:
     """Keep results beside a folder, while nobody else does.
+
+    Parameters
+    ----------
+    folder
+    classes
+        Dataclasses that results are made of.
 
     Raises
     ------
@@ -33,7 +51,7 @@ def unfinished(folder: Path) -> Iterator[Unfinished]:
     try:
         place.mkdir(parents=True, exist_ok=True)
         with FileLock(place / _LOCK, timeout=0):
-            results = Unfinished(place)
+            results = Unfinished(place, classes)
             try:
                 yield results
             finally:
@@ -54,14 +72,14 @@ def unfinished(folder: Path) -> Iterator[Unfinished]:
 class Unfinished:
     """Results by key, each a file."""
 
-    def __init__(self, place: Path) -> None:
-        self.place = place
+    def __init__(self, place: Path, classes: tuple[type, ...] = ()) -> None:
+        self.place, self.classes = place, classes
 
-    def at(self, *parts: Any) -> Path:
-        """The file of a result that follows from these parts, which JSON can write."""
+    def at(self, *parts: Any) -> KeptResult:
+        """Where a result is kept that follows from these parts, which JSON can write."""
         # And from versions.
         text = json.dumps([versions(), *parts], sort_keys=True)
-        return self.place / hashlib.sha256(text.encode()).hexdigest()
+        return KeptResult(self.place / _HASH(text.encode()).hexdigest(), self.classes)
 
     def clear(self) -> None:
         """Nothing of it is needed any more, nor what other inputs or versions have left."""
@@ -73,3 +91,66 @@ class Unfinished:
     def __len__(self) -> int:
         """How many results there are."""
         return sum(file.name != _LOCK for file in self.place.iterdir())
+
+
+@dataclass(frozen=True, slots=True)
+class KeptResult:
+    """A result in a file: the hash of all other bytes, then these.
+
+    Attributes
+    ----------
+    file : Path
+    classes : tuple of type
+        Dataclasses that it may be made of.
+    """
+
+    file: Path
+    classes: tuple[type, ...]
+
+    def load(self) -> Any:
+        """The result; None where it is not there, or not whole."""
+        size = _HASH().digest_size
+        # Whatever is wrong with it, it can be made again.
+        with suppress(Exception):
+            data = self.file.read_bytes()
+            if _HASH(data[size:]).digest() == data[:size]:
+                return _made(
+                    json.loads(data[size:]), _KINDS | {c.__name__: c for c in self.classes}
+                )
+        return None
+
+    def store(self, result: Any) -> None:
+        """Put a result there; where there is no room for it, it is made again another time."""
+        data = json.dumps(_plain(result)).encode()
+        with suppress(OSError):
+            replace_file(self.file, _HASH(data).digest() + data)
+
+
+def _plain(x: Any) -> Any:
+    """What JSON can write: what it cannot is an object of one key, the kind, and its arguments."""
+    if isinstance(x, np.ndarray):
+        file = BytesIO()
+        np.save(file, x, allow_pickle=False)
+        return {"array": {"npy": b64encode(file.getvalue()).decode()}}
+    if isinstance(x, Fraction):
+        return {"fraction": {"numerator": x.numerator, "denominator": x.denominator}}
+    if is_dataclass(x):
+        return {type(x).__name__: {f.name: _plain(getattr(x, f.name)) for f in fields(x) if f.init}}
+    if isinstance(x, Mapping):
+        return {"mapping": {key: _plain(y) for key, y in x.items()}}
+    return [_plain(y) for y in x] if isinstance(x, tuple | list) else x
+
+
+def _made(x: Any, kinds: Mapping[str, Callable[..., Any]]) -> Any:
+    """What `_plain` wrote; lists are tuples."""
+    if isinstance(x, dict):
+        ((kind, arguments),) = x.items()
+        return kinds[kind](**{key: _made(y, kinds) for key, y in arguments.items()})
+    return tuple(_made(y, kinds) for y in x) if isinstance(x, list) else x
+
+
+def _array(npy: str) -> Any:
+    return np.load(BytesIO(b64decode(npy)), allow_pickle=False)
+
+
+_KINDS: dict[str, Callable[..., Any]] = {"array": _array, "fraction": Fraction, "mapping": dict}

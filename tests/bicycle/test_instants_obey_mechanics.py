@@ -10,8 +10,9 @@ from heyoka_bike.bicycle.instant_columns import COORDINATES, LEVELS
 from heyoka_bike.bicycle.parameters import PARAMETERS, Bicycle, Maneuver, read_bicycle
 from heyoka_bike.bicycle.stability.linear import linearise
 from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.scoring.instants.check import TOLERANCE, known_states
-from heyoka_bike.scoring.instants.expected import of_known, of_own
+from heyoka_bike.reference.proof.instants import known_states, of_known
+from heyoka_bike.scoring.instants.check import TOLERANCE
+from heyoka_bike.scoring.instants.expected import of_own
 from heyoka_bike.system.resources import find_input
 
 

@@ -9,7 +9,7 @@ from mpmath import mp, mpf
 from heyoka_bike.bicycle.stability.linear import linearise
 from heyoka_bike.motion.evaluator import evaluator
 from heyoka_bike.reference.proof.candidate import read_candidate
-from heyoka_bike.scoring.instants.expected import of_known
+from heyoka_bike.reference.proof.instants import of_known
 from heyoka_bike.system.resources import reference_folder
 
 

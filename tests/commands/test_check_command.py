@@ -13,8 +13,8 @@ from heyoka_bike.bicycle.instant_columns import COORDINATES, LEVELS, UNITS
 from heyoka_bike.cli import main
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.scoring.instants.check import known_states
-from heyoka_bike.scoring.instants.expected import as_csv, of_own
+from heyoka_bike.reference.proof.instants import as_csv, known_states
+from heyoka_bike.scoring.instants.expected import of_own
 from heyoka_bike.showing.formats import check as shown
 
 SCHEMA = Path(shown.__file__).with_name("check-1.schema.json")
@@ -49,7 +49,8 @@ def test_what_is_written_is_right(tmp_path, exact, capsys):
 
 def test_the_known_states_are_written_for_any_bicycle(tmp_path, monkeypatch, capsys):
     few = known_states()[4:7]
-    monkeypatch.setattr("heyoka_bike.scoring.instants.check.known_states", lambda: few)
+    for module in ("heyoka_bike.reference.proof.instants", "heyoka_bike.scoring.instants.check"):
+        monkeypatch.setattr(f"{module}.known_states", lambda: few)
     path = tmp_path / "new" / "states.csv"
     assert main(["check", "--states", str(path), "--bicycle", "pista"]) == 0
     assert capsys.readouterr().out == f"{path}\n"

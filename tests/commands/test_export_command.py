@@ -149,7 +149,7 @@ def test_columns_are_the_benchmarks_or_all_or_those_named(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("arguments", "expected"),
     [
-        ([], "one of the arguments --format --equations is required"),
+        ([], "one of the arguments --format --equations --checker --page is req"),
         (["--format", "cobol"], "found 'cobol', expected one of c, fortran, matlab, json, csv"),
         (["--format", "c", "--maneuver", "4"], "--maneuver: found 4, expected 1 to 3"),
         (["--format", "c", "--columns", "roll"], "found 'roll', expected all or some of roll_an"),
@@ -175,6 +175,11 @@ def test_columns_are_the_benchmarks_or_all_or_those_named(tmp_path, capsys):
         (["--format", "c", "--bicycle", "pista"], "--bicycle: does not go with --format"),
         (["--equations", "c", "--digits", "32"], "--digits: does not go with --equations"),
         (["--equations", "c", "--reference", "x"], "--reference: does not go with --equations"),
+        (["--checker", "--digits", "17"], "--digits: does not go with --checker"),
+        (["--checker", "--page"], "--page: not allowed with argument --checker"),
+        (["--checker", "-o", "x.c"], "found 'x.c', expected a file ending in .h, or a folder"),
+        (["--page", "--reference", "x"], "--reference: does not go with --page"),
+        (["--page", "-o", "x.txt"], "found 'x.txt', expected a file ending in .html"),
         (["--equations", "cpp"], "'cpp', expected one of c, fortran, matlab, julia, python, rust"),
         (["--equations", "rust", "-o", "x.c"], "found 'x.c', expected a file ending in .rs"),
         (["--equations", "python", "-o", "1st.py"], "found '1st', expected the name of a module"),

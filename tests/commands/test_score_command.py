@@ -29,8 +29,14 @@ def test_the_table_is_the_default(capsys):
     assert (code, err) == (0, "")
     assert "exudyn-h0.001.txt" in out
     assert "tait_bryan_xyz" in out
-    assert "scd" in out
+    assert "next: why it differs: heyoka-bike diagnose" in out
     assert max(map(len, out.splitlines())) <= 100
+    # Ten lines and a table; the errors of each maneuver when they are asked for.
+    assert len(out.splitlines()) <= 25
+    assert "mescd" not in out
+    code, out, _ = run(FINE, "--details", capsys=capsys)
+    assert code == 0
+    assert out.count("mescd ") == 3
 
 
 @pytest.mark.parametrize(
@@ -43,6 +49,7 @@ def test_the_table_is_the_default(capsys):
         ("csv", lambda text: len(list(csv.DictReader(io.StringIO(text)))) == 24),
         ("junit", lambda text: len(ET.fromstring(text).findall(".//testcase")) == 24),
         ("html", lambda text: text.startswith("<!DOCTYPE html>")),
+        ("badge", lambda text: json.loads(text)["schemaVersion"] == 1),
     ],
 )
 def test_other_formats_go_to_standard_output(capsys, name, check):
@@ -70,8 +77,10 @@ def test_the_suffix_of_an_output_tells_its_format(capsys, tmp_path):
     assert code == 0
     for name, start in names.items():
         assert (tmp_path / name).read_text().startswith(start), name
-    # The verdict is on the screen all the same.
-    assert out == (tmp_path / "a.txt").read_text()
+    # The verdict is on the screen all the same; what is written has its details.
+    verdict = out.partition("warnings")[0].partition("next:")[0].rstrip()
+    assert len(verdict.splitlines()) > 10
+    assert (tmp_path / "a.txt").read_text().startswith(verdict)
 
 
 def test_requirements_set_the_exit_code(capsys):

@@ -8,7 +8,7 @@ import yaml
 
 from heyoka_bike.cli import main
 from heyoka_bike.commands.citation import works
-from heyoka_bike.reference.manifest import DATASET_VERSION
+from heyoka_bike.reference.manifest import PUBLISHED_VERSION
 from heyoka_bike.version import __version__
 
 CFF = yaml.safe_load((Path(__file__).resolve().parents[2] / "CITATION.cff").read_text())
@@ -23,7 +23,7 @@ def test_it_agrees_with_the_citation_file():
     program, data, *others = works()
     assert said_of(CFF) == (program.authors, program.fields["title"])
     assert str(CFF["version"]) == program.fields["version"] == __version__
-    assert DATASET_VERSION in data.fields["howpublished"]
+    assert PUBLISHED_VERSION in data.fields["howpublished"]
     known = {said_of(entry): entry for entry in CFF["references"]}
     for work in (data, *others):
         entry = known[work.authors, work.fields["title"]]

@@ -23,15 +23,17 @@ def _modules_are_found():
 
 
 def cheaper(name):
-    """The run of the two that are published that takes less time."""
-    times = {}
+    """The run of the two that are published that takes less time; None if none is."""
+    times, entry = {}, FIELD[name]
     for kind in ("default", "best"):
-        if kind in FIELD[name]:
+        if kind in entry and field.result_file(name, kind).is_file():
             said = tomllib.loads(
                 (field.RESULTS / f"{name}-{kind}.toml").read_text(encoding="utf-8")
             )
-            times[kind] = float(said["processor_time"])
-    return min(times, key=times.__getitem__)
+            # A setting that is to take its place is measured with the next run of the field.
+            if float(said.get("step") or said["tolerance"]) == entry[kind][entry["measure"]]:
+                times[kind] = float(said["processor_time"])
+    return min(times, key=times.__getitem__, default=None)
 
 
 def judged(name, kind, reference):
@@ -54,6 +56,8 @@ def further_apart(found, published):
 def test_a_program_gives_what_is_published(name, reference):
     entry = FIELD[name]
     kind = cheaper(name)
+    if kind is None:
+        pytest.skip(f"{entry['program']}: no result of it is published yet")
     with apart.Apart(SECONDS, field.running, name) as program:
         try:
             program.start()
@@ -66,7 +70,7 @@ def test_a_program_gives_what_is_published(name, reference):
         others = {x: v for x, v in here.items() if wanted.get(x, v) != v}
         if others:
             pytest.skip(f"{entry['program']} is here with {others}: {entry['install']}")
-        text, _, _ = program("H1", entry[kind], field.digits(entry, kind))
+        text, _ = program("H1", entry[kind], field.digits(entry, kind))
     found, published = H1.judge(text, reference), judged(name, kind, reference)
     assert not further_apart(found, published), (found, published)
 

@@ -1,5 +1,7 @@
 """The field is run program by program: what hangs, crashes or is absent is one line."""
 
+import gzip
+import hashlib
 import json
 import os
 import subprocess
@@ -9,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.peers import PEERS, apart, measured, on_path, problem
+from support.peers import PEERS, apart, field, measured, on_path, problem
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 
@@ -157,11 +159,50 @@ def test_a_file_is_shortened_to_the_digits_that_are_right(reference):
     whole, part = asked.judge(text, reference), asked.judge(short, reference)
     assert part["scd"]["roll_angle"] == pytest.approx(whole["scd"]["roll_angle"], abs=0.03)
     assert asked.judge(asked.text(rows, [4] * 24), reference)["digits"] < 4
+    assert [m["maneuver"] for m in whole["maneuvers"]] == [1, 2, 3]
+    first, second, third = (m["digits"] for m in whole["maneuvers"])
+    assert whole["digits"] == first < 5 < min(second, third)
+    assert whole["maneuvers"][0]["worst"] == whole["worst"]["column"] == "roll_angle"
+
+
+def test_published_files_are_judged_again_without_a_run(reference, tmp_path):
+    """Only a file that is still that of its line, and has its digits."""
+    path, problem_1 = tmp_path / "field.json", problem.Problem.of("H1")
+    found = field.result_file("ode", "best")
+    text = gzip.decompress(found.read_bytes())
+    whole = problem_1.judge(text.decode(), reference)
+    line = {"kind": "best", "failure": None, "sha256": hashlib.sha256(text).hexdigest()}
+    lines = {
+        "ode": line | {"digits": whole["digits"], "maneuvers": [{"maneuver": 2, "cpu": 7.0}]},
+        "dart": line | {"digits": whole["digits"]},  # of another file
+    }
+    content = {"programs": {
+        name: {"program": name, "runs": [x, x | {"kind": "sweep"}, {"failure": "crashed"}]}
+        for name, x in lines.items()
+    }}  # fmt: skip
+    path.write_text(json.dumps(content))
+    said = field.judge_again(path, reference)
+    assert len(said) == 1
+    runs = {name: p["runs"] for name, p in json.loads(path.read_text())["programs"].items()}
+    assert [m["digits"] for m in runs["ode"][0]["maneuvers"]] == [
+        m["digits"] for m in whole["maneuvers"]
+    ]
+    assert runs["ode"][0]["maneuvers"][1]["cpu"] == 7.0
+    assert (runs["ode"][1:], runs["dart"]) == (
+        content["programs"]["ode"]["runs"][1:], content["programs"]["dart"]["runs"]
+    )  # fmt: skip
+    lines["ode"]["digits"] += 1
+    path.write_text(json.dumps(content | {"programs": {"ode": {
+        "program": "ode", "runs": [lines["ode"]]
+    }}}))  # fmt: skip
+    before = path.read_text()
+    assert "expected" in field.judge_again(path, reference)[0]
+    assert json.loads(path.read_text()) == json.loads(before)
 
 
 @pytest.mark.proof
 def test_a_set_that_is_not_there_is_one_line(tmp_path):
-    code, _, err = field("linear", "--problem", "H4", "--sets", tmp_path)
+    code, _, err = ran("linear", "--problem", "H4", "--sets", tmp_path)
     assert code == 2
     assert "no manifest.json found" in err.splitlines()[-1]
 
@@ -175,7 +216,7 @@ def test_versions_are_those_that_are_installed():
     assert measured.lacking(line) == ["no"]
 
 
-def field(*arguments):
+def ran(*arguments):
     done = subprocess.run(
         [sys.executable, FIELD, *map(str, arguments)], capture_output=True, text=True, check=False,
         timeout=300,
@@ -187,7 +228,7 @@ def field(*arguments):
 def test_a_program_is_run_scored_and_kept(tmp_path):
     pytest.importorskip("heyoka")
     path = tmp_path / "field.json"
-    code, out, err = field("linear", "-o", path)
+    code, out, err = ran("linear", "-o", path)
     assert (code, err) == (0, "")
     assert "-0.57 digits" in out
     (run,) = json.loads(path.read_text())["programs"]["linear"]["runs"]
@@ -195,13 +236,13 @@ def test_a_program_is_run_scored_and_kept(tmp_path):
     assert run["ratio"] == pytest.approx(run["cpu"] / run["peer"], rel=0.01)
     before = path.read_text()
     time.sleep(0.01)
-    assert field("linear", "-o", path)[0] == 0
+    assert ran("linear", "-o", path)[0] == 0
     assert path.read_text() == before
 
 
 @pytest.mark.proof
 def test_an_unknown_program_is_one_line():
-    code, _, err = field("mujocco")
+    code, _, err = ran("mujocco")
     assert code == 2
     assert "found 'mujocco', expected some of mujoco" in err.splitlines()[-1]
 

@@ -11,7 +11,7 @@ import pytest
 import yaml
 
 from heyoka_bike.reference.description import facts
-from heyoka_bike.reference.manifest import DATASET_DATE, DATASET_VERSION, read_manifest
+from heyoka_bike.reference.manifest import DATASET_DATE, PUBLISHED_VERSION, read_manifest
 
 ROOT = Path(__file__).resolve().parents[2]
 SCHEMAS = sorted((ROOT / "heyoka_bike").rglob("*.schema.json"))
@@ -28,7 +28,7 @@ def test_the_citation_has_the_dataset(citation, folder):
     (data,) = [x for x in citation["references"] if x["type"] == "data"]
     assert data["title"] == facts.TITLE
     assert data["authors"] == citation["authors"] == [{"name": facts.CREATOR}]
-    assert data["version"] == DATASET_VERSION == read_manifest(folder).dataset_version
+    assert data["version"] == PUBLISHED_VERSION == read_manifest(folder).dataset_version
     assert str(data["date-released"]) == DATASET_DATE
     assert data["license"] == citation["license"] == "MIT"
     (named,) = data["identifiers"]
@@ -52,7 +52,7 @@ def test_the_deposit_says_what_the_set_says():
     assert said["upload_type"] == "dataset"
     assert said["title"] == facts.TITLE
     assert said["creators"] == [{"name": facts.CREATOR}]
-    assert said["version"] == DATASET_VERSION
+    assert said["version"] == PUBLISHED_VERSION
     assert tuple(said["keywords"]) == facts.KEYWORDS
     assert f"<p>{facts.SUMMARY}</p>" in said["description"]
     related = [x["identifier"] for x in said["related_identifiers"]]

@@ -19,7 +19,7 @@ from heyoka_bike.scoring.score import score
 pytestmark = pytest.mark.proof
 
 HDF5 = "uncontrolled-bicycle.h5"
-VERSIONS = ("1.2.0", "1.3.0", "1.4.0", "1.5.0")
+VERSIONS = ("1.2.0", "1.3.0", "1.4.0", "1.5.0", "2.0.0")
 
 
 @pytest.fixture
@@ -28,7 +28,7 @@ def kind(small_set, tmp_path):
 
     def make(version):
         folder = shutil.copytree(small_set, tmp_path / version)
-        if version < "1.5.0":
+        if version < "2.0.0":
             older(folder, version)
         return folder
 
@@ -142,6 +142,7 @@ UNCHECKED = {
         (HDF5, "motion.h5", "sensitivities.h5", "candidate.h5"), "attributes of version 1.5.0"
     ),
     "1.5.0": {},
+    "2.0.0": {},
 }
 
 

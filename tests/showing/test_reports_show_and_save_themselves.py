@@ -40,8 +40,8 @@ def test_what_is_shown_is_the_summary(scored):
 
 def test_what_is_printed_is_what_the_command_prints(report):
     assert str(report) == output.render(report, "table")
-    assert "findings" in str(report)
-    assert "findings" not in repr(report)
+    assert "mescd" in str(report)
+    assert "mescd" not in repr(report)
 
 
 def test_a_diagnosis_is_shown_as_its_command_prints_it():

@@ -7,6 +7,7 @@ import h5py
 from heyoka_bike.cli import main
 from heyoka_bike.reference.layout import content_sha256
 from heyoka_bike.reference.manifest import MANIFEST, sha256
+from heyoka_bike.reference.proof.certificate_file import STATEMENT_1_5_0
 
 
 def make(where, *maneuvers):
@@ -30,8 +31,9 @@ def manifest(folder, **changes):
 
 
 def accept(folder):
-    """Bring sizes and hashes in the manifest in line with the files."""
+    """Bring sizes and hashes in the manifest in line with the files that are there."""
     document = json.loads((folder / MANIFEST).read_text())
+    document["files"] = [x for x in document["files"] if (folder / x["file"]).exists()]
     for entry in document["files"]:
         data = (folder / entry["file"]).read_bytes()
         entry |= {"bytes": len(data), "sha256": sha256(data)}
@@ -67,7 +69,8 @@ def older(folder, version):
     files = ("uncontrolled-bicycle.h5", "motion.h5", "sensitivities.h5", "candidate.h5")
     for name in files:
         with h5py.File(folder / name, "r+") as f:
-            _without_description(f)
+            if version < "1.5.0":
+                _without_description(f)
             if name == "sensitivities.h5" and version < "1.4.0":
                 f.attrs["comment"] = "other words"
                 _without(f["maneuver_1"], lambda x: x == "rows" or x.endswith("_bound"))
@@ -81,6 +84,8 @@ def older(folder, version):
                 accept_numbers(folder, f)
             elif name != "candidate.h5":
                 f.attrs["content_sha256"] = content_sha256(f)
+    for name in ("states.csv", "states.h5"):
+        (folder / name).unlink()
     _older_certificate(folder / "certificate.json", version)
     accept(folder)
 
@@ -88,6 +93,10 @@ def older(folder, version):
 def _older_certificate(path, version):
     document = json.loads(path.read_text())
     (entry,) = document["maneuvers"]
+    document["statement"] = STATEMENT_1_5_0
+    entry.pop("integration")
+    for name in ("states.csv", "states.h5"):
+        document["proved"].pop(name)
     if version < "1.4.0":
         document["statement"] = "Less is proved."
         document["proved"].pop("sensitivities.h5")

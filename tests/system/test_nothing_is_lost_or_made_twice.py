@@ -1,10 +1,17 @@
 """Sets come out the same to the byte, whatever made them and whatever was lost on the way."""
 
+import base64
+import hashlib
+import io
+import json
+import pickle
 import re
 import signal
 import subprocess
 import sys
+from pathlib import Path
 
+import numpy as np
 import pytest
 from support.clusters import HEARS, started, wait_for
 
@@ -97,10 +104,17 @@ def test_a_killed_worker_and_a_killed_scheduler_cost_only_what_they_did(expected
     assert content(made) == expected
 
 
-def test_an_interrupted_run_goes_on(expected, sets, tmp_path):
+def test_a_run_that_is_killed_and_interrupted_goes_on(expected, sets, tmp_path):
     made = tmp_path / "sets"
     run = begun(*sets, made, "--workers", "2")
-    wait_for(lambda: len(kept(made)) >= 4, 600)
+    wait_for(lambda: len(kept(made)) >= 2, 600)
+    run.kill()
+    run.communicate(timeout=120)
+    before = {p: p.stat().st_mtime_ns for p in kept(made)}
+    assert len(before) >= 2
+    run = begun(*sets, made, "--workers", "2")
+    wait_for(lambda: len(kept(made)) >= len(before) + 2, 600)
+    assert {p: p.stat().st_mtime_ns for p in before} == before
     run.send_signal(signal.SIGINT)
     _, said = run.communicate(timeout=120)
     assert run.returncode == 130
@@ -121,16 +135,42 @@ def test_what_is_damaged_or_of_other_code_is_made_again(tmp_path, monkeypatch):
         return Job(print, (), cache=Unfinished(tmp_path).at(*parts)).load()
 
     first = Job(print, (), cache=Unfinished(tmp_path).at("stage", {"mass": "2"}, 70))
-    first.store(module.Outcome([1, 2, 3]))
-    assert there("stage", {"mass": "2"}, 70).value == [1, 2, 3]
+    first.store(module.Outcome((1, 2, 3)))
+    assert there("stage", {"mass": "2"}, 70).value == (1, 2, 3)
     for other in (("stage", {"mass": "3"}, 70), ("stage", {"mass": "2"}, 90)):
         assert there(*other) is None
     monkeypatch.setattr("heyoka_bike.system.unfinished.versions", lambda: {"heyoka": "other"})
     assert there("stage", {"mass": "2"}, 70) is None
-    whole = first.cache.read_bytes()
+    whole = first.cache.file.read_bytes()
     for damaged in (whole[:-1], whole[:40] + b"x" + whole[41:], b""):
-        first.cache.write_bytes(damaged)
+        first.cache.file.write_bytes(damaged)
         assert first.load() is None
+
+
+def test_what_somebody_else_put_there_is_no_code(tmp_path):
+    """With the hash that belongs to it: pickles, objects in an array, classes of other kinds."""
+
+    class Harmful:
+        def __reduce__(self):
+            return Path.touch, (tmp_path / "harmed",)
+
+    file = io.BytesIO()
+    np.save(file, np.array([Harmful()]), allow_pickle=True)
+    objects = {"array": {"npy": base64.b64encode(file.getvalue()).decode()}}
+    part = Unfinished(tmp_path).at("stage")
+    for data in (
+        pickle.dumps(Harmful()),
+        json.dumps(objects).encode(),
+        b'{"Path": {}}', b'{"eval": {"": "1"}}', b'{"fraction": {}, "array": {}}', b"[" * 10**5,
+        b'{"fraction": []}', b'{"fraction": {"numerator": 1, "denominator": 0}}',
+        b'{"array": {"npy": ""}}',
+    ):  # fmt: skip
+        part.file.write_bytes(hashlib.sha256(data).digest() + data)
+        assert part.load() is None
+    assert not (tmp_path / "harmed").exists()
+    # The first of these would have done it.
+    pickle.loads(pickle.dumps(Harmful()))
+    assert (tmp_path / "harmed").exists()
 
 
 def test_a_set_that_fails_does_not_stop_the_others(expected, sets, tmp_path, capsys):

@@ -2,8 +2,8 @@
 
 ``simulate`` is what `../field.py` calls. With ``contact`` the wheels are thin ellipsoids on a half
 space, in a plant of discrete steps. Without it each wheel gives three rows (its lowest material
-point stands still) to the equations of a continuous plant, for Drake's Runge-Kutta 3 integrator.
-Axes: x forward, y left, z up.
+point stands still) to the equations of a continuous plant, for an integrator of Drake with fixed
+steps. Axes: x forward, y left, z up.
 """
 
 import time
@@ -96,10 +96,11 @@ class Rolling(drake.LeafSystem):
         )
 
 
-def simulate(p, speed, roll_rate, step, contact=None, thin=0.001, rate=100):
+def simulate(p, speed, roll_rate, step, contact=None, thin=0.001, scheme="runge_kutta3", rate=100):
     """Rows of the eight columns, `rate` a second, and the processor time of the simulation [s].
 
-    ``contact`` is Drake's name of a discrete contact approximation.
+    ``contact`` is Drake's name of a discrete contact approximation, ``scheme`` that of an
+    integrator, for rolling as constraints.
     """
     if contact:
         builder = drake.DiagramBuilder()
@@ -114,7 +115,7 @@ def simulate(p, speed, roll_rate, step, contact=None, thin=0.001, rate=100):
         simulator = drake.Simulator(Rolling(plant, p))
         drake.ApplySimulatorConfig(
             drake.SimulatorConfig(
-                integration_scheme="runge_kutta3", max_step_size=step, use_error_control=False
+                integration_scheme=scheme, max_step_size=step, use_error_control=False
             ),
             simulator,
         )

@@ -97,6 +97,15 @@ FILES: Mapping[str, Holding] = {
         "certified bounds.",
         _HDF5,
     ),
+    layout.STATES: Holding(
+        "States: all that a program can compute at single instants",
+        "110 states of the bicycle with 189 quantities each, from geometry to forces and "
+        "eigenvalues, correctly rounded: to check a model before it moves.",
+        "text/csv",
+    ),
+    layout.STATES_HDF5: Holding(
+        "The same states", "The same numbers, each with its unit and meaning.", _HDF5
+    ),
     layout.CANDIDATE: Holding(
         "Candidate solutions: exact piecewise polynomials",
         "The computed motions as exact integers: what the certificate is about.",
@@ -113,6 +122,16 @@ FILES: Mapping[str, Holding] = {
     ),
     layout.CRATE: Holding(
         "RO-Crate metadata", "The same for machines (RO-Crate).", "application/ld+json"
+    ),
+    layout.AFTER_FILES[0]: Holding(
+        "After ten seconds",
+        "What becomes of the motions later: 23 proved numbers, and sentences.",
+        _JSON,
+    ),
+    layout.AFTER_FILES[1]: Holding(
+        "Candidate solutions after ten seconds",
+        "The two computed motions from which they are proved.",
+        _HDF5,
     ),
 }
 """The files of the published set."""

@@ -7,6 +7,8 @@
 - ``certificate.json``: what is proved
 - ``sensitivities.h5``: derivatives of every column with respect to parameters and start
 - ``motion.h5``: the whole configuration and all forces, hi + lo
+- ``states.csv``, ``states.h5``: all quantities of the known states of the benchmark's bicycle
+- ``after-ten-seconds/``: of the published set, what is proved of its motions later
 - ``README.md``, ``ro-crate-metadata.json``: what the published set is, for people and machines
 - ``manifest.json``
 """
@@ -17,17 +19,19 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from heyoka_bike.bicycle.parameters import Bicycle, describe_inputs
+from heyoka_bike.bicycle.parameters import Bicycle, benchmark, describe_inputs
 from heyoka_bike.errors import DatasetError, InputError
 from heyoka_bike.reference import manifest as manifest_file
 from heyoka_bike.reference.description.describe import describe
-from heyoka_bike.reference.layout import CANDIDATE, CERTIFICATE
+from heyoka_bike.reference.layout import AFTER_FILES, CANDIDATE, CERTIFICATE
 from heyoka_bike.reference.making.hdf5_files import render_hdf5
 from heyoka_bike.reference.making.tabulate import Table
 from heyoka_bike.reference.proof import candidate
 from heyoka_bike.reference.proof.certificate_file import render_certificate, summarise
+from heyoka_bike.reference.proof.instants import render_states
 from heyoka_bike.reference.proof.rows import render_texts
 from heyoka_bike.system.machine import installed
+from heyoka_bike.system.resources import reference_folder
 from heyoka_bike.system.versions import PACKAGES
 
 
@@ -49,22 +53,19 @@ def write_dataset(
         **hdf5,
         CANDIDATE: candidate.render([t.trajectory for t in tables], inputs, hdf5_version),
         **render_texts([t.maneuver for t in tables], [t.rows for t in tables]),
-        CERTIFICATE: render_certificate(
-            [
-                summarise(
-                    t.trajectory,
-                    t.certificate,
-                    t.rows,
-                    t.dense,
-                    t.motion_rows,
-                    t.motion_dense,
-                    t.sensitivity,
-                )
-                for t in tables
-            ],
-            inputs,
-        ),
     }
+    if bicycle.values == benchmark()[0].values:
+        files |= render_states(bicycle, inputs, hdf5_version)
+    proofs = [
+        summarise(
+            t.trajectory, t.certificate, t.rows, t.dense, t.motion_rows, t.motion_dense,
+            t.sensitivity, t.drift,
+        )
+        for t in tables
+    ]  # fmt: skip
+    files[CERTIFICATE] = render_certificate(proofs, inputs, files)
+    if dataset_version != manifest_file.CUSTOM:
+        files |= _after(Path(folder))
     manifest_of = partial(
         manifest_file.render,
         dataset_version=dataset_version,
@@ -74,6 +75,17 @@ def write_dataset(
     )
     files |= describe(manifest_file.parse(manifest_of(files=files)))
     return manifest_file.write_set(folder, files, manifest_of(files=files))
+
+
+def _after(folder: Path) -> dict[str, bytes]:
+    """What is proved of the motions after their end: as it is in the folder, or in the package."""
+    found = {}
+    for name in AFTER_FILES:
+        for path in (folder / name, reference_folder() / name):
+            if path.is_file():
+                found[name] = path.read_bytes()
+                break
+    return found
 
 
 def check_overwrite(

@@ -17,7 +17,7 @@ from heyoka_bike.errors import BicycleError, InputError, UndecidedError
 from heyoka_bike.motion.endings import Ending, ending
 from heyoka_bike.motion.expressions import require_heyoka
 from heyoka_bike.reference.making.dataset import check_overwrite, write_dataset
-from heyoka_bike.reference.making.tabulate import STAGES, Table, tabulated, tabulating
+from heyoka_bike.reference.making.tabulate import KEPT, STAGES, Table, tabulated, tabulating
 from heyoka_bike.reference.manifest import CUSTOM, DATASET_VERSION
 from heyoka_bike.system.jobs import Job, Outcome, Report
 from heyoka_bike.system.parallel import Progress, carry_out
@@ -164,7 +164,7 @@ def generate_sets(
             try:
                 one = _SetInMaking(folder, bicycle, ends, name)
                 check_overwrite(folder, one.version, one.inputs, force=force)
-                one.kept = locks.enter_context(unfinished(folder))
+                one.kept = locks.enter_context(unfinished(folder, KEPT))
                 making.append(one)
             except BicycleError as e:
                 fail(folder, e)

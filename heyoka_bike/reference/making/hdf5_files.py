@@ -7,7 +7,7 @@ from heyoka_bike.bicycle.column import Column
 from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
 from heyoka_bike.reference import structure
-from heyoka_bike.reference.hdf5 import BOUND, LOW, Group, by_maneuver, render
+from heyoka_bike.reference.hdf5 import BOUND, LOW, Group, by_maneuver, render, whole_file
 from heyoka_bike.reference.layout import HDF5, MOTION, SENSITIVITIES, content_sha256
 from heyoka_bike.reference.making.tabulate import Table
 from heyoka_bike.reference.sensitivities import Sensitivity
@@ -40,17 +40,28 @@ def render_hdf5(
         structure.sensitivity(m, COLUMNS, len(t.breaks) - 1, t.orders, len(t.time))
         for m, t in zip(inputs["maneuvers"], (t.sensitivity for t in tables), strict=True)
     ]
-    about = structure.about_reference(inputs, version, content)
     return {
-        HDF5: render(about, _groups(inputs, COLUMNS, core), core),
-        SENSITIVITIES: render(
-            structure.about_sensitivities(inputs, version, of_varied), derivatives, varied
-        ),
-        MOTION: render(
-            structure.about_motion(inputs, version, of_motion),
-            _groups(inputs, MOTION_COLUMNS, motion),
-            motion,
-        ),
+        name: render(whole_file(about, groups), by_maneuver(data))
+        for name, about, groups, data in (
+            (
+                HDF5,
+                structure.about_reference(inputs, version, content),
+                _groups(inputs, COLUMNS, core),
+                core,
+            ),
+            (
+                SENSITIVITIES,
+                structure.about_sensitivities(inputs, version, of_varied),
+                derivatives,
+                varied,
+            ),
+            (
+                MOTION,
+                structure.about_motion(inputs, version, of_motion),
+                _groups(inputs, MOTION_COLUMNS, motion),
+                motion,
+            ),
+        )
     }, content
 
 

@@ -10,6 +10,7 @@ from heyoka_bike.motion.evaluator import Drift, evaluator
 from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.motion.trajectory import Certificate, Trajectory
 from heyoka_bike.numbers.double import Array
+from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.numbers.precision import Precision
 from heyoka_bike.reference.proof.dense import interpolate
 from heyoka_bike.reference.proof.dense_bound import bound_dense
@@ -29,6 +30,12 @@ from heyoka_bike.system.unfinished import Unfinished
 
 STAGES = ("integrate", "certify", "vary", "motion", "rows")
 """Jobs in the order in which they are best begun: what others wait for, then the longest ones."""
+
+KEPT = (
+    Trajectory, Bicycle, Maneuver, Exact, Certificate, Sensitivity, RoundedRows, Values, Dense,
+    Drift,
+)  # fmt: skip
+"""What the results of these jobs are made of, see `unfinished`."""
 
 
 @dataclass(frozen=True)

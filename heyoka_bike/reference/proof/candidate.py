@@ -32,7 +32,8 @@ def render(trajectories: Sequence[Trajectory], inputs: Mapping[str, Any], versio
         groups.append(trajectory(maneuver, stated, pieces, width))
         breaks = np.array([float(t) for t in run.breaks])
         data.append({"breaks": breaks, "coefficients": coefficients})
-    return hdf5.render(about_candidate(inputs, version), groups, data)
+    layout = hdf5.whole_file(about_candidate(inputs, version), groups)
+    return hdf5.render(layout, hdf5.by_maneuver(data))
 
 
 def read_candidate(folder: str | Path) -> tuple[Trajectory, ...]:

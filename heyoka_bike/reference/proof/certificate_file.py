@@ -1,7 +1,7 @@
 """certificate.json: what is proved about a set, and what is trusted."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -11,14 +11,24 @@ import numpy as np
 
 from heyoka_bike.bicycle.column import Column
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
+from heyoka_bike.bicycle.instant_columns import QUANTITIES
 from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
+from heyoka_bike.motion.evaluator import Drift
 from heyoka_bike.motion.trajectory import Certificate, Trajectory
 from heyoka_bike.numbers.rounding import decimal_above
-from heyoka_bike.reference.layout import HDF5, MOTION, SENSITIVITIES, TEXT, TEXT_50
+from heyoka_bike.reference.layout import (
+    HDF5,
+    MOTION,
+    SENSITIVITIES,
+    STATES,
+    STATES_HDF5,
+    TEXT,
+    TEXT_50,
+)
 from heyoka_bike.reference.sensitivities import Sensitivity
 from heyoka_bike.reference.values import Dense, Values
 
-STATEMENT = (
+STATEMENT_1_5_0 = (
     "For every maneuver, at every time of the interval, each state variable of the exact motion "
     "differs from the polynomial in candidate.h5 by at most the bound given. Every value of the "
     "rows is the binary64 nearest to the exact one, its _lo the binary64 nearest to the rest, and "
@@ -31,22 +41,35 @@ STATEMENT = (
     "roundings, and zero where an enclosure as narrow as its bound holds zero; of NaN nothing is "
     "said. Nothing is proved of what is only computed."
 )
+"""Of the sets 1.4.0 and 1.5.0."""
+
+STATEMENT = (
+    f"{STATEMENT_1_5_0} Of the integration it is proved, from the state of candidate.h5 at the "
+    "rows alone, how large the benchmark's eq. (1) is at most [%], how far the mechanical energy "
+    "is at most from its first value, over that, and the front wheel from the floor [m]. Where "
+    "there are states.csv and states.h5, every value there is the binary64 nearest to the exact "
+    "one, in the state whose coordinates are the decimals written there; it is zero where a ball "
+    "narrower than 2^-160 holds zero."
+)
 
 
-def proved(columns: Mapping[str, Sequence[Column]]) -> dict[str, list[str]]:
+def proved(files: Container[str], columns: Mapping[str, Sequence[Column]]) -> dict[str, list[str]]:
     """Columns that are proved, by file; a text may be several, one for each maneuver.
 
     Parameters
     ----------
+    files
+        Those of the set.
     columns
-        Those of each HDF5 file.
+        Those of each HDF5 file of the maneuvers.
     """
     found = {name: [c.name for c in of_file] for name, of_file in columns.items()}
-    return found | {TEXT: list(BENCHMARK_COLUMNS), TEXT_50: list(BENCHMARK_COLUMNS)}
+    found |= {TEXT: list(BENCHMARK_COLUMNS), TEXT_50: list(BENCHMARK_COLUMNS)}
+    return found | {name: list(QUANTITIES) for name in (STATES, STATES_HDF5) if name in files}
 
 
-PROVED = proved({HDF5: COLUMNS, MOTION: MOTION_COLUMNS, SENSITIVITIES: COLUMNS})
-"""What is proved of a set that this version makes."""
+COLUMNS_PROVED = {HDF5: COLUMNS, MOTION: MOTION_COLUMNS, SENSITIVITIES: COLUMNS}
+"""Columns of the HDF5 files that are proved of a set that this version makes."""
 
 COMPUTED: Mapping[str, str] = {}
 """What is published beside them and not proved, and how it is made."""
@@ -84,6 +107,10 @@ class Proof:
         Bound of the dense output over the column's scale, in either HDF5 file.
     derivatives : mapping of str to Fraction
         Bound of the derivatives of each column over the largest one, the worst of the unknowns.
+    drift : Drift
+        How far the candidate leaves what the exact motion keeps.
+    bits : int
+        Of the significand of the run.
     derivative_entries, derivatives_ambiguous : int
         Rounded entries of the rows of derivatives; roundings among them and among the coefficients
         that were not decided.
@@ -100,6 +127,8 @@ class Proof:
     dense: Mapping[str, Fraction]
     motion_dense: Mapping[str, Fraction]
     derivatives: Mapping[str, Fraction]
+    drift: Drift
+    bits: int
     derivative_entries: int
     derivatives_ambiguous: int
     cpu: float = 0.0
@@ -117,7 +146,7 @@ class Proof:
 
 def summarise(
     run: Trajectory, certificate: Certificate, rows: Values, dense: Dense, motion_rows: Values,
-    motion_dense: Dense, sensitivity: Sensitivity, cpu: float = 0.0,
+    motion_dense: Dense, sensitivity: Sensitivity, drift: Drift, cpu: float = 0.0,
 ) -> Proof:  # fmt: skip
     """Gather what was proved."""
     worst = [max(column) for column in zip(*certificate.pieces, strict=True)]
@@ -132,6 +161,8 @@ def summarise(
         dense=_relative(dense, rows),
         motion_dense=_relative(motion_dense, motion_rows),
         derivatives={name: _of_largest(sensitivity, name) for name in sensitivity.bound},
+        drift=drift,
+        bits=run.bits,
         derivative_entries=sum(x.size for x in sensitivity.values.values()),
         derivatives_ambiguous=sensitivity.ambiguous,
         cpu=cpu,
@@ -159,13 +190,15 @@ def _of_largest(sensitivity: Sensitivity, name: str) -> Fraction:
     )
 
 
-def render_certificate(proofs: Sequence[Proof], inputs: Mapping[str, Any]) -> bytes:
-    """Bytes of certificate.json."""
+def render_certificate(
+    proofs: Sequence[Proof], inputs: Mapping[str, Any], files: Container[str]
+) -> bytes:
+    """Bytes of certificate.json, of a set with these files."""
     document = {
         "schema_version": 1,
         "statement": STATEMENT,
         "inputs": inputs,
-        "proved": PROVED,
+        "proved": proved(files, COLUMNS_PROVED),
         "computed": COMPUTED,
         "maneuvers": [entry(proof) for proof in proofs],
         "trusted": TRUSTED,
@@ -197,6 +230,16 @@ def entry(proof: Proof) -> dict[str, Any]:
             "ambiguous": proof.derivatives_ambiguous,
             "relative_bounds": _above(proof.derivatives),
         },
+        "integration": kept(proof.drift, proof.bits),
+    }
+
+
+def kept(drift: Drift, bits: int) -> dict[str, str]:
+    """What is said of a run of so many bits by its own energy and contact."""
+    return {
+        "performance_percent": decimal_above(Fraction(drift.performance)),
+        "energy": decimal_above(Fraction(drift.energy) / 2**bits),
+        "contact": decimal_above(Fraction(drift.contact)),
     }
 
 

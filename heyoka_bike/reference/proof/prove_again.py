@@ -16,35 +16,43 @@ from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
 from heyoka_bike.bicycle.parameters import STATE_INPUTS, describe_inputs
 from heyoka_bike.errors import DatasetError, NotCertifiedError
+from heyoka_bike.motion.evaluator import Drift, evaluator
 from heyoka_bike.motion.trajectory import Certificate, Trajectory
 from heyoka_bike.reference import hdf5, structure
 from heyoka_bike.reference import manifest as manifest_file
 from heyoka_bike.reference.description.describe import describe
 from heyoka_bike.reference.hdf5 import SCALE_ATTRIBUTES, Group, by_maneuver, of_maneuvers
 from heyoka_bike.reference.layout import (
+    AFTER_FILES,
     CANDIDATE,
     CERTIFICATE,
     HDF5,
     MOTION,
     SENSITIVITIES,
+    STATES,
+    STATES_HDF5,
     content_sha256,
 )
 from heyoka_bike.reference.load import ReferenceManeuver, load_motion, load_reference
 from heyoka_bike.reference.proof.candidate import read_candidate
 from heyoka_bike.reference.proof.certificate_file import (
+    COLUMNS_PROVED,
     COMPUTED,
-    PROVED,
     STATEMENT,
+    STATEMENT_1_5_0,
     TRUSTED,
     Proof,
     entry,
+    proved,
     summarise,
 )
 from heyoka_bike.reference.proof.dense_bound import bound_dense
 from heyoka_bike.reference.proof.enclose import enclosed
+from heyoka_bike.reference.proof.instants import states_differ
 from heyoka_bike.reference.proof.integrals import with_integrals
 from heyoka_bike.reference.proof.motion_rows import bound_motion, motion_expansions, round_motion
 from heyoka_bike.reference.proof.rows import (
+    EVALUATION_BITS,
     constant_columns,
     render_texts,
     round_rows,
@@ -62,7 +70,7 @@ from heyoka_bike.system.resources import reference_folder
 def certify(
     folder: str | Path | None = None, *, progress: Progress | None = None
 ) -> tuple[Proof, ...]:
-    """Prove a reference set again, from its candidate trajectories: all that `PROVED` names.
+    """Prove a reference set again, from its candidate trajectories: all that its certificate names.
 
     As ``heyoka-bike certify`` does, in ball arithmetic; heyoka is not needed. A script that calls
     it has to guard itself by ``if __name__ == "__main__"``: parts of the proof get processes of
@@ -97,19 +105,24 @@ def certify(
     runs = read_whole(where)
     jobs = _jobs(where, runs)
     found = all_of([job for stage in zip(*jobs, strict=True) for job in stage], progress)
-    proofs, proved = [], []
+    proofs, proved_rows = [], []
     for number, (run, parts) in enumerate(zip(runs, jobs, strict=True), start=1):
         certificate, sensitivity, motion, columns = (found[job].value for job in parts)
-        (rows, dense), (motion_rows, motion_dense) = columns, motion
+        (rows, dense, drift), (motion_rows, motion_dense) = columns, motion
         cpu = sum(found[job].seconds for job in parts)
         proof = summarise(
-            run, certificate, rows, dense, motion_rows, motion_dense, sensitivity, cpu
+            run, certificate, rows, dense, motion_rows, motion_dense, sensitivity, drift, cpu
         )
         _compare_certificate(where, number, proof)
         proofs.append(proof)
-        proved.append(rows)
+        proved_rows.append(rows)
     manifest = manifest_file.read_manifest(where)
-    for name, data in render_texts([run.maneuver for run in runs], proved).items():
+    for name in (STATES, STATES_HDF5):
+        if name in manifest.files:
+            raw = manifest_file.read_file(where, name, manifest)
+            for problem in states_differ(name, raw, runs[0].bicycle):
+                raise NotCertifiedError(f"{where}/{name}: {problem}")
+    for name, data in render_texts([run.maneuver for run in runs], proved_rows).items():
         if manifest_file.read_file(where, name, manifest) != data:
             raise NotCertifiedError(f"{where}/{name}: differs from the proved values")
     return tuple(proofs)
@@ -153,7 +166,13 @@ def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
     inputs = describe_inputs(runs[0].bicycle, maneuvers)
     about, texts = describe(manifest), [text.name for text in text_files(maneuvers)]
     layouts, stated = _layouts(inputs), {manifest_file.MANIFEST: manifest.inputs}
-    for name in raw.keys() - {*layouts, *texts, CERTIFICATE, *COMPUTED, *about}:
+    others = {STATES, CERTIFICATE, *COMPUTED, *about}
+    if manifest.dataset_version != manifest_file.CUSTOM:
+        # Proved by `certify_after`.
+        others |= {*AFTER_FILES}
+    if STATES_HDF5 in raw:
+        layouts[STATES_HDF5] = structure.states(inputs, "", 0)
+    for name in raw.keys() - {*layouts, *texts, *others}:
         raise NotCertifiedError(f"{name}: found in the manifest, and nothing proves it")
     try:
         for name, layout in layouts.items():
@@ -164,14 +183,15 @@ def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
             with hdf5.opened(raw[name]) as f:
                 for extra in sorted(_unknown(f, layout)):
                     raise NotCertifiedError(f"{name}: found {extra}, and nothing proves it")
-                stated[name] = _inputs(f, name)
+                stated[name] = _inputs(f, name, layout.groups)
         with hdf5.opened(raw[HDF5]) as f:
             content = content_sha256(f)
-        stated[CERTIFICATE] = _whole_certificate(raw[CERTIFICATE], len(runs))["inputs"]
+        stated[CERTIFICATE] = _whole_certificate(raw, len(runs))["inputs"]
     except (OSError, KeyError, ValueError, TypeError) as e:
         raise DatasetError(f"{folder}: a file of the set cannot be read ({e})") from None
     for name, other in stated.items():
-        if other != inputs:
+        about_all = {"bicycle": inputs["bicycle"]} if name == STATES_HDF5 else inputs
+        if other != about_all:
             raise NotCertifiedError(f"{folder}: the inputs in {name} are not those of candidate.h5")
     if content != manifest.content_sha256:
         raise NotCertifiedError(f"{folder}: content_sha256 is not that of the numbers in {HDF5}")
@@ -213,14 +233,14 @@ def _unknown(item: Any, layout: Group, where: str = "") -> Iterator[str]:
             yield from _unknown(item[name], inner, f"{where}{name}/")
 
 
-def _inputs(f: Any, name: str) -> dict[str, Any]:
-    """What a file says that it is about."""
+def _inputs(f: Any, name: str, groups: Mapping[str, Group]) -> dict[str, Any]:
+    """What a file says that it is about; one without groups is about no maneuvers."""
     parameters = _json(f.attrs["parameters"], name)
-    maneuvers = [group.attrs for group in of_maneuvers(f, len(f))]
-    return {
-        "bicycle": {"name": f.attrs["bicycle"], "parameters": parameters},
-        "maneuvers": [{key: x[key] for key in ("name", *STATE_INPUTS)} for x in maneuvers],
-    }
+    found: dict[str, Any] = {"bicycle": {"name": f.attrs["bicycle"], "parameters": parameters}}
+    if groups:
+        maneuvers = [group.attrs for group in of_maneuvers(f, len(f))]
+        found["maneuvers"] = [{k: x[k] for k in ("name", *STATE_INPUTS)} for x in maneuvers]
+    return found
 
 
 def _json(raw: str | bytes, name: str) -> Any:
@@ -237,12 +257,13 @@ def _json(raw: str | bytes, name: str) -> Any:
     return json.loads(raw, object_pairs_hook=unique)
 
 
-def _whole_certificate(raw: bytes, count: int) -> Any:
+def _whole_certificate(files: Mapping[str, bytes], count: int) -> Any:
     """What certificate.json says, if it says no more than what is proved of so many maneuvers."""
-    document = _json(raw, CERTIFICATE)
+    document = _json(files[CERTIFICATE], CERTIFICATE)
+    is_before_2 = document.get("statement") == STATEMENT_1_5_0
     claims: dict[str, Any] = {
-        "statement": STATEMENT,
-        "proved": dict(PROVED),
+        "statement": STATEMENT_1_5_0 if is_before_2 else STATEMENT,
+        "proved": proved(files, COLUMNS_PROVED),
         "computed": dict(COMPUTED),
         "trusted": list(TRUSTED),
     }
@@ -262,13 +283,13 @@ def _whole_certificate(raw: bytes, count: int) -> Any:
 
 def _rounded(
     run: Trajectory, certificate: Certificate, published: ReferenceManeuver, report: Report
-) -> tuple[RoundedRows, Dense]:
-    """Every number of the columns."""
+) -> tuple[RoundedRows, Dense, Drift]:
+    """Every number of the columns, and what the run itself keeps."""
     rows = round_rows(run, certificate, lambda t: report("rows", t))
     _compare(run, _of_rows(run, rows, published))
     dense = bound_dense(run, certificate, published.dense, constant_columns(run))
     _compare(run, _of_dense(dense, published.dense))
-    return rows, dense
+    return rows, dense, evaluator(run, run.bits + EVALUATION_BITS).drift()
 
 
 def _moved(
@@ -357,8 +378,10 @@ def _compare(run: Trajectory, numbers: Iterable[_Numbers]) -> None:
 def _compare_certificate(folder: str | Path, number: int, proof: Proof) -> None:
     """What certificate.json says of a maneuver: no bound smaller than proved, all else equal."""
     raw = manifest_file.read_file(folder, CERTIFICATE, manifest_file.read_manifest(folder))
-    published = json.loads(raw)["maneuvers"][number - 1]
-    _covers(published, entry(proof), f"{CERTIFICATE}, {proof.name}")
+    document, found = json.loads(raw), entry(proof)
+    if document["statement"] == STATEMENT_1_5_0:
+        del found["integration"]
+    _covers(document["maneuvers"][number - 1], found, f"{CERTIFICATE}, {proof.name}")
 
 
 def _covers(published: Any, proved: Any, where: str) -> None:

@@ -25,6 +25,7 @@ from heyoka_bike.numbers.arithmetic import Balls, exact_ball
 from heyoka_bike.numbers.rounding import Enclosure, decimal_above, decimal_digits, hi_lo, upward
 from heyoka_bike.reference.layout import CANDIDATE, HDF5, NODES, TEXT, TEXT_50
 from heyoka_bike.reference.load import ReferenceManeuver
+from heyoka_bike.reference.proof.certificate_file import kept
 from heyoka_bike.reference.proof.first_row import exact_columns
 from heyoka_bike.reference.proof.rows import (
     EVALUATION_BITS,
@@ -310,6 +311,15 @@ def certified(x: StoredManeuver, tally: Tally) -> None:
     found = {key: x.entry[key] for key in expected} | x.entry["dense_relative_bounds"]
     _same(tally, x, found, expected | _relative_bounds(x.reference))
     tally.largest = float(Fraction(x.entry["bound"]))
+
+
+def integration(x: StoredManeuver, tally: Tally) -> None:
+    """How well the candidate keeps its energy, and what the certificate says of that."""
+    drift = evaluator(x.run, x.run.bits + EVALUATION_BITS).drift()
+    # Sets before 2.0.0 say nothing of it.
+    said = x.entry.get("integration", {})
+    _same(tally, x, said, {key: y for key, y in kept(drift, x.run.bits).items() if key in said})
+    tally.counts(True, drift.performance)
 
 
 def certified_motion(x: StoredManeuver, tally: Tally) -> None:

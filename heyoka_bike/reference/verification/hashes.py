@@ -2,15 +2,19 @@
 
 import json
 import os
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+import re
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from heyoka_bike.errors import DatasetError
 from heyoka_bike.reference import manifest as manifest_file
-from heyoka_bike.reference.layout import HDF5
-from heyoka_bike.reference.manifest import AFTER_FILES, AFTER_FOLDER, MANIFEST, Manifest
+from heyoka_bike.reference.layout import AFTER_FOLDER, HDF5
+from heyoka_bike.reference.manifest import BESIDE_1_5_0, MANIFEST, PUBLISHED_MANIFESTS, Manifest
 from heyoka_bike.reference.verification.checks import Check
+
+_INSIDE = re.compile(r"[\w-][\w.-]*(/[\w-][\w.-]*)?")
+"""Names of files in the folder of a set, or in one in it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,20 +60,17 @@ def check_files(folder: Path, *, is_published: bool = False) -> tuple[Files, lis
             raise DatasetError(str(e)) from None
         return Files(None), [Check("manifest", False, MANIFEST, str(e), {"values": 0})]
     checks = [_form(raw), _known(manifest, is_published=is_published)]
-    data = {}
-    for name in manifest.files:
-        check, content = _file(folder, name, manifest)
+    data, expected = {}, dict(manifest.files)
+    if manifest.sha256 == PUBLISHED_MANIFESTS["1.5.0"] and (
+        is_published or AFTER_FOLDER in present
+    ):
+        expected |= BESIDE_1_5_0
+    for name, size_and_digest in expected.items():
+        check, content = _file(folder, name, *size_and_digest)
         checks.append(check)
         if content is not None:
             data[name] = content
-    extra = {*present} - {*manifest.files, MANIFEST}
-    if manifest.sha256 == manifest_file.PUBLISHED_MANIFEST_SHA256 and (
-        is_published or AFTER_FOLDER in extra
-    ):
-        beside, others = _after(folder, manifest)
-        checks += beside
-        extra = (extra - {AFTER_FOLDER}) | others
-    checks.append(_extra(sorted(extra)))
+    checks.append(_extra(sorted(_others(folder, {*expected, MANIFEST}))))
     return Files(manifest, data), checks
 
 
@@ -96,10 +97,10 @@ def _known(manifest: Manifest, *, is_published: bool) -> Check:
     passed, short = True, f"sha256 {found[:12]}..."
     if found == manifest_file.PUBLISHED_MANIFEST_SHA256:
         message = f"{short} is that of the published set {version}"
-    elif found == manifest_file.OLDER_MANIFESTS_SHA256.get(version) and not is_published:
+    elif found == PUBLISHED_MANIFESTS.get(version) and not is_published:
         message = (
-            f"{short} is that of the published set {version}; this version of the package makes "
-            f"{manifest_file.DATASET_VERSION}"
+            f"{short} is that of the published set {version}; this version of the package has "
+            f"{manifest_file.PUBLISHED_VERSION}"
         )
     elif version == manifest_file.CUSTOM and not is_published:
         message = f"a set of your own: the package knows no hash to expect (found {short})"
@@ -108,18 +109,15 @@ def _known(manifest: Manifest, *, is_published: bool) -> Check:
         message = (
             f"found {short} of dataset version {version!r:.40}, expected "
             f"{manifest_file.PUBLISHED_MANIFEST_SHA256[:12]}... of the published set "
-            f"{manifest_file.DATASET_VERSION}"
+            f"{manifest_file.PUBLISHED_VERSION}"
         )
     return Check("manifest_hash", passed, MANIFEST, message, {"values": 1, "sha256": found})
 
 
-def _file(
-    folder: Path, name: str, manifest: Manifest, stated: str = "in the manifest"
-) -> tuple[Check, bytes | None]:
+def _file(folder: Path, name: str, size: int, digest: str) -> tuple[Check, bytes | None]:
     """The check of a file, and its contents if they are what the manifest says."""
-    size, digest = manifest.files[name]
     path = folder / name
-    if path.name != name or name in ("", ".", "..", MANIFEST):
+    if not _INSIDE.fullmatch(name) or name == MANIFEST:
         message = f"lists the file {name!r:.60}, expected a name inside the folder"
         return Check("file", False, MANIFEST, message, {"values": 0}), None
     try:
@@ -137,18 +135,19 @@ def _file(
     if (other := manifest_file.sha256(data)) != digest:
         message = f"found sha256 {other[:12]}..., expected {digest[:12]}..."
         return Check("file", False, name, message, {"values": size}), None
-    message = f"sha256 {digest[:12]}... as {stated}"
+    message = f"sha256 {digest[:12]}... as in the manifest"
     return Check("file", True, name, message, {"values": size}), data
 
 
-def _after(folder: Path, manifest: Manifest) -> tuple[list[Check], set[str]]:
-    """The folder beside the published set, by the hashes that the package knows, and its others."""
-    where = folder / AFTER_FOLDER
-    known = replace(manifest, files=AFTER_FILES)
-    checks = [_file(where, name, known, "the package knows it")[0] for name in AFTER_FILES]
-    others = {*os.listdir(where)} - AFTER_FILES.keys() if where.is_dir() else set()
-    prefix = f"{AFTER_FOLDER}/"
-    return [replace(c, file=prefix + c.file) for c in checks], {prefix + name for name in others}
+def _others(folder: Path, known: Collection[str], inside: str = "") -> Iterator[str]:
+    """What is there and not known; of a folder in which nothing is known, its name."""
+    where = folder / inside
+    for entry in os.listdir(where) if where.is_dir() else ():
+        name = inside + entry
+        if any(other.startswith(f"{name}/") for other in known):
+            yield from _others(folder, known, f"{name}/")
+        elif name not in known:
+            yield name
 
 
 def _extra(extra: Sequence[str]) -> Check:

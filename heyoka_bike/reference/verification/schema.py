@@ -17,7 +17,7 @@ from heyoka_bike.bicycle.column import Column
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
 from heyoka_bike.bicycle.equations.kinematics import state_names
 from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
-from heyoka_bike.bicycle.parameters import Maneuver
+from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
 from heyoka_bike.numbers.exact import shortest_decimal
 from heyoka_bike.numbers.precision import Precision
 from heyoka_bike.reference import structure
@@ -31,10 +31,24 @@ from heyoka_bike.reference.hdf5 import (
     columns_of,
     opened,
 )
-from heyoka_bike.reference.layout import CANDIDATE, HDF5, MOTION, SENSITIVITIES, content_sha256
+from heyoka_bike.reference.layout import (
+    CANDIDATE,
+    HDF5,
+    MOTION,
+    SENSITIVITIES,
+    STATES_HDF5,
+    content_sha256,
+)
 from heyoka_bike.reference.load import NEEDED
-from heyoka_bike.reference.manifest import MANIFEST, Manifest, hdf5_version
-from heyoka_bike.reference.proof.certificate_file import COMPUTED, STATEMENT, TRUSTED, proved
+from heyoka_bike.reference.manifest import DATASET_VERSION, MANIFEST, Manifest, hdf5_version
+from heyoka_bike.reference.proof.certificate_file import (
+    COMPUTED,
+    STATEMENT,
+    STATEMENT_1_5_0,
+    TRUSTED,
+    proved,
+)
+from heyoka_bike.reference.proof.instants import states_differ
 from heyoka_bike.reference.proof.rows import TEXT_DIGITS
 from heyoka_bike.reference.sensitivities import ROWS_APART, read_group
 from heyoka_bike.reference.structure import STATED
@@ -343,12 +357,15 @@ def of_certificate(raw: bytes, e: SetForm) -> Iterator[str]:
     document = json.loads(raw)
     if raw != (json.dumps(document, indent=2, ensure_ascii=False) + "\n").encode():
         yield "is not written the way 'heyoka-bike generate' writes it"
-    entries = [_entry(e, entry) for entry in document["maneuvers"][: len(e.maneuvers)]]
+    later: tuple[str, ...] = ("integration",) if _is_before_2(document) else ()
+    later += () if e.has_bounds else ("motion", "sensitivities", "integration")
+    entries = [_entry(e, entry, later) for entry in document["maneuvers"][: len(e.maneuvers)]]
+    statement = STATEMENT_1_5_0 if _is_before_2(document) else STATEMENT
     form: dict[str, Any] = {
         "schema_version": 1,
-        "statement": STATEMENT,
+        "statement": statement,
         "inputs": e.manifest.inputs,
-        "proved": proved(e.columns),
+        "proved": proved(e.manifest.files, e.columns),
         "computed": dict(COMPUTED),
         "maneuvers": [*entries, *e.maneuvers[len(entries) :]],
         "trusted": list(TRUSTED),
@@ -361,8 +378,13 @@ def of_certificate(raw: bytes, e: SetForm) -> Iterator[str]:
     yield from _differences(document, form)
 
 
-def _entry(e: SetForm, found: Mapping[str, Any]) -> dict[str, Any]:
-    """How an entry is built, with what it may have of older sets."""
+def _is_before_2(certificate: Mapping[str, Any]) -> bool:
+    """Whether it says nothing of the integration and of states."""
+    return bool(certificate["statement"] == STATEMENT_1_5_0)
+
+
+def _entry(e: SetForm, found: Mapping[str, Any], later: Sequence[str]) -> dict[str, Any]:
+    """How an entry is built; what came later it may lack."""
     bounds = {name: {c.name: _BOUND for c in e.columns[name] if c.is_dense} for name in e.columns}
     form: dict[str, Any] = {
         **dict.fromkeys(("maneuver", "steps", "entries", "ambiguous"), _ANY),
@@ -373,10 +395,10 @@ def _entry(e: SetForm, found: Mapping[str, Any]) -> dict[str, Any]:
         "sensitivities": {
             "entries": _ANY, "ambiguous": _ANY, "relative_bounds": bounds[SENSITIVITIES],
         },
+        "integration": dict.fromkeys(("performance_percent", "energy", "contact"), _BOUND),
     }  # fmt: skip
     if list(found["state_bounds"]) not in _STATES.values():
         raise _UnusableError("state_bounds: has other state variables than a candidate")
-    later = () if e.has_bounds else ("motion", "sensitivities")
     return {key: x for key, x in form.items() if key in found or key not in later}
 
 
@@ -399,9 +421,20 @@ def _differences(found: Any, form: Any, where: str = "") -> Iterator[str]:
         yield f"{where}found {found!r:.80}, expected {form!r:.80}"
 
 
-def of_description(raw: bytes, _: SetForm, text: bytes) -> Iterator[str]:
+def of_states(raw: bytes, e: SetForm, name: str, bicycle: Bicycle) -> Iterator[str]:
+    """What a file of single instants says otherwise than is proved of its states."""
+    if name == STATES_HDF5:
+        with opened(raw) as f:
+            layout = structure.states(e.manifest.inputs, e.version, f["state"].size)
+            yield from _group(f, layout, is_older=False)
+    yield from states_differ(name, raw, bicycle)
+
+
+def of_description(raw: bytes, e: SetForm, text: bytes) -> Iterator[str]:
     """A file about the set that says something else."""
-    if raw != text:
+    if e.manifest.dataset_version != DATASET_VERSION:
+        yield Unchecked("words of another version")
+    elif raw != text:
         yield f"does not follow from {MANIFEST}"
 
 

@@ -26,11 +26,14 @@ from heyoka_bike.motion.expressions import require_heyoka
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.reference.description.describe import describe
 from heyoka_bike.reference.layout import (
+    AFTER_FILES,
     CANDIDATE,
     CERTIFICATE,
     HDF5,
     MOTION,
     SENSITIVITIES,
+    STATES,
+    STATES_HDF5,
     TEXT,
     TEXT_50,
 )
@@ -53,6 +56,7 @@ _BITS = 128  # of a look at the initial state, to see whether there is one
 MEASURED: Mapping[str, str] = {
     "schema": "is built as docs/files.md says",
     "content_sha256": "is that of the numbers",
+    "states": "every value is the nearest to the exact one, proved again",
     "row_zero": "times, and what is rational in row 0: the nearest binary64 and the rest",
     "energy": "potential + kinetic = mechanical energy, constant, to {largest:.1e} of it",
     "contact": "height of the front wheel over the floor at most {largest:.1e} m",
@@ -64,6 +68,7 @@ MEASURED: Mapping[str, str] = {
     "dense_joins": "jumps between dense pieces at most {largest:.1e} of the scale",
     "text": "every number is that of the HDF5 file",
     "certificate": "bounds agree with the files; the largest is {largest:.2e}",
+    "integration": "eq. (1) of its own energy is at most {largest:.1e} %",
     "candidate_joins": "pieces join exactly, from the initial state",
     "equations_of_motion": "the equations hold at the rows, to {largest:.1e} rad/s^2",
     "rounding": "hi and lo are the nearest to the candidate's values, to the last bit",
@@ -90,6 +95,7 @@ CHECKS = (
     NumberCheck(
         agreement.certified_motion, (HDF5, MOTION, CERTIFICATE), {"certificate": CERTIFICATE}
     ),
+    NumberCheck(agreement.integration, (CANDIDATE, CERTIFICATE), {"integration": CANDIDATE}),
     NumberCheck(agreement.candidate_joins, (CANDIDATE,), {"candidate_joins": CANDIDATE}),
     NumberCheck(agreement.equations_of_motion, (BOUNDS,), {"equations_of_motion": CANDIDATE}),
     NumberCheck(
@@ -177,13 +183,17 @@ def _verified(folder: str | Path | None) -> Verification:
 
 @dataclass(frozen=True, slots=True)
 class _File:
-    """A file of a set: what it is called in `CHECKS`, how it is built, and what it has."""
+    """A file of a set: what it is called in `CHECKS`, how it is built, and what it has.
+
+    `check` is the name of the check that looks for problems.
+    """
 
     name: str
     kind: str
     problems: Callable[[bytes, schema.SetForm], Iterator[str]]
     read: Callable[[], Iterable[tuple[int, Any]]] = tuple
     is_optional: bool = False
+    check: str = "schema"
 
 
 def read_content(
@@ -204,7 +214,7 @@ def read_content(
     count = len(PARAMETERS) + len(STATE_INPUTS) * len(maneuvers)
     shown = f"{bicycle.name}, {len(maneuvers)} maneuvers"
     expected = schema.expected(manifest, maneuvers, data)
-    files = list(_files(folder, data, expected))
+    files = list(_files(folder, bicycle, data, expected))
     checks = [
         Check("inputs", True, MANIFEST, shown, {"values": count}),
         _file_list(manifest, files),
@@ -216,7 +226,7 @@ def read_content(
         if file.is_optional and file.name not in manifest.files:
             continue
         names[file.kind] = (*names.get(file.kind, ()), file.name)
-        check = _structure("schema", file, data, expected)
+        check = _structure(file.check, file, data, expected)
         checks.append(check)
         if check.passed:
             sound.add(file.name)
@@ -235,7 +245,9 @@ def read_content(
     return Content(parts, names, sound), checks
 
 
-def _files(folder: Path, data: Mapping[str, bytes], expected: schema.SetForm) -> Iterator[_File]:
+def _files(
+    folder: Path, bicycle: Bicycle, data: Mapping[str, bytes], expected: schema.SetForm
+) -> Iterator[_File]:
     """The files that a set has, or may have, in the order in which they are looked at."""
     manifest = expected.manifest
 
@@ -262,6 +274,9 @@ def _files(folder: Path, data: Mapping[str, bytes], expected: schema.SetForm) ->
     # Sets of older versions have none of these.
     yield groups(SENSITIVITIES, is_optional=True)
     yield groups(MOTION, lambda: load_motion(folder).items(), is_optional=True)
+    for name in (STATES, STATES_HDF5):
+        problems = partial(schema.of_states, name=name, bicycle=bicycle)
+        yield _File(name, name, problems, is_optional=True, check="states")
     for name, said in describe(manifest, expected.columns[HDF5]).items():
         problems = partial(schema.of_description, text=said)
         yield _File(name, name, problems, is_optional=True)
@@ -305,7 +320,7 @@ def _inputs(manifest: Manifest) -> tuple[Bicycle, tuple[Maneuver, ...]]:
 def _file_list(manifest: Manifest, files: Sequence[_File]) -> Check:
     expected = [file.name for file in files if not file.is_optional]
     missing = [name for name in expected if name not in manifest.files]
-    known = {file.name for file in files}
+    known = {*(file.name for file in files), *AFTER_FILES}
     extra = [n for n in manifest.files if n not in known]
     message = "lists the files of a set"
     if missing or extra:

@@ -8,11 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heyoka_bike.bicycle.instant_columns import COORDINATES, LEVELS, UNITS, WHERE, InstantLevel
-from heyoka_bike.bicycle.parameters import Bicycle, Maneuver, read_bicycle, read_maneuvers
+from heyoka_bike.bicycle.parameters import Bicycle, read_bicycle
 from heyoka_bike.errors import InputError, NothingScoredError
 from heyoka_bike.numbers.double import Array
+from heyoka_bike.reference.proof.instants import known_states, of_known
 from heyoka_bike.scoring.instants.checked import CheckedColumn, CheckedLevel, CheckedTable
-from heyoka_bike.scoring.instants.expected import of_known, of_own
+from heyoka_bike.scoring.instants.expected import of_own
 from heyoka_bike.scoring.instants.explain import explanations
 from heyoka_bike.scoring.instants.table import InstantTable, read_table
 from heyoka_bike.system.resources import find_input
@@ -25,11 +26,6 @@ equations here, and of none a hundred times that; a wrong digit of any parameter
 _EVIDENCE = 2
 # No pitch puts the front wheel nearer to the floor than this [m].
 _ON_THE_FLOOR = 1e-9
-
-
-def known_states() -> tuple[Maneuver, ...]:
-    """The states that are known by number, the first of them is 1."""
-    return read_maneuvers(find_input("maneuvers", "states"))
 
 
 def check(

@@ -10,7 +10,7 @@ from heyoka_bike.reference.load import ReferenceManeuver
 from heyoka_bike.scoring.alignment import Part
 from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.comparison import FEW
-from heyoka_bike.scoring.findings import Finding, warning
+from heyoka_bike.scoring.findings import Finding, maneuvers, warning
 from heyoka_bike.scoring.measures import TOLERANCE, rms
 from heyoka_bike.scoring.report import Consistency, Report
 from heyoka_bike.scoring.verdict import SUM_ROUNDING
@@ -40,23 +40,36 @@ def consistency(part: Part, columns: Sequence[ColumnScore]) -> Consistency:
 
 def against_itself(report: Report) -> Iterator[Finding]:
     """Energies that do not add up, and rates that are visibly not those of their own angles."""
-    for m in report.maneuvers:
-        total, floor = m.consistency.energy_sum, m.consistency.energy_sum_floor
-        if total is not None and floor is not None and total > SUM_ROUNDING * floor:
+    apart = {
+        m.maneuver: (c.energy_sum, c.energy_sum_floor)
+        for m in report.maneuvers
+        if (c := m.consistency).energy_sum is not None
+        and c.energy_sum_floor is not None
+        and c.energy_sum > SUM_ROUNDING * c.energy_sum_floor
+    }
+    if apart:
+        total, floor = max(apart.values())
+        said = (
+            f"{maneuvers(apart)}: potential plus kinetic energy differs from the mechanical energy "
+            f"by up to {total:.2g} J; rounding explains {floor:.2g} J"
+        )
+        yield warning("energy_sum", said, maneuvers=[*apart], energy_sum=total, floor=floor)
+    for key in ("roll_rate", "steer_rate"):
+        off = {
+            m.maneuver: x
+            for m in report.maneuvers
+            if key in m.consistency.contradicted
+            and (x := getattr(m.consistency, key))
+            > TOLERANCE * float(abs(m[key].trace.reference).max())
+        }
+        if off:
+            most = max(off.values())
             said = (
-                f"maneuver {m.maneuver}: potential plus kinetic energy differs from the mechanical "
-                f"energy by up to {total:.2g} J; rounding explains {floor:.2g} J"
+                f"{maneuvers(off)}: {key} is not the derivative of its own angle, which is much "
+                f"better than it: up to {most:.2g} rad/s apart (root mean square)"
             )
-            yield warning("energy_sum", said, maneuver=m.maneuver, energy_sum=total, floor=floor)
-        for key in m.consistency.contradicted:
-            found = getattr(m.consistency, key)
-            if found > TOLERANCE * float(abs(m[key].trace.reference).max()):
-                said = (
-                    f"maneuver {m.maneuver}: {key} is not the derivative of its own angle, which "
-                    f"is much better than it: {found:.2g} rad/s apart (root mean square)"
-                )
-                evidence = {"maneuver": m.maneuver, "column": key, "rms_difference": found}
-                yield warning("rate_is_not_the_derivative", said, **evidence)
+            evidence = {"maneuvers": [*off], "column": key, "rms_difference": most}
+            yield warning("rate_is_not_the_derivative", said, **evidence)
 
 
 def _energy_sum(

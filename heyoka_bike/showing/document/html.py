@@ -191,8 +191,10 @@ def _parts(text: str) -> list[tuple[str, bool]]:
     return [*parts, (text[end:], False)]
 
 
-def policy(*scripts: str) -> str:
+def policy(*scripts: str, has_wasm: bool = False) -> str:
     """Content security policy of pages: they load nothing, and run nothing but these scripts.
+
+    With `has_wasm` these may compile WebAssembly that the page itself has.
 
     References
     ----------
@@ -200,12 +202,13 @@ def policy(*scripts: str) -> str:
     """
     hashes = (b64encode(sha256(f"\n{script}".encode()).digest()).decode() for script in scripts)
     allowed = " ".join(f"'sha256-{x}'" for x in hashes)
+    allowed += " 'wasm-unsafe-eval'" if has_wasm else ""
     return f"default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src {allowed}"
 
 
 def page(
     title: str, body: str, origin: Sequence[tuple[str, str]], *, styles: Sequence[Path],
-    script: str, data: str | None = None,
+    script: str, data: str | None = None, has_wasm: bool = False,
 ) -> str:  # fmt: skip
     """A page that needs nothing else.
 
@@ -225,6 +228,8 @@ def page(
         JavaScript.
     data
         JSON for the script, if it needs any.
+    has_wasm
+        Whether the script compiles WebAssembly.
     """
     given = f'<script type="application/json" id="data">\n{data}\n</script>\n' if data else ""
     return _PAGE.substitute(
@@ -232,7 +237,7 @@ def page(
         body=body,
         origin="".join(f"<dt>{escape(a)}</dt><dd>{escape(b)}</dd>" for a, b in origin),
         styles="".join(file.read_text(encoding="utf-8") for file in styles),
-        policy=policy(script),
+        policy=policy(script, has_wasm=has_wasm),
         script=script,
         data=given,
     )

@@ -32,7 +32,11 @@ _Piece = tuple[str, str]
 
 
 def render(
-    shown: doc.Document | Sequence[doc.Block], width: int | None = None, has_colors: bool = False
+    shown: doc.Document | Sequence[doc.Block],
+    width: int | None = None,
+    has_colors: bool = False,
+    *,
+    has_details: bool = True,
 ) -> str:
     """A document, or some blocks, as text.
 
@@ -43,13 +47,16 @@ def render(
         never cut a number.
     has_colors
         Whether to use the colours of a terminal.
+    has_details
+        Whether to show folded chapters, and how the document was made.
     """
-    page = TextPage(width, has_colors)
+    page = TextPage(width, has_colors, has_details)
     if isinstance(shown, doc.Document):
         page.show(shown.blocks)
-        page.say("")
-        for name, text in shown.origin:
-            page.say(f"{name + ':':<11}{text}", "dim", " " * 11)
+        if has_details:
+            page.say("")
+            for name, text in shown.origin:
+                page.say(f"{name + ':':<11}{text}", "dim", " " * 11)
     else:
         page.show(shown)
     return page.text()
@@ -58,10 +65,10 @@ def render(
 class TextPage:
     """Lines of text of at most so many letters, by default those of the terminal."""
 
-    def __init__(self, width: int | None, has_colors: bool) -> None:
+    def __init__(self, width: int | None, has_colors: bool, has_details: bool = True) -> None:
         columns = shutil.get_terminal_size((PROSE, 24)).columns if width is None else width
         self._lines: list[str] = []
-        self._has_colors = has_colors
+        self._has_colors, self._has_details = has_colors, has_details
         self._explained: set[Grade] = set()
         self.width = max(columns, 40)
         self.prose = min(self.width, PROSE)
@@ -70,6 +77,8 @@ class TextPage:
         """Blocks, one below the other; an empty line before each table and after it."""
         last: doc.Block | None = None
         for block in doc.of_medium(blocks, doc.TEXT):
+            if isinstance(block, doc.Chapter) and block.is_folded and not self._has_details:
+                continue
             is_apart = isinstance(block, doc.TableBlock) or isinstance(
                 last, doc.TableBlock | doc.Chapter
             )

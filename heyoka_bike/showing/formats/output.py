@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from heyoka_bike.showing.document import Document
     from heyoka_bike.showing.formats.origin import Origin
 
-FORMATS = ("table", "json", "csv", "junit", "html")
+FORMATS = ("table", "json", "csv", "junit", "html", "badge")
 SUFFIXES = {
     ".txt": "table",
     ".json": "json",
@@ -29,7 +29,7 @@ WIDTH = 100
 
 def render(
     scored: Report | Series, name: str, made: Origin | None = None, *,
-    width: int | None = WIDTH, has_colors: bool = False,
+    width: int | None = WIDTH, has_colors: bool = False, has_details: bool = True,
 ) -> str:  # fmt: skip
     """The text of a score in a format, or its ``summary``.
 
@@ -39,7 +39,7 @@ def render(
         One of `FORMATS`, or ``summary``.
     made
         When and how; by default now.
-    width, has_colors
+    width, has_colors, has_details
         Of text, see `document.text.render`.
     """
     if name == "html":
@@ -49,7 +49,12 @@ def render(
     if name == "table":
         from heyoka_bike.showing.document import text
 
-        return text.render(document_of(scored, made), width, has_colors)
+        shown = text.render(document_of(scored, made), width, has_colors, has_details=has_details)
+        if has_details:
+            return shown
+        from heyoka_bike.showing.formats.summary import closing
+
+        return shown + closing(scored, width, has_colors)
     if name == "summary":
         from heyoka_bike.showing.formats import summary
 

@@ -78,7 +78,12 @@ def _blocks(report: Report) -> Iterator[doc.Block]:
     yield remark(report)
     required = (requirements(report.requirements),)
     yield doc.Chapter("Requirements", required, "requirements", "Requirements", only=doc.HTML)
-    yield doc.Chapter(titled("findings"), (findings(report.said),), "findings", "Findings")
+    every = (findings(report.said),)
+    yield doc.Chapter("Findings", every, "findings", "Findings", only=doc.HTML)
+    for name, severity in (("warnings", Severity.WARNING), ("information", Severity.INFO)):
+        some = findings([f for f in report.said if f.severity == severity])
+        is_folded = severity == Severity.INFO
+        yield doc.Chapter(name, (some,), is_folded=is_folded, only=doc.TEXT)
     yield doc.Chapter("requirements", required, only=doc.TEXT)
     if e := report.explanation:
         said = doc.Paragraph(f"{capital(words.sentence(e.says))}.", "said")
@@ -86,7 +91,8 @@ def _blocks(report: Report) -> Iterator[doc.Block]:
         yield doc.Chapter(title, (said, charts), "explanation", title, only=doc.HTML)
     for m in report.maneuvers:
         yield maneuver(m, is_explained=m is report.maneuvers[0])
-    yield doc.Paragraph(_LEGEND if report.maneuvers else "", "facts", only=doc.TEXT)
+    legend = (doc.Paragraph(_LEGEND if report.maneuvers else "", "facts"),)
+    yield doc.Chapter("columns of these tables", legend, is_folded=True, only=doc.TEXT)
 
 
 def verdict_of(report: Report) -> Iterator[doc.Block]:

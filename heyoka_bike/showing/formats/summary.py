@@ -47,6 +47,16 @@ def render(
     return page.text()
 
 
+def closing(scored: Report | Series, width: int | None, has_colors: bool) -> str:
+    """What to do next, below a report without its details."""
+    page = TextPage(width, has_colors)
+    step = _next(scored, False) if isinstance(scored, Report) else _next_of_series(scored, False)
+    page.say("")
+    page.say(f"next: {step}", "", "  ")
+    page.say("errors of each maneuver: --details; with charts: -o report.html", "dim", "  ")
+    return page.text()
+
+
 def _report(report: Report) -> Iterator[_Entry]:
     digits = (
         f"maneuver {m.maneuver}: {words.one_decimal(words.fewest_digits(m))}"

@@ -16,12 +16,13 @@ Stop it with Ctrl-C. How to host it: docs/how-to/serve.md
 from __future__ import annotations
 
 import argparse
+import re
 from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.commands.options import add_command
-from heyoka_bike.errors import Exit, InputError, required
+from heyoka_bike.errors import Exit, InputError, quoted, required
 
 if TYPE_CHECKING:
     from heyoka_bike.workbench.serving.limits import Limits
@@ -43,6 +44,11 @@ def add_parser(subparsers: Any) -> None:
     p.add_argument(
         "--name", metavar="HOST", action="append", default=[],
         help="name by which browsers ask for it, where it is not this machine's; may be repeated",
+    )  # fmt: skip
+    p.add_argument(
+        "--root-path", metavar="PATH", default="",
+        help="path below which another server hosts it, such as /bicycle; that may take the path "
+        "away from requests or leave it",
     )  # fmt: skip
     p.add_argument("--open", action="store_true", help="open it in the browser")
     p.add_argument(
@@ -78,6 +84,9 @@ def run(args: argparse.Namespace) -> int:
 
     if not 0 <= args.port <= _LARGEST_PORT:
         raise InputError(f"--port: found {args.port}, expected 0 to {_LARGEST_PORT}")
+    root = args.root_path.rstrip("/")
+    if not re.fullmatch(r"(/[\w.~-]+)*", root, re.ASCII):
+        raise InputError(f"--root-path: found {quoted(root)}, expected one such as /bicycle")
     names = [*args.name, *(_LOCAL if args.host in _LOCAL else ())]
     if not names:
         raise InputError(
@@ -85,7 +94,7 @@ def run(args: argparse.Namespace) -> int:
             "for any)"
         )
     with suppress(KeyboardInterrupt):
-        serve(args.host, args.port, names, limits, _board(args), args.open)
+        serve(args.host, args.port, names, limits, _board(args), args.open, root)
     return Exit.OK
 
 

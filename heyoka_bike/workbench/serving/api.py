@@ -12,11 +12,12 @@ _SCHEMA = Path(formats.__path__[0]) / "score-1.schema.json"
 _OPENAPI = Path(__file__).with_name("openapi.json")
 
 
-def description(limits: Limits) -> dict[str, Any]:
-    """The interface as OpenAPI 3.1."""
+def description(limits: Limits, root: str = "") -> dict[str, Any]:
+    """The interface as OpenAPI 3.1, of a server that is hosted below a path."""
     text = _OPENAPI.read_text(encoding="utf-8")
     found: dict[str, Any] = json.loads(text.replace("{upload}", str(limits.upload)))
     found["info"]["version"] = __version__
+    found["servers"] = [{"url": root or "/"}]
     text = _SCHEMA.read_text(encoding="utf-8")
     # What it is made of stands beside it: generators of clients follow no deeper references.
     schema = json.loads(text.replace('"#/$defs/', '"#/components/schemas/score_'))

@@ -92,11 +92,13 @@ class Server:
         HTML of the leaderboard, if there is one to show.
     log
         Called with one line.
+    root
+        Path below which it is hosted, without a slash at its end.
     """
 
     def __init__(
         self, folder: Path, limits: Limits, hosts: Sequence[str] = ("*",),
-        board: str | None = None, log: Any = print,
+        board: str | None = None, log: Any = print, root: str = "",
     ) -> None:  # fmt: skip
         self.limits, self.board, self.log = limits, board, log
         self.store = ResultStore(folder, limits)
@@ -105,7 +107,7 @@ class Server:
             routes=self._routes(),
             lifespan=self._lifespan,
             middleware=[
-                Middleware(Guard, hosts=[name.lower() for name in hosts], log=log),
+                Middleware(Guard, hosts=[name.lower() for name in hosts], log=log, root=root),
             ],
             exception_handlers={
                 HTTPException: _refused, InputError: _unreadable, ClientDisconnect: _gone,
@@ -155,7 +157,7 @@ class Server:
 
     async def home(self, request: Request) -> Response:
         """The page to drop files on."""
-        return _page(pages.home(self.limits, self.board is not None))
+        return _page(pages.home(_root(request), self.limits, self.board is not None))
 
     async def static(self, request: Request) -> Response:
         """A style or the script."""
@@ -178,15 +180,15 @@ class Server:
         """The submissions that the server was started with."""
         if self.board is None:
             raise HTTPException(404)
-        return _report(pages.with_bar(self.board, pages.bar_of_home()))
+        return _report(pages.with_bar(self.board, pages.bar_of_home(_root(request))))
 
     async def api(self, request: Request) -> Response:
         """How programs use the server."""
-        return _page(pages.api(self.limits, str(request.base_url)))
+        return _page(pages.api(_root(request), self.limits, str(request.base_url)))
 
     async def openapi(self, request: Request) -> Response:
         """The same for programs."""
-        return JSONResponse(description(self.limits))
+        return JSONResponse(description(self.limits, _root(request)))
 
     async def upload(self, request: Request) -> Response:
         """Score files, for a browser: its address is the answer."""
@@ -201,20 +203,20 @@ class Server:
     async def _begun(self, request: Request, task: Task) -> Response:
         result = self._stored(task)
         await asyncio.wait([result.jobs["score"].over], timeout=_AT_ONCE)
-        address = f"/results/{result.key}/score"
+        address = f"{_root(request)}/results/{result.key}/score"
         if _wants_json(request):
             return JSONResponse({"location": address}, 201, {"location": address})
         return RedirectResponse(address, 303)
 
     async def result(self, request: Request) -> Response:
         """A result without more said."""
-        return RedirectResponse(f"/results/{request.path_params['key']}/score", 303)
+        return RedirectResponse(f"{_root(request)}/results/{request.path_params['key']}/score", 303)
 
     async def remove(self, request: Request) -> Response:
         """Remove a result at once."""
         result = self._found(request)
         await run_in_threadpool(self.store.remove, result)
-        return RedirectResponse("/", 303)
+        return RedirectResponse(f"{_root(request)}/", 303)
 
     async def ask(self, request: Request) -> Response:
         """Begin a diagnosis or a replay of a result."""
@@ -223,7 +225,7 @@ class Server:
         if kind not in result.jobs:
             result.jobs[kind] = self.queue.submit(result.of(kind))
         await asyncio.wait([result.jobs[kind].over], timeout=_AT_ONCE)
-        return RedirectResponse(f"/results/{result.key}/{kind}", 303)
+        return RedirectResponse(f"{_root(request)}/results/{result.key}/{kind}", 303)
 
     async def show(self, request: Request) -> Response:
         """A result as a page, or as a file to take away: ``score``, ``score.json`` ..."""
@@ -235,10 +237,10 @@ class Server:
         if job.ending is None:
             if suffix:
                 raise HTTPException(404, "not done yet")
-            return _page(pages.waiting(result, kind, job, self.queue.waiting()))
+            return _page(pages.waiting(_root(request), result, kind, job, self.queue.waiting()))
         if job.state != "done":
             title = "Cannot be scored" if kind == "score" else "Cannot be done"
-            text = pages.error(title, job.ending.message, result=result, kind=kind)
+            text = pages.error(_root(request), title, job.ending.message, result=result, kind=kind)
             return _page(text, _status(job.ending))
         made = job.task.made(suffix or ".html")
         if not made.is_file():
@@ -249,7 +251,9 @@ class Server:
         text = await run_in_threadpool(made.read_text, encoding="utf-8")
         suffixes = [x for x in RENDERED.values() if job.task.made(x).is_file()]
         return _report(
-            pages.with_bar(text, pages.bar(result, kind, suffixes), job.ending.diagnosis)
+            pages.with_bar(
+                text, pages.bar(_root(request), result, kind, suffixes), job.ending.diagnosis
+            )
         )
 
     async def job(self, request: Request) -> Response:
@@ -258,7 +262,7 @@ class Server:
         job = result.jobs.get(kind)
         if job is None:
             raise HTTPException(404)
-        return JSONResponse(_said(result, kind, job))
+        return JSONResponse(_said(request, result, kind, job))
 
     async def score(self, request: Request) -> Response:
         """Score files, for a program: the report is the answer, and nothing is kept."""
@@ -278,9 +282,8 @@ class Server:
         self._check_offered("diagnose")
         task = await self._received(request, "diagnose")
         result = self._stored(task)
-        address = f"/jobs/{result.key}/diagnose"
-        said = _said(result, "diagnose", result.jobs["diagnose"])
-        return JSONResponse(said, 202, {"location": address})
+        said = _said(request, result, "diagnose", result.jobs["diagnose"])
+        return JSONResponse(said, 202, {"location": said["job"]})
 
     async def _received(self, request: Request, kind: Kind = "score") -> Task:
         self.queue.check(kind)
@@ -316,6 +319,11 @@ class Server:
             raise HTTPException(404, "This server does not diagnose.")
 
 
+def _root(request: Request) -> str:
+    """Path before the address of whatever is here, see `Guard`."""
+    return str(request.scope["root_path"])
+
+
 def _kind(text: str) -> Kind:
     for kind in _KINDS:
         if kind == text:
@@ -342,14 +350,15 @@ def _error(ending: TaskEnding) -> dict[str, Any]:
     return {"error": ending.message, "exit_code": ending.code}
 
 
-def _said(result: StoredResult, kind: Kind, job: QueuedTask) -> dict[str, Any]:
-    root = f"/results/{result.key}/{kind}"
+def _said(request: Request, result: StoredResult, kind: Kind, job: QueuedTask) -> dict[str, Any]:
+    root = _root(request)
+    page = f"{root}/results/{result.key}/{kind}"
     said: dict[str, Any] = {
         "id": result.key, "kind": kind, "state": job.state, "progress": job.share,
-        "job": f"/jobs/{result.key}/{kind}",
+        "job": f"{root}/jobs/{result.key}/{kind}",
     }  # fmt: skip
     if job.state == "done":
-        said |= {"page": root, "result": f"{root}.{'html' if kind == 'replay' else 'json'}"}
+        said |= {"page": page, "result": f"{page}.{'html' if kind == 'replay' else 'json'}"}
     elif job.ending is not None:
         said |= _error(job.ending)
     return said
@@ -374,7 +383,7 @@ def _answer(
     """An error as the client reads it."""
     if _wants_json(request):
         return JSONResponse({"error": message}, status, headers)
-    found = _page(pages.error(_TITLES.get(status, "Not found"), message), status)
+    found = _page(pages.error(_root(request), _TITLES.get(status, "Not found"), message), status)
     found.headers.update(headers or {})
     return found
 

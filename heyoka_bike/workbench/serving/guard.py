@@ -36,10 +36,15 @@ class Guard:
         whose name is made to lead here is not one of them.
     log
         Called with one line for each request: no address of a result, no names, no contents.
+    root
+        Path below which the server is hosted. Whether who passes requests on takes it away does not
+        matter: the application gets paths without it, and it as the ``root_path``.
     """
 
-    def __init__(self, app: ASGIApp, hosts: Collection[str], log: Callable[[str], None]) -> None:
-        self._app, self._hosts, self._log = app, hosts, log
+    def __init__(
+        self, app: ASGIApp, hosts: Collection[str], log: Callable[[str], None], root: str = ""
+    ) -> None:
+        self._app, self._hosts, self._log, self._root = app, hosts, log, root
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Answer a request."""
@@ -47,6 +52,10 @@ class Guard:
             await self._app(scope, receive, send)
             return
         start, status, size = perf_counter(), 0, 0
+        path = scope["path"]
+        if f"{path}/".startswith(f"{self._root}/"):
+            path = path.removeprefix(self._root) or "/"
+        scope = {**scope, "path": path, "root_path": self._root}
 
         async def guarded(message: Message) -> None:
             nonlocal status, size
@@ -61,7 +70,7 @@ class Guard:
         app = self._app
         headers = Headers(scope=scope)
         # Whoever watches over the server asks by whatever name it has inside.
-        is_told = "*" in self._hosts or _host(headers) in self._hosts or scope["path"] == _HEALTH
+        is_told = "*" in self._hosts or _host(headers) in self._hosts or path == _HEALTH
         if not is_told:
             app = JSONResponse({"error": "found another host, expected one told by --name"}, 400)
         elif scope["method"] == "POST" and self._is_foreign(headers):
@@ -76,7 +85,7 @@ class Guard:
             said = {"error": "the server could not do it; this is a fault of the server"}
             await JSONResponse(said, 500, {"connection": "close"})(scope, receive, guarded)
         finally:
-            place = "/" + scope["path"].lstrip("/").partition("/")[0][:20]
+            place = "/" + path.lstrip("/").partition("/")[0][:20]
             place = place if place.isascii() and place.isprintable() else "/?"
             milliseconds = 1e3 * (perf_counter() - start)
             self._log(f"{scope['method'][:8]} {place} {status} {size} B {milliseconds:.0f} ms")

@@ -33,33 +33,39 @@ _SAID: dict[Kind, str] = {
 }  # fmt: skip
 
 
-def shell(title: str, body: str, *, head: str = "", bar: str = "") -> str:
-    """A page of the server; all but the title is HTML."""
+def shell(root: str, title: str, body: str, *, head: str = "", bar: str = "") -> str:
+    """A page of the server; all but the title is HTML.
+
+    Parameters
+    ----------
+    root
+        Path below which the server is hosted, here and in what follows, without a slash at its end.
+    """
     return _SHELL.substitute(
-        title=escape(title), body=body, head=head, bar=bar or bar_of_home(),
+        root=root, title=escape(title), body=body, head=head, bar=bar or bar_of_home(root),
         version=escape(__version__),
     )  # fmt: skip
 
 
-def bar_of_home(links: str = "") -> str:
+def bar_of_home(root: str, links: str = "") -> str:
     """Links of a page that is no result's."""
     return (
-        '<nav class="bar" aria-label="Pages"><a class="home" href="/">Score a file</a>'
+        f'<nav class="bar" aria-label="Pages"><a class="home" href="{root}/">Score a file</a>'
         f"{links}</nav>"
     )
 
 
-def home(limits: Limits, has_leaderboard: bool) -> str:
+def home(root: str, limits: Limits, has_leaderboard: bool) -> str:
     """The page with the form."""
-    board = '<a href="/leaderboard">Leaderboard</a>' if has_leaderboard else ""
+    board = f'<a href="{root}/leaderboard">Leaderboard</a>' if has_leaderboard else ""
     body = _HOME.substitute(
-        upload=limits.upload, files=limits.files, most=limits.upload // 1_000_000,
+        root=root, upload=limits.upload, files=limits.files, most=limits.upload // 1_000_000,
         starts=_starts(), kept=_duration(limits.kept_seconds), formats=listed("and"),
     )  # fmt: skip
-    return shell("Score a file – uncontrolled bicycle", body, bar=bar_of_home(board))
+    return shell(root, "Score a file – uncontrolled bicycle", body, bar=bar_of_home(root, board))
 
 
-def api(limits: Limits, address: str) -> str:
+def api(root: str, limits: Limits, address: str) -> str:
     """The page about the interface for programs.
 
     Parameters
@@ -67,8 +73,8 @@ def api(limits: Limits, address: str) -> str:
     address
         At which this server was asked, with a slash at its end.
     """
-    body = _API.substitute(most=limits.upload // 1_000_000, address=escape(address))
-    return shell("For programs", body)
+    body = _API.substitute(root=root, most=limits.upload // 1_000_000, address=escape(address))
+    return shell(root, "For programs", body)
 
 
 @cache
@@ -78,32 +84,33 @@ def _starts() -> str:
     )
 
 
-def waiting(result: StoredResult, kind: Kind, job: QueuedTask, ahead: int) -> str:
+def waiting(root: str, result: StoredResult, kind: Kind, job: QueuedTask, ahead: int) -> str:
     """The page while something is done."""
     names = ", ".join(result.task.files)
-    place = f"/results/{result.key}/{kind}"
+    place = f"{root}/results/{result.key}/{kind}"
     queue = f"{ahead} wait for a free processor." if job.state == "waiting" and ahead else ""
     body = f"""<h1>{_SAID[kind]}: {escape(names)}</h1>
-<div data-state="/jobs/{result.key}/{kind}">
+<div data-state="{root}/jobs/{result.key}/{kind}">
 <p><progress aria-label="{_SAID[kind]}" max="1"></progress> <span class="share"></span></p>
 <p role="status">{queue}</p></div>
 <p><a href="{place}">Look again</a></p>"""
     # Without script the page asks again by itself.
     head = '<noscript><meta http-equiv="refresh" content="2"></noscript>\n'
-    return shell(_SAID[kind], body, head=head, bar=bar(result, kind))
+    return shell(root, _SAID[kind], body, head=head, bar=bar(root, result, kind))
 
 
 def error(
-    title: str, message: str, *, result: StoredResult | None = None, kind: Kind = "score"
-) -> str:
+    root: str, title: str, message: str, *, result: StoredResult | None = None,
+    kind: Kind = "score",
+) -> str:  # fmt: skip
     """A page that says what is wrong, in one line."""
     # The message is the command's; here its options are fields.
     hint = _HINT if "column names" in message or "--" in message else ""
     body = f"""<h1>{escape(title)}</h1>
 <p class="error" role="alert">{escape(message)}</p>
-{hint}<p><a href="/">Score another file</a></p>"""
-    links = "" if result is None else bar(result, kind)
-    return shell(title, body, bar=links)
+{hint}<p><a href="{root}/">Score another file</a></p>"""
+    links = "" if result is None else bar(root, result, kind)
+    return shell(root, title, body, bar=links)
 
 
 def with_bar(page: str, links: str, diagnosis: Sequence[str] = ()) -> str:
@@ -118,7 +125,7 @@ def with_bar(page: str, links: str, diagnosis: Sequence[str] = ()) -> str:
     return page.replace("<body>\n<main>\n", f"<body>\n{links}\n<main>\n{said}", 1)
 
 
-def bar(result: StoredResult, current: Kind, downloads: Sequence[str] = ()) -> str:
+def bar(root: str, result: StoredResult, current: Kind, downloads: Sequence[str] = ()) -> str:
     """Links of a result.
 
     Parameters
@@ -126,32 +133,31 @@ def bar(result: StoredResult, current: Kind, downloads: Sequence[str] = ()) -> s
     downloads
         Suffixes of what can be taken away of this page.
     """
-    root = f"/results/{result.key}"
+    place = f"{root}/results/{result.key}"
     is_one_run = any(
         job.ending is not None and job.ending.is_one_run for job in result.jobs.values()
     )
-    parts = [_asked(result, "score", "Report", current)]
+    parts = [_asked(place, result, "score", "Report", current)]
     if is_one_run and result.has_diagnosis:
-        parts.append(_asked(result, "diagnose", "Why it differs", current))
+        parts.append(_asked(place, result, "diagnose", "Why it differs", current))
     if is_one_run and len(result.task.files) == 1:
-        parts.append(_asked(result, "replay", "Replay", current))
+        parts.append(_asked(place, result, "replay", "Replay", current))
     parts += [
-        f'<a href="{root}/{current}{suffix}" download>{said}</a>'
+        f'<a href="{place}/{current}{suffix}" download>{said}</a>'
         for suffix, said in (
             (".html", "HTML"), (".json", "JSON"), (".csv", "CSV"), (".xml", "JUnit")
         )
         if suffix in downloads
     ]  # fmt: skip
-    parts.append(f'<form action="{root}/remove" method="post"><button>Remove</button></form>')
-    return bar_of_home("".join(parts))
+    parts.append(f'<form action="{place}/remove" method="post"><button>Remove</button></form>')
+    return bar_of_home(root, "".join(parts))
 
 
-def _asked(result: StoredResult, kind: Kind, said: str, current: Kind) -> str:
-    root = f"/results/{result.key}/{kind}"
+def _asked(place: str, result: StoredResult, kind: Kind, said: str, current: Kind) -> str:
     if kind in result.jobs:
         mark = ' aria-current="page"' if current == kind else ""
-        return f'<a href="{root}"{mark}>{said}</a>'
-    return f'<form action="{root}" method="post"><button>{said}</button></form>'
+        return f'<a href="{place}/{kind}"{mark}>{said}</a>'
+    return f'<form action="{place}/{kind}" method="post"><button>{said}</button></form>'
 
 
 def _duration(seconds: float) -> str:

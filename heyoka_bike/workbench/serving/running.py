@@ -36,8 +36,9 @@ _PROCESSES = "processes"
 
 
 def serve(
-    host: str, port: int, names: Sequence[str], limits: Limits, board: str | None, is_opened: bool
-) -> None:
+    host: str, port: int, names: Sequence[str], limits: Limits, board: str | None,
+    is_opened: bool, root: str = "",
+) -> None:  # fmt: skip
     """Serve until interrupted; what was kept is removed then.
 
     Parameters
@@ -51,6 +52,8 @@ def serve(
         HTML of the leaderboard, if there is one to show.
     is_opened
         Whether to open it in the browser.
+    root
+        Path below which it is hosted, without a slash at its end.
 
     Raises
     ------
@@ -69,14 +72,14 @@ def serve(
     # On every address there is, it answers to its names only.
     named = names[0] if host in _ANY and names[0] != "*" else host
     shown = f"[{named}]" if ":" in named else named
-    address = f"http://{shown}:{bound.getsockname()[1]}/"
+    address = f"http://{shown}:{bound.getsockname()[1]}{root}/"
     _sweep()
     with tempfile.TemporaryDirectory(prefix=_PREFIX, ignore_cleanup_errors=True) as folder:
         held = _hold(folder)
         results = Path(folder) / "results"
         results.mkdir(mode=0o700)
         (Path(folder) / _PROCESSES).write_text(Path(get_temp_dir()).name)
-        server = Server(results, limits, names, board, _log)
+        server = Server(results, limits, names, board, _log, root)
         config = uvicorn.Config(
             server.app, log_config=None, access_log=False, http=Connection,
             # Most of them wait: more are answered 503.

@@ -22,11 +22,11 @@ def serving(tmp_path):
     """Start a server with some limits; all are ended with the test."""
     started = []
 
-    def start(hosts=("*",), board=None, **limits):
+    def start(hosts=("*",), board=None, root="", **limits):
         folder = tmp_path / f"store-{len(started)}"
         folder.mkdir()
         lines = []
-        server = Server(folder, Limits(**{"workers": 1} | limits), hosts, board, lines.append)
+        server = Server(folder, Limits(**{"workers": 1} | limits), hosts, board, lines.append, root)
         client = TestClient(server.app, base_url="http://127.0.0.1", follow_redirects=False)
         client.__enter__()
         client.server, client.folder, client.lines = server, folder, lines

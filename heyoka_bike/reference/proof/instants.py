@@ -1,0 +1,191 @@
+"""Single instants of a bicycle: every quantity of a state, correctly rounded with proof.
+
+A state is given by exact numbers, so all is ball arithmetic on exact inputs: a value is the
+binary64 nearest to every number of its ball, or it is an error that the ball does not decide it. A
+set has the known states of the benchmark's bicycle as states.csv and states.h5. Their coordinates
+are the decimals that are written there, from which all else can be proved again.
+"""
+
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from fractions import Fraction
+from functools import lru_cache
+from math import nan
+from typing import Any
+
+import flint
+import numpy as np
+
+from heyoka_bike.bicycle.equations.configuration import INTEGRALS
+from heyoka_bike.bicycle.equations.initial import initial_state
+from heyoka_bike.bicycle.equations.instant import Instant, linear_quantities, quantities
+from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.bicycle.equations.whole_motion import NonnegativeRoots
+from heyoka_bike.bicycle.instant_columns import COORDINATES, UNITS, WHERE
+from heyoka_bike.bicycle.parameters import START, Bicycle, Maneuver, read_maneuvers
+from heyoka_bike.bicycle.stability.linear import matrices
+from heyoka_bike.errors import BicycleError, UndecidedError
+from heyoka_bike.numbers.arithmetic import Number, exact_ball
+from heyoka_bike.numbers.double import Array
+from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.numbers.rounding import Enclosure
+from heyoka_bike.reference import hdf5, structure
+from heyoka_bike.reference.layout import STATES, STATES_HDF5
+from heyoka_bike.system.resources import find_input
+
+BITS = 256
+"""Of the balls. A value of less than 2^-_NOTHING that is not known to differ from zero is zero."""
+
+_NOTHING = 160
+_KEYS = dict(zip(START, ("roll_angle", "steer_angle", "roll_rate", "steer_rate", "forward_speed"),
+                 strict=True))  # fmt: skip
+_DECIMAL = re.compile(r"-?[0-9]{1,17}(\.[0-9]{1,17})?(e-?[0-9]{1,2})?")
+_ONE_SECOND = Fraction(1)
+
+
+def known_states() -> tuple[Maneuver, ...]:
+    """The states that are known by number, the first of them is 1."""
+    return read_maneuvers(find_input("maneuvers", "states"))
+
+
+def of_known(bicycle: Bicycle, states: Sequence[Maneuver]) -> dict[str, Array]:
+    """Coordinates and quantities of states by name, each the binary64 nearest to the exact value.
+
+    One that is not defined is NaN: a multiple eigenvalue, the friction demand without a force.
+
+    Raises
+    ------
+    UndecidedError
+        Balls that do not decide a rounding.
+    InputError
+        No pitch puts both wheels on the floor.
+    """
+    return dict(_of_known(tuple(bicycle.values.items()), tuple(states)))
+
+
+@lru_cache(8)
+def _of_known(
+    parameters: tuple[tuple[str, Exact], ...], states: tuple[Maneuver, ...]
+) -> Mapping[str, Array]:
+    bicycle = Bicycle("", dict(parameters))
+    balls = NonnegativeRoots(BITS)
+    equations = Equations.of(bicycle, balls)
+    rows = []
+    with balls.precision():
+        linear = LinearBicycle(bicycle)
+        for state in states:
+            start = initial_state(equations, state)
+            instant = Instant.of(equations, [*start, *[balls.number(0)] * len(INTEGRALS)])
+            given = {_KEYS[key]: balls.number(getattr(state, key)) for key in START}
+            found = {**given, **dict.fromkeys(WHERE, balls.number(0)), **quantities(instant)}
+            found |= linear.at(state.speed.fraction())
+            rows.append([_nearest(x, f"{state.name}: {name}") for name, x in found.items()])
+    return dict(zip(found, np.array(rows).T, strict=True)) if rows else {}
+
+
+def as_csv(bicycle: Bicycle, states: Sequence[Maneuver]) -> bytes:
+    """The table of `of_known`, each value with the digits of its binary64."""
+    table = _texts(of_known(bicycle, states))
+    heading = (f"{name} [{UNITS[name]}]" if name in UNITS else name for name in table)
+    rows = zip(*table.values(), strict=True)
+    return "".join(",".join(row) + "\n" for row in (heading, *rows)).encode()
+
+
+def render_states(bicycle: Bicycle, inputs: Mapping[str, Any], version: str) -> dict[str, bytes]:
+    """The files of a set that hold the known states.
+
+    Parameters
+    ----------
+    bicycle
+    inputs
+        As in the manifest.
+    version
+        Of the dataset.
+    """
+    states = known_states()
+    table = of_known(bicycle, states)
+    layout = structure.states(inputs, version, len(states))
+    numbers = np.arange(1, len(states) + 1)
+    return {
+        STATES: as_csv(bicycle, states),
+        STATES_HDF5: hdf5.render(layout, {"state": numbers, **table}),
+    }
+
+
+def states_differ(name: str, raw: bytes, bicycle: Bicycle) -> Iterator[str]:
+    """What a file of states says otherwise than is proved of its own states, in words."""
+    found = _read_csv(raw) if name == STATES else _read_hdf5(raw)
+    coordinates = zip(*(found.get(key, ()) for key in COORDINATES), strict=True)
+    try:
+        states = tuple(_state(i, x) for i, x in enumerate(coordinates, start=1))
+        expected = _texts(of_known(bicycle, states))
+    except (BicycleError, ValueError) as e:
+        yield f"its states cannot be used: {e}"
+        return
+    if list(found) != list(expected):
+        yield f"found the columns {', '.join(found):.80}, expected {', '.join(expected):.80}"
+        return
+    for key, right in expected.items():
+        for i, (x, y) in enumerate(zip(found[key], right, strict=True), start=1):
+            if x != y:
+                yield f"state {i}: {key}: found {x:.40}, proved {y}"
+
+
+def _state(number: int, coordinates: Iterable[str]) -> Maneuver:
+    """A state by the decimals of `COORDINATES`."""
+    given = dict(zip(_KEYS, coordinates, strict=True))
+    for text in given.values():
+        if not _DECIMAL.fullmatch(text):
+            raise ValueError(f"state {number}: found {text!r:.40}, expected a decimal")
+    exact = {key: Exact(Fraction(text)) for key, text in given.items()}
+    return Maneuver(f"state {number}", duration=_ONE_SECOND, spacing=_ONE_SECOND, **exact)
+
+
+def _texts(table: Mapping[str, Array]) -> dict[str, list[str]]:
+    """The columns of states.csv, without their units."""
+    texts = {name: [repr(float(x)) for x in values] for name, values in table.items()}
+    count = max(map(len, texts.values()), default=0)
+    return {"state": [str(i + 1) for i in range(count)], **texts}
+
+
+def _read_csv(raw: bytes) -> dict[str, list[str]]:
+    heading, *lines = raw.decode("ascii").removesuffix("\n").split("\n")
+    names = [name.removesuffix(f" [{UNITS.get(name.partition(' ')[0])}]")
+             for name in heading.split(",")]  # fmt: skip
+    columns = zip(*(line.split(",") for line in lines), strict=True)
+    return {name: list(column) for name, column in zip(names, columns, strict=True)}
+
+
+def _read_hdf5(raw: bytes) -> dict[str, list[str]]:
+    with hdf5.opened(raw) as f:
+        return {name: [repr(x) for x in f[name][:].tolist()] for name in f if f[name].ndim == 1}
+
+
+class LinearBicycle:
+    """The linear bicycle in balls, which are of the precision that flint has now."""
+
+    def __init__(self, bicycle: Bicycle) -> None:
+        self._matrices = matrices(bicycle, NonnegativeRoots(BITS))
+        self._g = exact_ball(bicycle["g"].rational)
+        self._at: dict[Fraction, dict[str, flint.arb]] = {}
+
+    def at(self, speed: Fraction) -> dict[str, flint.arb]:
+        """Quantities of the last level at a speed [m/s]."""
+        if speed not in self._at:
+            self._at[speed] = linear_quantities(self._matrices, self._g, speed)
+        return self._at[speed]
+
+
+def _nearest(x: Number, name: str) -> float:
+    if isinstance(x, int):
+        return float(x)
+    if not x.is_finite():
+        return nan
+    enclosed = Enclosure.of(x)
+    size = max(-enclosed.low, enclosed.high)
+    if enclosed.low <= 0 <= enclosed.high and size << _NOTHING <= 1 << enclosed.grid:
+        return 0.0
+    nearest = enclosed.binary64()
+    if nearest is None:
+        raise UndecidedError(f"{name}: {BITS} bits do not decide its nearest binary64")
+    return nearest + 0.0

@@ -1,0 +1,43 @@
+"""The verdict as a badge: the JSON that a shields.io endpoint reads, for a README.
+
+https://shields.io/badges/endpoint-badge says what its keys mean. Nothing in it depends on when or
+where it was written.
+"""
+
+import json
+
+from heyoka_bike.scoring.report import Report, Series
+from heyoka_bike.showing.grades import PHRASES, WORDS, Grade, file_grade, style_of
+from heyoka_bike.showing.wording import chosen, one_decimal
+
+LABEL = "uncontrolled bicycle"
+COLORS = {
+    Grade.UNKNOWN: "lightgrey",
+    Grade.RIGHT: "brightgreen",
+    Grade.UNTOLD: "yellow",
+    Grade.CLOSE: "yellow",
+    Grade.WRONG: "red",
+}
+"""Names that shields.io knows."""
+
+
+def render(scored: Report | Series) -> str:
+    """The badge of a file, or of the run of a series that its report shows in full."""
+    report = scored if isinstance(scored, Report) else chosen(scored)[1].report
+    document = {
+        "schemaVersion": 1,
+        "label": LABEL,
+        "message": _message(report),
+        "color": COLORS[Grade[style_of(report).upper()]],
+    }
+    return json.dumps(document, indent=2) + "\n"
+
+
+def _message(report: Report) -> str:
+    """The word and the digits of the worst column."""
+    found = report.worst
+    if found is None:
+        return PHRASES["nothing"]
+    part = "" if report.is_whole else PHRASES["in_part"]
+    digits = one_decimal(max(found.scd, 0.0))
+    return f"{WORDS[file_grade(report)]}{part}, {digits} {PHRASES['correct_digits']}"

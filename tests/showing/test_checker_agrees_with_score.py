@@ -1,0 +1,84 @@
+"""The header's judge and `score` say the same: definitions, units, signs, digits and grades."""
+
+import pytest
+from support.checker import (
+    Checker,
+    compare,
+    corpus_files,
+    game_files,
+    judged_by_score,
+    judged_files,
+    result_files,
+)
+
+from heyoka_bike import read_results
+from heyoka_bike.system.resources import data_folder
+
+
+@pytest.fixture(scope="module")
+def checker(tmp_path_factory):
+    return Checker(tmp_path_factory.mktemp("checker"))
+
+
+def compared(checker, files):
+    said = []
+    counts = compare(checker, judged_files(files), said.append)
+    return counts, said
+
+
+def some():
+    yield from game_files("honest", [4])
+    for name in ("exudyn-h0.01.txt", "scipy-rtol1e-7.txt"):
+        yield name, lambda name=name: read_results(data_folder() / "peers" / name)
+
+
+def test_some_files(checker):
+    counts, said = compared(checker, some())
+    assert said == []
+    assert counts["columns"] > 70
+
+
+@pytest.mark.proof
+def test_programs_of_the_field_and_of_others(checker):
+    counts, said = compared(checker, [*result_files()])
+    assert said == []
+    assert counts["columns"] > 1000
+    counts, said = compared(checker, corpus_files())
+    assert said == []
+    assert counts["files"] > 230
+
+
+@pytest.mark.proof
+@pytest.mark.parametrize(("game", "least"), [("honest", 100), ("wrong", 70)])
+def test_files_of_the_games(checker, game, least):
+    counts, said = compared(checker, game_files(game, range(2000, 2100)))
+    assert said == []
+    assert counts["files"] >= least
+
+
+CHANGES = [
+    # The default is always taken; a degree that is none; another limit; no zero elsewhere.
+    ("#define UB_EXPECTED 1.6094379124341003", "#define UB_EXPECTED 30.0"),
+    ('"degree", 0.017453292519943295', '"degree", 0.0175'),
+    ("#define BICYCLE_CLOSE_DIGITS 3.0", "#define BICYCLE_CLOSE_DIGITS 2.4"),
+    ("- u->offset - exact);", "- exact);"),
+]
+
+
+@pytest.mark.proof
+def test_another_judge_is_noticed(tmp_path):
+    files = list(judged_files([*some(), *game_files("honest", range(60))]))
+    for i, change in enumerate(CHANGES):
+        said = []
+        (tmp_path / str(i)).mkdir()
+        compare(Checker(tmp_path / str(i), change), files, said.append)
+        assert said, change
+
+
+@pytest.mark.proof
+def test_the_line_is_the_beginning_of_the_verdict(checker):
+    for name in ("exudyn-h0.01.txt", "scipy-rtol1e-7.txt", "scipy-rtol1e-10.txt"):
+        judged = judged_by_score(name, read_results(data_folder() / "peers" / name))
+        ((_, line),) = checker.judge([judged.parts])
+        said = judged.report.verdict.partition(": ")[2]
+        assert said.partition(")")[0] + ")" == line
