@@ -27,9 +27,12 @@ Fixpoint slope_of (c : list Z) (s : R) : R :=
 Definition candidate (p : piece) (i : nat) := polynomial (nth i (coefficients p) nil).
 
 Definition step : R := 1 / 32.
-Definition weight (i : nat) : R := IZR (nth i [12; 1; 4; 36; 72; 144; 192]%Z 1%Z) / 12.
+(* Weights of the variables' errors, in 12ths. *)
+Definition weights : list Z := [12; 1; 4; 36; 72; 144; 192]%Z.
+Definition weight (i : nat) : R := IZR (nth i weights 1%Z) / 12.
 (* Balances the rows of a matrix, see Sums.v. *)
-Definition balance (i : nat) : R := IZR (nth i [60; 20; 96; 100; 38; 20; 6]%Z 1%Z).
+Definition balances : list Z := [60; 20; 96; 100; 38; 20; 6]%Z.
+Definition balance (i : nat) : R := IZR (nth i balances 1%Z).
 Definition tube : Z := 2 ^ 112. (* over 2^160: errors stay below 2^-24 times their weights *)
 Definition error : R := 1 / 100000000.
 
@@ -63,8 +66,8 @@ Definition near_candidate (x : nat -> R -> R) (until : R) (pieces : list piece) 
 Definition scaled (n bits : Z) : I.type := I.div prec (integer n) (integer (2 ^ bits)).
 Definition step_in : I.type := I.div prec (integer 1) (integer 32).
 Definition weight_in (i : nat) : I.type :=
-  I.div prec (integer (nth i [12; 1; 4; 36; 72; 144; 192]%Z 1%Z)) (integer 12).
-Definition balance_in (i : nat) : I.type := integer (nth i [60; 20; 96; 100; 38; 20; 6]%Z 1%Z).
+  I.div prec (integer (nth i weights 1%Z)) (integer 12).
+Definition balance_in (i : nat) : I.type := integer (nth i balances 1%Z).
 Definition span : I.type := I.join I.zero step_in.
 Definition symmetric (a : I.type) : I.type := I.join (I.neg a) a.
 Definition square_in (a : I.type) : I.type := I.mul prec a a.
@@ -177,10 +180,10 @@ Lemma weight_is_in i : weight i \in weight_in i.
 Proof. apply div_in; [lra | apply integer_in | apply (integer_in 12)]. Qed.
 
 Lemma weight_positive i : 0 < weight i.
-Proof. unfold weight; do 7 (destruct i as [|i]; [simpl; lra|]); destruct i; simpl; lra. Qed.
+Proof. unfold weight, weights; do 7 (destruct i as [|i]; [simpl; lra|]); destruct i; simpl; lra. Qed.
 
 Lemma balance_positive i : 0 < balance i.
-Proof. unfold balance; do 7 (destruct i as [|i]; [simpl; lra|]); destruct i; simpl; lra. Qed.
+Proof. unfold balance, balances; do 7 (destruct i as [|i]; [simpl; lra|]); destruct i; simpl; lra. Qed.
 
 Lemma square_is_in x a : x \in a -> x * x \in square_in a.
 Proof. intros X; now apply mul_in. Qed.

@@ -270,8 +270,11 @@ Definition pieces : list piece := [
 """
 
 
-def ceiling(x: Fraction, grid: int) -> int:
-    return math.ceil(x * 2**grid)
+def ceiling(x: Fraction, grid: int, bits: int = 16) -> int:
+    """An integer over 2 to the power of the grid, not less than x, with few leading bits."""
+    n = math.ceil(x * 2**grid)
+    shift = max(n.bit_length() - bits, 0)
+    return -(-n >> shift) << shift
 
 
 if __name__ == "__main__":
