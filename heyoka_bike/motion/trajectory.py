@@ -9,7 +9,7 @@ the run that produced them.
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any, ClassVar
@@ -19,8 +19,8 @@ import flint
 from heyoka_bike.bicycle.equations.kinematics import state_names
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
 from heyoka_bike.display import Displayed
-from heyoka_bike.numbers.analytic import PowerSeries
-from heyoka_bike.numbers.arithmetic import exact_ball
+from heyoka_bike.numbers.arithmetic import Number, exact_ball
+from heyoka_bike.numbers.samples import Samples, array
 
 
 @dataclass(frozen=True, repr=False)
@@ -168,10 +168,16 @@ class Piece:
     def h(self) -> Fraction:
         return self.t1 - self.t0
 
-    def series(self, a: PowerSeries) -> list[flint.arb_series]:
-        """The state variables as series in s, as far as those of `a` go, in its precision."""
+    def samples(self, a: Samples) -> list[Number]:
+        """The state variables at the points of `a` in the plane of s, in its precision."""
         unit = flint.arb(2) ** -self.grid
-        return [a.series([c * unit for c in row[: a.length]]) for row in self.rows]
+        return a.polynomials([[c * unit for c in row] for row in self.rows])
+
+    def at(self, points: Sequence[flint.arb]) -> list[Number]:
+        """The state variables at some s, in flint's precision."""
+        unit = flint.arb(2) ** -self.grid
+        polynomials = [flint.arb_poly([c * unit for c in row]) for row in self.rows]
+        return [array(map(p, points)) for p in polynomials]
 
     def halves(self) -> tuple[Piece, Piece]:
         """The two halves; the same polynomials exactly, in variables of their own."""

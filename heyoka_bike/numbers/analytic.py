@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from fractions import Fraction
+from typing import Any
 
 import flint
 import numpy as np
@@ -84,32 +85,51 @@ class NotAnalyticError(ArithmeticError):
 
 
 class Rim(Arithmetic):
-    """Complex balls on a circle, with a record of the sign of every divisor and radicand.
+    """Complex balls on arcs of a circle, with a record of the sign of every divisor and radicand.
 
     The signs must be the same on all arcs of a circle: use one `Rim` for the circle and call
-    `start` before each arc, or before several of them in an array.
+    `start` before each evaluation on some arcs. A number is an array with a ball for each of them,
+    or one ball for all.
+
+    Attributes
+    ----------
+    clear : ndarray of bool
+        The arcs on which all signs are clear so far.
+    reason : str
+        Why the first of the others was refused.
     """
 
     def __init__(self, bits: int) -> None:
         self.bits = bits
         self.balls = Balls(bits)
         self._signs: list[int] = []
-        self._position = 0
 
-    def start(self) -> None:
-        """Begin the evaluation on the next arcs."""
+    def start(self, arcs: int) -> None:
+        """Begin the evaluation on so many arcs."""
+        self.clear, self.reason = np.ones(arcs, dtype=bool), ""
         self._position = 0
 
     def watch(self, x: Number) -> None:
-        """Record the sign of real parts, or compare it with that of the arcs before."""
-        signs = {1 if z.real > 0 else -1 if z.real < 0 else 0 for z in _all(x)}
-        if 0 in signs:
-            raise NotAnalyticError("a divisor may vanish")
-        if len(signs) == 1 and self._position == len(self._signs):
-            self._signs += signs
-        if signs != {*self._signs[self._position : self._position + 1]}:
+        """Record the sign of real parts.
+
+        Raises
+        ------
+        NotAnalyticError
+            There are clear arcs with either sign.
+        """
+        signs = np.array([1 if z.real > 0 else -1 if z.real < 0 else 0 for z in _all(x)])
+        self._require(signs != 0, "a divisor may vanish")
+        if self._position == len(self._signs):
+            self._signs.append(0)
+        seen = {*(signs * self.clear).tolist(), self._signs[self._position]} - {0}
+        if len(seen) == 2:
             raise NotAnalyticError("a divisor changes the sign of its real part")
+        self._signs[self._position] = sum(seen)
         self._position += 1
+
+    def _require(self, is_clear: Any, reason: str) -> None:
+        if not np.all(is_clear):
+            self.clear, self.reason = self.clear & is_clear, self.reason or reason
 
     def value(self, x: Number) -> Value:
         """A complex ball, or an array of them, as a watched number."""
@@ -124,17 +144,17 @@ class Rim(Arithmetic):
         return Value(each(getattr(flint.acb, name), x.x), self)
 
     def sqrt(self, x: Number) -> Number:
-        if isinstance(x, Value) and not _is_positive(x.x):
-            raise NotAnalyticError("a radicand may be negative")
+        if isinstance(x, Value):
+            self._require(_is_positive(x.x), "a radicand may be negative")
         return super().sqrt(x)
 
     def atan2(self, y: Number, x: Number) -> Number:
         """Arc tangent of y / x; analytic where x and 1 + (y / x)^2 have positive real parts."""
-        if not _is_positive(x.x if isinstance(x, Value) else flint.acb(x)):
-            raise NotAnalyticError("an angle may pass a quarter turn")
+        ahead = x.x if isinstance(x, Value) else flint.acb(x)
+        self._require(_is_positive(ahead), "an angle may pass a quarter turn")
         ratio = (y / x).x
-        if not _is_positive(1 + ratio * ratio):
-            raise NotAnalyticError("an arc tangent may meet its branch point")
+        is_off = _is_positive(1 + ratio * ratio)
+        self._require(is_off, "an arc tangent may meet its branch point")
         return Value(each(flint.acb.atan, ratio), self)
 
 
@@ -143,9 +163,9 @@ def _all(x: Number) -> Iterable[flint.acb]:
     return x if isinstance(x, np.ndarray) else (x,)
 
 
-def _is_positive(x: Number) -> bool:
-    """Whether all real parts are."""
-    return all(z.real > 0 for z in _all(x))
+def _is_positive(x: Number) -> Any:
+    """Whether real parts are, one by one."""
+    return np.array([z.real > 0 for z in _all(x)])
 
 
 class Value:

@@ -2,6 +2,8 @@
 
 References
 ----------
+H. Ehlich and K. Zeller (1964), Schwankung von Polynomen zwischen Gitterpunkten, Mathematische
+Zeitschrift 86, 41-44, doi:10.1007/BF01111276 (`in_between`).
 T. J. Rivlin (1990), Chebyshev Polynomials, chapter 1 (the Lebesgue constant of the zeros of T_n).
 L. N. Trefethen (2013), Approximation Theory and Approximation Practice: theorem 8.1 (coefficients
 of a function that is analytic in an ellipse).
@@ -25,8 +27,8 @@ class Nodes:
     """
 
     def __init__(self, count: int) -> None:
-        angles = [flint.fmpq(2 * j + 1, 2 * count) for j in range(count)]
-        self.x = [flint.arb.cos_pi_fmpq(angle) for angle in angles]
+        angles = _angles(count)
+        self.x = chebyshev_nodes(count)
         self.transform = flint.arb_mat(
             [
                 [flint.arb.cos_pi_fmpq(k * angle) * min(k + 1, 2) / count for angle in angles]
@@ -50,6 +52,20 @@ class Nodes:
         return (4 * rho ** (1 - len(self.x)) / (rho - 1)).upper()
 
 
+def chebyshev_nodes(count: int) -> list[flint.arb]:
+    """The zeros of T_count."""
+    return [flint.arb.cos_pi_fmpq(angle) for angle in _angles(count)]
+
+
+def _angles(count: int) -> list[flint.fmpq]:
+    return [flint.fmpq(2 * j + 1, 2 * count) for j in range(count)]
+
+
+def in_between(degree: int, count: int) -> flint.arb:
+    """How much larger than at more nodes than its degree a polynomial can be in between."""
+    return (1 / flint.arb.cos_pi_fmpq(flint.fmpq(degree, 2 * count))).upper()
+
+
 def ellipse(radius: int) -> flint.arb:
     """Sum of the half axes of the largest ellipse with foci -1 and 1 inside a circle about 0."""
     r = flint.arb(radius)
@@ -58,10 +74,4 @@ def ellipse(radius: int) -> flint.arb:
 
 def basis(x: Sequence[flint.arb], orders: int) -> flint.arb_mat:
     """T_0 .. T_(orders - 1), in columns, at some x."""
-    rows = []
-    for t in x:
-        row = [flint.arb(1), t]
-        while len(row) < orders:
-            row.append(2 * t * row[-1] - row[-2])
-        rows.append(row[:orders])
-    return flint.arb_mat(rows)
+    return flint.arb_mat([[t.chebyshev_t(k) for k in range(orders)] for t in x])

@@ -61,49 +61,47 @@ def perron(coefficients: Polynomial) -> Vector:
     return [flint.arb(float(x)) for x in np.maximum(w, 1e-4)]
 
 
-def fundamental(a: Polynomial) -> list[flint.arb_mat]:
-    """Coefficients of a polynomial that nearly solves Y' = A(s) Y, Y(0) = 1; exact numbers."""
-    y = [identity(a[0].nrows())]
+def solution(
+    a: Polynomial, start: flint.arb_mat, g: Polynomial = ()
+) -> tuple[list[flint.arb_mat], flint.arb_mat]:
+    """Coefficients, exact numbers, of a polynomial X that nearly solves X' = A X + G, X(0) = start.
+
+    Returned with an enclosure, for -1 <= s <= 1, of the terms of A X + G - X' of orders below that
+    of A.
+    """
+    x, left_over = [start], 0 * start
+    with_sign = flint.arb(0, 1)
     for m in range(len(a) - 1):
-        y.append((_coefficient(a, y, m) * (flint.arb(1) / (m + 1))).mid())
-    return y
+        right = a[0] * x[m]
+        for j in range(1, m + 1):
+            right += a[j] * x[m - j]
+        if g:
+            right += g[m]
+        x.append((right * (flint.arb(1) / (m + 1))).mid())
+        left_over += (right - x[-1] * (m + 1)) * with_sign
+    return x, left_over
 
 
-def inverse_fundamental(a: Polynomial) -> list[flint.arb_mat]:
-    """Coefficients of V that nearly solves V' = -V A(s), V(0) = 1: nearly the inverse of Y."""
-    v = [identity(a[0].nrows())]
-    for m in range(len(a) - 1):
-        v.append((_coefficient(v, a, m) * (flint.arb(-1) / (m + 1))).mid())
-    return v
+def fundamental(
+    a: Polynomial, tail: flint.arb_mat, weights: Vector
+) -> tuple[list[flint.arb_mat], flint.arb, list[flint.arb_mat], flint.arb]:
+    """Coefficients of Y near that of Y' = A Y and of V near that of V' = -V A, both 1 at s = 0.
 
-
-def _coefficient(p: Polynomial, q: Polynomial, m: int) -> flint.arb_mat:
-    """Coefficient m of a product."""
-    product = p[0] * q[m]
-    for j in range(1, m + 1):
-        product += p[j] * q[m - j]
-    return product
-
-
-def variational_defect(
-    a: Polynomial, tail: flint.arb_mat, y: Polynomial, v: Polynomial, weights: Vector
-) -> tuple[flint.arb, flint.arb]:
-    """Norms of Y' - (A + tail) Y and V' + V (A + tail) on 0 <= s <= 1, by the coefficients."""
-    length = len(y)
-    defect_y, defect_v = flint.arb(0), flint.arb(0)
-    for m in range(length - 1):
-        defect_y += norm(y[m + 1] * (m + 1) - _coefficient(a, y, m), weights)
-        defect_v += norm(v[m + 1] * (m + 1) + _coefficient(v, a, m), weights)
-    sizes_a, sizes_y, sizes_v = ([norm(x, weights) for x in p] for p in (a, y, v))
-    # Terms of the products of order length - 1 and more, which Y' and V' do not have.
-    for j, x in enumerate(sizes_a):
-        defect_y += x * total(sizes_y[length - 1 - j :])
-        defect_v += x * total(sizes_v[length - 1 - j :])
+    Each with a bound on the norm of Y' - (A + tail) Y or V' + V (A + tail), -1 <= s <= 1.
+    """
+    y, left_over = solution(a, identity(a[0].nrows()))
+    turned_v, turned_left_over = solution([-m.transpose() for m in a], identity(a[0].nrows()))
+    v = [m.transpose() for m in turned_v]
+    sizes_a = [norm(m, weights) for m in a]
     rest = norm(tail, weights)
-    return (
-        (defect_y + rest * total(sizes_y)).upper(),
-        (defect_v + rest * total(sizes_v)).upper(),
-    )
+
+    def defect(p: Polynomial, of_low_orders: flint.arb_mat) -> flint.arb:
+        sizes = [norm(m, weights) for m in p]
+        # Terms of the products of order len(a) - 1 and more, which Y' and V' do not have.
+        beyond = total(x * total(sizes[len(a) - 1 - j :]) for j, x in enumerate(sizes_a))
+        return (norm(of_low_orders, weights) + beyond + rest * total(sizes)).upper()
+
+    return y, defect(y, left_over), v, defect(v, turned_left_over.transpose())
 
 
 def value(p: Polynomial, s: flint.arb) -> flint.arb_mat:

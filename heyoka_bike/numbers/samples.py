@@ -6,9 +6,12 @@ c_k + c_(k + n) + c_(k + 2n) + ..., the Taylor coefficient c_k of f and what is 
 Where f is analytic for abs(s) <= R, R > 1, and at most M there, Cauchy's estimate bounds that.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager
 from fractions import Fraction
+from functools import cache
 from math import ceil, log2
 from typing import Any
 
@@ -19,11 +22,33 @@ from heyoka_bike.numbers.arithmetic import Arithmetic, Balls, Number
 from heyoka_bike.numbers.ball_matrices import total
 from heyoka_bike.numbers.exact import Exact
 
-_FOLDED_BITS = 32
-"""What is folded is below 2^-32 of what a series of the same length leaves out."""
+_FOLDED_BITS = 64
+"""What is folded is below 2^-64 of what a series of the same length leaves out."""
 
 
-class Samples(Arithmetic):
+class AtPoints(Arithmetic):
+    """Values of functions at some points: a number is an array of real or complex balls."""
+
+    def __init__(self, bits: int) -> None:
+        self.balls = Balls(bits)
+
+    def precision(self) -> AbstractContextManager[None]:
+        """Context manager that sets flint's working precision."""
+        return self.balls.precision()
+
+    def number(self, value: Exact | Fraction | int) -> flint.arb:
+        return self.balls.number(value)
+
+    def elementary(self, name: str, x: Number) -> Number:
+        """A root is that with positive real part; its radicand has one."""
+        return each(lambda z: getattr(z, name)(), x)
+
+    def atan2(self, y: Number, x: Number) -> Number:
+        """Angle of a point with positive x, as the arc tangent."""
+        return self.elementary("atan", y / x)
+
+
+class Samples(AtPoints):
     """Values at roots of unity of functions that are real on the real line, as balls.
 
     A number is an array of complex balls. Conjugate points have conjugate values: those of the
@@ -38,16 +63,11 @@ class Samples(Arithmetic):
         How many Taylor coefficients are wanted.
     radius : int
         R.
-
-    Attributes
-    ----------
-    left_out : arb
-        Bound on the distance of the polynomial with the coefficients found from the function for
-        abs(s) <= 1, over M.
     """
 
     def __init__(self, bits: int, length: int, radius: int) -> None:
-        self.balls = Balls(bits)
+        super().__init__(bits)
+        self.length, self.radius = length, radius
         half = (length + ceil(_FOLDED_BITS / log2(radius)) + 1) // 2
         count = 2 * half
         with self.balls.precision():
@@ -67,11 +87,17 @@ class Samples(Arithmetic):
                     for j, share in enumerate(shares)
                 ]
             )
-            self.left_out = geometric(radius, length) + folded(radius, count)
 
-    def precision(self) -> AbstractContextManager[None]:
-        """Context manager that sets flint's working precision."""
-        return self.balls.precision()
+    @classmethod
+    @cache
+    def of(cls, bits: int, length: int, radius: int) -> Samples:
+        """The same, made once: for many functions along many pieces."""
+        return cls(bits, length, radius)
+
+    @property
+    def left_out(self) -> flint.arb:
+        """Bound for abs(s) <= 1 on how far the polynomial found is from the function, over M."""
+        return geometric(self.radius, self.length) + folded(self.radius, self._cos.nrows())
 
     def polynomials(self, rows: Sequence[Sequence[flint.arb]]) -> list[Number]:
         """The values of polynomials of any degree, given by their coefficients."""
@@ -88,16 +114,18 @@ class Samples(Arithmetic):
         found: list[list[flint.arb]] = (table * self._mean).table()
         return found
 
-    def number(self, value: Exact | Fraction | int) -> flint.arb:
-        return self.balls.number(value)
-
-    def elementary(self, name: str, x: Number) -> Number:
-        """A root is that with positive real part; its radicand has one on the disc."""
-        return each(getattr(flint.acb, name), x)
-
-    def atan2(self, y: Number, x: Number) -> Number:
-        """Angle of a point with positive x, as the arc tangent."""
-        return each(flint.acb.atan, y / x)
+    def matrices(self, table: Sequence[Sequence[Number]]) -> list[flint.arb_mat]:
+        """The same of a matrix of functions, by power; an entry that is the integer 0 stays so."""
+        flat = [x for row in table for x in row]
+        places = [i for i, x in enumerate(flat) if not (isinstance(x, int) and x == 0)]
+        by_power = zip(*self.coefficients([flat[i] for i in places]), strict=True)
+        found = []
+        for terms in by_power:
+            entries = [flint.arb(0)] * len(flat)
+            for i, x in zip(places, terms, strict=True):
+                entries[i] = x
+            found.append(flint.arb_mat(len(table), len(table[0]), entries))
+        return found
 
 
 def geometric(radius: int, length: int) -> flint.arb:
@@ -112,11 +140,11 @@ def folded(radius: int, count: int) -> flint.arb:
     return ratio**count / (1 - ratio**count) / (1 - ratio)
 
 
-def each(function: Callable[[flint.acb], flint.acb], x: Number) -> Number:
+def each(function: Callable[[Number], Number], x: Number) -> Number:
     """A function of every number of an array, or of one number."""
-    return array(map(function, x)) if isinstance(x, np.ndarray) else function(flint.acb(x))
+    return array(map(function, x)) if isinstance(x, np.ndarray) else function(x)
 
 
-def array(values: Iterable[flint.acb]) -> Any:
+def array(values: Iterable[Number]) -> Any:
     """An array of such numbers."""
     return np.array(list(values), dtype=object)

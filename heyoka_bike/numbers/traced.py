@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from fractions import Fraction
 from heapq import heappop, heappush
 from itertools import count
+from typing import ClassVar
 
 from heyoka_bike.numbers.arithmetic import Arithmetic, Number
 from heyoka_bike.numbers.exact import Exact
@@ -34,6 +35,9 @@ class Traced:
     """
 
     __slots__ = ("place", "sources", "value")
+
+    # An array times a traced number is a traced number of arrays, not an array of traced numbers.
+    __array_ufunc__: ClassVar[None] = None
 
     def __init__(self, value: Number, *sources: tuple[Traced, Share]) -> None:
         self.value, self.sources, self.place = value, sources, next(_places)
@@ -121,7 +125,8 @@ class Traces(Arithmetic):
 
         def give(to: Traced, share: Number) -> None:
             if to.place in found:
-                found[to.place] += share
+                # Not in place: an array may be the share of others, too.
+                found[to.place] = found[to.place] + share
             else:
                 found[to.place] = share
                 heappush(waiting, (-to.place, to))

@@ -16,31 +16,33 @@ def _size(factor: str, *powers: int, pi: int = 0) -> _Size:
     return Fraction(factor), pi, (powers[0], powers[1], powers[2])
 
 
-_LENGTH, _MASS, _TIME, _FORCE, _ENERGY = (
-    (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, -2), (2, 1, -2)
+_ANGLE, _LENGTH, _MASS, _TIME, _SPEED, _FORCE, _ENERGY = (
+    (0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 0, -1), (1, 1, -2), (2, 1, -2)
 )  # fmt: skip
-_UNITS: Mapping[str, _Size] = {
+_PREFIXES = {"": "1", "u": "1e-6", "m": "1e-3", "c": "1e-2", "k": "1e3", "M": "1e6"}
+_PREFIXED = {"rad": _ANGLE, "m": _LENGTH, "s": _TIME, "N": _FORCE, "J": _ENERGY}
+UNITS: Mapping[str, _Size] = {
     "1": _ONE,
-    "rad": _ONE,
-    **dict.fromkeys(("deg", "degree", "degrees", "\u00b0"), _size("1/180", 0, 0, 0, pi=1)),
-    "mrad": _size("1/1000", 0, 0, 0),
-    **{f"{p}m": _size(x, *_LENGTH) for p, x in (("", "1"), ("m", "1/1000"), ("c", "1/100"))},
-    "km": _size("1000", *_LENGTH),
-    "in": _size("0.0254", *_LENGTH),
+    **{f"{p}{name}": _size(x, *of) for name, of in _PREFIXED.items() for p, x in _PREFIXES.items()},
+    **dict.fromkeys(("deg", "degree", "degrees", "\u00b0"), _size("1/180", *_ANGLE, pi=1)),
+    "arcminute": _size("1/10800", *_ANGLE, pi=1),
+    "arcsecond": _size("1/648000", *_ANGLE, pi=1),
+    "grade": _size("1/200", *_ANGLE, pi=1),
+    "revolution": _size("2", *_ANGLE, pi=1),
+    **dict.fromkeys(("in", "inch"), _size("0.0254", *_LENGTH)),
+    "foot": _size("0.3048", *_LENGTH),
+    "mile": _size("1609.344", *_LENGTH),
     "kg": _size("1", *_MASS),
     "g": _size("1/1000", *_MASS),
     "t": _size("1000", *_MASS),
-    "s": _size("1", *_TIME),
-    "ms": _size("1/1000", *_TIME),
     "min": _size("60", *_TIME),
     "h": _size("3600", *_TIME),
-    "N": _size("1", *_FORCE),
-    "kN": _size("1000", *_FORCE),
-    "J": _size("1", *_ENERGY),
-    "kJ": _size("1000", *_ENERGY),
-    "mJ": _size("1/1000", *_ENERGY),
+    "knot": _size("1852/3600", *_SPEED),
+    "kgf": _size("9.80665", *_FORCE),
+    "lbf": _size("4.4482216152605", *_FORCE),
+    "W": _size("1", 2, 1, -3),
 }
-_FACTOR = re.compile(r"\s*([*\u00b7./]?)\s*([A-Za-z\u00b0]+|1)(?:\*\*|\^)?([-+]?[0-9]+)?")
+_FACTOR = re.compile(r"\s*([*\u00b7./]?)\s*([A-Za-z\u00b0]+|1(?![0-9]))(?:\*\*|\^)?([-+]?[0-9]+)?")
 _SUPERSCRIPTS = str.maketrans("\u00b2\u00b3\u207b\u00b9", "23-1")
 
 
@@ -53,12 +55,12 @@ def size(unit: str) -> _Size | None:
     factor, pi, powers = _ONE
     while at < len(text):
         match = _FACTOR.match(text, at)
-        if match is None or match[2] not in _UNITS:
+        if match is None or match[2] not in UNITS:
             return None
         power = int(match[3] or 1) * (-1 if match[1] == "/" else 1)
         if abs(power) > 9:
             return None
-        one, half_turns, dimension = _UNITS[match[2]]
+        one, half_turns, dimension = UNITS[match[2]]
         factor, pi, at = factor * one**power, pi + half_turns * power, match.end()
         powers = tuple(p + q * power for p, q in zip(powers, dimension, strict=True))  # type: ignore[assignment]
     return (factor, pi, powers) if text else None

@@ -25,7 +25,7 @@ SCHEMA_VERSION = 1
 DATASET_VERSION = "2.0.0"
 """Version of the set that this package makes of the benchmark."""
 
-DATASET_DATE = "2026-11-23"
+DATASET_DATE = "2026-11-24"
 """Day of that version. It belongs to the version, not to a run: whoever makes the set writes it."""
 
 _HDF5_VERSION = "2.0.0"

@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 
 from heyoka_bike.numbers.double import Double, multiply
+from heyoka_bike.numbers.unit import size
 
 UNITS: Mapping[str, tuple[str, ...]] = {
     "rad": ("rad", "degree"),
@@ -25,30 +26,6 @@ Others are tried only in columns whose heading names them, see `reading.names.un
 # OEIS A000796; more than hi + lo can hold.
 _PI = "3.14159265358979323846264338327950288419716939937510"
 
-# In SI units.
-_SIZES: Mapping[str, str] = {
-    "rad": "1",
-    "degree": "pi/180",
-    "arcminute": "pi/10800",
-    "arcsecond": "pi/648000",
-    "grade": "pi/200",
-    "revolution": "pi/0.5",
-    "m": "1",
-    "inch": "0.0254",
-    "foot": "0.3048",
-    "mile": "1609.344",
-    "s": "1",
-    "min": "60",
-    "h": "3600",
-    "knot": "1852/3600",
-    "N": "1",
-    "kgf": "9.80665",
-    "lbf": "4.4482216152605",
-    "J": "1",
-    "W": "1",
-}
-_PREFIXES = {"u": "1e-6", "m": "1e-3", "c": "1e-2", "k": "1e3", "M": "1e6"}
-
 
 def tried(si: str, named: str | None) -> tuple[str, ...]:
     """The units that values may be in, with that which their heading names."""
@@ -61,17 +38,14 @@ def factor(unit: str) -> tuple[float, float]:
 
     A number is a factor: ``0.3 m rad s-1`` is the speed of a wheel that turns by 1 rad/s.
     """
+    first, _, rest = unit.partition(" ")
+    number, name = (first, rest) if rest and first[0].isdigit() else ("1", unit)
+    found = size(name)
+    assert found is not None
+    one, half_turns, _ = found
     with localcontext() as context:
         context.prec = 50
-        exact = Decimal(1)
-        for word in unit.split() if unit != "1" else ():
-            name = word.removesuffix("-1")
-            is_whole = name in _SIZES or name[0].isdigit()
-            prefix, base = ("", name) if is_whole else (name[0], name[1:])
-            numerator, _, denominator = _SIZES.get(base, base).replace("pi", _PI).partition("/")
-            size = Decimal(_PREFIXES.get(prefix, "1")) * Decimal(numerator)
-            size /= Decimal(denominator or "1")
-            exact = exact * size if name == word else exact / size
+        exact = Decimal(number) * one.numerator / one.denominator * Decimal(_PI) ** half_turns
         hi = float(exact)
         return hi, float(exact - Decimal(hi))
 

@@ -26,9 +26,9 @@ def test_coefficients_are_those_of_series() -> None:
         expected = series.coefficients(formula(series, series.series([0, 1])))
         state = points.polynomials([[flint.arb(0), flint.arb(1)]])
         (found,) = points.coefficients([formula(points, state[0])])
-        # At most 20 for abs(s) = 3, and 2^-32 of that beyond a series' own rest is folded.
-        folded = 20 * samples.folded(RADIUS, LENGTH + 21)
-        assert folded < 1e-16
+        # At most 20 for abs(s) = 3, and 2^-64 of that beyond a series' own rest is folded.
+        folded = 20 * samples.folded(RADIUS, LENGTH + 41) + 1e-28
+        assert folded < 1e-25
         for x, y in zip(found, expected, strict=True):
             assert abs(x - y) < folded
             assert x.rad() < 1e-25
@@ -42,6 +42,18 @@ def test_constants_and_long_polynomials_have_coefficients() -> None:
         (node,) = points.polynomials([[flint.arb(0), flint.arb(1)]])
         assert all(abs(x - z**50) < 1e-25 for x, z in zip(values, node, strict=True))
         assert [float(c) for c in points.coefficients([7])[0]] == pytest.approx([7, 0, 0, 0])
+
+
+def test_a_matrix_of_functions_has_zeros_where_it_is_zero() -> None:
+    points = Samples.of(BITS, 3, RADIUS)
+    with points.precision():
+        (node,) = points.polynomials([[flint.arb(0), flint.arb(1)]])
+        found = points.matrices([[node, 0], [node * node + 2, 5]])
+    expected = [[0, 0, 2, 5], [1, 0, 0, 0], [0, 0, 1, 0]]
+    for m, terms in zip(found, expected, strict=True):
+        assert all(x.contains(y) for x, y in zip(m.entries(), terms, strict=True))
+        assert max(float(x.rad()) for x in m.entries()) < 1e-25
+        assert m[0, 1] == 0
 
 
 def distances() -> list[tuple[float, float]]:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
 from oracles.random_field import RandomField
 from support.derivative_rules import all_hold
 from support.sign_flips import flips
 
 from heyoka_bike.numbers import traced
+from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.numbers.traced import Traced, Traces
 
 
@@ -25,6 +27,14 @@ def test_values_and_gradients() -> None:
 def test_a_number_without_variables_has_no_gradient() -> None:
     field = RandomField(128)
     assert Traces(field).gradient(field.unknown(), [Traced(field.unknown()), 1]) == [0, 0]
+
+
+def test_an_array_that_is_the_share_of_two_stays_what_it_is() -> None:
+    x, y = (Traced(np.array([1.0, 2.0])) for _ in range(2))
+    factor = np.array([3.0, 4.0])
+    by_x, by_y = Traces(Arrays()).gradient(((x + y) + x) * factor, [x, y])
+    assert by_x.tolist() == [6.0, 8.0]
+    assert by_y.tolist() == [3.0, 4.0]
 
 
 @pytest.mark.parametrize("flip", list(flips(traced)), ids=lambda flip: flip.text)

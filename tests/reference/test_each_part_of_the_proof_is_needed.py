@@ -13,6 +13,7 @@ from fractions import Fraction
 from typing import Any
 
 import flint
+import numpy as np
 import pytest
 
 from heyoka_bike.bicycle.equations import initial
@@ -22,10 +23,11 @@ from heyoka_bike.errors import InputError, NotCertifiedError, UndecidedError
 from heyoka_bike.motion.trajectory import Certificate, Trajectory
 from heyoka_bike.numbers import samples
 from heyoka_bike.numbers.arithmetic import Balls
+from heyoka_bike.numbers.ball_chebyshev import Nodes
 from heyoka_bike.numbers.dual import Dual, Duals
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.proof import dense_bound, enclose, integrals
-from heyoka_bike.reference.proof.cauchy import Circle, circle_bound, geometric, rho
+from heyoka_bike.reference.proof.cauchy import Circle, circle_bound, rho
 from heyoka_bike.reference.proof.dense_bound import Expanded, Expansion
 from heyoka_bike.reference.proof.error_flow import MATRIX_BITS, SIZE, Carried
 from heyoka_bike.reference.proof.first_row import exact_columns
@@ -115,10 +117,10 @@ def test_an_initial_pitch_that_may_be_a_double_root(
 # The defect, and what its series leaves out.
 
 
-def test_what_the_series_of_the_defect_leaves_out(
+def test_what_the_polynomial_of_the_defect_leaves_out(
     run: Trajectory, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Of a candidate of degree 1 and a series of two terms, the defect is what is left out."""
+    """Of a candidate of degree 1 and a polynomial of two terms, the defect is what is left out."""
 
     def straight(rows: Rows) -> None:
         rows[:] = [row[:2] for row in rows]
@@ -150,7 +152,7 @@ def defects(run: Trajectory) -> list[float]:
         return [abs(float(x - h * r)) for x, r in zip(slopes, rates, strict=True)]
 
 
-def test_what_the_series_of_the_jacobian_leaves_out(run: Trajectory) -> None:
+def test_what_the_polynomial_of_the_jacobian_leaves_out(run: Trajectory) -> None:
     """Three terms of h J, against h J at the end of the piece."""
     prover = enclose.Prover(run)
     piece = run.piece(0)
@@ -276,7 +278,7 @@ def expansion(run: Trajectory, bound: Fraction) -> Expansion:
     return Expansion(run.piece(0), (bound,) * SIZE, Expanded.of(run, function))
 
 
-def test_what_the_series_of_a_column_leaves_out(run: Trajectory, monkeypatch: Any) -> None:
+def test_what_the_polynomial_of_a_column_leaves_out(run: Trajectory, monkeypatch: Any) -> None:
     def errors() -> list[tuple[Any, Any]]:
         found = expansion(run, Fraction(0))
         balls = Balls(dense_bound.BITS)
@@ -288,8 +290,27 @@ def test_what_the_series_of_a_column_leaves_out(run: Trajectory, monkeypatch: An
 
     monkeypatch.setattr(dense_bound, "_REMAINDER_BITS", 8)
     assert all(error <= rest for error, rest in errors())
-    monkeypatch.setattr(dense_bound, "geometric", lambda radius, length: flint.arb(0))
+    monkeypatch.setattr(samples, "geometric", lambda radius, length: flint.arb(0))
     assert all(error > rest for error, rest in errors())
+
+
+@pytest.mark.parametrize("order", [0, 31])
+def test_a_coefficient_that_is_off_is_a_distance(run: Trajectory, order: int) -> None:
+    """The yaw over a tenth of a piece, from its Chebyshev piece: by that, and hardly more."""
+    along = Expanded.of(run, lambda equations, state: [state[6]])
+    found = Expansion(run.piece(0), (Fraction(0),) * SIZE, along)
+    piece = found.t0, found.t0 + found.h / 10
+    with flint.ctx.workprec(BITS):
+        nodes = Nodes(32)
+        values = [[found.polynomials[0]((x + 1) / 20)] for x in nodes.x]
+        exact = (nodes.transform * flint.arb_mat(values)).entries()
+        hi = np.array([float(x.mid()) for x in exact])
+        lo = np.array([float((x - y).mid()) for x, y in zip(exact, hi.tolist(), strict=True)])
+    (near,) = found.distances([(hi, lo)], piece, piece)
+    assert near < 1e-30
+    hi[order] += 2.0**-20
+    (far,) = found.distances([(hi, lo)], piece, piece)
+    assert 2.0**-20 - near <= far <= 2.0**-19.5 + near
 
 
 def test_columns_of_a_state_that_is_not_known(run: Trajectory) -> None:
@@ -299,9 +320,9 @@ def test_columns_of_a_state_that_is_not_known(run: Trajectory) -> None:
     assert expansion(run, off).remainders[0] > 0.9e-9
 
 
-def test_what_the_series_of_an_integrand_leaves_out(run: Trajectory, monkeypatch: Any) -> None:
+def test_what_the_coefficients_of_an_integrand_leave_out(run: Trajectory, monkeypatch: Any) -> None:
     """If that were 1e-9 of its bound on the circle, no place would be known better."""
-    monkeypatch.setattr(integrals, "geometric", lambda radius, length: flint.arb("1e-9"))
+    monkeypatch.setattr(samples, "geometric", lambda radius, length: flint.arb("1e-9"))
     *_, last = with_integrals(run, certificate(run, Fraction(0)))
     time = float(run.breaks[-1])
     wheel_rate = 4.6 / 0.3
@@ -337,11 +358,11 @@ def test_where_an_integral_begins_may_be_rounded(run: Trajectory) -> None:
     assert 0 < rounding <= bound - of_one_that_begins_at(Fraction(0))[1]
 
 
-def test_what_a_series_leaves_out_is_the_rest_of_a_geometric_one() -> None:
+def test_what_a_polynomial_leaves_out_is_the_rest_of_a_geometric_series() -> None:
     with flint.ctx.workprec(64):
         for radius in (2, 3, 4):
             terms = sum((flint.arb(1) / radius**m for m in range(5, 200)), flint.arb(0))
-            assert abs(geometric(radius, 5) - terms) < 1e-15
+            assert abs(samples.geometric(radius, 5) - terms) < 1e-15
 
 
 def test_integrals_of_a_state_that_is_not_known(run: Trajectory) -> None:

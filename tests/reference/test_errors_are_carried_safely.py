@@ -18,9 +18,10 @@ from heyoka_bike.numbers.ball_matrices import (
     fundamental,
     identity,
     norm,
+    perron,
+    solution,
     turned,
     value,
-    variational_defect,
 )
 from heyoka_bike.reference.proof.error_flow import MATRIX_BITS, SIZE, Carried, Flow, Frame
 
@@ -55,30 +56,41 @@ def flow(a: Polynomial, length: int) -> Flow:
     return found
 
 
-def largest_defects(a: Polynomial, tail: flint.arb_mat, f: Flow) -> tuple[float, float]:
-    """Of Y and V at some times, with a matrix that has a tail."""
-    worst_y, worst_v = 0.0, 0.0
-    for s in TIMES:
-        now = value(a, s) + tail
-        slope_y, slope_v = (value([m * k for k, m in enumerate(p)][1:], s) for p in (f.y, f.v))
-        y, v = value(f.y, s), value(f.v, s)
-        worst_y = max(worst_y, float(norm(slope_y - now * y, f.weights)))
-        worst_v = max(worst_v, float(norm(slope_v + v * now, f.weights)))
-    return worst_y, worst_v
+def slope(p: Polynomial, s: flint.arb) -> flint.arb_mat:
+    return value([m * k for k, m in enumerate(p)][1:], s)
 
 
 @pytest.mark.parametrize("length", [2, 4, 8])
 def test_the_defects_of_y_and_v_are_bounded(rng: random.Random, length: int) -> None:
+    """At some times, with a matrix that has a tail."""
     a = system(rng, EXACT, low=0.0)
-    f = flow(a, length)
-    for p in (f.y, f.v):
-        p[1] += matrix(rng, 0, 0.01)
-    tail = matrix(rng, 0, 0.1)
+    weights, tail = perron(a), matrix(rng, 0, 0.1)
     for rest in (zero(), tail):
-        bound_y, bound_v = variational_defect(a[:length], rest, f.y, f.v, f.weights)
-        found_y, found_v = largest_defects(a, rest, f)
+        y, bound_y, v, bound_v = fundamental(a[:length], rest, weights)
+        found_y, found_v = 0.0, 0.0
+        for s in TIMES:
+            now = value(a, s) + rest
+            found_y = max(found_y, float(norm(slope(y, s) - now * value(y, s), weights)))
+            found_v = max(found_v, float(norm(slope(v, s) + value(v, s) * now, weights)))
         assert found_y <= bound_y < 10 * found_y + 1e-9
         assert found_v <= bound_v < 10 * found_v + 1e-9
+
+
+def test_what_rounding_leaves_over_of_a_solution_is_enclosed(rng: random.Random) -> None:
+    """With 12 bits, that is all there is at low orders, at either end of -1 <= s <= 1."""
+    a = system(rng, 6)
+    g = [matrix(rng, -1, 1) for _ in a]
+    with flint.ctx.workprec(12):
+        x, left_over = solution(a, identity(SIZE), g)
+    for s in (flint.arb(-1), flint.arb(1)):
+        low = [
+            sum((a[j] * x[m - j] for j in range(m + 1)), g[m]) - x[m + 1] * (m + 1)
+            for m in range(len(a) - 1)
+        ]
+        found = value(low, s)
+        pairs = list(zip(found.entries(), left_over.entries(), strict=True))
+        assert all(bound.contains(e) for e, bound in pairs)
+        assert any(abs(e) > 1e-5 for e, _ in pairs)
 
 
 def test_v_is_nearly_the_inverse_of_y(rng: random.Random) -> None:
@@ -103,7 +115,7 @@ def test_no_solution_leaves_the_bounds(rng: random.Random, length: int) -> None:
     """Of e' = A e + force, for initial errors at corners of the frame and the worst of forces."""
     a = system(rng, EXACT)
     f = flow(a, length)
-    y = fundamental(a)
+    y, _ = solution(a, identity(SIZE))
     frame = Frame(matrix(rng, -1, 1), [flint.arb(rng.uniform(0, 1)) for _ in range(SIZE)])
     forces = [flint.arb(rng.uniform(0, 1)) for _ in range(SIZE)]
     carried = Carried(f, frame)
@@ -141,8 +153,9 @@ def test_what_the_defect_of_y_leaves_out_is_charged(rng: random.Random) -> None:
     carried = Carried(flow(a, 2), Frame(identity(SIZE), FORCES))
     sup, added = carried.bounds(NOTHING)
     end = carried.end(added)
-    truth = abs_times(value(fundamental(a), flint.arb(1)), FORCES)
-    inside = abs_times(end.matrix.inv() * value(fundamental(a), flint.arb(1)), FORCES)
+    y_end = value(solution(a, identity(SIZE))[0], flint.arb(1))
+    truth = abs_times(y_end, FORCES)
+    inside = abs_times(end.matrix.inv() * y_end, FORCES)
     assert all(x <= y for x, y in zip(truth, sup, strict=True))
     assert any(x > y for x, y in zip(truth, carried.incoming, strict=True))
     assert all(x <= y for x, y in zip(inside, end.radii, strict=True))

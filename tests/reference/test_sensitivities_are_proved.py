@@ -19,6 +19,7 @@ from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.ball_chebyshev import basis
 from heyoka_bike.numbers.ball_matrices import identity, largest, value
 from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.numbers.samples import AtPoints
 from heyoka_bike.reference.proof import derivatives, sensitivity_rows, variation
 from heyoka_bike.reference.proof.enclose import enclose
 from heyoka_bike.reference.proof.error_flow import SIZE, Frame
@@ -185,23 +186,25 @@ def test_a_wrong_chain_rule_is_seen(short, monkeypatch, wrong):
 
 
 def test_a_transposed_jacobian_is_seen(short, monkeypatch):
-    plain = variation._Prover._jacobian
+    plain = variation._Prover._linear
 
-    def jacobian(self, *arguments):
-        return [m.transpose() for m in plain(self, *arguments)]
+    def linear(self, *arguments):
+        jacobian, forcing = plain(self, *arguments)
+        return [m.transpose() for m in jacobian], forcing
 
-    monkeypatch.setattr(variation._Prover, "_jacobian", jacobian)
+    monkeypatch.setattr(variation._Prover, "_linear", linear)
     _is_refused_or_outside(short)
 
 
 def test_a_missing_term_of_the_motion_is_seen(short, monkeypatch):
     """As if the equations did not depend on the constants."""
-    plain = variation._Prover._forcing
+    plain = variation._Prover._linear
 
-    def forcing(self, *arguments):
-        return [0 * m for m in plain(self, *arguments)]
+    def linear(self, *arguments):
+        jacobian, forcing = plain(self, *arguments)
+        return jacobian, [0 * m for m in forcing]
 
-    monkeypatch.setattr(variation._Prover, "_forcing", forcing)
+    monkeypatch.setattr(variation._Prover, "_linear", linear)
     _is_refused_or_outside(short)
 
 
@@ -282,12 +285,11 @@ def test_what_interpolation_leaves_out_is_bounded(short, monkeypatch):
     """With four coefficients much is left out, and nowhere more than is said."""
     run, certificate = short
     monkeypatch.setattr(derivatives, "ORDERS", 4)
-    unknowns = Unknowns.of(run, Equations.of(run.bicycle, Balls(variation.BITS), is_regular=False))
+    equations = Equations.of(run.bicycle, Balls(variation.BITS), is_regular=False)
+    unknowns = Unknowns.of(run, equations)
+    along = [part for _, part in variation.variations(run, certificate, unknowns)]
+    parts = derivatives.ColumnDerivatives.along(along, unknowns, equations)
     with flint.ctx.workprec(variation.BITS):
-        parts = [
-            derivatives.ColumnDerivatives(part, unknowns)
-            for _, part in variation.variations(run, certificate, unknowns)
-        ]
         fitted = derivatives.Fitted.of(parts)
         t0, t1 = ball(fitted.t0), ball(fitted.t1)
         worst = [flint.arb(0)] * len(fitted.left_out)
@@ -299,6 +301,31 @@ def test_what_interpolation_leaves_out_is_bounded(short, monkeypatch):
     assert all(x <= y for x, y in zip(worst, fitted.left_out, strict=True))
     assert sum(x > 1e-12 for x in worst) > 100
     assert all(y <= 10 * x for x, y in zip(worst, fitted.left_out, strict=True) if x > 1e-12)
+
+
+def test_what_interpolation_between_nodes_leaves_out_is_bounded(short, monkeypatch):
+    """With few nodes, against the derivatives at a time between them."""
+    run, certificate = short
+    monkeypatch.setattr(derivatives, "_NODE_BITS", 20)
+    monkeypatch.setattr(derivatives, "_nodes", derivatives._nodes.__wrapped__)
+    equations = Equations.of(run.bicycle, Balls(BITS), is_regular=False)
+    with flint.ctx.workprec(variation.BITS):
+        unknowns = Unknowns.of(
+            run, Equations.of(run.bicycle, Balls(variation.BITS), is_regular=False)
+        )
+    _, part = next(variation.variations(run, certificate, unknowns))
+    (along,) = derivatives.ColumnDerivatives.along([part], unknowns, equations)
+    points, u = AtPoints(BITS), [flint.arb("0.3")]
+    with points.precision():
+        slopes = unknowns.gradients(Equations.every_column, equations, points, part.piece.at(u))
+        one = np.array([flint.arb(1)])
+        by_state = flint.arb_mat([[(x * one)[0] for x in row] for row in slopes])
+        inner = [*value(part.q, u[0]).entries(), *unknowns.by_constant.entries()]
+        there = by_state * flint.arb_mat(by_state.ncols(), len(unknowns.smooth), inner)
+        found = along.at([ball(along.t0) + ball(along.h) * u[0]]).entries()
+        pairs = list(zip(there.entries(), found, strict=True))
+    assert all(x.overlaps(y) for x, y in pairs)
+    assert sum(not x.overlaps(y.mid()) for x, y in pairs) > 100
 
 
 def _is_refused_or_outside(short):

@@ -62,7 +62,8 @@ def the_one_error(content, tmp_path, name="results.txt", **options):
 
 
 SHORT = " ".join(ROW[:24])
-BOTH = "expected 9 or 25 columns of numbers"
+BOTH = "expected 9 or 25 columns, or columns named time"
+NOTHING = f"found no column whose name is known, {BOTH}"
 
 # Content; line and column of the error; a part of its message.
 TEXTS = [
@@ -76,14 +77,15 @@ TEXTS = [
     (" ".join(str(i) for i in range(1, 26)), None, None, f"found no row of numbers, {BOTH}"),
     # Another number of columns
     ("\n".join(good(width=12)), 1, None,
-     "found 12 columns, expected 9 or 25, or a line of column names"),
-    ("# x\n\n" + "\n".join(good(width=24)), 3, None, "found 24 columns, expected 9 or 25"),
+     "found 12 columns, expected 9 or 25 columns, or columns named time"),
+    ("# x\n\n" + "\n".join(good(width=24)), 3, None,
+     "found 24 columns (is the time missing?), expected 9 or 25"),
     ("\n".join(good(width=2, separator=";")), 1, None, "found 2 columns, expected 9 or 25"),
     ("\n".join([*good(width=12), *good(width=9)[:3]]), 1, None, "found 12 columns"),
     ("a b c d\n" + "\n".join(good(width=4)), 1, None,
-     "found column names 'a', 'b', 'c', 'd' not understood, expected time, roll_angle"),
+     "found column names 'a', 'b', 'c', 'd' not understood, expected 9 or 25"),
     ("time x y z\n" + "\n".join(good(width=4)), 1, None,
-     "found column names 'x', 'y', 'z' not understood, expected time, roll_angle"),
+     "found column names 'x', 'y', 'z' not understood, expected 9 or 25"),
     # Names
     ("time roll_angle roll steer\n" + "\n".join(good(width=4)), 1, None,
      "found 'roll_angle' and 'roll', expected one column of roll angle"),
@@ -202,9 +204,9 @@ def test_lines_are_counted_over_blocks(size, tmp_path, monkeypatch):
 
 def test_the_reference_decides_how_many_columns_are_expected(tmp_path):
     error = the_one_error("\n".join(good()), tmp_path, count=2)
-    assert error.message.startswith("found 25 columns, expected 9 or 17, or a line of column names")
+    assert error.message.startswith("found 25 columns, expected 9 or 17 columns, or columns named")
     error = the_one_error("\n".join(good()), tmp_path, count=1)
-    assert error.message.startswith("found 25 columns, expected 9, or a line of column names")
+    assert error.message.startswith("found 25 columns, expected 9 columns, or columns named")
 
 
 @pytest.mark.parametrize("maneuver", [0, 4, -1])
@@ -326,7 +328,7 @@ FILES = [
     ("r.pdf", b"%PDF-1.7\n1 0 obj\n", f"found a PDF document, {FORMATS}"),
     ("r.bin", bytes(range(256)) * 20, f"found bytes that are no text, {FORMATS}"),
     ("r.bin", np.arange(99.0).tobytes(), "found bytes that are no text"),
-    ("r.nc", b"CDF\x01" + b"\0" * 99, "found nothing, expected arrays named time"),
+    ("r.nc", b"CDF\x01" + b"\0" * 99, NOTHING),
     ("r.nc", b"CDF\x01" + b"\x07" * 99, "expected a netCDF file"),
     # Damaged
     ("r.gz", gzip.compress(b"1 2 3\n" * 999, mtime=0)[:-20], "cannot be read"),
@@ -361,12 +363,12 @@ FILES = [
     ("r.npy", npy(TABLE.astype(object)), "expected a NumPy array"),
     ("r.npz", npz(a=TABLE.astype(object)), "expected NumPy arrays"),
     ("r.npy", npy(np.zeros((0, 25))), "found an empty array, expected rows"),
-    ("r.npy", npy(VECTOR), "found an array of shape (10,), expected rows of 9 or 25 columns"),
+    ("r.npy", npy(VECTOR), "found an array of shape (10,), expected 9 or 25 columns"),
     ("r.npy", npy(np.float64(3)), "found an array of shape ()"),
     ("r.npy", npy(np.zeros((3, 4, 5))), "found an array of shape (3, 4, 5)"),
     ("r.npy", npy(np.zeros((10, 12))), "found 12 columns, expected 9 or 25"),
-    ("r.npz", npz(a=TABLE, b=TABLE), "found 'a', 'b', expected arrays named time, roll_angle"),
-    ("r.npz", npz(time=VECTOR), "found 'time', expected arrays named time"),
+    ("r.npz", npz(a=TABLE, b=TABLE), f"found column names 'a', 'b' not understood, {BOTH}"),
+    ("r.npz", npz(time=VECTOR), "found column names 'time', expected 9 or 25"),
     ("r.npz", npz(time=VECTOR, roll=VECTOR[:9]),
      "found 10 values of 'time' and 9 of 'roll', expected the same number"),
     ("r.npz", npz(time=VECTOR, time_lo=VECTOR[:9], roll=VECTOR),
@@ -376,13 +378,14 @@ FILES = [
     ("r.npz", npz(maneuver_1=TABLE[:, :9], m1=TABLE[:, :9]), "found maneuver 1 a second time"),
     ("r.npz", npz(maneuver_4=TABLE[:, :9]), "found maneuver 4, expected 1 to 3"),
     ("r.npz", npz(maneuver_1=TABLE), "maneuver 1: found 25 columns, expected 9"),
-    ("r.mat", mat(x=3.0), "found 'x', expected arrays named time"),
-    ("r.mat", mat(x=np.array(["a"], dtype=object)), "expected arrays named time"),
+    ("r.mat", mat(x=3.0), "found column names 'x' not understood, expected 9 or 25"),
+    ("r.mat", mat(x=np.array(["a"], dtype=object)), BOTH),
     ("r.mat", mat(time=VECTOR, roll=np.array(["a"] * 10, dtype=object)), "roll: found"),
-    ("r.h5", hdf5(), "found nothing, expected arrays named time"),
-    ("r.h5", hdf5(time=VECTOR, roll="x"), "expected arrays named time"),
+    ("r.h5", hdf5(), NOTHING),
+    ("r.h5", hdf5(time=VECTOR, roll="x"), BOTH),
     ("r.h5", hdf5(time=VECTOR, roll=np.array([b"x"] * 10, dtype=object)), "roll: found"),
-    ("r.h5", hdf5(**{"maneuver_1/roll": VECTOR}), "maneuver 1: found 'roll', expected arrays"),
+    ("r.h5", hdf5(**{"maneuver_1/roll": VECTOR}),
+     "maneuver 1: found column names 'roll' without their times"),
     ("r.npz", npz(time=np.array([0, np.nan, 1]), roll=VECTOR[:3]),
      "row 2: found a time that is not finite, expected seconds"),
 ]  # fmt: skip
@@ -400,7 +403,7 @@ def test_bad_files(name, content, fragment, tmp_path):
         ([["a"] * 9], "column 1: row 1: found 'a', expected a number"),
         (None, "found a NoneType, expected the path of a file, an array"),
         (3, "found an array of shape ()"),
-        ({}, "found nothing, expected arrays named time"),
+        ({}, NOTHING),
         ({"time": [0, 1], "roll": ["a", "b"]}, "roll: row 1: found 'a', expected a number"),
         ({"time": [0, 1], "roll": [[1], [2, 3]]}, "roll: found a list that is no array"),
         ({"time": [], "roll": []}, "time: found an empty array"),
@@ -480,17 +483,17 @@ JSON = [
     ("{}", None, None, "found JSON without a table"),
     ("[]", None, None, "found JSON without a table"),
     ('{"a": 1, "b": "x"}', None, None, "found JSON without a table"),
-    ("[1, 2, 3]", None, None, "found an array of shape (3,), expected rows of 9 or 25 columns"),
+    ("[1, 2, 3]", None, None, "found an array of shape (3,), expected 9 or 25 columns"),
     ("[[1, 2, 3], [4, 5]]", None, None, "row 2: found 2 values, expected 3 as in the first"),
-    ('{"time": [0, 1], "q4": [1, 2]}', None, None, "found 'time', 'q4', expected arrays named"),
+    ('{"time": [0, 1], "q4": [1, 2]}', None, None, "found column names 'q4' not understood"),
     ('{"time": [0, 1], "roll": [1]}', None, None,
      "found 2 values of 'time' and 1 of 'roll', expected the same number"),
     ('{"time": [0, 1], "roll": [1, "a"]}', None, None, "roll: row 2: found 'a', expected a number"),
     ('{"time": [0, 1], "roll": [1, true]}', None, None, "roll: found truth values"),
     ('{"time": [0, null], "roll": [1, 2]}', None, None, "row 2: found a time that is not finite"),
-    ('{"time": [0, 1], "roll": []}', None, None, "found 'time', expected arrays named time"),
+    ('{"time": [0, 1], "roll": []}', None, None, "found column names 'time', expected 9 or 25"),
     ('{"a": {"time": [0, 1], "roll": [0, 1]}, "b": {"time": [0, 1], "roll": [0, 1]}}', None, None,
-     "found 'a', 'b', expected arrays named time"),
+     "found column names 'a', 'b' not understood"),
     ('[{"maneuver": 4, "time": [0, 1], "roll": [0, 1]}]', None, None, "found maneuver 4, expected"),
 ]  # fmt: skip
 

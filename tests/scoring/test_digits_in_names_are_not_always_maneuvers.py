@@ -61,7 +61,7 @@ def test_coordinates_and_speeds_are_no_energies(heading, tmp_path):
         read_results(written(tmp_path, heading, width=len(names)))
     assert all(f"'{name}'" in str(caught.value) for name in names[1:])
     assert "--columns" in str(caught.value)
-    with pytest.raises(InputError, match="expected arrays"):
+    with pytest.raises(InputError, match="not understood, expected 9 or 25"):
         read_results({name: np.arange(5.0) for name in names})
 
 

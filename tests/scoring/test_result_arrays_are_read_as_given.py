@@ -296,5 +296,7 @@ def test_a_filter_that_is_not_here_is_named(tmp_path):
 
 
 def test_two_tables_are_one_too_many():
-    with pytest.raises(InputError, match="found 'a', 'b', expected arrays named time"):
+    with pytest.raises(
+        InputError, match="found column names 'a', 'b' not understood, expected 9 or 25 columns"
+    ):
         read_results({"a": NUMBERS, "b": NUMBERS})

@@ -5,7 +5,7 @@ import pytest
 
 from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.reading.names.columns import named_unit
-from heyoka_bike.scoring.reading.names.units import _OTHERS, unknown_unit
+from heyoka_bike.scoring.reading.names.units import _SPELLINGS, quantities, unknown_unit
 from heyoka_bike.scoring.score import score
 from heyoka_bike.scoring.units import UNITS, factor
 
@@ -109,8 +109,9 @@ def test_units_that_are_not_known_are_told(name, unit, tmp_path):
 
 
 def test_every_unit_that_a_heading_may_name_can_be_converted():
-    named = {u for si in _OTHERS if si != "s" for u in _OTHERS[si]}
-    assert {u for units in UNITS.values() for u in units} - named <= {*UNITS, "1"}
+    spelt = {f"{word}{per}" for word in _SPELLINGS for per in ("", "/s", " per min")}
+    named = {unit for word in spelt for unit in quantities(word).values()}
+    assert {"degree s-1", "revolution min-1", "foot", "W h", "mile h-1", "knot"} <= named
     assert all(factor(u)[0] > 0 for u in named)
 
 

@@ -15,10 +15,13 @@ from heyoka_bike.scoring.reading.names.columns import nearest
 @pytest.mark.parametrize(
     ("heading", "fragment"),
     [
-        ("t,q4,q7", "r.csv:1: found column names 'q4', 'q7' not understood, expected time, roll_"),
+        ("t,q4,q7", "r.csv:1: found column names 'q4', 'q7' not understood, expected 9 or 25"),
         ("Zeit,Rollwinkel,x", "'Zeit', 'Rollwinkel' (roll_angle?), 'x' not understood"),
         ("zeit,roll_angle,steer_angle", "found column names 'zeit' not understood"),
-        ("roll,lean rate,speed", "found column names 'roll', 'lean rate', 'speed', expected time"),
+        (
+            "roll,lean rate,speed",
+            "found column names 'roll', 'lean rate', 'speed' without their times",
+        ),
         ("# my program\n# t,q4,q7", "r.csv:2: found column names 'q4', 'q7'"),
         ("t [s],q4 [rad],q7 [rad]", "'q4 [rad]', 'q7 [rad]' not understood"),
         ("t,q4,q7\ns,rad,rad", "r.csv:1: found column names 'q4', 'q7'"),
@@ -37,7 +40,8 @@ def test_a_heading_that_is_not_understood(heading, fragment, tmp_path):
 def test_arrays_that_are_not_understood(tmp_path):
     np.savez(tmp_path / "r.npz", t=np.arange(3.0), stearing_angel=np.arange(3.0))
     with pytest.raises(
-        InputError, match=r"found 't', 'stearing_angel' \(steer_angle\?\), expected"
+        InputError,
+        match=r"found column names 'stearing_angel' \(steer_angle\?\) not understood, expected",
     ):
         read_results(tmp_path / "r.npz")
 

@@ -23,7 +23,6 @@ from heyoka_bike.numbers.analytic import NotAnalyticError, Rim
 from heyoka_bike.numbers.arithmetic import Balls, Number, exact_ball
 from heyoka_bike.numbers.ball_matrices import largest, total
 from heyoka_bike.numbers.samples import array
-from heyoka_bike.numbers.samples import geometric as geometric
 from heyoka_bike.reference.proof.error_flow import SIZE
 
 RADII = (4, 3, 2)
@@ -41,7 +40,7 @@ DEPTH = 6
 """How often a piece is halved where something cannot be shown on the whole of it."""
 
 _BITS = 64
-_FIRST_ARCS, _MOST_ARCS = 8, 1024
+_FIRST_ARCS, _PROBED_ARCS, _MOST_ARCS = 8, 16, 1024
 # Parts of it.
 _HALF_CIRCLE = [
     (Fraction(j, _FIRST_ARCS), Fraction(j + 1, _FIRST_ARCS)) for j in range(_FIRST_ARCS)
@@ -173,28 +172,25 @@ def _values(
         rows = [[flint.arb(c) * unit for c in row] for row in piece.rows]
         polynomials = [flint.acb_poly([flint.acb(c) for c in row]) for row in rows]
         slopes = [_slope_bound(row, radius) for row in rows]
-        biggest: list[flint.arb] = []
         # Real polynomials take conjugate values at conjugate points: half a circle is enough.
-        # All arcs are tried together, in arrays; then, where that fails, each and its halves.
-        together = [_HALF_CIRCLE]
-        while together:
-            arcs = together.pop()
-            a.start()
-            try:
-                parts = [_arc(polynomials, slopes, polydisc, radius, *arc) for arc in arcs]
-                state = [a.value(array(x)) for x in zip(*parts, strict=True)]
-                values = [_complex(x) for x in function(on_rim, state)]
-                if not all(x.is_finite() for value in values for x in value):
-                    raise NotAnalyticError("a value is not finite")
-            except NotAnalyticError:
-                smaller = _smaller(arcs)
-                if not smaller:
-                    raise
-                together += [[arc] for arc in smaller]
-                continue
+        arcs, biggest = _HALF_CIRCLE, list[flint.arb]()
+        while arcs:
+            a.start(len(arcs))
+            parts = [_arc(polynomials, slopes, polydisc, radius, *arc) for arc in arcs]
+            state = [a.value(array(x)) for x in zip(*parts, strict=True)]
+            values = [_complex(x, len(arcs)) for x in function(on_rim, state)]
+            is_done = [
+                clear and all(x.is_finite() for x in on_arc)
+                for clear, *on_arc in zip(a.clear, *values, strict=True)
+            ]
             # The largest of exact numbers is exact; of balls it is a wider ball.
-            sizes = [largest(abs(x).upper() for x in value) for value in values]
+            sizes = [
+                largest(abs(x).upper() for x, done in zip(value, is_done, strict=True) if done)
+                for value in values
+            ]
             biggest = [m.max(x) for m, x in zip(biggest, sizes, strict=True)] if biggest else sizes
+            left = [arc for arc, done in zip(arcs, is_done, strict=True) if not done]
+            arcs = [part for arc in left for part in _parts(*arc, a.reason)]
         return biggest
 
 
@@ -203,15 +199,17 @@ def _slope_bound(row: Sequence[flint.arb], radius: int) -> flint.arb:
     return total(m * abs(c) * flint.arb(radius) ** (m - 1) for m, c in enumerate(row) if m)
 
 
-def _smaller(arcs: list[tuple[Fraction, Fraction]]) -> list[tuple[Fraction, Fraction]]:
-    """The arcs if they are several, else the halves of one; none if it is the smallest."""
-    if len(arcs) > 1:
-        return arcs
-    ((low, high),) = arcs
+def _parts(low: Fraction, high: Fraction, reason: str) -> list[tuple[Fraction, Fraction]]:
+    """The halves of an arc that is not the smallest, and of some a smallest part.
+
+    Where that is refused, so is the circle, and soon.
+    """
     if (high - low) * _MOST_ARCS <= 1:
-        return []
+        raise NotAnalyticError(reason or "a value is not finite")
     middle = (low + high) / 2
-    return [(low, middle), (middle, high)]
+    halves = [(low, middle), (middle, high)]
+    is_probed = (high - low) * _PROBED_ARCS == 1
+    return [*halves, (middle, middle + Fraction(1, _MOST_ARCS))] if is_probed else halves
 
 
 def _arc(
@@ -230,7 +228,7 @@ def _arc(
     return state
 
 
-def _complex(x: Number) -> list[flint.acb]:
-    """The values on all arcs, or the one on all of them."""
+def _complex(x: Number, arcs: int) -> list[flint.acb]:
+    """The values on all arcs."""
     found = x.x if hasattr(x, "rim") else flint.acb(x)
-    return list(found) if isinstance(found, np.ndarray) else [found]
+    return list(found) if isinstance(found, np.ndarray) else [found] * arcs

@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import cache
 from itertools import pairwise
 from math import ceil, log2
 
@@ -23,15 +24,15 @@ from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.errors import NotCertifiedError
 from heyoka_bike.motion.trajectory import Certificate, Piece, Trajectory
-from heyoka_bike.numbers.analytic import PowerSeries
 from heyoka_bike.numbers.arithmetic import Balls, exact_ball
-from heyoka_bike.numbers.ball_matrices import total
+from heyoka_bike.numbers.ball_chebyshev import basis, chebyshev_nodes, in_between
+from heyoka_bike.numbers.ball_matrices import largest
 from heyoka_bike.numbers.rounding import Value, upward, upward_ball
+from heyoka_bike.numbers.samples import Samples
 from heyoka_bike.reference.proof.cauchy import (
     Function,
     circle_bound,
     circle_equations,
-    geometric,
     in_parts,
     moved,
 )
@@ -40,10 +41,11 @@ from heyoka_bike.reference.values import Dense
 BITS = 192
 _REMAINDER_BITS = 128
 
-_DIFFERENCE_BITS, _SPAN_BITS = 256, 128
-"""Of the difference from a Chebyshev piece, and of its restriction to a span. Its coefficients on
-all of the piece may be 2^40 times what it is itself, and that is 2^-112 of the column: the first
-loses at most 152 bits, the second 40."""
+_DIFFERENCE_BITS = 160
+"""Of the difference from a Chebyshev piece, which is 2^-112 of the column."""
+
+_NODES_PER_DEGREE = 2
+"""Chebyshev nodes at which it is evaluated: so a polynomial is at most 1.42 of what it is there."""
 
 
 def bound_dense(
@@ -76,7 +78,7 @@ def bound_pieces(
             low, high = max(a, expansion.t0), min(b, expansion.t1)
             if low < high:
                 coefficients = [(dense.hi[name][j], dense.lo[name][j]) for name in names]
-                found = expansion.distances(coefficients, (a, b), _spans(low, high, b - a))
+                found = expansion.distances(coefficients, (a, b), (low, high))
                 bound[j] = np.maximum(bound[j], found)
     for m, name in enumerate(names):
         if name in constant:
@@ -117,15 +119,6 @@ def expansions(
     return in_parts(piece, lambda part, _: Expansion(part, state_bound, along))
 
 
-def _spans(low: Fraction, high: Fraction, width: Fraction) -> list[tuple[Fraction, Fraction]]:
-    """The interval in equal parts of at most a sixteenth of the Chebyshev piece.
-
-    On a long span the coefficients of T_31 in powers of u are far larger than T_31 itself.
-    """
-    n = ceil((high - low) / width * 16)
-    return [(low + (high - low) * i / n, low + (high - low) * (i + 1) / n) for i in range(n)]
-
-
 @dataclass(frozen=True)
 class Expanded:
     """A function to be expanded along the pieces of a run.
@@ -133,19 +126,20 @@ class Expanded:
     Attributes
     ----------
     function : Function
-    on_circles, in_series : Equations
+    on_circles, at_points : Equations
         In the precisions of the bounds and of the expansions.
     """
 
     function: Function
     on_circles: Equations
-    in_series: Equations
+    at_points: Equations
 
     @classmethod
     def of(cls, run: Trajectory, function: Function) -> Expanded:
         """With the equations of a run."""
-        series = Equations.of(run.bicycle, Balls(BITS), is_regular=run.is_regular)
-        return cls(function, circle_equations(run), series)
+        balls = Balls(BITS)
+        points = Equations.of(run.bicycle, balls, is_regular=run.is_regular)
+        return cls(function, circle_equations(run), points.convert(flint.acb, balls))
 
 
 class Expansion:
@@ -155,73 +149,53 @@ class Expansion:
         self.t0, self.t1, self.h = piece.t0, piece.t1, piece.h
         circle = circle_bound(piece, along.function, along.on_circles)
         length = ceil(_REMAINDER_BITS / log2(circle.radius))
-        a = PowerSeries(BITS, length)
+        a = Samples.of(BITS, length, circle.radius)
         with a.precision():
-            values = along.function(along.in_series.over(a), piece.series(a))
-            self.polynomials = [flint.arb_poly(a.coefficients(x)) for x in values]
-            # Terms past the length, and the exact motion's distance.
-            rest = geometric(circle.radius, length) + moved(state_bound, circle.rho)
+            values = along.function(along.at_points.over(a), piece.samples(a))
+            self.polynomials = list(map(flint.arb_poly, a.coefficients(values)))
+            # What the coefficients leave out, and the exact motion's distance.
+            rest = a.left_out + moved(state_bound, circle.rho)
             self.remainders = [(m * rest).upper() for m in circle.values]
 
     def distances(
         self, coefficients: Sequence[tuple[np.ndarray, np.ndarray]],
-        piece: tuple[Fraction, Fraction], spans: Sequence[tuple[Fraction, Fraction]],
+        piece: tuple[Fraction, Fraction], span: tuple[Fraction, Fraction],
     ) -> list[float]:  # fmt: skip
-        """Bounds on the distance of each column from its Chebyshev piece over spans in a row."""
-        low, high = spans[0][0], spans[-1][1]
-        middle, half = (low + high) / 2, (high - low) / 2
-        difference = self._difference(coefficients, piece, middle, half)
-        bounds = [0.0] * len(self.remainders)
-        with flint.ctx.workprec(_SPAN_BITS):
-            for a, b in spans:
-                x = [exact_ball(((a + b) / 2 - middle) / half), exact_ball((b - a) / 2 / half)]
-                on_span = (difference * _powers(flint.arb_poly(x), difference.ncols())).tolist()
-                found = (
-                    upward_ball(total(map(abs, row)) + rest)
-                    for row, rest in zip(on_span, self.remainders, strict=True)
-                )
-                bounds = list(map(max, bounds, found))
-        return bounds
+        """Bounds on the distance of each column from its Chebyshev piece over a span of both.
 
-    def _difference(
-        self, coefficients: Sequence[tuple[np.ndarray, np.ndarray]],
-        piece: tuple[Fraction, Fraction], middle: Fraction, half: Fraction,
-    ) -> flint.arb_mat:  # fmt: skip
-        """Columns minus their Chebyshev pieces, by powers of (t - middle) / half."""
+        The difference of two polynomials is bounded by its values at Chebyshev nodes of the span.
+        """
+        orders = len(coefficients[0][0])
+        degree = max(orders, *map(len, self.polynomials)) - 1
         with flint.ctx.workprec(_DIFFERENCE_BITS):
-            s = flint.arb_poly([exact_ball((middle - self.t0) / self.h), exact_ball(half / self.h)])
-            n = len(coefficients[0][0])
-            c = [
-                [flint.arb(float(x)) + float(y) for x, y in zip(hi, lo, strict=True)]
-                for hi, lo in coefficients
+            x, factor = _nodes(degree)
+            (low, high), (a, b) = span, piece
+            middle, half = exact_ball((low + high) / 2), exact_ball((high - low) / 2)
+            times = [middle + half * t for t in x]
+            start, width = exact_ball(self.t0), exact_ball(self.h)
+            powers = [[((t - start) / width) ** m for t in times] for m in range(degree + 1)]
+            centre, reach = exact_ball((a + b) / 2), exact_ball((b - a) / 2)
+            chebyshev = basis([(t - centre) / reach for t in times], orders).transpose()
+            stored = flint.arb_mat(
+                [
+                    [flint.arb(float(p)) + float(q) for p, q in zip(hi, lo, strict=True)]
+                    for hi, lo in coefficients
+                ]
+            )
+            own = [[p[m] for m in range(degree + 1)] for p in self.polynomials]
+            difference = flint.arb_mat(own) * flint.arb_mat(powers) - stored * chebyshev
+            return [
+                upward_ball(largest(map(abs, row)) * factor + rest)
+                for row, rest in zip(difference.tolist(), self.remainders, strict=True)
             ]
-            chebyshev = (flint.arb_mat(c) * _basis(piece, middle, half, n)).tolist()
-            rows = [
-                (p(s) - flint.arb_poly(row)).coeffs()
-                for p, row in zip(self.polynomials, chebyshev, strict=True)
-            ]
-            length = max(map(len, rows))
-            return flint.arb_mat([row + [flint.arb(0)] * (length - len(row)) for row in rows])
 
 
-def _powers(x: flint.arb_poly, n: int) -> flint.arb_mat:
-    """Rows: 1, x .. x^(n-1) by powers of u."""
-    p = [flint.arb_poly([1])]
-    while len(p) < n:
-        p.append(x * p[-1])
-    return flint.arb_mat([[q[j] for j in range(n)] for q in p])
-
-
-def _basis(
-    piece: tuple[Fraction, Fraction], middle: Fraction, half: Fraction, n: int
-) -> flint.arb_mat:
-    """Rows: T_0 .. T_(n-1) of the Chebyshev piece's argument as polynomials in u."""
-    a, b = piece
-    x = flint.arb_poly([exact_ball((2 * middle - a - b) / (b - a)), exact_ball(2 * half / (b - a))])
-    t = [flint.arb_poly([1]), x]
-    while len(t) < n:
-        t.append(2 * x * t[-1] - t[-2])
-    return flint.arb_mat([[p[j] for j in range(n)] for p in t[:n]])
+@cache
+def _nodes(degree: int) -> tuple[list[flint.arb], flint.arb]:
+    """Nodes, and how much larger than there a polynomial of a degree can be in between."""
+    count = _NODES_PER_DEGREE * degree
+    with flint.ctx.workprec(_DIFFERENCE_BITS):
+        return chebyshev_nodes(count), in_between(degree, count)
 
 
 def _constant_distance(x: Value, hi: np.ndarray, lo: np.ndarray) -> float:

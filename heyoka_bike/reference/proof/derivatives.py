@@ -1,7 +1,8 @@
 """Derivatives of the columns by the unknowns: sensitivities.h5, with certified bounds.
 
 The derivative of a column C is ``C_x S + C_k k'``, with S from `variation`. Over each piece of the
-candidate it is a known analytic function of u, -1 <= u <= 1, up to a bound from the same proof.
+candidate it is an analytic function of u, -1 <= u <= 1, up to a bound from the same proof: known at
+Chebyshev nodes, and in between by interpolation.
 
 Some pieces in a row make a published one: values at its Chebyshev nodes give its coefficients. What
 is published, these coefficients rounded, is off by what the rounding adds and by what interpolation
@@ -14,18 +15,25 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
-from itertools import groupby
+from functools import cache
+from itertools import groupby, islice
 from math import ceil, log2
 
 import flint
+import numpy as np
 
 from heyoka_bike.bicycle.columns import COLUMNS
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.numbers.arithmetic import exact_ball
 from heyoka_bike.numbers.ball_chebyshev import Nodes, basis, ellipse
 from heyoka_bike.numbers.ball_matrices import Vector, largest, total
+from heyoka_bike.numbers.samples import AtPoints, array
 from heyoka_bike.reference.proof.error_flow import SIZE
 from heyoka_bike.reference.proof.unknowns import Unknowns
 from heyoka_bike.reference.proof.variation import Variation
+
+COLUMN_BITS = 128
+"""Of the columns' derivatives by state and constants: nothing is carried on from them."""
 
 ORDERS = 24
 """Chebyshev coefficients of a published piece."""
@@ -60,25 +68,49 @@ class ColumnDerivatives:
         Bound on what interpolation at the nodes leaves out, in the same way.
     """
 
-    def __init__(self, variation: Variation, unknowns: Unknowns) -> None:
+    @classmethod
+    def along(
+        cls, variations: Sequence[Variation], unknowns: Unknowns, equations: Equations
+    ) -> list[ColumnDerivatives]:
+        """Of some parts; the columns' derivatives by state and constants are found together.
+
+        `equations` are in balls.
+        """
+        a = AtPoints(COLUMN_BITS)
+        with a.precision():
+            nodes = [_nodes(v.radius) for v in variations]
+            states = [v.piece.at(n.x) for v, n in zip(variations, nodes, strict=True)]
+            state = [np.concatenate(x) for x in zip(*states, strict=True)]
+            table = unknowns.gradients(Equations.every_column, equations, a, state)
+            everywhere = array([flint.arb(1)] * len(state[0]))
+            by_entry = (x * everywhere for row in table for x in row)
+            by_point = map(list, zip(*by_entry, strict=True))
+            return [
+                cls(v, unknowns, n, list(islice(by_point, len(n.x))))
+                for v, n in zip(variations, nodes, strict=True)
+            ]
+
+    def __init__(
+        self, variation: Variation, unknowns: Unknowns, nodes: Nodes, slopes: Sequence[Vector]
+    ) -> None:
         v = variation
-        self.t0, self.h = v.t0, v.h
-        self._by_constant = unknowns.by_constant.entries()
-        self._shape = len(COLUMNS), SIZE + len(unknowns.constants), len(unknowns.smooth)
-        # Most columns do not depend on most constants.
-        columns = zip(*v.slopes, strict=True)
-        self._present = [j for j, c in enumerate(columns) if not all(x == 0 for x in c)]
-        self._slopes = flint.arb_mat([[row[j] for j in self._present] for row in v.slopes])
-        self._states = flint.arb_mat([m.entries() for m in v.q])
-        self.nodes = Nodes(1 + ceil(_NODE_BITS / log2(float(ellipse(v.radius).mid()))))
-        slopes, self.values = self._at(self.nodes.x)
-        left_out, lebesgue = self.nodes.left_out(v.radius), self.nodes.lebesgue
+        self.t0, self.h, self.nodes = v.piece.t0, v.piece.h, nodes
+        columns, inner = len(COLUMNS), SIZE + len(unknowns.constants)
+        self._unknowns = len(unknowns.smooth)
+        states, by_constant = flint.arb_mat([m.entries() for m in v.q]), unknowns.by_constant
+        powers = flint.arb_mat([_powers(x, len(v.q)) for x in nodes.x])
+        values = []
+        for row, state in zip(slopes, (powers * states).tolist(), strict=True):
+            by_unknown = flint.arb_mat(inner, self._unknowns, [*state, *by_constant.entries()])
+            values.append((flint.arb_mat(columns, inner, row) * by_unknown).entries())
+        self.values = flint.arb_mat(values)
+        left_out, lebesgue = nodes.left_out(v.radius), nodes.lebesgue
         # Over rho: of the states on -1 <= u <= 1, and on the circle.
         sizes = flint.arb_mat([list(map(abs, m.entries())) for m in v.q])
         powers = flint.arb_mat([_powers(flint.arb(r), len(v.q)) for r in (1, v.radius)])
         near, rim = (
             total(
-                largest(row[i * self._shape[2] : (i + 1) * self._shape[2]]) / x
+                largest(row[i * self._unknowns : (i + 1) * self._unknowns]) / x
                 for i, x in enumerate(v.rho)
             )
             for row in (powers * sizes).tolist()
@@ -86,8 +118,8 @@ class ColumnDerivatives:
         self.rest, self.between = [], []
         for i, size in enumerate(v.sizes):
             steepest = [
-                largest(abs(row[i * self._shape[1] + j]) for row in slopes) * lebesgue
-                + size * (left_out + (1 + lebesgue) * v.off) / x
+                largest(abs(row[i * inner + j]) for row in slopes) * lebesgue
+                + size * (left_out + v.off) / x
                 for j, x in enumerate(v.rho)
             ]
             apart = total(x * y for x, y in zip(steepest, v.bound, strict=True))
@@ -99,25 +131,17 @@ class ColumnDerivatives:
         u = [(t - exact_ball(self.t0)) / exact_ball(self.h) for t in times]
         if not all(abs(x) <= 1 for x in u):
             raise ValueError("a time outside the part of the motion")
-        unknowns = self._shape[2]
-        wide = [flint.arb(0, x) for x in self.rest for _ in range(unknowns)]
-        rows = self._at(u)[1].tolist()
+        off = [x + y for x, y in zip(self.rest, self.between, strict=True)]
+        wide = [flint.arb(0, x.upper()) for x in off for _ in range(self._unknowns)]
+        rows = (basis(u, len(self.nodes.x)) * self.nodes.transform * self.values).tolist()
         return flint.arb_mat([[x + w for x, w in zip(row, wide, strict=True)] for row in rows])
 
-    def _at(self, u: Sequence[flint.arb]) -> tuple[list[list[flint.arb]], flint.arb_mat]:
-        """Derivatives of the columns by state and constants, and by the unknowns."""
-        powers = flint.arb_mat([_powers(x, self._slopes.nrows()) for x in u])
-        present, states = (powers * self._slopes).tolist(), (powers * self._states).tolist()
-        columns, inner, unknowns = self._shape
-        slopes, found = [], []
-        for c, s in zip(present, states, strict=True):
-            row = [flint.arb(0)] * (columns * inner)
-            for j, x in zip(self._present, c, strict=True):
-                row[j] = x
-            by_unknown = flint.arb_mat(inner, unknowns, [*s, *self._by_constant])
-            found.append((flint.arb_mat(columns, inner, row) * by_unknown).entries())
-            slopes.append(row)
-        return slopes, flint.arb_mat(found)
+
+@cache
+def _nodes(radius: int) -> Nodes:
+    """So many that functions analytic inside a circle are interpolated well enough."""
+    with flint.ctx.workprec(COLUMN_BITS):
+        return Nodes(1 + ceil(_NODE_BITS / log2(float(ellipse(radius).mid()))))
 
 
 def _powers(x: flint.arb, count: int) -> Vector:

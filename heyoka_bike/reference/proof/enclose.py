@@ -10,7 +10,7 @@ ball around a multiple of pi. On a piece of length h, with s = (t - t0) / h:
 2. What that leaves out is bounded by Cauchy's estimate from the size of f on the circle abs(s) = R.
    There the state is widened by a polydisc of radius rho, so the same numbers bound the derivatives
    of f by the state (Cauchy again) on the whole disc. Analyticity: see `analytic`.
-3. The Jacobian J along p is expanded in s, exactly (dual numbers over series).
+3. The Jacobian J along p is expanded in the same way (dual numbers over such values).
 4. Y is a polynomial that nearly solves ``Y' = h J Y``, Y(0) = 1; its own defect D is bounded.
 5. The error is ``e = Y z`` with ``z' = Y^-1 (-D z + q - delta)``, where q, the part of
    ``h (f(p + e) - f(p))`` of second and higher order in e, is bounded by Cauchy's estimate on the
@@ -38,8 +38,8 @@ from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.errors import NotCertifiedError
 from heyoka_bike.motion.trajectory import Certificate, Piece, Trajectory
-from heyoka_bike.numbers.analytic import NotAnalyticError, PowerSeries
-from heyoka_bike.numbers.arithmetic import Balls, Number, exact_ball, upper_fraction
+from heyoka_bike.numbers.analytic import NotAnalyticError
+from heyoka_bike.numbers.arithmetic import Balls, exact_ball, upper_fraction
 from heyoka_bike.numbers.ball_matrices import Vector, identity, largest, total
 from heyoka_bike.numbers.dual import Dual, Duals
 from heyoka_bike.numbers.samples import Samples
@@ -50,7 +50,6 @@ from heyoka_bike.reference.proof.cauchy import (
     TooLongError,
     circle_bound,
     circle_equations,
-    geometric,
     refused,
 )
 from heyoka_bike.reference.proof.error_flow import MATRIX_BITS, SIZE, Carried, Flow, Frame
@@ -127,7 +126,6 @@ class Prover:
         self.circles = circle_equations(run)
         self.matrix = self._equations(MATRIX_BITS)
         self.high = self._equations(self.bits)
-        self.sampled: dict[tuple[int, int, int], Samples] = {}
 
     def _equations(self, bits: int) -> Equations:
         return Equations.of(self.run.bicycle, Balls(bits), is_regular=self.run.is_regular)
@@ -211,13 +209,13 @@ class Prover:
 
     def _defect(self, piece: Piece, rim: Circle) -> list[flint.arb]:
         """Bound on abs(p' - h f(p)) over the piece, by state variable."""
-        a = self._samples(self.bits, self.lengths[rim.radius], rim.radius)
+        a = Samples.of(self.bits, self.lengths[rim.radius], rim.radius)
         with a.precision():
             unit = flint.arb(2) ** -piece.grid
             rows = [[c * unit for c in row] for row in piece.rows]
             step = exact_ball(piece.h)
             equations = self.high.convert(flint.acb, a)
-            rates = a.coefficients(equations.rates_with_yaw(a.polynomials(rows)))
+            rates = a.coefficients(equations.rates_with_yaw(piece.samples(a)))
             bounds = []
             for row, rate, biggest in zip(rows, rates, rim.values, strict=True):
                 slopes = [m * c for m, c in enumerate(row)][1:]
@@ -229,51 +227,28 @@ class Prover:
                 bounds.append(bound)
             return bounds
 
-    def _samples(self, bits: int, length: int, radius: int) -> Samples:
-        """Made once for all pieces."""
-        key = bits, length, radius
-        if key not in self.sampled:
-            self.sampled[key] = Samples(*key)
-        return self.sampled[key]
-
     def _jacobian(
         self, piece: Piece, rim: Circle, length: int
     ) -> tuple[list[flint.arb_mat], flint.arb_mat]:
         """Taylor coefficients of h J along the piece, and a bound on what they leave out."""
-        a = PowerSeries(MATRIX_BITS, length)
+        a = Samples.of(MATRIX_BITS, length, rim.radius)
+        duals = Duals(a)
         with a.precision():
             step = exact_ball(piece.h)
-            # Coefficients of J below the length depend on those of p below it only.
-            duals = Duals(a)
-            state: list[Number] = list(duals.variables(piece.series(a)[:6]))
-            values = self.matrix.over(duals).rates_with_yaw(state)
-            zeros = [flint.arb(0)] * length
-            coefficients = [
-                [
-                    zeros if _is_zero(slope) else a.coefficients(step * slope)
-                    for slope in (rate.slopes if isinstance(rate, Dual) else [0] * 6)
-                ]
-                for rate in values
-            ]
+            equations = self.matrix.convert(flint.acb, duals)
+            values = equations.rates_with_yaw(duals.variables(piece.samples(a)))
+            slopes = [x.slopes if isinstance(x, Dual) else [0] * SIZE for x in values]
+            rest = step * a.left_out
             # The last column is that of the yaw, on which nothing depends.
-            matrices = [
-                flint.arb_mat([[*(entry[m] for entry in row), 0] for row in coefficients])
-                for m in range(length)
-            ]
-            rest = step * geometric(rim.radius, length)
             tail = flint.arb_mat(
-                [[*((rest * f / x).upper() for x in rim.rho[:6]), 0] for f in rim.values]
+                [[*((rest * f / x).upper() for x in rim.rho[:-1]), 0] for f in rim.values]
             )
-            return matrices, tail
+            return [m * step for m in a.matrices(slopes)], tail
 
 
 def _fractions(bounds: Sequence[flint.arb]) -> tuple[Fraction, ...]:
     """Upper bounds as exact dyadics."""
     return tuple(map(upper_fraction, bounds))
-
-
-def _is_zero(x: Number) -> bool:
-    return isinstance(x, int) and x == 0
 
 
 def _show(x: flint.arb) -> str:

@@ -10,13 +10,11 @@ from heyoka_bike.numbers.ball_matrices import (
     Vector,
     abs_times,
     fundamental,
-    inverse_fundamental,
     norm,
     perron,
     supremum,
     turned,
     value,
-    variational_defect,
     weighted,
 )
 
@@ -78,8 +76,7 @@ class Flow:
     def of(cls, jacobian: list[flint.arb_mat], tail: flint.arb_mat) -> Flow:
         """From the Taylor coefficients of h J and a bound on what they leave out."""
         weights = perron(jacobian)
-        y, v = fundamental(jacobian), inverse_fundamental(jacobian)
-        defect, defect_v = variational_defect(jacobian, tail, y, v, weights)
+        y, defect, v, defect_v = fundamental(jacobian, tail, weights)
         size_y, size_v = (norm(supremum(p), weights) for p in (y, v))
         eta = (defect_v * size_y + size_v * defect).upper()
         # Y^-1 is (V Y)^-1 V, if V Y is so near to 1 that it has an inverse.

@@ -1,11 +1,12 @@
 """Place and wheel angles along a candidate, as polynomials with certified bounds.
 
-They are integrals of functions g of the state. On each piece of the candidate p the Taylor series
-of h g(p(s)) is integrated in balls, and its coefficients rounded to the candidate's grid: a
-polynomial q. Its distance from the exact integral grows over a piece by at most
+They are integrals of functions g of the state. On each piece of the candidate p the Taylor
+coefficients of h g(p(s)) (see `samples`) are integrated in balls, and those of the integral rounded
+to the candidate's grid: a polynomial q. Its distance from the exact integral grows over a piece by
+at most
 
-- ``q' - h g(p)``: the coefficients' absolute values, and beyond the length of the series Cauchy's
-  estimate on a circle (see `cauchy`);
+- ``q' - h g(p)``: the coefficients' absolute values, and beyond these Cauchy's estimate on a circle
+  (see `cauchy`);
 - ``h g(x) - h g(p)`` for the exact state x, which the certificate keeps near p: its distance times
   the derivatives of g, bounded on the polydisc around p.
 
@@ -22,14 +23,13 @@ import flint
 from heyoka_bike.bicycle.equations.configuration import INTEGRALS, rates_of_integrals
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.motion.trajectory import Certificate, Piece, Trajectory
-from heyoka_bike.numbers.analytic import PowerSeries
 from heyoka_bike.numbers.arithmetic import Balls, exact_ball, to_grid, upper_fraction
 from heyoka_bike.numbers.ball_matrices import total
+from heyoka_bike.numbers.samples import Samples
 from heyoka_bike.reference.proof.cauchy import (
     Circle,
     circle_bound,
     circle_equations,
-    geometric,
     in_parts,
     moved,
 )
@@ -90,26 +90,21 @@ class _Integrator:
     def _stretch(
         self, piece: Piece, bounds: tuple[Fraction, ...], circle: Circle, apart: flint.arb
     ) -> Stretch:
-        integrands = self._integrands(piece, circle)
-        with flint.ctx.workprec(self.bits):
+        # To where Cauchy's estimate is below the grid.
+        length = max(ceil(self.bits / log2(circle.radius)), len(piece.rows[0]))
+        a = Samples.of(self.bits, length, circle.radius)
+        with a.precision():
+            step = exact_ball(piece.h)
+            values = rates_of_integrals(self.equations.convert(flint.acb, a), piece.samples(a))
+            integrands = a.coefficients([step * x for x in values])
             rows = [self._row(piece, i, c) for i, c in enumerate(integrands)]
             for i, (row, integrand) in enumerate(zip(rows, integrands, strict=True)):
-                beyond = geometric(circle.radius, len(integrand)) + apart
-                rest = exact_ball(piece.h) * circle.values[i] * beyond
+                rest = step * circle.values[i] * (a.left_out + apart)
                 self.error[i] += upper_fraction(_defect(piece, row, integrand) + rest)
                 self.at[i] = Fraction(sum(row), 2**piece.grid)
         return Stretch(
             replace(piece, rows=piece.rows + tuple(map(tuple, rows))), bounds + tuple(self.error)
         )
-
-    def _integrands(self, piece: Piece, circle: Circle) -> list[list[flint.arb]]:
-        """Taylor coefficients of h g, to where Cauchy's estimate is below the grid."""
-        longest = len(piece.rows[0])
-        length = max(ceil(self.bits / log2(circle.radius)), longest)
-        a = PowerSeries(self.bits, length)
-        with a.precision():
-            values = rates_of_integrals(self.equations.over(a), piece.series(a))
-            return [a.coefficients(exact_ball(piece.h) * x) for x in values]
 
     def _row(self, piece: Piece, i: int, integrand: Sequence[flint.arb]) -> list[int]:
         """Integers of an integral's polynomial; where it begins may have to be rounded."""
@@ -120,7 +115,7 @@ class _Integrator:
 
 
 def _defect(piece: Piece, row: Sequence[int], integrand: Sequence[flint.arb]) -> flint.arb:
-    """Sum of the absolute coefficients of q' - h g, as far as the series goes."""
+    """Sum of the absolute coefficients of q' - h g, as far as they were found."""
     unit = flint.arb(2) ** -piece.grid
     slopes = [m * c * unit for m, c in enumerate(row)][1:]
     slopes += [flint.arb(0)] * (len(integrand) - len(slopes))

@@ -19,11 +19,11 @@ from heyoka_bike.numbers.arithmetic import Balls, exact_ball
 from heyoka_bike.numbers.ball_matrices import largest, total
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.rounding import Enclosure, Value, few_bits, upward_ball
-from heyoka_bike.reference.proof.derivatives import ORDERS, ColumnDerivatives, Fitted
+from heyoka_bike.reference.proof.derivatives import COLUMN_BITS, ORDERS, ColumnDerivatives, Fitted
 from heyoka_bike.reference.proof.first_row import exact_derivatives
 from heyoka_bike.reference.proof.rows import distance
 from heyoka_bike.reference.proof.unknowns import COUNT, Unknowns, slope
-from heyoka_bike.reference.proof.variation import BITS, COLUMN_BITS, Variation, variations
+from heyoka_bike.reference.proof.variation import BITS, Variation, variations
 from heyoka_bike.reference.sensitivities import ROWS_APART, Sensitivity
 
 _TOGETHER = 5
@@ -61,7 +61,7 @@ def differentiate(
     parts = _bounded(variations(run, certificate, unknowns))
     with flint.ctx.workprec(COLUMN_BITS):
         for _, group in groupby(parts, lambda part: part[0] // _TOGETHER):
-            along = [ColumnDerivatives(variation, unknowns) for _, variation in group]
+            along = ColumnDerivatives.along([v for _, v in group], unknowns, equations)
             pieces += Fitted.resolved(along)
             for part in along:
                 end = part.t0 + part.h

@@ -6,7 +6,7 @@ Derivatives are exact: dual numbers over fractions, then over the number type th
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import frexp
 
@@ -20,6 +20,8 @@ from heyoka_bike.motion.trajectory import Trajectory
 from heyoka_bike.numbers.arithmetic import Arithmetic, Number, value_of
 from heyoka_bike.numbers.ball_matrices import largest
 from heyoka_bike.numbers.dual import Dual, Duals
+from heyoka_bike.numbers.traced import Traced, Traces
+from heyoka_bike.reference.proof.cauchy import Function
 
 COUNT = len(PARAMETERS) + len(START)
 
@@ -123,6 +125,25 @@ class Unknowns:
                 )
 
             return cls(varied, smooth, units, constants, scaled(rows), scaled(start))
+
+    def gradients(
+        self, function: Function, equations: Equations, a: Arithmetic, state: Sequence[Number]
+    ) -> list[list[Number]]:
+        """Derivatives of the values of a function by the state, and then by `constants`.
+
+        In the numbers of `a`, which take the constants of `equations`; the integer 0 by what a
+        value is not made of. These are many, so they are taken from the values back.
+        """
+        traces, numbers = Traces(a), list[Number]()
+
+        def constant(x: Number) -> Number:
+            numbers.append(Traced(x) if len(numbers) in self.constants else x)
+            return numbers[-1]
+
+        k, by_state = equations.k.convert(constant), [Traced(x) for x in state]
+        variables = [*by_state, *(numbers[j] for j in self.constants)]
+        values = function(replace(equations.over(traces), k=k), by_state)
+        return [traces.gradient(x, variables) for x in values]
 
 
 def slope(x: Number, unknown: int) -> Number:

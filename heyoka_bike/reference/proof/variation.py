@@ -5,9 +5,9 @@ of motion by the state, and g that by the constants times the derivatives of the
 unknowns, all along the exact motion x. Each piece of the candidate p is taken about its middle,
 with u = (t - middle) / h, -1 <= u <= 1. There:
 
-1. h J and h g along p are expanded in u, exactly (dual numbers over series). What the series leave
-   out, and what x, within the certificate's distance of p, adds, is bounded by Cauchy's estimate on
-   a circle and a polydisc of states and constants (see `cauchy`).
+1. h J and h g along p are expanded in u, from values on the unit circle (see `samples`). What is
+   left out, and what x, within the certificate's distance of p, adds, is bounded by Cauchy's
+   estimate on a circle and a polydisc of states and constants (see `cauchy`).
 2. Y nearly solves ``Y' = h J Y``, Y(0) = 1, with a defect D, and p ``p' = h J p + h g``, p(0) = 0,
    each bounded by its coefficients. With the constant C that joins it to the piece before,
    q = Y C + p nearly solves the equation; f is what it leaves over.
@@ -33,29 +33,24 @@ import flint
 from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.motion.trajectory import Certificate, Piece, Trajectory
-from heyoka_bike.numbers.analytic import PowerSeries
 from heyoka_bike.numbers.arithmetic import Balls, Number, exact_ball
 from heyoka_bike.numbers.ball_matrices import (
     Vector,
     abs_times,
     fundamental,
     identity,
-    inverse_fundamental,
     largest,
     norm,
     perron,
+    solution,
     total,
     value,
-    variational_defect,
 )
-from heyoka_bike.numbers.dual import Dual, Duals
-from heyoka_bike.numbers.traced import Traced, Traces
+from heyoka_bike.numbers.samples import Samples
 from heyoka_bike.reference.proof.cauchy import (
-    Function,
     TooLongError,
     circle_bound,
     circle_equations,
-    geometric,
     in_parts,
     moved,
 )
@@ -68,12 +63,11 @@ _RADII = (10, 8, 6, 4)
 _REACH = Fraction(1, 2**8)
 """Radius of the polydisc around the constants, over each of them."""
 
-BITS = 160
-COLUMN_BITS = 128
-"""Of the columns' derivatives by state and constants: nothing is carried on from them."""
+BITS = 192
+"""A coefficient is as uncertain at a high order as at a low one: these must be many."""
 
-_TAIL_BITS = 150
-"""What the series leave out, as far as constants matter, is below 2^-150."""
+_TAIL_BITS = 164
+"""What the expansions leave out, as far as constants matter, is below 2^-164."""
 
 _SMALL, _SMALLER = 2, 64
 """After so many halvings it is taken over this: where a bicycle is about to fall, see `cauchy`."""
@@ -89,15 +83,12 @@ class Variation:
 
     Attributes
     ----------
-    t0, h : Fraction
-        The middle of the piece and half its length [s].
+    piece : Piece
+        Its right half: t0 is the middle of the piece, and h half its length [s].
     q : list of arb_mat
         Enclosures of the coefficients of an exact polynomial, of shape (state, unknowns).
     bound : list of arb
         On abs(S - q), by state variable, for every unknown.
-    slopes : list of list of arb
-        Taylor coefficients of the derivatives of the columns along the candidate: by power, then by
-        column and variable (state, then constants).
     radius : int
         Of a circle in u inside of which the columns are analytic.
     sizes : list of arb
@@ -107,14 +98,12 @@ class Variation:
     pull : arb
         The same for the constants: sizes * pull bounds their part, for every unknown.
     off : arb
-        The share of these bounds by which the series are off from the exact motion's.
+        The share of these bounds by which the expansions are off from the exact motion's.
     """
 
-    t0: Fraction
-    h: Fraction
+    piece: Piece
     q: list[flint.arb_mat]
     bound: Vector
-    slopes: list[Vector]
     radius: int
     sizes: Vector
     rho: Vector
@@ -154,8 +143,7 @@ class _Flow:
     def of(cls, a: list[flint.arb_mat], tail: flint.arb_mat) -> _Flow:
         """From `a` and a bound on what its coefficients leave out."""
         weights = perron(a)
-        y, v = fundamental(a), inverse_fundamental(a)
-        defect, defect_v = variational_defect(a, tail, y, v, weights)
+        y, defect, v, defect_v = fundamental(a, tail, weights)
         size_y, size_v = (total(norm(m, weights) for m in p) for p in (y, v))
         if not size_y * size_v < _CONDITION:
             raise TooLongError("Y is badly conditioned")
@@ -171,9 +159,11 @@ class _Prover:
     def __init__(self, run: Trajectory, unknowns: Unknowns) -> None:
         self.unknowns = unknowns
         self.circles = circle_equations(run)
-        self.equations = Equations.of(run.bicycle, Balls(BITS), is_regular=run.is_regular)
+        balls = Balls(BITS)
+        equations = Equations.of(run.bicycle, balls, is_regular=run.is_regular)
+        self.at_points = equations.convert(flint.acb, balls)
         numbers: list[flint.arb] = []
-        self.equations.k.convert(numbers.append)
+        equations.k.convert(numbers.append)
         with flint.ctx.workprec(BITS):
             reach = exact_ball(_REACH)
             self.reach = [flint.arb(0)] * len(numbers)
@@ -204,23 +194,20 @@ class _Prover:
         pull = self.pull * smaller
         steepest = float((largest(circle.values[: SIZE - 1]) * pull).mid())
         length = ceil((_TAIL_BITS + log2(steepest)) / log2(circle.radius))
-        jacobian = self._jacobian(centred, length)
+        a = Samples.of(BITS, length, circle.radius)
+        jacobian, forcing = self._linear(centred, a)
         with flint.ctx.workprec(BITS):
             step = exact_ball(centred.h)
-            off = (geometric(circle.radius, length) + 4 * moved(bounds, circle.rho)).upper()
+            off = (a.left_out + 4 * moved(bounds, circle.rho)).upper()
             rates = [*range(SIZE - 1), SIZE - 1 + _YAW_RATE]
             sizes = [step * circle.values[i] * off for i in rates]
             tail = flint.arb_mat([[(m / x).upper() for x in circle.rho] for m in sizes])
             tail_g = [(m * pull).upper() for m in sizes]
             flow = _Flow.of(jacobian, tail)
-        forcing = self._forcing(centred, length)
-        slopes = self._slopes(centred, length)
         with flint.ctx.workprec(BITS):
             q, bound = self._carry(flow, forcing, tail_g)
-            return Variation(
-                centred.t0, centred.h, q, bound, slopes,
-                circle.radius, circle.values[SIZE - 1 :], circle.rho, pull, off,
-            )  # fmt: skip
+            sizes = circle.values[SIZE - 1 :]
+            return Variation(centred, q, bound, circle.radius, sizes, circle.rho, pull, off)
 
     def _carry(
         self, flow: _Flow, g: list[flint.arb_mat], tail_g: Vector
@@ -266,62 +253,15 @@ class _Prover:
 
         return _rates_and_columns(replace(equations, k=equations.k.convert(widen)), state)
 
-    def _jacobian(self, piece: Piece, length: int) -> list[flint.arb_mat]:
-        """Taylor coefficients of h J along a piece."""
-        a = PowerSeries(BITS, length)
-        duals = Duals(a)
+    def _linear(self, piece: Piece, a: Samples) -> tuple[list[flint.arb_mat], list[flint.arb_mat]]:
+        """Taylor coefficients of h J along a piece, and of h g by the unknowns."""
         with a.precision():
-            values = self.equations.over(duals).rates_with_yaw(duals.variables(piece.series(a)))
-            slopes = [x.slopes if isinstance(x, Dual) else [0] * SIZE for x in values]
-            return _matrices(a, slopes, exact_ball(piece.h))
-
-    def _forcing(self, piece: Piece, length: int) -> list[flint.arb_mat]:
-        """The same of h g, by the unknowns."""
-        a = PowerSeries(BITS, length)
-        with a.precision():
-            slopes = self._traced(a, Equations.rates_with_yaw, piece.series(a), ())
-            return [
-                m * self.unknowns.by_constant for m in _matrices(a, slopes, exact_ball(piece.h))
-            ]
-
-    def _traced(
-        self, a: PowerSeries, function: Function, state: Sequence[Number], by: Sequence[Number]
-    ) -> list[list[Number]]:
-        """Derivatives of a function by some numbers of a state, and then by constants.
-
-        These are many, so they are taken from the values back.
-        """
-        traces, numbers = Traces(a), list[Number]()
-
-        def constant(x: flint.arb) -> Number:
-            is_variable = len(numbers) in self.unknowns.constants
-            numbers.append(Traced(x) if is_variable else x)
-            return numbers[-1]
-
-        k = self.equations.k.convert(constant)
-        variables = [*by, *(numbers[j] for j in self.unknowns.constants)]
-        equations = replace(self.equations.over(traces), k=k)
-        return [traces.gradient(x, variables) for x in function(equations, state)]
-
-    def _slopes(self, piece: Piece, length: int) -> list[Vector]:
-        """Taylor coefficients of the derivatives of the columns: by power, see `Variation`."""
-        a = PowerSeries(COLUMN_BITS, length)
-        with a.precision():
-            state = [Traced(x) for x in piece.series(a)]
-            slopes = self._traced(a, Equations.every_column, state, state)
-            return [m.entries() for m in _matrices(a, slopes, flint.arb(1))]
-
-
-def _matrices(
-    a: PowerSeries, table: Sequence[Sequence[Number]], unit: flint.arb
-) -> list[flint.arb_mat]:
-    """Coefficients, times `unit`, of a matrix of series or zeros."""
-    zeros = [flint.arb(0)] * a.length
-    rows = [
-        [zeros if isinstance(x, int) and x == 0 else a.coefficients(x) for x in row]
-        for row in table
-    ]
-    return [flint.arb_mat([[unit * c[m] for c in row] for row in rows]) for m in range(a.length)]
+            state, step = piece.samples(a), exact_ball(piece.h)
+            slopes = self.unknowns.gradients(Equations.rates_with_yaw, self.at_points, a, state)
+            jacobian = a.matrices([row[:SIZE] for row in slopes])
+            by_constant = a.matrices([row[SIZE:] for row in slopes])
+            forcing = [m * self.unknowns.by_constant * step for m in by_constant]
+            return [m * step for m in jacobian], forcing
 
 
 def _rates_and_columns(equations: Equations, state: Sequence[Number]) -> list[Number]:
@@ -338,14 +278,8 @@ def _solution(
     Returned with a bound on the norm of a p + g - p' for -1 <= u <= 1 and the worst unknown, where
     a and g may be off by the tails.
     """
-    p = [0 * g[0]]
-    defect = _size(g[-1], weights)
-    for m in range(len(a) - 1):
-        right = g[m]
-        for j in range(m + 1):
-            right += a[j] * p[m - j]
-        p.append((right * (flint.arb(1) / (m + 1))).mid())
-        defect += _size(right - p[-1] * (m + 1), weights)
+    p, left_over = solution(a, 0 * g[0], g)
+    defect = _size(left_over, weights) + _size(g[-1], weights)
     sizes = [_size(x, weights) for x in p]
     # Terms of the product of order len(a) - 1 and more, which p' does not have.
     for j, x in enumerate(a):

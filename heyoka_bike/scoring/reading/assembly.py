@@ -7,8 +7,7 @@ from itertools import chain
 import numpy as np
 
 from heyoka_bike.errors import quoted
-from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.findings import Finding, Severity
+from heyoka_bike.scoring.findings import Finding, warning
 from heyoka_bike.scoring.reading.names.columns import (
     TIME,
     is_maneuver,
@@ -139,26 +138,21 @@ def _rows(
     table: Vectors, names: Sequence[str], times: Times, number: int | None, time: int,
     columns: Mapping[str, int], bad: list[_Bad],
 ) -> Rows:  # fmt: skip
-    values: dict[str, Array] = {}
-    lo: dict[str, Array] = {}
-    units: dict[str, str] = {}
-    may_be: dict[str, tuple[str, ...]] = {}
+    named = {key: names[j] if names else "" for key, j in columns.items()}
+    used = {key: table.columns[j] for key, j in columns.items()}
     order = slice(None) if times.order is None else times.order
-    for key, j in columns.items():
-        column = table.columns[j]
+    values = {}
+    for key, column in used.items():
         is_bad = ~np.isfinite(column.values)
         if is_bad.any() and not is_bad.all():
             i = int(np.argmax(is_bad))
             place = ("row", i + 1) if table.lines is None else ("line", int(table.lines[i]))
-            bad.append((place[1], j + 1, place[0], int(is_bad.sum())))
+            bad.append((place[1], columns[key] + 1, place[0], int(is_bad.sum())))
         finite = np.where(is_bad, np.nan, column.values) if is_bad.any() else column.values
         values[key] = finite[order]
-        if column.lo is not None:
-            lo[key] = column.lo[order]
-        if j < len(names) and (unit := named_unit(names[j], key)):
-            units[key] = unit
-        if j < len(names) and key in (keys := may_mean(names[j])):
-            may_be[key] = keys
+    lo = {key: column.lo[order] for key, column in used.items() if column.lo is not None}
+    units = {key: unit for key, name in named.items() if (unit := named_unit(name, key))}
+    may_be = {key: keys for key, name in named.items() if key in (keys := may_mean(name))}
     quantum = {key: table.columns[j].quantum for key, j in {TIME: time, **columns}.items()}
     return Rows(number, times.hi, times.lo, values, lo, quantum, units, may_be)
 
@@ -167,9 +161,5 @@ def _not_finite(bad: Sequence[_Bad]) -> Finding:
     """How many values are not finite, and the first one."""
     line, column, unit, _ = min(bad)
     count = sum(n for *_, n in bad)
-    return Finding(
-        "not_finite",
-        f"{count} values are not finite and not used (first in {unit} {line}, column {column}).",
-        Severity.WARNING,
-        {"count": count, "line": line, "column": column},
-    )
+    said = f"{count} values are not finite and not used (first in {unit} {line}, column {column})."
+    return warning("not_finite", said, count=count, line=line, column=column)

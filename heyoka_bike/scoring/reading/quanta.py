@@ -40,52 +40,34 @@ def are_beyond_binary64(numbers: Sequence[str], enough: int = 5) -> bool:
     return longest > BINARY64_DIGITS and not is_long_binary64(numbers, enough)
 
 
-class DigitTally:
-    """Digits written in the columns of a text, from samples of it."""
-
-    def __init__(self, columns: int, time: int) -> None:
-        self.time = time
-        self.digits = np.zeros(columns, dtype=np.int64)
-        self.fewest = np.full(columns, _MANY)
-        self.most = np.full(columns, -1)
-
-    def add(self, digits: NDArray[np.int64], places: NDArray[np.int64]) -> None:
-        """Count more numbers: arrays of shape (columns, samples), as of `text.blocks.Block`."""
-        if digits.shape[1]:
-            self.digits = np.maximum(self.digits, digits.max(axis=1))
-            known = np.where(places < -1, _MANY, places)
-            self.fewest = np.minimum(self.fewest, known.min(axis=1))
-            self.most = np.maximum(self.most, places.max(axis=1))
-
-    def columns(self, values: Sequence[Array], lo: Sequence[Array | None]) -> list[Vector]:
-        """The columns with what was counted; a constant one is written like the others."""
-        pairs = zip(values, lo, strict=True)
-        written = [self._column(j, v, rest) for j, (v, rest) in enumerate(pairs)]
-        return evened(written, self.time)
-
-    def _column(self, j: int, values: Array, lo: Array | None) -> Vector:
-        digits, fewest, most = int(self.digits[j]), int(self.fewest[j]), int(self.most[j])
-        significant = digits
-        varies = bool(len(values)) and not _is_constant(values, lo)
-        largest = _largest(values)
-        is_fixed = fewest == most >= 0
-        if j == self.time and fewest >= 0 and digits < BINARY64_DIGITS:
-            # The times 0.07 and 10 are written to the same places, without the zeros.
-            is_fixed = True
-        if is_fixed and varies and 10.0**-most >= np.spacing(largest):
-            count = max(1, floor(log10(largest)) + 1 + most)
-            return Vector(values, lo, Quantum(10, places=most), count, significant)
-        if _SINGLE_DIGITS <= digits < BINARY64_DIGITS and _are_single_written(values, digits):
-            # Printed longer than they are.
-            return Vector(values, lo, Quantum(2, digits=24), _DIGITS_OF_BITS[24], significant)
-        # The times always have their rest.
-        if 0 < digits < BINARY64_DIGITS or (lo is not None and digits > BINARY64_DIGITS):
-            quantum = Quantum(10, digits=digits)
-        else:
-            bits = binary_digits(values) if varies else 53
-            quantum = Quantum(2, digits=bits)
-            digits = BINARY64_DIGITS if bits == 53 else _DIGITS_OF_BITS[bits]
-        return Vector(values, lo, quantum, digits if varies else None, significant)
+def written_column(
+    values: Array, lo: Array | None, digits: NDArray[np.int64], places: NDArray[np.int64],
+    is_time: bool,
+) -> Vector:  # fmt: skip
+    """A column of a text, by the digits and places of samples of it; see `text.blocks.Block`."""
+    significant = int(digits.max(initial=0))
+    fewest = int(np.where(places < -1, _MANY, places).min(initial=_MANY))
+    most = int(places.max(initial=-1))
+    varies = bool(len(values)) and not _is_constant(values, lo)
+    largest = _largest(values)
+    is_fixed = fewest == most >= 0
+    if is_time and fewest >= 0 and significant < BINARY64_DIGITS:
+        # The times 0.07 and 10 are written to the same places, without the zeros.
+        is_fixed = True
+    if is_fixed and varies and 10.0**-most >= np.spacing(largest):
+        count = max(1, floor(log10(largest)) + 1 + most)
+        return Vector(values, lo, Quantum(10, places=most), count, significant)
+    if _SINGLE_DIGITS <= significant < BINARY64_DIGITS and _are_single_written(values, significant):
+        # Printed longer than they are.
+        return Vector(values, lo, Quantum(2, digits=24), _DIGITS_OF_BITS[24], significant)
+    # The times always have their rest.
+    if 0 < significant < BINARY64_DIGITS or (lo is not None and significant > BINARY64_DIGITS):
+        quantum, known = Quantum(10, digits=significant), significant
+    else:
+        bits = binary_digits(values) if varies else 53
+        quantum = Quantum(2, digits=bits)
+        known = BINARY64_DIGITS if bits == 53 else _DIGITS_OF_BITS[bits]
+    return Vector(values, lo, quantum, known if varies else None, significant)
 
 
 def evened(columns: list[Vector], time: int) -> list[Vector]:

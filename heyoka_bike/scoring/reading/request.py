@@ -5,6 +5,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from warnings import catch_warnings, simplefilter
 
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.errors import BicycleError, InputError, printable
 
 LEFT_OUT = ("-", "skip")
@@ -12,6 +13,8 @@ LEFT_OUT = ("-", "skip")
 
 OPTION, ARGUMENT = "--columns", "columns="
 """How the columns are told, on the command line and in Python."""
+
+_NAMES = ", ".join(("time", *BENCHMARK_COLUMNS))
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,6 +39,8 @@ class Request:
         Number of blank lines that were left out above those that are counted.
     known : callable or None
         Whether a column of this name may be in a table without times; None of results.
+    group
+        Number of the maneuver that this part of the file is of; None if it tells of none.
     """
 
     path: str
@@ -46,10 +51,15 @@ class Request:
     part: str = ""
     above: int = 0
     known: Callable[[str], bool] | None = None
+    group: int | None = None
 
     def within(self, part: str) -> "Request":
         """The same, for a part of the file; for all of it if that has no name."""
         return replace(self, part=f"{self.part}{part}: ") if part else self
+
+    def of_maneuver(self, number: int) -> "Request":
+        """The same, for the part of the file that is of one maneuver."""
+        return replace(self.within(f"maneuver {number}"), count=1, group=number)
 
     def error(self, message: str, line: int | None = None, column: int | None = None) -> InputError:
         """The error that says where, what was found and what was expected."""
@@ -84,28 +94,27 @@ class Request:
         said = '"time,roll_angle,..."' if self.option == ARGUMENT else " time,roll_angle,..."
         return f"{self.option}{said} tells what they are"
 
-    def wrong_width(self, width: int, rows: int) -> str:
-        """What to say of columns without names of which there are too many or too few."""
+    def not_columns(self, found: str, line: int | None = None) -> InputError:
+        """The error that says what there is in the place of columns, and which were expected."""
+        said = f"{in_words(self.widths)} columns, or columns named {_NAMES}; {self.how_to_tell}"
         if self.known is not None:
-            return f"found rows of {width} columns, expected as many names above them"
-        found = f"found {width} columns, expected {in_words(self.widths)}"
-        if self.names is not None:
-            return f'{found} as {self.option} tells; there "-" stands for one that is left out'
-        names = "a line of column names such as time, roll_angle, roll_rate"
-        return f"{found}, or {names}{what_may_be_wrong(width, rows, self.widths)}"
+            said = "columns by name"
+        elif self.names is not None:
+            said = f'{len(self.names)} as {self.option} tells; there "-" stands for one left out'
+        return self.error(f"found {found}, expected {said}", line)
+
+    def wrong_width(self, width: int, rows: int, line: int | None = None) -> InputError:
+        """The error for columns without names of which there are too many or too few."""
+        likely, widths = "", self.widths if self.names is None else ()
+        if width + 1 in widths:
+            likely = " (is the time missing?)"
+        elif rows + 1 in widths:
+            likely = f" (are the {rows} rows columns, and is the time missing?)"
+        elif rows in widths:
+            likely = f" (are the {rows} rows columns? the first does not ascend as times do)"
+        return self.not_columns(f"{width} columns{likely}", line)
 
 
 def in_words(widths: Sequence[int]) -> str:
     """Numbers of columns for a message."""
     return " or ".join(map(str, widths))
-
-
-def what_may_be_wrong(width: int, rows: int, widths: Sequence[int]) -> str:
-    """The likely reason for another number of columns, to be put behind a message; or nothing."""
-    if width + 1 in widths:
-        return "; is the time missing?"
-    if rows + 1 in widths:
-        return f"; are the {rows} rows columns, and is the time missing?"
-    if rows in widths:
-        return f"; are the {rows} rows columns? the first does not ascend as times do"
-    return ""

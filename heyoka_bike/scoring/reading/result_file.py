@@ -101,15 +101,15 @@ class ResultFile:
         except InputError:
             raise
         except (OSError, ValueError) as e:
-            reason = e.strerror if isinstance(e, OSError) and e.strerror else str(e)
-            said = f"cannot be read ({reason}), expected a result file"
-            raise self.request.error(said) from None
+            raise self._unreadable(e) from None
 
     def _read(self, size: int) -> bytes:
         """So many bytes more; all that are left if the size is -1."""
         try:
             return self._file.read(size)
         except (OSError, EOFError, zlib.error) as e:
-            reason = printable(" ".join(str(e).split()))[:100]
-            said = f"cannot be read ({reason}), expected a result file"
-            raise self.request.error(said) from None
+            raise self._unreadable(e) from None
+
+    def _unreadable(self, e: Exception) -> InputError:
+        reason = printable(" ".join(str(getattr(e, "strerror", None) or e).split()))[:100]
+        return self.request.error(f"cannot be read ({reason}), expected a result file")

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heyoka_bike.numbers.double import Array, divide, two_product
-from heyoka_bike.scoring.findings import Finding, Severity
+from heyoka_bike.scoring.findings import Finding, info, warning
 
 # Picoseconds; finer decimals are hardly meant.
 _MOST_PLACES = 12
@@ -67,16 +67,12 @@ def settle(
         changed = np.flatnonzero((exact_hi != hi) | (exact_lo != rest))
         hi, rest = exact_hi, exact_lo
         if len(changed):
-            findings.append(
-                Finding(
-                    "times_read_as_multiples",
-                    f"the times are binary numbers next to multiples of 1e-{places} {unit}, and "
-                    f"are read as these decimals ({hi[changed[0]]:.{places}f} {unit} is exactly "
-                    "that)",
-                    Severity.INFO,
-                    {"places": places, "changed": len(changed)},
-                )
+            said = (
+                f"the times are binary numbers next to multiples of 1e-{places} {unit}, and are "
+                f"read as these decimals ({hi[changed[0]]:.{places}f} {unit} is exactly that)"
             )
+            found = info("times_read_as_multiples", said, places=places, changed=len(changed))
+            findings.append(found)
     if unit == "ms":
         hi, rest = divide((hi, rest), np.full(len(hi), 1000.0))
     order = None
@@ -84,27 +80,15 @@ def settle(
     if len(back):
         where = int(back[0]) + 1
         line = where + 1 if lines is None else int(lines[where])
-        findings.append(
-            Finding(
-                "times_unsorted",
-                f"Times go back (first in {'row' if lines is None else 'line'} {line}); the rows "
-                "are sorted by time.",
-                Severity.WARNING,
-                {"line": line, "count": len(back)},
-            )
-        )
+        place = f"{'row' if lines is None else 'line'} {line}"
+        said = f"Times go back (first in {place}); the rows are sorted by time."
+        findings.append(warning("times_unsorted", said, line=line, count=len(back)))
         order = np.lexsort((rest, hi))
         hi, rest = hi[order], rest[order]
     repeated = int(np.count_nonzero((hi[1:] == hi[:-1]) & (rest[1:] == rest[:-1])))
     if repeated:
-        findings.append(
-            Finding(
-                "times_repeated",
-                f"{repeated} rows have the time of another one.",
-                Severity.INFO,
-                {"count": repeated},
-            )
-        )
+        said = f"{repeated} rows have the time of another one."
+        findings.append(info("times_repeated", said, count=repeated))
     return Times(hi, rest, order, tuple(findings))
 
 

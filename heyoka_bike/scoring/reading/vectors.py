@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.findings import Finding, Severity
+from heyoka_bike.scoring.findings import Finding
 from heyoka_bike.scoring.reading.results import Quantum
 
 
@@ -76,13 +76,3 @@ class Vectors:
         columns = [column.of_rows(rows) for column in self.columns]
         lines = None if self.lines is None else self.lines[rows]
         return replace(self, columns=columns, lines=lines, maneuver=maneuver)
-
-
-def turned(what: str, rows: int, columns: int) -> Finding:
-    """That rows are taken as columns."""
-    return Finding(
-        "transposed",
-        f"The {what} has {rows} rows and {columns} columns; its rows are taken as columns.",
-        Severity.INFO,
-        {"shape": [rows, columns]},
-    )

@@ -1,6 +1,7 @@
 """Columns of arrays: binary numbers, or decimals as text."""
 
 from collections.abc import Sequence
+from decimal import Decimal
 from math import prod
 from typing import Any
 
@@ -11,10 +12,10 @@ from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.numbers.double import Array, two_sum
 from heyoka_bike.scoring.reading.names.columns import group_number
 from heyoka_bike.scoring.reading.quanta import (
-    DigitTally,
     are_beyond_binary64,
     binary_column,
     column_of_steps,
+    written_column,
 )
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.text.blocks import plain_row, read_rows
@@ -100,17 +101,12 @@ def read_maneuvers(source: Any, request: Request) -> Array:
     for x in np.asarray(source[()]).ravel().tolist():
         text = x.decode("latin-1") if isinstance(x, bytes) else str(x)
         number = group_number(text)
-        try:
-            found.append(float(text) if number is None else number)
-        except ValueError:
-            found.append(np.nan)
+        found.append(float(_POINT.number(text) or "nan") if number is None else number)
     return np.array(found, dtype=np.float64)
 
 
 def _decimals(array: NDArray[Any], request: Request) -> list[str]:
     """Objects as decimals that `float` reads."""
-    from decimal import Decimal
-
     items: list[Any] = array.tolist()
     for x in items:
         if isinstance(x, bool) or not isinstance(x, str | int | float | Decimal | None):
@@ -130,9 +126,9 @@ def _decimal_column(numbers: Sequence[str], is_time: bool) -> Vector:
     )
     rows, exact = [plain_row([x]) for x in numbers], [0] if is_time or is_exact else []
     block = read_rows(rows, np.arange(len(rows)), None, 1, exact, _COUNTED)
-    tally = DigitTally(1, 0 if is_time else -1)
-    tally.add(block.digits, block.places)
-    (column,) = tally.columns([block.values[0]], [block.lo.get(0)])
+    column = written_column(
+        block.values[0], block.lo.get(0), block.digits[0], block.places[0], is_time
+    )
     return column.with_exact_values() if is_time and is_exact else column
 
 

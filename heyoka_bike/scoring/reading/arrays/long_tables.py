@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from heyoka_bike.scoring.reading.arrays.columns import read_maneuvers
 from heyoka_bike.scoring.reading.names.columns import TIME, is_maneuver, recognise
 from heyoka_bike.scoring.reading.request import Request
 
@@ -44,25 +45,26 @@ def pivoted(members: Mapping[str, Any], request: Request) -> Mapping[str, Any]:
     if not is_long(members) or any(isinstance(members[n], Mapping) for n in kinds.values()):
         return members
     cells = {kind: np.ravel(members[name][()]).tolist() for kind, name in kinds.items()}
-    groups: dict[Any, dict[str, dict[Any, Any]]] = {}
-    maneuvers = cells.get("maneuver", [""] * len(cells["time"]))
-    for at, name, x, m in zip(
-        cells["time"], cells["variable"], cells["value"], maneuvers, strict=True
+    maneuvers: list[int | None] = [None] * len(cells["time"])
+    if "maneuver" in kinds:
+        numbers = read_maneuvers(members[kinds["maneuver"]], request)
+        maneuvers = [int(n) if np.isfinite(n) else None for n in numbers]
+    groups: dict[int | None, dict[str, dict[Any, Any]]] = {}
+    for number, at, x, word in zip(
+        maneuvers, cells["time"], cells["value"], cells["variable"], strict=True
     ):
-        column = groups.setdefault(m, {}).setdefault(_word(name), {})
+        name = word.decode("utf-8", "replace") if isinstance(word, bytes) else str(word)
+        column = groups.setdefault(number, {}).setdefault(name, {})
         if at in column:
-            raise request.error(f"found {_word(name)} at the time {at} twice, expected one value")
+            raise request.error(f"found {name} at the time {at} twice, expected one value")
         column[at] = x
-    found = {}
-    for m, columns in groups.items():
-        times = list(dict.fromkeys(at for column in columns.values() for at in column))
-        wide = {name: [column.get(at) for at in times] for name, column in columns.items()}
-        group = {n: np.array(x, object) for n, x in {TIME: times, **wide}.items()}
-        found[
-            _word(m) if str(m)[:1].isalpha() else f"maneuver_{float(m):.0f}" if m != "" else ""
-        ] = group
-    return found
+    if None in groups:
+        return _wide(groups[None])
+    return {f"maneuver_{number}": _wide(columns) for number, columns in groups.items()}
 
 
-def _word(x: Any) -> str:
-    return x.decode("utf-8", "replace") if isinstance(x, bytes) else str(x)
+def _wide(columns: Mapping[str, Mapping[Any, Any]]) -> dict[str, Any]:
+    """Columns by the times of their values as columns beside all times."""
+    times = list(dict.fromkeys(at for column in columns.values() for at in column))
+    wide = {name: [column.get(at) for at in times] for name, column in columns.items()}
+    return {name: np.array(x, object) for name, x in {TIME: times, **wide}.items()}

@@ -1,6 +1,10 @@
-"""Numbers that a file holds as smaller ones, with a scale and an offset, by the CF conventions."""
+"""Arrays that are read when they are wanted; their numbers may be packed, by the CF conventions.
 
-from collections.abc import Mapping
+Packed numbers are smaller ones, with a scale and an offset.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -24,8 +28,20 @@ class Steps(np.ndarray):
         self.step = getattr(other, "step", None)
 
 
-class PackedNumbers:
-    """An array of packed numbers, unpacked when it is read; of floating point none is changed.
+@dataclass(frozen=True, slots=True)
+class StoredArray:
+    """An array of this type and shape, read when it is wanted."""
+
+    dtype: np.dtype[Any]
+    shape: tuple[int, ...]
+    read: Callable[[], Any]
+
+    def __getitem__(self, index: tuple[()]) -> Any:
+        return self.read()
+
+
+def unpacked(source: Any, attributes: Mapping[str, Any]) -> Any:
+    """The array, which unpacks its numbers if they are packed or stand for what is missing.
 
     Parameters
     ----------
@@ -34,31 +50,25 @@ class PackedNumbers:
     attributes
         Of the array, by the names of the conventions.
     """
+    is_packed = _SCALE in attributes or _OFFSET in attributes
+    if source.dtype.kind not in "iuf" or not (is_packed or {*_MISSING} & {*attributes}):
+        return source
+    is_as_it_was = source.dtype.kind == "f" and not is_packed
+    dtype = source.dtype if is_as_it_was else np.dtype(np.float64)
+    missing = [x for n in _MISSING if n in attributes for x in np.ravel(attributes[n])]
+    step = float(np.ravel(attributes.get(_SCALE, 1))[0])
+    offset = float(np.ravel(attributes.get(_OFFSET, 0))[0])
 
-    def __init__(self, source: Any, attributes: Mapping[str, Any]) -> None:
-        first = {n: np.ravel(attributes[n])[0] for n in (_SCALE, _OFFSET) if n in attributes}
-        self._source, self._is_packed = source, bool(first)
-        self._step, self._offset = float(first.get(_SCALE, 1)), float(first.get(_OFFSET, 0))
-        self._missing = [x for n in _MISSING if n in attributes for x in np.ravel(attributes[n])]
-        is_float = source.dtype.kind == "f" and not first
-        self.shape, self.dtype = source.shape, source.dtype if is_float else np.dtype(np.float64)
-
-    def __getitem__(self, index: Any) -> Any:
-        packed = np.asarray(self._source[index])
-        values = packed.astype(self.dtype)
-        if self._is_packed:
+    def read() -> Any:
+        packed = np.asarray(source[()])
+        values: Any = packed.astype(dtype)
+        if is_packed:
             # So 3 steps of 0.1 are 0.3, and not the next number above it.
-            inverse = np.rint(1 / self._step) if self._step else 0.0
-            is_whole = inverse and 1 / inverse == self._step
-            scaled = values / inverse if is_whole else values * self._step
-            steps = (scaled + self._offset).view(Steps)
-            steps.step = self._step if packed.dtype.kind in "iu" else None
-            values = steps
-        values[np.isin(packed, self._missing)] = np.nan
+            inverse = np.rint(1 / step) if step else 0.0
+            is_whole = inverse and 1 / inverse == step
+            values = ((values / inverse if is_whole else values * step) + offset).view(Steps)
+            values.step = step if packed.dtype.kind in "iu" else None
+        values[np.isin(packed, missing)] = np.nan
         return values
 
-
-def unpacked(source: Any, attributes: Mapping[str, Any]) -> Any:
-    """The array, which unpacks its numbers if they are packed or stand for what is missing."""
-    has_any = any(name in attributes for name in (*_MISSING, _SCALE, _OFFSET))
-    return PackedNumbers(source, attributes) if has_any and source.dtype.kind in "iuf" else source
+    return StoredArray(dtype, source.shape, read)

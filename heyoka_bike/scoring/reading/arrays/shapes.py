@@ -35,11 +35,12 @@ def arrays_in(members: Mapping[str, Any]) -> dict[str, Any]:
     return {name: x for name, x in members.items() if not isinstance(x, Mapping)}
 
 
-def by_maneuver(members: Mapping[str, Any], request: Request) -> dict[str, Any]:
-    """Groups of the maneuvers for which arrays have an axis; nothing if they have none."""
+def by_maneuver(members: Mapping[str, Any], request: Request) -> Mapping[str, Any]:
+    """Groups of the maneuvers for which arrays have an axis; the members if they have none."""
     if any(map(group_number, members)):
-        return {}
-    return _columns_by_maneuver(members, request) or _table_by_maneuver(members, request)
+        return members
+    found = _columns_by_maneuver(members, request) or _table_by_maneuver(members, request)
+    return found or members
 
 
 def _columns_by_maneuver(members: Mapping[str, Any], request: Request) -> dict[str, Any]:

@@ -3,8 +3,9 @@
 import json
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
+from functools import partial
 from itertools import chain
 from typing import Any
 
@@ -63,14 +64,12 @@ def read(file: ResultFile) -> list[Vectors] | None:
 def _parsed(text: bytes, encoding: str, request: Request) -> Any:
     """The document, or a list of them, with numbers as their text: so no digit is lost."""
     decoder = json.JSONDecoder(parse_float=str, parse_int=str, parse_constant=str)
+    found, at = [], 0
     try:
         content = text.decode(encoding)
-        try:
-            return decoder.decode(content)
-        except json.JSONDecodeError as e:
-            if e.msg != "Extra data":
-                raise
-        return _one_after_the_other(content, decoder)
+        while match := _NOT_BLANK.search(content, at):
+            item, at = decoder.raw_decode(content, match.start())
+            found.append(item)
     except json.JSONDecodeError as e:
         said = f"found damaged JSON ({e.msg}), expected columns or rows of numbers"
         raise request.error(said, e.lineno, e.colno) from None
@@ -78,70 +77,62 @@ def _parsed(text: bytes, encoding: str, request: Request) -> Any:
         raise request.error(f"found damaged text, expected {encoding.upper()}") from None
     except RecursionError:
         raise request.error(_TOO_DEEP) from None
-
-
-def _one_after_the_other(content: str, decoder: json.JSONDecoder) -> list[Any]:
-    found, at = [], 0
-    while match := _NOT_BLANK.search(content, at):
-        item, at = decoder.raw_decode(content, match.start())
-        found.append(item)
-    return found
+    return found[0] if len(found) == 1 else found
 
 
 def _shaped(x: Any, request: Request, depth: int = 0) -> Any:
     """Arrays and objects as NumPy's arrays and mappings; None if there is no number in it."""
     if depth > _DEEPEST:
         raise request.error(_TOO_DEEP)
-    if isinstance(x, Mapping):
-        return _object(x, request, depth + 1)
+    below = partial(_shaped, request=request, depth=depth + 1)
+    if isinstance(x, dict):
+        table = _of_pandas(x, request)
+        return _known(_member(*item, below) for item in x.items()) if table is None else table
     if not isinstance(x, list) or not x:
         return None
     if _are_scalars(x):
-        return _vector(x)
-    if all(isinstance(y, list) for y in x):
-        return _lists(x, request, depth + 1)
-    if all(isinstance(y, dict) for y in x):
-        return _objects(x, request, depth + 1)
-    return None
+        return np.array(x, object)
+    if _is_list_of(x, list):
+        return _rows(x, request) if _are_scalars(chain(*x)) else _lists([below(y) for y in x])
+    return _objects(x, below) if _is_list_of(x, dict) else None
 
 
-def _lists(items: list[list[Any]], request: Request, depth: int) -> Any:
-    """Rows, or an array for each maneuver."""
-    if _are_scalars(chain.from_iterable(items)):
-        return _rows(items, request)
-    parts = [_shaped(x, request, depth) for x in items]
+def _lists(parts: list[Any]) -> Any:
+    """An array of all parts if they are arrays of one shape; else each is of a maneuver."""
     shapes = {getattr(x, "shape", None) for x in parts}
     if len(shapes) == 1 and None not in shapes:
         return np.stack(parts)
-    return {f"maneuver_{i}": x for i, x in enumerate(parts, 1) if x is not None}
+    return _known((f"maneuver_{i}", x) for i, x in enumerate(parts, 1))
 
 
-def _objects(items: list[dict[str, Any]], request: Request, depth: int) -> Any:
+def _objects(items: list[dict[str, Any]], below: Callable[[Any], Any]) -> Any:
     """Rows by name, or an object for each maneuver."""
     if all(map(_is_flat, items)):
         return _records(items)
     numbers = [_number(x) for x in items]
     if numbers == [None]:
-        return _shaped(items[0], request, depth)
+        return below(items[0])
     # A number that is not told is the place.
     told = [n or i for i, n in enumerate(numbers, 1)]
     if len(set(told)) < len(told):
         told = list(range(1, len(items) + 1))
-    return _known(
-        {f"maneuver_{n}": _shaped(x, request, depth) for n, x in zip(told, items, strict=True)}
-    )
+    return _known((f"maneuver_{n}", below(x)) for n, x in zip(told, items, strict=True))
 
 
-def _object(x: Mapping[str, Any], request: Request, depth: int) -> Any:
-    """A table that pandas writes as an object, or members."""
-    if (table := _of_pandas(x, request)) is not None:
-        return table
-    found = {}
-    for name, y in x.items():
-        label, member = _with_its_unit(name, y)
-        is_told = is_maneuver(name) and isinstance(y, str)
-        found[label] = np.array(y, object) if is_told else _shaped(member, request, depth)
-    return _known(found)
+def _member(name: str, x: Any, below: Callable[[Any], Any]) -> tuple[str, Any]:
+    """Name and values of a member, which may be an object of its values and their unit."""
+    if is_maneuver(name) and isinstance(x, str):
+        return name, np.array(x, object)
+    lists = [y for y in x.values() if isinstance(y, list)] if isinstance(x, dict) else []
+    if len(lists) != 1 or not recognise(name):
+        return name, below(x)
+    unit = x.get("unit", x.get("units"))
+    return f"{name} [{unit}]" if isinstance(unit, str) else name, below(lists[0])
+
+
+def _known(members: Iterable[tuple[str, Any]]) -> dict[str, Any] | None:
+    """The members in which there are numbers; None without any."""
+    return {name: x for name, x in members if x is not None} or None
 
 
 def _of_pandas(x: Mapping[str, Any], request: Request) -> Any:
@@ -155,19 +146,10 @@ def _of_pandas(x: Mapping[str, Any], request: Request) -> Any:
     if members and all(isinstance(y, dict) and y and _is_flat(y) for y in members):
         # The index of the rows has names, outside or inside.
         if are_names(list(x), request):
-            return {name: _vector([y.get(k) for k in members[0]]) for name, y in x.items()}
+            return {name: np.array([y.get(k) for k in members[0]], object) for name, y in x.items()}
         if are_names(list(members[0]), request):
             return _records(members)
     return None
-
-
-def _with_its_unit(name: str, x: Any) -> tuple[str, Any]:
-    """Name and values of a column that is an object of its values and their unit."""
-    lists = [y for y in x.values() if isinstance(y, list)] if isinstance(x, Mapping) else []
-    if len(lists) != 1 or not recognise(name):
-        return name, x
-    unit = x.get("unit", x.get("units"))
-    return f"{name} [{unit}]" if isinstance(unit, str) else name, lists[0]
 
 
 def _rows(rows: list[list[Any]], request: Request) -> Any:
@@ -186,34 +168,22 @@ def _rows(rows: list[list[Any]], request: Request) -> Any:
     again: Counter[str] = Counter()
     for name, *values in zip(*rows, strict=True):
         # Equal names differ by their number, as pandas makes them.
-        columns[f"{name}.{again[name]}" if again[name] else name] = _vector(values)
+        columns[f"{name}.{again[name]}" if again[name] else name] = np.array(values, object)
         again[name] += 1
     return columns
 
 
-def _records(records: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    names = dict.fromkeys(name for record in records for name in record)
-    return {name: _vector([record.get(name) for record in records]) for name in names}
-
-
-def _vector(items: list[Any]) -> Any:
-    found = np.empty(len(items), dtype=object)
-    found[:] = items
-    return found
-
-
-def _known(members: dict[str, Any]) -> dict[str, Any] | None:
-    return {name: x for name, x in members.items() if x is not None} or None
+def _records(items: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    names = dict.fromkeys(chain(*items))
+    return {name: np.array([x.get(name) for x in items], object) for name in names}
 
 
 def _number(x: Mapping[str, Any]) -> int | None:
     """Number of the maneuver that an object says it is of."""
     for name, y in x.items():
         if isinstance(y, str) and (is_maneuver(name) or name.lower() in ("name", "id")):
-            number = group_number(y)
-            if number is None and is_maneuver(name) and y.isascii() and y.isdecimal():
-                number = int(y[:4])
-            if number is not None:
+            word = f"maneuver {y}" if y.isdecimal() and is_maneuver(name) else y
+            if number := group_number(word):
                 return number
     return None
 

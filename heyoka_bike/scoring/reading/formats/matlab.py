@@ -8,8 +8,9 @@ import numpy as np
 
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.scoring.reading.arrays.columns import MOST_BYTES, read_array
-from heyoka_bike.scoring.reading.arrays.tables import DEEPEST, tables
+from heyoka_bike.scoring.reading.arrays.tables import tables
 from heyoka_bike.scoring.reading.formats import is_hdf5_of_matlab
+from heyoka_bike.scoring.reading.formats.hdf5 import variables
 from heyoka_bike.scoring.reading.formats.matlab_bytes import OfClass, matlab_variables
 from heyoka_bike.scoring.reading.formats.own_arrays import OwnFile
 from heyoka_bike.scoring.reading.names.columns import recognise
@@ -39,15 +40,13 @@ def read(file: ResultFile) -> list[Vectors]:
             found = matlab_variables(file.stream().read(), MOST_BYTES)
         return _tables(found, file.request)
     with OwnFile.opened(file, is_turned=True) as own:
-        with file.request.damage("HDF5"):
-            found = _variables(own.file, own)
-        return _tables(found, file.request)
+        return _tables(variables(own), file.request)
 
 
-def _tables(variables: Mapping[str, Any], request: Request) -> list[Vectors]:
-    objects = [(name, x.name) for name, x in variables.items() if isinstance(x, OfClass)]
+def _tables(found: Mapping[str, Any], request: Request) -> list[Vectors]:
+    objects = [(name, x.name) for name, x in found.items() if isinstance(x, OfClass)]
     try:
-        return tables(_plain(variables, request), request, is_ordered=False)
+        return tables(_plain(found, request), request, is_ordered=False)
     except InputError:
         if not objects:
             raise
@@ -56,27 +55,6 @@ def _tables(variables: Mapping[str, Any], request: Request) -> list[Vectors]:
             f"found {quoted(name)}, a {kind}, which MATLAB saves in a form of its own, expected "
             f"arrays; in MATLAB: {_WRITTEN.get(kind, _SAVED).format(name)}"
         ) from None
-
-
-def _variables(group: Any, own: OwnFile, depth: int = 0) -> dict[str, Any]:
-    """The variables in a group of a file of version 7.3, as those of other versions."""
-    import h5py
-
-    found: dict[str, Any] = {}
-    for name, x in own.members(group):
-        if isinstance(x, h5py.Group) and depth < DEEPEST and not name.startswith("#"):
-            fields = {n: y for n, y in own.members(x) if isinstance(y, h5py.Dataset)}
-            if fields and all(map(_has_references, fields.values())):
-                each = {n: own.array(y)[()].ravel("F") for n, y in fields.items()}
-                found[name] = [
-                    {n: _referred(x.file, y[i], own) for n, y in each.items()}
-                    for i in range(min(map(len, each.values())))
-                ]
-            else:
-                found[name] = _variables(x, own, depth + 1)
-        elif isinstance(x, h5py.Dataset) and (value := _value(x, own)) is not None:
-            found[name] = value
-    return found
 
 
 def _plain(members: Mapping[str, Any], request: Request) -> dict[str, Any]:
@@ -158,34 +136,3 @@ def _word(x: Any) -> str:
     if not isinstance(x, np.ndarray) or not x.size or x.dtype.kind not in "US":
         return ""
     return str(x.ravel()[0]).strip()
-
-
-def _has_references(dataset: Any) -> bool:
-    import h5py
-
-    return bool(h5py.check_ref_dtype(dataset.dtype) is h5py.Reference)
-
-
-def _referred(file: Any, reference: Any, own: OwnFile) -> Any:
-    import h5py
-
-    x = file[reference] if reference else None
-    if isinstance(x, h5py.Group):
-        return _variables(x, own, DEEPEST)
-    return _value(x, own) if isinstance(x, h5py.Dataset) else None
-
-
-def _value(dataset: Any, own: OwnFile) -> Any:
-    """An array or a text; None if it is empty."""
-    if dataset.shape is None or "MATLAB_empty" in dataset.attrs:
-        return None
-    if "MATLAB_object_decode" in dataset.attrs:
-        return OfClass(dataset.attrs["MATLAB_class"].decode("latin-1"))
-    if _has_references(dataset):
-        cells = own.array(dataset)[()]
-        inner = [_referred(dataset.file, x, own) for x in cells.ravel(order="F")]
-        return np.fromiter(inner, object, len(inner)).reshape(cells.shape, order="F")
-    array = own.array(dataset)
-    if dataset.attrs.get("MATLAB_class") == b"char":
-        return np.array("".join(map(chr, array[()].ravel())))
-    return array

@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from heyoka_bike.errors import printable
+from heyoka_bike.scoring.reading.arrays.packed import StoredArray
 from heyoka_bike.scoring.reading.arrays.tables import MOST_MEMBERS
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
@@ -29,7 +30,7 @@ class OwnFile:
 
     def __init__(self, file: Any, request: Request, is_turned: bool = False) -> None:
         self.file = file
-        self._request = request
+        self.request = request
         self._is_turned = is_turned
         self._count = 0
 
@@ -69,7 +70,7 @@ class OwnFile:
                 self._claim()
                 yield name, group[name]
 
-    def array(self, dataset: Any) -> "OwnArray":
+    def array(self, dataset: Any) -> StoredArray:
         """An array, which is read when it is wanted.
 
         Raises
@@ -78,49 +79,39 @@ class OwnFile:
             It is kept in another file, or there are too many.
         """
         self._claim()
-        return OwnArray(dataset, self._request, self._is_turned)
+        if dataset.is_virtual or dataset.external:
+            raise self.request.error(
+                f"found {printable(dataset.name)} kept in another file, expected it in this one"
+            )
+        shape = dataset.shape[::-1] if self._is_turned else dataset.shape
+        return StoredArray(dataset.dtype, shape, lambda: self._read(dataset))
 
     def _claim(self) -> None:
         self._count += 1
         if self._count > MOST_MEMBERS:
-            raise self._request.error(
+            raise self.request.error(
                 f"found more than {MOST_MEMBERS} arrays and groups, expected fewer"
             )
 
-
-class OwnArray:
-    """An array in an HDF5 file, read when it is wanted; see `OwnFile.array`."""
-
-    def __init__(self, dataset: Any, request: Request, is_turned: bool) -> None:
-        if dataset.is_virtual or dataset.external:
-            raise request.error(
-                f"found {printable(dataset.name)} kept in another file, expected it in this one"
-            )
-        self.dtype = dataset.dtype
-        self.shape = dataset.shape[::-1] if is_turned else dataset.shape
-        self._dataset = dataset
-        self._request = request
-        self._is_turned = is_turned
-
-    def __getitem__(self, index: tuple[()]) -> Any:
-        with self._request.damage("HDF5"):
+    def _read(self, dataset: Any) -> Any:
+        with self.request.damage("HDF5"):
             try:
-                found = self._dataset[index]
+                found = dataset[()]
             except OSError:
-                self._check_filters()
+                self._check_filters(dataset)
                 raise
             return found.T if self._is_turned else found
 
-    def _check_filters(self) -> None:
+    def _check_filters(self, dataset: Any) -> None:
         """Say it if the array was compressed by what is not here."""
         import h5py
 
-        made = self._dataset.id.get_create_plist()
+        made = dataset.id.get_create_plist()
         for i in range(made.get_nfilters()):
             code, _, _, name = made.get_filter(i)
             if not h5py.h5z.filter_avail(code):
-                raise self._request.error(
-                    f"found {printable(self._dataset.name)} compressed by "
+                raise self.request.error(
+                    f"found {printable(dataset.name)} compressed by "
                     f"{printable(name.decode(errors='replace')) or f'filter {code}'}, which is not "
                     "installed here, expected gzip or none (h5repack -f GZIP=6 changes it)"
                 )

@@ -5,9 +5,9 @@ from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import Any
 
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
+from heyoka_bike.bicycle.columns import COMPARED
 from heyoka_bike.errors import quoted
-from heyoka_bike.scoring.findings import Finding, Severity
+from heyoka_bike.scoring.findings import Finding, info, warning
 from heyoka_bike.scoring.reading.names.joints import of_joint
 from heyoka_bike.scoring.reading.names.units import (
     BRACKETS,
@@ -17,11 +17,10 @@ from heyoka_bike.scoring.reading.names.units import (
     unit_of,
     unknown_unit,
 )
-from heyoka_bike.scoring.reading.request import Request, in_words
+from heyoka_bike.scoring.reading.request import Request
 
 TIME = "time"
 _SECONDS = "s"
-_NAMES = ", ".join((TIME, *BENCHMARK_COLUMNS))
 
 _ALIASES: Mapping[str, tuple[str, ...]] = {
     TIME: ("t", "times", "timestamp", "sec", "seconds", "simulationtime", "tout"),
@@ -196,7 +195,7 @@ def are_names(names: Sequence[str], request: Request) -> bool:
 def left_out(names: Sequence[str]) -> Finding:
     """That columns of unknown names are not used."""
     said = f"Columns of other names are left out: {listed(names, _ALMOST)}."
-    return Finding("columns_left_out", said, Severity.INFO, _evidence(names))
+    return info("columns_left_out", said, **_evidence(names))
 
 
 def set_aside(names: Sequence[str], request: Request) -> Finding:
@@ -206,7 +205,7 @@ def set_aside(names: Sequence[str], request: Request) -> Finding:
         "of a maneuver only if the other names have one, and if the reference has that maneuver; "
         f"{request.how_to_tell}."
     )
-    return Finding("known_columns_left_out", said, Severity.WARNING, _evidence(names))
+    return warning("known_columns_left_out", said, **_evidence(names))
 
 
 def _evidence(names: Sequence[str]) -> dict[str, Any]:
@@ -220,14 +219,9 @@ def unknown_units(names: Mapping[str, str]) -> list[Finding]:
         taken = "it is taken for seconds" if key == TIME else "only the usual units are tried"
         if (unit := unknown_unit(name)) is None:
             continue
-        findings.append(
-            Finding(
-                "unit_unknown",
-                f"The unit {quoted(unit)} of the column {quoted(name)} is not known, so {taken}.",
-                Severity.WARNING,
-                {"name": quoted(name)[1:-1], "unit": quoted(unit)[1:-1], "column": key},
-            )
-        )
+        said = f"The unit {quoted(unit)} of the column {quoted(name)} is not known, so {taken}."
+        evidence = {"name": quoted(name)[1:-1], "unit": quoted(unit)[1:-1], "column": key}
+        findings.append(warning("unit_unknown", said, **evidence))
     return findings[:_SHOWN]
 
 
@@ -244,34 +238,18 @@ def listed(names: Sequence[str], like: float | None = None) -> str:
     return f"{shown} and {more} more" if more > 0 else shown
 
 
-def not_understood(
-    names: Sequence[str], request: Request, found: Sequence[object] | None = None
-) -> str:
-    """What to say of a line of names of which too few are known, or mean what is found."""
+def names_found(names: Sequence[str], found: Sequence[object] | None = None) -> str:
+    """What to say of names of which too few are known, or mean what is found."""
     known = [recognise(name) for name in names] if found is None else found
     unknown = [name for name, k in zip(names, known, strict=True) if not k]
-    shown = f"{listed(unknown, LIKE)} not understood" if unknown else listed(names)
-    return f"found column names {shown}, expected {_NAMES}; {request.how_to_tell}"
-
-
-def arrays_not_understood(names: Sequence[str], request: Request, widths: Sequence[int]) -> str:
-    """What to say of arrays of which too few are known."""
-    found = listed(names, LIKE) or "nothing"
-    known = [recognise(name) for name in names]
-    if sum(k is not None for k in known) > 1 and not any(k and k[0] == TIME for k in known):
-        found += " without their times"
-    return (
-        f"found {found}, expected arrays named {_NAMES}, or one array "
-        f"of {in_words(widths)} columns; {request.how_to_tell}"
-    )
-
-
-def in_brackets(name: str) -> list[str]:
-    """What stands in brackets."""
-    return [part for match in BRACKETS.finditer(name) for part in match.groups() if part]
+    if unknown:
+        return f"column names {listed(unknown, LIKE)} not understood"
+    if not names:
+        return "no column whose name is known"
+    has_time = any(k and k[0] == TIME for k in map(recognise, names))
+    return f"column names {listed(names)}{'' if has_time else ' without their times'}"
 
 
 def _number_in_brackets(match: re.Match[str]) -> str:
-    content = next(part for part in match.groups() if part is not None)
-    number = _NUMBERED.fullmatch(content)
+    number = _NUMBERED.fullmatch(match[0][1:-1])
     return f"_{number[1]}" if number else ""

@@ -8,14 +8,13 @@ some part is not that of the bicycle.
 import re
 from collections.abc import Mapping
 
-_JOINTS: Mapping[str, str] = {
-    **dict.fromkeys(("roll", "rollangle", "lean", "leanangle"), "roll"),
-    **dict.fromkeys(("steer", "steerangle", "steering", "steeringangle"), "steer"),
+_JOINTS: Mapping[str, tuple[str, int]] = {
+    **dict.fromkeys(("roll", "rollangle", "lean", "leanangle"), ("roll", 0)),
+    **dict.fromkeys(("steer", "steerangle", "steering", "steeringangle"), ("steer", 0)),
+    **dict.fromkeys(("rollrate", "leanrate"), ("roll", 1)),
+    **dict.fromkeys(("steerrate", "steeringrate"), ("steer", 1)),
 }
-_RATES: Mapping[str, str] = {
-    **dict.fromkeys(("rollrate", "leanrate"), "roll"),
-    **dict.fromkeys(("steerrate", "steeringrate"), "steer"),
-}
+"""Joints by their names, and how often the angle is differentiated."""
 _IS_ANGLE = frozenset({"phi", "q", "angle", "value"})
 _IS_RATE = frozenset({"w", "qd", "omega", "speed", "rate"})
 
@@ -36,17 +35,8 @@ def of_joint(name: str) -> str | None:
     if not steps or (len(steps) == 1 and not derived):
         return None
     *way, last = steps
-    is_rate = last in _IS_RATE
-    if way and (is_rate or last in _IS_ANGLE):
-        last = way[-1]
-    word = _KIND.sub("", last)
-    if word in _RATES and last is steps[-1]:
-        joint, is_rate = _RATES[word], True
-    elif word in _JOINTS:
-        joint = _JOINTS[word]
-    else:
-        return None
-    if derived and is_rate:
-        # An acceleration.
-        return None
-    return f"{joint}_{'rate' if derived or is_rate else 'angle'}"
+    is_part = way and last in _IS_ANGLE | _IS_RATE
+    joint, order = _JOINTS.get(_KIND.sub("", way[-1] if is_part else last), ("", 2))
+    order += (derived is not None) + (last in _IS_RATE)
+    # The second derivative is an acceleration.
+    return f"{joint}_{('angle', 'rate')[order]}" if order < 2 else None

@@ -5,15 +5,14 @@ from dataclasses import dataclass, replace
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.errors import InputError, quoted
-from heyoka_bike.scoring.findings import Finding, Severity
+from heyoka_bike.scoring.findings import Finding, warning
 from heyoka_bike.scoring.reading.names.columns import (
     TIME,
-    arrays_not_understood,
     did_you_mean,
     is_maneuver,
     left_out,
     listed,
-    not_understood,
+    names_found,
     recognise,
     set_aside,
     unit_in,
@@ -84,9 +83,7 @@ def layout(vectors: Vectors, request: Request) -> Layout:
         The columns cannot be told, or one is there twice.
     """
     names = list(request.names or vectors.names or ())
-    width, rows = len(vectors.columns), len(vectors.columns[0].values)
-    if request.names is not None and len(names) != width:
-        raise request.error(request.wrong_width(width, rows), vectors.heading)
+    width = len(vectors.columns)
     found = meanings(names, request.count)
     known = [f[0] for f in found if f]
     is_named = TIME in known and len(known) > 1
@@ -98,11 +95,7 @@ def layout(vectors: Vectors, request: Request) -> Layout:
     if places is not None:
         settled = _settled([""] * width, places, vectors, request)
         return replace(settled, findings=_names_unused(names, found, places))
-    if not vectors.is_ordered:
-        said = arrays_not_understood(names, request, request.widths)
-    else:
-        said = not_understood(names, request, found) if names else request.wrong_width(width, rows)
-    raise request.error(said, vectors.heading)
+    raise request.not_columns(names_found(names, found), vectors.heading)
 
 
 def _by_place(width: int, count: int) -> Sequence[Found] | None:
@@ -180,11 +173,9 @@ def _names_unused(
     if not wrong:
         return ()
     unknown = [name for name, f in zip(names, found, strict=True) if f is None]
-    finding = Finding(
-        "names_not_used",
+    said = (
         f"Not all column names are known ({listed(unknown)}), so the columns are taken in the "
-        f"benchmark's order, although column {wrong[0] + 1} is named {quoted(names[wrong[0]])}.",
-        Severity.WARNING,
-        {"columns": [i + 1 for i in wrong], "unknown": [quoted(n)[1:-1] for n in unknown[:100]]},
+        f"benchmark's order, although column {wrong[0] + 1} is named {quoted(names[wrong[0]])}."
     )
-    return (finding,)
+    shown = [quoted(name)[1:-1] for name in unknown[:100]]
+    return (warning("names_not_used", said, columns=[i + 1 for i in wrong], unknown=shown),)

@@ -9,8 +9,8 @@ if that is said in words.
 import re
 from collections.abc import Iterable, Mapping, Sequence
 
-from heyoka_bike.scoring.reading.names.columns import TIME, in_brackets, may_mean, recognise
-from heyoka_bike.scoring.reading.names.units import quantities, split_unit
+from heyoka_bike.scoring.reading.names.columns import TIME, may_mean, recognise
+from heyoka_bike.scoring.reading.names.units import BRACKETS, quantities, split_unit
 
 Found = tuple[str, int | None] | None
 """Key of a column and number of its maneuver; None if it is not known."""
@@ -45,7 +45,7 @@ def meanings(names: Sequence[str], count: int) -> list[Found]:
         it means alone cannot be meant beside the others.
     """
     # With other numbers in brackets, all of them are maneuvers.
-    brackets = [b for name in names for b in in_brackets(name)]
+    brackets = [x[1:-1] for name in names for x in BRACKETS.findall(name)]
     are_numbers = any(b.strip().isdecimal() and int(b) != 1 for b in brackets)
     found: list[Found] = [recognise(name, one_is_a_unit=not are_numbers) for name in names]
     found = _apart(names, _with_capitals(names, found))

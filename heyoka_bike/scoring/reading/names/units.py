@@ -2,116 +2,113 @@
 
 import re
 from collections.abc import Mapping
+from functools import lru_cache
 
-_NEWTON_METRE = (
-    "nm", "n m", "n-m", "newton meter", "newton metre", "newton-meter", "newton-metre",
-    "newton meters", "newton metres",
-)  # fmt: skip
-_IN_BASE_UNITS = (
-    "kg m^2/s^2", "kg m2/s2", "kg m^2 s^-2", "kg m2 s-2", "kgm^2/s^2", "kgm2/s2",
-)  # fmt: skip
+from heyoka_bike.numbers.unit import UNITS as WORDS
+from heyoka_bike.numbers.unit import factor, size
+from heyoka_bike.scoring.units import UNITS
+
 _MILLISECOND = "ms"
-_SI: Mapping[str, tuple[str, ...]] = {
-    "s": ("s", "sec", "secs", "second", "seconds"),
-    "rad": ("rad", "radian", "radians"),
-    "rad s-1": ("rad/s", "radian/s", "radians/s", "/s", "1/s", "rads"),
-    "m s-1": ("m/s", "mps", "meter/s", "metre/s", "meters/s", "metres/s"),
-    "J": ("j", "joule", "joules", *_NEWTON_METRE, *_IN_BASE_UNITS),
-    "m": ("m", "meter", "meters", "metre", "metres"),
-    "N": ("n", "newton", "newtons"),
-    "N m": _NEWTON_METRE,
+_QUANTITIES = {"s": ("s", _MILLISECOND), **{si: units for si, units in UNITS.items() if si != "1"}}
+"""By SI unit, those that are usual."""
+_SPELLINGS: Mapping[str, tuple[str, ...]] = {
+    "rad": ("radian",),
+    "degree": ("deg", "\u00b0"),
+    "revolution": ("rev", "turn"),
+    "arcminute": ("arcmin",),
+    "arcsecond": ("arcsec",),
+    "grade": ("gon", "grad", "gradian"),
+    "m": ("meter", "metre"),
+    "inch": ("in", "inches"),
+    "foot": ("ft", "feet"),
+    "mile": ("mi",),
+    "s": ("sec", "second"),
+    "min": ("minute",),
+    "h": ("hr", "hour"),
+    "N": ("newton",),
+    "lbf": ("lb",),
+    "J": ("joule",),
+    "W": ("watt",),
+    "W h": ("wh",),
+    "knot": ("kt",),
+    "N m": ("nm",),
+    "kN m": ("knm",),
+    "mN m": ("mnm",),
+    "MN m": ("MNm",),
+    "N mm": ("nmm",),
+    "N cm": ("ncm",),
+    "kg m": ("kgm",),
+    "m/s": ("mps",),
+    "km/h": ("kmh", "kph"),
+    "foot/s": ("fps",),
+    "inch/s": ("ips",),
+    "mile/h": ("mph",),
+    "rad/s": ("rads",),
+    "degree/s": ("dps", "degs"),
+    "revolution/s": ("rps",),
+    "revolution/min": ("rpm", "r/min"),
 }
-_OTHERS: Mapping[str, Mapping[str, tuple[str, ...]]] = {
-    "s": {_MILLISECOND: ("ms", "msec", "millisecond", "milliseconds")},
-    "rad": {
-        "degree": ("deg", "degree", "degrees", "\u00b0"),
-        "mrad": ("mrad", "milliradian", "milliradians"),
-        "urad": ("urad", "\u03bcrad", "microradian", "microradians"),
-        "arcminute": ("arcmin", "arcminute", "arcminutes"),
-        "arcsecond": ("arcsec", "arcsecond", "arcseconds"),
-        "grade": ("gon", "grad", "gradian", "gradians"),
-        "revolution": ("rev", "revolution", "revolutions", "turn", "turns"),
-    },
-    "rad s-1": {
-        "degree s-1": ("deg/s", "degree/s", "degrees/s", "\u00b0/s", "dps", "degs"),
-        "degree min-1": ("deg/min", "degree/min", "degrees/min", "\u00b0/min"),
-        "mrad s-1": ("mrad/s", "milliradian/s", "milliradians/s"),
-        "revolution s-1": ("rev/s", "rps", "turn/s", "turns/s", "revolutions/s"),
-        "revolution min-1": ("rev/min", "rpm", "r/min", "revolutions/min"),
-    },
-    "m s-1": {
-        "km h-1": ("km/h", "kmh", "kph", "km/hr", "km/hour"),
-        "mm s-1": ("mm/s",),
-        "cm s-1": ("cm/s",),
-        "km s-1": ("km/s",),
-        "m min-1": ("m/min",),
-        "foot s-1": ("ft/s", "fps", "foot/s", "feet/s"),
-        "inch s-1": ("in/s", "ips", "inch/s", "inches/s"),
-        "mile h-1": ("mph", "mi/h", "mile/h", "miles/h", "miles/hour"),
-        "knot": ("kt", "kts", "knot", "knots"),
-    },
-    "J": {
-        "kJ": ("kj", "knm", "kn m", "kilojoule", "kilojoules"),
-        "mJ": ("mj", "nmm", "n mm", "millijoule", "millijoules"),
-        "uJ": ("uj", "\u03bcj", "microjoule", "microjoules"),
-        "MJ": ("Mj", "mnm", "mn m", "megajoule", "megajoules"),
-        "W h": ("wh", "w h", "watt hour", "watt hours"),
-        "foot lbf": ("ft lbf", "ft lb", "ft-lbf", "ft-lb", "lbf ft"),
-    },
-    "m": {
-        "mm": ("mm",),
-        "cm": ("cm",),
-        "km": ("km",),
-        "um": ("um", "\u03bcm"),
-        "inch": ("inch", "inches"),
-        "foot": ("ft", "foot", "feet"),
-    },
-    "N": {"kN": ("kn",), "mN": ("mn",), "MN": ("Mn",), "kgf": ("kgf",), "lbf": ("lbf",)},
-    "N m": {
-        "kN m": ("knm", "kn m"),
-        "N mm": ("nmm", "n mm"),
-        "N cm": ("ncm", "n cm"),
-        "MN m": ("Mnm", "Mn m"),
-        "foot lbf": ("ft lbf", "ft lb", "ft-lbf", "ft-lb", "lbf ft"),
+"""Other spellings, in small letters but for a mega, without the s of a plural."""
+_WORDS: Mapping[str, str] = {
+    # For who writes everything in capitals or in small letters; MJ is a mega if it is written so.
+    **{unit.lower(): unit for unit in reversed([*WORDS])},
+    **{unit: unit for unit in WORDS},
+    **{spelling: unit for unit, spellings in _SPELLINGS.items() for spelling in spellings},
+    **{
+        f"{prefix}{spelling}": f"{short}{unit}"
+        for prefix, short in (("kilo", "k"), ("milli", "m"), ("micro", "u"), ("mega", "M"))
+        for unit in ("rad", "s", "N", "J")
+        for spelling in _SPELLINGS[unit]
     },
 }
-"""By SI unit, the others as `units` has them; all in small letters but a mega that is no milli."""
 
-BRACKETS = re.compile(r"\[([^\[\]]*)\]|\(([^()]*)\)|(?<!\\dot)\{([^{}]*)\}")
-"""What stands in brackets in a name; the braces of TeX's ``\\dot{\\phi}`` hold no unit."""
-# A capital of a program that shouts its units is no mega.
-_MEGA = re.compile(r"\W*M(?:J|N|N ?m)\W*$")
+BRACKETS = re.compile(r"\[[^][]*\]|\([^()]*\)|(?<!\\dot)\{[^{}]*\}")
+"""Brackets in a name, and what is in them; the braces of TeX's ``\\dot{\\phi}`` hold no unit."""
 _NO_UNITS = ("si", "none", "n/a")
 _WORD = re.compile(r"[^\W\d_]")
 # That of a maneuver, or an index; not an exponent.
 _NUMBER = re.compile(r"^\W*(?:m|man|maneuver|manoeuvre)?[\s_-]*[0-9]+\W*$", re.IGNORECASE)
-_DIVIDED = re.compile(r"\s*(?:/|\bper\b)\s*")
-_INVERSE = re.compile(r"[ _]?(s|sec|h)(?:\*\*|\^)?\s*[({]?\s*[-\u2212\u207b][1\u00b9][)}]?$")
-_SECONDS = re.compile(r"/(?:second|sec)s?$")
-_PRODUCT = re.compile(r"[\s*.\u00b7\u22c5]+")
+_ONE_WORD = re.compile(r"r/min|[A-Za-z\u00b0]+")
+_MARKS = str.maketrans(dict.fromkeys("[](){}") | {
+    "\u00b5": "u", "\u03bc": "u", "\u2212": "-", "\u22c5": "*", "_": " ",
+})  # fmt: skip
+_DIVIDED = re.compile(r"\s*/\s*(\w+)")
+_PER = re.compile(r"\bper\b")
+_HYPHEN = re.compile(r"(?<=[A-Za-z])-(?=[A-Za-z])")
+# No power of a metre or a second.
+_INDEX = re.compile(r"[A-Za-z]+[0-9]+")
+_BEFORE_POWER = re.compile(r" +(?=-[0-9])")
 # time_s, steer_rate_deg_s, speed_m_per_s
 _ENDING = re.compile(r"(.+?)_([a-z\u00b0]+(?:_(?:per_)?(?:s|h))?)")
 
 
-def quantities(unit: str) -> frozenset[str]:
-    """SI units, UDUNITS spelling, of the quantities that are written in a unit; none if unknown."""
-    return frozenset(si for si in _SI if unit_of(unit, si) is not None)
+@lru_cache(1 << 12)
+def quantities(unit: str) -> Mapping[str, str]:
+    """The unit, as `scoring.units` has it, by the SI unit of each quantity that it may be of."""
+    text = _PER.sub("/", unit.translate(_MARKS)).strip(" .*")
+    text = _BEFORE_POWER.sub("", _HYPHEN.sub(" ", text))
+    if _INDEX.fullmatch(text) or not _ONE_WORD.search(text):
+        return {}
+    name = _ONE_WORD.sub(_word, text)
+    product = _DIVIDED.sub(r" \1-1", name)
+    meant = {}
+    for si, usual in _QUANTITIES.items():
+        if factor(name, si) is not None:
+            # Other times are not converted.
+            units = usual if si == "s" else (*usual, product)
+            if same := [u for u in units if size(u) == size(name)]:
+                meant[si] = same[0]
+    return meant
 
 
 def unit_of(unit: str, si: str) -> str | None:
     """The unit of a quantity, of which the SI unit is given, as `scoring.units` has it."""
-    plain = _plain(unit)
-    if plain in _SI.get(si, ()):
-        return si
-    others = _OTHERS.get(si, {})
-    mega = "M" + plain[1:] if _MEGA.match(unit) else plain
-    found = (name for x in (mega, plain) for name, spellings in others.items() if x in spellings)
-    return next(found, None)
+    return quantities(unit).get(si)
 
 
 def is_si(unit: str | None) -> bool:
     """Whether the unit is an SI unit, or not told."""
-    return unit is None or any(_plain(unit) in spellings for spellings in _SI.values())
+    return unit is None or any(unit_of(unit, si) == si for si in _QUANTITIES)
 
 
 def is_millisecond(unit: str | None) -> bool:
@@ -122,7 +119,7 @@ def is_millisecond(unit: str | None) -> bool:
 def unknown_unit(name: str) -> str | None:
     """What stands in brackets in a name as a unit does, and is none that is known."""
     for match in BRACKETS.finditer(name):
-        unit = next(part for part in match.groups() if part is not None).strip()
+        unit = match[0][1:-1].strip()
         # In round brackets there may be anything, such as phi(t).
         is_unit = match[0][0] != "(" or "/" in unit
         is_unit &= unit.lower() not in _NO_UNITS
@@ -137,10 +134,8 @@ def split_unit(name: str) -> tuple[str, str | None]:
     What is no unit is left where it is.
     """
     for match in BRACKETS.finditer(name):
-        unit = next(part for part in match.groups() if part is not None)
-        if quantities(unit):
-            rest = name[: match.start()].rstrip(" /") + name[match.end() :]
-            return rest, unit
+        if quantities(unit := match[0][1:-1]):
+            return name[: match.start()].rstrip(" /") + name[match.end() :], unit
     for mark in ("/", " in "):
         stem, found, unit = name.partition(mark)
         if found and stem.strip() and quantities(unit):
@@ -158,9 +153,8 @@ def split_ending(name: str) -> tuple[str, str] | None:
     return (match[1], unit) if quantities(unit) else None
 
 
-def _plain(unit: str) -> str:
-    text = _DIVIDED.sub(
-        "/", unit.replace("\u00b5", "\u03bc").strip().strip("[](){}").strip().lower()
-    )
-    text = _INVERSE.sub(r"/\1", text.replace("^(-1)", "^-1"))
-    return _PRODUCT.sub(" ", _SECONDS.sub("/s", text)).strip().replace(" /", "/")
+def _word(match: re.Match[str]) -> str:
+    """A word of a unit as `numbers.unit` has it."""
+    word = match[0]
+    plain = word.lower()
+    return next((_WORDS[x] for x in (word, plain, plain.removesuffix("s")) if x in _WORDS), word)

@@ -6,25 +6,21 @@ another, slower reader then takes the block or names what is wrong.
 
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
-from functools import cache
+from decimal import MAX_EMAX, MIN_EMIN, Context, Decimal
 from math import isfinite
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from heyoka_bike.numbers.double import Array, two_product
+from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.reading.quanta import NOTHING
 
 Ints = NDArray[np.int64]
 
 _PLAIN = b"0123456789.e+- \t\n"
-# Integers below this are binary64 numbers; characters of a decimal that may be one, with its point.
-_WHOLE, _SHORT = 2.0**53, 16
-_POWERS = np.array([float(10**k) for k in range(_SHORT)])
-# Blanks at the end of a line, and blank lines.
-_UNTIDY = (b" \n", b"\t\n", b"\n\n")
 _ZERO, _POINT, _E = b"0.e"
+# Enough digits for any binary64 without its leading ones; no exponent is too large.
+_EXACT = Context(prec=1200, Emax=MAX_EMAX, Emin=MIN_EMIN, traps=[])
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,20 +70,14 @@ def parse_block(
     Block or None
         None if anything in the text is not as described.
     """
-    is_plain = text.endswith(b"\n") and not text.translate(None, _PLAIN + separator)
-    if not is_plain or (separator and b" " + separator in text):
+    if not text.endswith(b"\n") or text.translate(None, _PLAIN + separator):
         return None
-    mark = separator.decode() or None
-    rows = text.decode().split("\n")[:-1]
-    lines = np.arange(len(rows))
-    if text.startswith(b"\n") or any(end in text for end in _UNTIDY):
-        rows = [row.rstrip() for row in rows]
-        lines = np.flatnonzero([bool(row) for row in rows])
-        rows = [row for row in rows if row]
-    if mark:
-        rows = [row.removesuffix(mark) for row in rows]
+    mark = separator.decode()
+    rows = [row.rstrip().removesuffix(mark) for row in text.decode().split("\n")]
+    lines = np.flatnonzero([bool(row) for row in rows])
+    rows = [row for row in rows if row]
     try:
-        return read_rows(rows, lines, mark, columns, exact, samples) if rows else None
+        return read_rows(rows, lines, mark or None, columns, exact, samples) if rows else None
     except ValueError:
         return None
 
@@ -118,51 +108,18 @@ def read_rows(
     if mark:
         written = [[number.strip() for number in row] for row in written]
     digits, places = _written(written, table[sampled].T)
-    lo = {j: rests([row.split(mark, j + 1)[j] for row in rows], values[j]) for j in exact}
+    lo = {}
+    for j in exact:
+        numbers = (row.split(mark, j + 1)[j] for row in rows)
+        lo[j] = np.array([rest(x, hi) for x, hi in zip(numbers, values[j].tolist(), strict=True)])
     return Block(values, lines, digits, places, lo)
-
-
-def rests(numbers: Sequence[str], values: Array) -> Array:
-    """`rest` of each of the numbers."""
-    short = _short_decimals(numbers)
-    if short is None or not np.isfinite(values).all():
-        return np.array([rest(x, hi) for x, hi in zip(numbers, values.tolist(), strict=True)])
-    digits, power = short
-    # What a correctly rounded division leaves is a binary64 number.
-    product, error = two_product(values, power)
-    found: Array = ((digits - product) - error) / power
-    return found
-
-
-def _short_decimals(numbers: Sequence[str]) -> tuple[Array, Array] | None:
-    """Decimals as exact quotients of integers by powers of ten; None if one is longer."""
-    plain = [x.strip() for x in numbers]
-    if max(map(len, plain), default=0) > _SHORT:
-        return None
-    try:
-        digits = np.array([int(x.replace(".", "")) for x in plain], dtype=np.float64)
-    except ValueError:
-        # With an exponent.
-        return None
-    if not (np.abs(digits) < _WHOLE).all():
-        return None
-    return digits, _POWERS[[len(x.partition(".")[2]) for x in plain]]
 
 
 def rest(number: str, hi: float) -> float:
     """The decimal minus its binary64, correctly rounded; zero for zero and infinity."""
     if hi == 0.0 or not isfinite(hi):
         return 0.0
-    Decimal, context = _decimal()
-    return float(context.subtract(Decimal(number), Decimal(hi)))
-
-
-@cache
-def _decimal() -> tuple[Any, Any]:
-    from decimal import MAX_EMAX, MIN_EMIN, Context, Decimal
-
-    # Enough digits for any binary64 without its leading ones; no exponent is too large.
-    return Decimal, Context(prec=1200, Emax=MAX_EMAX, Emin=MIN_EMIN, traps=[])
+    return float(_EXACT.subtract(Decimal(number), Decimal(hi)))
 
 
 def _written(numbers: Sequence[Sequence[str]], values: Array) -> tuple[Ints, Ints]:

@@ -20,8 +20,6 @@ _NOT_FINITE = re.compile(
 _COMMENT = re.compile(r"(?:(?<![0-9]\.)#|#(?!IND|INF|QNAN|SNAN))|[%!]|//", re.IGNORECASE)
 _CUT = re.compile(r"[+-]?[0-9]*[.,]?[0-9]*(?:[eEdDqQ][+-]?)?")
 _QUOTED = re.compile(r"\"[^\"]*\"|'[^']*'")
-# What typesetting makes of a minus sign and of blanks.
-_PLAIN = str.maketrans({"\u2212": "-", "\xa0": " ", "\u202f": " ", "\v": " ", "\f": " "})
 
 
 @dataclass(frozen=True)
@@ -82,7 +80,7 @@ class Dialect:
 
     def numbers(self, fields: Sequence[str]) -> list[str | None]:
         """`number` of each of the fields."""
-        if self._are_plain(fields):
+        if self.decimal == "." and _MANY_NUMBERS.fullmatch("\n".join(fields)):
             return list(fields)
         return [self.number(field) for field in fields]
 
@@ -90,9 +88,6 @@ class Dialect:
         """How many numbers the line has, None if it has anything else or nothing."""
         fields = self.split(line)
         return len(fields) if fields and None not in self.numbers(fields) else None
-
-    def _are_plain(self, fields: Sequence[str]) -> bool:
-        return self.decimal == "." and bool(_MANY_NUMBERS.fullmatch("\n".join(fields)))
 
     def is_cut(self, fields: Sequence[str], columns: int, at_end: bool) -> bool:
         """Whether a row may have been cut while it was being written.
@@ -110,15 +105,6 @@ DIALECTS = tuple(
     Dialect(separator, decimal) for separator in ("\t", ";", ",", "") for decimal in (".", ",")
 )
 """All dialects; of two that read a text alike the first one is meant."""
-
-
-def plain_text(line: bytes) -> str:
-    """A line as text, with plain blanks and minus signs; UTF-8 if it can be."""
-    try:
-        text = line.decode("utf-8")
-    except UnicodeDecodeError:
-        text = line.decode("latin-1")
-    return text.translate(_PLAIN)
 
 
 def without_comment(line: str) -> str:

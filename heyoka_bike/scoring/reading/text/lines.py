@@ -2,6 +2,7 @@
 
 import codecs
 from collections.abc import Iterable, Iterator
+from io import IncrementalNewlineDecoder
 
 from heyoka_bike.scoring.reading.request import Request
 
@@ -16,6 +17,8 @@ _BOMS = (
 # What has no line feeds at all is not read into memory.
 _LONGEST_LINE = 4_000_000
 _CONTROLS = bytes(set(range(32)) - set(b"\t\n\v\f\r\x1a\x1b"))
+# What typesetting makes of a minus sign and of blanks.
+_PLAIN = str.maketrans({"\u2212": "-", "\xa0": " ", "\u202f": " ", "\v": " ", "\f": " "})
 # Of random bytes one in ten; a damaged text may have a few.
 _MOST_CONTROLS = 0.02
 
@@ -39,15 +42,17 @@ def encoding_of(head: bytes) -> tuple[str, int] | None:
     return "utf-8", 0
 
 
-def whole_lines(chunks: Iterable[bytes], encoding: str, request: Request) -> Iterator[bytes]:
+def whole_lines(chunks: Iterable[bytes], encoding: str, request: Request) -> Iterator[str]:
     """Blocks of whole lines that end in a line feed; the last one may lack it.
+
+    Blanks are plain ones, and so are minus signs.
 
     Parameters
     ----------
     chunks
         The text after its mark, cut anywhere.
     encoding
-        See `encoding_of`. All but UTF-8 are translated to that.
+        See `encoding_of`. A byte that is no UTF-8 is Latin-1.
     request
         What is to be read.
 
@@ -56,42 +61,34 @@ def whole_lines(chunks: Iterable[bytes], encoding: str, request: Request) -> Ite
     InputError
         A line that is too long, or text that is not in that encoding.
     """
-    if encoding != "utf-8":
-        chunks = _recoded(chunks, encoding, request)
-    rest = b""
-    is_first = True
-    for chunk in chunks:
-        text = rest + chunk
-        # The line feed after a last carriage return may be in the next chunk.
-        held = b"\r" if text.endswith(b"\r") else b""
-        if b"\r" in text:
-            text = text[: len(text) - len(held)].replace(b"\r\n", b"\n").replace(b"\r", b"\n")
-        end = text.rfind(b"\n") + 1
-        block, rest = text[:end], text[end:] + held
-        if len(rest) > _LONGEST_LINE:
-            raise request.error(
-                f"found a line of more than {_LONGEST_LINE} characters, expected rows of numbers",
-                1 if is_first and not block else None,
-            )
-        if block:
-            is_first = False
-            yield block
-    if rest.endswith(b"\r"):
-        rest = rest[:-1] + b"\n"
-    if rest:
-        yield rest
-
-
-def _recoded(chunks: Iterable[bytes], encoding: str, request: Request) -> Iterator[bytes]:
-    decoder = codecs.getincrementaldecoder(encoding)()
-    line = 1
+    errors = "latin-1" if encoding == "utf-8" else "strict"
+    plain = codecs.getincrementaldecoder(encoding)(errors)
+    decoder = IncrementalNewlineDecoder(plain, translate=True)
+    rest, line = "", 1
     try:
         for chunk in chunks:
-            text = decoder.decode(chunk).encode("utf-8")
-            line += text.count(b"\n")
-            yield text
+            text = rest + decoder.decode(chunk)
+            end = text.rfind("\n") + 1
+            block, rest = text[:end], text[end:]
+            line += block.count("\n")
+            if len(rest) > _LONGEST_LINE:
+                said = f"found a line of more than {_LONGEST_LINE} characters"
+                raise request.error(f"{said}, expected rows of numbers", line)
+            if block:
+                yield block.translate(_PLAIN)
         # A file cut in the middle of a character lacks no more than that.
-        decoder.decode(b"")
+        plain.errors = "ignore"
+        rest += decoder.decode(b"", final=True)
     except UnicodeError:
         name = encoding.upper().replace("-LE", "").replace("-BE", "")
         raise request.error(f"found damaged text, expected {name}", line) from None
+    if rest:
+        yield rest.translate(_PLAIN)
+
+
+def _as_latin_1(error: UnicodeError) -> tuple[str, int]:
+    assert isinstance(error, UnicodeDecodeError)
+    return error.object[error.start : error.end].decode("latin-1"), error.end
+
+
+codecs.register_error("latin-1", _as_latin_1)

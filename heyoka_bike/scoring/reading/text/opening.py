@@ -7,15 +7,14 @@ from dataclasses import dataclass
 from itertools import chain, islice
 
 from heyoka_bike.errors import InputError, quoted
-from heyoka_bike.scoring.reading.names.columns import TIME, are_names, not_understood, recognise
+from heyoka_bike.scoring.reading.names.columns import TIME, are_names, names_found, recognise
 from heyoka_bike.scoring.reading.names.units import quantities
 from heyoka_bike.scoring.reading.quanta import are_beyond_binary64
-from heyoka_bike.scoring.reading.request import Request, in_words
+from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.text.dialects import (
     DIALECTS,
     Dialect,
     best_dialect,
-    plain_text,
     without_comment,
 )
 
@@ -74,7 +73,7 @@ class Opening:
     exact: tuple[int, ...]
 
 
-def find_opening(text: bytes, request: Request) -> Opening:
+def find_opening(text: str, request: Request) -> Opening:
     """Find out how rows of numbers are written, and where they begin.
 
     Parameters
@@ -89,16 +88,16 @@ def find_opening(text: bytes, request: Request) -> Opening:
     InputError
         No rows, rows of another number of columns, or a damaged first row.
     """
-    lines = text.split(b"\n")
-    headings = (_headings(plain_text(line)) for line in lines[:_HEADING_LINES])
+    lines = text.split("\n")
+    headings = (_headings(line) for line in lines[:_HEADING_LINES])
     widths = {len(names) for names in chain.from_iterable(headings) if are_names(names, request)}
     widths |= set(request.widths)
     if not widths:
-        raise request.error("found no line of column names that are known, expected one")
+        raise request.not_columns("no line of column names that are known")
     sample, dialect, width, rows = _first_rows(_contents(lines), widths)
     if not rows:
         what = "no row of numbers" if text.strip() else "an empty file"
-        raise request.error(f"found {what}, expected {in_words(request.widths)} columns of numbers")
+        raise request.not_columns(what)
     first = rows[0][0]
     if width not in widths:
         raise _wrong_width(lines[:first], width, len(rows), request)
@@ -148,10 +147,10 @@ def row_error(
     return request.error(message, line, at + 1)
 
 
-def _contents(lines: Sequence[bytes]) -> Iterator[_Line]:
+def _contents(lines: Sequence[str]) -> Iterator[_Line]:
     """Index and text of the lines that are not blank or comments."""
     for i, line in enumerate(lines):
-        if content := without_comment(plain_text(line)):
+        if content := without_comment(line):
             yield i, content
 
 
@@ -172,30 +171,26 @@ def _headings(line: str) -> Iterator[list[str]]:
 
 
 def _heading(
-    lines: Sequence[bytes], width: int, request: Request
+    lines: Sequence[str], width: int, request: Request
 ) -> tuple[list[str] | None, int | None]:
     """The last heading of so many names above the rows, and the number of its line.
 
     A line of units below it is put into the names.
     """
     below: list[str] = []
-    for i in range(len(lines) - 1, -1, -1):
-        for names in _headings(plain_text(lines[i])):
-            if len(names) != width:
-                continue
-            both = (names, _with_units(names, below)) if below else (names,)
-            if any(are_names(x, request) for x in both):
-                units = below or (_units(lines[i - 1], width) if i else [])
-                return _with_units(names, units), i + 1
-            if not below and _are_units(names):
-                below = names
+    for i, names in _headings_above(lines, width):
+        if are_names(names, request) or are_names(_with_units(names, below), request):
+            above = (x for _, x in _headings_above(lines[i - 1 : i], width) if _are_units(x))
+            return _with_units(names, below or next(above, [])), i + 1
+        if not below and _are_units(names):
+            below = names
     return None, None
 
 
-def _units(line: bytes, width: int) -> list[str]:
-    """The units in a line above the names; none if it has something else."""
-    found = (x for x in _headings(plain_text(line)) if len(x) == width and _are_units(x))
-    return next(found, [])
+def _headings_above(lines: Sequence[str], width: int) -> Iterator[tuple[int, list[str]]]:
+    """Index of each line, from the last to the first, and so many names that it may have."""
+    for i in range(len(lines) - 1, -1, -1):
+        yield from ((i, names) for names in _headings(lines[i]) if len(names) == width)
 
 
 def _are_units(names: Sequence[str]) -> bool:
@@ -215,13 +210,12 @@ def _with_units(names: Sequence[str], units: Sequence[str]) -> list[str]:
     ]
 
 
-def _wrong_width(lines: Sequence[bytes], width: int, rows: int, request: Request) -> InputError:
+def _wrong_width(lines: Sequence[str], width: int, rows: int, request: Request) -> InputError:
     """What to say of rows of so many columns, with the heading above them if there is one."""
-    for i in range(len(lines) - 1, -1, -1):
-        for names in _headings(plain_text(lines[i])):
-            if len(names) == width and request.names is None and not _are_units(names):
-                return request.error(not_understood(names, request), i + 1)
-    return request.error(request.wrong_width(width, rows), len(lines) + 1)
+    for i, names in _headings_above(lines, width):
+        if request.names is None and not _are_units(names):
+            return request.not_columns(names_found(names), i + 1)
+    return request.wrong_width(width, rows, len(lines) + 1)
 
 
 def _counts_columns(content: str, dialect: Dialect, width: int) -> bool:

@@ -1,6 +1,5 @@
 """Rows of numbers in a text, in whatever way programs write them."""
 
-import re
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from itertools import chain
@@ -9,27 +8,17 @@ import numpy as np
 
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.findings import Finding, Severity
-from heyoka_bike.scoring.reading.quanta import DigitTally
+from heyoka_bike.scoring.findings import Finding, warning
+from heyoka_bike.scoring.reading.quanta import evened, written_column
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.text.blocks import Block, parse_block, plain_row, read_rows
-from heyoka_bike.scoring.reading.text.dialects import Dialect, plain_text, without_comment
+from heyoka_bike.scoring.reading.text.dialects import without_comment
 from heyoka_bike.scoring.reading.text.lines import whole_lines
 from heyoka_bike.scoring.reading.text.opening import Opening, find_opening, row_error
 from heyoka_bike.scoring.reading.vectors import Vectors
 
 # Rows of the first block of which digits are counted; of a later one, and by the slow reader.
 _COUNTED, _COUNTED_LATER = 2000, 200
-# These begin with a set of letters, and look back from there: that is ten times faster.
-_COMMENTS = re.compile(
-    rb"[#%!/](?:(?<=[%!])|(?<=/)/|(?<=#)(?:(?<![0-9]\.#)|(?!(?i:ind|inf|qnan|snan)))).*"
-)
-_NOT_FINITE = re.compile(
-    rb"[nNiI#](?:(?<=[nN])(?<![^\s,;+-][nN])(?i:an(?:\([a-z0-9_]*\))?)"
-    rb"|(?<=[iI])(?<![^\s,;+-][iI])(?i:nf(?:inity)?)"
-    rb"|(?<=[0-9]\.#)(?i:ind|inf|qnan|snan)[0-9]*)(?![^\s,;])"
-)
-_QUOTED = re.compile(rb"([\"'])(?<![^\s,;].)([0-9a-zA-Z.+-]+)\1(?![^\s,;])")
 _COMMAS, _EXPONENTS = bytes.maketrans(b".,", b"?."), bytes.maketrans(b"EDdQq", b"eeeee")
 
 
@@ -51,10 +40,10 @@ def read_text(chunks: Iterable[bytes], encoding: str, request: Request) -> Vecto
         Not rows of numbers: where, what was found, what was expected.
     """
     blocks = whole_lines(chunks, encoding, request)
-    first = b""
+    first = ""
     for block in blocks:
-        blank = block.rfind(b"\n", 0, len(block) - len(block.lstrip())) + 1
-        request = replace(request, above=request.above + block.count(b"\n", 0, blank))
+        blank = block.rfind("\n", 0, len(block) - len(block.lstrip())) + 1
+        request = replace(request, above=request.above + block.count("\n", 0, blank))
         if first := block[blank:]:
             break
     reader = _Reader(request, find_opening(first, request))
@@ -74,11 +63,11 @@ class _Reader:
         self.line = 0
         self.cut: InputError | None = None
 
-    def read(self, text: bytes) -> None:
+    def read(self, text: str) -> None:
         """Take the rows of the next block of lines."""
         if self.line == 0:
             self.line = self.opening.skip
-            text = text.split(b"\n", self.line)[-1]
+            text = text.split("\n", self.line)[-1]
         samples = _COUNTED_LATER if self.blocks else _COUNTED
         block = None if self.cut else self._quickly(text, samples)
         if block is None:
@@ -88,30 +77,24 @@ class _Reader:
                 list(rows.values()), lines, None, self.opening.width, self.exact, samples
             )
         self.blocks.append(replace(block, lines=block.lines + self.line + 1))
-        self.line += text.count(b"\n")
+        self.line += text.count("\n")
 
     def finish(self) -> Vectors:
         """The table, when all blocks have been read."""
         findings: tuple[Finding, ...] = ()
         if self.cut is not None:
             number = self.cut.line
-            findings = (
-                Finding(
-                    "last_row_incomplete",
-                    f"The last row (line {number}) is not complete and left out.",
-                    Severity.WARNING,
-                    {"line": number},
-                ),
-            )
+            said = f"The last row (line {number}) is not complete and left out."
+            findings = (warning("last_row_incomplete", said, line=number),)
         opening, blocks = self.opening, self.blocks
-        tally = DigitTally(opening.width, opening.time)
-        for block in blocks:
-            tally.add(block.digits, block.places)
-        lo = {j: np.concatenate([block.lo.pop(j) for block in blocks]) for j in self.exact}
-        columns = tally.columns(
-            [_together([block.values for block in blocks], j) for j in range(opening.width)],
-            [lo.get(j) for j in range(opening.width)],
-        )
+        digits = np.concatenate([block.digits for block in blocks], axis=1)
+        places = np.concatenate([block.places for block in blocks], axis=1)
+        columns = []
+        for j in range(opening.width):
+            lo = np.concatenate([block.lo.pop(j) for block in blocks]) if j in self.exact else None
+            values = _together([block.values for block in blocks], j)
+            columns.append(written_column(values, lo, digits[j], places[j], j == opening.time))
+        columns = evened(columns, opening.time)
         if opening.has_exact_times:
             columns[opening.time] = columns[opening.time].with_exact_values()
         above = self.request.above
@@ -119,19 +102,20 @@ class _Reader:
         heading = None if opening.heading is None else opening.heading + above
         return Vectors(columns, opening.names, lines, heading, findings=findings)
 
-    def _quickly(self, text: bytes, samples: int) -> Block | None:
-        separator = self.opening.dialect.separator.encode()
-        for tidy in (False, True):
-            plain = canonical(text, self.opening.dialect, tidy)
-            block = parse_block(plain, self.opening.width, separator, self.exact, samples)
-            if block is not None:
-                return block
-        return None
+    def _quickly(self, text: str, samples: int) -> Block | None:
+        dialect, width = self.opening.dialect, self.opening.width
+        plain = text.encode()
+        if dialect.decimal == ",":
+            # A point has no place here.
+            plain = plain.translate(_COMMAS)
+        plain = plain.translate(_EXPONENTS)
+        plain = plain if plain.endswith(b"\n") else plain + b"\n"
+        return parse_block(plain, width, dialect.separator.encode(), self.exact, samples)
 
-    def _line_by_line(self, text: bytes) -> dict[int, str]:
+    def _line_by_line(self, text: str) -> dict[int, str]:
         """Rows of plain decimals, by index of the line."""
-        at_end = not text.endswith(b"\n")
-        lines = text.split(b"\n")
+        at_end = not text.endswith("\n")
+        lines = text.split("\n")
         rows = {}
         for i, line in enumerate(lines):
             row = self._row(line, self.line + i + 1, at_end and i == len(lines) - 1)
@@ -139,10 +123,10 @@ class _Reader:
                 rows[i] = plain_row(row)
         return rows
 
-    def _row(self, line: bytes, number: int, at_end: bool) -> list[str] | None:
+    def _row(self, line: str, number: int, at_end: bool) -> list[str] | None:
         """Numbers of a line as text that `float` reads; None of a blank or incomplete one."""
         dialect, width = self.opening.dialect, self.opening.width
-        content = without_comment(plain_text(line))
+        content = without_comment(line)
         fields = dialect.split(content)
         if not any(fields):
             return None
@@ -165,23 +149,3 @@ def _together(blocks: Sequence[list[Array]], j: int) -> Array:
     for values in blocks:
         values[j] = whole[:0]
     return whole
-
-
-def canonical(text: bytes, dialect: Dialect, tidy: bool) -> bytes:
-    """The lines with decimal points, the exponent letter e and no blank before a separator.
-
-    To tidy up is to leave out comments and quotes, and to write what is not finite as a number that
-    is too large.
-    """
-    if not text.isascii():
-        text = text.replace("\u2212".encode(), b"-").replace("\xa0".encode(), b" ")
-    if dialect.decimal == ",":
-        # A point has no place here.
-        text = text.translate(_COMMAS)
-    if tidy:
-        text = _QUOTED.sub(rb"\2", _NOT_FINITE.sub(b"8e888", _COMMENTS.sub(b"", text)))
-    text = text.translate(_EXPONENTS)
-    separator = dialect.separator.encode()
-    if separator and b" " + separator in text:
-        text = re.sub(rb" +" + separator, separator, text)
-    return text if text.endswith(b"\n") else text + b"\n"
