@@ -319,8 +319,22 @@ def shown(found):
         ),
         "hashes": table(
             ("problem", "`content_sha256`"),
-            [(n, f"`{found[n]['content_sha256']}`") for n in PROBLEMS if n in found],
+            [
+                (n, f"`{found[n]['content_sha256']}`")
+                for n in PROBLEMS
+                if "content_sha256" in found.get(n, {})
+            ],
             left=2,
+        ),
+        "made": table(
+            ("problem", "commit", "on", "dataset version", "columns", "processor time [min]"),
+            [
+                (n, f"`{m['commit']}`", m["date"], m["dataset_version"], str(m["columns"]),
+                 str(m["cpu_minutes"]))
+                for n in PROBLEMS
+                if (m := found.get(n, {}).get("made"))
+            ],
+            left=4,
         ),
     }  # fmt: skip
 

@@ -84,6 +84,15 @@ def test_every_maneuver_and_code_was_run(found):
             assert list(said["codes"]) == list(CODES)
 
 
+def test_a_hash_is_claimed_only_of_what_is_made_again(found):
+    """Those of H1 and H4 are compared below; a set that was made once says when and by what."""
+    hashed = {name for name in found if "content_sha256" in found[name]}
+    assert hashed == {"H1", "H4"}
+    assert {name for name in found if "made" in found[name]} == set(PROBLEMS) - hashed
+    shas = re.findall(r"`[0-9a-f]{64}`", PAGE.read_text())
+    assert shas == [f"`{found[name]['content_sha256']}`" for name in ("H1", "H4")]
+
+
 def test_inputs_are_the_decimals_that_the_page_names():
     _, longer = inputs(PROBLEMS["H2"])
     _, benchmark = inputs(PROBLEMS["H1"])
