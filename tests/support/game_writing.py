@@ -38,7 +38,10 @@ def vehicle_headings(random, part):
     for key in part.hi:
         names = VEHICLES.get(key, (key,))
         names = names[:1] if "pitch" in part.hi else names
-        found.append((part, key, str(random.choice(names))))
+        name = str(random.choice(names))
+        # Beside V alone a T may be a torque or a temperature, and is refused.
+        is_told = "mechanical_energy" in part.hi
+        found.append((part, key, names[-1] if name == "T" and not is_told else name))
     return [found[i] for i in random.permutation(len(found))]
 
 
