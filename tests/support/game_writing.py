@@ -11,6 +11,9 @@ from support.game_files import EIGHT, Part, decimal_times, written
 
 TEXTS = ("text", "csv", "semicolons", "text.gz", "long", "below", "timetable")
 ARRAYS = ("npz", "mat", "hdf5", "array", "npy", "cells")
+# Numbers with words in their rows, in a text of 2 MiB.
+AMONG_WORDS = ("long", "below", "timetable")
+MOST_AMONG_WORDS = 2**21 // 80
 NEEDS_ALL = ("array", "npy", "cells")
 # As those who simulate vehicles call them; values tell what u, p and theta are.
 VEHICLES = {

@@ -105,12 +105,15 @@ def _through_files(random, parts, folder):
     return form, found
 
 
-def _form(random, parts):
+def _form(random, parts, digits=17):
     forms = [*writing.TEXTS, *writing.ARRAYS]
-    if any(v.any() for p in parts for v in p.lo.values()):
+    if digits > 17 or any(v.any() for p in parts for v in p.lo.values()):
         forms = list(writing.TEXTS)
     elif not writing.is_plain(parts) or len({p.time.tobytes() for p in parts}) > 1:
         forms = [f for f in forms if f not in writing.NEEDS_ALL]
+    if sum(len(p.time) * len(p.hi) for p in parts) > writing.MOST_AMONG_WORDS:
+        # Longer texts are read as rows of numbers only.
+        forms = [f for f in forms if f not in writing.AMONG_WORDS]
     return str(random.choice(forms))
 
 
@@ -121,11 +124,7 @@ def play_honest(number, seed=SEED):
     try:
         with tempfile.TemporaryDirectory() as folder:
             if random.random() < WRITTEN["honest"]:
-                kind = (
-                    _form(random, said)
-                    if honest.digits <= 17
-                    else str(random.choice(writing.TEXTS))
-                )
+                kind = _form(random, said, honest.digits)
                 source, said = writing.write(
                     random, said, Path(folder) / "file", kind, honest.digits
                 )
