@@ -40,7 +40,7 @@ _LARGEST = 1e6
 # Rows of the beginning, through which a cubic goes.
 _BEGINNING = slice(1, 5)
 # [SI]
-_CONVERGED = 1e-15
+_CONVERGED, _LOST = 1e-15, 1e-10
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -256,9 +256,10 @@ def _default_definitions(
     equations: Equations,
     parameters: Mapping[str, float],
 ) -> dict[str, Array]:
-    """The columns in the default definitions, and the yaw.
+    """The columns in the default definitions, and the yaw; NaN if they are not found.
 
-    Definitions are near one another: the motion is that whose columns are those written.
+    Definitions are near one another: the motion is that whose columns are those written. A speed
+    along a fixed axis tells little of one across it.
     """
     state = {**columns, "yaw": np.zeros_like(time)}
     is_default = all(names[k] == k for k in columns)
@@ -266,14 +267,17 @@ def _default_definitions(
         with np.errstate(all="ignore"):
             own = equations.columns(state_vector(equations, state.__getitem__))
             found = {**own, **following(own, parameters)}
-        turning = np.nan_to_num(found["yaw_rate"])
-        state["yaw"] = _integral(time, turning)
+        yaw = _integral(time, np.nan_to_num(found["yaw_rate"]))
         if is_default:
+            return {**state, "yaw": yaw}
+        off = {k: columns[k] - found[names[k]] for k in columns} | {"yaw": yaw - state["yaw"]}
+        apart = float(np.max(np.abs([*off.values()])))
+        state |= {k: state[k] + np.nan_to_num(x) for k, x in off.items()}
+        if apart < _CONVERGED:
             break
-        off = {k: np.nan_to_num(columns[k] - found[names[k]]) for k in columns}
-        state |= {k: state[k] + x for k, x in off.items()}
-        if max(float(np.max(np.abs(x))) for x in off.values()) < _CONVERGED:
-            break
+    else:
+        if not apart < _LOST:
+            state["yaw"] = np.full_like(time, np.nan)
     return state
 
 
