@@ -68,8 +68,8 @@ NOTHING = f"found no column whose name is known, {BOTH}"
 # Content; line and column of the error; a part of its message.
 TEXTS = [
     # No rows
-    ("", None, None, f"found an empty file, {BOTH}"),
-    ("\n \t\r\n", None, None, f"found an empty file, {BOTH}"),
+    ("", None, None, "found an empty file, expected rows of numbers"),
+    ("\n \t\r\n", None, None, "found an empty file, expected rows of numbers"),
     ("# nothing\n", None, None, f"found no row of numbers, {BOTH}"),
     ("Lorem ipsum dolor\nsit amet\n" * 500, None, None, f"found no row of numbers, {BOTH}"),
     ("<html><body>404</body></html>", None, None, f"found no row of numbers, {BOTH}"),

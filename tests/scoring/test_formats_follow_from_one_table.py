@@ -34,7 +34,7 @@ def test_help_page_and_message_name_all(capsys, tmp_path):
     with pytest.raises(SystemExit):
         main(["score", "--help"])
     help_ = plain(capsys.readouterr().out)
-    page = plain(pages.home(Limits(), has_leaderboard=False))
+    page = plain(pages.home("", Limits(), has_leaderboard=False))
     path = tmp_path / "x.bin"
     path.write_bytes(bytes(range(256)) * 20)
     with pytest.raises(InputError) as refused:

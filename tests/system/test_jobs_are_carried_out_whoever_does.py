@@ -17,6 +17,7 @@ from heyoka_bike.errors import InputError, WorkerLostError
 from heyoka_bike.system.executors import ProcessExecutor, ProcessLimits, RemoteError
 from heyoka_bike.system.jobs import Job, Outcome
 from heyoka_bike.system.parallel import WAITING, carry_out, side_by_side, using
+from heyoka_bike.system.unfinished import KeptResult
 
 MANY = [(i, 1) for i in range(7)]
 
@@ -89,8 +90,8 @@ def test_precision_is_of_one_job_at_a_time(executor):
 
 
 def test_what_is_kept_is_not_made_again(tmp_path):
-    there = Job(jobs.fail, (), "there", cache=tmp_path / "there")
-    empty = Job(jobs.add, (1, 2), "empty", cache=tmp_path / "empty")
+    there = Job(jobs.fail, (), "there", cache=KeptResult(tmp_path / "there", ()))
+    empty = Job(jobs.add, (1, 2), "empty", cache=KeptResult(tmp_path / "empty", ()))
     there.store(Outcome("kept"))
     assert empty.load() is None
     with using(1):
@@ -98,7 +99,8 @@ def test_what_is_kept_is_not_made_again(tmp_path):
     assert found["there"].value == "kept"
     assert empty.load().value == 3
     # Where there is no room, nothing is kept and nothing fails.
-    Job(jobs.add, (1, 2), cache=tmp_path / "no" / "folder").store(Outcome(3))
+    nowhere = KeptResult(tmp_path / "no" / "folder", ())
+    Job(jobs.add, (1, 2), cache=nowhere).store(Outcome(3))
 
 
 def test_progress_is_told_from_elsewhere(tmp_path):

@@ -139,7 +139,7 @@ def test_results_of_every_kind(pytester):
     # What cannot be read is told in one line, without a traceback.
     result.stdout.fnmatch_lines(
         [
-            "bicycle_score: array: found 7 columns, expected 9 or 25",
+            "bicycle_score: array: found 7 columns, expected 9 or 25 columns, or columns named *",
             "bicycle_score: no-such-file.txt: cannot be read (No such file or directory)*",
             "bicycle_score: found maneuver 4, expected 1 to 3",
         ]

@@ -95,9 +95,10 @@ def find_opening(text: str, request: Request) -> Opening:
     if not widths:
         raise request.not_columns("no line of column names that are known")
     sample, dialect, width, rows = _first_rows(_contents(lines), widths)
+    if not rows and not text.strip():
+        raise request.error("found an empty file, expected rows of numbers")
     if not rows:
-        what = "no row of numbers" if text.strip() else "an empty file"
-        raise request.not_columns(what)
+        raise request.not_columns("no row of numbers")
     first = rows[0][0]
     if width not in widths:
         raise _wrong_width(lines[:first], width, len(rows), request)
