@@ -59,6 +59,7 @@ def test_the_known_states_are_written_for_any_bicycle(tmp_path, monkeypatch, cap
     assert main(["check", str(path)]) == 3
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize("level", LEVELS, ids=lambda x: x.name)
 def test_the_first_level_that_is_wrong_is_named(tmp_path, exact, capsys, level):
     # Wrong here and in all that comes after it.
@@ -77,6 +78,7 @@ def test_the_first_level_that_is_wrong_is_named(tmp_path, exact, capsys, level):
     jsonschema.validate(document, schema)
 
 
+@pytest.mark.proof
 def test_a_parameter_that_explains_the_table_is_found(bicycle, exact):
     states = {name: exact[f"{name} [{UNITS[name]}]"] for name in COORDINATES}
     mistaken = bicycle.replace(IBxz=Exact(-bicycle["IBxz"].rational))

@@ -35,6 +35,7 @@ def is_there(folder):
     return True
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize("block", [HANGS, "sleep 1000 & echo $! > pid; echo begun"])
 def test_a_block_that_hangs_is_ended_with_what_it_started(block, tmp_path):
     with pytest.raises(HangError, match=r"(?s)no end after 2 s; killed\. It wrote:\nbegun"):
@@ -42,6 +43,7 @@ def test_a_block_that_hangs_is_ended_with_what_it_started(block, tmp_path):
     assert not is_there(tmp_path)
 
 
+@pytest.mark.proof
 @pytest.mark.timeout(60)
 def test_a_program_that_leaves_the_group_holds_nothing_up(tmp_path):
     block = "setsid sleep 1000 & echo $! > pid; echo begun"

@@ -41,6 +41,7 @@ def behave(what):
     return what, os.getpid()
 
 
+@pytest.mark.proof
 def test_a_call_that_fails_leaves_the_next_one_whole():
     with apart.Apart(20, maker, "there") as called:
         first = called("first")

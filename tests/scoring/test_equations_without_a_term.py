@@ -37,6 +37,7 @@ def farthest(simulator, bicycle, run, missing):
     return max(found)
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize(("code", "run"), MADE.items())
 def test_they_move_as_in_a_program_of_another_hand(simulator, bicycle, code, run):
     (mistake,) = (m for m in EQUATION_MISTAKES if m.code == code)

@@ -14,6 +14,7 @@ def table():
     return text.partition(made.BEGIN)[2].partition(made.END)[0].strip()
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize("code", SOME)
 def test_a_mistake_is_seen_where_it_enters(code):
     expected, found = made.outcome(BY_CODE[code])

@@ -19,6 +19,7 @@ def _kept(keep_reference_values):
     """Thousands of files share their times."""
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize("turn", ROUNDS)
 def test_none_loses_a_digit(turn):
     numbers = range(turn * AT_ONCE, (turn + 1) * AT_ONCE)
@@ -52,6 +53,7 @@ def test_the_game_sees_a_sign_that_is_not_recognised(monkeypatch):
     assert lost(6)
 
 
+@pytest.mark.proof
 def test_the_game_sees_a_zero_in_binary64(monkeypatch):
     monkeypatch.setattr(score, "_with_exact_zero", lambda understood, parts: understood)
     assert lost(18)

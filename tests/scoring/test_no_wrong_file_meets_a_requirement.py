@@ -28,6 +28,7 @@ def losers(kinds, count=4):
     return [o.number for o in play.play("wrong", numbers, processes=1) if o.lost]
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize("turn", ROUNDS)
 def test_none_passes(turn):
     numbers = range(turn * len(KINDS), (turn + 1) * len(KINDS))
@@ -110,6 +111,7 @@ def test_the_game_sees_a_row_that_is_forgiven(monkeypatch):
     assert losers(["one_value", "first_row", "last_row"])
 
 
+@pytest.mark.proof
 def test_the_game_sees_a_choice_made_for_each_maneuver(monkeypatch):
     understand, score_maneuver = score.understand, score._score_maneuver
 

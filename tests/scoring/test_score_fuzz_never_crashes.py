@@ -205,6 +205,7 @@ def loop(seed, count, folder):
     return codes
 
 
+@pytest.mark.proof
 def test_damaged_files_end_with_a_documented_code(tmp_path):
     codes = loop("short", 400, tmp_path)
     # The damage must neither always kill the file nor never hurt it.

@@ -30,6 +30,7 @@ def test_signs_that_contradict_each_other_are_not_called_right(reference):
     assert "right by itself, but steer_angle and steer_rate have opposite signs" in said.message
 
 
+@pytest.mark.proof
 def test_a_bicycle_that_falls_over_is_told_so(reference):
     """A run of a physics engine as it comes: wheels of 32 corners."""
     file = data_folder() / "results" / "pybullet-default.txt.gz"

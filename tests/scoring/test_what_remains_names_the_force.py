@@ -165,6 +165,7 @@ def test_velocities_of_the_bodies_obey_the_equations_of_motion(equations):
         assert np.max(np.abs(found - right)) < 1e-12
 
 
+@pytest.mark.proof
 def test_a_term_that_nobody_knows_is_told_as_such(reference, equations):
     """A steer spring that stiffens with the cube of the angle."""
     program = correct(reference)

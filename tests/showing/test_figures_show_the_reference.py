@@ -31,6 +31,7 @@ def _no_heyoka(monkeypatch):
     monkeypatch.setitem(sys.modules, "heyoka", None)
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize("name", FIGURES)
 def test_every_figure_is_drawn_in_every_format_and_the_same_again(name, reference):
     plate = plates(reference, name)[0]
@@ -144,6 +145,7 @@ def test_modes_are_named_only_where_they_are_those_of_the_benchmark(reference):
     assert not labels & {"weave", "capsize", "castering"}
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize(
     "changes",
     [

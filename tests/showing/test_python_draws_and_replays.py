@@ -14,6 +14,7 @@ FILE = data_folder() / "peers" / "exudyn-h0.01.txt"
 TABLE = np.loadtxt(FILE)
 
 
+@pytest.mark.proof
 def test_a_figure_is_given_or_written_as_the_command_does(tmp_path):
     pytest.importorskip("matplotlib")
     figure = hb.plot("stability")

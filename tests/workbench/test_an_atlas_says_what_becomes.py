@@ -247,6 +247,7 @@ def damages(folder, random):
         yield file, bytes(changed)
 
 
+@pytest.mark.proof
 def test_a_damaged_atlas_is_refused_and_mended(whole, small, tmp_path):
     """Other numbers are never read; what is damaged in the grid is made anew by the same run."""
     folder = tmp_path / "damaged.zarr"

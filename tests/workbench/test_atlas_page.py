@@ -161,6 +161,7 @@ const menu = document.querySelector('select[name="shown"]'), picture = () => map
 </script></body>"""
 
 
+@pytest.mark.proof
 @browser
 def test_keys_pointer_and_boxes_do_what_they_say(page, tmp_path):
     hands = page.replace("</body>", HANDS)

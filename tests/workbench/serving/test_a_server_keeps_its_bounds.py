@@ -147,6 +147,7 @@ def test_what_takes_too_long_is_ended(serving, example):
     assert "takes more than 0.001 s" in answer.json()["error"]
 
 
+@pytest.mark.proof
 def test_what_takes_too_much_memory_is_ended(serving, example):
     # As numbers the rows alone take 80 MB, and as much again when they are compared.
     client = serving(memory=400_000_000, upload=60_000_000)
