@@ -33,6 +33,7 @@ def addresses(text):
     return {x for x in ADDRESSES.findall(text) if not OUTSIDE.match(x)}
 
 
+@pytest.mark.proof
 def test_every_address_of_every_page_leads_below_it(ask, example, monkeypatch):
     files = {"file": (example.name, example.read_bytes())}
     with monkeypatch.context() as patched:
