@@ -21,7 +21,7 @@ from heyoka_bike.reference.manifest import DATASET_VERSION, MANIFEST, read_manif
 from heyoka_bike.reference.verification.hashes import check_files
 from heyoka_bike.reference.verification.verify import read_content, verify
 
-pytestmark = pytest.mark.proof
+pytestmark = [pytest.mark.proof, pytest.mark.usefixtures("keep_structure")]
 
 HDF5, CANDIDATE, CERTIFICATE = "uncontrolled-bicycle.h5", "candidate.h5", "certificate.json"
 TEXT, TEXT_50 = "uncontrolled-bicycle.txt", "uncontrolled-bicycle-50digits.txt"
