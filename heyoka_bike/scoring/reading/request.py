@@ -41,6 +41,8 @@ class Request:
         Whether a column of this name may be in a table without times; None of results.
     group
         Number of the maneuver that this part of the file is of; None if it tells of none.
+    is_ordered
+        Whether the order of arrays by name means anything.
     """
 
     path: str
@@ -52,6 +54,7 @@ class Request:
     above: int = 0
     known: Callable[[str], bool] | None = None
     group: int | None = None
+    is_ordered: bool = True
 
     def within(self, part: str) -> "Request":
         """The same, for a part of the file; for all of it if that has no name."""

@@ -49,7 +49,7 @@ _Reader = Callable[[], Vectors]
 _ALTERNATES = frozenset(c.name for c in COLUMNS)
 
 
-def tables(source: Any, request: Request, *, is_ordered: bool = True) -> list[Vectors]:
+def tables(source: Any, request: Request) -> list[Vectors]:
     """The vectors in an array or in a mapping of names to arrays, or to such mappings.
 
     Parameters
@@ -62,8 +62,6 @@ def tables(source: Any, request: Request, *, is_ordered: bool = True) -> list[Ve
         objects are decimals.
     request
         What is to be read.
-    is_ordered
-        Whether the order in a mapping means anything.
 
     Raises
     ------
@@ -71,23 +69,21 @@ def tables(source: Any, request: Request, *, is_ordered: bool = True) -> list[Ve
         Not columns of real numbers.
     """
     members = source if isinstance(source, Mapping) else {"": source}
-    readers = _search(members, request, is_ordered) or [_refusal(members, request)]
+    readers = _search(members, request) or [_refusal(members, request)]
     return [read() for read in readers]
 
 
-def _search(
-    members: Mapping[str, Any], request: Request, is_ordered: bool, depth: int = 0
-) -> list[_Reader]:
+def _search(members: Mapping[str, Any], request: Request, depth: int = 0) -> list[_Reader]:
     """How to read the tables in the members, or in those of one of them; nothing without any."""
     members = by_maneuver(pivoted(_members(members, request), request), request)
     if groups := _groups(members, request):
-        readers = [_reader(*group, is_ordered) for group in groups]
+        readers = [_reader(*group) for group in groups]
         pairs = zip(readers, groups, strict=True)
         return [reader or _refusal(*group) for reader, group in pairs] if any(readers) else []
-    if reader := _reader(members, request, is_ordered):
+    if reader := _reader(members, request):
         return [reader]
     inner = [x for x in members.values() if isinstance(x, Mapping) and depth < DEEPEST]
-    below = [found for x in inner if (found := _search(x, request, is_ordered, depth + 1))]
+    below = [found for x in inner if (found := _search(x, request, depth + 1))]
     return below[0] if len(below) == 1 else []
 
 
@@ -112,14 +108,14 @@ def _groups(
     return [groups[number] for number in sorted(groups)]
 
 
-def _reader(members: Mapping[str, Any], request: Request, is_ordered: bool) -> _Reader | None:
+def _reader(members: Mapping[str, Any], request: Request) -> _Reader | None:
     """What reads columns by their names, in their order or as one array; None if there are none."""
     arrays, widths = arrays_in(members), request.widths
     vectors = {name: x for name, x in arrays.items() if is_vector(x)}
     known = [name for name in vectors if (request.known or recognise)(name)]
     if request.names is None and are_names(known, request):
         return lambda: _named(members, known, request)
-    is_all = is_ordered and len(vectors) == len(arrays) and request.names is None
+    is_all = request.is_ordered and len(vectors) == len(arrays) and request.names is None
     if len(vectors) in widths and (request.names or is_all):
         return lambda: _by_place(vectors, request, list(vectors) if is_all else None)
     whole = [n for n, x in arrays.items() if len(x.shape) == 2 and {*x.shape} & {*widths}]

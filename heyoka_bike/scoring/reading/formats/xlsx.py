@@ -22,15 +22,14 @@ def read(file: ResultFile) -> list[Vectors]:
     Raises
     ------
     InputError
-        Damaged, or no sheet with rows of numbers.
+        No sheet with rows of numbers.
     ImportError
         openpyxl is not installed.
     """
     from openpyxl import load_workbook
 
-    with file.request.damage("a spreadsheet"):
-        book = load_workbook(file.stream(), read_only=True, data_only=True)
-        texts = {sheet.title: _as_text(sheet, file.request) for sheet in book.worksheets}
+    book = load_workbook(file.stream(), read_only=True, data_only=True)
+    texts = {sheet.title: _as_text(sheet, file.request) for sheet in book.worksheets}
     found: dict[str, list[Vectors]] = {}
     errors: dict[str, InputError] = {}
     for title, text in texts.items():
