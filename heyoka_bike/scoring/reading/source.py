@@ -89,9 +89,10 @@ def _read_tables(source: Any, request: Request) -> tuple[list[Vectors], str]:
     from heyoka_bike.scoring.reading.arrays.tables import tables
 
     if not isinstance(source, str | PathLike):
-        from heyoka_bike.scoring.reading.arrays.objects import plain
+        from heyoka_bike.scoring.reading.arrays.objects import refuse
 
-        return tables(plain(source), request), ARRAY
+        refuse(source)
+        return tables(source, request), ARRAY
     suffix = Path(source).suffix.lower()
     with ExitStack() as stack:
         file = ResultFile(source, request, stack)

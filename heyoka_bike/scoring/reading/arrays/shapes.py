@@ -6,18 +6,19 @@ from typing import Any
 import numpy as np
 
 from heyoka_bike.scoring.reading.arrays.columns import read_array, read_maneuvers
-from heyoka_bike.scoring.reading.names.columns import TIME, group_number, is_maneuver, recognise
+from heyoka_bike.scoring.reading.names.columns import (
+    TIME,
+    group_number,
+    is_maneuver,
+    is_time,
+    recognise,
+)
 from heyoka_bike.scoring.reading.request import Request
 
 # What Simulink calls the outputs of a model; its states may have the same shape.
 _OUTPUTS = ("yout", "simout", "y")
 # Axes of maneuvers, rows and columns: as NumPy's programs have them, as MATLAB's, others.
 _ORDERS = ((0, 1, 2), (2, 0, 1), (0, 2, 1), (2, 1, 0), (1, 0, 2))
-
-
-def is_time(name: str) -> bool:
-    """Whether the name is that of the times."""
-    return recognise(name) == (TIME, None)
 
 
 def is_vector(x: Any) -> bool:

@@ -5,7 +5,6 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.errors import quoted
@@ -17,11 +16,11 @@ from heyoka_bike.scoring.reading.arrays.columns import (
     refused,
 )
 from heyoka_bike.scoring.reading.arrays.long_tables import pivoted
+from heyoka_bike.scoring.reading.arrays.objects import as_array, by_name
 from heyoka_bike.scoring.reading.arrays.shapes import (
     arrays_in,
     beside_a_time,
     by_maneuver,
-    is_time,
     is_vector,
     length,
 )
@@ -30,6 +29,7 @@ from heyoka_bike.scoring.reading.names.columns import (
     are_names,
     group_number,
     is_maneuver,
+    is_time,
     left_out,
     names_found,
     recognise,
@@ -68,7 +68,9 @@ def tables(source: Any, request: Request) -> list[Vectors]:
     InputError
         Not columns of real numbers.
     """
-    members = source if isinstance(source, Mapping) else {"": source}
+    members = by_name(source)
+    if members is None:
+        members = {"": source}
     readers = _search(members, request) or [_refusal(members, request)]
     return [read() for read in readers]
 
@@ -234,7 +236,7 @@ def _maneuver_told(arrays: Mapping[str, Any], request: Request) -> int | None:
     return None
 
 
-def _members(source: Mapping[Any, Any], request: Request) -> dict[str, Any]:
+def _members(source: Mapping[str, Any], request: Request) -> dict[str, Any]:
     """Arrays, anything with their type and shape, and mappings of these, by name."""
     members: dict[str, Any] = {}
     if len(source) > MOST_MEMBERS:
@@ -242,24 +244,13 @@ def _members(source: Mapping[Any, Any], request: Request) -> dict[str, Any]:
             f"found {len(source)} arrays and groups, expected at most {MOST_MEMBERS}"
         )
     for name, x in source.items():
-        within = request.within(str(name))
-        if not isinstance(x, Mapping) and not (hasattr(x, "dtype") and hasattr(x, "shape")):
-            x = _array(x, within)
-        if not isinstance(x, Mapping) and x.dtype.names:
-            records = read_array(x, within).ravel()
-            x = {field: records[field] for field in x.dtype.names}
-        members[str(name)] = x
+        within = request.within(name)
+        columns = by_name(x)
+        if columns is None and (array := as_array(x, within)).dtype.names:
+            records = read_array(array, within).ravel()
+            columns = {field: records[field] for field in array.dtype.names}
+        members[name] = array if columns is None else columns
     return members
-
-
-def _array(source: Any, request: Request) -> NDArray[Any]:
-    try:
-        array: NDArray[Any] = np.asanyarray(source)
-    except (ValueError, TypeError, OverflowError):
-        said = f"found a {type(source).__name__} that is no array, expected real numbers"
-        raise request.error(said) from None
-    # Words one by one may be decimals, and the first that is none can be named.
-    return array.astype(object) if array.dtype.kind == "U" and array.shape else array
 
 
 def _goes_with(name: str, names: Sequence[str]) -> bool:

@@ -114,6 +114,11 @@ def recognise(name: str, *, one_is_a_unit: bool = True) -> tuple[str, int | None
     return key, number
 
 
+def is_time(name: str) -> bool:
+    """Whether the name is that of the times."""
+    return recognise(name) == (TIME, None)
+
+
 def unit_in(name: str) -> tuple[str, str | None, bool]:
     """The name without its unit, that unit, and whether it is an ending such as ``_rad``."""
     stem, unit = split_unit(name)
