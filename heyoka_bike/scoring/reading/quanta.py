@@ -32,14 +32,15 @@ def significant(number: str) -> str:
     return mantissa.lstrip("+-0.").replace(".", "")
 
 
-def are_beyond_binary64(numbers: Sequence[str], enough: int = 5) -> bool:
+def are_beyond_binary64(numbers: Sequence[str], is_time: bool) -> bool:
     """Whether numbers have more digits than binary64, and not just more than it needs.
 
-    Of 18 digits, one in ten agrees by chance with what the nearest binary64 would give; so many
-    must agree.
+    Of 18 digits, one in ten agrees by chance with what the nearest binary64 would give: so many
+    must agree. Of times one is enough: three rows in a row are no accident, and there may be no
+    more.
     """
     longest = max(len(significant(number)) for number in numbers)
-    return longest > BINARY64_DIGITS and not is_long_binary64(numbers, enough)
+    return longest > BINARY64_DIGITS and not is_long_binary64(numbers, 1 if is_time else 5)
 
 
 def written_column(

@@ -33,6 +33,7 @@ from heyoka_bike.scoring.reading.names.columns import (
     left_out,
     names_found,
     recognise,
+    time_among,
 )
 from heyoka_bike.scoring.reading.names.numbers import is_coordinate
 from heyoka_bike.scoring.reading.quanta import evened
@@ -147,8 +148,7 @@ def _refusal(members: Mapping[str, Any], request: Request, depth: int = 0) -> _R
 def _named(members: Mapping[str, Any], known: Sequence[str], request: Request) -> Vectors:
     """Columns that are known by name, with those that say what the others mean."""
     arrays = arrays_in(members)
-    first = next((n for n in known if is_time(n)), known[0])
-    rows = length(arrays[first])
+    rows = length(arrays[known[time_among(known)]])
     beside = [n for n in arrays if is_maneuver(n) or is_coordinate(n)]
     names = [*known, *(n for n in beside if is_vector(arrays[n]) and length(arrays[n]) == rows)]
     others = [
@@ -223,8 +223,7 @@ def _columns(
             x, lo = read_maneuvers(x, part), None
         columns.append(read_column(x, lo, is_time(name), part))
     # Of decimals, a constant column is written like the others, as in a text.
-    time = next((j for j, name in enumerate(meant) if is_time(name)), 0)
-    return evened(columns, time) if any(c.significant for c in columns) else columns
+    return evened(columns, time_among(meant)) if any(c.significant for c in columns) else columns
 
 
 def _maneuver_told(arrays: Mapping[str, Any], request: Request) -> int | None:

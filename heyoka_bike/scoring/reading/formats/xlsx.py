@@ -1,7 +1,6 @@
 """Excel workbooks, through openpyxl."""
 
 from dataclasses import replace
-from itertools import chain
 from typing import Any
 
 from heyoka_bike.errors import InputError, quoted
@@ -45,14 +44,13 @@ def read(file: ResultFile) -> list[Vectors]:
             f"found results in the sheets {listed(list(found))}, expected them in one sheet, or in "
             "sheets named maneuver_1 and so on"
         )
-    for title in numbers if numbers else () if found else errors:
+    titles = [*(numbers or found or errors)]
+    for title in titles:
         if title in errors:
             raise errors[title]
-    if not numbers:
-        return list(chain.from_iterable(found.values()))
     return [
-        replace(table, maneuver=number)
-        for title, number in numbers.items()
+        replace(table, maneuver=numbers.get(title, table.maneuver))
+        for title in titles
         for table in found[title]
     ]
 
