@@ -19,10 +19,10 @@ from heyoka_bike.scoring.reading.arrays.long_tables import pivoted
 from heyoka_bike.scoring.reading.arrays.objects import as_array, by_name
 from heyoka_bike.scoring.reading.arrays.shapes import (
     arrays_in,
-    beside_a_time,
     by_maneuver,
     is_vector,
     length,
+    table_among,
 )
 from heyoka_bike.scoring.reading.names.columns import (
     TIME,
@@ -121,12 +121,8 @@ def _reader(members: Mapping[str, Any], request: Request) -> _Reader | None:
     is_all = request.is_ordered and len(vectors) == len(arrays) and request.names is None
     if len(vectors) in widths and (request.names or is_all):
         return lambda: _by_place(vectors, request, list(vectors) if is_all else None)
-    whole = [n for n, x in arrays.items() if len(x.shape) == 2 and {*x.shape} & {*widths}]
-    pair = beside_a_time(arrays, widths)
-    if pair and whole in ([], [pair[1]]):
-        return lambda: _by_place(_beside(arrays, *pair, request), request)
-    if len(whole) == 1 or list(arrays) == [""]:
-        return lambda: _of_one_array(arrays, whole[0] if whole else "", request)
+    if (table := table_among(arrays, widths)) or list(arrays) == [""]:
+        return lambda: _of_table(arrays, *(table or ("", False, None)), request)
     return None
 
 
@@ -173,35 +169,28 @@ def _by_place(
     return Vectors(_columns(vectors, meant, request), names, maneuver=request.group)
 
 
-def _beside(
-    arrays: Mapping[str, Any], time: str, name: str, is_turned: bool, request: Request
-) -> dict[str, Any]:
-    """The times, and the columns of an array beside them."""
-    array = read_array(arrays[name], request.within(name))
-    columns = array if is_turned else array.T
-    return {time: arrays[time]} | {f"{name}: column {j}": x for j, x in enumerate(columns, 2)}
-
-
-def _of_one_array(arrays: Mapping[str, Any], name: str, request: Request) -> Vectors:
-    """The columns of an array that has all of them, side by side or below each other."""
-    source, widths, part = arrays[name], request.widths, request.within(name)
+def _of_table(
+    arrays: Mapping[str, Any], name: str, is_turned: bool, time: str | None, request: Request
+) -> Vectors:
+    """The columns of an array that has all of them, or all but the times, by their place."""
+    source, part = arrays[name], request.within(name)
     shape = tuple(source.shape)
     if len(shape) != 2:
         if source.dtype.kind not in ("fiuO" if len(shape) == 1 else "fiu"):
             raise refused(source.dtype, part)
         raise part.not_columns(f"an array of shape {shape}")
     array = read_array(source, part)
-    rows, columns = shape
-    if not {rows, columns} & {*widths}:
-        raise part.wrong_width(columns, rows)
-    is_turned = columns not in widths
-    upright = array if is_turned else array.T
+    if time is None and not {*shape} & {*request.widths}:
+        raise part.wrong_width(shape[1], shape[0])
     label = f"{name}: column" if name else "column"
-    vectors = _by_place({f"{label} {j}": x for j, x in enumerate(upright, 1)}, request)
-    if not is_turned:
+    first = {} if time is None else {time: arrays[time]}
+    columns = enumerate(array if is_turned else array.T, 1 + len(first))
+    vectors = _by_place(first | {f"{label} {j}": x for j, x in columns}, request)
+    if first or not is_turned:
         return vectors
-    said = f"The table has {rows} rows and {columns} columns; its rows are taken as columns."
-    return replace(vectors, findings=(info("transposed", said, shape=[rows, columns]),))
+    rows, width = shape
+    said = f"The table has {rows} rows and {width} columns; its rows are taken as columns."
+    return replace(vectors, findings=(info("transposed", said, shape=[rows, width]),))
 
 
 def _columns(
