@@ -305,9 +305,8 @@ def _how_far(results: Results, reference: Reference, key: str, meaning: str) -> 
     for rows in results.maneuvers:
         if key in rows.values:
             alone = _renamed(replace(rows, values=_only(rows.values, {key})), {key: meaning})
-            numbers = [n for n in reference if rows.maneuver in (None, n)]
-            near = (_distance(_within(alone, n, reference[n])[0]) for n in numbers)
-            found *= min(near, default=1.0)
+            away = _distances(alone, reference)
+            found *= min((x for n, x in away.items() if rows.maneuver in (None, n)), default=1.0)
     return float(found ** (1 / len(results.maneuvers)))
 
 
@@ -370,7 +369,7 @@ def _of_another(
     own = _distance(part)
     if own < _FAR:
         return ()
-    distance = {n: _distance(_within(rows, n, reference[n])[0]) for n in reference}
+    distance = _distances(rows, reference)
     nearest = min(distance, key=distance.__getitem__)
     if nearest == part.number or distance[nearest] > min(own / 2, _FAR):
         return ()
@@ -406,6 +405,11 @@ def _another_order(part: Part) -> dict[str, str]:
 
 def _in_order(part: Part, order: Mapping[str, str]) -> Part:
     return replace(part, values={order[key]: x for key, x in part.values.items() if key in order})
+
+
+def _distances(rows: Rows, reference: Reference) -> dict[int, float]:
+    """How far rows are from each maneuver, see `_distance`."""
+    return {n: _distance(_within(rows, n, reference[n])[0]) for n in reference}
 
 
 def _distance(part: Part) -> float:

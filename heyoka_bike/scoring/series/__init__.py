@@ -24,7 +24,7 @@ from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import median
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring.alignment import Alignment, Part, merge
-from heyoka_bike.scoring.definitions import Understanding, understand
+from heyoka_bike.scoring.definitions import Understanding, Understandings, understand
 from heyoka_bike.scoring.findings import Finding, warning
 from heyoka_bike.scoring.reading.given import results_of, several
 from heyoka_bike.scoring.reading.results import Results
@@ -230,7 +230,7 @@ def _same(a: float | None, b: float | None) -> bool:
     return a is not None and b is not None and abs(a - b) <= _SAME_STEP * max(a, b)
 
 
-def _clearest(understood: Sequence[Mapping[str, Understanding]]) -> dict[str, Understanding]:
+def _clearest(understood: Sequence[Understandings]) -> dict[str, Understanding]:
     """Each column as taken by the run that leaves the fewest definitions open, the finest such."""
     found: dict[str, Understanding] = {}
     for run in understood:
@@ -241,13 +241,11 @@ def _clearest(understood: Sequence[Mapping[str, Understanding]]) -> dict[str, Un
     return found
 
 
-def _definitions(understood: Sequence[Mapping[str, Understanding]]) -> dict[str, Column]:
+def _definitions(understood: Sequence[Understandings]) -> dict[str, Column]:
     return {key: u.column for key, u in _clearest(understood).items()}
 
 
-def _shared(
-    own: Mapping[str, Understanding], clearest: Mapping[str, Understanding]
-) -> dict[str, Understanding]:
+def _shared(own: Understandings, clearest: Understandings) -> dict[str, Understanding]:
     """One choice of definitions for the program, unless a run says more against it."""
     shared = {}
     for key, u in own.items():
@@ -262,7 +260,7 @@ def _shared(
 
 def _score(
     runs: Sequence[_Sized],
-    understood: Sequence[Mapping[str, Understanding]],
+    understood: Sequence[Understandings],
     reference: Reference,
     require: str | Sequence[str],
 ) -> tuple[Run, ...]:
