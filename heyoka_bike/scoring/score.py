@@ -236,7 +236,8 @@ def _with_exact_zero(understood: Understandings, parts: Sequence[Part]) -> Under
     u = understood.get(key)
     if u is None or not u.offset:
         return understood
-    left = []
+    # Errors of the motion begin at nothing with it; those of rounding are as large on both sides.
+    left, every, last_digits = [], [], [0.0]
     for part in parts:
         if key not in part.values:
             continue
@@ -245,14 +246,17 @@ def _with_exact_zero(understood: Understandings, parts: Sequence[Part]) -> Under
         error = error[np.isfinite(error)]
         if not len(error):
             continue
-        # Errors of the motion begin at nothing with it; those of rounding are nothing on average.
         last_digit = rounding(part, key, u.unit)[1] or 0.0
         if key not in part.lo:
             last_digit = max(last_digit, float(np.spacing(part.reference.scale(key))))
         is_rounding = np.ptp(error) <= _ROUNDED * last_digit
         found = float(np.mean(error)) if is_rounding else float(error[0])
         left.append((float(median(np.abs(error - found))), found))
+        every += [float(np.min(error)), float(np.max(error))]
+        last_digits.append(last_digit)
     rest = min(left)[1] if left else 0.0
+    if left and max(every) - min(every) <= _ROUNDED * max(last_digits):
+        rest = (min(every) + max(every)) / 2
     return {
         k: replace(v, offset_lo=v.offset_lo + rest) if v.offset == u.offset else v
         for k, v in understood.items()
