@@ -92,14 +92,16 @@ class ResultFile:
         return self._plain if self._plain and self._plain.is_file() else self.stream()
 
     def _open(self, source: str | PathLike[str]) -> BinaryIO:
-        if source != "-" and Path(source).is_dir():
-            raise self.request.error("found a directory, expected a result file")
         try:
             if source == "-":
                 if sys.stdin is None:
                     raise ValueError("closed")
                 return cast(BinaryIO, sys.stdin.buffer)
+            if Path(source).is_dir():
+                raise self.request.error("found a directory, expected a result file")
             return self.stack.enter_context(Path(source).open("rb"))
+        except InputError:
+            raise
         except (OSError, ValueError) as e:
             raise self._unreadable(e) from None
 
