@@ -117,7 +117,7 @@ def column_of_steps(values: Array, step: float) -> Vector:
 def binary_digits(values: Array) -> int:
     """24 if all values are single precision numbers, and not only integers; else 53."""
     some = values[:100]
-    if not _are_single(some) or not _are_single(values):
+    if not are_single(some) or not are_single(values):
         return 53
     finite = values[np.isfinite(values)]
     return 53 if (finite == np.rint(finite)).all() else 24
@@ -140,7 +140,8 @@ def is_long_binary64(numbers: Sequence[str], enough: int) -> bool:
     return matches >= enough
 
 
-def _are_single(values: Array) -> bool:
+def are_single(values: Array) -> bool:
+    """Whether all finite values are single precision numbers."""
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         again = values.astype(np.float32).astype(np.float64)
     return bool(((again == values) | ~np.isfinite(values)).all())

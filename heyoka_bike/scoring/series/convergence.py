@@ -154,16 +154,12 @@ def _pairs(runs: Sequence[Run]) -> list[_Pair]:
     sizes = [run.tolerance if run.step is None else run.step for run in runs[-2:]]
     if len(sizes) < 2 or sizes[0] is None or sizes[1] is None or sizes[0] <= sizes[1]:
         return []
-    ratio = log(sizes[0] / sizes[1])
     found = []
     for (maneuver, key), (a, b) in columns_of(runs[-2:]).items():
-        if a is None or b is None or a.definition != b.definition:
-            continue
-        before, after = a.max_abs_error, b.max_abs_error
-        if not before or not after or a.is_at_floor(_AT_FLOOR) or b.is_at_floor(_AT_FLOOR):
-            continue
-        exponent = log(before / after) / ratio
-        found.append(_Pair(f"{maneuver}.{key}", exponent, b.max_rel_error or 0.0, _is_same(a, b)))
+        exponent = _order(a, sizes[0], b, sizes[1])
+        if a and b and exponent is not None:
+            error = b.max_rel_error or 0.0
+            found.append(_Pair(f"{maneuver}.{key}", exponent, error, _is_same(a, b)))
     return found
 
 
