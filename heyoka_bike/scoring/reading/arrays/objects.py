@@ -32,8 +32,9 @@ def by_name(x: Any) -> Mapping[str, Any] | None:
     frame = {str(name): x[name] for name in getattr(x, "column_names", x.columns)}
     index = getattr(x, "index", None)
     name = getattr(index, "name", None)
-    is_index = isinstance(name, str) and is_time(name) and not any(map(is_time, frame))
-    return {name: index, **frame} if is_index else frame
+    if isinstance(name, str) and is_time(name) and not any(map(is_time, frame)):
+        return {name: index, **frame}
+    return frame
 
 
 def as_array(x: Any, request: Request) -> Any:
