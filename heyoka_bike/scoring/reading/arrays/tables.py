@@ -1,13 +1,13 @@
 """Vectors by name, of arrays in any shape: columns, one array of all, groups of the maneuvers."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from heyoka_bike.bicycle.columns import COLUMNS
-from heyoka_bike.errors import quoted
+from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.scoring.findings import info
 from heyoka_bike.scoring.reading.arrays.columns import (
     read_array,
@@ -46,7 +46,6 @@ DEEPEST = 4
 MOST_MEMBERS = 100_000
 """Arrays and groups of a file; a group may be in itself, many times."""
 
-_Reader = Callable[[], Vectors]
 _ALTERNATES = frozenset(c.name for c in COLUMNS)
 
 
@@ -72,19 +71,23 @@ def tables(source: Any, request: Request) -> list[Vectors]:
     members = by_name(source)
     if members is None:
         members = {"": source}
-    readers = _search(members, request) or [_refusal(members, request)]
-    return [read() for read in readers]
+    found = _search(members, request)
+    if not found:
+        raise _refusal(members, request)
+    return found
 
 
-def _search(members: Mapping[str, Any], request: Request, depth: int = 0) -> list[_Reader]:
-    """How to read the tables in the members, or in those of one of them; nothing without any."""
+def _search(members: Mapping[str, Any], request: Request, depth: int = 0) -> list[Vectors]:
+    """The tables in the members, or in those of one of them; nothing without any."""
     members = by_maneuver(pivoted(_members(members, request), request), request)
     if groups := _groups(members, request):
-        readers = [_reader(*group) for group in groups]
-        pairs = zip(readers, groups, strict=True)
-        return [reader or _refusal(*group) for reader, group in pairs] if any(readers) else []
-    if reader := _reader(members, request):
-        return [reader]
+        of_each = [_table(*group) for group in groups]
+        found = [table for table in of_each if table]
+        if found and None in of_each:
+            raise _refusal(*groups[of_each.index(None)])
+        return found
+    if table := _table(members, request):
+        return [table]
     inner = [x for x in members.values() if isinstance(x, Mapping) and depth < DEEPEST]
     below = [found for x in inner if (found := _search(x, request, depth + 1))]
     return below[0] if len(below) == 1 else []
@@ -111,34 +114,30 @@ def _groups(
     return [groups[number] for number in sorted(groups)]
 
 
-def _reader(members: Mapping[str, Any], request: Request) -> _Reader | None:
-    """What reads columns by their names, in their order or as one array; None if there are none."""
+def _table(members: Mapping[str, Any], request: Request) -> Vectors | None:
+    """Columns by their names, in their order or of one array; None if there are none."""
     arrays, widths = arrays_in(members), request.widths
     vectors = {name: x for name, x in arrays.items() if is_vector(x)}
     known = [name for name in vectors if (request.known or recognise)(name)]
     if request.names is None and are_names(known, request):
-        return lambda: _named(members, known, request)
+        return _named(members, known, request)
     is_all = request.is_ordered and len(vectors) == len(arrays) and request.names is None
     if len(vectors) in widths and (request.names or is_all):
-        return lambda: _by_place(vectors, request, list(vectors) if is_all else None)
+        return _by_place(vectors, request, list(vectors) if is_all else None)
     if (table := table_among(arrays, widths)) or list(arrays) == [""]:
-        return lambda: _of_table(arrays, *(table or ("", False, None)), request)
+        return _of_table(arrays, *(table or ("", False, None)), request)
     return None
 
 
-def _refusal(members: Mapping[str, Any], request: Request, depth: int = 0) -> _Reader:
-    """What says that there are no columns, in the one group that might have had them."""
+def _refusal(members: Mapping[str, Any], request: Request, depth: int = 0) -> InputError:
+    """The error that says that there are no columns, in the one group that might have had them."""
     members = _members(members, request)
     inner = [(x, request) for x in members.values() if isinstance(x, Mapping)]
     inner = _groups(members, request) or inner
     if len(inner) == 1 and depth < DEEPEST:
         ((group, part),) = inner
         return _refusal(group, part, depth + 1)
-
-    def refuse() -> Vectors:
-        raise request.not_columns(names_found([name for name in members if name]))
-
-    return refuse
+    return request.not_columns(names_found([name for name in members if name]))
 
 
 def _named(members: Mapping[str, Any], known: Sequence[str], request: Request) -> Vectors:
