@@ -127,6 +127,20 @@ def falling(runs: Sequence[Run], convergence: Sequence[Convergence]) -> list[Fin
     ]
 
 
+_OF_ROUNDING = "limited_by_rounding"
+_STAYS = {
+    _OF_ROUNDING: " or less, does not fall with the {}, and need not: at this size it is rounding "
+    "of binary64 arithmetic, not the model; only longer numbers make it smaller",
+    "noise_does_not_fall": ", does not fall with the {}, but is another curve in each run: it is "
+    "noise, of single-precision numbers (1e-7), of iterations that stop early, or of rough "
+    "interpolation, and not the model",
+    "error_stays": ", is the same curve in both runs and does not fall with the {}: it is not the "
+    "integrator's, but that of the model, its parameters, the start or the output; ask "
+    "heyoka-bike diagnose",
+}
+"""What is said of errors that stay, by the code of the finding."""
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class _Pair:
     """A column of the two finest runs.
@@ -147,6 +161,13 @@ class _Pair:
     exponent: float
     error: float
     is_same: bool
+
+    @property
+    def code(self) -> str:
+        """Of what is found if the error does not fall."""
+        if self.error < ROUNDING:
+            return _OF_ROUNDING
+        return "error_stays" if self.is_same else "noise_does_not_fall"
 
 
 def _pairs(runs: Sequence[Run]) -> list[_Pair]:
@@ -183,37 +204,12 @@ def _exponent(found: Sequence[float]) -> Iterator[Finding]:
 
 def _staying(stay: Sequence[_Pair], what: str) -> Iterator[Finding]:
     """Errors that do not fall: rounding, noise, or the model."""
-    rounding = [p for p in stay if p.error < ROUNDING]
-    noise = [p for p in stay if p.error >= ROUNDING and not p.is_same]
-    same = [p for p in stay if p.error >= ROUNDING and p.is_same]
-    for code, pairs, says in (
-        (
-            "limited_by_rounding",
-            rounding,
-            f"of the scale or less, does not fall with the {what}, and need not: at this size it "
-            "is rounding of binary64 arithmetic, not the model; only longer numbers make it "
-            "smaller",
-        ),
-        (
-            "noise_does_not_fall",
-            noise,
-            f"of the scale, does not fall with the {what}, but is another curve in each run: it is "
-            "noise, of single-precision numbers (1e-7), of iterations that stop early, or of rough "
-            "interpolation, and not the model",
-        ),
-        (
-            "error_stays",
-            same,
-            f"of the scale, is the same curve in both runs and does not fall with the {what}: it "
-            "is not the integrator's, but that of the model, its parameters, the start or the "
-            "output; ask heyoka-bike diagnose",
-        ),
-    ):
-        if pairs:
-            is_fine = pairs is rounding
+    for code, says in _STAYS.items():
+        if pairs := [p for p in stay if p.code == code]:
+            is_fine = code == _OF_ROUNDING
             places, worst = [p.place for p in pairs], max(p.error for p in pairs)
             error = f"{worst:.1g}" if is_fine else f"up to {worst:.1g}"
-            said = f"{named(places, _NAMED)}: the error, {error} {says}"
+            said = f"{named(places, _NAMED)}: the error, {error} of the scale{says.format(what)}"
             find = info if is_fine else warning
             yield find(code, said, columns=places, max_rel_error=worst)
 
