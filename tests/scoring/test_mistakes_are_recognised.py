@@ -19,6 +19,7 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.numbers.exact import ZERO
 from heyoka_bike.scoring.alignment import align
 from heyoka_bike.scoring.diagnosis.answers import findings
+from heyoka_bike.scoring.diagnosis.diagnose import diagnose
 from heyoka_bike.scoring.diagnosis.explain import explain
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.scoring.reading import read_results
@@ -204,10 +205,9 @@ def test_errors_of_crude_methods_are_no_mistake(
     assert found.causes.fitted == ()
 
 
-def test_the_reference_needs_no_explanation(reference, simulator):
-    results = made(reference)
-    found = explain(align(results, reference).parts, reference, simulator=simulator)
-    assert [f.code for f in findings(found, score(results, reference))] == ["nothing_to_explain"]
+def test_the_reference_needs_no_explanation(reference):
+    found = diagnose(made(reference), reference)
+    assert [f.code for f in found.diagnosis] == ["nothing_to_explain"]
 
 
 def test_the_command_answers_in_words(tmp_path):
