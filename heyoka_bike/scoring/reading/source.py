@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from heyoka_bike.errors import InputError, MissingPackageError, printable
+from heyoka_bike.scoring.reading.arrays.tables import tables
 from heyoka_bike.scoring.reading.assembly import assemble
 from heyoka_bike.scoring.reading.formats import FORMATS, Format, why_not_read
 from heyoka_bike.scoring.reading.names.layout import told
@@ -86,12 +87,7 @@ def read_columns(source: Any, known: Callable[[str], bool]) -> Vectors:
 
 def _read_tables(source: Any, request: Request) -> tuple[list[Vectors], str]:
     """What there is, and its format."""
-    from heyoka_bike.scoring.reading.arrays.tables import tables
-
     if not isinstance(source, str | PathLike):
-        from heyoka_bike.scoring.reading.arrays.objects import refuse
-
-        refuse(source)
         return tables(source, request), ARRAY
     suffix = Path(source).suffix.lower()
     with ExitStack() as stack:

@@ -58,25 +58,28 @@ def as_array(x: Any, request: Request) -> Any:
     return array.astype(object) if is_words else array
 
 
-def refuse(source: Any) -> None:
-    """Raise an error for what has no columns, whatever is in it.
+def members_of(source: Any, request: Request) -> Mapping[str, Any]:
+    """What has columns as a mapping of their names; an array as the only one, without a name.
 
     Raises
     ------
     InputError
-        What it is, and what was expected.
+        Nothing that has columns: what it is, and what was expected.
     """
-    if isinstance(source, list | tuple):
-        if any(by_name(x) is not None for x in source):
-            raise InputError(
-                f"found a list of {type(source[0]).__name__}, expected them by number, such as "
-                "{1: ..., 2: ...}"
-            )
-    elif by_name(source) is None and not np.shape(source) and np.asarray(source).dtype.kind == "O":
+    if (members := by_name(source)) is not None:
+        return members
+    if isinstance(source, list | tuple) and any(by_name(x) is not None for x in source):
+        raise InputError(
+            f"found a list of {type(source[0]).__name__}, expected them by number, such as "
+            "{1: ..., 2: ...}"
+        )
+    array = as_array(source, request)
+    if array.dtype.kind == "O" and not array.shape:
         raise InputError(
             f"found a {type(source).__name__}, expected the path of a file, an array, columns by "
             "name, or a data frame"
         )
+    return {"": array}
 
 
 def _name(name: Any) -> str:

@@ -16,7 +16,7 @@ from heyoka_bike.scoring.reading.arrays.columns import (
     refused,
 )
 from heyoka_bike.scoring.reading.arrays.long_tables import pivoted
-from heyoka_bike.scoring.reading.arrays.objects import as_array, by_name
+from heyoka_bike.scoring.reading.arrays.objects import as_array, by_name, members_of
 from heyoka_bike.scoring.reading.arrays.shapes import (
     arrays_in,
     by_maneuver,
@@ -68,9 +68,7 @@ def tables(source: Any, request: Request) -> list[Vectors]:
     InputError
         Not columns of real numbers.
     """
-    members = by_name(source)
-    if members is None:
-        members = {"": source}
+    members = members_of(source, request)
     found = _search(members, request)
     if not found:
         raise _refusal(members, request)
