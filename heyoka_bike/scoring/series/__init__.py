@@ -143,15 +143,14 @@ def _series(
     is_told = steps is not None or tolerances is not None
     apart = unknown if is_told else [_rows_apart(a) for a in files]
     runs = _runs(files, steps or apart, tolerances or unknown, cpu or unknown)
-    findings: list[Finding] = []
-    if not _are_unknown([run.step for run in runs]):
-        runs.sort(key=lambda run: -(run.step or 0.0))
-    else:
+    told_by = [x for x in ("step", "tolerance") if not _are_unknown([getattr(r, x) for r in runs])]
+    if told_by:
+        runs.sort(key=lambda run: -getattr(run, told_by[0]))
+    if "step" not in told_by:
         runs = [run._replace(step=None) for run in runs]
-        if not _are_unknown([run.tolerance for run in runs]):
-            runs.sort(key=lambda run: -(run.tolerance or 0.0))
-        elif steps is None or tolerances is not None or set(steps) != {None}:
-            findings.append(_steps_unknown(is_told))
+    findings: list[Finding] = []
+    if not told_by and (steps is None or tolerances is not None or set(steps) != {None}):
+        findings.append(_steps_unknown(is_told))
     understood = [understand(run.alignment.parts) for run in runs]
     found = _score(runs, understood, known, require)
     convergence = converge(found)
