@@ -237,7 +237,8 @@ def _with_exact_zero(understood: Understandings, parts: Sequence[Part]) -> Under
     if u is None or not u.offset:
         return understood
     # Errors of the motion begin at nothing with it; those of rounding are as large on both sides.
-    left, every, last_digits = [], [], [0.0]
+    left, lowest, highest = [], -np.inf, np.inf
+    is_all_rounding = True
     for part in parts:
         if key not in part.values:
             continue
@@ -252,11 +253,13 @@ def _with_exact_zero(understood: Understandings, parts: Sequence[Part]) -> Under
         is_rounding = np.ptp(error) <= _ROUNDED * last_digit
         found = float(np.mean(error)) if is_rounding else float(error[0])
         left.append((float(median(np.abs(error - found))), found))
-        every += [float(np.min(error)), float(np.max(error))]
-        last_digits.append(last_digit)
+        # The zero for which no row is off by more than its rounding.
+        lowest = max(lowest, float(np.max(error)) - last_digit)
+        highest = min(highest, float(np.min(error)) + last_digit)
+        is_all_rounding &= is_rounding
     rest = min(left)[1] if left else 0.0
-    if left and max(every) - min(every) <= _ROUNDED * max(last_digits):
-        rest = (min(every) + max(every)) / 2
+    if left and is_all_rounding:
+        rest = (lowest + highest) / 2
     return {
         k: replace(v, offset_lo=v.offset_lo + rest) if v.offset == u.offset else v
         for k, v in understood.items()

@@ -38,10 +38,13 @@ def test_the_zero_is_amid_what_rounding_left_in_all_maneuvers(reference):
     lateral = ("roll_angle", "roll_rate", "steer_angle", "steer_rate", key)
     written = made(reference, lambda k, v, n: v + zero * (k == key), names=lateral)
     report = score(written, reference)
-    left = [report[n][key].trace.error for n in reference]
-    assert max(map(np.max, left)) == pytest.approx(-min(map(np.min, left)), abs=1e-16)
-    true = [m[key] + zero - m[key] - zero for m in map(reference.__getitem__, reference)]
-    assert max(np.max(np.abs(e)) for e in left) <= max(np.max(np.abs(e)) for e in true)
+    last = {n: np.spacing(reference[n].scale(key)) for n in reference}
+    left = {n: report[n][key].trace.error for n in reference}
+    # As far from the limit above as from that below.
+    above = min(last[n] - np.max(left[n]) for n in reference)
+    below = min(last[n] + np.min(left[n]) for n in reference)
+    assert above == pytest.approx(below, abs=1e-16)
+    assert above > 0
     assert report[1][key].as_understood.offset == pytest.approx(zero, rel=1e-15)
 
 
