@@ -132,8 +132,14 @@ class TomlSource:
             )
         return value
 
-    def refuse_unknown(self, tree: dict[str, Any], known: Collection[str], where: Where) -> None:
-        """Raise an error that names the first entry not among those known."""
+    def refuse_unknown(
+        self, tree: dict[str, Any], known: Collection[str], where: Where,
+        needed: Collection[str] = (),
+    ) -> None:  # fmt: skip
+        """Raise an error that names the first entry not among those known, or one that is missing.
+
+        Of an entry in ``[[key]]`` the error says in which of them it is missing.
+        """
         for key in tree:
             if key in known:
                 continue
@@ -144,6 +150,10 @@ class TomlSource:
                 f"found unknown entry {quoted(key)}, expected {guess}: {', '.join(sorted(known))}",
                 (*where, key),
             )
+        for key in needed:
+            if key not in tree:
+                of = f" in {where[0]} {int(where[1]) + 1}" if where else ""
+                raise self.error(f"found no entry '{key}'{of}, expected one", where)
 
     def error(self, message: str, where: Where) -> InputError:
         """An `InputError` at an entry, or at the nearest thing around it that the file has."""

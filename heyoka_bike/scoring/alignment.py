@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from itertools import product
@@ -156,15 +156,14 @@ def align(results: Results, reference: Reference) -> Alignment:
             f"{results.path}: found no row of maneuver {lost[0].number} within its run, expected "
             "at least one"
         )
-    first = [rows.time[0] for rows in results.maneuvers if len(rows.time)]
-    last = [rows.time[-1] for rows in results.maneuvers if len(rows.time)]
+    times = [rows.time for rows in results.maneuvers if len(rows.time)]
     return Alignment(
         file=FileInfo(
             path=results.path,
             format=results.format,
-            rows=max(len(rows.time) for rows in results.maneuvers),
-            t_start=float(min(first)),
-            t_end=float(max(last)),
+            rows=max(map(len, times)),
+            t_start=float(min(t[0] for t in times)),
+            t_end=float(max(t[-1] for t in times)),
             significant_digits=results.significant_digits,
         ),
         parts=tuple(sorted(parts, key=lambda p: p.number)),
@@ -306,8 +305,7 @@ def _how_far(results: Results, reference: Reference, key: str, meaning: str) -> 
         if key in rows.values:
             alone = _renamed(replace(rows, values=_only(rows.values, {key})), {key: meaning})
             numbers = [n for n in reference if rows.maneuver in (None, n)]
-            near = (_distance(_within(alone, n, reference[n])[0]) for n in numbers)
-            found *= min(near, default=1.0)
+            found *= min(_distances(alone, reference, numbers).values(), default=1.0)
     return float(found ** (1 / len(results.maneuvers)))
 
 
@@ -370,7 +368,7 @@ def _of_another(
     own = _distance(part)
     if own < _FAR:
         return ()
-    distance = {n: _distance(_within(rows, n, reference[n])[0]) for n in reference}
+    distance = _distances(rows, reference, reference)
     nearest = min(distance, key=distance.__getitem__)
     if nearest == part.number or distance[nearest] > min(own / 2, _FAR):
         return ()
@@ -406,6 +404,11 @@ def _another_order(part: Part) -> dict[str, str]:
 
 def _in_order(part: Part, order: Mapping[str, str]) -> Part:
     return replace(part, values={order[key]: x for key, x in part.values.items() if key in order})
+
+
+def _distances(rows: Rows, reference: Reference, numbers: Iterable[int]) -> dict[int, float]:
+    """How far rows are from each of the maneuvers, see `_distance`."""
+    return {n: _distance(_within(rows, n, reference[n])[0]) for n in numbers}
 
 
 def _distance(part: Part) -> float:
@@ -456,13 +459,11 @@ def _within(
         )
         findings.append(warning("time_outside", said, rows=count, t_first=first, t_last=last))
 
-    def kept_of(array: Array) -> Array:
-        # A long file is not copied for nothing.
-        return array if keep.all() else array[keep]
-
+    # A long file is not copied for nothing.
+    inside = slice(None) if keep.all() else keep
     values = {}
     for key, written in rows.values.items():
-        kept = kept_of(written)
+        kept = written[inside]
         too_large = np.abs(kept) > _LARGEST
         values[key] = np.where(too_large, np.nan, kept) if too_large.any() else kept
         if count := int(too_large.sum()):
@@ -471,10 +472,10 @@ def _within(
     part = Part(
         number=number,
         reference=reference,
-        time=kept_of(hi),
-        time_lo=kept_of(lo),
+        time=hi[inside],
+        time_lo=lo[inside],
         values=values,
-        lo={key: kept_of(rest) for key, rest in rows.lo.items()},
+        lo={key: rest[inside] for key, rest in rows.lo.items()},
         quantum=rows.quantum,
         units=rows.units,
     )

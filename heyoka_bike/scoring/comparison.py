@@ -1,8 +1,9 @@
 """Written values minus the reference, as exactly as their errors need.
 
 Few values are compared with the reference in hi + lo. Very many are compared in plain binary64
-first, good to 1e-15 of the column's scale, and in hi + lo only where the error is so small that
-this would show: the error of a column is always right to a tenth of a percent of its largest.
+first, good to 1e-15 of the column's scale, then with `evaluate_many`, good to 1e-27, and with all
+digits only where the error is so small that this would show: the error of a column is always right
+to a tenth of a percent of its largest.
 """
 
 from collections.abc import Iterator, Sequence
@@ -16,7 +17,8 @@ from heyoka_bike.scoring.alignment import Part
 FEW = 100_000
 """Up to so many values hi + lo of the reference is always evaluated, and by one thread."""
 
-_PLAIN_WILL_DO = 1e-12
+# Errors, in scales, from which on the plain reference will do, and that of `evaluate_many`.
+_PLAIN_WILL_DO, _MANY_WILL_DO = 1e-12, 1e-24
 # Rows at a time.
 _BLOCK = 32_768
 
@@ -54,18 +56,22 @@ def errors(part: Part, candidates: Sequence[Candidate]) -> list[Array]:
         near = part.reference.approximate(part.time[rows], names)
         for c, error in zip(candidates, found, strict=True):
             np.subtract(c.values[0][rows], near[c.name], out=error[rows])
-    close = [
-        i
-        for i, (c, error) in enumerate(zip(candidates, found, strict=True))
-        if _largest(error) < _PLAIN_WILL_DO * part.reference.scale(c.name)
-    ]
-    names = list(dict.fromkeys(candidates[i].name for i in close))
-    for rows in _blocks(part) if close else ():
-        exact = part.reference.evaluate_many((time[0][rows], time[1][rows]), names)
-        for i in close:
-            c = candidates[i]
-            values = c.values[0][rows], c.values[1][rows]
-            found[i][rows] = _difference(values, (exact[c.name], exact.lo[c.name]))
+    for evaluate, will_do in (
+        (part.reference.evaluate_many, _PLAIN_WILL_DO),
+        (part.reference.continued, _MANY_WILL_DO),
+    ):
+        close = [
+            i
+            for i, c in enumerate(candidates)
+            if _largest(found[i]) < will_do * part.reference.scale(c.name)
+        ]
+        names = list(dict.fromkeys(candidates[i].name for i in close))
+        for rows in _blocks(part) if close else ():
+            exact = evaluate((time[0][rows], time[1][rows]), names)
+            for i in close:
+                c = candidates[i]
+                values = c.values[0][rows], c.values[1][rows]
+                found[i][rows] = _difference(values, (exact[c.name], exact.lo[c.name]))
     return found
 
 

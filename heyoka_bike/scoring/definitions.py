@@ -134,20 +134,24 @@ class Understanding:
         )  # fmt: skip
 
 
+Understandings = Mapping[str, Understanding]
+"""How the columns of a file are taken, by key."""
+
+
 def plain(key: str) -> Understanding:
     """A column as written: default definition, SI unit, right positive, zero at the floor."""
     column = COMPARED[key][0]
     return Understanding(column, column.unit)
 
 
-def understand(parts: Sequence[Part]) -> Mapping[str, Understanding]:
+def understand(parts: Sequence[Part]) -> Understandings:
     """How each column of a file is taken, by key; one choice for all its maneuvers."""
     samples = [Sample(part) for part in parts]
     found = understand_samples(samples)
     return {key: _against_none(key, found, samples) for key in found}
 
 
-def understand_samples(samples: Sequence[Sample]) -> Mapping[str, Understanding]:
+def understand_samples(samples: Sequence[Sample]) -> Understandings:
     """How each column of a file is taken, by key, against the motion that the samples expect."""
     found: dict[str, Understanding] = {}
     for key in COMPARED:
@@ -262,7 +266,7 @@ def _joint(sizes: Iterable[float]) -> float:
     return float(np.sum(np.log(list(sizes))))
 
 
-def _before(key: str, column: Column, found: Mapping[str, Understanding]) -> float:
+def _before(key: str, column: Column, found: Understandings) -> float:
     """How much likelier than another a definition is before, as a natural logarithm."""
     angle = RATE_OF.get((key, column.definition), ("", ""))
     belongs = angle[0] in found and found[angle[0]].column.definition == angle[1]
@@ -271,9 +275,7 @@ def _before(key: str, column: Column, found: Mapping[str, Understanding]) -> flo
     return _EXPECTED if column.default or belongs else 0.0
 
 
-def _choose(
-    key: str, samples: Sequence[Sample], found: Mapping[str, Understanding]
-) -> Understanding:
+def _choose(key: str, samples: Sequence[Sample], found: Understandings) -> Understanding:
     """Unit and sign, then the definition under them; `found` is how other columns are taken."""
     columns = samples[0].definitions[key]
     named = next((s.units[key] for s in samples if key in s.units), None)
@@ -338,9 +340,7 @@ def _share_the_unit_of_energies(found: dict[str, Understanding]) -> None:
     found.update({key: replace(found[key], unit=found[having[0]].unit) for key in having})
 
 
-def accuracy(
-    sample: Sample, found: Mapping[str, Understanding], without: Collection[str] = ()
-) -> float:
+def accuracy(sample: Sample, found: Understandings, without: Collection[str] = ()) -> float:
     """What a maneuver is off by for sure: the largest typical error of a column of one meaning.
 
     In scales; 1 where too little tells: roll and steer move together, while speed and energies
@@ -362,9 +362,7 @@ def _below_most(errors: Array) -> float:
     return float(np.partition(errors, at)[at])
 
 
-def _against_none(
-    key: str, found: Mapping[str, Understanding], samples: Sequence[Sample]
-) -> Understanding:
+def _against_none(key: str, found: Understandings, samples: Sequence[Sample]) -> Understanding:
     """A column as taken, with the odds that it is of none of the definitions."""
     u, having = found[key], [s for s in samples if key in s.values]
     others = [c.name for c in having[0].definitions[key] if c is not u.column]
@@ -409,10 +407,10 @@ def _find_offset(found: dict[str, Understanding], samples: Sequence[Sample]) -> 
 
 def _with_offset(
     key: str,
-    taken: Mapping[str, Understanding],
-    before: Mapping[str, Understanding],
+    taken: Understandings,
+    before: Understandings,
     samples: Sequence[Sample],
-) -> Mapping[str, Understanding]:
+) -> Understandings:
     """The energies with the zero that explains them; empty if none does."""
     u = taken[key]
     having = [s for s in samples if key in s.values]

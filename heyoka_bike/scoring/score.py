@@ -20,7 +20,7 @@ from heyoka_bike.scoring import measures
 from heyoka_bike.scoring.alignment import SUMMED, Alignment, Part, align, merge
 from heyoka_bike.scoring.column_score import Alternative, ColumnScore, Reading, Trace
 from heyoka_bike.scoring.comparison import Candidate, errors, is_small, largest_errors
-from heyoka_bike.scoring.definitions import ZEROED, Understanding, plain, understand
+from heyoka_bike.scoring.definitions import ZEROED, Understanding, Understandings, plain, understand
 from heyoka_bike.scoring.judge import judged
 from heyoka_bike.scoring.judge.consistency import consistency
 from heyoka_bike.scoring.judge.unfilled import without_unfilled
@@ -94,7 +94,7 @@ def scored(
     alignment: Alignment,
     reference: Reference,
     require: str | Sequence[str] = (),
-    understood: Mapping[str, Understanding] | None = None,
+    understood: Understandings | None = None,
 ) -> Report:
     """The report of aligned results, with their columns as understood or as they fit best."""
     limits = _JUDGED if reference.dataset_version != CUSTOM else {}
@@ -128,9 +128,7 @@ def scored(
     return replace(found, requirements=tuple(check(text, found) for text in asked))
 
 
-def _score_maneuver(
-    part: Part, understood: Mapping[str, Understanding], limit: float | None
-) -> ManeuverScore:
+def _score_maneuver(part: Part, understood: Understandings, limit: float | None) -> ManeuverScore:
     columns = _score_columns(part, understood)
     steps = np.diff(part.time) + np.diff(part.time_lo)
     start, end, coverage, gap = _coverage(part)
@@ -170,9 +168,7 @@ def _coverage(part: Part) -> tuple[float, float, float, float]:
     return float(times[0]), float(times[-1]), 1.0 if covered > 1 - SUMMED else covered, gap
 
 
-def _energy(
-    part: Part, understood: Mapping[str, Understanding], columns: Sequence[ColumnScore]
-) -> Double:
+def _energy(part: Part, understood: Understandings, columns: Sequence[ColumnScore]) -> Double:
     """The file's own mechanical energy [J], or the sum of its parts; empty without."""
     total, *parts = ("mechanical_energy", "potential_energy", "kinetic_energy")
     whole = {c.key for c in columns if not c.missing}
@@ -183,7 +179,7 @@ def _energy(
     return add(energy, more[0]) if more else energy
 
 
-def _score_columns(part: Part, understood: Mapping[str, Understanding]) -> tuple[ColumnScore, ...]:
+def _score_columns(part: Part, understood: Understandings) -> tuple[ColumnScore, ...]:
     """Verdicts on the columns, in the benchmark's order."""
     definitions = part.reference.definitions
     keys = [key for key in definitions if key in part.values]
@@ -234,15 +230,15 @@ def _score_columns(part: Part, understood: Mapping[str, Understanding]) -> tuple
     return tuple(scores)
 
 
-def _with_exact_zero(
-    understood: Mapping[str, Understanding], parts: Sequence[Part]
-) -> Mapping[str, Understanding]:
+def _with_exact_zero(understood: Understandings, parts: Sequence[Part]) -> Understandings:
     """The zero of the energies to all digits of the file, where they have another one."""
     key = next((k for k in ZEROED if k in understood), "")
     u = understood.get(key)
     if u is None or not u.offset:
         return understood
-    left = []
+    # Errors of the motion begin at nothing with it; those of rounding are as large on both sides.
+    left, lowest, highest = [], -np.inf, np.inf
+    is_all_rounding = True
     for part in parts:
         if key not in part.values:
             continue
@@ -251,14 +247,19 @@ def _with_exact_zero(
         error = error[np.isfinite(error)]
         if not len(error):
             continue
-        # Errors of the motion begin at nothing with it; those of rounding are nothing on average.
         last_digit = rounding(part, key, u.unit)[1] or 0.0
         if key not in part.lo:
             last_digit = max(last_digit, float(np.spacing(part.reference.scale(key))))
-        is_rounding = np.ptp(error) <= _ROUNDED * last_digit
+        is_rounding = bool(np.ptp(error) <= _ROUNDED * last_digit)
         found = float(np.mean(error)) if is_rounding else float(error[0])
         left.append((float(median(np.abs(error - found))), found))
+        # The zero for which no row is off by more than its rounding.
+        lowest = max(lowest, float(np.max(error)) - last_digit)
+        highest = min(highest, float(np.min(error)) + last_digit)
+        is_all_rounding &= is_rounding
     rest = min(left)[1] if left else 0.0
+    if left and is_all_rounding:
+        rest = (lowest + highest) / 2
     return {
         k: replace(v, offset_lo=v.offset_lo + rest) if v.offset == u.offset else v
         for k, v in understood.items()

@@ -129,10 +129,7 @@ def read_submission(path: str | Path) -> Submission:
     """
     source = TomlSource.load(path)
     tree = source.tree
-    source.refuse_unknown(tree, {*_REQUIRED, *_OPTIONAL, "file"}, ())
-    for key in _REQUIRED:
-        if key not in tree:
-            raise source.error(f"found no entry '{key}', expected one", ())
+    source.refuse_unknown(tree, {*_REQUIRED, *_OPTIONAL, "file"}, (), _REQUIRED)
     said = {
         key: source.line_of_text(tree, key, (), limit=_LONGEST) for key in tree if key != "file"
     }
@@ -160,10 +157,7 @@ def _read_file(
     source: TomlSource, table: dict[str, Any], index: int, folder: Path
 ) -> SubmittedFile:
     where = ("file", index)
-    source.refuse_unknown(table, _FILE, where)
-    for key in ("path", "sha256"):
-        if key not in table:
-            raise source.error(f"found no entry '{key}' in file {index + 1}, expected one", where)
+    source.refuse_unknown(table, _FILE, where, ("path", "sha256"))
     path = PurePosixPath(source.line_of_text(table, "path", where))
     if path.is_absolute() or ".." in path.parts or "\\" in str(path):
         raise source.error(

@@ -7,9 +7,10 @@ import pytest
 from support.made_results import column, exact_columns, made, rows
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
+from heyoka_bike.scoring import comparison
 from heyoka_bike.scoring.comparison import FEW
 from heyoka_bike.scoring.reading import read_results
-from heyoka_bike.scoring.reading.results import Results
+from heyoka_bike.scoring.reading.results import Quantum, Results, Rows
 from heyoka_bike.scoring.score import score
 
 
@@ -40,6 +41,24 @@ def test_errors_below_binary64_are_seen_in_columns_of_more_digits(reference, siz
             m = column(report, number, key).as_understood.measures
             assert m.max_rel_error == pytest.approx(size * largest, rel=1e-4)
             assert m.scd == pytest.approx(-np.log10(size * largest), abs=1e-4)
+
+
+@pytest.mark.parametrize("size", [1e-13, 1e-22, 1e-28])
+def test_of_many_rows_they_are_seen_as_well(reference, size, monkeypatch):
+    """Each error is found by the evaluation that it needs, the fastest that is good enough."""
+    monkeypatch.setattr(comparison, "FEW", 0)
+    m = reference[2]
+    time = np.sort(np.random.default_rng(1).uniform(0.0, 10.0, 40))
+    exact = m.evaluate(time, BENCHMARK_COLUMNS)
+    errors = {key: size * m.scale(key) * np.sin(time) for key in BENCHMARK_COLUMNS}
+    lo = {key: exact.lo[key] + error for key, error in errors.items()}
+    values = {key: exact[key] for key in BENCHMARK_COLUMNS}
+    written = Rows(2, time, np.zeros_like(time), values, lo, dict.fromkeys(lo, Quantum(2, 53)))
+    report = score(Results("made", "array", (written,)), reference)
+    for key, error in errors.items():
+        assert np.max(np.abs(column(report, 2, key).trace.error - error)) < (
+            max(1e-3 * size, 1e-30) * m.scale(key)
+        )
 
 
 def test_the_text_of_50_digits_has_32(reference, folder):

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.reading.formats import own_arrays
+from heyoka_bike.scoring.reading.formats import hdf5
 from heyoka_bike.scoring.reading.source import read_results
 
 ROWS = np.column_stack([np.linspace(0.0, 1.0, 20), np.random.default_rng(1).random((20, 8))])
@@ -80,7 +80,7 @@ def test_nothing_of_another_file_is_read(tmp_path, names, userblock):
 
 
 def test_groups_that_are_in_many_others_are_counted(tmp_path, monkeypatch):
-    monkeypatch.setattr(own_arrays, "MOST_MEMBERS", 1000)
+    monkeypatch.setattr(hdf5, "MOST_MEMBERS", 1000)
     path = tmp_path / "x.h5"
     with h5py.File(path, "w") as f:
         group = f.create_group("last")

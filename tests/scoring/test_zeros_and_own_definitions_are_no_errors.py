@@ -31,6 +31,23 @@ def test_any_constant_is_a_zero(reference, zero):
         assert report[1][key].as_understood.offset == pytest.approx(zero, rel=1e-12)
 
 
+def test_the_zero_is_amid_what_rounding_left_in_all_maneuvers(reference):
+    """A constant column shows one rounding error in each, and none is nearer to the zero."""
+    zero = -1504.361215153502
+    key = "mechanical_energy"
+    lateral = ("roll_angle", "roll_rate", "steer_angle", "steer_rate", key)
+    written = made(reference, lambda k, v, n: v + zero * (k == key), names=lateral)
+    report = score(written, reference)
+    last = {n: np.spacing(reference[n].scale(key)) for n in reference}
+    left = {n: report[n][key].trace.error for n in reference}
+    # As far from the limit above as from that below.
+    above = min(last[n] - np.max(left[n]) for n in reference)
+    below = min(last[n] + np.min(left[n]) for n in reference)
+    assert above == pytest.approx(below, abs=1e-16)
+    assert above > 0
+    assert report[1][key].as_understood.offset == pytest.approx(zero, rel=1e-15)
+
+
 @pytest.mark.parametrize("key", ZEROED)
 def test_of_one_energy_alone_it_is_an_error(reference, key):
     report = score(made(reference, lambda k, v, n: v + 20.0 * (k == key)), reference)

@@ -79,7 +79,7 @@ def check(
             f"{table.path}: found no quantity beside the states, expected one such as pitch"
         )
     found = CheckedTable(
-        table.path, chosen.name, len(table.lines), table.numbers is None, tolerance, levels,
+        table.path, chosen.name, table.rows, table.numbers is None, tolerance, levels,
         table.left_out,
     )  # fmt: skip
     if found.failed is None:

@@ -12,6 +12,7 @@ from heyoka_bike.bicycle.parameters import Maneuver
 from heyoka_bike.errors import InputError, did_you_mean, quoted
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.unit import factor
+from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.source import read_columns
 from heyoka_bike.scoring.reading.vectors import Vectors
 
@@ -36,9 +37,8 @@ class InstantTable:
         Columns by name, SI units; NaN where there is no finite number.
     uncertain : mapping of str to ndarray, shape (n,)
         By how much a value may be off as it was written with so many digits.
-    lines : sequence of int
-        Number of each row, of its line if it is a text.
-    is_text
+    vectors : Vectors
+        As they were read.
     left_out : tuple of str
         Names of columns that are not known.
     """
@@ -47,19 +47,21 @@ class InstantTable:
     numbers: Any
     values: Mapping[str, Array]
     uncertain: Mapping[str, Array]
-    lines: Sequence[int]
-    is_text: bool
+    vectors: Vectors
     left_out: tuple[str, ...]
+
+    @property
+    def rows(self) -> int:
+        """How many it has."""
+        return len(self.vectors.columns[0].values)
 
     def place(self, row: int) -> str:
         """Where a row is, for people."""
-        return f"{'line' if self.is_text else 'row'} {self.lines[row]}"
+        return "{} {}".format(*self.vectors.place(row))
 
     def error(self, row: int, message: str) -> InputError:
         """The error that says where, what was found and what was expected."""
-        if self.is_text:
-            return InputError(message, file=self.path, line=self.lines[row])
-        return InputError(f"{self.place(row)}: {message}", file=self.path)
+        return self.vectors.error(Request(self.path, 1), row, message)
 
 
 def read_table(source: Any, states: Sequence[Maneuver], *, si: bool = False) -> InstantTable:
@@ -97,15 +99,11 @@ def read_table(source: Any, states: Sequence[Maneuver], *, si: bool = False) -> 
         # Half a step either way.
         uncertain[key] = np.where(is_finite, column.quantum.at(column.values) * size / 2, 0.0)
     left_out = tuple(name for name, meaning in zip(names, meant, strict=True) if meaning is None)
-    lines = range(1, len(found.columns[0].values) + 1) if found.lines is None else found.lines
-    table = InstantTable(
-        path, None, values, uncertain, [int(i) for i in lines], found.lines is not None, left_out
-    )
-    return _with_states(table, found, states)
+    return _with_states(InstantTable(path, None, values, uncertain, found, left_out), states)
 
 
-def _with_states(table: InstantTable, found: Vectors, states: Sequence[Maneuver]) -> InstantTable:
-    if not table.lines:
+def _with_states(table: InstantTable, states: Sequence[Maneuver]) -> InstantTable:
+    if not table.rows:
         raise InputError("found no rows, expected one for each state", file=table.path)
     if STATE in table.values:
         numbers = table.values[STATE]

@@ -37,21 +37,11 @@ def conventions(report: Report) -> Iterator[Finding]:
     # Signs that may be errors are no convention.
     contradicted = {key for f in odd_signs(report) for key in f.evidence["columns"]}
     turned = [k for k, c in columns.items() if c.as_understood.sign < 0 and k not in contradicted]
-    units = {
-        key: c.as_understood.unit
-        for key, c in columns.items()
-        if c.as_understood.unit != c.as_written.unit
-    }
-    zeros = {key: c.as_understood.offset for key, c in columns.items() if c.as_understood.offset}
-    meant = {
-        key: c
-        for key, c in columns.items()
-        if c.definition != c.as_written.definition and c.is_known
-    }
-    said = [*_senses(turned), *in_units(units), *_zeros(zeros)]
-    for key, c in meant.items():
-        sure = ", ".join(x for x in (odds(c), open_words([c])) if x)
-        said.append(f"{key} is {c.definition}" + (f" ({sure})" if sure else ""))
+    taken = {key: c.as_understood for key, c in columns.items()}
+    units = {k: x.unit for k, x in taken.items() if x.unit != columns[k].as_written.unit}
+    zeros = {k: x.offset for k, x in taken.items() if x.offset}
+    meant = {k: c for k, c in columns.items() if _is_another(c)}
+    said = [*_senses(turned), *in_units(units), *_zeros(zeros), *_definitions(meant)]
     if not said:
         return
     others = "else but the signs that are warned of" if contradicted else "else"
@@ -90,6 +80,17 @@ def in_units(units: Mapping[str, str]) -> Iterator[str]:
         yield f"{named(keys, _MOST)} in {unit}"
 
 
+def _definitions(meant: Mapping[str, ColumnScore]) -> Iterator[str]:
+    for key, c in meant.items():
+        sure = ", ".join(x for x in (odds(c), open_words([c])) if x)
+        yield f"{key} is {c.definition}" + (f" ({sure})" if sure else "")
+
+
+def _is_another(c: ColumnScore) -> bool:
+    """Whether a column is known to have another definition than the default."""
+    return c.definition != c.as_written.definition and c.is_known
+
+
 def _zeros(zeros: Mapping[str, float]) -> Iterator[str]:
     for offset in dict.fromkeys(zeros.values()):
         keys = [key for key, x in zeros.items() if x == offset]
@@ -108,7 +109,7 @@ def understood(report: Report) -> Iterator[Finding]:
             "max_abs_error_as_written": [c.as_written.measures.max_abs_error for c in columns],
         }
         errors = errors_words(columns)
-        if taken.definition != written.definition and columns[0].is_known:
+        if _is_another(columns[0]):
             said = _definition(key, columns, errors)
             yield info("definition", said, **evidence, definition=taken.definition)
         if taken.sign < 0:
@@ -128,8 +129,7 @@ def _definition(key: str, columns: Sequence[ColumnScore], errors: str) -> str:
     default = first.as_written.definition
     far = [a for c in columns for a in c.alternatives if a.definition == default]
     sure = f", {said}" if (said := odds(first)) else ""
-    also = open_words(columns)
-    open_ones = f" ({also})" if also else ""
+    open_ones = f" ({also})" if (also := open_words(columns)) else ""
     return (
         f"{key} is {first.definition}{sure}: errors {errors}, against {errors_words(far)} for the "
         f"default {default}{open_ones}"

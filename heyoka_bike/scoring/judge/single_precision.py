@@ -9,6 +9,7 @@ from heyoka_bike.scoring.alignment import Part
 from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.findings import Finding, warning
 from heyoka_bike.scoring.measures import rms
+from heyoka_bike.scoring.reading.quanta import are_single
 from heyoka_bike.scoring.report import Report
 
 _BITS = 24
@@ -55,12 +56,10 @@ def single_precision(report: Report) -> Iterator[Finding]:
 
 def _is_single(part: Part, c: ColumnScore) -> bool:
     """Whether a column holds numbers of single precision, and more digits than these have."""
-    quantum, values = part.quantum.get(c.key), part.values[c.key]
+    quantum = part.quantum.get(c.key)
     if quantum is None or quantum.base != 2:
         return False
-    finite = values[np.isfinite(values)]
-    with np.errstate(over="ignore", under="ignore"):
-        return quantum.digits == _BITS or bool(np.all(finite == finite.astype(np.float32)))
+    return quantum.digits == _BITS or are_single(part.values[c.key])
 
 
 def _has_its_noise(c: ColumnScore) -> bool:

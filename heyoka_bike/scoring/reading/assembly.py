@@ -96,9 +96,7 @@ def _by_maneuver(table: Vectors, request: Request) -> list[Vectors]:
         i = int(np.argmin(fits))
         found = f"{numbers[i]:.6g}" if np.isfinite(numbers[i]) else "no number"
         said = f"found {found} as {quoted(names[at])}, expected {first} to {first + count - 1}"
-        if table.lines is None:
-            raise request.error(f"row {i + 1}: {said}")
-        raise request.error(said, int(table.lines[i]))
+        raise table.error(request, i, said)
     return [table.of_rows(numbers == n, int(n) + 1 - first) for n in np.unique(numbers)]
 
 
@@ -126,10 +124,8 @@ def _times(table: Vectors, places: Layout, request: Request) -> Times:
     column = table.columns[places.time]
     bad = np.flatnonzero(~np.isfinite(column.values))
     if len(bad):
-        found, i = "found a time that is not finite, expected seconds", int(bad[0])
-        if table.lines is None:
-            raise request.error(f"row {i + 1}: {found}")
-        raise request.error(found, int(table.lines[i]), places.time + 1)
+        said = "found a time that is not finite, expected seconds"
+        raise table.error(request, int(bad[0]), said, places.time + 1)
     unit = "ms" if places.in_milliseconds else "s"
     return settle(column.values, column.lo, column.significant, table.lines, unit)
 
@@ -145,9 +141,8 @@ def _rows(
     for key, column in used.items():
         is_bad = ~np.isfinite(column.values)
         if is_bad.any() and not is_bad.all():
-            i = int(np.argmax(is_bad))
-            place = ("row", i + 1) if table.lines is None else ("line", int(table.lines[i]))
-            bad.append((place[1], columns[key] + 1, place[0], int(is_bad.sum())))
+            counted_by, line = table.place(int(np.argmax(is_bad)))
+            bad.append((line, columns[key] + 1, counted_by, int(is_bad.sum())))
         finite = np.where(is_bad, np.nan, column.values) if is_bad.any() else column.values
         values[key] = finite[order]
     lo = {key: column.lo[order] for key, column in used.items() if column.lo is not None}

@@ -8,7 +8,7 @@ from typing import Any
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.errors import InputError, quoted
-from heyoka_bike.scoring.reading.names.columns import TIME, did_you_mean, recognise
+from heyoka_bike.scoring.reading.names.columns import TIME, did_you_mean, is_time, recognise
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.scored import Scored
@@ -116,7 +116,7 @@ def _with_time(time: Any, named: Mapping[str, Any]) -> dict[str, Any]:
                 f"found a column {quoted(name)}, expected time, {', '.join(BENCHMARK_COLUMNS)}, or "
                 f"a column of motion.h5{did_you_mean(name)}"
             )
-    has_time = any(recognise(name) == (TIME, None) for name in named)
+    has_time = any(map(is_time, named))
     if has_time == (time is not None):
         found = "times twice" if has_time else "columns without their times"
         raise InputError(f"found {found}, expected score(t, roll_angle=...) or score(time=t, ...)")

@@ -32,14 +32,15 @@ def significant(number: str) -> str:
     return mantissa.lstrip("+-0.").replace(".", "")
 
 
-def are_beyond_binary64(numbers: Sequence[str], enough: int = 5) -> bool:
+def are_beyond_binary64(numbers: Sequence[str], is_time: bool) -> bool:
     """Whether numbers have more digits than binary64, and not just more than it needs.
 
-    Of 18 digits, one in ten agrees by chance with what the nearest binary64 would give; so many
-    must agree.
+    Of 18 digits, one in ten agrees by chance with what the nearest binary64 would give: so many
+    must agree. Of times one is enough: three rows in a row are no accident, and there may be no
+    more.
     """
     longest = max(len(significant(number)) for number in numbers)
-    return longest > BINARY64_DIGITS and not is_long_binary64(numbers, enough)
+    return longest > BINARY64_DIGITS and not is_long_binary64(numbers, 1 if is_time else 5)
 
 
 def written_column(
@@ -116,7 +117,7 @@ def column_of_steps(values: Array, step: float) -> Vector:
 def binary_digits(values: Array) -> int:
     """24 if all values are single precision numbers, and not only integers; else 53."""
     some = values[:100]
-    if not _are_single(some) or not _are_single(values):
+    if not are_single(some) or not are_single(values):
         return 53
     finite = values[np.isfinite(values)]
     return 53 if (finite == np.rint(finite)).all() else 24
@@ -139,7 +140,8 @@ def is_long_binary64(numbers: Sequence[str], enough: int) -> bool:
     return matches >= enough
 
 
-def _are_single(values: Array) -> bool:
+def are_single(values: Array) -> bool:
+    """Whether all finite values are single precision numbers."""
     with np.errstate(over="ignore", under="ignore", invalid="ignore"):
         again = values.astype(np.float32).astype(np.float64)
     return bool(((again == values) | ~np.isfinite(values)).all())

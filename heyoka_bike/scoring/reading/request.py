@@ -1,6 +1,6 @@
 """What is to be read: of which file, and what its columns may be."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from warnings import catch_warnings, simplefilter
@@ -41,6 +41,8 @@ class Request:
         Whether a column of this name may be in a table without times; None of results.
     group
         Number of the maneuver that this part of the file is of; None if it tells of none.
+    is_ordered
+        Whether the order of arrays by name means anything.
     """
 
     path: str
@@ -52,6 +54,7 @@ class Request:
     above: int = 0
     known: Callable[[str], bool] | None = None
     group: int | None = None
+    is_ordered: bool = True
 
     def within(self, part: str) -> "Request":
         """The same, for a part of the file; for all of it if that has no name."""
@@ -96,7 +99,8 @@ class Request:
 
     def not_columns(self, found: str, line: int | None = None) -> InputError:
         """The error that says what there is in the place of columns, and which were expected."""
-        said = f"{in_words(self.widths)} columns, or columns named {_NAMES}; {self.how_to_tell}"
+        widths = " or ".join(map(str, self.widths))
+        said = f"{widths} columns, or columns named {_NAMES}; {self.how_to_tell}"
         if self.known is not None:
             said = "columns by name"
         elif self.names is not None:
@@ -113,8 +117,3 @@ class Request:
         elif rows in widths:
             likely = f" (are the {rows} rows columns? the first does not ascend as times do)"
         return self.not_columns(f"{width} columns{likely}", line)
-
-
-def in_words(widths: Sequence[int]) -> str:
-    """Numbers of columns for a message."""
-    return " or ".join(map(str, widths))

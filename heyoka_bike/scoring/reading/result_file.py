@@ -37,6 +37,7 @@ class ResultFile:
     Attributes
     ----------
     request : Request
+    stack : ExitStack
     head : bytes
         What it begins with.
     encoding : str
@@ -50,7 +51,8 @@ class ResultFile:
 
     def __init__(self, source: str | PathLike[str], request: Request, stack: ExitStack) -> None:
         self.request = request
-        self._file = self._open(source, stack)
+        self.stack = stack
+        self._file = self._open(source)
         self._plain = None if source == "-" else Path(source)
         self.head = self._read(_HEAD)
         if self.head.startswith(_GZIP):
@@ -89,7 +91,7 @@ class ResultFile:
         """The file by its path, if it is one."""
         return self._plain if self._plain and self._plain.is_file() else self.stream()
 
-    def _open(self, source: str | PathLike[str], stack: ExitStack) -> BinaryIO:
+    def _open(self, source: str | PathLike[str]) -> BinaryIO:
         try:
             if source == "-":
                 if sys.stdin is None:
@@ -97,7 +99,7 @@ class ResultFile:
                 return cast(BinaryIO, sys.stdin.buffer)
             if Path(source).is_dir():
                 raise self.request.error("found a directory, expected a result file")
-            return stack.enter_context(Path(source).open("rb"))
+            return self.stack.enter_context(Path(source).open("rb"))
         except InputError:
             raise
         except (OSError, ValueError) as e:

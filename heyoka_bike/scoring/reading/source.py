@@ -1,14 +1,16 @@
 """Reading of another program's results, whatever their format: the content tells it."""
 
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, nullcontext
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 from typing import Any
 
 from heyoka_bike.errors import InputError, MissingPackageError, printable
+from heyoka_bike.scoring.reading.arrays.tables import tables
 from heyoka_bike.scoring.reading.assembly import assemble
-from heyoka_bike.scoring.reading.formats import FORMATS, SPREADSHEET, Format, listed, other_kind
+from heyoka_bike.scoring.reading.formats import FORMATS, Format, why_not_read
 from heyoka_bike.scoring.reading.names.layout import told
 from heyoka_bike.scoring.reading.request import ARGUMENT, OPTION, Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
@@ -85,33 +87,27 @@ def read_columns(source: Any, known: Callable[[str], bool]) -> Vectors:
 
 def _read_tables(source: Any, request: Request) -> tuple[list[Vectors], str]:
     """What there is, and its format."""
-    if isinstance(source, str | PathLike):
-        return _read_file(source, request)
-    from heyoka_bike.scoring.reading.arrays.objects import plain
-    from heyoka_bike.scoring.reading.arrays.tables import tables
-
-    return tables(plain(source), request), ARRAY
-
-
-def _read_file(source: str | PathLike[str], request: Request) -> tuple[list[Vectors], str]:
+    if not isinstance(source, str | PathLike):
+        return tables(source, request), ARRAY
     suffix = Path(source).suffix.lower()
     with ExitStack() as stack:
         file = ResultFile(source, request, stack)
         for format_ in FORMATS:
-            if (
-                format_.sniff(file.signature, suffix)
-                and (found := _read(format_, file)) is not None
-            ):
-                return found, format_.name
-    name = other_kind(file.signature, suffix)
-    if name == SPREADSHEET:
-        raise request.error("is a spreadsheet; save it as xlsx or CSV")
-    raise request.error(f"found {name}, expected {listed()}")
+            if not format_.sniff(file.signature, suffix):
+                continue
+            file.request = replace(request, is_ordered=format_.is_ordered)
+            found = _read(format_, file)
+            if found is not None:
+                is_read = isinstance(found, list)
+                return found if is_read else tables(found, file.request), format_.name
+    raise request.error(why_not_read(file.signature, suffix))
 
 
-def _read(format_: Format, file: ResultFile) -> list[Vectors] | None:
+def _read(format_: Format, file: ResultFile) -> Any:
+    damage = file.request.damage(format_.expected) if format_.expected else nullcontext()
     try:
-        found: list[Vectors] | None = format_.reader().read(file)
+        with damage:
+            return format_.reader().read(file)
     except ImportError:
         if format_.package is None:
             raise
@@ -119,4 +115,3 @@ def _read(format_: Format, file: ResultFile) -> list[Vectors] | None:
             f"{file.request.path}: {format_.package}, which reads {format_.label} (or save it as "
             f"text), is not installed: pip install {format_.package}"
         ) from None
-    return found

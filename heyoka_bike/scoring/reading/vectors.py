@@ -5,8 +5,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.findings import Finding
+from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.results import Quantum
 
 
@@ -70,6 +72,19 @@ class Vectors:
     is_ordered: bool = True
     maneuver: int | None = None
     findings: tuple[Finding, ...] = ()
+
+    def place(self, row: int) -> tuple[str, int]:
+        """What the rows are counted by, and the number of one."""
+        return ("row", row + 1) if self.lines is None else ("line", int(self.lines[row]))
+
+    def error(
+        self, request: Request, row: int, message: str, column: int | None = None
+    ) -> InputError:
+        """The error that says in which row, what was found and what was expected."""
+        counted_by, number = self.place(row)
+        if counted_by == "line":
+            return request.error(message, number, column)
+        return request.error(f"row {number}: {message}")
 
     def of_rows(self, rows: NDArray[np.bool_], maneuver: int | None) -> "Vectors":
         """The rows that are of this maneuver."""

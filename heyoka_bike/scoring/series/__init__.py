@@ -24,7 +24,7 @@ from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import median
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.scoring.alignment import Alignment, Part, merge
-from heyoka_bike.scoring.definitions import Understanding, understand
+from heyoka_bike.scoring.definitions import Understanding, Understandings, understand
 from heyoka_bike.scoring.findings import Finding, warning
 from heyoka_bike.scoring.reading.given import results_of, several
 from heyoka_bike.scoring.reading.results import Results
@@ -143,15 +143,14 @@ def _series(
     is_told = steps is not None or tolerances is not None
     apart = unknown if is_told else [_rows_apart(a) for a in files]
     runs = _runs(files, steps or apart, tolerances or unknown, cpu or unknown)
-    findings: list[Finding] = []
-    if not _are_unknown([run.step for run in runs]):
-        runs.sort(key=lambda run: -(run.step or 0.0))
-    else:
+    told_by = [x for x in ("step", "tolerance") if not _are_unknown([getattr(r, x) for r in runs])]
+    if told_by:
+        runs.sort(key=lambda run: -getattr(run, told_by[0]))
+    if "step" not in told_by:
         runs = [run._replace(step=None) for run in runs]
-        if not _are_unknown([run.tolerance for run in runs]):
-            runs.sort(key=lambda run: -(run.tolerance or 0.0))
-        elif steps is None or tolerances is not None or set(steps) != {None}:
-            findings.append(_steps_unknown(is_told))
+    findings: list[Finding] = []
+    if not told_by and (steps is None or tolerances is not None or set(steps) != {None}):
+        findings.append(_steps_unknown(is_told))
     understood = [understand(run.alignment.parts) for run in runs]
     found = _score(runs, understood, known, require)
     convergence = converge(found)
@@ -230,7 +229,7 @@ def _same(a: float | None, b: float | None) -> bool:
     return a is not None and b is not None and abs(a - b) <= _SAME_STEP * max(a, b)
 
 
-def _clearest(understood: Sequence[Mapping[str, Understanding]]) -> dict[str, Understanding]:
+def _clearest(understood: Sequence[Understandings]) -> dict[str, Understanding]:
     """Each column as taken by the run that leaves the fewest definitions open, the finest such."""
     found: dict[str, Understanding] = {}
     for run in understood:
@@ -241,13 +240,11 @@ def _clearest(understood: Sequence[Mapping[str, Understanding]]) -> dict[str, Un
     return found
 
 
-def _definitions(understood: Sequence[Mapping[str, Understanding]]) -> dict[str, Column]:
+def _definitions(understood: Sequence[Understandings]) -> dict[str, Column]:
     return {key: u.column for key, u in _clearest(understood).items()}
 
 
-def _shared(
-    own: Mapping[str, Understanding], clearest: Mapping[str, Understanding]
-) -> dict[str, Understanding]:
+def _shared(own: Understandings, clearest: Understandings) -> dict[str, Understanding]:
     """One choice of definitions for the program, unless a run says more against it."""
     shared = {}
     for key, u in own.items():
@@ -262,7 +259,7 @@ def _shared(
 
 def _score(
     runs: Sequence[_Sized],
-    understood: Sequence[Mapping[str, Understanding]],
+    understood: Sequence[Understandings],
     reference: Reference,
     require: str | Sequence[str],
 ) -> tuple[Run, ...]:

@@ -127,6 +127,20 @@ def falling(runs: Sequence[Run], convergence: Sequence[Convergence]) -> list[Fin
     ]
 
 
+_OF_ROUNDING = "limited_by_rounding"
+_STAYS = {
+    _OF_ROUNDING: " or less, does not fall with the {}, and need not: at this size it is rounding "
+    "of binary64 arithmetic, not the model; only longer numbers make it smaller",
+    "noise_does_not_fall": ", does not fall with the {}, but is another curve in each run: it is "
+    "noise, of single-precision numbers (1e-7), of iterations that stop early, or of rough "
+    "interpolation, and not the model",
+    "error_stays": ", is the same curve in both runs and does not fall with the {}: it is not the "
+    "integrator's, but that of the model, its parameters, the start or the output; ask "
+    "heyoka-bike diagnose",
+}
+"""What is said of errors that stay, by the code of the finding."""
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class _Pair:
     """A column of the two finest runs.
@@ -148,22 +162,25 @@ class _Pair:
     error: float
     is_same: bool
 
+    @property
+    def code(self) -> str:
+        """Of what is found if the error does not fall."""
+        if self.error < ROUNDING:
+            return _OF_ROUNDING
+        return "error_stays" if self.is_same else "noise_does_not_fall"
+
 
 def _pairs(runs: Sequence[Run]) -> list[_Pair]:
     """Columns of the two finest runs whose error is not that of the digits written."""
     sizes = [run.tolerance if run.step is None else run.step for run in runs[-2:]]
     if len(sizes) < 2 or sizes[0] is None or sizes[1] is None or sizes[0] <= sizes[1]:
         return []
-    ratio = log(sizes[0] / sizes[1])
     found = []
     for (maneuver, key), (a, b) in columns_of(runs[-2:]).items():
-        if a is None or b is None or a.definition != b.definition:
-            continue
-        before, after = a.max_abs_error, b.max_abs_error
-        if not before or not after or a.is_at_floor(_AT_FLOOR) or b.is_at_floor(_AT_FLOOR):
-            continue
-        exponent = log(before / after) / ratio
-        found.append(_Pair(f"{maneuver}.{key}", exponent, b.max_rel_error or 0.0, _is_same(a, b)))
+        exponent = _order(a, sizes[0], b, sizes[1])
+        if a and b and exponent is not None:
+            error = b.max_rel_error or 0.0
+            found.append(_Pair(f"{maneuver}.{key}", exponent, error, _is_same(a, b)))
     return found
 
 
@@ -187,37 +204,12 @@ def _exponent(found: Sequence[float]) -> Iterator[Finding]:
 
 def _staying(stay: Sequence[_Pair], what: str) -> Iterator[Finding]:
     """Errors that do not fall: rounding, noise, or the model."""
-    rounding = [p for p in stay if p.error < ROUNDING]
-    noise = [p for p in stay if p.error >= ROUNDING and not p.is_same]
-    same = [p for p in stay if p.error >= ROUNDING and p.is_same]
-    for code, pairs, says in (
-        (
-            "limited_by_rounding",
-            rounding,
-            f"of the scale or less, does not fall with the {what}, and need not: at this size it "
-            "is rounding of binary64 arithmetic, not the model; only longer numbers make it "
-            "smaller",
-        ),
-        (
-            "noise_does_not_fall",
-            noise,
-            f"of the scale, does not fall with the {what}, but is another curve in each run: it is "
-            "noise, of single-precision numbers (1e-7), of iterations that stop early, or of rough "
-            "interpolation, and not the model",
-        ),
-        (
-            "error_stays",
-            same,
-            f"of the scale, is the same curve in both runs and does not fall with the {what}: it "
-            "is not the integrator's, but that of the model, its parameters, the start or the "
-            "output; ask heyoka-bike diagnose",
-        ),
-    ):
-        if pairs:
-            is_fine = pairs is rounding
+    for code, says in _STAYS.items():
+        if pairs := [p for p in stay if p.code == code]:
+            is_fine = code == _OF_ROUNDING
             places, worst = [p.place for p in pairs], max(p.error for p in pairs)
             error = f"{worst:.1g}" if is_fine else f"up to {worst:.1g}"
-            said = f"{named(places, _NAMED)}: the error, {error} {says}"
+            said = f"{named(places, _NAMED)}: the error, {error} of the scale{says.format(what)}"
             find = info if is_fine else warning
             yield find(code, said, columns=places, max_rel_error=worst)
 

@@ -56,9 +56,7 @@ def read_runs(path: str | Path) -> tuple[ListedRun, ...]:
 
 def _read_run(source: TomlSource, table: dict[str, Any], index: int, folder: Path) -> ListedRun:
     where = ("run", index)
-    source.refuse_unknown(table, _ENTRIES, where)
-    if "file" not in table:
-        raise source.error(f"found no entry 'file' in run {index + 1}, expected one", where)
+    source.refuse_unknown(table, _ENTRIES, where, ("file",))
     file = source.line_of_text(table, "file", where, limit=4000)
     return ListedRun(
         file=folder / file,

@@ -121,9 +121,8 @@ def _decimals(array: NDArray[Any], request: Request) -> list[str]:
 
 def _decimal_column(numbers: Sequence[str], is_time: bool) -> Vector:
     some = [x for x in numbers if x != "nan"]
-    is_exact = bool(some) and are_beyond_binary64(
-        some[:: max(1, len(some) // _LOOKED_AT)], 1 if is_time else 5
-    )
+    looked_at = some[:: max(1, len(some) // _LOOKED_AT)]
+    is_exact = bool(some) and are_beyond_binary64(looked_at, is_time)
     rows, exact = [plain_row([x]) for x in numbers], [0] if is_time or is_exact else []
     block = read_rows(rows, np.arange(len(rows)), None, 1, exact, _COUNTED)
     column = written_column(

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from heyoka_bike.scoring.reading.arrays.columns import read_maneuvers
-from heyoka_bike.scoring.reading.names.columns import TIME, is_maneuver, recognise
+from heyoka_bike.scoring.reading.names.columns import TIME, is_maneuver, is_time
 from heyoka_bike.scoring.reading.request import Request
 
 # As pandas, R and others call the column of names and that of values.
@@ -24,7 +24,7 @@ def _kinds(names: Iterable[str]) -> dict[str, str]:
     found = {}
     for name in names:
         word = name.strip().lower()
-        if recognise(name) == (TIME, None):
+        if is_time(name):
             found["time"] = name
         elif word in _VARIABLE or word in _VALUE:
             found["variable" if word in _VARIABLE else "value"] = name

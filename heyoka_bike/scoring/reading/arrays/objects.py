@@ -1,4 +1,4 @@
-"""Data frames, datasets and maneuvers by number as plain mappings of arrays.
+"""Data frames, datasets and maneuvers by number as plain mappings.
 
 They are known by what they can do: none of the packages that make them is imported.
 """
@@ -11,87 +11,76 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.reading.names.columns import TIME, recognise
+from heyoka_bike.scoring.reading.arrays.packed import StoredArray
+from heyoka_bike.scoring.reading.names.columns import is_time
+from heyoka_bike.scoring.reading.request import Request
 
-_DEEPEST = 4  # a mapping may contain itself
+
+def by_name(x: Any) -> Mapping[str, Any] | None:
+    """What has columns as a mapping of their names; None of anything else."""
+    if isinstance(x, Mapping):
+        # Of a dataset of xarray the time is a coordinate.
+        return {_name(name): y for name, y in {**getattr(x, "coords", {}), **x}.items()}
+    if isinstance(x, type):
+        return None
+    if callable(table := getattr(x, "table", None)):
+        found: Mapping[str, Any] = table()
+        return found
+    if not (hasattr(x, "__getitem__") and isinstance(getattr(x, "columns", None), Iterable)):
+        return None
+    # Columns of pyarrow are the arrays themselves.
+    frame = {str(name): x[name] for name in getattr(x, "column_names", x.columns)}
+    index = getattr(x, "index", None)
+    name = getattr(index, "name", None)
+    if isinstance(name, str) and is_time(name) and not any(map(is_time, frame)):
+        return {name: index, **frame}
+    return frame
 
 
-def plain(source: Any, depth: int = 0) -> Any:
-    """What is given as an array, or as a mapping of names to arrays or to such mappings.
+def as_array(x: Any, request: Request) -> Any:
+    """An array, if it is not read later.
 
     Raises
     ------
     InputError
-        Nothing that has columns.
+        It is no array.
     """
-    if isinstance(source, Mapping):
-        members = {**_coordinates(source), **source}
-        return {_name(name): _inner(x, depth) for name, x in members.items()}
-    if _is_simulation(source):
-        return source.table()
-    if _is_frame(source):
-        # Those of pyarrow are the arrays themselves.
-        names = getattr(source, "column_names", source.columns)
-        frame = {str(name): np.asarray(source[name]) for name in names}
-        return _index(source, frame) | frame
-    if isinstance(source, list | tuple) and any(map(_has_columns, source)):
+    if isinstance(x, StoredArray) or type(x) is np.ndarray:
+        return x
+    try:
+        # Of a matrix every part is a matrix, too.
+        array: NDArray[Any] = np.asarray(x) if isinstance(x, np.matrix) else np.asanyarray(x)
+    except (ValueError, TypeError, OverflowError):
+        said = f"found a {type(x).__name__} that is no array, expected real numbers"
+        raise request.error(said) from None
+    # Words one by one may be decimals, and the first that is none can be named.
+    is_words = array.dtype.kind == "U" and array.shape and not hasattr(x, "dtype")
+    return array.astype(object) if is_words else array
+
+
+def members_of(source: Any, request: Request) -> Mapping[str, Any]:
+    """What has columns as a mapping of their names; an array as the only one, without a name.
+
+    Raises
+    ------
+    InputError
+        Nothing that has columns: what it is, and what was expected.
+    """
+    if (members := by_name(source)) is not None:
+        return members
+    if isinstance(source, list | tuple) and any(by_name(x) is not None for x in source):
         raise InputError(
             f"found a list of {type(source[0]).__name__}, expected them by number, such as "
             "{1: ..., 2: ...}"
         )
-    array = _array(source)
+    array = as_array(source, request)
     if array.dtype.kind == "O" and not array.shape:
         raise InputError(
             f"found a {type(source).__name__}, expected the path of a file, an array, columns by "
             "name, or a data frame"
         )
-    return array if hasattr(source, "__array__") else source
-
-
-def _array(source: Any) -> NDArray[Any]:
-    try:
-        array = np.asanyarray(source)
-        # Of a matrix every part is a matrix, too.
-        return np.asarray(array) if isinstance(array, np.matrix) else array
-    except (ValueError, TypeError, OverflowError):
-        return np.empty(1)  # what is wrong in it is said where it is read
+    return {"": array}
 
 
 def _name(name: Any) -> str:
     return f"maneuver_{name}" if isinstance(name, Integral) else str(name)
-
-
-def _inner(x: Any, depth: int) -> Any:
-    """A member of a mapping: a column, or what has columns itself."""
-    if depth < _DEEPEST and _has_columns(x):
-        return plain(x, depth + 1)
-    # A column of a frame is indexed by names, not as an array is.
-    return _array(x) if hasattr(x, "__array__") else x
-
-
-def _has_columns(x: Any) -> bool:
-    return isinstance(x, Mapping) or _is_simulation(x) or _is_frame(x)
-
-
-def _is_simulation(x: Any) -> bool:
-    return not isinstance(x, type) and callable(getattr(x, "table", None))
-
-
-def _is_frame(x: Any) -> bool:
-    names = getattr(x, "columns", None)
-    return not isinstance(x, type) and hasattr(x, "__getitem__") and isinstance(names, Iterable)
-
-
-def _coordinates(source: Mapping[Any, Any]) -> dict[str, Any]:
-    """Of a dataset of xarray, where the time is one."""
-    return {str(name): x for name, x in dict(getattr(source, "coords", {})).items()}
-
-
-def _index(source: Any, frame: Mapping[str, Any]) -> dict[str, Any]:
-    """The index of a frame of pandas, where that is the time and no column is."""
-    name = getattr(getattr(source, "index", None), "name", None)
-    if any(recognise(column) == (TIME, None) for column in frame):
-        return {}
-    if not isinstance(name, str) or recognise(name) != (TIME, None):
-        return {}
-    return {name: np.asarray(source.index)}

@@ -6,18 +6,19 @@ from typing import Any
 import numpy as np
 
 from heyoka_bike.scoring.reading.arrays.columns import read_array, read_maneuvers
-from heyoka_bike.scoring.reading.names.columns import TIME, group_number, is_maneuver, recognise
+from heyoka_bike.scoring.reading.names.columns import (
+    TIME,
+    group_number,
+    is_maneuver,
+    is_time,
+    recognise,
+)
 from heyoka_bike.scoring.reading.request import Request
 
 # What Simulink calls the outputs of a model; its states may have the same shape.
 _OUTPUTS = ("yout", "simout", "y")
 # Axes of maneuvers, rows and columns: as NumPy's programs have them, as MATLAB's, others.
 _ORDERS = ((0, 1, 2), (2, 0, 1), (0, 2, 1), (2, 1, 0), (1, 0, 2))
-
-
-def is_time(name: str) -> bool:
-    """Whether the name is that of the times."""
-    return recognise(name) == (TIME, None)
 
 
 def is_vector(x: Any) -> bool:
@@ -106,23 +107,26 @@ def _table_by_maneuver(members: Mapping[str, Any], request: Request) -> dict[str
     return {f"maneuver_{i}": {**times, name: part} for i, part in enumerate(parts, 1)}
 
 
-def beside_a_time(arrays: Mapping[str, Any], widths: Sequence[int]) -> tuple[str, str, bool] | None:
-    """Names of the times and of an array of all other columns, and whether its columns are rows.
+def table_among(
+    arrays: Mapping[str, Any], widths: Sequence[int]
+) -> tuple[str, bool, str | None] | None:
+    """The one array that has the columns: its name, and whether its columns are rows.
 
-    None if there is no such pair, or more than one.
+    With the name of the times beside it, if it has all columns but these. None if there is no such
+    array, or more than one.
     """
+    flat = {name: x for name, x in arrays.items() if len(x.shape) == 2}
+    whole = [name for name, x in flat.items() if {*x.shape} & {*widths}]
     times = [name for name, x in arrays.items() if is_time(name) and is_vector(x)]
-    if len(times) != 1:
-        return None
-    n = length(arrays[times[0]])
-    tables = {
-        name: tuple(x.shape) != (n, x.shape[1])
-        for name, x in arrays.items()
-        if len(x.shape) == 2 and any(tuple(x.shape) in ((n, w - 1), (w - 1, n)) for w in widths)
-    }
-    if len(tables) > 1:
-        tables = {name: turn for name, turn in tables.items() if name.lower() in _OUTPUTS}
-    if len(tables) != 1:
-        return None
-    ((name, is_turned),) = tables.items()
-    return times[0], name, is_turned
+    if len(times) == 1:
+        n = length(arrays[times[0]])
+        beside = [
+            name
+            for name, x in flat.items()
+            if any(tuple(x.shape) in ((n, w - 1), (w - 1, n)) for w in widths)
+        ]
+        if len(beside) > 1:
+            beside = [name for name in beside if name.lower() in _OUTPUTS]
+        if len(beside) == 1 and whole in ([], beside):
+            return beside[0], arrays[beside[0]].shape[0] != n, times[0]
+    return (whole[0], flat[whole[0]].shape[1] not in widths, None) if len(whole) == 1 else None

@@ -1,14 +1,13 @@
 """Vectors by name, of arrays in any shape: columns, one array of all, groups of the maneuvers."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from heyoka_bike.bicycle.columns import COLUMNS
-from heyoka_bike.errors import quoted
+from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.scoring.findings import info
 from heyoka_bike.scoring.reading.arrays.columns import (
     read_array,
@@ -17,22 +16,24 @@ from heyoka_bike.scoring.reading.arrays.columns import (
     refused,
 )
 from heyoka_bike.scoring.reading.arrays.long_tables import pivoted
+from heyoka_bike.scoring.reading.arrays.objects import as_array, by_name, members_of
 from heyoka_bike.scoring.reading.arrays.shapes import (
     arrays_in,
-    beside_a_time,
     by_maneuver,
-    is_time,
     is_vector,
     length,
+    table_among,
 )
 from heyoka_bike.scoring.reading.names.columns import (
     TIME,
     are_names,
     group_number,
     is_maneuver,
+    is_time,
     left_out,
     names_found,
     recognise,
+    time_among,
 )
 from heyoka_bike.scoring.reading.names.numbers import is_coordinate
 from heyoka_bike.scoring.reading.quanta import evened
@@ -45,11 +46,10 @@ DEEPEST = 4
 MOST_MEMBERS = 100_000
 """Arrays and groups of a file; a group may be in itself, many times."""
 
-_Reader = Callable[[], Vectors]
 _ALTERNATES = frozenset(c.name for c in COLUMNS)
 
 
-def tables(source: Any, request: Request, *, is_ordered: bool = True) -> list[Vectors]:
+def tables(source: Any, request: Request) -> list[Vectors]:
     """The vectors in an array or in a mapping of names to arrays, or to such mappings.
 
     Parameters
@@ -62,32 +62,32 @@ def tables(source: Any, request: Request, *, is_ordered: bool = True) -> list[Ve
         objects are decimals.
     request
         What is to be read.
-    is_ordered
-        Whether the order in a mapping means anything.
 
     Raises
     ------
     InputError
         Not columns of real numbers.
     """
-    members = source if isinstance(source, Mapping) else {"": source}
-    readers = _search(members, request, is_ordered) or [_refusal(members, request)]
-    return [read() for read in readers]
+    members = members_of(source, request)
+    found = _search(members, request)
+    if not found:
+        raise _refusal(members, request)
+    return found
 
 
-def _search(
-    members: Mapping[str, Any], request: Request, is_ordered: bool, depth: int = 0
-) -> list[_Reader]:
-    """How to read the tables in the members, or in those of one of them; nothing without any."""
+def _search(members: Mapping[str, Any], request: Request, depth: int = 0) -> list[Vectors]:
+    """The tables in the members, or in those of one of them; nothing without any."""
     members = by_maneuver(pivoted(_members(members, request), request), request)
     if groups := _groups(members, request):
-        readers = [_reader(*group, is_ordered) for group in groups]
-        pairs = zip(readers, groups, strict=True)
-        return [reader or _refusal(*group) for reader, group in pairs] if any(readers) else []
-    if reader := _reader(members, request, is_ordered):
-        return [reader]
+        of_each = [_table(*group) for group in groups]
+        found = [table for table in of_each if table]
+        if found and None in of_each:
+            raise _refusal(*groups[of_each.index(None)])
+        return found
+    if table := _table(members, request):
+        return [table]
     inner = [x for x in members.values() if isinstance(x, Mapping) and depth < DEEPEST]
-    below = [found for x in inner if (found := _search(x, request, is_ordered, depth + 1))]
+    below = [found for x in inner if (found := _search(x, request, depth + 1))]
     return below[0] if len(below) == 1 else []
 
 
@@ -112,45 +112,36 @@ def _groups(
     return [groups[number] for number in sorted(groups)]
 
 
-def _reader(members: Mapping[str, Any], request: Request, is_ordered: bool) -> _Reader | None:
-    """What reads columns by their names, in their order or as one array; None if there are none."""
+def _table(members: Mapping[str, Any], request: Request) -> Vectors | None:
+    """Columns by their names, in their order or of one array; None if there are none."""
     arrays, widths = arrays_in(members), request.widths
     vectors = {name: x for name, x in arrays.items() if is_vector(x)}
     known = [name for name in vectors if (request.known or recognise)(name)]
     if request.names is None and are_names(known, request):
-        return lambda: _named(members, known, request)
-    is_all = is_ordered and len(vectors) == len(arrays) and request.names is None
+        return _named(members, known, request)
+    is_all = request.is_ordered and len(vectors) == len(arrays) and request.names is None
     if len(vectors) in widths and (request.names or is_all):
-        return lambda: _by_place(vectors, request, list(vectors) if is_all else None)
-    whole = [n for n, x in arrays.items() if len(x.shape) == 2 and {*x.shape} & {*widths}]
-    pair = beside_a_time(arrays, widths)
-    if pair and whole in ([], [pair[1]]):
-        return lambda: _by_place(_beside(arrays, *pair, request), request)
-    if len(whole) == 1 or list(arrays) == [""]:
-        return lambda: _of_one_array(arrays, whole[0] if whole else "", request)
+        return _by_place(vectors, request, list(vectors) if is_all else None)
+    if (table := table_among(arrays, widths)) or list(arrays) == [""]:
+        return _of_table(arrays, *(table or ("", False, None)), request)
     return None
 
 
-def _refusal(members: Mapping[str, Any], request: Request, depth: int = 0) -> _Reader:
-    """What says that there are no columns, in the one group that might have had them."""
+def _refusal(members: Mapping[str, Any], request: Request, depth: int = 0) -> InputError:
+    """The error that says that there are no columns, in the one group that might have had them."""
     members = _members(members, request)
     inner = [(x, request) for x in members.values() if isinstance(x, Mapping)]
     inner = _groups(members, request) or inner
     if len(inner) == 1 and depth < DEEPEST:
         ((group, part),) = inner
         return _refusal(group, part, depth + 1)
-
-    def refuse() -> Vectors:
-        raise request.not_columns(names_found([name for name in members if name]))
-
-    return refuse
+    return request.not_columns(names_found([name for name in members if name]))
 
 
 def _named(members: Mapping[str, Any], known: Sequence[str], request: Request) -> Vectors:
     """Columns that are known by name, with those that say what the others mean."""
     arrays = arrays_in(members)
-    first = next((n for n in known if is_time(n)), known[0])
-    rows = length(arrays[first])
+    rows = length(arrays[known[time_among(known)]])
     beside = [n for n in arrays if is_maneuver(n) or is_coordinate(n)]
     names = [*known, *(n for n in beside if is_vector(arrays[n]) and length(arrays[n]) == rows)]
     others = [
@@ -175,35 +166,28 @@ def _by_place(
     return Vectors(_columns(vectors, meant, request), names, maneuver=request.group)
 
 
-def _beside(
-    arrays: Mapping[str, Any], time: str, name: str, is_turned: bool, request: Request
-) -> dict[str, Any]:
-    """The times, and the columns of an array beside them."""
-    array = read_array(arrays[name], request.within(name))
-    columns = array if is_turned else array.T
-    return {time: arrays[time]} | {f"{name}: column {j}": x for j, x in enumerate(columns, 2)}
-
-
-def _of_one_array(arrays: Mapping[str, Any], name: str, request: Request) -> Vectors:
-    """The columns of an array that has all of them, side by side or below each other."""
-    source, widths, part = arrays[name], request.widths, request.within(name)
+def _of_table(
+    arrays: Mapping[str, Any], name: str, is_turned: bool, time: str | None, request: Request
+) -> Vectors:
+    """The columns of an array that has all of them, or all but the times, by their place."""
+    source, part = arrays[name], request.within(name)
     shape = tuple(source.shape)
     if len(shape) != 2:
         if source.dtype.kind not in ("fiuO" if len(shape) == 1 else "fiu"):
             raise refused(source.dtype, part)
         raise part.not_columns(f"an array of shape {shape}")
     array = read_array(source, part)
-    rows, columns = shape
-    if not {rows, columns} & {*widths}:
-        raise part.wrong_width(columns, rows)
-    is_turned = columns not in widths
-    upright = array if is_turned else array.T
+    if time is None and not {*shape} & {*request.widths}:
+        raise part.wrong_width(shape[1], shape[0])
     label = f"{name}: column" if name else "column"
-    vectors = _by_place({f"{label} {j}": x for j, x in enumerate(upright, 1)}, request)
-    if not is_turned:
+    first = {} if time is None else {time: arrays[time]}
+    columns = enumerate(array if is_turned else array.T, 1 + len(first))
+    vectors = _by_place(first | {f"{label} {j}": x for j, x in columns}, request)
+    if first or not is_turned:
         return vectors
-    said = f"The table has {rows} rows and {columns} columns; its rows are taken as columns."
-    return replace(vectors, findings=(info("transposed", said, shape=[rows, columns]),))
+    rows, width = shape
+    said = f"The table has {rows} rows and {width} columns; its rows are taken as columns."
+    return replace(vectors, findings=(info("transposed", said, shape=[rows, width]),))
 
 
 def _columns(
@@ -225,8 +209,7 @@ def _columns(
             x, lo = read_maneuvers(x, part), None
         columns.append(read_column(x, lo, is_time(name), part))
     # Of decimals, a constant column is written like the others, as in a text.
-    time = next((j for j, name in enumerate(meant) if is_time(name)), 0)
-    return evened(columns, time) if any(c.significant for c in columns) else columns
+    return evened(columns, time_among(meant)) if any(c.significant for c in columns) else columns
 
 
 def _maneuver_told(arrays: Mapping[str, Any], request: Request) -> int | None:
@@ -238,7 +221,7 @@ def _maneuver_told(arrays: Mapping[str, Any], request: Request) -> int | None:
     return None
 
 
-def _members(source: Mapping[Any, Any], request: Request) -> dict[str, Any]:
+def _members(source: Mapping[str, Any], request: Request) -> dict[str, Any]:
     """Arrays, anything with their type and shape, and mappings of these, by name."""
     members: dict[str, Any] = {}
     if len(source) > MOST_MEMBERS:
@@ -246,24 +229,13 @@ def _members(source: Mapping[Any, Any], request: Request) -> dict[str, Any]:
             f"found {len(source)} arrays and groups, expected at most {MOST_MEMBERS}"
         )
     for name, x in source.items():
-        within = request.within(str(name))
-        if not isinstance(x, Mapping) and not (hasattr(x, "dtype") and hasattr(x, "shape")):
-            x = _array(x, within)
-        if not isinstance(x, Mapping) and x.dtype.names:
-            records = read_array(x, within).ravel()
-            x = {field: records[field] for field in x.dtype.names}
-        members[str(name)] = x
+        within = request.within(name)
+        columns = by_name(x)
+        if columns is None and (array := as_array(x, within)).dtype.names:
+            records = read_array(array, within).ravel()
+            columns = {field: records[field] for field in array.dtype.names}
+        members[name] = array if columns is None else columns
     return members
-
-
-def _array(source: Any, request: Request) -> NDArray[Any]:
-    try:
-        array: NDArray[Any] = np.asanyarray(source)
-    except (ValueError, TypeError, OverflowError):
-        said = f"found a {type(source).__name__} that is no array, expected real numbers"
-        raise request.error(said) from None
-    # Words one by one may be decimals, and the first that is none can be named.
-    return array.astype(object) if array.dtype.kind == "U" and array.shape else array
 
 
 def _goes_with(name: str, names: Sequence[str]) -> bool:

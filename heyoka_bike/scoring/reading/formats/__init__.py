@@ -2,8 +2,9 @@
 
 From `FORMATS` follow what reads a file, what is said of one that nothing reads, the help of
 ``heyoka-bike score``, its page in the browser and the table of docs/files.md. A format has an entry
-there, and a module of its own here with a function ``read`` of a `ResultFile`: it returns
-the vectors in the file, or None if it is of another format that begins alike.
+there, and a module of its own here with a function ``read`` of a `ResultFile`: it returns what
+`arrays.tables.tables` takes, or the vectors of a text, or None if the file is of another format
+that begins alike. What libraries raise for a damaged file becomes one line.
 """
 
 from collections.abc import Callable
@@ -18,10 +19,10 @@ _MATLAB_TEXT = 512
 _HDF5 = b"\x89HDF\r\n\x1a\n"
 _ZIP = (b"PK\x03\x04", b"PK\x05\x06")
 _BRACKETS = ("{", "[")
-SPREADSHEET = "a spreadsheet"
+_SPREADSHEET = "a spreadsheet"
 _SPREADSHEETS = (".xls", ".xlsx", ".xlsm", ".xlsb", ".ods")
 _NOT_READ = {
-    SPREADSHEET: (b"\xd0\xcf\x11\xe0",),
+    _SPREADSHEET: (b"\xd0\xcf\x11\xe0",),
     "a picture": (b"\x89PNG", b"\xff\xd8\xff", b"GIF8"),
     "a PDF document": (b"%PDF",),
     "a database": (b"SQLite format 3",),
@@ -51,6 +52,10 @@ class Format:
         Name of the module here that reads it.
     package
         What it needs beside NumPy and h5py, as pip names it; None if nothing.
+    expected
+        What a damaged file should have been; empty if the module says it itself.
+    is_ordered
+        Whether the order of its arrays means anything.
     """
 
     name: str
@@ -59,6 +64,8 @@ class Format:
     sniff: Callable[[bytes, str], bool]
     module: str
     package: str | None = None
+    expected: str = ""
+    is_ordered: bool = True
 
     def reader(self) -> Any:
         """The module that reads it."""
@@ -98,30 +105,44 @@ FORMATS = (
         "document in each line. Decimals are exact, as in a text",
         _is_json, "json_files",
     ),
-    Format("npy", ".npy", "an array of rows or of columns", _begins(b"\x93NUMPY"), "npy"),
-    Format("npz", ".npz", "such arrays, or columns by name", _begins(*_ZIP), "npz"),
+    Format(
+        "npy", ".npy", "an array of rows or of columns", _begins(b"\x93NUMPY"), "npy",
+        expected="a NumPy array",
+    ),
+    Format(
+        "npz", ".npz", "such arrays, or columns by name", _begins(*_ZIP), "npz",
+        expected="NumPy arrays",
+    ),
     Format(
         "hdf5", "HDF5 (netCDF 4)",
         "arrays and groups, packed or not; columns over `maneuver` and `time` as xarray writes "
         "them",
-        _begins(_HDF5), "hdf5",
+        _begins(_HDF5), "hdf5", expected="HDF5", is_ordered=False,
     ),
-    Format("netcdf", "netCDF 3", "the same", _begins(b"CDF\1", b"CDF\2"), "netcdf", "scipy"),
+    Format(
+        "netcdf", "netCDF 3", "the same", _begins(b"CDF\1", b"CDF\2"), "netcdf", "scipy",
+        "a netCDF file",
+    ),
     Format(
         "xlsx", ".xlsx",
         "a sheet of rows, or sheets `maneuver_1` and so on. Older spreadsheets and `.ods` are "
         "refused: save them as CSV",
-        _begins(*_ZIP), "xlsx", "openpyxl",
+        _begins(*_ZIP), "xlsx", "openpyxl", "a spreadsheet",
     ),
-    Format("parquet", "Parquet", "a table", _begins(b"PAR1"), "arrow", "pyarrow"),
-    Format("arrow", "Arrow", "a table, as of Feather", _begins(b"ARROW1"), "arrow", "pyarrow"),
+    Format(
+        "parquet", "Parquet", "a table", _begins(b"PAR1"), "arrow", "pyarrow", "a Parquet file"
+    ),
+    Format(
+        "arrow", "Arrow", "a table, as of Feather", _begins(b"ARROW1"), "arrow", "pyarrow",
+        "an Arrow file",
+    ),
     # Version 4 is told by the name, if it is none of those.
     Format(
         "mat", ".mat",
         "variables, structures, cell arrays, the solution of `ode45`, and what Simulink logs: "
         "`tout` and `yout`, structures with time, arrays (not `timeseries`, `table` and other "
         "objects). Versions 4 to 7.3",
-        _is_matlab, "matlab",
+        _is_matlab, "matlab", expected="a MATLAB file", is_ordered=False,
     ),
     # What is none of the others.
     Format(
@@ -133,10 +154,12 @@ FORMATS = (
 )  # fmt: skip
 
 
-def other_kind(head: bytes, suffix: str) -> str:
-    """What a file is that is of no format."""
-    name = SPREADSHEET if suffix in _SPREADSHEETS else "bytes that are no text"
-    return _not_read(head) or name
+def why_not_read(head: bytes, suffix: str) -> str:
+    """What to say of a file that is of no format."""
+    found = _not_read(head)
+    if found == _SPREADSHEET or (not found and suffix in _SPREADSHEETS):
+        return "is a spreadsheet; save it as xlsx or CSV"
+    return f"found {found or 'bytes that are no text'}, expected {listed()}"
 
 
 def _not_read(head: bytes) -> str | None:

@@ -1,89 +1,153 @@
-"""HDF5, and netCDF 4 with it."""
+"""HDF5, and netCDF 4 with it: what a file holds itself.
 
+It may name other files, which that of a stranger must not open. Three things of the format open
+others: external links, arrays whose bytes are stored elsewhere, and virtual ones. None of them is
+opened, wherever it stands and whatever leads to it.
+"""
+
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
-from heyoka_bike.scoring.reading.arrays.packed import unpacked
-from heyoka_bike.scoring.reading.arrays.tables import DEEPEST, tables
+from heyoka_bike.errors import printable
+from heyoka_bike.scoring.reading.arrays.packed import StoredArray, unpacked
+from heyoka_bike.scoring.reading.arrays.tables import DEEPEST, MOST_MEMBERS
 from heyoka_bike.scoring.reading.formats.matlab_bytes import OfClass
-from heyoka_bike.scoring.reading.formats.own_arrays import OwnFile
+from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
-from heyoka_bike.scoring.reading.vectors import Vectors
 
 
-def read(file: ResultFile) -> list[Vectors]:
-    """The tables in groups and arrays.
-
-    Raises
-    ------
-    InputError
-        Damaged, kept in other files, or not columns of real numbers.
-    """
-    with OwnFile.opened(file) as own:
-        return tables(variables(own), file.request, is_ordered=False)
-
-
-def variables(own: OwnFile) -> dict[str, Any]:
-    """The arrays and groups of a file, and what the arrays of MATLAB and Octave stand for.
+def read(file: ResultFile, is_turned: bool = False) -> dict[str, Any]:
+    """Its arrays and groups, and what those of MATLAB and Octave stand for.
 
     MATLAB's are as `matlab_bytes.matlab_variables` has those of its older files.
 
+    Parameters
+    ----------
+    file
+    is_turned
+        Whether arrays are stored with their axes the other way round, as MATLAB does it.
+
     Raises
     ------
     InputError
-        Damaged, kept in other files, or too many.
+        Kept in other files, or too many.
     """
-    with own.request.damage("HDF5"):
-        return _variables(own.file, own)
-
-
-def _variables(group: Any, own: OwnFile, depth: int = 0) -> dict[str, Any]:
     import h5py
 
-    found: dict[str, Any] = {}
-    for name, x in own.members(group):
-        if isinstance(x, h5py.Group) and x.keys() == {"type", "value"}:
-            # As Octave writes a variable.
-            x = dict(own.members(x)).get("value")
-        if isinstance(x, h5py.Group) and depth < DEEPEST and not name.startswith("#"):
-            fields = {n: y for n, y in own.members(x) if isinstance(y, h5py.Dataset)}
-            if fields and all(map(_has_references, fields.values())):
-                each = {n: own.array(y)[()].ravel("F") for n, y in fields.items()}
-                found[name] = [
-                    {n: _referred(x.file, y[i], own) for n, y in each.items()}
-                    for i in range(min(map(len, each.values())))
-                ]
-            else:
-                found[name] = _variables(x, own, depth + 1)
-        elif isinstance(x, h5py.Dataset) and (value := _value(x, own)) is not None:
-            found[name] = value
-    return found
+    opened = file.stack.enter_context(h5py.File(file.path_or_stream(), "r"))
+    return _OwnFile(opened, file.request, is_turned).variables(opened)
 
 
-def _value(dataset: Any, own: OwnFile) -> Any:
-    """An array or a text; None if it is empty."""
-    if dataset.shape is None or "MATLAB_empty" in dataset.attrs or _is_a_length(dataset):
-        return None
-    if "MATLAB_object_decode" in dataset.attrs:
-        return OfClass(dataset.attrs["MATLAB_class"].decode("latin-1"))
-    if _has_references(dataset):
-        cells = own.array(dataset)[()]
-        inner = [_referred(dataset.file, x, own) for x in cells.ravel(order="F")]
-        return np.fromiter(inner, object, len(inner)).reshape(cells.shape, order="F")
-    array = own.array(dataset)
-    if dataset.attrs.get("MATLAB_class") == b"char":
-        return np.array("".join(map(chr, array[()].ravel())))
-    return unpacked(array, dataset.attrs)
+class _OwnFile:
+    """The groups and arrays that an HDF5 file holds itself."""
 
+    def __init__(self, file: Any, request: Request, is_turned: bool) -> None:
+        self._file = file
+        self._request = request
+        self._is_turned = is_turned
+        self._count = 0
 
-def _referred(file: Any, reference: Any, own: OwnFile) -> Any:
-    import h5py
+    def variables(self, group: Any, depth: int = 0) -> dict[str, Any]:
+        """The arrays and groups in a group."""
+        import h5py
 
-    x = file[reference] if reference else None
-    if isinstance(x, h5py.Group):
-        return _variables(x, own, DEEPEST)
-    return _value(x, own) if isinstance(x, h5py.Dataset) else None
+        found: dict[str, Any] = {}
+        for name, x in self._members(group):
+            if isinstance(x, h5py.Group) and x.keys() == {"type", "value"}:
+                # As Octave writes a variable.
+                x = dict(self._members(x)).get("value")
+            if isinstance(x, h5py.Group) and depth < DEEPEST and not name.startswith("#"):
+                fields = {n: y for n, y in self._members(x) if isinstance(y, h5py.Dataset)}
+                if fields and all(map(_has_references, fields.values())):
+                    each = {n: self._array(y)[()].ravel("F") for n, y in fields.items()}
+                    found[name] = [
+                        {n: self._referred(y[i]) for n, y in each.items()}
+                        for i in range(min(map(len, each.values())))
+                    ]
+                else:
+                    found[name] = self.variables(x, depth + 1)
+            elif isinstance(x, h5py.Dataset) and (value := self._value(x)) is not None:
+                found[name] = value
+        return found
+
+    def _value(self, dataset: Any) -> Any:
+        """An array or a text; None if it is empty."""
+        if dataset.shape is None or "MATLAB_empty" in dataset.attrs or _is_a_length(dataset):
+            return None
+        if "MATLAB_object_decode" in dataset.attrs:
+            return OfClass(dataset.attrs["MATLAB_class"].decode("latin-1"))
+        array = self._array(dataset)
+        if _has_references(dataset):
+            cells = array[()]
+            inner = [self._referred(x) for x in cells.ravel(order="F")]
+            return np.fromiter(inner, object, len(inner)).reshape(cells.shape, order="F")
+        if dataset.attrs.get("MATLAB_class") == b"char":
+            return np.array("".join(map(chr, array[()].ravel())))
+        return unpacked(array, dataset.attrs)
+
+    def _referred(self, reference: Any) -> Any:
+        import h5py
+
+        x = self._file[reference] if reference else None
+        if isinstance(x, h5py.Group):
+            return self.variables(x, DEEPEST)
+        return self._value(x) if isinstance(x, h5py.Dataset) else None
+
+    def _members(self, group: Any) -> Iterator[tuple[str, Any]]:
+        """Names and objects of a group.
+
+        Links by name are left out: those within the file may lead to another by way of one that
+        leads there.
+        """
+        import h5py
+
+        for name in group:
+            # A name with a slash in it is looked up as a place, whatever is on the way.
+            if "/" not in name and isinstance(group.get(name, getlink=True), h5py.HardLink):
+                self._claim()
+                yield name, group[name]
+
+    def _array(self, dataset: Any) -> StoredArray:
+        """An array, which is read when it is wanted."""
+        self._claim()
+        if dataset.is_virtual or dataset.external:
+            raise self._request.error(
+                f"found {printable(dataset.name)} kept in another file, expected it in this one"
+            )
+        shape = dataset.shape[::-1] if self._is_turned else dataset.shape
+        return StoredArray(dataset.dtype, shape, lambda: self._read(dataset))
+
+    def _claim(self) -> None:
+        self._count += 1
+        if self._count > MOST_MEMBERS:
+            raise self._request.error(
+                f"found more than {MOST_MEMBERS} arrays and groups, expected fewer"
+            )
+
+    def _read(self, dataset: Any) -> Any:
+        with self._request.damage("HDF5"):
+            try:
+                found = dataset[()]
+            except OSError:
+                self._check_filters(dataset)
+                raise
+            return found.T if self._is_turned else found
+
+    def _check_filters(self, dataset: Any) -> None:
+        """Say it if the array was compressed by what is not here."""
+        import h5py
+
+        made = dataset.id.get_create_plist()
+        for i in range(made.get_nfilters()):
+            code, _, _, name = made.get_filter(i)
+            if not h5py.h5z.filter_avail(code):
+                raise self._request.error(
+                    f"found {printable(dataset.name)} compressed by "
+                    f"{printable(name.decode(errors='replace')) or f'filter {code}'}, which is not "
+                    "installed here, expected gzip or none (h5repack -f GZIP=6 changes it)"
+                )
 
 
 def _has_references(dataset: Any) -> bool:

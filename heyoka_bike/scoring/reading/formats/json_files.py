@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.reading.arrays.tables import tables
 from heyoka_bike.scoring.reading.names.columns import (
     are_names,
     group_number,
@@ -23,7 +22,6 @@ from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
 from heyoka_bike.scoring.reading.text.dialects import DIALECTS
 from heyoka_bike.scoring.reading.text.table import read_text
-from heyoka_bike.scoring.reading.vectors import Vectors
 
 # Names of the columns of rows, and of the rows.
 _NAMES = ("columns", "names", "header", "headers", "fields")
@@ -34,8 +32,8 @@ _TOO_DEEP = "found arrays in too many others, expected rows"
 _NOT_BLANK = re.compile(r"\S")
 
 
-def read(file: ResultFile) -> list[Vectors] | None:
-    """The tables in a document, or in the list of documents in lines; None if it is a text.
+def read(file: ResultFile) -> Any:
+    """The arrays in a document, or in the list of documents in lines; None if it is a text.
 
     Columns may be arrays by name, rows may be arrays or objects, as pandas and MATLAB write them;
     maneuvers may be members of an object or of an array.
@@ -43,7 +41,7 @@ def read(file: ResultFile) -> list[Vectors] | None:
     Raises
     ------
     InputError
-        Damaged, or not columns of real numbers.
+        Damaged, or without arrays.
     """
     file.content()
     (text,) = file.text()
@@ -58,7 +56,7 @@ def read(file: ResultFile) -> list[Vectors] | None:
     found = _shaped(document, file.request)
     if found is None:
         raise file.request.error("found JSON without a table, expected columns or rows of numbers")
-    return tables(found, file.request)
+    return found
 
 
 def _parsed(text: bytes, encoding: str, request: Request) -> Any:

@@ -9,10 +9,8 @@ import numpy as np
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.scoring.reading.arrays.columns import MOST_BYTES, read_array
 from heyoka_bike.scoring.reading.arrays.tables import tables
-from heyoka_bike.scoring.reading.formats import is_hdf5_of_matlab
-from heyoka_bike.scoring.reading.formats.hdf5 import variables
+from heyoka_bike.scoring.reading.formats import hdf5, is_hdf5_of_matlab
 from heyoka_bike.scoring.reading.formats.matlab_bytes import OfClass, matlab_variables
-from heyoka_bike.scoring.reading.formats.own_arrays import OwnFile
 from heyoka_bike.scoring.reading.names.columns import recognise
 from heyoka_bike.scoring.reading.request import Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
@@ -33,20 +31,17 @@ def read(file: ResultFile) -> list[Vectors]:
     Raises
     ------
     InputError
-        Damaged, kept in other files, or not columns of real numbers.
+        Kept in other files, or not columns of real numbers.
     """
-    if not is_hdf5_of_matlab(file.head):
-        with file.request.damage("a MATLAB file"):
-            found = matlab_variables(file.stream().read(), MOST_BYTES)
-        return _tables(found, file.request)
-    with OwnFile.opened(file, is_turned=True) as own:
-        return _tables(variables(own), file.request)
-
-
-def _tables(found: Mapping[str, Any], request: Request) -> list[Vectors]:
+    request = file.request
+    if is_hdf5_of_matlab(file.head):
+        with request.damage("HDF5"):
+            found = hdf5.read(file, is_turned=True)
+    else:
+        found = matlab_variables(file.stream().read(), MOST_BYTES)
     objects = [(name, x.name) for name, x in found.items() if isinstance(x, OfClass)]
     try:
-        return tables(_plain(found, request), request, is_ordered=False)
+        return tables(_plain(found, request), request)
     except InputError:
         if not objects:
             raise

@@ -1,7 +1,6 @@
 """Excel workbooks, through openpyxl."""
 
 from dataclasses import replace
-from itertools import chain
 from typing import Any
 
 from heyoka_bike.errors import InputError, quoted
@@ -22,15 +21,14 @@ def read(file: ResultFile) -> list[Vectors]:
     Raises
     ------
     InputError
-        Damaged, or no sheet with rows of numbers.
+        No sheet with rows of numbers.
     ImportError
         openpyxl is not installed.
     """
     from openpyxl import load_workbook
 
-    with file.request.damage("a spreadsheet"):
-        book = load_workbook(file.stream(), read_only=True, data_only=True)
-        texts = {sheet.title: _as_text(sheet, file.request) for sheet in book.worksheets}
+    book = load_workbook(file.stream(), read_only=True, data_only=True)
+    texts = {sheet.title: _as_text(sheet, file.request) for sheet in book.worksheets}
     found: dict[str, list[Vectors]] = {}
     errors: dict[str, InputError] = {}
     for title, text in texts.items():
@@ -46,14 +44,13 @@ def read(file: ResultFile) -> list[Vectors]:
             f"found results in the sheets {listed(list(found))}, expected them in one sheet, or in "
             "sheets named maneuver_1 and so on"
         )
-    for title in numbers if numbers else () if found else errors:
+    titles = [*(numbers or found or errors)]
+    for title in titles:
         if title in errors:
             raise errors[title]
-    if not numbers:
-        return list(chain.from_iterable(found.values()))
     return [
-        replace(table, maneuver=number)
-        for title, number in numbers.items()
+        replace(table, maneuver=numbers.get(title, table.maneuver))
+        for title in titles
         for table in found[title]
     ]
 

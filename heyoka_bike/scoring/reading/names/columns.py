@@ -114,6 +114,16 @@ def recognise(name: str, *, one_is_a_unit: bool = True) -> tuple[str, int | None
     return key, number
 
 
+def is_time(name: str) -> bool:
+    """Whether the name is that of the times."""
+    return recognise(name) == (TIME, None)
+
+
+def time_among(names: Sequence[str]) -> int:
+    """Place of the times among the columns of these names: the first if none is theirs."""
+    return next((i for i, name in enumerate(names) if is_time(name)), 0)
+
+
 def unit_in(name: str) -> tuple[str, str | None, bool]:
     """The name without its unit, that unit, and whether it is an ending such as ``_rad``."""
     stem, unit = split_unit(name)

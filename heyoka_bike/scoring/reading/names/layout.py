@@ -100,11 +100,9 @@ def layout(vectors: Vectors, request: Request) -> Layout:
 
 def _by_place(width: int, count: int) -> Sequence[Found] | None:
     """What columns without names mean; None if there are too many or too few."""
-    if width == 1 + 8 * count and count > 1:
-        numbers: Sequence[int | None] = range(1, count + 1)
-    elif width == 9:
-        numbers = [None]
-    else:
+    # One maneuver needs no number.
+    by_width: Mapping[int, Sequence[int | None]] = {1 + 8 * count: range(1, count + 1), 9: [None]}
+    if (numbers := by_width.get(width)) is None:
         return None
     return [(TIME, None), *((key, number) for number in numbers for key in BENCHMARK_COLUMNS)]
 

@@ -7,7 +7,7 @@ if that is said in words.
 """
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 from heyoka_bike.scoring.reading.names.columns import TIME, may_mean, recognise
 from heyoka_bike.scoring.reading.names.units import BRACKETS, quantities, split_unit
@@ -104,7 +104,9 @@ def _from_one(found: list[Found], count: int) -> list[Found]:
 
     Instead of 0 the first of all may have none: so pandas makes equal names differ.
     """
-    numbers = _numbers(_columns(found))
+    numbers: dict[str, set[int | None]] = {}
+    for _, key, number in _columns(found):
+        numbers.setdefault(key, set()).add(number)
     are_from_zero = all(0 in n for n in numbers.values())
     are_of_pandas = count > 1 and all(n == {None, *range(1, count)} for n in numbers.values())
     if not numbers or not (are_from_zero or are_of_pandas):
@@ -165,11 +167,3 @@ def _in_turn(found: list[Found], count: int) -> list[Found]:
 def _columns(found: Sequence[Found]) -> list[tuple[int, str, int | None]]:
     """Index, key and number of the columns that are known, but for the time."""
     return [(i, *f) for i, f in enumerate(found) if f and f[0] != TIME]
-
-
-def _numbers(columns: Iterable[tuple[int, str, int | None]]) -> dict[str, set[int | None]]:
-    """The numbers that columns come with, by key."""
-    numbers: dict[str, set[int | None]] = {}
-    for _, key, number in columns:
-        numbers.setdefault(key, set()).add(number)
-    return numbers

@@ -13,12 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.scoring.reading.quanta import NOTHING
+from heyoka_bike.scoring.reading.quanta import NOTHING, significant
 
 Ints = NDArray[np.int64]
 
 _PLAIN = b"0123456789.e+- \t\n"
-_ZERO, _POINT, _E = b"0.e"
 # Enough digits for any binary64 without its leading ones; no exponent is too large.
 _EXACT = Context(prec=1200, Emax=MAX_EMAX, Emin=MIN_EMIN, traps=[])
 
@@ -104,10 +103,12 @@ def read_rows(
         raise ValueError("rows of another number of columns")
     values = [np.ascontiguousarray(column) for column in table.T]
     sampled = slice(None, None, max(1, len(rows) // samples))
-    written = [row.split(mark) for row in rows[sampled]]
-    if mark:
-        written = [[number.strip() for number in row] for row in written]
-    digits, places = _written(written, table[sampled].T)
+    fields = ([x.strip() for x in row.split(mark)] for row in rows[sampled])
+    written = [[(len(significant(x)), _places(x)) for x in row] for row in fields]
+    # Two of columns and rows.
+    digits, places = np.array(written, np.int64).reshape(-1, columns, 2).T
+    is_finite = np.isfinite(table[sampled].T)
+    digits, places = np.where(is_finite, digits, 0), np.where(is_finite, places, NOTHING)
     lo = {}
     for j in exact:
         numbers = (row.split(mark, j + 1)[j] for row in rows)
@@ -122,17 +123,6 @@ def rest(number: str, hi: float) -> float:
     return float(_EXACT.subtract(Decimal(number), Decimal(hi)))
 
 
-def _written(numbers: Sequence[Sequence[str]], values: Array) -> tuple[Ints, Ints]:
-    """Digits and places of numbers, by row and column; see `Block`."""
-    text = np.array(numbers, dtype=np.bytes_).reshape(values.T.shape)
-    marks = np.ascontiguousarray(text)[..., None].view(np.uint8)
-    at = np.arange(marks.shape[-1])
-    has_e, has_point = ((marks == mark).any(axis=-1) for mark in (_E, _POINT))
-    end = np.where(has_e, (marks == _E).argmax(axis=-1), (marks != 0).sum(axis=-1))
-    point = np.where(has_point, (marks == _POINT).argmax(axis=-1), end - 1)
-    is_digit = (marks >= _ZERO) & (at < end[..., None])
-    leading = np.where(is_digit & (marks > _ZERO), at, len(at)).min(axis=-1)
-    digits = (is_digit & (at >= leading[..., None])).sum(axis=-1)
-    places = np.where(has_e, -1, end - 1 - point)
-    finite = np.isfinite(values)
-    return np.where(finite, digits.T, 0), np.where(finite, places.T, NOTHING)
+def _places(number: str) -> int:
+    """Digits after the point; -1 with an exponent."""
+    return -1 if "e" in number else len(number.partition(".")[2])

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import chain, islice
 
 from heyoka_bike.errors import InputError, quoted
-from heyoka_bike.scoring.reading.names.columns import TIME, are_names, names_found, recognise
+from heyoka_bike.scoring.reading.names.columns import are_names, names_found, time_among
 from heyoka_bike.scoring.reading.names.units import quantities
 from heyoka_bike.scoring.reading.quanta import are_beyond_binary64
 from heyoka_bike.scoring.reading.request import Request
@@ -57,8 +57,6 @@ class Opening:
         Number of its line.
     time : int
         Index of the column of times.
-    has_exact_times : bool
-        Whether the times have more digits than binary64.
     exact : tuple of int
         Columns with more digits than binary64 has.
     """
@@ -69,7 +67,6 @@ class Opening:
     names: list[str] | None
     heading: int | None
     time: int
-    has_exact_times: bool
     exact: tuple[int, ...]
 
 
@@ -89,12 +86,11 @@ def find_opening(text: str, request: Request) -> Opening:
         No rows, rows of another number of columns, or a damaged first row.
     """
     lines = text.split("\n")
-    headings = (_headings(line) for line in lines[:_HEADING_LINES])
-    widths = {len(names) for names in chain.from_iterable(headings) if are_names(names, request)}
-    widths |= set(request.widths)
+    headings = chain.from_iterable(map(_headings, lines[:_HEADING_LINES]))
+    widths = {len(names) for names in headings if are_names(names, request)} | {*request.widths}
     if not widths:
         raise request.not_columns("no line of column names that are known")
-    sample, dialect, width, rows = _first_rows(_contents(lines), widths)
+    sample, dialect, width, rows = _first_rows(lines, widths)
     if not rows and not text.strip():
         raise request.error("found an empty file, expected rows of numbers")
     if not rows:
@@ -106,26 +102,25 @@ def find_opening(text: str, request: Request) -> Opening:
     names, heading = _heading(lines[:first], width, request)
     if request.names:
         names, heading = [*request.names], None
-    meant = [recognise(name) for name in names or ()]
-    time = next((i for i, k in enumerate(meant) if k and k[0] == TIME), 0)
-    spread = rows[:: max(1, len(rows) // _SAMPLE_ROWS)]
-    numbers = [[dialect.number(f) or "" for f in dialect.split(content)] for _, content in spread]
-    columns = list(zip(*numbers, strict=True))
+    time = time_among(names or ())
     _log.debug(
         "%s: rows of %d numbers from line %d, separator %r, decimal %r; names %s", request.path,
         width, first + 1, dialect.separator, dialect.decimal,
         f"in line {heading}" if heading else "told" if names else "none",
     )  # fmt: skip
-    # Three rows in a row are no accident, and there may be no more.
-    has_exact_times = are_beyond_binary64(columns[time], 1)
-    exact = tuple(j for j in range(width) if are_beyond_binary64(columns[j]))
-    return Opening(dialect, width, first, names, heading, time, has_exact_times, exact)
+    spread = (dialect.split(content) for _, content in rows[:: max(1, len(rows) // _SAMPLE_ROWS)])
+    numbers = [[dialect.number(field) or "" for field in fields] for fields in spread]
+    exact = tuple(
+        j for j in range(width) if are_beyond_binary64([row[j] for row in numbers], j == time)
+    )
+    return Opening(dialect, width, first, names, heading, time, exact)
 
 
 def _first_rows(
-    contents: Iterator[_Line], widths: Collection[int]
+    lines: Sequence[str], widths: Collection[int]
 ) -> tuple[list[_Line], Dialect, int, list[_Line]]:
     """The first lines that have rows, their dialect, numbers in a row, and those that are rows."""
+    contents = ((i, content) for i, line in enumerate(lines) if (content := without_comment(line)))
     while sample := list(islice(contents, _SAMPLE_LINES)):
         if found := best_dialect([content for _, content in sample], widths):
             dialect, width, at = found
@@ -146,13 +141,6 @@ def row_error(
         at = min(len(fields), width)
         message = f"found {len(fields)} values, expected {width}"
     return request.error(message, line, at + 1)
-
-
-def _contents(lines: Sequence[str]) -> Iterator[_Line]:
-    """Index and text of the lines that are not blank or comments."""
-    for i, line in enumerate(lines):
-        if content := without_comment(line):
-            yield i, content
 
 
 def _headings(line: str) -> Iterator[list[str]]:

@@ -95,7 +95,7 @@ class _Reader:
             values = _together([block.values for block in blocks], j)
             columns.append(written_column(values, lo, digits[j], places[j], j == opening.time))
         columns = evened(columns, opening.time)
-        if opening.has_exact_times:
+        if opening.time in opening.exact:
             columns[opening.time] = columns[opening.time].with_exact_values()
         above = self.request.above
         lines = np.concatenate([block.lines for block in blocks]) + above
