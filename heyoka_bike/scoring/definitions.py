@@ -396,8 +396,7 @@ def _find_offset(found: dict[str, Understanding], samples: Sequence[Sample]) -> 
         return
     # The kinetic energy tells the unit; without it, another zero hides it.
     known = found[leader].unit
-    is_told = "kinetic_energy" in found or leader != ZEROED[0]
-    units = (known,) if is_told else UNITS["J"]
+    units = (known,) if "kinetic_energy" in found else UNITS["J"]
     for unit in sorted(units, key=lambda u: u != known):
         taken = {k: replace(found[k], unit=unit) for k in ZEROED if k in found}
         if moved := _with_offset(leader, taken, found, samples):

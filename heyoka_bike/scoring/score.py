@@ -33,8 +33,8 @@ from heyoka_bike.scoring.units import to_si
 
 # The benchmark judges maneuver 2, by eq. (1) below 1e-3 %.
 _JUDGED: Mapping[int, float] = {2: 1e-3}
-# Correct values that were rounded once or twice are apart by up to this many last digits.
-_ROUNDED = 4.0
+# Correct values that were rounded once or twice are off by up to this many times half a last digit.
+_ROUNDED = 2.0
 
 
 def score(
@@ -236,9 +236,7 @@ def _with_exact_zero(understood: Understandings, parts: Sequence[Part]) -> Under
     u = understood.get(key)
     if u is None or not u.offset:
         return understood
-    # Errors of the motion begin at nothing with it; those of rounding are as large on both sides.
-    left, lowest, highest = [], -np.inf, np.inf
-    is_all_rounding = True
+    told: list[tuple[float, float, float]] = []
     for part in parts:
         if key not in part.values:
             continue
@@ -249,17 +247,19 @@ def _with_exact_zero(understood: Understandings, parts: Sequence[Part]) -> Under
             continue
         last_digit = rounding(part, key, u.unit)[1] or 0.0
         if key not in part.lo:
-            last_digit = max(last_digit, float(np.spacing(part.reference.scale(key))))
-        is_rounding = bool(np.ptp(error) <= _ROUNDED * last_digit)
-        found = float(np.mean(error)) if is_rounding else float(error[0])
-        left.append((float(median(np.abs(error - found))), found))
-        # The zero for which no row is off by more than its rounding.
-        lowest = max(lowest, float(np.max(error)) - last_digit)
-        highest = min(highest, float(np.min(error)) + last_digit)
-        is_all_rounding &= is_rounding
-    rest = min(left)[1] if left else 0.0
-    if left and is_all_rounding:
-        rest = (lowest + highest) / 2
+            last_digit = max(last_digit, float(np.spacing(part.reference.scale(key))) / 2)
+        # Errors of the motion begin at nothing with it; those of rounding are as large both ways.
+        amid, spread, reach = float(error[0]), float(np.ptp(error)) / 2, last_digit
+        if spread <= _ROUNDED * last_digit:
+            amid = float(np.max(error) + np.min(error)) / 2
+            reach = max(last_digit - spread, 0.0)
+        told.append((max(last_digit, spread), amid - reach, amid + reach))
+    # What the finest errors tell, and of it what the others allow.
+    low, high = -np.inf, np.inf
+    for _, least, most in sorted(told):
+        if max(low, least) <= min(high, most):
+            low, high = max(low, least), min(high, most)
+    rest = (low + high) / 2 if told else 0.0
     return {
         k: replace(v, offset_lo=v.offset_lo + rest) if v.offset == u.offset else v
         for k, v in understood.items()

@@ -38,7 +38,7 @@ def test_the_zero_is_amid_what_rounding_left_in_all_maneuvers(reference):
     lateral = ("roll_angle", "roll_rate", "steer_angle", "steer_rate", key)
     written = made(reference, lambda k, v, n: v + zero * (k == key), names=lateral)
     report = score(written, reference)
-    last = {n: np.spacing(reference[n].scale(key)) for n in reference}
+    last = {n: np.spacing(reference[n].scale(key)) / 2 for n in reference}
     left = {n: report[n][key].trace.error for n in reference}
     # As far from the limit above as from that below.
     above = min(last[n] - np.max(left[n]) for n in reference)

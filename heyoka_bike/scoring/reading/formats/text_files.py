@@ -33,7 +33,7 @@ from heyoka_bike.scoring.reading.vectors import Vectors
 _OCTAVE, _VARIABLE, _SHORT = b"# Created by Octave", b"\n# name:", 400
 _MANEUVER = "maneuver"
 # A duration of MATLAB, of less than a minute.
-_DURATION = re.compile(r"(?:0+:0+:)?([0-9.]+)(?: ?(?:s|sec|secs|seconds))?")
+_DURATION = re.compile(r"(?:0+:0+:)?([0-9.]+(?:[eE][-+]?[0-9]+)?)(?: ?(?:s|sec|secs|seconds))?")
 
 
 def read(file: ResultFile) -> list[Vectors]:
