@@ -9,6 +9,7 @@ from threading import Thread
 from types import SimpleNamespace
 
 import pytest
+from support.clusters import wait_for
 
 from heyoka_bike.system import files
 from heyoka_bike.system.executors import ProgressFuture
@@ -349,6 +350,7 @@ def test_names_and_headings_are_text_on_every_page(serving):
 def test_no_script_runs_but_the_packages_own(serving):
     client = serving()
     place = client.post("/example").json()["location"]
+    wait_for(lambda: "page" in client.get(place.replace("results", "jobs")).json())
     policy = client.get(place, headers=BROWSER).headers["content-security-policy"]
     assert "script-src 'sha256-" in policy
     assert "unsafe-inline" not in policy.split("script-src")[1]
