@@ -37,9 +37,8 @@ _STARTS = {"initial_roll": "roll_angle", "initial_steer": "steer_angle",
            "initial_speed": "forward_speed"}  # fmt: skip
 _AS_GIVEN = 0.1
 _UNITS = {**UNKNOWNS, **{name: force.unit for name, force in FORCES.items()}}
-_LOSES_ENERGY = ("energy_grows", "numerical_damping")
 # Of a value, in parts of it.
-_MOST_DIGITS = 1e-7
+_MOST_DIGITS = 1e-6
 # What remains below this part of a column's size is not worth a word: six digits are right.
 _SEEN = 1e-6
 # A part of a term that is all of it.
@@ -118,9 +117,7 @@ def _without_cause(
     falls = any(f.code == plain.FALLS for f in shown)
     is_far = falls or any(f.code == numerical.TOO_FAR for f in shape)
     nearly = _nearly(diagnosis, is_far=is_far)
-    # Constraints that drift leave something in the equations, too.
-    loses = any(f.code in _LOSES_ENERGY for f in shape) and not is_far
-    is_open = [] if loses else _open(diagnosis, is_beside=bool(nearly))
+    is_open = _open(diagnosis, is_beside=bool(nearly))
     if falls:
         return *nearly, *is_open, *shown
     if is_open or nearly:
@@ -344,12 +341,13 @@ def _changed(found: Sequence[Found]) -> str:
         # So many digits as the uncertainty allows, no more than anybody reads.
         size = max(abs(x.value), abs(x.right), abs(x.value - x.right))
         least = max(x.uncertain, _MOST_DIGITS * size)
-        decimals = max(1, 1 - floor(log10(least))) if least else 1
+        decimals = max(1, -floor(log10(least))) if least else 1
         after = f"{round(x.value, decimals) + 0.0:.{decimals}f}".rstrip("0").rstrip(".")
         # What changes next to nothing of what is left is not known at all; a rounding is not said.
         is_known = _MOST_DIGITS * size < x.uncertain < abs(x.right) + abs(x.value - x.right)
         within = f" (+- {x.uncertain:.1g})" if is_known else ""
-        parts.append(f"{_named(x)} is {after} {_UNITS[x.name]}{within} instead of {x.right:.10g}")
+        right = f"{round(x.right, 12) + 0.0:.10g}"
+        parts.append(f"{_named(x)} is {after} {_UNITS[x.name]}{within} instead of {right}")
     return ", and ".join(parts)
 
 

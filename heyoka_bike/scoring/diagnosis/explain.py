@@ -120,9 +120,12 @@ def explain(
     classes, towards = _compared(file, every, causes)
     if not classes and causes is not None and not causes.methods:
         # The start leaves nothing in the equations: whole runs show it.
-        start = file.shooting(causes.motions).start()
-        if start is not None:
-            every += tried.judged([(start,)])
+        starts = file.shooting(causes.motions).refined(file.other_starts(causes.motions))
+        found = tried.judged([(_of_values(c, causes),) for c in starts])
+        found = [h for h in found if h.is_possible and h.log_odds > WEIGHTS.said]
+        if found:
+            together = tried.judged([tuple(m for h in found for m in h.mistakes)])
+            every += together or found
             classes, towards = _compared(file, every, causes)
     progress(1.0)
     return Diagnosis(
@@ -146,17 +149,19 @@ def _of_causes(causes: Causes, file: SeenFile) -> list[tuple[Mistake, ...]]:
             (c for c in several if log_odds(c, count) > least), key=lambda c: -log_odds(c, count)
         )[:_SIMULATED]
 
-    shooting = file.shooting(causes.motions)
-    ranked = likely(causes.fitted)
-    fitted = [shooting.refined(c) for c in ranked[:_REFINED]]
-    alone = next((c for c in causes.fitted if len(c.changes) == 1), None)
-    if ranked and alone is not None and len(ranked[0].changes) > 1:
-        # The equations speak for several values: whole runs tell better which.
-        fitted.append(shooting.refined(alone, with_others=True))
+    fitted = likely(causes.fitted)[:_REFINED]
+    fitted += [c for c in causes.fitted if len(c.changes) == 1 and c not in fitted][:1]
+    if not causes.is_open:
+        # Where a force is left no values are those of the file.
+        fitted = file.shooting(causes.motions).refined(fitted, with_others=True)
     return [
         *(c.mistakes for c in likely(causes.known)),
-        *((other_values(c.changes, c.uncertain, causes.program),) for c in fitted),
+        *((_of_values(c, causes),) for c in fitted),
     ]
+
+
+def _of_values(cause: Cause, causes: Causes) -> Mistake:
+    return other_values(cause.changes, cause.uncertain, causes.program)
 
 
 def _clock(causes: Causes | None) -> list[Mistake]:

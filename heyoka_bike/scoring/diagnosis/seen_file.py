@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from heyoka_bike.bicycle.columns import COLUMNS, FOLLOWING
 from heyoka_bike.bicycle.equations.reduced import Equations
-from heyoka_bike.bicycle.parameters import Bicycle
+from heyoka_bike.bicycle.parameters import START, Bicycle
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
@@ -15,15 +15,14 @@ from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.alignment import Part, spread
 from heyoka_bike.scoring.definitions import Sample, Understanding, understand_samples
 from heyoka_bike.scoring.diagnosis.evidence import Hypothesis, Place
-from heyoka_bike.scoring.diagnosis.mistakes.first_row import contradicted
 from heyoka_bike.scoring.diagnosis.mistakes.library import Mistake, Program, apply
 from heyoka_bike.scoring.diagnosis.mistakes.proposals import columns_in_another_order
 from heyoka_bike.scoring.diagnosis.programs.beginning import beginning
 from heyoka_bike.scoring.diagnosis.programs.linear import linear_columns
 from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
 from heyoka_bike.scoring.diagnosis.programs.start import Start
-from heyoka_bike.scoring.diagnosis.residual.causes import Causes, find_causes
-from heyoka_bike.scoring.diagnosis.residual.observed import Observed, observe, readings
+from heyoka_bike.scoring.diagnosis.residual.causes import Cause, Causes, find_causes
+from heyoka_bike.scoring.diagnosis.residual.observed import STATE, Observed, observe, readings
 from heyoka_bike.scoring.diagnosis.residual.shooting import Shooting
 from heyoka_bike.scoring.diagnosis.residual.terms import Accelerations
 from heyoka_bike.scoring.report import Curve
@@ -37,6 +36,9 @@ _SIMULATED = 2001
 ROUNDOFF = 1e-11
 # Starts that are simulated.
 _STARTS = 8
+# A value of the start is another one if it is off by so many times what the rows disagree, and by
+# such a part of what the one that is off most is, in sizes of columns: smooth errors are off, too.
+_SURE, _SMALL = 3.0, 1e-3
 # A program whose motion ends cannot have written many more rows.
 _REACHED = 0.5
 
@@ -102,30 +104,11 @@ class SeenFile:
             after=after,
             changed=tuple(k for k in before if self._differ(k, expected, self._compared)),
             floors=self._floors,
-            contradicted=self._contradicted(expected),
             reaches_the_end=self._reaches_the_end(expected),
         )
         self._expected[found.codes] = expected
         self._understood[found.codes] = understood
         return found
-
-    def _contradicted(self, expected: _Expected) -> Place | None:
-        """The column whose first row says that the program starts otherwise."""
-        understood = self._understood[()]
-        for part, written, right, wrong in zip(
-            self._parts, self._as_understood(understood), self._compared, expected, strict=True
-        ):
-            # A column with another zero says nothing of its start.
-            keys = [k for k in written if not understood[k].offset]
-            floors = {
-                k: max(ROUNDOFF, self._floors[part.number, k]) * part.reference.scale(k)
-                for k in keys
-                if (part.number, k) in self._floors
-            }
-            key = contradicted(part.time, written, right, wrong, floors)
-            if key is not None:
-                return part.number, key
-        return None
 
     def where_they_differ(self, one: Hypothesis, other: Hypothesis) -> tuple[Place, ...]:
         """Maneuvers and columns in which two hypotheses are not the same."""
@@ -179,27 +162,45 @@ class SeenFile:
     def starts_like_its_own(
         self, library: Sequence[Mistake], motions: Sequence[Observed]
     ) -> list[Mistake]:
-        """Mistakes of the start that come nearer to the first rows than the right one does.
+        """Mistakes of the start that come nearer to the file's own than the right one does.
 
         All of them where the file does not show its motion from the start on.
         """
-        own = {m.number: state for m in motions if (state := m.beginning()) is not None}
+        own = {m.number: m.beginning for m in motions if m.beginning is not None}
         if len(own) < len(self._parts):
             return list(library)
 
         def distance(program: Program) -> float:
             found = 0.0
             for n, state in own.items():
-                begun = np.delete(np.array(beginning(program, n)), 1)
-                right = np.delete(np.array(beginning(self._correct, n)), 1)
-                moved = np.abs(begun - state) / (np.abs(state) + np.abs(right) + 1e-3)
-                found += float(np.sum(moved))
+                right = np.abs(self._given(self._correct, n)) + np.abs(state) + 1e-3
+                found += float(np.sum(np.abs(self._given(program, n) - state) / right))
             return found
 
         right = distance(self._correct)
         near = [(distance(apply(self._correct, (m,))), i) for i, m in enumerate(library)]
         # One that is made comes far nearer, but for what follows within the first rows.
         return [library[i] for x, i in sorted(near)[:_STARTS] if x < right]
+
+    def other_starts(self, motions: Sequence[Observed]) -> list[Cause]:
+        """The start of each maneuver that its own rows lead back to, in what is another."""
+        causes = []
+        for m in (m for m in motions if m.beginning is not None):
+            off = m.beginning - self._given(self._correct, m.number)
+            size = np.std([m.state[key] for key in STATE], axis=1) + np.finfo(np.float64).tiny
+            least = _SURE * m.scatter + _SMALL * np.max(np.abs(off) / size) * size
+            changes = {
+                f"initial_{name}_{m.number}": float(x)
+                for name, x, limit in zip(START, off, least, strict=True)
+                if abs(x) > limit
+            }
+            causes += [Cause((), changes, dict.fromkeys(changes, 0.0), 1.0)] if changes else []
+        return causes
+
+    @staticmethod
+    def _given(program: Program, number: int) -> Array:
+        """Columns of `STATE` at the start of a maneuver."""
+        return np.delete(np.array(beginning(program, number)), 1)
 
     def shooting(self, motions: Sequence[Observed]) -> Shooting:
         """Whole runs of changed programs, compared with the motions of the file."""

@@ -320,6 +320,13 @@ def _held_speed(m: Moving) -> Linear:
 
 
 _BOTH, _REAR, _FRONT = "RF", "R", "F"
+_POINTS: tuple[tuple[str, str, Law], ...] = (
+    ("frame", "rear frame's centre of mass", lambda _: {"v_B": _AHEAD}),
+    ("hub", "rear hub", lambda _: {"v_R": _AHEAD}),
+    ("whole", "centre of mass of the whole", _on_all),
+    ("ground", "rear contact", _on_ground),
+)
+"""Where forces along the heading act."""
 
 FORCES: Mapping[str, Force] = {
     "steer_damping": Force("damping of the steer axis", "N m s", 0.1,
@@ -340,15 +347,10 @@ FORCES: Mapping[str, Force] = {
                       _drag("v_B")),
     "air_lift": Force("lift over speed squared at the rear frame's centre of mass", "kg m-1", 0.1,
                       lambda m: {"v_B": (0.0, 0.0, -(m.now["rates"][2] ** 2))}),
-    **{f"{where}_drag": Force(f"drag over the forward speed squared at the {name}", "kg m-1", 0.1,
-                              _forward_drag(law))
-       for where, name, law in (
-           ("frame", "rear frame's centre of mass", lambda _: {"v_B": _AHEAD}),
-           ("hub", "rear hub", lambda _: {"v_R": _AHEAD}),
-           ("whole", "centre of mass of the whole", _on_all),
-           ("ground", "rear contact", _on_ground))},
-    "push": Force("constant force forward on the rear frame", "N", 1.0,
-                  lambda _: {"v_B": _AHEAD}),
+    **{name: force for where, point, law in _POINTS for name, force in (
+        (f"{where}_drag", Force(f"drag over the forward speed squared at the {point}", "kg m-1",
+                                0.1, _forward_drag(law))),
+        (f"{where}_push", Force(f"constant force forward at the {point}", "N", 1.0, law)))},
     "side_wind": Force("constant force along the ground's y axis on the rear frame", "N", 1.0,
                        lambda m: {"v_B": m.ground(_SIDE)}),
     "slope_along": Force("angle by which the ground rises along its x axis", "rad", 1e-3,
