@@ -47,10 +47,17 @@ class Shooting:
         self._written = [np.array([m.state[key][_rows(m)] for key in KEYS]) for m in motions]
 
     def refined(self, causes: Sequence[Cause], *, with_others: bool = False) -> list[Cause]:
-        """Causes with the values that whole runs show; where these leave much also with others."""
-        found = [self._of_values(c, c.changes) for c in causes]
+        """Causes with the values that whole runs show.
+
+        Or, of rivals, that which leaves nothing, or also the single one with others beside it.
+        """
+        found = []
+        for c in causes:
+            found.append(self._of_values(c, c.changes))
+            if with_others and found[-1][1] < _ENOUGH:
+                return [found[-1][0]]
         alone = next((x for x in found if len(x[0].changes) == 1), None)
-        if with_others and alone is not None and all(left > _ENOUGH for _, left in found):
+        if with_others and alone is not None:
             found.append(self._with_others(*alone))
         return [cause for cause, _ in found]
 
