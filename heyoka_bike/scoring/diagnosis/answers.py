@@ -115,7 +115,9 @@ def _without_cause(
     shape = list(numerical.findings(report))
     falls = any(f.code == plain.FALLS for f in shown)
     nearly = _nearly(diagnosis.causes)
-    is_open = _open(diagnosis, is_beside=bool(nearly))
+    # Constraints that drift leave something in the equations, too.
+    loses = any(f.code in numerical.ENERGY for f in shape) and not falls
+    is_open = [] if loses else _open(diagnosis, is_beside=bool(nearly))
     if falls:
         return *nearly, *is_open, *shown
     if is_open or nearly:

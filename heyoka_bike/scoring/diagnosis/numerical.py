@@ -159,6 +159,8 @@ _TRENDS = {
     ),
 }
 """By the sign of the change."""
+ENERGY = tuple(code for code, _ in _TRENDS.values())
+"""Codes of an energy that is lost or won in every maneuver."""
 
 
 def _energy(report: Report) -> Iterator[Finding]:
