@@ -1,6 +1,6 @@
 """How well programs with mistakes explain a file: simulated, and compared as with the reference."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,9 +17,8 @@ from heyoka_bike.scoring.definitions import Sample, Understanding, understand_sa
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis, Place
 from heyoka_bike.scoring.diagnosis.mistakes.library import Mistake, Program, apply
 from heyoka_bike.scoring.diagnosis.mistakes.proposals import columns_in_another_order
-from heyoka_bike.scoring.diagnosis.programs.beginning import beginning
 from heyoka_bike.scoring.diagnosis.programs.linear import linear_columns
-from heyoka_bike.scoring.diagnosis.programs.program import Columns
+from heyoka_bike.scoring.diagnosis.programs.program import Columns, beginning
 from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
 from heyoka_bike.scoring.diagnosis.programs.start import Start
 from heyoka_bike.scoring.diagnosis.residual.causes import Cause, Causes, find_causes
@@ -188,7 +187,9 @@ class SeenFile:
     def other_starts(self, motions: Sequence[Observed]) -> list[Cause]:
         """The start of each maneuver that its own rows lead back to, in what is another."""
         causes = []
-        for m in (m for m in motions if m.beginning is not None):
+        for m in motions:
+            if m.beginning is None:
+                continue
             off = m.beginning - self._given(self._correct, m.number)
             size = np.std([m.state[key] for key in STATE], axis=1) + np.finfo(np.float64).tiny
             least = _SURE * m.scatter + _SMALL * np.max(np.abs(off) / size) * size
@@ -226,7 +227,9 @@ class SeenFile:
             return Curve(number, key, column.unit, time[good], before[good], after[good])
 
         relief = {k: h.before[k] / h.after[k] for k in h.after if k in h.before}
-        return best_explained(relief, curve)
+        # The best column of a maneuver is the last to be put into its place.
+        best = dict(sorted(relief, key=relief.__getitem__))
+        return tuple(curve(number, key) for number, key in sorted(best.items()))
 
     def _compared_times(self) -> list[Array]:
         return [t[pick] for t, pick in zip(self._times, self._picks, strict=True)]
@@ -335,16 +338,6 @@ class SeenFile:
             for part, sample in zip(self._parts, samples, strict=True)
             for key in sample.values
         }
-
-
-def best_explained(
-    relief: Mapping[Place, float], curve: Callable[[int, str], Curve]
-) -> tuple[Curve, ...]:
-    """In each maneuver the column whose error falls by the largest factor."""
-    ranked = sorted(relief, key=relief.__getitem__, reverse=True)
-    # The first in the ranking is the last to be put into its place.
-    best = dict(reversed(ranked))
-    return tuple(curve(number, key) for number, key in sorted(best.items()))
 
 
 def _start(inputs: Mapping[str, str]) -> Start:

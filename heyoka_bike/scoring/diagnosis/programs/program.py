@@ -7,7 +7,10 @@ from fractions import Fraction
 import numpy as np
 
 from heyoka_bike.bicycle.columns import COLUMNS, FOLLOWING
+from heyoka_bike.bicycle.equations.initial import pitch_on_the_floor
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle
+from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.scoring.diagnosis.programs.start import STATE, Start, initial_state
@@ -150,6 +153,16 @@ def apply(program: Program, mistakes: Iterable[Mistake]) -> Program:
     return program
 
 
+def beginning(program: Program, number: int) -> tuple[float, ...]:
+    """The state in which a maneuver begins, see `STATE`, with both wheels on the floor."""
+    p = {symbol: float(x) for symbol, x in program.bicycle.values.items()}
+    roll, pitch, steer, *rates = initial_state(p, program.starts[number])
+    if steer != 0.0:
+        k = Equations.of(program.bicycle, Arrays()).k
+        pitch = float(pitch_on_the_floor(k, roll, 0.0, steer))
+    return roll, pitch, steer, *rates
+
+
 def model_mistake(
     code: str, says: str, check: str, change: Callable[[Parameters, float], None]
 ) -> Mistake:
@@ -253,7 +266,7 @@ def other_values(
         right, what, maneuver = p.get(name, 0.0), name, None
         if name.startswith(_INITIAL):
             kind, (place, maneuver) = "start", _of_start(name)
-            right, what = initial_state(p, program.starts[maneuver])[place], _INITIAL + STATE[place]
+            right, what = beginning(program, maneuver)[place], _INITIAL + STATE[place]
         found.append(Found(what, maneuver, right + change, right, uncertain[name]))
     code = "_".join(["other", *changes])
     check = ("it" if len(found) == 1 else "them") + " in your input"

@@ -15,8 +15,7 @@ from heyoka_bike.bicycle.parameters import PARAMETERS
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import spread
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
-from heyoka_bike.scoring.diagnosis.programs.beginning import beginning
-from heyoka_bike.scoring.diagnosis.programs.program import Program, changed
+from heyoka_bike.scoring.diagnosis.programs.program import Program, beginning, changed
 from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
 from heyoka_bike.scoring.diagnosis.residual.causes import Cause
 from heyoka_bike.scoring.diagnosis.residual.linear_fits import Blocks, blocks, solve, uncertain
