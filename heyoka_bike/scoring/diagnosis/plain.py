@@ -10,7 +10,7 @@ import numpy as np
 
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.column_score import ColumnScore
-from heyoka_bike.scoring.diagnosis.beside import scaled
+from heyoka_bike.scoring.diagnosis.beside import Place, scaled
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.findings import maneuvers as of_maneuvers
 from heyoka_bike.scoring.judge.unknown import RIGHT, far_worse, is_far
@@ -31,6 +31,8 @@ _UPRIGHT, _STRIDE = 0.1, 1.0
 _GIVEN = ("roll_rate", "forward_speed")
 # An energy that is wrong makes the sum wrong.
 _PARTS, _SUM = {"potential_energy", "kinetic_energy"}, "mechanical_energy"
+_Apart = Mapping[int, tuple[frozenset[str], float]]
+"""By maneuver: columns that are far worse than the others, and the largest error of these."""
 FALLS = "falls_over"
 """Code of the finding that the bicycle falls over."""
 
@@ -151,17 +153,19 @@ def columns_apart(report: Report) -> Finding | None:
         return None
     with_sum = _SUM in apart and bool(apart & _PARTS)
     apart -= {_SUM} if with_sum else set()
-    columns, found = {}, {}
-    for key, places in report.by_column().items():
-        if key in apart:
-            columns[key] = [c for _, c in places]
-            found[key] = [m.maneuver for m, c in places if is_far(c, each[m.maneuver][1], _WORSE)]
-    fits = {key: fit for key in columns if (fit := scaled(columns[key])) is not None}
+    wrong = {key: places for key, places in report.by_column().items() if key in apart}
+    return _apart(wrong, each, with_sum)
+
+
+def _apart(wrong: Mapping[str, Sequence[Place]], each: _Apart, with_sum: bool) -> Finding:
+    found = {key: _where_far(places, each) for key, places in wrong.items()}
+    fits = {key: scaled([c for _, c in places]) for key, places in wrong.items()}
+    known = {key: fit for key, fit in fits.items() if fit is not None}
     rest = max(limit for _, limit in each.values())
     return Finding(
         "columns_apart",
         _apart_words(found, len(each), with_sum)
-        + "".join(f": {k} is {fit.says(columns[k][0].unit)}" for k, fit in fits.items())
+        + "".join(f": {key} is {fit.says(wrong[key][0][1].unit)}" for key, fit in known.items())
         + f". All other columns are right to {rest:.1g} of their scales, so the motion is right, "
         "and neither the integrator nor the equations are to blame. Look at how "
         f"{'this column is' if len(found) == 1 else 'these columns are'} computed and written",
@@ -169,9 +173,14 @@ def columns_apart(report: Report) -> Finding | None:
         {
             "columns": found,
             "max_rel_error_of_others": rest,
-            "factors": {key: fit.factor for key, fit in fits.items()},
+            "factors": {key: fit.factor for key, fit in known.items()},
         },
     )
+
+
+def _where_far(places: Sequence[Place], each: _Apart) -> list[int]:
+    """Maneuvers in which a column is worse than those that are right."""
+    return [m.maneuver for m, c in places if is_far(c, each[m.maneuver][1], _WORSE)]
 
 
 def _apart_words(found: Mapping[str, Sequence[int]], count: int, with_sum: bool) -> str:
