@@ -6,11 +6,9 @@ import os
 import pickle
 import shutil
 from collections.abc import Callable, Hashable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from functools import wraps
+from dataclasses import replace
+from functools import cache, wraps
 from importlib.util import find_spec
-from itertools import repeat
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +25,9 @@ from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.reference.proof import prove_again
 from heyoka_bike.reference.proof.candidate import read_candidate
 from heyoka_bike.reference.values import Dense
+from heyoka_bike.reference.verification import schema
 from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
+from heyoka_bike.system.parallel import using
 from heyoka_bike.system.resources import benchmark_bicycle, benchmark_maneuvers, reference_folder
 
 # A project of its own, which a test runs.
@@ -44,7 +44,6 @@ if find_spec("heyoka") is None:
 if find_spec("uvicorn") is None:
     collect_ignore += ["workbench/test_serve_command.py", "workbench/serving"]
 
-MANEUVERS = (1, 2, 3)
 MadeOnce = Callable[[str, Callable[[Path], object]], Path]
 
 # What changes how pytest, rich and argparse print in the processes that the tests start: a runner
@@ -64,14 +63,27 @@ hypothesis.settings.register_profile("search", print_blob=True)
 hypothesis.settings.load_profile("same")
 
 
-# Files of more than half a minute. They begin first, so that the processes end at the same time.
+# Files of more than a quarter of a minute with the proofs, then those of the fast tests that take
+# longest. They begin first, so that the processes end at the same time.
 LONGEST = (
-    "test_verify_sees_what_hashes_do_not", "test_few_unknowns_explain_a_file",
-    "test_mistakes_are_recognised", "test_an_atlas_says_what_becomes",
-    "test_verify_finds_every_damage", "test_programs_of_others_are_judged_fairly",
-    "test_dense_output_is_good_to_25_digits", "test_sensitivities_are_proved",
-    "test_bench_reports_every_code", "test_another_integrator_agrees",
-    "test_generate_command", "test_published_set_is_proved",
+    "test_verify_sees_what_hashes_do_not", "test_mistakes_are_recognised",
+    "test_a_browser_scores_a_file", "test_nothing_is_lost_or_made_twice",
+    "test_published_set_is_proved", "test_verify_finds_every_damage",
+    "test_bench_reports_every_code", "test_pytest_plugin_failures_teach",
+    "test_sensitivities_are_proved", "test_certificate_refuses_or_widens",
+    "test_few_unknowns_explain_a_file", "test_the_tutorial_runs", "test_generate_command",
+    "test_an_atlas_says_what_becomes", "test_digits_do_not_depend_on_how_code_is_compiled",
+    "test_critical_speeds_are_proved_over_a_box", "test_animate_page",
+    "test_commands_run_where_names_are_missing", "test_wheel_works_outside_the_checkout",
+    "test_dense_output_is_good_to_25_digits", "test_numerical_causes",
+    "test_python_makes_and_checks_sets", "test_a_set_says_which_definitions_it_has",
+    "test_linearised_programs_are_told_as_such", "test_score_diagnoses",
+    "test_another_integrator_agrees", "test_what_follows_ten_seconds_is_proved",
+    "test_programs_of_others_are_judged_fairly", "test_harder_tier_is_what_the_page_says",
+    "test_energy_and_contact_are_kept_at_every_precision",
+    "test_what_remains_names_the_force", "test_pytest_plugin_requires_digits",
+    "test_plot_draws_every_maneuver", "test_files_are_scored_by_a_page",
+    "test_a_server_keeps_its_bounds",
 )  # fmt: skip
 
 
@@ -84,6 +96,13 @@ def pytest_configure(config: pytest.Config) -> None:
     # Files of proofs hold slow tests, which are asked for by their own name.
     if config.option.markexpr == "proof":
         config.option.markexpr = "proof and not slow"
+
+
+@pytest.fixture(scope="session", autouse=True)
+def jobs_in_the_process_of_the_test() -> Iterator[None]:
+    """The processes that run tests are as many as processors; a job begins one if a test asks."""
+    with using(workers=1):
+        yield
 
 
 @pytest.fixture(scope="session")
@@ -163,23 +182,21 @@ def made_once(tmp_path_factory: pytest.TempPathFactory, worker_id: str) -> MadeO
 
 
 @pytest.fixture(scope="session")
-def long_runs(
-    bicycle: Bicycle,
-    maneuvers: tuple[Maneuver, ...],
-    made_once: MadeOnce,
-) -> tuple[Trajectory, ...]:
-    """The maneuvers at 90 digits, side by side; shares no digit with the published files."""
+def long_run(
+    bicycle: Bicycle, maneuvers: tuple[Maneuver, ...], made_once: MadeOnce
+) -> Callable[[int], Trajectory]:
+    """A maneuver, by its number, at 90 digits; shares no digit with the published files."""
 
-    def fill(place: Path) -> None:
-        with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
-            # A function of the package: a spawned process finds none of "conftest", there are two.
-            runs = tuple(pool.map(integrate, repeat(bicycle), maneuvers, repeat(90)))
-        (place / "runs").write_bytes(pickle.dumps(runs))
+    @cache
+    def run(number: int) -> Trajectory:
+        def fill(place: Path) -> None:
+            (place / "run").write_bytes(pickle.dumps(integrate(bicycle, maneuvers[number - 1], 90)))
 
-    found: tuple[Trajectory, ...] = pickle.loads(
-        (made_once("long-runs", fill) / "runs").read_bytes()
-    )
-    return found
+        place = made_once(f"long-run-{number}", fill)
+        found: Trajectory = pickle.loads((place / "run").read_bytes())
+        return found
+
+    return run
 
 
 @pytest.fixture(scope="session")
@@ -190,13 +207,32 @@ def small_set(made_once: MadeOnce) -> Path:
 
 @pytest.fixture(scope="module")
 def keep_proofs() -> Iterator[None]:
-    """What follows from a candidate alone is proved once, for `certify --workers 1`.
+    """What follows from a candidate alone is proved once, however many copies of one set there are.
 
-    What is published in copies of one set is compared with it each time.
+    What is published in a copy is compared with it, unless the same was compared before.
     """
     with pytest.MonkeyPatch.context() as patch:
-        for name in ("enclosed", "differentiate", "round_rows"):
+        for name in ("enclosed", "differentiate", "round_rows", "_rounded", "_moved", "_varied"):
             patch.setattr(prove_again, name, kept(getattr(prove_again, name)))
+        yield
+
+
+@pytest.fixture(scope="module")
+def keep_structure() -> Iterator[None]:
+    """How a file is built is looked at once, however many copies of one set have it."""
+    known: dict[bytes, list[str]] = {}
+    look_at = schema.problems_of
+
+    def once(look: Callable[..., Iterator[str]], raw: bytes, form: schema.SetForm) -> list[str]:
+        # Of the other files a form has the names; sizes and hashes of files are checked elsewhere.
+        manifest = replace(form.manifest, files=dict.fromkeys(form.manifest.files), sha256="")
+        of = pickle.dumps((look, raw, replace(form, manifest=manifest)))
+        if of not in known:
+            known[of] = look_at(look, raw, form)
+        return known[of]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(schema, "problems_of", once)
         yield
 
 

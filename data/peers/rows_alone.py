@@ -68,6 +68,7 @@ def rows_alone(bicycle, maneuvers, numbers, folder, how):
     one_piece = {c.name: np.full((1, 1), np.nan) for c in COLUMNS}
     breaks = np.array([0.0, float(asked[0].duration)])
     unknown = Values(nothing, nothing), Dense(hi=one_piece, lo=one_piece, breaks=breaks)
+    parameters = said["bicycle"]["parameters"]
     found = [
         ReferenceManeuver(
             maneuver.name,
@@ -75,10 +76,10 @@ def rows_alone(bicycle, maneuvers, numbers, folder, how):
             *rounded_times(maneuver),
             *rows.get(n, unknown),
             units={c.name: c.unit for c in COLUMNS},
+            parameters=parameters,
         )
         for n, (maneuver, given) in enumerate(zip(asked, said["maneuvers"], strict=True), start=1)
     ]
-    parameters = said["bicycle"]["parameters"]
     return RowsAlone("rows alone", "", bike.name, parameters, tuple(found), Path(folder))
 
 

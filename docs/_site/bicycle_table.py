@@ -1,4 +1,4 @@
-"""The tables of docs/bicycles.md: critical speeds, and the certified set of each bicycle.
+"""The tables of docs/reference/other-bicycles.md: critical speeds, certified sets.
 
 Run as a script, this writes the first table, and in the second the rows of the bicycles named, all
 by default. Sets are made in a temporary folder, or kept in one that is given::
@@ -23,7 +23,7 @@ from heyoka_bike.system.resources import collection
 from heyoka_bike.workbench.boxes.box import stability_box
 from heyoka_bike.workbench.boxes.report import above, below
 
-PAGE = Path(__file__).parent.parent / "bicycles.md"
+PAGE = Path(__file__).parent.parent / "reference" / "other-bicycles.md"
 NAMES = [name for name in collection("bicycles") if name != "benchmark"]
 DIGITS = 6
 

@@ -1,4 +1,4 @@
-"""At which level `heyoka-bike check` sees each mistake in the model: the table of docs/check.md.
+"""At which level `heyoka-bike check` sees each mistake: docs/reference/checked-mistakes.md.
 
 Every usual mistake of the model is made in a program that computes the known states and moves
 nothing; its table is checked. Run as a script, this writes the page's table.
@@ -23,7 +23,7 @@ from heyoka_bike.scoring.instants.check import check
 from heyoka_bike.scoring.instants.expected import binary64_states, of_own
 from heyoka_bike.system.resources import benchmark_bicycle
 
-PAGE = Path(__file__).parent.parent / "check.md"
+PAGE = Path(__file__).parent.parent / "reference" / "checked-mistakes.md"
 BEGIN, END = "<!-- mistakes: begin -->", "<!-- mistakes: end -->"
 RIGHT = Program(read_bicycle(benchmark_bicycle()), {})
 IN_MODEL = (*(m for m in MISTAKES if m.kind == "model"), *EQUATION_MISTAKES)

@@ -26,7 +26,7 @@ from heyoka_bike.showing.wording import label, number, one_decimal
 DOCS = Path(__file__).parent.parent
 PAGE, RUN = DOCS / "field.md", DOCS / "field.json"
 TABLES = DOCS / "reference" / "compared-software.md"
-_IN_TABLES = {"default", "H2", "H3", "H4", "harder machine", "harder left out"}
+_IN_TABLES = {"best", "default", "H2", "H3", "H4", "harder machine", "harder left out"}
 README = DOCS.parent / "README.md"
 FIGURES = {"field.svg": costs, "field-drift.svg": drifts}
 # Maneuver 2, which the benchmark judges by eq. (1).
@@ -128,6 +128,7 @@ def parts(document):
         "machine": machine(document),
         "race": race([p for p in programs if p.said["kind"] != "linear"]),
         "better": better(programs),
+        "digits": digits_table(programs),
         "best": best_table(programs),
         "falling": falling(programs),
         "left out": left_out(document),
@@ -149,6 +150,17 @@ def machine(document):
         f"{' to '.join(sorted({days[0], days[-1]}))}. Times are processor times of all three "
         f"maneuvers, over those of {document['peer']['name']}, measured right after each; that "
         f"code gives {document['peer']['digits']:.1f} digits."
+    )
+
+
+def digits_table(programs):
+    """Correct digits of each program at its best and at its default settings."""
+    return table(
+        ("program", "best run", "default settings"),
+        [
+            (p.name, *(one_decimal(r["digits"]) if r else "" for r in (p.best, p.default)))
+            for p in programs
+        ],
     )
 
 
@@ -224,7 +236,7 @@ def default_table(programs):
 
 def _link(p):
     said = p.said
-    return f"[{p.name}](../data/peers/{said['script']}) {said['version'].partition(',')[0]}"
+    return f"[{p.name}](../../data/peers/{said['script']}) {said['version'].partition(',')[0]}"
 
 
 def _result(p, run):

@@ -38,6 +38,8 @@ from heyoka_bike.system.resources import find_input, reference_folder
 
 DOCS = Path(__file__).parent.parent
 PAGE, FOUND = DOCS / "harder-tier.md", DOCS / "harder-tier.json"
+TABLES = DOCS / "reference" / "harder-codes.md"
+_IN_TABLES = {"codes", "energies"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -339,6 +341,16 @@ def shown(found):
     }  # fmt: skip
 
 
+def pages(found):
+    """The pages with their generated parts, by file."""
+    parts = shown(found)
+    tables = {name: parts.pop(name) for name in _IN_TABLES}
+    return {
+        page: filled(page.read_text(encoding="utf-8"), x)
+        for page, x in ((PAGE, parts), (TABLES, tables))
+    }
+
+
 def main():
     p = argparse.ArgumentParser()
     p.add_argument("--sets", metavar="FOLDER", type=Path, default=Path())
@@ -350,7 +362,8 @@ def main():
         found[name] = measure(name, args.sets)
         ordered = {n: found[n] for n in PROBLEMS if n in found}
         FOUND.write_text(json.dumps(ordered, indent=1) + "\n")
-    PAGE.write_text(filled(PAGE.read_text(), shown(found)))
+    for page, text in pages(found).items():
+        page.write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":

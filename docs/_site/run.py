@@ -1,13 +1,16 @@
 """The directive ``run``: commands of a page are run when it is built, and their output is shown.
 
-On GitHub the block reads as plain commands. Blocks of a page share a folder of their own, with
-copies of ``data``, ``docs/examples`` and ``docs/_site/figures``, so nothing of the repository is
-ever written to. What follows the name, in any order::
+On GitHub the block reads as plain commands, with the output below where that is committed. Blocks
+of a page share a folder of their own, with copies of ``data``, ``docs/examples`` and
+``docs/_site/figures``, so nothing of the repository is ever written to. What follows the name, in
+any order::
 
     python            the block is Python, not shell
     code=3            exit code expected (default 0)
     needs=cmake,g++   programs without which the block is shown and not run, and that is said
     lines=12          lines of output shown
+    shown             the output is committed, as a block of text below this one, by outputs.py:
+                      it has to be what the commands print; of a figure, a picture of the gallery
     figure=NAME alt="TEXT"   show this picture, which the block made, in place of its output;
     clear             ... on the page's own ground, not on white
     link=NAME         link to this file, which the block made
@@ -16,13 +19,11 @@ ever written to. What follows the name, in any order::
 from __future__ import annotations
 
 import os
-import shlex
 import shutil
-import sys
 from pathlib import Path
 from typing import Any, ClassVar
 
-from blocks import HangError, carry_out
+from blocks import SECONDS, HangError, committed, fill, options, result, without_outputs
 from docutils import nodes
 from docutils.parsers.rst import DirectiveError
 from sphinx import addnodes
@@ -30,9 +31,7 @@ from sphinx.application import Sphinx
 from sphinx.environment import BuildEnvironment
 from sphinx.util.docutils import SphinxDirective
 
-_WIDTH = "92"  # of tables, as in the README
-_SECONDS = 300.0  # no block takes a tenth of it
-_KEYS = frozenset({"python", "code", "needs", "lines", "figure", "alt", "clear", "link"})
+_KEYS = frozenset({"python", "code", "needs", "lines", "figure", "alt", "clear", "link", "shown"})
 
 
 class Run(SphinxDirective):
@@ -44,32 +43,30 @@ class Run(SphinxDirective):
     option_spec: ClassVar[dict[str, Any]] = {}
 
     def run(self) -> list[nodes.Node]:
-        words = shlex.split(self.arguments[0] if self.arguments else "")
-        asked = {key: value for key, _, value in (word.partition("=") for word in words)}
+        asked = options(self.arguments[0] if self.arguments else "")
         if unknown := set(asked) - _KEYS:
             raise self.error(f"run: found {sorted(unknown)}, expected some of {sorted(_KEYS)}")
         source = "\n".join(self.content)
-        is_python = "python" in asked
-        shown = self._literal(source, "python" if is_python else "bash")
+        shown = self._literal(source, "python" if "python" in asked else "bash")
         missing = [x for x in asked.get("needs", "").split(",") if x and not shutil.which(x)]
         if missing:
             note = f"Not run when this page was built: {', '.join(missing)} was not there."
             return [shown, nodes.paragraph("", note, classes=["not-run"])]
         folder = self._folder()
-        program = [sys.executable, "-"] if is_python else ["bash", "-e", "-o", "pipefail", "-s"]
         try:
-            code, output = carry_out(
-                program, source, folder, _environment(), self.config.run_seconds
-            )
+            code, output = result(source, asked, folder, self.config.run_seconds)
         except HangError as hung:
             raise self._failed(source, str(hung)) from None
         if code != int(asked.get("code", 0)):
             raise self._failed(source, f"exit code {code}\n{output}")
+        is_committed = "shown" in asked and "figure" not in asked
+        if is_committed and committed(self._page(), source) != output:
+            raise self._failed(source, "another output than below: run docs/_site/outputs.py")
         found: list[nodes.Node] = [shown]
         if "figure" in asked:
             found.append(self._figure(folder / asked["figure"], asked["alt"], "clear" in asked))
-        elif text := _shortened(output, int(asked.get("lines", 0))):
-            found.append(self._literal(text, "text", "output"))
+        elif output:
+            found.append(self._literal(output, "text", "output"))
         if "link" in asked:
             found.append(self._link(folder / asked["link"]))
         return found
@@ -89,10 +86,12 @@ class Run(SphinxDirective):
         """The page's own folder, with copies of what its commands may use."""
         folder = _folder_of(self.env, self.env.docname)
         if not folder.exists():
-            repository = Path(self.env.srcdir).parent
-            for name in ("data", "docs/examples", "docs/_site/figures"):
-                shutil.copytree(repository / name, folder / name)
+            fill(folder, Path(self.env.srcdir).parent)
         return folder
+
+    def _page(self) -> str:
+        """The page as it is committed."""
+        return Path(self.env.doc2path(self.env.docname)).read_text(encoding="utf-8")
 
     def _from_page(self, file: Path) -> str:
         """The file as seen from the page."""
@@ -118,21 +117,15 @@ def _remove_folder(_: Sphinx, env: BuildEnvironment, page: str) -> None:
     shutil.rmtree(_folder_of(env, page), ignore_errors=True)
 
 
-def _shortened(text: str, lines: int) -> str:
-    found = [line.rstrip() for line in text.rstrip().splitlines()]
-    return "\n".join([*found[:lines], "..."] if 0 < lines < len(found) else found)
-
-
-def _environment() -> dict[str, str]:
-    """As at a terminal of a fixed width, with this environment's programs first."""
-    kept = {k: v for k, v in os.environ.items() if k not in ("CI", "FORCE_COLOR", "PYTEST_ADDOPTS")}
-    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
-    return kept | {"PATH": path, "COLUMNS": _WIDTH, "NO_COLOR": "1"}
+def _drop_outputs(_: Sphinx, __: str, source: list[str]) -> None:
+    """Outputs come from the run here."""
+    source[0] = without_outputs(source[0])
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
     """Register the directive; a page that is read again starts with a new folder."""
     app.add_directive("run", Run)
-    app.add_config_value("run_seconds", _SECONDS, "", types=(int, float))
+    app.add_config_value("run_seconds", SECONDS, "", types=(int, float))
     app.connect("env-purge-doc", _remove_folder)
+    app.connect("source-read", _drop_outputs)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

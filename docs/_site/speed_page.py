@@ -1,4 +1,6 @@
-"""The tables and figures of docs/speed.md, from a run of `heyoka-bike bench` in docs/speed.json.
+"""The tables and figures of the pages on speed, from a run of `heyoka-bike bench`.
+
+The run is docs/speed.json, the pages are docs/speed.md and docs/reference/speed-tables.md.
 
 Run as a script, this writes them; with ``--measure`` it first carries out ``heyoka-bike bench --all
 --costs --format json -o docs/speed.json`` and makes the reference in a folder that goes again, on a
@@ -30,6 +32,11 @@ from heyoka_bike.workbench.fast.simulate import ACCURACIES, simulate
 
 DOCS = Path(__file__).parent.parent
 PAGE, RUN = DOCS / "speed.md", DOCS / "speed.json"
+TABLES = DOCS / "reference" / "speed-tables.md"
+_IN_TABLES = {
+    "one-state_error", "one-roundoff", "all-performance", "all-state_error", "all-roundoff",
+    "precise", "digits", "durations", "generate", "floor",
+}  # fmt: skip
 FIGURES = {"speed.svg": "work_precision", "speed-costs.svg": "digits"}
 
 TUNED, TAYLOR = "heyoka_bike simulate", "heyoka unrolled"
@@ -286,6 +293,16 @@ def filled(page, found):
     return page
 
 
+def pages(found):
+    """The pages with their generated parts replaced, by file."""
+    tables = {name: found[name] for name in _IN_TABLES & found.keys()}
+    rest = {name: text for name, text in found.items() if name not in _IN_TABLES}
+    return {
+        page: filled(page.read_text(encoding="utf-8"), parts)
+        for page, parts in ((PAGE, rest), (TABLES, tables))
+    }
+
+
 def draw_costs(digits, durations):
     """Time against digits and against duration, all axes logarithmic."""
     with style():
@@ -324,6 +341,7 @@ if __name__ == "__main__":
             json.dumps(json.loads(RUN.read_text()) | {"generate": made}, indent=2) + "\n"
         )
     document = json.loads(RUN.read_text())
-    PAGE.write_text(filled(PAGE.read_text(), shown(document) | computed()))
+    for page, text in pages(shown(document) | computed()).items():
+        page.write_text(text, encoding="utf-8")
     for file, data in figures(document).items():
         (DOCS / file).write_bytes(data)

@@ -46,6 +46,7 @@ for arguments in {needs!r}:
         assert "pip install 'heyoka_bike[generate]' on Linux, or conda install heyoka.py" in line
 
 
+@pytest.mark.proof
 def test_fast_runs_work_without_heyoka():
     pytest.importorskip("llvmlite")
     code = """
@@ -60,6 +61,7 @@ print(simulate(2)["roll_angle"][-1], Ensemble().ends([[0, 0, 0.5, 0, 4.6]], 10.0
     assert "simulate needs it (pip install 'heyoka_bike[generate]')" in missing.stderr
 
 
+@pytest.mark.proof
 def test_output_that_cannot_be_written_is_no_internal_error():
     command = f"{sys.executable} -m heyoka_bike linear"
     for shell, code in (

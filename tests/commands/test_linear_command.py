@@ -83,7 +83,7 @@ def test_every_number_has_all_digits(run, digits):
     assert {_significant(x) for x in numbers} == {digits}
 
 
-@pytest.mark.parametrize("digits", [15, 1000])
+@pytest.mark.parametrize("digits", [15, pytest.param(1000, marks=pytest.mark.proof)])
 def test_no_number_is_cut_or_folded(run, bicycle, digits):
     out = run("--digits", str(digits), "--speeds", "5")
     linear = linearise(bicycle, digits)

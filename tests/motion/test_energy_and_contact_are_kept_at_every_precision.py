@@ -1,6 +1,7 @@
 """A run of any precision p keeps energy to 16 x 2^-p and the front wheel on the floor."""
 
 import pytest
+from support.tiers import ONE_MANEUVER
 
 from heyoka_bike.motion.evaluator import evaluator
 from heyoka_bike.motion.integrate import integrate
@@ -10,7 +11,7 @@ pytestmark = pytest.mark.proof
 PRECISIONS = ["binary64", "longdouble", "binary128", 30, 70]
 
 
-@pytest.mark.parametrize("number", [1, 2, 3])
+@pytest.mark.parametrize("number", ONE_MANEUVER)
 @pytest.mark.parametrize("precision", PRECISIONS)
 def test_drift(bicycle, maneuvers, candidate, precision, number):
     if precision == 70:

@@ -207,6 +207,7 @@ def grazing(run, certificate, apart):
     return lambda equations, state: state[0] - c
 
 
+@pytest.mark.proof
 def test_a_roll_angle_that_just_passes_a_threshold_crosses_it_twice(candidate):
     run = candidate[0]
     # The published bound is 8e-66; `enclose` has it in a proof of minutes.
@@ -332,6 +333,7 @@ def test_times_agree_at_two_precisions_to_the_digits_of_the_lesser(bicycle, mane
         assert abs(first.time - second.time) > 1e-36
 
 
+@pytest.mark.proof
 def test_the_rear_wheel_of_maneuver_3_leaves_the_floor_first(bicycle, maneuvers):
     """The full digits, certified, are in docs/after-ten-seconds.md."""
     followed = follow(bicycle, maneuvers[2])

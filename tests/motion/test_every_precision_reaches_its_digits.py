@@ -9,7 +9,9 @@ from heyoka_bike.motion.integrate import integrate
 
 
 @pytest.mark.parametrize("number", [1, 2, 3])
-@pytest.mark.parametrize("precision", ["binary64", "longdouble", "binary128"])
+@pytest.mark.parametrize(
+    "precision", ["binary64", "longdouble", pytest.param("binary128", marks=pytest.mark.proof)]
+)
 def test_digits_of_a_format(reference, bicycle, maneuvers, precision, number):
     """Each step rounds once, to 2^-p of the state, and the motion magnifies no error above 2.7.
 

@@ -67,6 +67,7 @@ def test_the_build_names_page_line_and_block(block, said, tmp_path):
     (tmp_path / "data").mkdir()
     docs = tmp_path / "docs"
     (docs / "examples").mkdir(parents=True)
+    (docs / "_site" / "figures").mkdir(parents=True)
     shutil.copy(SITE / "run.py", docs)
     shutil.copy(SITE / "blocks.py", docs)
     (docs / "conf.py").write_text(

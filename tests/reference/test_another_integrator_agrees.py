@@ -31,8 +31,8 @@ from heyoka_bike.reference.proof.first_row import exact_columns
 
 pytestmark = pytest.mark.proof
 
-ROWS = range(0, 1001, 100)
-"""One per second."""
+SHORT, WHOLE = 3, 10
+"""Seconds of a maneuver."""
 
 NAMES = [c.name for c in COLUMNS]
 
@@ -80,13 +80,19 @@ class Case:
     values: ReferenceManeuver
 
     @property
+    def rows(self) -> range:
+        """One per second."""
+        return range(0, self.other.run.maneuver.rows, 100)
+
+    @property
     def times(self) -> list[Fraction]:
-        return [self.other.run.maneuver.time(i) for i in ROWS]
+        return [self.other.run.maneuver.time(i) for i in self.rows]
 
 
 @pytest.fixture(
     scope="module",
-    params=[pytest.param(1, marks=pytest.mark.slow), 2, pytest.param(3, marks=pytest.mark.slow)],
+    params=[(2, SHORT), *(pytest.param((n, WHOLE), marks=pytest.mark.slow) for n in (1, 2, 3))],
+    ids=lambda case: f"{case[0]}-{case[1]} s",
 )
 def case(
     request: pytest.FixtureRequest,
@@ -96,8 +102,8 @@ def case(
     reference: Reference,
     folder: Path,
 ) -> Case:
-    number: int = request.param
-    run = taylor.integrate(bicycle, maneuvers[number - 1])
+    number, seconds = request.param
+    run = taylor.integrate(bicycle, replace(maneuvers[number - 1], duration=Fraction(seconds)))
     return Case(
         number,
         Certified(run, enclose(run)),
@@ -134,7 +140,7 @@ def wrongly_rounded(case: Case, ours: Certified) -> list[tuple[str, int]]:
     """Entries of the published rows that our enclosures do not round to."""
     first = exact_columns(ours.run.bicycle, ours.run.maneuver)
     found = []
-    for i, row in zip(ROWS, ours.columns(case.times), strict=True):
+    for i, row in zip(case.rows, ours.columns(case.times), strict=True):
         for name in NAMES:
             x = Enclosure.of(row[name])
             hi, lo = (float(part[name][i]) for part in (case.values.rows.hi, case.values.rows.lo))
@@ -176,7 +182,7 @@ def test_its_own_bound_is_small(case: Case) -> None:
 
 def test_every_column_agrees_within_both_bounds(case: Case) -> None:
     times = case.times
-    assert times == [Fraction(i) for i in range(11)]
+    assert times == [Fraction(i) for i in range(len(case.rows))]
     assert disagreements(case.other, case.published, times) == []
     # Enclosures so wide that they meet anyway would say nothing.
     for row in case.other.columns(times):
@@ -190,7 +196,7 @@ def test_it_decides_every_published_value_anew(case: Case) -> None:
 
 
 def test_agreement_in_the_middle_of_every_piece(case: Case) -> None:
-    times = [t for t in case.other.middles() if t <= 10]
+    times = [t for t in case.other.middles() if t <= case.other.run.maneuver.duration]
     assert disagreements(case.other, case.published, times) == []
 
 

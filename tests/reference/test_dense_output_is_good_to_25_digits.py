@@ -7,6 +7,7 @@ from fractions import Fraction
 import flint
 import numpy as np
 import pytest
+from support.tiers import ONE_MANEUVER
 
 from heyoka_bike.motion.evaluator import evaluator
 
@@ -21,9 +22,9 @@ def times(maneuver, breaks):
     return [Fraction(0), *at_random, *around_breaks, maneuver.duration]
 
 
-@pytest.mark.parametrize("number", [1, 2, 3])
-def test_every_column_at_random_times(reference, long_runs, number):
-    maneuver, run = reference[number], long_runs[number - 1]
+@pytest.mark.parametrize("number", ONE_MANEUVER)
+def test_every_column_at_random_times(reference, long_run, number):
+    maneuver, run = reference[number], long_run(number)
     at = evaluator(run, run.bits + 64)
     ts = times(run.maneuver, maneuver.breaks)
     values = maneuver.evaluate(ts)

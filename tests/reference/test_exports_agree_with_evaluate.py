@@ -59,9 +59,16 @@ def check_plain(found, reference, columns, t):
             assert np.array_equal(found[i, j], plain_clenshaw(m, name, t)), (m.name, name)
 
 
-@pytest.mark.parametrize(
-    ("options", "columns"), [((), BENCHMARK_COLUMNS), (("--columns", "all"), EVERY_COLUMN)]
+of_some_and_all = pytest.mark.parametrize(
+    ("options", "columns"),
+    [
+        ((), BENCHMARK_COLUMNS),
+        pytest.param(("--columns", "all"), EVERY_COLUMN, marks=pytest.mark.proof),
+    ],
 )
+
+
+@of_some_and_all
 def test_c_agrees_to_the_last_bit(reference, tmp_path, times, options, columns):
     export(tmp_path, "c", *options)
     found = c_values(tmp_path, times, len(reference), columns)
@@ -90,18 +97,14 @@ def test_optimised_c_agrees_to_its_arithmetic(reference, tmp_path, times):
             assert np.mean(hi == expected[name]) > 0.999, name
 
 
-@pytest.mark.parametrize(
-    ("options", "columns"), [((), BENCHMARK_COLUMNS), (("--columns", "all"), EVERY_COLUMN)]
-)
+@of_some_and_all
 def test_fortran_agrees(reference, tmp_path, times, options, columns):
     export(tmp_path, "fortran", *options)
     found = fortran_values(tmp_path, times, len(reference), columns)
     check_plain(found, reference, columns, times[0])
 
 
-@pytest.mark.parametrize(
-    ("options", "columns"), [((), BENCHMARK_COLUMNS), (("--columns", "all"), EVERY_COLUMN)]
-)
+@of_some_and_all
 def test_octave_agrees(reference, tmp_path, times, options, columns):
     export(tmp_path, "matlab", *options)
     found = octave_values(tmp_path, times, len(reference), columns)

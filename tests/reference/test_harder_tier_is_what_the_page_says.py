@@ -13,15 +13,15 @@ from harder_tier import (
     GRADES,
     PAGE,
     PROBLEMS,
+    TABLES,
     TIGHT,
     growth,
     inputs,
     judge,
+    pages,
     run,
-    shown,
     write,
 )
-from speed_page import filled
 
 from heyoka_bike.cli import main
 from heyoka_bike.errors import SingularMotionError
@@ -66,11 +66,15 @@ def small(tmp_path_factory):
 
 
 def test_tables_are_those_of_the_json(found):
-    page = PAGE.read_text()
-    assert filled(page, shown(found)) == page
-    other = json.loads(FOUND.read_text())
-    next(iter(other["H1"]["maneuvers"].values()))["roll"] *= 2
-    assert filled(page, shown(other)) != page
+    committed = {page: page.read_text(encoding="utf-8") for page in (PAGE, TABLES)}
+    assert pages(found) == committed
+    for key, value in (
+        ("roll", 2.0),
+        ("codes", {c: {"scd": 1, "coverage": 1, "performance": 1} for c in CODES}),
+    ):
+        other = json.loads(FOUND.read_text())
+        next(iter(other["H1"]["maneuvers"].values()))[key] = value
+        assert pages(other) != committed
 
 
 def test_every_maneuver_and_code_was_run(found):
@@ -175,9 +179,9 @@ def test_the_command_grades_another_bicycle_and_other_rows(small, tmp_path, caps
 
 
 def test_grades_and_tolerances_are_those_of_the_page():
-    page = PAGE.read_text()
+    page, tables = PAGE.read_text(), TABLES.read_text()
     assert "**Grades.** " + ", ".join(map(str, GRADES[:-1])) + f" and {GRADES[-1]}:" in page
-    assert f"rtol = atol = {TIGHT['DOP853']:g}, Radau {TIGHT['Radau']:g}" in page
+    assert f"rtol = atol = {TIGHT['DOP853']:g}, Radau {TIGHT['Radau']:g}" in tables
     assert TIGHT["DOP853"] == TIGHT["LSODA"]
 
 

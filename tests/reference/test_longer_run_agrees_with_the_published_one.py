@@ -2,6 +2,7 @@
 
 import flint
 import pytest
+from support.tiers import ONE_MANEUVER
 
 from heyoka_bike.bicycle.columns import COLUMNS
 from heyoka_bike.motion.evaluator import evaluator
@@ -12,9 +13,9 @@ pytestmark = pytest.mark.proof
 BITS = 440  # well above both runs
 
 
-@pytest.mark.parametrize("number", [1, 2, 3])
-def test_every_column_agrees_to_65_digits_at_every_row(candidate, long_runs, number):
-    short, long = candidate[number - 1], long_runs[number - 1]
+@pytest.mark.parametrize("number", ONE_MANEUVER)
+def test_every_column_agrees_to_65_digits_at_every_row(candidate, long_run, number):
+    short, long = candidate[number - 1], long_run(number)
     at_short, at_long = evaluator(short, BITS), evaluator(long, BITS)
     largest = dict.fromkeys((c.name for c in COLUMNS), flint.arb(0))
     difference = dict(largest)

@@ -1,4 +1,4 @@
-"""The sets of docs/bicycles.md come out again: steps, certified bound, published numbers."""
+"""The sets of docs/reference/other-bicycles.md come out again: steps, bound, published numbers."""
 
 import pytest
 from bicycle_table import NAMES, committed, set_of

@@ -17,7 +17,7 @@ from heyoka_bike.cli import main
 from heyoka_bike.reference.layout import content_sha256
 from heyoka_bike.reference.manifest import MANIFEST
 
-pytestmark = [pytest.mark.proof, pytest.mark.usefixtures("keep_proofs")]
+pytestmark = [pytest.mark.proof, pytest.mark.usefixtures("keep_proofs", "keep_structure")]
 
 # Derivatives: the worst of all columns and unknowns, a tiny one; nearly all are below 24 x 2^-50.
 FIGURES = {"bound": 1e-60, "dense": 1e-25, "derivatives": 5e-12}

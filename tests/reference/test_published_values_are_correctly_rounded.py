@@ -11,6 +11,7 @@ from functools import reduce
 import mpmath
 import numpy as np
 import pytest
+from support.tiers import ONE_MANEUVER
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.constants import constants
@@ -49,9 +50,9 @@ def table(run, bicycle, times):
         yield columns(k, a, o, u, state[0], state[1], state[2], state[6])
 
 
-@pytest.mark.parametrize("number", [1, 2, 3])
-def test_hi_and_lo_of_every_entry(reference, long_runs, bicycle, number):
-    run, published = long_runs[number - 1], reference[number]
+@pytest.mark.parametrize("number", ONE_MANEUVER)
+def test_hi_and_lo_of_every_entry(reference, long_run, bicycle, number):
+    run, published = long_run(number), reference[number]
     times = [run.maneuver.time(i) for i in range(1, run.maneuver.rows)]
     for i, row in enumerate(table(run, bicycle, times), start=1):
         for name in published.columns:

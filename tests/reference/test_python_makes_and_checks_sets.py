@@ -49,7 +49,8 @@ def both(short):
 def made(tmp_path_factory, both):
     progress = Listener()
     folder = tmp_path_factory.mktemp("made") / "set"
-    return heyoka_bike.generate(folder, maneuvers=both, progress=progress), progress
+    with using(workers=2):
+        return heyoka_bike.generate(folder, maneuvers=both, progress=progress), progress
 
 
 @pytest.mark.proof
@@ -134,8 +135,7 @@ def test_early_ends_are_said(tmp_path, short):
 def test_a_set_is_proved_again(made, keep_proofs):
     found, _ = made
     progress = Listener()
-    with using(workers=1):
-        proofs = heyoka_bike.certify(found.folder, progress=progress)
+    proofs = heyoka_bike.certify(found.folder, progress=progress)
     assert [proof.name for proof in proofs] == ["short", "other"]
     assert all(0 < proof.bound < 1e-60 for proof in proofs)
     assert list(progress.stages) == ["short", "other"]
@@ -152,10 +152,7 @@ def test_texts_are_compared_with_what_is_proved(made, keep_proofs, tmp_path, mon
     monkeypatch.setattr(
         prove_again, "render_texts", lambda *_: {"uncontrolled-bicycle.txt": b"0\n"}
     )
-    with (
-        using(workers=1),
-        pytest.raises(NotCertifiedError, match=r"uncontrolled-bicycle\.txt: differs from the"),
-    ):
+    with pytest.raises(NotCertifiedError, match=r"uncontrolled-bicycle\.txt: differs from the"):
         heyoka_bike.certify(found.folder)
 
 
@@ -163,7 +160,8 @@ def test_texts_are_compared_with_what_is_proved(made, keep_proofs, tmp_path, mon
 def test_checks_and_agreeing_digits_are_returned(made, both):
     found, _ = made
     progress = Listener()
-    verified = heyoka_bike.verify(found.folder, rerun="quick", progress=progress)
+    with using(workers=2):
+        verified = heyoka_bike.verify(found.folder, rerun="quick", progress=progress)
     assert verified.passed
     assert [a.precision for a in verified.agreements] == ["binary128", "40 digits"] * 2
     assert [c.check for c in verified.checks].count("rerun") == 4

@@ -23,7 +23,7 @@ from heyoka_bike.reference.verification.schema import SetForm, of_text
 from heyoka_bike.reference.verification.verify import verify
 from heyoka_bike.system.parallel import using
 
-pytestmark = pytest.mark.proof
+pytestmark = [pytest.mark.proof, pytest.mark.usefixtures("keep_structure")]
 
 FLIPS, OF_THE_MANIFEST = 1000, 150
 AFTER = "after-ten-seconds"

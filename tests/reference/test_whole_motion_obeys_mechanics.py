@@ -17,6 +17,7 @@ import pytest
 from oracles.multibody import to_rim
 from oracles.vectors import Balls as OracleBalls
 from oracles.vectors import Matrix, Vector
+from support.tiers import ONE_MANEUVER
 
 from heyoka_bike.bicycle.equations.configuration import INTEGRALS
 from heyoka_bike.bicycle.equations.forces import forces
@@ -46,7 +47,7 @@ def _working_precision() -> Iterator[None]:
         yield
 
 
-@pytest.fixture(scope="module", params=[1, 2, 3])
+@pytest.fixture(scope="module", params=ONE_MANEUVER)
 def run(request: pytest.FixtureRequest, candidate: tuple[Trajectory, ...]) -> Trajectory:
     return candidate[request.param - 1]
 

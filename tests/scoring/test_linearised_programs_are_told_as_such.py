@@ -30,7 +30,7 @@ def test_linear_motions_agree_with_scipy(reference, bicycle, number):
         assert np.max(np.abs(found[key] - values)) < 1e-9 * np.max(np.abs(values))
 
 
-@pytest.mark.parametrize("energies", ["second order", "zero"])
+@pytest.mark.parametrize("energies", ["second order", pytest.param("zero", marks=pytest.mark.slow)])
 def test_a_linear_program_is_told_as_such(reference, simulator, energies):
     (only,) = said(linear_run(reference, energies=energies), reference, simulator)
     assert only.code == "linearised"

@@ -22,6 +22,7 @@ def test_a_mistake_is_seen_where_it_enters(code):
     assert f"| `{code}` | {expected} | `{found.failed.columns[0].key}` |" in table()
 
 
+@pytest.mark.proof
 def test_the_right_program_makes_none():
     computed = made.computed(made.RIGHT)
     columns = {f"{k} [{made.UNITS[k]}]": x for k, x in computed.items() if k in made.UNITS}

@@ -32,13 +32,27 @@ def exact_parts(token):
     return hi, float(Fraction(token) - Fraction(hi))
 
 
-@settings(max_examples=1000, deadline=None)
-@given(st.lists(number, min_size=1, max_size=6), st.sampled_from([b"", b",", b";", b"\t"]))
+rows = given(st.lists(number, min_size=1, max_size=6), st.sampled_from([b"", b",", b";", b"\t"]))
+
+
+@settings(max_examples=100, deadline=None)
+@rows
 @example(["9007199254740993", "9007199254740992.5", "0.1e23", "1e23", "8.5e22"], b"")
 @example(["9223372036854775807", "9223372036854775808", "-9223372036854775808", "9e18"], b"")
 @example(["-9223372036854775809", "-99999999999999999999", "99999999999999999999"], b"")
 @example(["179769313486231580793e289", "2.4703282292062328e-324", "4.9e-324", "-0"], b"")
 def test_any_number(tokens, separator):
+    check(tokens, separator)
+
+
+@pytest.mark.proof
+@settings(max_examples=1000, deadline=None)
+@rows
+def test_any_of_many_numbers(tokens, separator):
+    check(tokens, separator)
+
+
+def check(tokens, separator):
     line = (separator or b" ").join(token.encode() for token in tokens) + b"\n"
     block = parse_block(line * 2, len(tokens), separator, range(len(tokens)), 10)
     assert block is not None

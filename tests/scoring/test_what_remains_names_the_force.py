@@ -62,7 +62,13 @@ def test_the_reference_leaves_nothing(reference, equations):
     assert not likely(found)
 
 
-@pytest.mark.parametrize("code", ["sign_IHxz", "gravity_9.80665", "offset_d1_by_front_radius"])
+@pytest.mark.parametrize(
+    "code",
+    [
+        "offset_d1_by_front_radius",
+        *(pytest.param(x, marks=pytest.mark.proof) for x in ("sign_IHxz", "gravity_9.80665")),
+    ],
+)
 def test_a_mistake_of_the_model_is_what_remains(reference, equations, code):
     found = causes_of(results_of(reference, [BY_CODE[code]]), reference, equations)
     assert [m.code for m in found.known[0].mistakes] == [code]
@@ -72,7 +78,7 @@ def test_a_mistake_of_the_model_is_what_remains(reference, equations, code):
     assert found.fitted == ()
 
 
-@pytest.mark.parametrize("symbol", ["IFxx", "IRxx"])
+@pytest.mark.parametrize("symbol", ["IFxx", pytest.param("IRxx", marks=pytest.mark.proof)])
 def test_a_parameter_is_found_where_nothing_of_it_is_left(reference, equations, symbol):
     """An inertia of zero: to first order, accelerations are three times as far away."""
     right = float(correct(reference).bicycle[symbol])
@@ -91,15 +97,15 @@ def test_another_start_leaves_nothing(reference, equations, code):
     assert not found.is_open
 
 
-@pytest.mark.parametrize("alone", [False, True])
+@pytest.mark.parametrize("alone", [False, pytest.param(True, marks=pytest.mark.proof)])
 @pytest.mark.parametrize(
     ("method", "step"),
     [
         ("explicit Euler", 0.005),
-        ("Heun", 0.01),
+        pytest.param("Heun", 0.01, marks=pytest.mark.proof),
         ("RK4", 0.01),
         ("trapezoidal", 0.01),
-        ("RK23", 1e-4),
+        pytest.param("RK23", 1e-4, marks=pytest.mark.proof),
         ("LSODA", 1e-4),
     ],
 )

@@ -10,8 +10,6 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.cli import main
 from heyoka_bike.system.resources import data_folder
 
-pytestmark = pytest.mark.proof
-
 EXAMPLES = data_folder().parent / "docs" / "examples" / "checker"
 LIBRARY = "cc -std=c99 -O1 -shared -fPIC library.c -o libbicycle.so -lm"
 LANGUAGES = {
@@ -39,6 +37,7 @@ def folder(tmp_path):
     return tmp_path
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_an_example_passes_and_fails_as_it_should(language, folder):
     tools, name, line = LANGUAGES[language]
@@ -56,6 +55,27 @@ def test_an_example_passes_and_fails_as_it_should(language, folder):
     assert "close, worst column " in done.stdout
 
 
+@pytest.mark.slow
+def test_catch2_names_the_columns_that_are_wrong(folder):
+    for tool in ("cmake", "ctest"):
+        need(tool)
+    line = "cmake -B build && cmake --build build && ctest --test-dir build -V -R catch"
+    done = shell(line, folder)
+    if "No tests were found" in done.stdout + done.stderr:
+        pytest.skip("Catch2 is not installed")
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "All tests passed (27 assertions in 1 test case)" in done.stdout
+    path = folder / "catch_my_bicycle.cpp"
+    text = path.read_text()
+    assert text.count("* (1 +") == 1
+    path.write_text(text.replace("* (1 +", "* (1 + (i == 6) * 1e-5 +"))
+    done = shell(line, folder)
+    assert done.returncode != 0
+    assert "assertions: 27 | 21 passed | 6 failed" in done.stdout
+    assert done.stdout.count("found.digits >= 6") == 3
+
+
+@pytest.mark.proof
 def test_octave_passes_and_fails_as_it_should(folder, reference):
     for tool in ("octave-cli", "mkoctfile"):
         need(tool)

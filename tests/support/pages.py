@@ -10,7 +10,14 @@ from html.parser import HTMLParser
 import pytest
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "chrome"))), None)
-browser = pytest.mark.skipif(CHROMIUM is None, reason="no chromium to look at the page with")
+
+
+def browser(test):
+    """Mark a test that starts a browser, which takes more than the second of a fast test."""
+    needed = pytest.mark.skipif(CHROMIUM is None, reason="no chromium to look at the page with")
+    return pytest.mark.proof(needed(test))
+
+
 INLINE = {"b", "bdi", "i", "tspan"}
 VOID = {"meta", "link", "br", "hr", "img", "input", "wbr"}
 

@@ -101,6 +101,7 @@ def test_a_set_is_made_by_two_processes(command, tmp_path):
     assert "0 failed" in run.stdout
 
 
+@pytest.mark.proof
 def test_letters_that_a_code_page_lacks(command, tmp_path):
     name = "велосипед.txt"
     (tmp_path / name).write_bytes(PEER.read_bytes())

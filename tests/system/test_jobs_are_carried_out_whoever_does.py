@@ -103,6 +103,7 @@ def test_what_is_kept_is_not_made_again(tmp_path):
     Job(jobs.add, (1, 2), cache=nowhere).store(Outcome(3))
 
 
+@pytest.mark.proof
 def test_progress_is_told_from_elsewhere(tmp_path):
     told = []
     with using(2):
@@ -127,6 +128,7 @@ def test_a_lost_process_has_its_job_done_again(tmp_path):
     assert [found[f"other {i}"].value for i in range(7)] == [1, 2, 3, 4, 5, 6, 7]
 
 
+@pytest.mark.proof
 def test_a_job_that_always_ends_its_process_is_given_up_and_named():
     with using(2):
         found = outcomes([Job(jobs.die, (), "deadly"), Job(jobs.add, (1, 2), "other")])
@@ -135,6 +137,7 @@ def test_a_job_that_always_ends_its_process_is_given_up_and_named():
         found["deadly"].get()
 
 
+@pytest.mark.proof
 def test_a_script_that_begins_processes_as_it_is_read_is_told_so(tmp_path):
     script = tmp_path / "script.py"
     script.write_text(
@@ -150,6 +153,7 @@ def test_a_script_that_begins_processes_as_it_is_read_is_told_so(tmp_path):
     assert 'outside of: if __name__ == "__main__"' in run.stderr.splitlines()[-1]
 
 
+@pytest.mark.proof
 def test_calls_with_limits_have_processes_of_their_own(tmp_path):
     with ProcessExecutor(2, ProcessLimits(60.0, 2_000_000_000)) as pool:
         calls = [pool.submit(jobs.imported, "sys") for _ in range(2)]
@@ -172,6 +176,7 @@ def test_a_call_ends_at_its_limit(tmp_path):
         assert not multiprocessing.active_children()
 
 
+@pytest.mark.proof
 def test_processes_are_forked_from_one_that_has_imported_modules(tmp_path):
     """In a process of its own: there is one such process for all executors."""
     script = tmp_path / "script.py"
@@ -208,6 +213,7 @@ def test_the_first_exception_ends_the_others(tmp_path):
     assert_all_ended(tmp_path)
 
 
+@pytest.mark.proof
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
 def test_who_asked_ends_what_runs(tmp_path, how):
     """By Ctrl-C, and where it is killed itself."""

@@ -5,6 +5,7 @@ import re
 import shutil
 import subprocess
 import sys
+import textwrap
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
@@ -173,11 +174,14 @@ def test_a_diagnosis_that_goes_wrong_hides_nothing(pytester, how):
     assert entries(result.outlines)["diagnosis"] == SAID[how]
 
 
-def test_without_heyoka_everything_else_is_said(pytester):
-    project(
-        pytester,
+def test_without_heyoka_the_same_is_said(pytester):
+    case = """
+        def test_x(table, bicycle_score):
+            bicycle_score(table(3)).require(scd=8)
         """
+    block = """
         import sys
+        import pytest
 
         class Block:
             def find_spec(self, name, path=None, target=None):
@@ -186,15 +190,18 @@ def test_without_heyoka_everything_else_is_said(pytester):
 
         sys.meta_path.insert(0, Block())
 
-        def test_x(table, bicycle_score):
-            bicycle_score(table(3)).require(scd=8)
-        """,
-    )
-    result = pytester.runpytest_subprocess(*BARE)
-    result.assert_outcomes(failed=1)
-    said = entries(result.outlines)
-    assert {"worst column", "worst row", "first departure", "scd, maneuver 3"} <= set(said)
-    assert "heyoka is not installed" in said["diagnosis"]
+        def test_blocked():
+            with pytest.raises(ModuleNotFoundError, match="blocked"):
+                import heyoka
+        """
+    said = []
+    for source, passed in ((block, 1), ("", 0)):
+        project(pytester, textwrap.dedent(source) + textwrap.dedent(case))
+        result = pytester.runpytest_subprocess(*BARE)
+        result.assert_outcomes(failed=1, passed=passed)
+        said.append(entries(result.outlines))
+    assert said[0] == said[1]
+    assert {"worst column", "first departure", "scd, maneuver 3", "diagnosis"} <= set(said[0])
 
 
 COUNTED = """

@@ -169,6 +169,7 @@ def test_the_reference_is_chosen_by_call_then_command_line_then_file(pytester, f
     )
 
 
+@pytest.mark.proof
 def test_folders_are_relative_to_where_they_are_named(pytester, other_set):
     project(pytester, "def test_x(bicycle_reference):\n    pass", "bicycle_reference = ../other")
     inner = pytester.mkdir("inner")

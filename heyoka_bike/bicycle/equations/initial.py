@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
+from math import pi
 from typing import TYPE_CHECKING, Any
 
 import flint
+import numpy as np
 
 from heyoka_bike.bicycle.equations.constants import Constants, constants
 from heyoka_bike.bicycle.equations.kinematics import front_contact_height, posture, rear_rates
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
     from heyoka_bike.bicycle.equations.reduced import Equations
 
 _CONTINUATION_STEPS = 24
+_GAP = 1e-12  # [m], some thousand roundoffs of a height
 # Rounds and difference of Newton's iteration for the pitch.
 _ROUNDS = 4
 _SHIFT = 1e-6
@@ -104,22 +107,19 @@ def pitch_at_start(equations: Equations, maneuver: Maneuver) -> Number:
     mp = a.context
     km = constants(equations.bicycle, a)
     roll, steer = a.number(maneuver.roll), a.number(maneuver.steer)
-    pitch = mp.zero
-    for step in range(1, _CONTINUATION_STEPS + 1):
-        part = steer * step / _CONTINUATION_STEPS
-        last = step == _CONTINUATION_STEPS
+    near = _followed(km.convert(float), float(roll), float(steer))
+    if near is None:
+        raise unreachable
 
-        def height(x: object, part: object = part) -> object:
-            return front_contact_height(km, a, roll, x, part)
+    def height(x: object) -> object:
+        return front_contact_height(km, a, roll, x, steer)
 
-        try:
-            pitch = mp.findroot(
-                height, (pitch, pitch + mp.mpf("0.001")), tol=mp.eps * 1024 if last else 1e-24
-            )
-        except (ValueError, ZeroDivisionError):
-            raise unreachable from None
-        if mp.im(pitch) != 0 or abs(pitch) > mp.pi / 2:
-            raise unreachable
+    try:
+        pitch = mp.findroot(height, (near, near + mp.mpf("0.001")), tol=mp.eps * 1024)
+    except (ValueError, ZeroDivisionError):
+        raise unreachable from None
+    if mp.im(pitch) != 0 or abs(pitch) > mp.pi / 2:
+        raise unreachable
     # A sign change over a tiny interval proves the root.
     centre = balls.number(Fraction(int(mp.nint(mp.ldexp(pitch, bits))), 2**bits))
     roll_ball, steer_ball = balls.number(maneuver.roll), balls.number(maneuver.steer)
@@ -138,6 +138,19 @@ def pitch_at_start(equations: Equations, maneuver: Maneuver) -> Number:
     if not abs(slope) > 0:
         raise unreachable
     return enclosed
+
+
+def _followed(k: Constants, roll: float, steer: float) -> float | None:
+    """The root of `pitch_at_start` in binary64, if there is one up to this steer angle."""
+    pitch = 0.0
+    with np.errstate(all="ignore"):
+        for step in range(1, _CONTINUATION_STEPS + 1):
+            part = steer * step / _CONTINUATION_STEPS
+            pitch = float(pitch_on_the_floor(k, roll, pitch, part))
+            gap = front_contact_height(k, Arrays(), roll, pitch, part)
+            if not (abs(gap) <= _GAP and abs(pitch) <= pi / 2):
+                return None
+    return pitch
 
 
 def pitch_on_the_floor(k: Constants, roll: Any, pitch: Any, steer: Any) -> Any:

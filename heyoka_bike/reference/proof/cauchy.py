@@ -183,15 +183,16 @@ def _values(
                 clear and all(x.is_finite() for x in on_arc)
                 for clear, *on_arc in zip(a.clear, *values, strict=True)
             ]
-            # The largest of exact numbers is exact; of balls it is a wider ball.
-            sizes = [
-                largest(abs(x).upper() for x, done in zip(value, is_done, strict=True) if done)
-                for value in values
-            ]
+            sizes = [_largest(value, is_done) for value in values]
             biggest = [m.max(x) for m, x in zip(biggest, sizes, strict=True)] if biggest else sizes
             left = [arc for arc, done in zip(arcs, is_done, strict=True) if not done]
             arcs = [part for arc in left for part in _parts(*arc, a.reason)]
         return biggest
+
+
+def _largest(values: Sequence[flint.acb], is_done: Sequence[bool]) -> flint.arb:
+    """The largest size on the arcs that are done, exact: of balls it would be a wider ball."""
+    return largest(abs(x).upper() for x, done in zip(values, is_done, strict=True) if done)
 
 
 def _slope_bound(row: Sequence[flint.arb], radius: int) -> flint.arb:

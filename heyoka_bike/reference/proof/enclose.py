@@ -114,6 +114,9 @@ def _check_shape(run: Trajectory) -> None:
 class Prover:
     """Carries the bound on the error over the pieces of a candidate."""
 
+    matrix_bits = MATRIX_BITS
+    """Working precision of all that is done with Y."""
+
     def __init__(self, run: Trajectory) -> None:
         self.run = run
         self.too_long = run.breaks[-1] * 2
@@ -124,7 +127,7 @@ class Prover:
             radius: max(ceil((run.grid + 16) / np.log2(radius)), longest) + 2 for radius in RADII
         }
         self.circles = circle_equations(run)
-        self.matrix = self._equations(MATRIX_BITS)
+        self.matrix = self._equations(self.matrix_bits)
         self.high = self._equations(self.bits)
 
     def _equations(self, bits: int) -> Equations:
@@ -160,10 +163,10 @@ class Prover:
 
     def whole(self, piece: Piece, frame: Frame, rim: Circle, near: Circle) -> tuple[Vector, Frame]:
         """The same without halving, by the bounds on two circles around the piece."""
-        with flint.ctx.workprec(MATRIX_BITS):
+        with flint.ctx.workprec(self.matrix_bits):
             carried = Carried(self.flow(piece, rim), frame)
         delta = self._defect(piece, rim)
-        with flint.ctx.workprec(MATRIX_BITS):
+        with flint.ctx.workprec(self.matrix_bits):
             step = exact_ball(piece.h)
             sup, added = carried.bounds(delta)
             for _ in range(_TRIALS):
@@ -231,7 +234,7 @@ class Prover:
         self, piece: Piece, rim: Circle, length: int
     ) -> tuple[list[flint.arb_mat], flint.arb_mat]:
         """Taylor coefficients of h J along the piece, and a bound on what they leave out."""
-        a = Samples.of(MATRIX_BITS, length, rim.radius)
+        a = Samples.of(self.matrix_bits, length, rim.radius)
         duals = Duals(a)
         with a.precision():
             step = exact_ball(piece.h)

@@ -175,6 +175,8 @@ def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
     for name in raw.keys() - {*layouts, *texts, *others}:
         raise NotCertifiedError(f"{name}: found in the manifest, and nothing proves it")
     try:
+        # First: of an older set it says so.
+        stated[CERTIFICATE] = _whole_certificate(raw, len(runs))["inputs"]
         for name, layout in layouts.items():
             if name not in raw:
                 raise NotCertifiedError(
@@ -186,7 +188,6 @@ def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
                 stated[name] = _inputs(f, name, layout.groups)
         with hdf5.opened(raw[HDF5]) as f:
             content = content_sha256(f)
-        stated[CERTIFICATE] = _whole_certificate(raw, len(runs))["inputs"]
     except (OSError, KeyError, ValueError, TypeError) as e:
         raise DatasetError(f"{folder}: a file of the set cannot be read ({e})") from None
     for name, other in stated.items():

@@ -46,7 +46,7 @@ class Unreadable extends Error {}
 function read(text, name) {
   const stop = (where, said) => { throw new Unreadable(`${name}${where}: ${said}`); };
   if (text.includes("\0")) stop("", "found a file that is no text, expected rows of numbers");
-  if (!text.trim()) stop("", `found an empty file, ${EXPECTED} columns of numbers`);
+  if (!text.trim()) stop("", "found an empty file, expected rows of numbers");
   let heading = null, width = 0;
   const lines = [], numbers = [], rows = [];
   for (const [i, line] of text.split(/\r\n|\n|\r/).entries()) {

@@ -4,6 +4,7 @@ import re
 import time
 
 import pytest
+from support.clusters import wait_for
 
 from heyoka_bike.cli import main
 from heyoka_bike.workbench.serving import app
@@ -33,6 +34,7 @@ def addresses(text):
     return {x for x in ADDRESSES.findall(text) if not OUTSIDE.match(x)}
 
 
+@pytest.mark.proof
 def test_every_address_of_every_page_leads_below_it(ask, example, monkeypatch):
     files = {"file": (example.name, example.read_bytes())}
     with monkeypatch.context() as patched:
@@ -78,7 +80,9 @@ def test_programs_are_told_addresses_below_it(ask, example):
     assert begun.headers["location"] == begun.json()["job"]
     assert ask("GET", begun.json()["job"]).json()["job"] == begun.json()["job"]
     page = ask("POST", f"{ROOT}/example").headers["location"]
-    done = ask("GET", page.replace("results", "jobs")).json()
+    job = page.replace("results", "jobs")
+    wait_for(lambda: "page" in ask("GET", job).json())
+    done = ask("GET", job).json()
     assert done["page"] == page
     assert ask("GET", done["result"]).json()["schema_version"]
     assert ask("GET", f"{ROOT}/health").json()["status"] == "ok"

@@ -159,6 +159,7 @@ def test_what_takes_too_much_memory_is_ended(serving, example):
     assert client.post("/score", files=files).status_code == 200
 
 
+@pytest.mark.proof
 def test_a_worker_that_is_killed_is_said_and_the_next_one_works(serving, example):
     client = serving()
     files = {"file": (example.name, example.read_bytes())}
@@ -241,6 +242,7 @@ def test_what_is_kept_in_the_middle_of_a_sweep_stays(tmp_path):
     assert folder.is_dir()
 
 
+@pytest.mark.proof
 def test_the_oldest_results_make_room(serving):
     client = serving(kept=2)
     places = [client.post("/example").json()["location"] for _ in range(3)]
@@ -278,6 +280,7 @@ def test_only_names_that_were_told_are_answered(serving):
         assert local.get("/", headers={"host": name}).status_code == code
 
 
+@pytest.mark.proof
 def test_a_page_of_another_site_cannot_send_files(serving):
     client = serving()
     answer = client.post("/example", headers={"sec-fetch-site": "cross-site"})

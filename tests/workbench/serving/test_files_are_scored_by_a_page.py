@@ -133,6 +133,7 @@ def test_runs_of_one_program_show_its_order(client, example):
     assert document["convergence"]
 
 
+@pytest.mark.proof
 def test_a_replay_is_drawn(client, example):
     place, _ = page(client, sent(client, example))
     asked = client.post(place.replace("score", "replay"), headers=BROWSER)
@@ -228,6 +229,7 @@ def test_what_is_not_there_is_said(client):
     assert client.get("/score").status_code == 405
 
 
+@pytest.mark.proof
 def test_the_description_of_the_interface_is_true(client, example):
     found = client.get("/openapi.json").json()
     assert found == description(Limits())

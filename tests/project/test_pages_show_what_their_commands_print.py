@@ -1,0 +1,65 @@
+"""Outputs that stand in a page of the documentation are those of the commands above them."""
+
+import pytest
+from blocks import committed, without_outputs
+from outputs import DOCS, filled, pages
+
+PAGE = """# A page
+
+```{run} shown
+echo one > file; cat file
+```
+
+```{run} python shown
+print(open("file").read() * 2)
+```
+
+```text
+something else
+```
+
+```{run} shown figure=a.svg alt="A"
+false
+```
+
+![A](a.png)
+
+```{run} code=3
+exit 3
+```
+
+```text
+no output
+```
+"""
+
+
+def test_outputs_are_written_and_left_out_by_the_site():
+    page = filled(PAGE)
+    assert committed(page, "echo one > file; cat file\n") == "one"
+    assert committed(page, 'print(open("file").read() * 2)') == "one\none"
+    assert "something else" not in page
+    assert filled(page) == page
+    bare = without_outputs(page)
+    assert "one\none" not in bare
+    assert "![A]" not in bare
+    assert bare.endswith("no output\n```\n")
+    assert [line for line in bare.splitlines() if "{run}" in line] == [
+        line for line in PAGE.splitlines() if "{run}" in line
+    ]
+
+
+def test_a_block_that_fails_is_named():
+    with pytest.raises(SystemExit, match="exit code 3 of\nexit 3"):
+        filled("```{run}\nexit 3\n```\n")
+
+
+def test_pages_that_a_new_user_reads_show_outputs():
+    assert {p.name for p in pages()} == {"start.md", "diagnosis.md", "check.md"}
+
+
+@pytest.mark.proof
+@pytest.mark.parametrize("page", pages(), ids=lambda p: str(p.relative_to(DOCS)))
+def test_outputs_are_what_the_commands_print(page):
+    text = page.read_text(encoding="utf-8")
+    assert filled(text) == text, "run python docs/_site/outputs.py"
