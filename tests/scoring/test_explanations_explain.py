@@ -2,12 +2,10 @@
 
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
-from heyoka_bike.bicycle.columns import DEFINITIONS, LATERAL
+from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis, log_odds_before, log_ratio
-from heyoka_bike.scoring.diagnosis.mistakes.first_row import contradicted
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.scoring.diagnosis.programs.program import Found
 
@@ -73,30 +71,3 @@ def test_nothing_is_left_at_the_floor():
     h = hypothesis(dict.fromkeys(PLACES, 1e-5))
     assert not h.leaves_nothing
     assert replace(h, floors=dict.fromkeys(PLACES, 5e-6)).leaves_nothing
-
-
-def columns(first, second, rest=5):
-    made_of = [first, second, *np.linspace(second, 2 * second, rest)]
-    return {c.name: np.array(made_of) for c in DEFINITIONS["roll_rate"]}
-
-
-@pytest.mark.parametrize(
-    ("written", "expected"),
-    [
-        # Right at the start and after it: a tiny motion scaled up, or linear equations.
-        ((0.05, 0.0501), "roll_rate"),
-        # Told 0.05, and then the program's own.
-        ((0.05, 0.00088), None),
-        # Neither.
-        ((0.03, 0.0301), None),
-        # As the mistake makes it.
-        ((0.00087, 0.00088), None),
-    ],
-)
-def test_a_first_row_contradicts_what_starts_otherwise(written, expected):
-    time = np.arange(7) / 100
-    right, wrong = columns(0.05, 0.0500), columns(0.00087, 0.00088)
-    found = contradicted(time, columns(*written), right, wrong, {"roll_rate": 1e-9})
-    assert found == expected
-    # A file that begins later says nothing.
-    assert contradicted(time + 1, columns(*written), right, wrong, {"roll_rate": 1e-9}) is None

@@ -16,7 +16,7 @@ KEYS = {"roll": "roll_angle", "roll_rate": "roll_rate", "speed": "forward_speed"
         "kinetic": "kinetic_energy"}  # fmt: skip
 AMOUNTS = {
     "steer_damping": 0.4, "steer_stiffness": 3.0, "steer_torque": 0.1, "roll_damping": 3.0,
-    "air_drag": 0.3, "push": 2.0, "side_wind": 1.0, "slope_along": 3e-3, "slope_across": 3e-3,
+    "air_drag": 0.3, "frame_push": 2.0, "side_wind": 1.0, "slope_along": 3e-3, "slope_across": 3e-3,
     "wheel_friction": 0.02, "wheel_friction_R": 0.02, "wheel_friction_F": 0.02,
     "rolling_resistance": 1.5, "rolling_resistance_R": 1.5, "rolling_resistance_F": 1.5,
     "velocity_damping": 0.04, "scrub_R": 2.0, "scrub_F": 2.0,
@@ -103,7 +103,7 @@ def applied(name, amount, program):
     bodies = {
         "roll_damping": lambda i, m, t, a, v, w, h: (0.0, -(i == B) * (w[B] @ h) * h),
         "air_drag": lambda i, m, t, a, v, w, h: (-(i == B) * np.linalg.norm(v) * v, 0.0),
-        "push": lambda i, m, t, a, v, w, h: ((i == B) * h, 0.0),
+        "frame_push": lambda i, m, t, a, v, w, h: ((i == B) * h, 0.0),
         "side_wind": lambda i, m, t, a, v, w, h: ((i == B) * across, 0.0),
         "slope_along": lambda i, m, t, a, v, w, h: (-m * GRAVITY * along, 0.0),
         "slope_across": lambda i, m, t, a, v, w, h: (-m * GRAVITY * across, 0.0),

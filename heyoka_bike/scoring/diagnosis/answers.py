@@ -5,7 +5,7 @@ from math import floor, log10
 from typing import Any
 
 from heyoka_bike.bicycle.columns import LATERAL
-from heyoka_bike.bicycle.parameters import PARAMETERS
+from heyoka_bike.bicycle.parameters import PARAMETERS, START
 from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.reference.sensitivities import UNKNOWNS
 from heyoka_bike.scoring.column_score import ColumnScore
@@ -14,9 +14,10 @@ from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis
 from heyoka_bike.scoring.diagnosis.explain import Diagnosis
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
-from heyoka_bike.scoring.diagnosis.programs.program import Found
+from heyoka_bike.scoring.diagnosis.programs.program import Found, Mistake
 from heyoka_bike.scoring.diagnosis.residual.causes import Causes
 from heyoka_bike.scoring.diagnosis.residual.methods import CLOCK
+from heyoka_bike.scoring.diagnosis.residual.observed import STATE
 from heyoka_bike.scoring.findings import Finding, Severity
 from heyoka_bike.scoring.judge.conventions import UNITS_BESIDE, in_units
 from heyoka_bike.scoring.report import Explanation, ManeuverScore, Report
@@ -32,14 +33,11 @@ _AT_FLOOR = 4.0
 _EXPLAIN = ("rows_repeated", "column_of_another_maneuver")
 # In which columns a start is written, and the part of a change by which a first row may miss what
 # is given and still have it.
-_STARTS = {"initial_roll": "roll_angle", "initial_steer": "steer_angle",
-           "initial_roll_rate": "roll_rate", "initial_steer_rate": "steer_rate",
-           "initial_speed": "forward_speed"}  # fmt: skip
+_STARTS = {f"initial_{name}": key for name, key in zip(START, STATE, strict=True)}
 _AS_GIVEN = 0.1
 _UNITS = {**UNKNOWNS, **{name: force.unit for name, force in FORCES.items()}}
-_LOSES_ENERGY = ("energy_grows", "numerical_damping")
 # Of a value, in parts of it.
-_MOST_DIGITS = 1e-7
+_MOST_DIGITS = 1e-6
 # What remains below this part of a column's size is not worth a word: six digits are right.
 _SEEN = 1e-6
 # A part of a term that is all of it.
@@ -116,10 +114,9 @@ def _without_cause(
         return *shown, method, nothing
     shape = list(numerical.findings(report))
     falls = any(f.code == plain.FALLS for f in shown)
-    is_far = falls or any(f.code == numerical.TOO_FAR for f in shape)
-    nearly = _nearly(diagnosis, is_far=is_far)
+    nearly = _nearly(diagnosis.causes)
     # Constraints that drift leave something in the equations, too.
-    loses = any(f.code in _LOSES_ENERGY for f in shape) and not is_far
+    loses = any(f.code in numerical.ENERGY for f in shape) and not falls
     is_open = [] if loses else _open(diagnosis, is_beside=bool(nearly))
     if falls:
         return *nearly, *is_open, *shown
@@ -212,42 +209,23 @@ def _open(diagnosis: Diagnosis, *, is_beside: bool) -> list[Finding]:
     ]
 
 
-def _nearly(diagnosis: Diagnosis, *, is_far: bool) -> list[Finding]:
-    """What explains most of the error, but leaves more of it than an integrator does."""
-    causes = diagnosis.causes
-    # Whole runs that have hardly anything of the motion left have no direction.
-    if diagnosis.towards and not is_far:
-        first = diagnosis.towards[0]
-        lateral = {k: x for k, x in first.after.items() if k[1] in LATERAL} or first.after
-        number, key = first.unexplained or max(lateral, key=lateral.__getitem__)
-        said, codes = _said(first), list(first.codes)
-        text = (
-            f"Simulated with this, the error falls by a factor of {first.relief:.2g}, but {key} of "
-            f"maneuver {number} keeps more than an integrator leaves"
-        )
-        evidence: dict[str, Any] = {
-            "relief": first.relief, "maneuver": number, "column": key,
-            "after": _evidence(first.after),
-        }  # fmt: skip
-    elif causes is not None and causes.best is not None:
-        # Of motions that diverge whole runs show little.
-        mistakes, relief = causes.best, causes.relief(causes.best)
-        said = ", and ".join(_changed(m.found) if m.found else m.says for m in mistakes)
-        codes, evidence = [m.code for m in mistakes], {"relief": relief}
-        text = f"What disagrees with the exact equations falls by a factor of {relief:.2g} with it"
-    else:
+def _nearly(causes: Causes | None) -> list[Finding]:
+    """What explains nearly all of what remains of the equations, but not the whole run."""
+    if causes is None or causes.best is None:
         return []
+    said, relief = _said(causes.best), causes.relief(causes.best)
     return [
         Finding(
             "direction",
-            f"Nearly explained by this: {said}. {text}",
-            evidence={"mistakes": codes, **evidence},
+            f"Nearly explained by this: {said}. What disagrees with the exact equations falls by a "
+            f"factor of {relief:.2g} with it",
+            evidence={"mistakes": [m.code for m in causes.best], "relief": relief},
         )
     ]
 
 
-def _said(h: Hypothesis) -> str:
-    return ", and ".join(_changed(m.found) if m.found else m.says for m in h.mistakes)
+def _said(mistakes: Sequence[Mistake]) -> str:
+    return ", and ".join(_changed(m.found) if m.found else m.says for m in mistakes)
 
 
 def _evidence_of(h: Hypothesis, causes: Causes | None) -> str:
@@ -287,13 +265,14 @@ def _cause(
 ) -> Finding:
     """Mistakes, or the fewest parameters, forces or starts, that explain the file."""
     first, *others = hypotheses
-    said = _said(first)
+    said = _said(first.mistakes)
     if first.found:
         said = f"{_COUNTS.get(len(first.found), 'These explain')} it: {said}"
     text = ("" if rank == 1 else "or, less likely: ") + said
     text = f"{text[0].upper()}{text[1:]}. {_evidence_of(first, causes)}. {_advice(first, report)}"
     if others:
-        text += ". The file cannot tell this from " + "; or ".join(map(_said, others[:_MOST]))
+        same = "; or ".join(_said(h.mistakes) for h in others[:_MOST])
+        text += f". The file cannot tell this from {same}"
     evidence: dict[str, Any] = {"rank": rank, "gain": first.gain, "relief": first.relief}
     if first.found:
         fits = [h.found for h in hypotheses if h.found]
@@ -344,12 +323,13 @@ def _changed(found: Sequence[Found]) -> str:
         # So many digits as the uncertainty allows, no more than anybody reads.
         size = max(abs(x.value), abs(x.right), abs(x.value - x.right))
         least = max(x.uncertain, _MOST_DIGITS * size)
-        decimals = max(1, 1 - floor(log10(least))) if least else 1
+        decimals = max(1, -floor(log10(least))) if least else 1
         after = f"{round(x.value, decimals) + 0.0:.{decimals}f}".rstrip("0").rstrip(".")
         # What changes next to nothing of what is left is not known at all; a rounding is not said.
         is_known = _MOST_DIGITS * size < x.uncertain < abs(x.right) + abs(x.value - x.right)
         within = f" (+- {x.uncertain:.1g})" if is_known else ""
-        parts.append(f"{_named(x)} is {after} {_UNITS[x.name]}{within} instead of {x.right:.10g}")
+        right = f"{round(x.right, 12) + 0.0:.10g}"
+        parts.append(f"{_named(x)} is {after} {_UNITS[x.name]}{within} instead of {right}")
     return ", and ".join(parts)
 
 

@@ -47,19 +47,16 @@ def beside(report: Report, left_out: Collection[str] = ()) -> tuple[Finding, ...
         Keys of columns of unknown meaning; those are not held to be right, and only named here if
         a factor or an offset explains them.
     """
-    wrong: dict[str, list[Place]] = {}
-    for m in report.maneuvers:
-        for c in m.columns:
-            is_right = c.is_right or c.is_at_floor(_AT_FLOOR)
-            if c.key not in BENCHMARK_COLUMNS and c.values and not is_right:
-                wrong.setdefault(c.key, []).append((m, c))
-    alone = {
-        key: places
-        for key, places in wrong.items()
-        if all(_is_alone(m, c, left_out) for m, c in places)
-    }
-    found = [f for key, places in alone.items() for f in _seen(key, places, key in left_out)]
-    others = [key for key in wrong if key not in alone and key not in left_out]
+    found: list[Finding] = []
+    others = []
+    for key, places in report.by_column().items():
+        wrong = [(m, c) for m, c in places if not (c.is_right or c.is_at_floor(_AT_FLOOR))]
+        if key in BENCHMARK_COLUMNS or not wrong:
+            continue
+        if all(_is_alone(m, c, left_out) for m, c in wrong):
+            found += _seen(key, wrong, key in left_out)
+        elif key not in left_out:
+            others.append(key)
     return (*found, *_not_diagnosed(others))
 
 

@@ -34,8 +34,6 @@ __all__ = ["Diagnosis", "Hypothesis", "explain"]
 _LEADERS = 3
 # Single mistakes that are tried with these where the file does not show its motion.
 _RIVALS = 12
-# Hypotheses that are simulated together.
-_TOGETHER = 32
 # Causes that are simulated, of each kind.
 _SIMULATED = 6
 # ... where the equations speak for none clearly.
@@ -63,9 +61,6 @@ class Diagnosis:
     ----------
     classes : tuple of tuple of Hypothesis
         Ranked; hypotheses of a class cannot be told apart. Empty if nothing explains it.
-    towards : tuple of Hypothesis
-        Where nothing explains it: the class that goes farthest that way, but leaves more than an
-        integrator does.
     tried
         How many hypotheses were tried.
     causes : Causes or None
@@ -78,7 +73,6 @@ class Diagnosis:
     """
 
     classes: tuple[tuple[Hypothesis, ...], ...]
-    towards: tuple[Hypothesis, ...]
     tried: int
     causes: Causes | None = None
     curves: tuple[Curve, ...] = ()
@@ -92,47 +86,80 @@ def explain(
     """Find the mistakes, alone and in pairs, and the parameters and forces that explain a file."""
     parts = [upright(part, understand(parts)) for part in parts]
     file = SeenFile(parts, reference, simulator or Simulator())
-    tried = _Tried(file, progress)
     progress(0.1)
     causes = file.causes(_OF_MODEL)
     progress(0.3)
-    is_shown = causes is not None and causes.is_shown and not causes.is_blown_up
     proposed = _of_causes(causes, file) if causes else []
-    of_model = [(m,) for m in dict.fromkeys(m for p in proposed for m in p)]
-    if not is_shown:
-        # Whole runs show more than rows that are noisy or few.
-        is_understood = causes is not None and not causes.is_blown_up
-        rivals = causes.best_of(_OF_MODEL)[:_MOST] if causes and is_understood else _OF_MODEL
-        of_model = list(dict.fromkeys([*of_model, *((m,) for m in rivals)]))
-    of_start = file.starts_like_its_own(_OF_START, causes.motions if causes else ())
-    order = file.order_beside()
-    read_off = [
-        (m,) for m in (*LINEAR_PROGRAMS, *_OF_OUTPUT, *([order] if order else []), *_clock(causes))
-    ]
-    found = tried.judged(of_model, 0.5)
-    if not any(h.leaves_nothing for h in found):
-        found += tried.judged([*((m,) for m in of_start), *read_off], 0.7)
-    pairs = tried.judged([p for p in proposed if len(p) > 1], 0.75)
-    best = max(found, key=lambda h: h.log_odds, default=None)
-    if best is None or not best.leaves_nothing:
-        pairs += tried.judged(_beside(file, found, parts, of_start, is_shown=is_shown), 0.9)
-    every = [*found, *_that_need_both(file, pairs, found)]
-    classes, towards = _compared(file, every, causes)
+    found = _alone(file, causes, proposed)
+    progress(0.6)
+    found += _together(file, causes, proposed, found, has_constant_speed(parts))
+    progress(0.9)
+    classes = _compared(file, found, causes)
     if not classes and causes is not None and not causes.methods:
-        # The start leaves nothing in the equations: whole runs show it.
-        start = file.shooting(causes.motions).start()
-        if start is not None:
-            every += tried.judged([(start,)])
-            classes, towards = _compared(file, every, causes)
+        # The start leaves nothing in the equations.
+        classes = _compared(file, [*found, *_of_start(file, causes)], causes)
     progress(1.0)
     return Diagnosis(
         classes=classes,
-        towards=towards,
-        tried=tried.count + (len(_OF_MODEL) if causes else 0),
+        tried=file.tried + (len(_OF_MODEL) if causes else 0),
         causes=causes,
         curves=file.curves(classes[0][0]) if classes else (),
         units=file.units_beside(classes[0][0]) if classes else {},
     )
+
+
+def _is_shown(causes: Causes | None) -> bool:
+    """Whether the equations tell which mistakes of the model there are."""
+    return causes is not None and causes.is_shown and not causes.is_blown_up
+
+
+def _alone(
+    file: SeenFile, causes: Causes | None, proposed: Sequence[tuple[Mistake, ...]]
+) -> list[Hypothesis]:
+    """Single mistakes, as many as there is reason to simulate."""
+    of_model = [m for mistakes in proposed for m in mistakes]
+    if not _is_shown(causes):
+        # Whole runs show more than rows that are noisy or few.
+        is_understood = causes is not None and not causes.is_blown_up
+        of_model += causes.best_of(_OF_MODEL)[:_MOST] if causes and is_understood else _OF_MODEL
+    found = file.judged([(m,) for m in of_model])
+    if not any(h.leaves_nothing for h in found):
+        starts = file.starts_like_its_own(_OF_START, causes.motions if causes else ())
+        others = (*starts, *LINEAR_PROGRAMS, *_OF_OUTPUT, *file.order_beside(), *_clock(causes))
+        found += file.judged([(m,) for m in others])
+    return found
+
+
+def _together(
+    file: SeenFile,
+    causes: Causes | None,
+    proposed: Sequence[tuple[Mistake, ...]],
+    found: Sequence[Hypothesis],
+    has_one_speed: bool,
+) -> list[Hypothesis]:
+    """Pairs that are likelier than each of their mistakes alone."""
+    pairs = file.judged([mistakes for mistakes in proposed if len(mistakes) > 1])
+    best = max(found, key=lambda h: h.log_odds, default=None)
+    if best is None or not best.leaves_nothing:
+        leaders = _leaders(found, has_one_speed)
+        pairs += file.judged(_beside(file, found, leaders, is_shown=_is_shown(causes)))
+        if leaders:
+            starts = file.starts_like_its_own(_OF_START, causes.motions if causes else ())
+            pairs += file.judged(_with(leaders[0], starts))
+    alone = {h.mistakes[0].code: h for h in found}
+    return [
+        h
+        for h in pairs
+        if all(_log_odds(file, h, alone[c]) > WEIGHTS.said for c in h.codes if c in alone)
+    ]
+
+
+def _of_start(file: SeenFile, causes: Causes) -> list[Hypothesis]:
+    """Starts to which the file's rows lead back: that of each maneuver must be likely by itself."""
+    starts = file.shooting(causes.motions).refined(file.other_starts(causes.motions))
+    found = file.judged([(_of_values(c, causes),) for c in starts])
+    found = [h for h in found if h.is_possible and h.log_odds > WEIGHTS.said]
+    return file.judged([tuple(m for h in found for m in h.mistakes)]) or found
 
 
 def _of_causes(causes: Causes, file: SeenFile) -> list[tuple[Mistake, ...]]:
@@ -146,17 +173,20 @@ def _of_causes(causes: Causes, file: SeenFile) -> list[tuple[Mistake, ...]]:
             (c for c in several if log_odds(c, count) > least), key=lambda c: -log_odds(c, count)
         )[:_SIMULATED]
 
-    shooting = file.shooting(causes.motions)
-    ranked = likely(causes.fitted)
-    fitted = [shooting.refined(c) for c in ranked[:_REFINED]]
-    alone = next((c for c in causes.fitted if len(c.changes) == 1), None)
-    if ranked and alone is not None and len(ranked[0].changes) > 1:
-        # The equations speak for several values: whole runs tell better which.
-        fitted.append(shooting.refined(alone, with_others=True))
+    fitted = likely(causes.fitted)[:_REFINED]
+    if all(len(c.changes) > 1 for c in fitted):
+        fitted += [c for c in causes.fitted if len(c.changes) == 1][:1]
+    if not causes.is_open:
+        # Where a force is left no values are those of the file.
+        fitted = file.shooting(causes.motions).refined(fitted, with_others=True)
     return [
         *(c.mistakes for c in likely(causes.known)),
-        *((other_values(c.changes, c.uncertain, causes.program),) for c in fitted),
+        *((_of_values(c, causes),) for c in fitted),
     ]
+
+
+def _of_values(cause: Cause, causes: Causes) -> Mistake:
+    return other_values(cause.changes, cause.uncertain, causes.program)
 
 
 def _clock(causes: Causes | None) -> list[Mistake]:
@@ -174,72 +204,38 @@ def _clock(causes: Causes | None) -> list[Mistake]:
     ]
 
 
-class _Tried:
-    """Hypotheses that are simulated, each once."""
+def _leaders(found: Sequence[Hypothesis], has_one_speed: bool) -> list[Hypothesis]:
+    """The likeliest, and what linear programs have in common, whatever else is wrong with them."""
+    leaders = sorted((h for h in found if h.gain > 1.0), key=lambda h: -h.log_odds)[:_LEADERS]
+    linear = [h for h in found if h.codes == (LINEARISED,) and h not in leaders]
+    return leaders + linear if has_one_speed else leaders
 
-    def __init__(self, file: SeenFile, progress: Progress) -> None:
-        self.count = 0
-        self._file, self._progress, self._done = file, progress, 0.3
 
-    def judged(
-        self, several: Sequence[tuple[Mistake, ...]], done: float | None = None
-    ) -> list[Hypothesis]:
-        """Those that are new; so much of all work is done then."""
-        found = []
-        for i, mistakes in enumerate(several):
-            if i % _TOGETHER == 0:
-                self._file.prepare(several[i : i + _TOGETHER])
-            if self._file.is_new(mistakes):
-                found.append(self._file.judge(mistakes))
-            if done is not None:
-                self._progress(self._done + (done - self._done) * (i + 1) / len(several))
-        self._done = done or self._done
-        self.count += len(found)
-        return found
+def _with(leader: Hypothesis, others: Iterable[Mistake]) -> list[tuple[Mistake, ...]]:
+    (first,) = leader.mistakes
+    return [
+        in_order((first, m)) for m in others if m != first and {m.kind, first.kind} != {"start"}
+    ]
 
 
 def _beside(
     file: SeenFile,
     found: Sequence[Hypothesis],
-    parts: Sequence[Part],
-    starts: Sequence[Mistake],
+    leaders: Sequence[Hypothesis],
     *,
     is_shown: bool,
 ) -> list[tuple[Mistake, ...]]:
-    """The best mistakes, each with one of the output, and the best with one of the start."""
-    ranked = sorted((h for h in found if h.gain > 1.0), key=lambda h: -h.log_odds)
-    leaders = ranked[:_LEADERS]
-    if has_constant_speed(parts):
-        # What linear programs have in common, whatever else is wrong with them.
-        leaders += [h for h in found if h.codes == (LINEARISED,) and h not in leaders]
+    """The best mistakes, each with one of the output; and of the model, where these are unsure."""
+    rivals = sorted((h for h in found if h.gain > 1.0), key=lambda h: -h.log_odds)[:_RIVALS]
     chosen: list[tuple[Mistake, ...]] = []
     for i, leader in enumerate(leaders):
-        order = file.order_beside(leader)
-        others = [*_OF_OUTPUT, *([order] if order else [])]
-        # Where the equations do not tell which mistakes of the model there are.
+        others = [*_OF_OUTPUT, *file.order_beside(leader)]
         if i == 0 and leader.mistakes[0].kind == "output":
             others += [h.mistakes[0] for h in found if h.mistakes[0].kind == "model"]
         elif not is_shown:
-            others += [m for h in ranked[:_RIVALS] for m in h.mistakes]
-        others += [] if i else starts
-        chosen += [
-            in_order((*leader.mistakes, m))
-            for m in others
-            if m not in leader.mistakes and {m.kind, leader.mistakes[0].kind} != {"start"}
-        ]
-    return list(dict.fromkeys(chosen))
-
-
-def _that_need_both(
-    file: SeenFile, pairs: Sequence[Hypothesis], singles: Sequence[Hypothesis]
-) -> list[Hypothesis]:
-    """Pairs that are likelier than each of their mistakes alone."""
-    alone = {h.mistakes[0].code: h for h in singles}
-    return [
-        h
-        for h in pairs
-        if all(_log_odds(file, h, alone[c]) > WEIGHTS.said for c in h.codes if c in alone)
-    ]
+            others += [h.mistakes[0] for h in rivals]
+        chosen += _with(leader, others)
+    return chosen
 
 
 def _log_odds(file: SeenFile, one: Hypothesis, other: Hypothesis) -> float:
@@ -250,11 +246,8 @@ def _log_odds(file: SeenFile, one: Hypothesis, other: Hypothesis) -> float:
 
 def _compared(
     file: SeenFile, found: Sequence[Hypothesis], causes: Causes | None
-) -> tuple[tuple[tuple[Hypothesis, ...], ...], tuple[Hypothesis, ...]]:
-    """What is worth saying, ranked, in classes that cannot be told apart; or the best other one.
-
-    That is the class that improves the file the most where none explains it.
-    """
+) -> tuple[tuple[Hypothesis, ...], ...]:
+    """What is worth saying, ranked, in classes that cannot be told apart; if the best explains."""
     worth = [h for h in found if h.is_possible and h.log_odds > WEIGHTS.said]
     count = len({n for h in worth for n, _ in h.after})
     worth.sort(
@@ -274,9 +267,7 @@ def _compared(
         else:
             classes.append([h])
     explain = [[h for h in c if _explains(h, causes)] for c in classes]
-    if classes and not explain[0]:
-        return (), tuple(classes[0])
-    return tuple(tuple(c) for c in explain if c), ()
+    return tuple(tuple(c) for c in explain if c) if classes and explain[0] else ()
 
 
 def _explains(h: Hypothesis, causes: Causes | None) -> bool:

@@ -145,28 +145,34 @@ def _rounding(worst: float) -> Finding:
     )
 
 
+_TRENDS = {
+    -1.0: (
+        "numerical_damping",
+        "falls steadily{}. Either the model loses it, by a damper, drag, or a contact that slips "
+        "or yields, or numerical damping does: with a smaller step or tolerance only the latter "
+        "becomes less",
+    ),
+    1.0: (
+        "energy_grows",
+        "grows steadily{}, as with an explicit method of low order, or with a drive in the model: "
+        "a smaller step helps against the former only",
+    ),
+}
+"""By the sign of the change."""
+ENERGY = tuple(code for code, _ in _TRENDS.values())
+"""Codes of an energy that is lost or won in every maneuver."""
+
+
 def _energy(report: Report) -> Iterator[Finding]:
     """Energy that falls or grows steadily in every maneuver."""
-    trends = [_trend(m) for m in report.maneuvers]
-    numbers = [m.maneuver for m in report.maneuvers]
-    everywhere = " in every maneuver" if len(numbers) > 1 else ""
-    changes = {str(n): t for n, t in zip(numbers, trends, strict=True)}
-    evidence = {"maneuvers": numbers, "relative_change": changes}
-    if trends and all(t < 0 for t in trends):
-        yield Finding(
-            "numerical_damping",
-            f"The mechanical energy falls steadily{everywhere}. Either the model loses it, by a "
-            "damper, drag, or a contact that slips or yields, or numerical damping does: with a "
-            "smaller step or tolerance only the latter becomes less",
-            evidence=evidence,
-        )
-    if trends and all(t > 0 for t in trends):
-        yield Finding(
-            "energy_grows",
-            f"The mechanical energy grows steadily{everywhere}, as with an explicit method of low "
-            "order, or with a drive in the model: a smaller step helps against the former only",
-            evidence=evidence,
-        )
+    trends = {m.maneuver: _trend(m) for m in report.maneuvers}
+    signs = {float(np.sign(t)) for t in trends.values()}
+    if len(signs) == 1 and (sign := signs.pop()) in _TRENDS:
+        code, words = _TRENDS[sign]
+        said = words.format(" in every maneuver" if len(trends) > 1 else "")
+        changes = {str(n): t for n, t in trends.items()}
+        evidence = {"maneuvers": list(trends), "relative_change": changes}
+        yield Finding(code, f"The mechanical energy {said}", evidence=evidence)
 
 
 def _trend(m: ManeuverScore) -> float:

@@ -4,14 +4,15 @@ A bicycle that falls over, rows that stand still, columns of another maneuver, a
 another one, and columns that are wrong beside a motion that is right.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.column_score import ColumnScore
-from heyoka_bike.scoring.diagnosis.beside import scaled
+from heyoka_bike.scoring.diagnosis.beside import Place, scaled
 from heyoka_bike.scoring.findings import Finding, Severity
+from heyoka_bike.scoring.findings import maneuvers as of_maneuvers
 from heyoka_bike.scoring.judge.unknown import RIGHT, far_worse, is_far
 from heyoka_bike.scoring.report import ManeuverScore, Report
 
@@ -28,6 +29,10 @@ _LYING, _LEFT_OF_HEIGHT = np.pi / 2, 0.5
 # ... and falls there from upright, by less than so much from row to row, as noise does not [rad].
 _UPRIGHT, _STRIDE = 0.1, 1.0
 _GIVEN = ("roll_rate", "forward_speed")
+# An energy that is wrong makes the sum wrong.
+_PARTS, _SUM = {"potential_energy", "kinetic_energy"}, "mechanical_energy"
+_Apart = Mapping[int, tuple[frozenset[str], float]]
+"""By maneuver: columns that are far worse than the others, and the largest error of these."""
 FALLS = "falls_over"
 """Code of the finding that the bicycle falls over."""
 
@@ -143,38 +148,24 @@ def _unit(c: ColumnScore) -> str:
 def columns_apart(report: Report) -> Finding | None:
     """Some columns are wrong, and all others show that the motion is right: look at those alone."""
     each = {m.maneuver: far_worse(m, [c.key for c in m.columns]) for m in report.maneuvers}
-    if any(not apart and limit > RIGHT for apart, limit in each.values()):
+    apart = {key for keys, _ in each.values() for key in keys}
+    if not apart or any(not keys and limit > RIGHT for keys, limit in each.values()):
         return None
-    keys = dict.fromkeys(
-        c.key for m in report.maneuvers for c in m.columns if c.key in each[m.maneuver][0]
-    )
-    is_sum = bool({"potential_energy", "kinetic_energy"} & keys.keys())
-    with_sum = is_sum and keys.pop("mechanical_energy", 0) is None
-    if not keys:
-        return None
-    found = {
-        key: [
-            m.maneuver
-            for m in report.maneuvers
-            for c in m.columns
-            if c.key == key and c.values and is_far(c, each[m.maneuver][1], _WORSE)
-        ]
-        for key in keys
-    }
-    numbers = [m.maneuver for m in report.maneuvers]
-    said = ", ".join(
-        key + ("" if where == numbers else f" of maneuver {', '.join(map(str, where))}")
-        for key, where in found.items()
-    )
-    columns = {key: [c for _, c in report.by_column()[key] if c.values] for key in keys}
-    fits = {key: fit for key in keys if (fit := scaled(columns[key])) is not None}
-    how = "; ".join(f"{key} is {fit.says(columns[key][0].unit)}" for key, fit in fits.items())
+    with_sum = _SUM in apart and bool(apart & _PARTS)
+    apart -= {_SUM} if with_sum else set()
+    wrong = {key: places for key, places in report.by_column().items() if key in apart}
+    return _apart(wrong, each, with_sum)
+
+
+def _apart(wrong: Mapping[str, Sequence[Place]], each: _Apart, with_sum: bool) -> Finding:
+    found = {key: _where_far(places, each) for key, places in wrong.items()}
+    fits = {key: scaled([c for _, c in places]) for key, places in wrong.items()}
+    known = {key: fit for key, fit in fits.items() if fit is not None}
     rest = max(limit for _, limit in each.values())
     return Finding(
         "columns_apart",
-        f"Only {said} {'is' if len(found) == 1 else 'are'} wrong"
-        + (", and mechanical_energy with it" if with_sum else "")
-        + (f": {how}" if how else "")
+        _apart_words(found, len(each), with_sum)
+        + "".join(f": {key} is {fit.says(wrong[key][0][1].unit)}" for key, fit in known.items())
         + f". All other columns are right to {rest:.1g} of their scales, so the motion is right, "
         "and neither the integrator nor the equations are to blame. Look at how "
         f"{'this column is' if len(found) == 1 else 'these columns are'} computed and written",
@@ -182,6 +173,20 @@ def columns_apart(report: Report) -> Finding | None:
         {
             "columns": found,
             "max_rel_error_of_others": rest,
-            "factors": {key: fit.factor for key, fit in fits.items()},
+            "factors": {key: fit.factor for key, fit in known.items()},
         },
     )
+
+
+def _where_far(places: Sequence[Place], each: _Apart) -> list[int]:
+    """Maneuvers in which a column is worse than those that are right."""
+    return [m.maneuver for m, c in places if is_far(c, each[m.maneuver][1], _WORSE)]
+
+
+def _apart_words(found: Mapping[str, Sequence[int]], count: int, with_sum: bool) -> str:
+    said = ", ".join(
+        key if len(numbers) == count else f"{key} of {of_maneuvers(numbers)}"
+        for key, numbers in found.items()
+    )
+    are = "is" if len(found) == 1 else "are"
+    return f"Only {said} {are} wrong" + (", and mechanical_energy with it" if with_sum else "")

@@ -1,29 +1,28 @@
 """How well programs with mistakes explain a file: simulated, and compared as with the reference."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from heyoka_bike.bicycle.columns import COLUMNS, FOLLOWING
 from heyoka_bike.bicycle.equations.reduced import Equations
-from heyoka_bike.bicycle.parameters import Bicycle
+from heyoka_bike.bicycle.parameters import START, Bicycle
 from heyoka_bike.errors import InputError
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.alignment import Part, spread
 from heyoka_bike.scoring.definitions import Sample, Understanding, understand_samples
-from heyoka_bike.scoring.diagnosis.evidence import Hypothesis, Place
-from heyoka_bike.scoring.diagnosis.mistakes.first_row import contradicted
+from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis, Place
 from heyoka_bike.scoring.diagnosis.mistakes.library import Mistake, Program, apply
 from heyoka_bike.scoring.diagnosis.mistakes.proposals import columns_in_another_order
-from heyoka_bike.scoring.diagnosis.programs.beginning import beginning
 from heyoka_bike.scoring.diagnosis.programs.linear import linear_columns
+from heyoka_bike.scoring.diagnosis.programs.program import Columns, beginning
 from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
 from heyoka_bike.scoring.diagnosis.programs.start import Start
-from heyoka_bike.scoring.diagnosis.residual.causes import Causes, find_causes
-from heyoka_bike.scoring.diagnosis.residual.observed import Observed, observe, readings
+from heyoka_bike.scoring.diagnosis.residual.causes import Cause, Causes, find_causes
+from heyoka_bike.scoring.diagnosis.residual.observed import STATE, Observed, observe, readings
 from heyoka_bike.scoring.diagnosis.residual.shooting import Shooting
 from heyoka_bike.scoring.diagnosis.residual.terms import Accelerations
 from heyoka_bike.scoring.report import Curve
@@ -33,10 +32,13 @@ from heyoka_bike.scoring.units import factor
 _COMPARED = 251
 _COLUMNS = (*COLUMNS, *FOLLOWING)
 _SIMULATED = 2001
-# The simulation's relative roundoff, at most.
-ROUNDOFF = 1e-11
+# Programs that are simulated together.
+_TOGETHER = 32
 # Starts that are simulated.
 _STARTS = 8
+# A value of the start is another one if it is off by so many times what the rows disagree, and by
+# such a part of what the one that is off most is, in sizes of columns: smooth errors are off, too.
+_SURE, _SMALL = 3.0, 1e-3
 # A program whose motion ends cannot have written many more rows.
 _REACHED = 0.5
 
@@ -67,33 +69,37 @@ class SeenFile:
             )
             for p, t in zip(parts, self._times, strict=True)
         ]
-        self._found: dict[object, dict[str, Array]] = {}
-        # Parameters are slow to compare: each set of them has a number.
-        self._bicycles: dict[object, int] = {}
         self._compared = [
             {name: v[pick] for name, v in exact.items()}
             for exact, pick in zip(self._exact, self._picks, strict=True)
         ]
         self._seen = {self._key(self._correct)}
+        self.tried = 0
         self._expected: dict[tuple[str, ...], _Expected] = {(): self._compared}
         self._understood: dict[tuple[str, ...], Mapping[str, Understanding]] = {}
         self._understood[()], self._correct_typical = self._typical(self._compared)
         self._floors = self._floors_in_scales()
 
-    def is_new(self, mistakes: tuple[Mistake, ...]) -> bool:
-        """Whether no hypothesis before was the same program as far as the file shows it."""
-        key = self._key(apply(self._correct, mistakes))
-        is_new = key not in self._seen
-        self._seen.add(key)
-        return is_new
+    def judged(self, hypotheses: Iterable[tuple[Mistake, ...]]) -> list[Hypothesis]:
+        """How well programs with these mistakes explain the file.
 
-    def prepare(self, hypotheses: Iterable[tuple[Mistake, ...]]) -> None:
-        """Simulate the programs with these mistakes together, for `judge` to take."""
-        self._simulate([apply(self._correct, mistakes) for mistakes in hypotheses])
+        Without those that are, as far as the file shows it, a program that was tried before.
+        """
+        new: dict[object, tuple[Mistake, ...]] = {}
+        for mistakes in hypotheses:
+            new.setdefault(self._key(apply(self._correct, mistakes)), mistakes)
+        chosen = [mistakes for key, mistakes in new.items() if key not in self._seen]
+        self._seen |= new.keys()
+        self.tried += len(chosen)
+        found = []
+        # So many as a processor's cache and the memory hold.
+        for i in range(0, len(chosen), _TOGETHER):
+            together = chosen[i : i + _TOGETHER]
+            made = self._simulated([apply(self._correct, mistakes) for mistakes in together])
+            found += [self._judge(m, e) for m, e in zip(together, made, strict=True)]
+        return found
 
-    def judge(self, mistakes: tuple[Mistake, ...]) -> Hypothesis:
-        """How well the program with these mistakes explains the file."""
-        expected = self._expect(apply(self._correct, mistakes))
+    def _judge(self, mistakes: tuple[Mistake, ...], expected: _Expected) -> Hypothesis:
         understood, after = self._typical(expected)
         before = {k: x for k, x in self._before(expected).items() if k in after}
         found = Hypothesis(
@@ -102,53 +108,32 @@ class SeenFile:
             after=after,
             changed=tuple(k for k in before if self._differ(k, expected, self._compared)),
             floors=self._floors,
-            contradicted=self._contradicted(expected),
             reaches_the_end=self._reaches_the_end(expected),
         )
         self._expected[found.codes] = expected
         self._understood[found.codes] = understood
         return found
 
-    def _contradicted(self, expected: _Expected) -> Place | None:
-        """The column whose first row says that the program starts otherwise."""
-        understood = self._understood[()]
-        for part, written, right, wrong in zip(
-            self._parts, self._as_understood(understood), self._compared, expected, strict=True
-        ):
-            # A column with another zero says nothing of its start.
-            keys = [k for k in written if not understood[k].offset]
-            floors = {
-                k: max(ROUNDOFF, self._floors[part.number, k]) * part.reference.scale(k)
-                for k in keys
-                if (part.number, k) in self._floors
-            }
-            key = contradicted(part.time, written, right, wrong, floors)
-            if key is not None:
-                return part.number, key
-        return None
-
     def where_they_differ(self, one: Hypothesis, other: Hypothesis) -> tuple[Place, ...]:
         """Maneuvers and columns in which two hypotheses are not the same."""
         a, b = self._expected[one.codes], self._expected[other.codes]
         return tuple(k for k in one.after if k in other.after and self._differ(k, a, b))
 
-    def order_beside(self, other: Hypothesis | None = None) -> Mistake | None:
+    def order_beside(self, other: Hypothesis | None = None) -> list[Mistake]:
         """An order of the columns that explains what another mistake leaves, or the whole error."""
         expected = self._expected[other.codes if other else ()]
-        return columns_in_another_order(self._as_written(), expected)
+        order = columns_in_another_order(self._as_written(), expected)
+        return [order] if order else []
 
-    def _known_floors(self) -> dict[Place, float]:
-        """What the digits of each column cannot tell [SI]."""
+    def _floors_in_scales(self) -> dict[Place, float]:
+        """What the digits of each column cannot tell."""
         understood, floors = self._understood[()], {}
         for i, part in enumerate(self._parts):
             sample = Sample(part, self._rows[i][self._picks[i]], self._compared[i])
             for key, (written, known) in sample.floor.items():
-                floors[part.number, key] = written * factor(understood[key].unit)[0] + known
+                floor = written * factor(understood[key].unit)[0] + known
+                floors[part.number, key] = floor / (part.reference.scale(key) or 1.0)
         return floors
-
-    def _floors_in_scales(self) -> dict[Place, float]:
-        scales = {(p.number, key): p.reference.scale(key) for p in self._parts for key in p.values}
-        return {k: x / (scales[k] or 1.0) for k, x in self._known_floors().items()}
 
     def units_beside(self, h: Hypothesis) -> dict[str, str]:
         """Units that columns have if a hypothesis is true, where they seemed to have others."""
@@ -179,27 +164,47 @@ class SeenFile:
     def starts_like_its_own(
         self, library: Sequence[Mistake], motions: Sequence[Observed]
     ) -> list[Mistake]:
-        """Mistakes of the start that come nearer to the first rows than the right one does.
+        """Mistakes of the start that come nearer to the file's own than the right one does.
 
         All of them where the file does not show its motion from the start on.
         """
-        own = {m.number: state for m in motions if (state := m.beginning()) is not None}
+        own = {m.number: m.beginning for m in motions if m.beginning is not None}
         if len(own) < len(self._parts):
             return list(library)
 
         def distance(program: Program) -> float:
             found = 0.0
             for n, state in own.items():
-                begun = np.delete(np.array(beginning(program, n)), 1)
-                right = np.delete(np.array(beginning(self._correct, n)), 1)
-                moved = np.abs(begun - state) / (np.abs(state) + np.abs(right) + 1e-3)
-                found += float(np.sum(moved))
+                right = np.abs(self._given(self._correct, n)) + np.abs(state) + 1e-3
+                found += float(np.sum(np.abs(self._given(program, n) - state) / right))
             return found
 
         right = distance(self._correct)
         near = [(distance(apply(self._correct, (m,))), i) for i, m in enumerate(library)]
         # One that is made comes far nearer, but for what follows within the first rows.
         return [library[i] for x, i in sorted(near)[:_STARTS] if x < right]
+
+    def other_starts(self, motions: Sequence[Observed]) -> list[Cause]:
+        """The start of each maneuver that its own rows lead back to, in what is another."""
+        causes = []
+        for m in motions:
+            if m.beginning is None:
+                continue
+            off = m.beginning - self._given(self._correct, m.number)
+            size = np.std([m.state[key] for key in STATE], axis=1) + np.finfo(np.float64).tiny
+            least = _SURE * m.scatter + _SMALL * np.max(np.abs(off) / size) * size
+            changes = {
+                f"initial_{name}_{m.number}": float(x)
+                for name, x, limit in zip(START, off, least, strict=True)
+                if abs(x) > limit
+            }
+            causes += [Cause((), changes, dict.fromkeys(changes, 0.0), 1.0)] if changes else []
+        return causes
+
+    @staticmethod
+    def _given(program: Program, number: int) -> Array:
+        """Columns of `STATE` at the start of a maneuver."""
+        return np.delete(np.array(beginning(program, number)), 1)
 
     def shooting(self, motions: Sequence[Observed]) -> Shooting:
         """Whole runs of changed programs, compared with the motions of the file."""
@@ -222,7 +227,9 @@ class SeenFile:
             return Curve(number, key, column.unit, time[good], before[good], after[good])
 
         relief = {k: h.before[k] / h.after[k] for k in h.after if k in h.before}
-        return best_explained(relief, curve)
+        # The best column of a maneuver is the last to be put into its place.
+        best = dict(sorted(relief, key=relief.__getitem__))
+        return tuple(curve(number, key) for number, key in sorted(best.items()))
 
     def _compared_times(self) -> list[Array]:
         return [t[pick] for t, pick in zip(self._times, self._picks, strict=True)]
@@ -252,22 +259,39 @@ class SeenFile:
     def _key(self, program: Program) -> object:
         """Equal for programs that do the same as far as the file shows it."""
         starts = tuple(program.starts[part.number] for part in self._parts)
-        bicycle = self._number(program.bicycle)
+        bicycle = tuple(program.bicycle.values.values())
         return bicycle, starts, program.clock, program.rows, program.amounts, program.linear
 
-    def _number(self, bicycle: Bicycle) -> int:
-        """The same for bicycles of the same parameters."""
-        return self._bicycles.setdefault(tuple(bicycle.values.values()), len(self._bicycles))
+    def _simulated(self, programs: Sequence[Program]) -> list[_Expected]:
+        """Columns of each part at the compared rows, of each program."""
+        asked = [
+            AskedMotion(
+                program.bicycle,
+                beginning(program, part.number),
+                program.clock(self._times[i], self._steps[i]),
+                dict(program.amounts),
+            )
+            for program in programs
+            for i, part in enumerate(self._parts)
+        ]
+        is_linear = [p.linear for p in programs for _ in self._parts]
+        made = iter(
+            self._simulator.run_all([m for m, x in zip(asked, is_linear, strict=True) if not x])
+        )
+        columns = iter(
+            linear_columns(m.bicycle, m.start, m.time, terms) if terms else next(made)
+            for m, terms in zip(asked, is_linear, strict=True)
+        )
+        return [self._written(p, columns) for p in programs]
 
-    def _expect(self, program: Program) -> _Expected:
-        """Columns of each part at the compared rows."""
-        motions = self._motions(program)
+    def _written(self, program: Program, made: Iterator[Columns]) -> _Expected:
+        """What a program writes of the motions of all parts."""
         found = []
-        for i, motion in enumerate(motions):
-            columns = dict(motion)
+        for time, pick, exact in zip(self._times, self._picks, self._exact, strict=True):
+            columns = next(made)
             for change in program.rows:
-                columns = dict(change(columns, self._times[i]))
-            found.append({name: columns[name][self._picks[i]] for name in self._exact[i]})
+                columns = change(columns, time)
+            found.append({name: columns[name][pick] for name in exact})
         return found
 
     def _before(self, expected: _Expected) -> dict[Place, float]:
@@ -296,34 +320,7 @@ class SeenFile:
         i = next(i for i, part in enumerate(self._parts) if part.number == number)
         distance = np.abs(one[i][key] - other[i][key])
         scale = float(np.max(np.abs(self._compared[i][key])))
-        return bool(np.fmax.reduce(distance, initial=0.0) > ROUNDOFF * scale)
-
-    def _motions(self, program: Program) -> list[dict[str, Array]]:
-        """Columns of each part as the program computes them, at the times that it means."""
-        return [self._found[key] for key in self._simulate([program])]
-
-    def _simulate(self, programs: Sequence[Program]) -> list[object]:
-        """Have the motions of programs found; under which keys, all parts of each in order."""
-        keys: list[object] = []
-        asked: dict[object, AskedMotion] = {}
-        for program in programs:
-            values = self._number(program.bicycle)
-            for i, part in enumerate(self._parts):
-                start = program.starts[part.number]
-                key = values, start, program.clock, program.amounts, program.linear, i
-                keys.append(key)
-                if key in self._found or key in asked:
-                    continue
-                meant = program.clock(self._times[i], self._steps[i])
-                state = beginning(program, part.number)
-                amounts = dict(program.amounts)
-                if program.linear:
-                    self._found[key] = linear_columns(program.bicycle, state, meant, program.linear)
-                else:
-                    asked[key] = AskedMotion(program.bicycle, state, meant, amounts)
-        found = self._simulator.run_all(list(asked.values()))
-        self._found.update(zip(asked, found, strict=True))
-        return keys
+        return bool(np.fmax.reduce(distance, initial=0.0) > WEIGHTS.resolved * scale)
 
     def _typical(
         self, expected: _Expected
@@ -341,20 +338,6 @@ class SeenFile:
             for part, sample in zip(self._parts, samples, strict=True)
             for key in sample.values
         }
-
-
-def _largest(values: Array) -> float:
-    return float(np.fmax.reduce(np.abs(values), initial=0.0))
-
-
-def best_explained(
-    relief: Mapping[Place, float], curve: Callable[[int, str], Curve]
-) -> tuple[Curve, ...]:
-    """In each maneuver the column whose error falls by the largest factor."""
-    ranked = sorted(relief, key=relief.__getitem__, reverse=True)
-    # The first in the ranking is the last to be put into its place.
-    best = dict(reversed(ranked))
-    return tuple(curve(number, key) for number, key in sorted(best.items()))
 
 
 def _start(inputs: Mapping[str, str]) -> Start:

@@ -319,7 +319,26 @@ def _held_speed(m: Moving) -> Linear:
     return {"rates": (0.0, 0.0, -m.rates[5] / unit / length)}
 
 
-_BOTH, _REAR, _FRONT = "RF", "R", "F"
+_WHEELS = (
+    ("", "RF", "each wheel", "the wheels'"),
+    ("_R", "R", "the rear wheel", "the rear wheel's"),
+    ("_F", "F", "the front wheel", "the front wheel's"),
+)
+"""The end of a name, wheels, and what they are called."""
+_BODIES = {"R": "rear wheel", "B": "rear frame", "H": "fork", "F": "front wheel"}
+_POINTS: tuple[tuple[str, str, Law], ...] = (
+    ("frame", "rear frame's centre of mass", lambda _: {"v_B": _AHEAD}),
+    ("hub", "rear hub", lambda _: {"v_R": _AHEAD}),
+    ("whole", "centre of mass of the whole", _on_all),
+    ("ground", "rear contact", _on_ground),
+)
+"""Where forces along the heading act."""
+
+
+def _part(says: str, law: Law, *, is_fitted: bool = True) -> Force:
+    """A term that is missing, in part or all."""
+    return Force(says, "1", 0.1, law, is_part=True, is_fitted=is_fitted)
+
 
 FORCES: Mapping[str, Force] = {
     "steer_damping": Force("damping of the steer axis", "N m s", 0.1,
@@ -330,8 +349,7 @@ FORCES: Mapping[str, Force] = {
                           _on_steer(lambda m: 1.0 + 0.0 * m.state[2])),
     "steer_friction": Force("dry friction of the steer axis", "N m", 0.1,
                             _on_steer(lambda m: -np.tanh(m.state[4] / 1e-4))),
-    "roll_damping": Force("damping of the roll", "N m s", 1.0,
-                          _on_roll(lambda m: -m.state[3])),
+    "roll_damping": Force("damping of the roll", "N m s", 1.0, _on_roll(lambda m: -m.state[3])),
     "roll_stiffness": Force("stiffness of a spring against the roll", "N m", 1.0,
                             _on_roll(lambda m: -m.state[0])),
     "roll_torque": Force("constant torque on the rear frame, to the right", "N m", 0.1,
@@ -340,72 +358,49 @@ FORCES: Mapping[str, Force] = {
                       _drag("v_B")),
     "air_lift": Force("lift over speed squared at the rear frame's centre of mass", "kg m-1", 0.1,
                       lambda m: {"v_B": (0.0, 0.0, -(m.now["rates"][2] ** 2))}),
-    **{f"{where}_drag": Force(f"drag over the forward speed squared at the {name}", "kg m-1", 0.1,
-                              _forward_drag(law))
-       for where, name, law in (
-           ("frame", "rear frame's centre of mass", lambda _: {"v_B": _AHEAD}),
-           ("hub", "rear hub", lambda _: {"v_R": _AHEAD}),
-           ("whole", "centre of mass of the whole", _on_all),
-           ("ground", "rear contact", _on_ground))},
-    "push": Force("constant force forward on the rear frame", "N", 1.0,
-                  lambda _: {"v_B": _AHEAD}),
+    **{name: force for where, point, law in _POINTS for name, force in (
+        (f"{where}_drag", Force(f"drag over the forward speed squared at the {point}", "kg m-1",
+                                0.1, _forward_drag(law))),
+        (f"{where}_push", Force(f"constant force forward at the {point}", "N", 1.0, law)))},
     "side_wind": Force("constant force along the ground's y axis on the rear frame", "N", 1.0,
                        lambda m: {"v_B": m.ground(_SIDE)}),
     "slope_along": Force("angle by which the ground rises along its x axis", "rad", 1e-3,
                          _slope_of_ground(_AHEAD)),
     "slope_across": Force("angle by which the ground rises along its y axis", "rad", 1e-3,
                           _slope_of_ground(_SIDE)),
-    "wheel_friction": Force("viscous friction of each wheel's axle", "N m s", 0.01,
-                            _on_axles(_BOTH, lambda rate: -rate)),
-    "wheel_friction_R": Force("viscous friction of the rear wheel's axle", "N m s", 0.01,
-                              _on_axles(_REAR, lambda rate: -rate)),
-    "wheel_friction_F": Force("viscous friction of the front wheel's axle", "N m s", 0.01,
-                              _on_axles(_FRONT, lambda rate: -rate)),
-    "rolling_resistance": Force("constant torque that brakes each wheel", "N m", 0.1,
-                                _on_axles(_BOTH, lambda rate: 1.0 + 0.0 * rate)),
-    "rolling_resistance_R": Force("constant torque that brakes the rear wheel", "N m", 0.1,
-                                  _on_axles(_REAR, lambda rate: 1.0 + 0.0 * rate)),
-    "rolling_resistance_F": Force("constant torque that brakes the front wheel", "N m", 0.1,
-                                  _on_axles(_FRONT, lambda rate: 1.0 + 0.0 * rate)),
+    **{f"wheel_friction{end}": Force(f"viscous friction of {each}'s axle", "N m s", 0.01,
+                                     _on_axles(wheels, lambda rate: -rate))
+       for end, wheels, each, _ in _WHEELS},
+    **{f"rolling_resistance{end}": Force(f"constant torque that brakes {each}", "N m", 0.1,
+                                         _on_axles(wheels, lambda rate: 1.0 + 0.0 * rate))
+       for end, wheels, each, _ in _WHEELS},
     "velocity_damping": Force("rate at which all velocities are damped", "s-1", 0.01, _decay),
     "scrub_R": Force("torque of the rear tyre about the vertical over its yaw rate", "N m s", 0.1,
                      _scrub("B")),
     "scrub_F": Force("torque of the front tyre about the vertical over its yaw rate", "N m s", 0.1,
                      _scrub("H")),
-    "side_B": Force("place of the rear frame's centre of mass to the right", "m", 1e-3,
-                    _to_the_side("B")),
-    "side_H": Force("place of the fork's centre of mass to the right", "m", 1e-3,
-                    _to_the_side("H")),
-    "speed_held": Force("part of a drive that keeps the speed of the rear wheel constant", "1", 0.1,
-                        _held_speed, is_part=True),
-    "no_spin_moment": Force("gyroscopic moment of the wheels' spin", "1", 0.1,
-                            _without_spin_moment(_BOTH), is_part=True),
-    "no_spin_moment_R": Force("gyroscopic moment of the rear wheel's spin", "1", 0.1,
-                              _without_spin_moment(_REAR), is_part=True),
-    "no_spin_moment_F": Force("gyroscopic moment of the front wheel's spin", "1", 0.1,
-                              _without_spin_moment(_FRONT), is_part=True),
-    "gyroscopic": Force("gyroscopic torque w x (I w) of all bodies", "1", 0.1,
-                        _without_euler("RBHF"), is_part=True, is_fitted=False),
-    "frames_gyroscopic": Force("gyroscopic torque w x (I w) of rear frame and fork", "1", 0.1,
-                               _without_euler("BH"), is_part=True, is_fitted=False),
-    **{f"gyroscopic_{b}": Force(f"gyroscopic torque w x (I w) of the {name}", "1", 0.1,
-                                _without_euler(b), is_part=True)
-       for b, name in (("B", "rear frame"), ("H", "fork"))},
-    "wheels_gyroscopic": Force("gyroscopic torque w x (I w) of the wheels", "1", 0.1,
-                               _without_euler(_BOTH), is_part=True, is_fitted=False),
-    "gyroscopic_R": Force("gyroscopic torque w x (I w) of the rear wheel", "1", 0.1,
-                          _without_euler(_REAR), is_part=True, is_fitted=False),
-    "gyroscopic_F": Force("gyroscopic torque w x (I w) of the front wheel", "1", 0.1,
-                          _without_euler(_FRONT), is_part=True, is_fitted=False),
-    **{f"centrifugal_{b}": Force(
-        f"centrifugal and Coriolis force of the {name}", "1", 0.1, _without_centrifugal(b), True)
-       for b, name in (("R", "rear wheel"), ("B", "rear frame"), ("H", "fork"),
-                       ("F", "front wheel"), ("RBHF", "all bodies"))},
-    "wheels_weight": Force("weight of the wheels", "1", 0.1, _weightless(_BOTH),
-                           is_part=True, is_fitted=False),
-    **{f"weight_{b}": Force(f"weight of the {name}", "1", 0.1, _weightless(b), True)
-       for b, name in (("R", "rear wheel"), ("B", "rear frame"), ("H", "fork"),
-                       ("F", "front wheel"))},
+    **{f"side_{b}": Force(f"place of the {_BODIES[b]}'s centre of mass to the right", "m", 1e-3,
+                          _to_the_side(b)) for b in "BH"},
+    "speed_held": _part("change of the rear wheel's speed (a drive holds it)", _held_speed),
+    **{f"no_spin_moment{end}": _part(f"gyroscopic moment of {whose} spin",
+                                     _without_spin_moment(wheels))
+       for end, wheels, _, whose in _WHEELS},
+    **{name: _part(f"gyroscopic torque w x (I w) of {whose}", _without_euler(bodies),
+                   is_fitted=False)
+       for name, whose, bodies in (("gyroscopic", "all bodies", "RBHF"),
+                                   ("frames_gyroscopic", "rear frame and fork", "BH"),
+                                   ("wheels_gyroscopic", "the wheels", "RF"))},
+    "centrifugal_RBHF": _part("centrifugal and Coriolis force of all bodies",
+                              _without_centrifugal("RBHF")),
+    "wheels_weight": _part("weight of the wheels", _weightless("RF"), is_fitted=False),
+    **{f"{kind}_{b}": _part(f"{says} of the {name}", law(b),
+                            # Of wheels nearly the moment of the spin.
+                            is_fitted=kind != "gyroscopic" or b in "BH")
+       for kind, says, law in (("gyroscopic", "gyroscopic torque w x (I w)", _without_euler),
+                               ("centrifugal", "centrifugal and Coriolis force",
+                                _without_centrifugal),
+                               ("weight", "weight", _weightless))
+       for b, name in _BODIES.items()},
 }  # fmt: skip
 """The forces by name."""
 

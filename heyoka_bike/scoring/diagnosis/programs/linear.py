@@ -7,7 +7,7 @@ they are not compared.
 """
 
 from collections.abc import Mapping, Sequence
-from math import ceil, cos, log2
+from math import cos
 
 import numpy as np
 
@@ -17,11 +17,6 @@ from heyoka_bike.bicycle.stability.closed_form import Matrices, closed_form
 from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.diagnosis.programs.program import NAMES, Terms
-
-# Terms of the exponential's series once its argument is below 1/2: beyond binary64.
-_TERMS = 16
-# Steps of a motion faster than this are not followed: no bicycle has eigenvalues so large.
-_FASTEST = 1e6
 
 
 def linear_columns(
@@ -51,9 +46,9 @@ def linear_columns(
     try:
         m = closed_form(p, Arrays())
         a = _first_order(m, p, speed, terms or Terms())
+        q = _propagate(a, np.array([roll, steer, roll_rate, steer_rate, 0.0]), time)
     except (ZeroDivisionError, np.linalg.LinAlgError):
         return found
-    q = _propagate(a, np.array([roll, steer, roll_rate, steer_rate, 0.0]), time)
     for key, values in zip(
         ("roll_angle", "steer_angle", "roll_rate", "steer_rate"), q, strict=False
     ):
@@ -88,23 +83,12 @@ def _first_order(m: Matrices, p: Mapping[str, float], speed: float, terms: Terms
 
 
 def _propagate(a: Array, start: Array, time: Array) -> Array:
-    """States at ascending times, shape (5, n), by the exponential over each step."""
-    steps = np.diff(time, prepend=0.0)
-    largest = float(np.max(np.abs(a)) * np.max(steps, initial=0.0)) * len(a)
-    made = np.full((len(start), len(time)), np.nan)
-    if not largest < _FASTEST:
-        return made
-    halvings = max(0, ceil(log2(largest)) + 1) if largest else 0
-    small = a * (steps / 2**halvings)[:, None, None]
-    step = term = np.broadcast_to(np.eye(len(a)), small.shape)
-    for i in range(1, _TERMS + 1):
-        term = term @ small / i
-        step = step + term
+    """States at some times, shape (5, n), by the eigenvalues and eigenvectors of the matrix.
+
+    A matrix that has too few of them is one of rounding errors: none here has.
+    """
+    values, vectors = np.linalg.eig(a)
     with np.errstate(over="ignore", invalid="ignore"):
-        for _ in range(halvings):
-            step = step @ step
-        x = start
-        for i, e in enumerate(step):
-            x = e @ x
-            made[:, i] = x
+        modes = np.linalg.solve(vectors, start)[:, None] * np.exp(values[:, None] * time)
+        made: Array = np.real(vectors @ modes)
     return np.where(np.isfinite(made), made, np.nan)

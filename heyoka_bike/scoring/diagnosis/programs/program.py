@@ -1,16 +1,19 @@
 """A program as a hypothesis sees it: its bicycle, its starts, its clock, and what it writes."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
 
 import numpy as np
 
 from heyoka_bike.bicycle.columns import COLUMNS, FOLLOWING
+from heyoka_bike.bicycle.equations.initial import pitch_on_the_floor
+from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle
+from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.scoring.diagnosis.programs.start import STATE, Start
+from heyoka_bike.scoring.diagnosis.programs.start import STATE, Start, initial_state
 
 NAMES = (
     *(c.name for c in (*COLUMNS, *FOLLOWING)),
@@ -150,6 +153,16 @@ def apply(program: Program, mistakes: Iterable[Mistake]) -> Program:
     return program
 
 
+def beginning(program: Program, number: int) -> tuple[float, ...]:
+    """The state in which a maneuver begins, see `STATE`, with both wheels on the floor."""
+    p = {symbol: float(x) for symbol, x in program.bicycle.values.items()}
+    roll, pitch, steer, *rates = initial_state(p, program.starts[number])
+    if steer != 0.0:
+        k = Equations.of(program.bicycle, Arrays()).k
+        pitch = float(pitch_on_the_floor(k, roll, 0.0, steer))
+    return roll, pitch, steer, *rates
+
+
 def model_mistake(
     code: str, says: str, check: str, change: Callable[[Parameters, float], None]
 ) -> Mistake:
@@ -176,16 +189,32 @@ def missing_term(code: str, says: str, check: str, *terms: str) -> Mistake:
     return Mistake(code, says, check, "model", make)
 
 
+_INITIAL = "initial_"
+
+
 def changed(program: Program, changes: Mapping[str, float]) -> Program:
-    """The program with changes of parameters and of forces added, by name [SI]."""
-    values = dict(program.bicycle.values)
-    for symbol, change in changes.items():
-        if symbol in values:
-            x = values[symbol]
-            values[symbol] = replace(x, rational=x.rational + Fraction(change))
+    """The program with changes of parameters, forces and starts added, by name [SI].
+
+    A start's is ``initial_``, what of it, and the number of the maneuver: initial_roll_rate_2.
+    """
+    values, starts, amounts = dict(program.bicycle.values), dict(program.starts), {}
+    for name, change in changes.items():
+        if name in values:
+            x = values[name]
+            values[name] = replace(x, rational=x.rational + Fraction(change))
+        elif name.startswith(_INITIAL):
+            place, n = _of_start(name)
+            starts[n] = replace(starts[n], added=(*starts[n].added, (place, change)))
+        else:
+            amounts[name] = change
     bicycle = Bicycle(program.bicycle.name, values)
-    amounts = {name: x for name, x in changes.items() if name not in values}
-    return _with_amounts(replace(program, bicycle=bicycle), amounts)
+    return _with_amounts(replace(program, bicycle=bicycle, starts=starts), amounts)
+
+
+def _of_start(name: str) -> tuple[int, int]:
+    """Place in the state, and number of the maneuver."""
+    what, number = name.removeprefix(_INITIAL).rsplit("_", 1)
+    return STATE.index(what), int(number)
 
 
 def _with_amounts(program: Program, amounts: Mapping[str, float]) -> Program:
@@ -230,34 +259,17 @@ def clock_mistake(
 def other_values(
     changes: Mapping[str, float], uncertain: Mapping[str, float], program: Program
 ) -> Mistake:
-    """A program with parameters and forces of other values than the right one."""
-    found = []
+    """A program with parameters, forces and starts of other values than the right one."""
+    p = {symbol: float(x) for symbol, x in program.bicycle.values.items()}
+    found, kind = [], "model"
     for name, change in changes.items():
-        right = float(program.bicycle[name]) if name in program.bicycle.values else 0.0
-        found.append(Found(name, None, right + change, right, uncertain[name]))
-    return _found_mistake(found, lambda p: changed(p, changes), "model")
-
-
-def other_start(found: Sequence[Found]) -> Mistake:
-    """A program that starts otherwise."""
-    added: dict[int, tuple[tuple[int, float], ...]] = {}
-    for x in found:
-        place = STATE.index(x.name.removeprefix("initial_"))
-        assert x.maneuver is not None
-        added[x.maneuver] = (*added.get(x.maneuver, ()), (place, x.value - x.right))
-
-    def make(program: Program) -> Program:
-        starts = {
-            n: replace(s, added=(*s.added, *added.get(n, ()))) for n, s in program.starts.items()
-        }
-        return replace(program, starts=starts)
-
-    return _found_mistake(found, make, "start")
-
-
-def _found_mistake(
-    found: Sequence[Found], change: Callable[[Program], Program], kind: str
-) -> Mistake:
-    code = "_".join(["other", *(f"{x.name}_{x.maneuver or ''}".strip("_") for x in found)])
+        right, what, maneuver = p.get(name, 0.0), name, None
+        if name.startswith(_INITIAL):
+            kind, (place, maneuver) = "start", _of_start(name)
+            right, what = beginning(program, maneuver)[place], _INITIAL + STATE[place]
+        found.append(Found(what, maneuver, right + change, right, uncertain[name]))
+    code = "_".join(["other", *changes])
     check = ("it" if len(found) == 1 else "them") + " in your input"
-    return Mistake(code, "", check, kind, change, is_fitted=True, found=tuple(found))
+    return Mistake(
+        code, "", check, kind, lambda p: changed(p, changes), is_fitted=True, found=tuple(found)
+    )

@@ -10,7 +10,6 @@ wheel's rolling rate and yaw.
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cache, lru_cache
-from math import cos, sin
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebint, chebvander
@@ -22,7 +21,7 @@ from heyoka_bike.numbers.arithmetic import Arrays, Multiprecision
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.following import following
-from heyoka_bike.scoring.diagnosis.programs.forces import rates_altered
+from heyoka_bike.scoring.diagnosis.programs.forces import Moving, dot, rates_altered
 from heyoka_bike.scoring.diagnosis.programs.program import NAMES
 from heyoka_bike.system.resources import benchmark_bicycle
 
@@ -137,7 +136,7 @@ class Simulator:
         # A motion that meets a singularity may become very fast.
         with np.errstate(all="ignore"):
             made = dict(equations.columns(list(states)))
-            return made | following(made, p) | _energies(p, equations, states)
+            return made | following(made, p) | _energies(equations, states)
 
     def _with(self, constants: Array) -> Equations:
         """Equations with these constants, each a number or an array."""
@@ -261,27 +260,14 @@ def _at(nodes: Array, time: Array) -> Array:
     return found
 
 
-def _energies(p: Mapping[str, float], equations: Equations, states: Array) -> dict[str, Array]:
+def _energies(equations: Equations, states: Array) -> dict[str, Array]:
     """Parts of the kinetic energy [J]."""
-    _, u = equations.unfold(list(states))
-    k = equations.k
-    s, c = sin(p["lam"]), cos(p["lam"])
-    rear = 0.5 * p["IRyy"] * (u.v / k.rear.r) ** 2
-    front = 0.5 * p["IFyy"] * (u.v_f / k.front.r) ** 2
-    rotation = spin = rear + front
-    for body, wheel, (w1, q, w3) in (
-        ("B", "R", (u.w1, u.q, u.w3)), ("H", "F", (u.w1_f, u.q_f, u.w3_f))
-    ):  # fmt: skip
-        # In the axes of the upright bicycle.
-        x, z = c * w1 + s * w3, c * w3 - s * w1
-        xx, yy, zz, xz = (p[f"I{body}{ij}"] for ij in ("xx", "yy", "zz", "xz"))
-        diametral = p[f"I{wheel}xx"]
-        rotation = rotation + 0.5 * (
-            (xx + diametral) * x**2 + yy * q**2 + (zz + diametral) * z**2 + 2 * xz * x * z
-        )
+    m = Moving(equations, list(states))
+    spins = {w: m.now[f"w_{w}"][1] * m.inertia(w, m.now[f"w_{w}"])[1] / 2 for w in "RF"}
+    rotation = sum(dot(m.now[f"w_{b}"], m.inertia(b, m.now[f"w_{b}"])) / 2 for b in m.masses)
     return {
-        "spin_energy": spin,
-        "spin_energy_R": rear,
-        "spin_energy_F": front,
+        "spin_energy": spins["R"] + spins["F"],
+        "spin_energy_R": spins["R"],
+        "spin_energy_F": spins["F"],
         "rotation_energy": rotation,
     }

@@ -24,7 +24,13 @@ from heyoka_bike.scoring.diagnosis.programs.program import (
     changed,
     other_values,
 )
-from heyoka_bike.scoring.diagnosis.residual.linear_fits import Blocks, best_subsets, blocks, solve
+from heyoka_bike.scoring.diagnosis.residual.linear_fits import (
+    Blocks,
+    best_subsets,
+    blocks,
+    solve,
+    uncertain,
+)
 from heyoka_bike.scoring.diagnosis.residual.methods import Method, find_methods
 from heyoka_bike.scoring.diagnosis.residual.observed import Observed
 from heyoka_bike.scoring.diagnosis.residual.terms import UNKNOWNS, Accelerations, blocks_of
@@ -160,14 +166,22 @@ class Causes:
 
     @property
     def best(self) -> tuple[Mistake, ...] | None:
-        """What explains nearly all by the equations alone; None if nothing does."""
+        """What explains nearly all by the equations alone; None if nothing does.
+
+        Where a force is left several causes together mean nothing: each takes a share of it.
+        """
         count = len(self.motions)
-        likely = max((*self.known, *self.fitted), key=lambda c: log_odds(c, count), default=None)
+        credible = [
+            c
+            for c in (*self.known, *self.fitted)
+            if len(c.mistakes) + len(c.changes) == 1 or not self.leaves_force(c.relief)
+        ]
+        likely = max(credible, key=lambda c: log_odds(c, count), default=None)
         if (
             likely is None
             or not self.is_shown
             or self.is_blown_up
-            or likely.relief < WEIGHTS.mostly
+            or likely.relief < WEIGHTS.nearly
             or log_odds(likely, count) < WEIGHTS.said
         ):
             return None
@@ -244,10 +258,10 @@ class _Remainder:
     def __init__(self, accelerations: Accelerations) -> None:
         self.accelerations = a = accelerations
         self.right = a.of(a.program)
-        uncertain = blocks_of(a.block, a.uncertain)
-        self.floors = [float(np.median(x)) for x in uncertain]
+        unknown = blocks_of(a.block, a.uncertain)
+        self.floors = [float(np.median(x)) for x in unknown]
         # Windows that the rows do not resolve count for little.
-        shares = [f**2 / (f**2 + x**2) for f, x in zip(self.floors, uncertain, strict=True)]
+        shares = [f**2 / (f**2 + x**2) for f, x in zip(self.floors, unknown, strict=True)]
         self._weights = np.concatenate([np.sqrt(x / np.mean(x)) for x in shares])
         self.rows = self.weighted(a.observed - self.right)
         sizes = np.array([_rms(x) for x in blocks_of(a.block, a.observed)])
@@ -377,21 +391,11 @@ def _refined(remainder: _Remainder, names: Sequence[str], step: Array) -> Cause:
             break
         x = ahead
         normal = remainder.normal(rows, remainder.weighted(a.slopes(program, names)))
-        uncertain = _uncertain(normal, remainder.squares(rows))
         best = Cause(
             (),
             dict(zip(names, x.tolist(), strict=True)),
-            dict(zip(names, uncertain.tolist(), strict=True)),
+            dict(zip(names, uncertain(normal, remainder.squares(rows)), strict=True)),
             relief,
         )
         step = solve(normal, np.arange(len(names))[None])[0][0]
     return best
-
-
-def _uncertain(normal: Blocks, left: Array) -> Array:
-    """Changes that would leave twice as much, whatever the others."""
-    weighted = np.einsum("b,bij->ij", 1.0 / left, normal.products) / len(left)
-    size = np.sqrt(np.maximum(np.diagonal(weighted), np.finfo(np.float64).tiny))
-    inverse = np.linalg.pinv(weighted / np.outer(size, size), hermitian=True)
-    found: Array = np.sqrt(3.0 * np.diagonal(inverse)) / size
-    return found

@@ -125,3 +125,12 @@ def _solved(matrix: Array, vector: Array) -> Array:
     scaled += _DAMPING * np.eye(matrix.shape[1])
     found: Array = np.linalg.solve(scaled, (vector / size)[:, :, None])[:, :, 0] / size
     return found
+
+
+def uncertain(b: Blocks, left: Array) -> list[float]:
+    """Changes that would leave twice the mean squares `left`, whatever the others are."""
+    weighted = np.einsum("b,bij->ij", 1.0 / left, b.products) / len(left)
+    size = np.sqrt(np.maximum(np.diagonal(weighted), np.finfo(np.float64).tiny))
+    inverse = np.linalg.pinv(weighted / np.outer(size, size), hermitian=True)
+    found: list[float] = (np.sqrt(3.0 * np.diagonal(inverse)) / size).tolist()
+    return found

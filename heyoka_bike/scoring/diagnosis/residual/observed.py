@@ -37,8 +37,8 @@ _LYING = 1.2
 _LOW = 0.5
 # Nothing of a bicycle is so large, but what has blown up [SI].
 _LARGEST = 1e6
-# Rows of the beginning, through which a cubic goes.
-_BEGINNING = slice(1, 5)
+# Rows of the beginning, from which the right equations lead back to t = 0, in so many steps.
+_BEGINNING, _BACK = slice(1, 5), 20
 # [SI]
 _CONVERGED, _LOST = 1e-15, 1e-10
 
@@ -64,6 +64,11 @@ class Observed:
     kinematic : ndarray, shape (2, w)
         Averages of the derivative of roll and steer, less their rates.
     kinematic_uncertain : ndarray, shape (2, w)
+    beginning : ndarray, shape (5,), or None
+        The columns of `STATE` at t = 0, to which the right equations lead back from the rows after
+        the first: that may be as given, whatever was computed. None where the rows begin later.
+    scatter : ndarray, shape (5,)
+        By how much these rows disagree about it.
     """
 
     number: int
@@ -74,17 +79,8 @@ class Observed:
     uncertain: Array
     kinematic: Array
     kinematic_uncertain: Array
-
-    def beginning(self) -> Array | None:
-        """Roll, steer, their rates and the speed at t = 0, by the rows after the first.
-
-        The first may be as given, whatever was computed. None where the rows begin later.
-        """
-        time = self.time[_BEGINNING]
-        if self.time[0] > 2 * (time[1] - time[0]):
-            return None
-        weights = np.linalg.solve(np.vander(time, increasing=True).T, np.eye(len(time))[0])
-        return np.array([weights @ self.state[key][_BEGINNING] for key in STATE])
+    beginning: Array | None
+    scatter: Array
 
     def inconsistency(self) -> float:
         """By how much the rates are off from the slopes of the angles, in parts of them."""
@@ -174,6 +170,7 @@ def observe(
     digits = {k: _digits(part, understood, k) for k in STATE}
     found = [_mean_slope(time, state[k], windows, digits[k]) for k in STATE]
     (d_roll, u_roll), (d_steer, u_steer), *accelerations = found
+    began = _led_back(time[_BEGINNING], {k: x[_BEGINNING] for k, x in state.items()}, equations)
     return Observed(
         number=part.number,
         time=time,
@@ -185,7 +182,26 @@ def observe(
             [d_roll - windows @ state["roll_rate"], d_steer - windows @ state["steer_rate"]]
         ),
         kinematic_uncertain=np.array([u_roll, u_steer]),
+        beginning=None if time[0] > 2 * (time[1] - time[0]) else np.median(began, axis=1),
+        scatter=np.ptp(began, axis=1),
     )
+
+
+def _led_back(time: Array, state: Mapping[str, Array], equations: Equations) -> Array:
+    """The columns of `STATE` at t = 0 by each row, shape (5, rows): Runge and Kutta's method."""
+
+    def slope(y: Array) -> Array:
+        return np.array(equations.rates(list(y)))
+
+    y, h = np.array(state_vector(equations, state.__getitem__)[:6]), -time / _BACK
+    for _ in range(_BACK):
+        k1 = slope(y)
+        k2 = slope(y + h / 2 * k1)
+        k3 = slope(y + h / 2 * k2)
+        y = y + h / 6 * (k1 + 2 * k2 + 2 * k3 + slope(y + h * k3))
+    y[5] *= equations.k.length
+    found: Array = np.delete(y, 1, axis=0)
+    return found
 
 
 def _is_motion(key: str, values: Array) -> bool:

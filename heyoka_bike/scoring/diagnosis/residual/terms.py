@@ -134,8 +134,10 @@ class Accelerations:
 
 
 def size_of(bicycle: Bicycle, name: str) -> float:
-    """Size of an unknown; one for parameters that are zero."""
-    return FORCES[name].size if name in FORCES else abs(float(bicycle[name])) or 1.0
+    """Size of an unknown; one for starts, and for parameters that are zero."""
+    if name in FORCES:
+        return FORCES[name].size
+    return abs(float(bicycle[name])) or 1.0 if name in bicycle.values else 1.0
 
 
 def blocks_of(block: NDArray[np.intp], rows: Array) -> list[Array]:
