@@ -82,8 +82,15 @@ def test_columns_of_any_kind_of_array(expected):
 class Simulated:
     """What `simulate` returns has a table."""
 
+    def __init__(self, rows=None):
+        self.rows = np.transpose([*MANEUVERS[2].values()]) if rows is None else rows
+
     def table(self):
-        return np.transpose([*MANEUVERS[2].values()])
+        return self.rows
+
+
+def test_a_simulation_of_all_maneuvers(expected):
+    assert digits(hb.score(Simulated(TABLE))) == expected
 
 
 ONE = {

@@ -24,8 +24,8 @@ def by_name(x: Any) -> Mapping[str, Any] | None:
     if isinstance(x, type):
         return None
     if callable(table := getattr(x, "table", None)):
-        found: Mapping[str, Any] = table()
-        return found
+        found = table()
+        return found if isinstance(found, Mapping) else {"": found}
     if not (hasattr(x, "__getitem__") and isinstance(getattr(x, "columns", None), Iterable)):
         return None
     # Columns of pyarrow are the arrays themselves.
