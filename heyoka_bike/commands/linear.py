@@ -173,7 +173,7 @@ def _as_json(linear: Linearisation, spectrum: _Spectrum) -> dict[str, object]:
 
 
 def _blocks(linear: Linearisation, spectrum: _Spectrum) -> tuple[Block, ...]:
-    """The same as tables."""
+    """The linearisation and its spectrum as tables."""
     from heyoka_bike.showing.document import TableBlock
 
     def text(x: Any) -> str:

@@ -171,7 +171,7 @@ class _Along:
         return self.value(piece, middle) + rate * (span - exact_ball(middle)), rate
 
     def _seen(self, piece: int, low: Fraction, high: Fraction) -> tuple[flint.arb, flint.arb]:
-        """The same for the polynomials, by the Taylor series of the function.
+        """The function and its rate on the polynomials, by its Taylor series.
 
         What the series leaves out is seen to be small, not proved.
         """

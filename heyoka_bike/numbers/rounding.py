@@ -118,7 +118,7 @@ def upward(x: Fraction) -> float:
 
 
 def upward_ball(x: flint.arb) -> float:
-    """The same for all numbers of a ball."""
+    """The smallest binary64 that is not below any number of a nonnegative ball."""
     man, exp = map(int, x.upper().man_exp())
     return _upward(man << max(exp, 0), 1 << max(-exp, 0))
 

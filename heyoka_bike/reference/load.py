@@ -188,7 +188,7 @@ class ReferenceManeuver(Displayed):
         return self._gathered(Dense.evaluate_many, t, columns)
 
     def joined(self, other: ReferenceManeuver) -> ReferenceManeuver:
-        """The same with the columns of another file, of the same rows."""
+        """The maneuver with the columns of another file added, of equal rows."""
         # Datasets are read when they are asked for: a chain reads none.
         rows = Values(
             *(
@@ -309,7 +309,7 @@ class Reference(Displayed, Numbered[ReferenceManeuver]):
         return load_sensitivities(self.folder)
 
     def with_motion(self) -> Reference | None:
-        """The same with the columns of its motion.h5; None if its set has none.
+        """The reference with the columns of its motion.h5 added; None if its set has none.
 
         Raises
         ------

@@ -112,7 +112,7 @@ class Understanding:
     none: float | None = None
 
     def taken_as(self, column: Column) -> Understanding:
-        """The same with another definition, and what the file cannot tell from that."""
+        """The column taken by another definition, with what the file cannot tell from that."""
         mine = self.odds[column.definition]
         odds = {d: x - mine for d, x in self.odds.items()}
         odds[self.column.definition] = -mine

@@ -53,7 +53,7 @@ class Scored(Displayed):
         return str(shown_by("formats.output").render(self, "json"))
 
     def to_dict(self) -> dict[str, Any]:
-        """The same as lists and dictionaries."""
+        """The score as lists and dictionaries."""
         found: dict[str, Any] = shown_by("formats.json").document(self)
         return found
 

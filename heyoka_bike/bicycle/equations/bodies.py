@@ -80,7 +80,7 @@ class Bodies:
     g: Number
 
     def convert(self, make: Callable[[Number], Number]) -> Bodies:
-        """The same bodies, each number passed through `make`."""
+        """The bodies, each number passed through `make`."""
 
         def part(x: Half) -> Half:
             return Half(**{f.name: make(getattr(x, f.name)) for f in fields(x)})

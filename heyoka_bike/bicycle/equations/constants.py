@@ -98,7 +98,7 @@ class Constants:
     mass: Number
 
     def convert(self, make: Callable[[Number], Number]) -> Constants:
-        """The same constants, each passed through `make`."""
+        """The constants, each passed through `make`."""
 
         def assembly(x: Assembly) -> Assembly:
             return Assembly(**{f.name: make(getattr(x, f.name)) for f in fields(x)})

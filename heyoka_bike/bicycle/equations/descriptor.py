@@ -180,7 +180,7 @@ class Descriptor:
         return [list(u.slopes) for u in found]
 
     def over(self, a: Arithmetic) -> Descriptor:
-        """The same constants, for formulas in another number type that takes them."""
+        """Descriptor form of these constants in another number type that takes them."""
         return Descriptor(self.b, a)
 
     def velocities(self, q: Sequence[Number], v: Sequence[Number]) -> list[Number]:

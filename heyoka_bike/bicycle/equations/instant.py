@@ -59,7 +59,7 @@ class Instant:
         }
 
     def moving(self) -> tuple[Equations, list[Dual]]:
-        """The same, of which every number carries its rate of change."""
+        """Equations and state whose numbers carry their rates of change."""
         pairs = zip(self.state, self.rates, strict=True)
         return self.equations.over(Duals(self.equations.a)), [Dual(x, (r,)) for x, r in pairs]
 

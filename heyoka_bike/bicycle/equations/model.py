@@ -39,7 +39,7 @@ def few_products(k: Constants, a: Arithmetic, state: Sequence[Number]) -> list[N
 
 
 def few_product_rates(k: Constants, a: Arithmetic, o: Posture, u: Speeds) -> list[Number]:
-    """The same from the posture and the speeds of a state."""
+    """Rates of the few-product form, from the posture and the speeds of a state."""
     rates = _dependent_rates(k, a, o, u)
     w3_f = (rates.lateral - o.g1 * rates.w1_f) / o.trail
     w1_f_row = (o.s * o.q[0], o.c + o.s * o.q[1], o.s * o.q[2])
@@ -57,7 +57,7 @@ def regular(k: Constants, a: Arithmetic, state: Sequence[Number]) -> list[Number
 def regular_rates(
     k: Constants, a: Arithmetic, o: Posture, u: Speeds, roll_rate: Number
 ) -> list[Number]:
-    """The same from the posture and the speeds of a state, and its own roll rate."""
+    """Rates of the regular form, from the posture, the speeds and the roll rate of a state."""
     rates = _dependent_rates(k, a, o, u)
     # w1 = cos(beta) p - sin(beta) n and w3 = sin(beta) p + cos(beta) n; at zero rates of
     # (v, p, steer_rate) they change by the turn of the frame and by the rate of n that keeps (C2).

@@ -59,7 +59,7 @@ class Equations:
         return exact.convert(float, Arrays())
 
     def over(self, a: Arithmetic) -> Equations:
-        """The same constants, for formulas in another number type that takes them."""
+        """Equations of these constants in another number type that takes them."""
         return replace(self, a=a)
 
     def convert(self, make: Callable[[Number], Number], a: Arithmetic) -> Equations:
@@ -95,7 +95,7 @@ class Equations:
         return columns(self.k, self.a, o, u, roll, pitch, steer, state[6])
 
     def every_column(self, state: Sequence[Number]) -> list[Number]:
-        """The same in the order of `columns.COLUMNS`."""
+        """All columns in the order of `columns.COLUMNS`."""
         values = self.columns(state)
         return [values[c.name] for c in COLUMNS]
 

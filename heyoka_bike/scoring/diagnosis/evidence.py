@@ -148,7 +148,7 @@ class Hypothesis:
 
     @property
     def relief(self) -> float:
-        """The same over the columns that the mistakes change."""
+        """Factor by which the typical error falls in the columns that the mistakes change."""
         return exp(_fall(self.before, self.after, self.changed))
 
     @property

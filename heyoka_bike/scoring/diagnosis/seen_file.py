@@ -246,7 +246,7 @@ class SeenFile:
     def _as_understood(
         self, understood: Mapping[str, Understanding], rows: _Indices | None = None
     ) -> list[dict[str, Array]]:
-        """The same in SI units, with signs and zeros; without columns that hold no number."""
+        """Columns in SI units, with signs and zeros; without those that hold no number."""
         return [
             {
                 key: u.sign * factor(u.unit)[0] * written[key] - u.offset

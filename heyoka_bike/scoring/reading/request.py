@@ -57,11 +57,11 @@ class Request:
     is_ordered: bool = True
 
     def within(self, part: str) -> "Request":
-        """The same, for a part of the file; for all of it if that has no name."""
+        """The request for a part of the file; for all of it if that has no name."""
         return replace(self, part=f"{self.part}{part}: ") if part else self
 
     def of_maneuver(self, number: int) -> "Request":
-        """The same, for the part of the file that is of one maneuver."""
+        """The request for the part of the file that is of one maneuver."""
         return replace(self.within(f"maneuver {number}"), count=1, group=number)
 
     def error(self, message: str, line: int | None = None, column: int | None = None) -> InputError:

@@ -36,7 +36,7 @@ class Vector:
     significant: int | None = 0
 
     def with_exact_values(self) -> "Vector":
-        """The same, of which hi + lo are exact already."""
+        """The vector, of which hi + lo are exact already."""
         return replace(self, significant=None)
 
     def of_rows(self, rows: NDArray[np.bool_]) -> "Vector":

@@ -106,7 +106,7 @@ def _fields(x: object, names: Sequence[str]) -> dict[str, Any]:
 
 
 def _clean(x: Any) -> Any:
-    """The same in what JSON has: NumPy's numbers as plain ones, no NaN, no infinity."""
+    """A value in the types of JSON: NumPy's numbers as plain ones, no NaN, no infinity."""
     if x is None or isinstance(x, bool):
         return x
     if isinstance(x, str):

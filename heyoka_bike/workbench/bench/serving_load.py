@@ -130,7 +130,7 @@ class _Load:
         self.took = perf_counter() - start
 
     def said(self) -> dict[str, object]:
-        """The same in numbers."""
+        """The measured numbers by name."""
         codes = Counter(code for code, _ in self.answers)
         seconds = sorted(took for _, took in self.answers)
         sizes = [size / 1e6 for size in self.memory]

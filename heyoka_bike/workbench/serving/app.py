@@ -187,7 +187,7 @@ class Server:
         return _page(pages.api(_root(request), self.limits, str(request.base_url)))
 
     async def openapi(self, request: Request) -> Response:
-        """The same for programs."""
+        """The OpenAPI description of the addresses for programs."""
         return JSONResponse(description(self.limits, _root(request)))
 
     async def upload(self, request: Request) -> Response:

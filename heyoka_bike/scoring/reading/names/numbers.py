@@ -72,7 +72,7 @@ def _letter(stem: str) -> str:
 
 
 def _with_capitals(names: Sequence[str], found: list[Found]) -> list[Found]:
-    """The same with T and V as energies, as mechanics writes them beside a time and a speed.
+    """Meanings with T and V as energies, as mechanics writes them beside a time and a speed.
 
     They are where t and v stand beside them, or where each is a second column of its meaning and
     other energies are there.
@@ -90,7 +90,7 @@ def _with_capitals(names: Sequence[str], found: list[Found]) -> list[Found]:
 
 
 def _apart(names: Sequence[str], found: list[Found]) -> list[Found]:
-    """The same, where a name that may mean several things means what no other column does."""
+    """Meanings in which an ambiguous name means what no other column does."""
     apart = list(found)
     for i, (name, f) in enumerate(zip(names, found, strict=True)):
         if f and apart.count(f) > 1 and f[0] in may_mean(name):
@@ -100,7 +100,7 @@ def _apart(names: Sequence[str], found: list[Found]) -> list[Found]:
 
 
 def _from_one(found: list[Found], count: int) -> list[Found]:
-    """The same with numbers from 1, where those of every column are from 0.
+    """Meanings with maneuvers counted from 1, where every column counts from 0.
 
     Instead of 0 the first of all may have none: so pandas makes equal names differ.
     """
@@ -115,7 +115,7 @@ def _from_one(found: list[Found], count: int) -> list[Found]:
 
 
 def _without_speeds(names: Sequence[str], found: list[Found]) -> list[Found]:
-    """The same where beside coordinates q the u are their speeds, and no potential energies."""
+    """Meanings in which u beside coordinates q is a speed, and no potential energy."""
     if not any(map(is_coordinate, names)):
         return found
     units = [split_unit(name) for name in names]
@@ -124,7 +124,7 @@ def _without_speeds(names: Sequence[str], found: list[Found]) -> list[Found]:
 
 
 def _without_indices(names: Sequence[str], found: list[Found], count: int) -> list[Found]:
-    """The same without columns whose numbers are not those of maneuvers."""
+    """Meanings without columns whose numbers are not those of maneuvers."""
     every = set(range(1, count + 1)) if count > 1 else None
     plain: dict[str, dict[int, int | None]] = {}
     words: dict[str, dict[int, int | None]] = {}
