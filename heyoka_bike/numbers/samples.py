@@ -115,7 +115,7 @@ class Samples(AtPoints):
         return found
 
     def matrices(self, table: Sequence[Sequence[Number]]) -> list[flint.arb_mat]:
-        """Taylor coefficients of a matrix of functions, by power; an entry that is the integer 0 stays so."""
+        """Taylor coefficients of a matrix, by power; an entry that is the integer 0 stays so."""
         flat = [x for row in table for x in row]
         places = [i for i, x in enumerate(flat) if not (isinstance(x, int) and x == 0)]
         by_power = zip(*self.coefficients([flat[i] for i in places]), strict=True)

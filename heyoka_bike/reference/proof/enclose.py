@@ -162,7 +162,7 @@ class Prover:
         return [x.max(y) for x, y in zip(sup_left, sup_right, strict=True)], frame
 
     def whole(self, piece: Piece, frame: Frame, rim: Circle, near: Circle) -> tuple[Vector, Frame]:
-        """Bound over an undivided piece and the frame at its end, by bounds on two circles around it."""
+        """Bound over an undivided piece, and the frame at its end, by two circles around it."""
         with flint.ctx.workprec(self.matrix_bits):
             carried = Carried(self.flow(piece, rim), frame)
         delta = self._defect(piece, rim)

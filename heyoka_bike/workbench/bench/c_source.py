@@ -27,7 +27,7 @@ def slope_source(bicycle: Bicycle) -> str:
 
 
 def quadruple_source(bicycle: Bicycle) -> str:
-    """The C source in binary128, of the type ``real``; constants are rounded once from 50 digits."""
+    """The C source in binary128, type ``real``; constants are rounded once from 50 digits."""
     constants = list[str]()
     exact = Multiprecision(_QUADRUPLE_DIGITS)
 
