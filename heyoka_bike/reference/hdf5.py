@@ -26,7 +26,7 @@ SCALE_ATTRIBUTES = frozenset(("CLASS", "NAME", "REFERENCE_LIST", "DIMENSION_LIST
 """Set by HDF5's dimension scales."""
 
 LOW, BOUND = "_lo", "_bound"
-"""What the names of a column's low part and of its bounds end in."""
+"""Suffixes of the datasets of a column's low part and of its bounds."""
 
 _NO_COLUMNS = frozenset(("time", "breaks", "piece", "order", "dense", "rows"))
 
@@ -90,7 +90,7 @@ class Group:
 
 
 def by_maneuver(items: Iterable[T]) -> dict[str, T]:
-    """What there is of each maneuver, by the name of its group."""
+    """Return items of the maneuvers by the names of their groups."""
     return {f"maneuver_{i}": item for i, item in enumerate(items, start=1)}
 
 

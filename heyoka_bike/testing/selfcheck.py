@@ -172,8 +172,8 @@ def _run(folder: Path, precision: str) -> Check:
     require_heyoka()
     from heyoka_bike.numbers.precision import Precision
     from heyoka_bike.reference.layout import HDF5
-    from heyoka_bike.reference.verification.contents import BOUNDS
     from heyoka_bike.reference.verification.hashes import check_files
+    from heyoka_bike.reference.verification.outcome import BOUNDS
     from heyoka_bike.reference.verification.rerun import agreement
     from heyoka_bike.reference.verification.verify import read_content
 

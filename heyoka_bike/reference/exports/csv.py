@@ -21,7 +21,7 @@ DIGITS = {
     17: "Values read back as the correctly rounded binary64",
     32: "Values are hi + lo of the reference, to 32 digits",
 }
-"""What the digits of a value are, by their number."""
+"""Meaning of the values, by the number of their digits."""
 
 # Of a time that is no decimal, as in the reference's text.
 _TIME_DIGITS = 50

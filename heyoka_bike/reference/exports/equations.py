@@ -43,7 +43,7 @@ _Function = tuple[Any, ...]
 
 @dataclass(frozen=True, slots=True)
 class _SourceFile:
-    """How a language writes files.
+    """Form of the source files of a language.
 
     Attributes
     ----------

@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterable, Iterator
 
 from heyoka_bike.errors import InputError, quoted
-from heyoka_bike.reference.exports.selection import Selection, about, commented, filled
+from heyoka_bike.reference.exports.selection import Selection, evaluators
 
 SUFFIXES = (".m",)
 
@@ -27,14 +27,7 @@ def render(selection: Selection, stem: str) -> dict[str, bytes]:
         )
     use = f"Use: put {stem}.m into your folder; {stem}({selection.numbers[0]}, "
     use += f"'{selection.columns[0].name}', 0:0.01:1)"
-    fields = {
-        "about": commented(
-            about(selection, "dense output, piecewise Chebyshev polynomials", use), "%"
-        ).rstrip("\n"),
-        "stem": stem,
-        "data": "\n".join(_data(selection)),
-    }
-    return {suffix: filled(suffix, fields) for suffix in SUFFIXES}
+    return evaluators(selection, stem, use, "%", SUFFIXES, {"data": "\n".join(_data(selection))})
 
 
 def _data(selection: Selection) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""What is exported, and the comment that every file begins with."""
+"""Selection of the columns to be exported, and the comment at the head of every file."""
 
 import textwrap
 from collections.abc import Iterable, Iterator, Mapping
@@ -131,10 +131,26 @@ def commented(lines: list[str], mark: str) -> str:
     return "".join(f"{mark} {line}".rstrip() + "\n" for line in lines)
 
 
-def filled(suffix: str, fields: Mapping[str, object]) -> bytes:
-    """The evaluator of the dense output in the language of a suffix, with its fields."""
-    template = Path(__file__).with_name(f"evaluator{suffix}").read_text("ascii")
-    return Template(template).substitute(fields).encode("ascii")
+def evaluators(
+    selection: Selection, stem: str, use: str, mark: str, suffixes: Iterable[str],
+    fields: Mapping[str, object],
+) -> dict[str, bytes]:  # fmt: skip
+    """The dense output and its evaluator in a language, by the suffixes of its files.
+
+    Parameters
+    ----------
+    mark
+        Begins a comment.
+    fields
+        Of the language's templates, beside those that all have.
+    """
+    lines = about(selection, "dense output, piecewise Chebyshev polynomials", use)
+    words = {"about": commented(lines, mark), "stem": stem, "terms": selection.terms, **fields}
+    files = {}
+    for suffix in suffixes:
+        template = Path(__file__).with_name(f"evaluator{suffix}").read_text("ascii")
+        files[suffix] = Template(template).substitute(words).encode("ascii")
+    return files
 
 
 def sharing_times(selection: Selection) -> dict[str, Selection]:

@@ -198,7 +198,7 @@ def _endings(
     sets: Mapping[Path, Given], maneuvers: Sequence[Maneuver] | str | Path | None,
     until: str | None, fail: Fail,
 ) -> dict[Path, tuple[Bicycle, Sequence[Maneuver], tuple[Ending, ...]]]:  # fmt: skip
-    """What is given of each set, and how its maneuvers end."""
+    """Read the inputs of each set, and find the ends of its maneuvers."""
     jobs, found = {}, {}
     for folder, given in sets.items():
         try:

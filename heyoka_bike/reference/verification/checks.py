@@ -1,4 +1,4 @@
-"""What was checked: one record for each check, and the counting that leads to it."""
+"""Checks and their outcomes: a record for each check, and the counting that leads to it."""
 
 from __future__ import annotations
 
@@ -105,5 +105,5 @@ class NumberCheck:
 
 
 def all_passed(checks: Sequence[Check]) -> bool:
-    """Whether no check failed; one that was not made does not count."""
+    """True if no check failed; one that was not made does not count."""
     return all(c.passed is not False for c in checks)
