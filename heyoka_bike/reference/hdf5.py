@@ -43,13 +43,13 @@ class Dataset:
     scales : tuple of str
         The datasets of its group that are the dimension scales of its first axes.
     is_scale : bool
-        Whether it is one itself.
+        True if it is one itself.
     is_column : bool
-        Whether it is one of several that differ in their numbers only.
+        True if it is one of several that differ in their numbers only.
     kind : str
         Its dtype.
     has_nan : bool
-        Whether NaN says that there is no number.
+        True if NaN stands for a missing number.
     """
 
     name: str

@@ -67,7 +67,7 @@ class TextFile:
     numbers : tuple of int
         The maneuvers it holds, from 1.
     is_long : bool
-        Whether its numbers have 50 digits.
+        True if its numbers have 50 digits.
     """
 
     name: str

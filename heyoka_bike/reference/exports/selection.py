@@ -1,5 +1,6 @@
 """Selection of the columns to be exported, and the comment at the head of every file."""
 
+import re
 import textwrap
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -21,6 +22,7 @@ AXES = (
 )
 
 _WIDTH = 96
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,62}")  # MATLAB's namelengthmax
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,9 +88,9 @@ def about(selection: Selection, content: str, use: str) -> list[str]:
     ----------
     selection
     content
-        What is in the file.
+        Contents of the file.
     use
-        How it is compiled or read.
+        The way to compile or read it.
     """
     reference = selection.reference
     paragraphs = [
@@ -129,6 +131,20 @@ def described(column: Column) -> str:
 def commented(lines: list[str], mark: str) -> str:
     """The lines as a comment."""
     return "".join(f"{mark} {line}".rstrip() + "\n" for line in lines)
+
+
+def check_name(stem: str, of: str) -> None:
+    """Refuse a name that cannot be that of a function or module.
+
+    Raises
+    ------
+    InputError
+    """
+    if not _NAME.fullmatch(stem):
+        raise InputError(
+            f"--output: found {quoted(stem)}, expected the name of a {of}: a letter, then "
+            "letters, digits and _"
+        )
 
 
 def evaluators(

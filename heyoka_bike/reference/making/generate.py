@@ -42,9 +42,9 @@ class Generated:
     changed : tuple of str
         Names of the files that were written; those of equal content are left untouched.
     endings : tuple of Ending
-        How each maneuver ended.
+        End of each maneuver.
     tables : tuple of Table
-        What was computed of each maneuver.
+        Computed numbers of each maneuver.
     """
 
     folder: Path
@@ -86,7 +86,7 @@ def generate(
         A time [s] in place of the maneuvers' durations, or ``fall``: to the last row before a wheel
         leaves the floor or the model ends.
     force
-        Whether to replace a set of another version or of other inputs.
+        True to replace a set of another version or of other inputs.
     say
         Called with a line of text for each warning about the bicycle, and where `until` or the end
         of the model shortens a maneuver, before the work begins.
@@ -98,7 +98,7 @@ def generate(
     Returns
     -------
     Generated
-        What was written, and what it was made of.
+        The written files, and the numbers they were made of.
 
     Raises
     ------

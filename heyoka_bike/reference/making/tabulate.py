@@ -46,7 +46,7 @@ class Table:
     trajectory : Trajectory
         The candidate.
     certificate : Certificate
-        How far the exact motion may be from it.
+        Bounds on the distance of the exact motion from it.
     drift : Drift
     time, time_lo : ndarray, shape (rows,)
         Time of the rows [s] as hi + lo.
@@ -90,7 +90,7 @@ def tabulating(
     Parameters
     ----------
     name
-        What the maneuver is called while it is made.
+        Name of the maneuver in reports of progress.
     """
     inputs = describe_inputs(bicycle, [maneuver])
 

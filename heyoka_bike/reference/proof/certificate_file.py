@@ -97,7 +97,7 @@ class Proof:
     derivatives : mapping of str to Fraction
         Bound of the derivatives of each column over the largest one, the worst of the unknowns.
     drift : Drift
-        How far the candidate leaves what the exact motion keeps.
+        Drift of the candidate in energy and contact, which the exact motion keeps.
     bits : int
         Of the significand of the run.
     derivative_entries, derivatives_ambiguous : int

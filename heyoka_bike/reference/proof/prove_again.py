@@ -79,7 +79,7 @@ def certify(
     Returns
     -------
     tuple of Proof
-        What was proved, by maneuver.
+        Proved facts by maneuver.
 
     Raises
     ------

@@ -40,7 +40,7 @@ def check_files(folder: Path, *, is_published: bool = False) -> tuple[Files, lis
     ----------
     folder
     is_published
-        Whether it has to be the published set; else its own manifest says whether it is.
+        True if it has to be the published set; else its own manifest decides.
 
     Raises
     ------

@@ -34,9 +34,9 @@ class StoredManeuver:
     number : int
         From 1.
     bicycle, maneuver
-        What the manifest says it is.
+        As stated in the manifest.
     files : mapping
-        What the files that are whole and built as they should be have of it, by name; its texts by
+        Its contents in the intact and well-formed files, by the names of these; its texts by
         `TEXT` and `TEXT_50`, whatever the names of their files; and `BOUNDS`.
     """
 
@@ -160,7 +160,7 @@ class Verification:
     parts : tuple of StoredManeuver
         The maneuvers, as far as there are files of them.
     agreements : tuple of Agreement
-        How integrating again compares, if that was asked for.
+        Agreement with reruns, if these were asked for.
     """
 
     folder: str

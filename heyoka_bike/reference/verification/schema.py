@@ -81,7 +81,7 @@ class SetForm:
     columns : mapping of str to sequence of Column
         By file, those that it has of those that this version knows, and those that it has to have.
     has_bounds : bool
-        Whether its derivatives are proved; those of sets before 1.4.0 are not.
+        True if its derivatives are proved; those of sets before 1.4.0 are not.
     """
 
     manifest: Manifest

@@ -146,7 +146,7 @@ def verify(
     folder
         The set; by default the published one that comes with the package.
     rerun
-        Whether to integrate again too, if nothing else is wrong, and count the digits that agree:
+        Integrate again too, if nothing else is wrong, and count the digits that agree:
         at the precision of the set and 20 digits more, or at binary128 and 40 digits.
     progress
         Called while integrating again with the maneuver and precision, the stage (``waiting``,
