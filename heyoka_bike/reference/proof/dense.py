@@ -63,7 +63,7 @@ def interpolate(
     source: Source,
     scales: Mapping[str, float],
     constant: Mapping[str, flint.arb | Fraction],
-    progress: Callable[[float], None] | None = None,
+    progress: Callable[[float], None] = lambda _: None,
 ) -> Dense:
     """Chebyshev pieces of some columns from 0 to the end.
 
@@ -96,8 +96,7 @@ def interpolate(
                 widths = [_FIRST_WIDTH]
             breaks.append(b)
             rows.append(_rounded(coefficients, grids, names, float(a)))
-            if progress is not None:
-                progress(float(b))
+            progress(float(b))
     table = np.array(rows, dtype=np.float64)  # piece, column, order, hi or lo
     return Dense(
         breaks=np.array([float(t) for t in breaks]),

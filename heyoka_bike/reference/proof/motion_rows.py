@@ -140,7 +140,7 @@ inertia, say) has coefficients of zero: its grid of 2^-152 is far above the widt
 
 
 def tabulate_motion(
-    run: Trajectory, certificate: Certificate, progress: Progress | None = None
+    run: Trajectory, certificate: Certificate, progress: Progress = lambda _: None
 ) -> tuple[Values, Dense]:
     """The whole motion along a certified candidate: rows, and dense output where there is.
 
@@ -172,7 +172,7 @@ def bound_motion(run: Trajectory, parts: Sequence[Expansion], dense: Dense) -> D
 
 
 def round_motion(
-    run: Trajectory, stretches: Sequence[Stretch], progress: Progress | None = None
+    run: Trajectory, stretches: Sequence[Stretch], progress: Progress = lambda _: None
 ) -> Values:
     """The rows of `MOTION_COLUMNS`, rounded.
 
@@ -185,7 +185,7 @@ def round_motion(
 
 
 def _enclosed(
-    run: Trajectory, stretches: Sequence[Stretch], progress: Progress | None
+    run: Trajectory, stretches: Sequence[Stretch], progress: Progress
 ) -> Iterator[dict[str, flint.arb]]:
     """Enclosures of all columns at the rows."""
     balls = NonnegativeRoots(run.bits + EVALUATION_BITS)
@@ -206,8 +206,7 @@ def _enclosed(
                 # The integrals begin at zero, exactly, and the yaw with them.
                 state[6:] = [balls.number(0)] * len(state[6:])
             yield motion_columns(equations, state)
-            if progress is not None:
-                progress(float(t))
+            progress(float(t))
 
 
 def _rounded(x: flint.arb, name: str) -> tuple[float, float, float]:

@@ -46,7 +46,7 @@ def constant_columns(run: Trajectory) -> dict[str, Value]:
 
 
 def round_rows(
-    run: Trajectory, certificate: Certificate, progress: Progress | None = None
+    run: Trajectory, certificate: Certificate, progress: Progress = lambda _: None
 ) -> RoundedRows:
     """Round every entry of the rows.
 
@@ -118,7 +118,7 @@ def distance(x: Enclosure | Fraction, hi: float, lo: float) -> float:
 
 def enclose_rows(
     at: Evaluator, first: Mapping[str, Fraction], constant: Mapping[str, Value],
-    progress: Progress | None = None, *, is_proof: bool = True,
+    progress: Progress = lambda _: None, *, is_proof: bool = True,
 ) -> Sequence[dict[str, Enclosure | Fraction]]:  # fmt: skip
     """Every column of every row as far as it is known: row 0 and constants, then the others.
 
@@ -140,8 +140,7 @@ def enclose_rows(
             rows.append(
                 {name: x if isinstance(x, Fraction) else Enclosure.of(x) for name, x in row.items()}
             )
-            if progress is not None:
-                progress(float(t))
+            progress(float(t))
     return rows
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from fractions import Fraction
-from typing import Any
+from typing import Any, cast
 
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
 from heyoka_bike.motion.trajectory import Certificate, Trajectory
@@ -48,26 +48,22 @@ class StoredManeuver:
     @property
     def reference(self) -> ReferenceManeuver:
         """Rows and dense output."""
-        found: ReferenceManeuver = self.files[HDF5]
-        return found
+        return cast(ReferenceManeuver, self.files[HDF5])
 
     @property
     def motion(self) -> ReferenceManeuver:
         """The whole motion."""
-        found: ReferenceManeuver = self.files[MOTION]
-        return found
+        return cast(ReferenceManeuver, self.files[MOTION])
 
     @property
     def run(self) -> Trajectory:
         """The candidate."""
-        found: Trajectory = self.files[CANDIDATE]
-        return found
+        return cast(Trajectory, self.files[CANDIDATE])
 
     @property
     def entry(self) -> Mapping[str, Any]:
         """Its entry in certificate.json."""
-        found: Mapping[str, Any] = self.files[CERTIFICATE]
-        return found
+        return cast(Mapping[str, Any], self.files[CERTIFICATE])
 
     @property
     def long_text(self) -> Text | None:
@@ -77,8 +73,7 @@ class StoredManeuver:
     @property
     def certificate(self) -> Certificate:
         """The stated bounds of the candidate; those of the interval hold on every piece."""
-        found: Certificate = self.files[BOUNDS]
-        return found
+        return cast(Certificate, self.files[BOUNDS])
 
     def name_of(self, kind: str) -> str:
         """Name of a file: that of a text may say which maneuver it holds."""
