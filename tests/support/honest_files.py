@@ -314,9 +314,12 @@ def known(honest, said):
                 half *= 10
             half /= float(abs(factor))
             if is_zeroed:
-                # The zero itself is known no better than the potential energy is written.
-                v = p.hi["potential_energy" if "potential_energy" in p.hi else k]
-                e += np.copysign(_half_a_digit(v, honest.digits, p.is_rounded) / abs(factor), e)
+                # The zero is known no better than the first potential energy, whose errors are of
+                # rounding alone: in joules, with the zero, and in the unit of the file.
+                v = "potential_energy" if "potential_energy" in p.hi else k
+                half_of_v = _half_a_digit(p.hi[v], honest.digits, p.is_rounded) / abs(factor)
+                first = errors(p.hi[v], p.lo[v], exact[p.maneuver][v], factor, zero)[0]
+                e += np.copysign(max(half_of_v, abs(first)), e)
             size, s = float(np.max(abs(e))), scale(p.maneuver, name)
             if abs(factor) != 1:
                 # Conversions here are good to 19 digits.
