@@ -140,13 +140,15 @@ class ManeuverScore(Displayed, Held[str, ColumnScore]):
         columns = {c.key: c for c in self.columns if c.values}
         total = columns.get("mechanical_energy")
         parts = [columns[k] for k in ("potential_energy", "kinetic_energy") if k in columns]
+        energy = [total] if total else parts
         scale = self.part.reference.scale("mechanical_energy")
         apart, floor = self.consistency.energy_sum, self.consistency.energy_sum_floor
-        explained = (
-            verdict.SUM_ROUNDING * (inf if floor is None else floor) + verdict.ARITHMETIC * scale
-        )
-        if total is None or (apart is not None and apart <= explained):
+        rounding = inf if floor is None else verdict.SUM_ROUNDING * floor
+        explained = rounding + verdict.ARITHMETIC * scale
+        if total is None:
             apart = 0.0
+        elif apart is not None and apart <= explained:
+            apart = 0.0 if 100 * explained <= limit * scale else None
         true_error = (total and total.max_abs_error) or 0.0
         if total and "potential_energy" not in columns:
             # Any constant has another zero, if its parts do not show which.
@@ -154,9 +156,10 @@ class ManeuverScore(Displayed, Held[str, ColumnScore]):
         return verdict.performance(
             self.performance,
             limit,
-            resolution=200 * sum(c.resolution for c in ([total] if total else parts)) / scale,
+            resolution=200 * sum(c.resolution for c in energy) / scale,
             sum_error=apart,
             true_error=100 * true_error / scale,
+            start=abs(float(sum(c.trace.value[0] for c in energy))) / scale,
         )
 
     @property
