@@ -1,4 +1,4 @@
-"""What the columns of a file mean: definition, sign, unit and zero, judged by what fits.
+"""Definition, sign, unit and zero of the columns of a file, judged by what fits.
 
 The benchmark text defines none of them, so a difference of definition is no error. Every candidate
 is compared with the reference, and the likeliest one over all maneuvers of the file together is
@@ -88,7 +88,7 @@ _UNSIGNED = (*_ENERGIES, "rear_friction", "front_friction")
 
 @dataclass(frozen=True, slots=True)
 class Understanding:
-    """How a written column is taken.
+    """The definition, unit, sign and zero by which a written column is read.
 
     Attributes
     ----------
@@ -130,7 +130,7 @@ class Understanding:
         return default if default.definition in self.indistinguishable else self.column
 
     def is_plain(self) -> bool:
-        """Whether this is how the column is taken as written."""
+        """True if the column is taken as written."""
         taken = plain(self.column.key)
         return (self.column, self.unit, self.sign, self.offset) == (
             taken.column, taken.unit, taken.sign, taken.offset,
@@ -138,7 +138,7 @@ class Understanding:
 
 
 Understandings = Mapping[str, Understanding]
-"""How the columns of a file are taken, by key."""
+"""The understanding of each column of a file, by key."""
 
 
 def plain(key: str) -> Understanding:
@@ -148,14 +148,14 @@ def plain(key: str) -> Understanding:
 
 
 def understand(parts: Sequence[Part]) -> Understandings:
-    """How each column of a file is taken, by key; one choice for all its maneuvers."""
+    """Return the understanding of each column of a file; one choice for all its maneuvers."""
     samples = [Sample(part) for part in parts]
     found = understand_samples(samples)
     return {key: _against_none(key, found, samples) for key in found}
 
 
 def understand_samples(samples: Sequence[Sample]) -> Understandings:
-    """How each column of a file is taken, by key, against the motion that the samples expect."""
+    """Return the understanding of each column against the motion that the samples expect."""
     found: dict[str, Understanding] = {}
     for key in COMPARED:
         having = [s for s in samples if key in s.values]
@@ -229,13 +229,7 @@ class Sample:
         if key in self.at_start:
             # How much the first row speaks against each, as a natural logarithm of odds.
             against = np.clip(np.log(np.maximum(errors[:, 0] / smallest, 1.0)), 0.0, _SELDOM)
-        kept = errors.shape[1] - errors.shape[1] // _LEFT_OUT
-        if kept < errors.shape[1]:
-            errors = np.partition(errors, kept, axis=1)[:, :kept]
-        # As `rms`, without overflow.
-        largest = np.max(errors, axis=1)
-        whole = errors / np.where(largest, largest, 1.0)[:, None]
-        typical = np.maximum(largest * np.sqrt(np.mean(np.square(whole), axis=1)), smallest)
+        typical = np.maximum(_typical_sizes(errors), smallest)
         return np.asarray(-_VALUES * np.log(typical) - against)
 
     def of_a_constant(self, key: str, u: Understanding) -> float:
@@ -244,7 +238,7 @@ class Sample:
         return -_VALUES * float(np.log(max(varies, self.smallest(key, u))))
 
     def moves(self, key: str) -> float:
-        """How far errors of the motion move a column: in proportion to this [SI]."""
+        """Return the size to which errors of the motion in a column are proportional [SI]."""
         if "kinetic_energy" not in self.values:
             return self.scale[key]
         if key in _ENERGIES:
@@ -254,16 +248,23 @@ class Sample:
 
     def typical(self, key: str, u: Understanding) -> float:
         """Root mean square of the errors but the largest, not below what the digits can tell."""
-        error = np.abs(self.error(key, u))
-        kept = len(error) - len(error) // _LEFT_OUT
-        if kept < len(error):
-            error = np.partition(error, kept)[:kept]
-        return max(rms(error), self.smallest(key, u))
+        found = _typical_sizes(np.abs(self.error(key, u))[None])
+        return max(float(found[0]), self.smallest(key, u))
 
     def smallest(self, key: str, u: Understanding) -> float:
-        """What the digits written, and plain binary64, can tell at best [SI]."""
+        """Return the smallest error that the digits written, and binary64, can tell [SI]."""
         written, known = self.floor[key]
         return max(written * factor(u.unit)[0], known)
+
+
+def _typical_sizes(errors: Array) -> Array:
+    """Return root mean squares of each row without its largest hundredth, as `rms` does."""
+    kept = errors.shape[1] - errors.shape[1] // _LEFT_OUT
+    if kept < errors.shape[1]:
+        errors = np.partition(errors, kept, axis=1)[:, :kept]
+    largest = np.max(errors, axis=1)
+    whole = errors / np.where(largest, largest, 1.0)[:, None]
+    return np.asarray(largest * np.sqrt(np.mean(np.square(whole), axis=1)))
 
 
 _Typical = tuple[float, ...]
@@ -279,7 +280,7 @@ def _joint(sizes: Iterable[float]) -> float:
 
 
 def _before(key: str, column: Column, found: Understandings) -> float:
-    """How much likelier than another a definition is before, as a natural logarithm."""
+    """Return the prior odds of a definition against another, as a natural logarithm."""
     angle = RATE_OF.get((key, column.definition), ("", ""))
     belongs = angle[0] in found and found[angle[0]].column.definition == angle[1]
     attitude = {u.column.definition for k, u in found.items() if k in _ATTITUDE and k != key}
@@ -328,7 +329,7 @@ def _choose(key: str, samples: Sequence[Sample], found: Understandings) -> Under
 
 
 def _is_shown(key: str, typical: _Typical, samples: Sequence[Sample]) -> bool:
-    """Whether there are rows enough to tell anything, or the few of them fit to the last digit."""
+    """True if there are rows enough to tell anything, or the few of them fit to the last digit."""
     if max(len(s.values[key]) for s in samples) >= _FEW_ROWS:
         return True
     floors = [sum(s.floor[key]) for s in samples]
@@ -336,7 +337,7 @@ def _is_shown(key: str, typical: _Typical, samples: Sequence[Sample]) -> bool:
 
 
 def _is_near(key: str, typical: _Typical, samples: Sequence[Sample]) -> bool:
-    """Whether the typical error is below half the size of the column itself.
+    """True if the typical error is below half the size of the column itself.
 
     Zeros, or any noise scaled down to nothing, have an error as large as that.
     """
@@ -358,7 +359,7 @@ def accuracy(
     without: Collection[str] = (),
     size: Callable[[str], float] | None = None,
 ) -> float:
-    """What a maneuver is off by for sure: the largest typical error of a column of one meaning.
+    """Return the largest typical error of a column of one meaning: the motion is off by as much.
 
     In parts of a size of each column, by default its scale; 1 where too little tells: roll and
     steer move together, while speed and energies follow their squares and may be right beside a
@@ -376,7 +377,7 @@ def accuracy(
 
 
 def _below_most(errors: Array) -> float:
-    """What most of them are not above; NumPy's quantile imports its masked arrays."""
+    """Return the nine-tenths quantile; NumPy's imports its masked arrays."""
     at = int(_MOST * (len(errors) - 1))
     return float(np.partition(errors, at)[at])
 

@@ -1,4 +1,4 @@
-"""What rounding to the digits written does to the values of a column, each row by its own digits.
+"""Rounding errors of a column that the digits written allow, each row by its own digits.
 
 Digits are counted on some rows of a long file, and others may have more: those are not rounded.
 Digits that are zero in every row of a column that varies are no digits, however many are written.

@@ -262,7 +262,7 @@ def _double(part: Part, key: str) -> Double:
 
 
 def _trace(time: Array, values: Array, error: Array) -> Trace:
-    """What is finite of a column."""
+    """Return the finite values of a column."""
     good = np.isfinite(error)
     if good.all():
         return Trace(time, values, error)

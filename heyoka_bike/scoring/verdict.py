@@ -1,4 +1,4 @@
-"""What is right, decided once: every word about a result says what these functions say.
+"""The one decision of what is right: every word about a result follows these functions.
 
 A column is *right* if each of its values is within 1e-6 of the column's largest value of the exact
 one, six correct digits, and is written finely enough to show that. What the digits written leave
@@ -76,7 +76,7 @@ def grade(
     scale: float,
     is_contradicted: bool = False,
 ) -> Grade:
-    """What a column is.
+    """Decide what a column is.
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ def grade(
 
 
 def is_right(grades: Iterable[Grade], *, is_whole: bool) -> bool:
-    """Whether a file is right: all that could be compared, and that is the whole of it."""
+    """True if a file is right: all that could be compared, and that is the whole of it."""
     return is_whole and max(grades, default=Grade.UNKNOWN) == Grade.RIGHT
 
 
