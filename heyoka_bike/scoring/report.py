@@ -143,12 +143,13 @@ class ManeuverScore(Displayed, Held[str, ColumnScore]):
         energy = [total] if total else parts
         scale = self.part.reference.scale("mechanical_energy")
         apart, floor = self.consistency.energy_sum, self.consistency.energy_sum_floor
-        rounding = inf if floor is None else verdict.SUM_ROUNDING * floor
-        explained = rounding + verdict.ARITHMETIC * scale
+        rounding = inf if floor is None else floor
+        explained = verdict.SUM_ROUNDING * rounding + verdict.ARITHMETIC * scale
         if total is None:
             apart = 0.0
         elif apart is not None and apart <= explained:
-            apart = 0.0 if 100 * explained <= limit * scale else None
+            # Parts that are written more coarsely than the limit do not tell.
+            apart = 0.0 if 100 * rounding <= limit * scale else None
         true_error = (total and total.max_abs_error) or 0.0
         if total and "potential_energy" not in columns:
             # Any constant has another zero, if its parts do not show which.

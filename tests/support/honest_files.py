@@ -248,7 +248,10 @@ def _add_error(random, part, size):
             "potential_energy", "kinetic_energy", "mechanical_energy"}  # fmt: skip
     for key in part.hi:
         if key not in done:
-            part.add(key, size * scale(part.maneuver, key) * f)
+            # The speed hardly varies either: see the maneuvers of data/results.
+            is_speed = key == "forward_speed"
+            moves = np.ptp(part.hi[key]) if is_speed else scale(part.maneuver, key)
+            part.add(key, size * moves * f)
 
 
 def _convert(part, key, factor):
