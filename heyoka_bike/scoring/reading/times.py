@@ -167,7 +167,7 @@ def _pieces(count: int) -> Iterator[slice]:
 
 
 def _are_written(single: NDArray[np.float32], hi: Array, digits: int) -> bool:
-    """Whether the single precision numbers, written with so many digits, give these times."""
+    """True if the single precision numbers, written with so many digits, give these times."""
     for n in (_FIRST_ROWS, len(hi)):
         again = [float(f"{x:.{digits - 1}e}") for x in single[:n].tolist()]
         if not np.array_equal(again, hi[:n]):

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from heyoka_bike.errors import printable
-from heyoka_bike.scoring.reading.arrays.packed import StoredArray, unpacked
+from heyoka_bike.scoring.reading.arrays.columns import StoredArray, unpacked
 from heyoka_bike.scoring.reading.arrays.tables import DEEPEST, MOST_MEMBERS
 from heyoka_bike.scoring.reading.formats.matlab_bytes import OfClass
 from heyoka_bike.scoring.reading.request import Request
@@ -27,7 +27,7 @@ def read(file: ResultFile, is_turned: bool = False) -> dict[str, Any]:
     ----------
     file
     is_turned
-        Whether arrays are stored with their axes the other way round, as MATLAB does it.
+        True if arrays are stored with their axes the other way round, as MATLAB does it.
 
     Raises
     ------
@@ -157,6 +157,6 @@ def _has_references(dataset: Any) -> bool:
 
 
 def _is_a_length(dataset: Any) -> bool:
-    """Whether a dataset stands for an axis of which no values were given, as netCDF puts it."""
+    """True if a dataset stands for an axis of which no values were given, as netCDF puts it."""
     what = dataset.attrs.get("NAME", b"")
     return isinstance(what, bytes) and what.startswith(b"This is a netCDF dimension but not")

@@ -107,17 +107,17 @@ def unit_of(unit: str, si: str) -> str | None:
 
 
 def is_si(unit: str | None) -> bool:
-    """Whether the unit is an SI unit, or not told."""
+    """True if the unit is an SI unit, or not told."""
     return unit is None or any(unit_of(unit, si) == si for si in _QUANTITIES)
 
 
 def is_millisecond(unit: str | None) -> bool:
-    """Whether times in this unit count milliseconds."""
+    """True if times in this unit count milliseconds."""
     return unit is not None and unit_of(unit, "s") == _MILLISECOND
 
 
 def unknown_unit(name: str) -> str | None:
-    """What stands in brackets in a name as a unit does, and is none that is known."""
+    """Return the word in brackets in a name that stands where a unit does, if it is not known."""
     for match in BRACKETS.finditer(name):
         unit = match[0][1:-1].strip()
         # In round brackets there may be anything, such as phi(t).
