@@ -27,7 +27,7 @@ from heyoka_bike.scoring.reading.names.columns import (
     unknown_units,
 )
 from heyoka_bike.scoring.reading.names.numbers import Found, meanings
-from heyoka_bike.scoring.reading.names.units import is_millisecond, is_si
+from heyoka_bike.scoring.reading.names.units import is_si, quantities
 from heyoka_bike.scoring.reading.request import LEFT_OUT, Request
 from heyoka_bike.scoring.reading.results import Results, Rows
 from heyoka_bike.scoring.reading.times import Times, settle
@@ -234,8 +234,13 @@ def _settled(
         # Of several columns of one meaning the plainest name is meant.
         best, *others = sorted(places, key=lambda i: _oddity(names[i]))
         if others and _oddity(names[others[0]]) == _oddity(names[best]):
-            said = _twice(names[best], names[others[0]], *meaning)
-            raise request.error(f"{said}; {request.how_to_tell}", vectors.heading)
+            key, number = meaning
+            of_which = "" if number is None else f" for maneuver {number}"
+            raise request.error(
+                f"found {quoted(names[best])} and {quoted(names[others[0]])}, expected one column "
+                f"of {key.replace('_', ' ')}{of_which}; {request.how_to_tell}",
+                vectors.heading,
+            )
         meant[meaning] = best
     time = meant[TIME, None]
     alone = request.maneuver if vectors.maneuver is None else vectors.maneuver
@@ -249,7 +254,7 @@ def _settled(
         raise request.error(said, vectors.heading)
     findings = _left_out(names, found, {*meant.values()}, request)
     findings += unknown_units({names[i]: key for (key, _), i in meant.items()})
-    unit = "ms" if is_millisecond(unit_in(names[time])[1]) else "s"
+    unit = quantities(unit_in(names[time])[1] or "").get("s", "s")
     return _Layout(time, maneuvers, tuple(findings), unit)
 
 
@@ -263,12 +268,6 @@ def _left_out(
     unknown = [names[i] for i in left if names[i] not in known]
     findings = [set_aside(known, request)] if known else []
     return [*findings, left_out(unknown)] if unknown else findings
-
-
-def _twice(name: str, other: str, key: str, number: int | None) -> str:
-    of_which = "" if number is None else f" for maneuver {number}"
-    one = f"expected one column of {key.replace('_', ' ')}{of_which}"
-    return f"found {quoted(name)} and {quoted(other)}, {one}"
 
 
 def _oddity(name: str) -> tuple[bool, bool]:

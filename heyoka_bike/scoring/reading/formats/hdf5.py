@@ -8,6 +8,7 @@ opened, wherever it stands and whatever leads to it.
 from collections.abc import Iterator
 from typing import Any
 
+import h5py
 import numpy as np
 
 from heyoka_bike.errors import printable
@@ -34,8 +35,6 @@ def read(file: ResultFile, is_turned: bool = False) -> dict[str, Any]:
     InputError
         Kept in other files, or too many.
     """
-    import h5py
-
     opened = file.stack.enter_context(h5py.File(file.path_or_stream(), "r"))
     return _OwnFile(opened, file.request, is_turned).variables(opened)
 
@@ -51,8 +50,6 @@ class _OwnFile:
 
     def variables(self, group: Any, depth: int = 0) -> dict[str, Any]:
         """The arrays and groups in a group."""
-        import h5py
-
         found: dict[str, Any] = {}
         for name, x in self._members(group):
             if isinstance(x, h5py.Group) and x.keys() == {"type", "value"}:
@@ -88,8 +85,6 @@ class _OwnFile:
         return unpacked(array, dataset.attrs)
 
     def _referred(self, reference: Any) -> Any:
-        import h5py
-
         x = self._file[reference] if reference else None
         if isinstance(x, h5py.Group):
             return self.variables(x, DEEPEST)
@@ -101,8 +96,6 @@ class _OwnFile:
         Links by name are left out: those within the file may lead to another by way of one that
         leads there.
         """
-        import h5py
-
         for name in group:
             # A name with a slash in it is looked up as a place, whatever is on the way.
             if "/" not in name and isinstance(group.get(name, getlink=True), h5py.HardLink):
@@ -137,8 +130,6 @@ class _OwnFile:
 
     def _check_filters(self, dataset: Any) -> None:
         """Say it if the array was compressed by what is not here."""
-        import h5py
-
         made = dataset.id.get_create_plist()
         for i in range(made.get_nfilters()):
             code, _, _, name = made.get_filter(i)
@@ -151,8 +142,6 @@ class _OwnFile:
 
 
 def _has_references(dataset: Any) -> bool:
-    import h5py
-
     return bool(h5py.check_ref_dtype(dataset.dtype) is h5py.Reference)
 
 

@@ -18,7 +18,6 @@ from heyoka_bike.scoring.reading.names.units import (
     quantities,
     split_ending,
     split_unit,
-    unit_of,
     unknown_unit,
 )
 from heyoka_bike.scoring.reading.request import LEFT_OUT, Request
@@ -156,7 +155,7 @@ def unit_in(name: str) -> tuple[str, str | None, bool]:
 def named_unit(name: str, key: str) -> str | None:
     """The unit that the name of a column tells, if the column can have it, as `units` has it."""
     unit = unit_in(name)[1]
-    return None if unit is None else unit_of(unit, COMPARED[key][0].unit)
+    return None if unit is None else quantities(unit).get(COMPARED[key][0].unit)
 
 
 def _by_words(name: str) -> tuple[str, str | None, int | None]:
