@@ -63,9 +63,9 @@ def read_parquet(file: ResultFile) -> dict[str, Any]:
     ImportError
         pyarrow is not installed.
     """
-    from pyarrow.parquet import ParquetFile
+    from pyarrow import parquet
 
-    content = ParquetFile(file.stream())
+    content = parquet.ParquetFile(file.stream())
     size = 8 * content.metadata.num_rows * content.metadata.num_columns
     if size > MOST_BYTES:
         raise file.request.error(f"found {size} bytes, expected at most {MOST_BYTES}")
