@@ -23,14 +23,13 @@ KEYS = {"roll": "roll_angle", "roll_rate": "roll_rate", "speed": "forward_speed"
 
 def farthest(simulator, bicycle, run, missing):
     """Largest distance from a run of another program, in sizes of its columns."""
-    p = {s: float(x) for s, x in bicycle.values.items()}
     runs, found = Runs(), []
     for n, start in STARTS.items():
         block = runs.block(run, n)
         # Until it falls: then nothing agrees any more.
         upright = np.cumprod(np.abs(np.nan_to_num(block["roll"], nan=9.0)) < 0.5) == 1
         time = block["time"][upright]
-        made = simulator.run(bicycle, initial_state(p, start), time, dict(missing))
+        made = simulator.run(bicycle, initial_state(bicycle, start), time, dict(missing))
         for name, key in KEYS.items():
             there = block[name][upright]
             found.append(np.max(np.abs(made[key] - there)) / np.max(np.abs(there)))

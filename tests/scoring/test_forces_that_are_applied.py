@@ -145,8 +145,7 @@ def run(name, amount, steps=100, h=0.01):
 
 @pytest.mark.parametrize("name", AMOUNTS)
 def test_they_move_as_in_a_program_of_another_hand(simulator, bicycle, without, name):
-    p = {s: float(x) for s, x in bicycle.values.items()}
-    start = initial_state(p, Start(SPEED, ROLL_RATE))
+    start = initial_state(bicycle, Start(SPEED, ROLL_RATE))
     time, columns = run(name, AMOUNTS[name])
     here, there = simulator.run(bicycle, start, time, {name: AMOUNTS[name]}), columns
     right = simulator.run(bicycle, start, time)

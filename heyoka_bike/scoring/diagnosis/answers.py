@@ -316,7 +316,7 @@ def _changed(found: Sequence[Found]) -> str:
             how = (
                 "is missing"
                 if abs(x.value - 1.0) < _WHOLE
-                else f"is missing by {x.value:.4g} of it"
+                else f"is {1.0 - x.value:.4g} times what it should be"
             )
             parts.append(f"the {FORCES[x.name].says} {how}")
             continue

@@ -62,6 +62,9 @@ class Weights:
         What leaves more than this part of the columns off by half their scale explains no file.
     nothing, at_floor
         What is left below this part, or so many times what the digits tell, needs no other cause.
+    beside
+        A further value must leave so many times less: one value explains errors of correct programs
+        by up to 9.
     resolved
         The simulation's relative roundoff, at most.
     """
@@ -82,6 +85,7 @@ class Weights:
     strange: float = 0.25
     nothing: float = 1e-8
     at_floor: float = 4.0
+    beside: float = 10.0
     resolved: float = 1e-11
 
 

@@ -40,6 +40,8 @@ _SIMULATED = 6
 _MOST = 20
 # ... and of those whose values whole runs find.
 _REFINED = 2
+# The equations do not exclude mistakes that leave at most twice as much of them.
+_HIDDEN = 0.5
 
 _LINEAR = {m.code for m in LINEAR_PROGRAMS}
 _OF_MODEL = [
@@ -118,10 +120,12 @@ def _alone(
 ) -> list[Hypothesis]:
     """Single mistakes, as many as there is reason to simulate."""
     of_model = [m for mistakes in proposed for m in mistakes]
-    if not _is_shown(causes):
-        # Whole runs show more than rows that are noisy or few.
-        is_understood = causes is not None and not causes.is_blown_up
-        of_model += causes.best_of(_OF_MODEL)[:_MOST] if causes and is_understood else _OF_MODEL
+    if causes is None or causes.is_blown_up:
+        of_model += _OF_MODEL
+    else:
+        # Whole runs show more than rows that are noisy or few, and small terms far better.
+        best = causes.best_of(_OF_MODEL)[:_MOST]
+        of_model += [m for m in best if not causes.is_shown or causes.relief((m,)) > _HIDDEN]
     found = file.judged([(m,) for m in of_model])
     if not any(h.leaves_nothing for h in found):
         starts = file.starts_like_its_own(_OF_START, causes.motions if causes else ())

@@ -95,11 +95,32 @@ class SeenFile:
         # So many as a processor's cache and the memory hold.
         for i in range(0, len(chosen), _TOGETHER):
             together = chosen[i : i + _TOGETHER]
-            made = self._simulated([apply(self._correct, mistakes) for mistakes in together])
-            found += [self._judge(m, e) for m, e in zip(together, made, strict=True)]
+            programs = [apply(self._correct, mistakes) for mistakes in together]
+            made = self._simulated(programs)
+            found += [
+                self._judge(m, e, self._resolved(p, e))
+                for m, p, e in zip(together, programs, made, strict=True)
+            ]
         return found
 
-    def _judge(self, mistakes: tuple[Mistake, ...], expected: _Expected) -> Hypothesis:
+    def _resolved(self, program: Program, expected: _Expected) -> Mapping[Place, float]:
+        """What neither the digits nor the simulation tell of each column, in scales.
+
+        A motion that nears a singularity is simulated less well: its energy, which should be
+        constant, says how well.
+        """
+        if program.amounts or program.rows or program.linear:
+            return self._floors
+        drift = {}
+        for part, e in zip(self._parts, expected, strict=True):
+            energy = e["mechanical_energy"][np.isfinite(e["mechanical_energy"])]
+            scale = part.reference.scale("mechanical_energy") or 1.0
+            drift[part.number] = float(np.ptp(energy)) / scale if len(energy) else 0.0
+        return {k: max(x, drift[k[0]]) for k, x in self._floors.items()}
+
+    def _judge(
+        self, mistakes: tuple[Mistake, ...], expected: _Expected, floors: Mapping[Place, float]
+    ) -> Hypothesis:
         understood, after = self._typical(expected)
         before = {k: x for k, x in self._before(expected).items() if k in after}
         found = Hypothesis(
@@ -107,7 +128,7 @@ class SeenFile:
             before=before,
             after=after,
             changed=tuple(k for k in before if self._differ(k, expected, self._compared)),
-            floors=self._floors,
+            floors=floors,
             reaches_the_end=self._reaches_the_end(expected),
         )
         self._expected[found.codes] = expected

@@ -23,8 +23,8 @@ NAMES = (
 
 Columns = Mapping[str, Array]
 """All columns by name, and the parts of the kinetic energy, see `Simulator.run`."""
-Parameters = dict[str, Fraction]
-"""Of a bicycle, by symbol; the tilt is among them only where it is set."""
+Parameters = dict[str, float]
+"""Of a bicycle, by symbol [SI]."""
 Change = Callable[[Columns, Array], Columns]
 """From what should be written at the times written to what is."""
 
@@ -155,8 +155,7 @@ def apply(program: Program, mistakes: Iterable[Mistake]) -> Program:
 
 def beginning(program: Program, number: int) -> tuple[float, ...]:
     """The state in which a maneuver begins, see `STATE`, with both wheels on the floor."""
-    p = {symbol: float(x) for symbol, x in program.bicycle.values.items()}
-    roll, pitch, steer, *rates = initial_state(p, program.starts[number])
+    roll, pitch, steer, *rates = initial_state(program.bicycle, program.starts[number])
     if steer != 0.0:
         k = Equations.of(program.bicycle, Arrays()).k
         pitch = float(pitch_on_the_floor(k, roll, 0.0, steer))
@@ -164,18 +163,17 @@ def beginning(program: Program, number: int) -> tuple[float, ...]:
 
 
 def model_mistake(
-    code: str, says: str, check: str, change: Callable[[Parameters, float], None]
+    code: str, says: str, check: str, change: Callable[[Parameters], None]
 ) -> Mistake:
-    """A mistake in the parameters: `change` alters them in place, told the tilt [rad]."""
+    """A mistake in the parameters: `change` alters them in place."""
 
     def make(program: Program) -> Program:
-        values = dict(program.bicycle.values)
-        tilt = float(values["lam"])
-        p = {s: x.rational for s, x in values.items() if x.is_rational}
-        change(p, tilt)
-        values.update({s: Exact(x) for s, x in p.items()})
+        values = program.bicycle.values
+        p = {s: float(x) for s, x in values.items()}
+        change(p)
         # Not checked: what mistaken programs compute with need not make sense.
-        return replace(program, bicycle=Bicycle(program.bicycle.name, values))
+        altered = {s: Exact(Fraction(x)) for s, x in p.items() if x != float(values[s])}
+        return replace(program, bicycle=Bicycle(program.bicycle.name, {**values, **altered}))
 
     return Mistake(code, says, check, "model", make)
 

@@ -8,13 +8,17 @@ steer rate and speed, u = (J^T M J)^-1 J^T M v. An admissible start is left as i
 All of it at the upright straight position, axes x forward, y right, z down.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from math import cos, sin
+from functools import lru_cache
 
 import numpy as np
 
-from heyoka_bike.numbers.double import Array
+from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.bicycle.parameters import Bicycle
+from heyoka_bike.numbers.arithmetic import Arrays
+from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.numbers.vectors import Vector
+from heyoka_bike.scoring.diagnosis.programs.forces import Moving
 
 BODIES = "RBHF"
 """Rear wheel, frame with rider, fork with handlebar, front wheel."""
@@ -58,84 +62,47 @@ class Start:
     added: tuple[tuple[int, float], ...] = ()
 
 
-def initial_state(p: Mapping[str, float], start: Start) -> tuple[float, ...]:
+def initial_state(bicycle: Bicycle, start: Start) -> tuple[float, ...]:
     """Roll, pitch, steer, roll rate, steer rate [rad, rad/s] and speed [m/s] of a start.
 
     Parameters
     ----------
-    p
-        The parameters of `parameters.PARAMETERS`, SI.
+    bicycle : Bicycle
+        Any parameters, sensible or not.
     start : Start
+
+    Raises
+    ------
+    ZeroDivisionError
+        One half has neither mass nor inertia.
     """
-    masses, places, inertias = inertial_properties(p)
-    centre = float(sum(masses[b] * places[b][2] for b in BODIES)) / sum(masses.values())
-    lateral = -start.roll_rate * centre
+    m, length = _upright(tuple(bicycle.values.items()))
+    # Of a unit roll rate.
+    sideways = {b: m.units[0][f"v_{b}"][1] for b in BODIES}
+    centre = sum(m.masses[b] * sideways[b] for b in BODIES) / sum(m.masses.values())
     speed = start.speed
     if start.speed_of_centre:
-        speed = float(np.sqrt(max(speed**2 - lateral**2, 0.0)))
-    height = centre if start.about_centre else 0.0
-    given = {}
+        speed = float(np.sqrt(max(speed**2 - (start.roll_rate * centre) ** 2, 0.0)))
+    given: dict[str, Vector] = {}
     for b in BODIES:
         rate = start.roll_rate if b in start.rolling else 0.0
-        spin = -speed / p[f"r{b}"] if b in start.spinning else 0.0
-        sideways = -rate * (places[b][2] - height) if start.falling else 0.0
-        velocity = np.array([speed, sideways, 0.0])
-        given[b] = velocity, np.array([rate, spin, 0.0])
-    admissible = _admissible(p, places)
-    mass = np.array([[_product(masses, inertias, a, b) for b in admissible] for a in admissible])
-    momentum = np.array([_product(masses, inertias, a, given) for a in admissible])
-    roll_rate, steer_rate, forward = np.linalg.lstsq(mass, momentum, rcond=None)[0]
-    state = [0.0, 0.0, 0.0, float(roll_rate), float(steer_rate) + start.steer_rate, float(forward)]
+        spin = -speed / float(bicycle[f"r{b}"]) if b in start.spinning else 0.0
+        arm = sideways[b] - (centre if start.about_centre else 0.0)
+        turn = m.axes.to_rear if b in "RB" else m.axes.to_front
+        given[f"v_{b}"] = (speed, rate * arm if start.falling else 0.0, 0.0)
+        given[f"w_{b}"] = turn((rate, spin, 0.0))
+    momentum = [float(m.product(unit, given)) for unit in m.units]
+    made = np.linalg.lstsq(np.array(m.mass, dtype=float), momentum, rcond=None)[0]
+    roll_rate, steer_rate, forward = made.tolist()
+    state = [0.0, 0.0, 0.0, roll_rate, steer_rate + start.steer_rate, forward * length]
     for place, change in start.added:
         state[place] += change
     return tuple(state)
 
 
-_Velocities = Mapping[str, tuple[Array, Array]]
-"""Of each body: velocity of its centre of mass, and angular velocity."""
-
-
-def inertial_properties(
-    p: Mapping[str, float],
-) -> tuple[dict[str, float], dict[str, Array], dict[str, Array]]:
-    """Masses, centres of mass and inertia matrices."""
-    masses = {b: p[f"m{b}"] for b in BODIES}
-    places = {
-        "R": np.array([0.0, 0.0, -p["rR"]]),
-        "B": np.array([p["xB"], 0.0, p["zB"]]),
-        "H": np.array([p["xH"], 0.0, p["zH"]]),
-        "F": np.array([p["w"], 0.0, -p["rF"]]),
-    }
-    inertias = {b: np.diag([p[f"I{b}xx"], p[f"I{b}yy"], p[f"I{b}xx"]]) for b in "RF"}
-    for b in "BH":
-        xx, yy, zz, xz = (p[f"I{b}{ij}"] for ij in ("xx", "yy", "zz", "xz"))
-        inertias[b] = np.array([[xx, 0.0, xz], [0.0, yy, 0.0], [xz, 0.0, zz]])
-    return masses, places, inertias
-
-
-def _admissible(p: Mapping[str, float], places: Mapping[str, Array]) -> list[_Velocities]:
-    """Velocities of the bodies for unit roll rate, steer rate and speed, rolling without slip."""
-    x, z = np.array([1.0, 0.0, 0.0]), np.array([0.0, 0.0, 1.0])
-    nothing = np.zeros(3)
-    roll = {b: (np.cross(x, places[b]), x) for b in BODIES}
-    # The front wheel's track makes the frame yaw about the rear contact point.
-    yaw = p["c"] * cos(p["lam"]) / p["w"] * z
-    axis = np.array([sin(p["lam"]), 0.0, cos(p["lam"])])
-    foot = np.array([p["w"] + p["c"], 0.0, 0.0])
-    steer = {b: (np.cross(yaw, places[b]), yaw) for b in "RB"}
-    for b in "HF":
-        turn = yaw + axis
-        steer[b] = np.cross(yaw, foot) + np.cross(turn, places[b] - foot), turn
-    forward = dict.fromkeys("BH", (x, nothing))
-    for b in "RF":
-        forward[b] = x, np.array([0.0, -1.0 / p[f"r{b}"], 0.0])
-    return [roll, steer, forward]
-
-
-def _product(
-    masses: Mapping[str, float], inertias: Mapping[str, Array], a: _Velocities, b: _Velocities
-) -> float:
-    """Twice the kinetic energy's bilinear form."""
-    return float(
-        sum(masses[k] * (a[k][0] @ b[k][0]) + a[k][1] @ inertias[k] @ b[k][1] for k in BODIES)
-    )
+@lru_cache(256)
+def _upright(values: tuple[tuple[str, Exact], ...]) -> tuple[Moving, float]:
+    """The bicycle upright and straight, and its unit of length [m]."""
+    equations = Equations.of(Bicycle("", dict(values)), Arrays())
+    with np.errstate(all="ignore"):
+        return Moving(equations, [np.zeros(())] * 7), float(equations.k.length)

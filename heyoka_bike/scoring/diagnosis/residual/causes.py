@@ -17,6 +17,7 @@ import numpy as np
 
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, log_odds_before
+from heyoka_bike.scoring.diagnosis.programs.forces import is_plausible
 from heyoka_bike.scoring.diagnosis.programs.program import (
     Mistake,
     Program,
@@ -357,16 +358,19 @@ def _fitted(remainder: _Remainder, known: Sequence[Cause], maneuvers: int) -> tu
         ]
         best += [c for c in found if log_odds(c, maneuvers) > least]
     best.sort(key=lambda c: -log_odds(c, maneuvers))
-    # One that is likelier with fewer of the values needs no others. Whole runs tell which.
-    return tuple(
-        c
-        for i, c in enumerate(best)
-        if not any(other.changes.keys() <= c.changes.keys() for other in best[:i])
-    )
+    # Further values explain more always. Whole runs tell which causes are right.
+    return tuple(c for c in best if not any(_needs_no_more(other, c) for other in best))
+
+
+def _needs_no_more(one: Cause, other: Cause) -> bool:
+    """True if one cause explains nearly as much as another with further values."""
+    return one.changes.keys() < other.changes.keys() and other.relief < WEIGHTS.beside * one.relief
 
 
 def log_odds(cause: Cause, maneuvers: int) -> float:
     """Logarithm of the odds against none, by the equations alone."""
+    if not all(is_plausible(name, x) for name, x in cause.changes.items()):
+        return float("-inf")
     one = WEIGHTS.fitted + WEIGHTS.unknown
     before = log_odds_before(cause.mistakes) - one * len(cause.changes)
     return WEIGHTS.values * maneuvers * float(np.log(max(cause.relief, 1e-9))) + before

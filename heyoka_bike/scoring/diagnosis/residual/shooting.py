@@ -64,7 +64,8 @@ class Shooting:
         while len(best.changes) < _MOST:
             more, rest = self._of_values(best, self._further(best.changes))
             fall = WEIGHTS.values * len(self._motions) * float(np.log(left / rest))
-            if not fall > WEIGHTS.fitted + WEIGHTS.unknown + WEIGHTS.said:
+            cost = WEIGHTS.fitted + WEIGHTS.unknown + WEIGHTS.said
+            if fall < cost or left < WEIGHTS.beside * rest:
                 break
             best, left = more, rest
         return best, left
