@@ -6,8 +6,7 @@ from corpus.writing import Runs
 
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
 from heyoka_bike.scoring.diagnosis.programs.forces import TERMS
-from heyoka_bike.scoring.diagnosis.programs.program import Program, apply
-from heyoka_bike.scoring.diagnosis.programs.start import Start, initial_state
+from heyoka_bike.scoring.diagnosis.programs.program import Program, Start, apply, initial_state
 
 MADE = {
     "no_gyroscopic": "newton-no-gyroscopic",

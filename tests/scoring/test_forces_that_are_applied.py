@@ -6,7 +6,7 @@ from corpus.newton_model import B, F, H, Program, R
 
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
-from heyoka_bike.scoring.diagnosis.programs.start import Start, initial_state
+from heyoka_bike.scoring.diagnosis.programs.program import Start, initial_state
 from heyoka_bike.scoring.reading.results import Results, Rows
 
 AXLE, DOWN = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])

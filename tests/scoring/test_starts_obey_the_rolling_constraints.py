@@ -10,7 +10,7 @@ import pytest
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.scoring.diagnosis.programs.forces import Moving
-from heyoka_bike.scoring.diagnosis.programs.start import BODIES, Start, initial_state
+from heyoka_bike.scoring.diagnosis.programs.program import BODIES, Start, initial_state
 
 LINEAR = json.loads((Path(__file__).parents[1] / "anchors" / "linear.json").read_text())
 START = Start(4.6, 0.5)

@@ -21,8 +21,7 @@ from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKE
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS
 from heyoka_bike.scoring.diagnosis.programs.forces import Moving, rates_altered
-from heyoka_bike.scoring.diagnosis.programs.program import other_values
-from heyoka_bike.scoring.diagnosis.programs.start import initial_state
+from heyoka_bike.scoring.diagnosis.programs.program import initial_state, other_values
 from heyoka_bike.scoring.diagnosis.residual.causes import find_causes, log_odds
 from heyoka_bike.scoring.diagnosis.residual.observed import observe
 from heyoka_bike.scoring.diagnosis.residual.terms import Accelerations

@@ -18,7 +18,7 @@ from heyoka_bike.motion.expressions import Expressions
 from heyoka_bike.numbers.arithmetic import Multiprecision
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.scoring.diagnosis.mistakes.library import Program, apply
-from heyoka_bike.scoring.diagnosis.programs.start import Start, initial_state
+from heyoka_bike.scoring.diagnosis.programs.program import Start, initial_state
 from heyoka_bike.scoring.reading.results import Quantum, Results, Rows
 from heyoka_bike.system.resources import benchmark_bicycle
 from support.made_results import smooth_error

@@ -57,14 +57,14 @@ Progress = Callable[[float], None]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Diagnosis:
-    """What explains a file.
+    """The causes that explain a file.
 
     Attributes
     ----------
     classes : tuple of tuple of Hypothesis
         Ranked; hypotheses of a class cannot be told apart. Empty if nothing explains it.
     tried
-        How many hypotheses were tried.
+        Number of hypotheses tried.
     causes : Causes or None
         What the equations of motion say of the file's own motion; None where it does not show it.
     curves : tuple of Curve
@@ -111,7 +111,7 @@ def explain(
 
 
 def _is_shown(causes: Causes | None) -> bool:
-    """Whether the equations tell which mistakes of the model there are."""
+    """True if the equations tell which mistakes of the model there are."""
     return causes is not None and causes.is_shown and not causes.is_blown_up
 
 
@@ -251,7 +251,7 @@ def _log_odds(file: SeenFile, one: Hypothesis, other: Hypothesis) -> float:
 def _compared(
     file: SeenFile, found: Sequence[Hypothesis], causes: Causes | None
 ) -> tuple[tuple[Hypothesis, ...], ...]:
-    """What is worth saying, ranked, in classes that cannot be told apart; if the best explains."""
+    """Rank likely hypotheses in classes that cannot be told apart, if the best of all explains."""
     worth = [h for h in found if h.is_possible and h.log_odds > WEIGHTS.said]
     count = len({n for h in worth for n, _ in h.after})
     worth.sort(
@@ -275,7 +275,7 @@ def _compared(
 
 
 def _explains(h: Hypothesis, causes: Causes | None) -> bool:
-    """Whether what is left can be an integrator's error."""
+    """True if what is left can be an integrator's error."""
     if h.unexplained is not None or h.relief < WEIGHTS.explains:
         return False
     is_of_motion = all(m.kind != "output" and m.code not in _LINEAR for m in h.mistakes)

@@ -34,7 +34,7 @@ _FRAME = {"R": "B", "B": "B", "H": "H", "F": "H"}
 _SIDE: Vector = (0.0, 1.0, 0.0)
 
 Linear = Mapping[str, Vector]
-"""What is linear in the speeds, by name: velocities [m/s] and angular velocities [rad/s]."""
+"""Quantities linear in the speeds, by name: velocities [m/s] and angular velocities [rad/s]."""
 
 
 class Moving:
@@ -105,7 +105,7 @@ class Moving:
 
     @cached_property
     def bias(self) -> Linear:
-        """How velocities change with the angles alone, in their axes."""
+        """Rates of change of the velocities at constant independent speeds, in their axes."""
         dual = self.equations.over(Duals(self.equations.a))
         angles = [Dual(q, (rate,)) for q, rate in zip(self.state[:3], self.rates[:3], strict=True)]
         moved = _velocities(dual, [*angles, *self.state[3:]])
@@ -117,7 +117,7 @@ class Moving:
         return found
 
     def acceleration(self, name: str) -> Vector:
-        """Of one of the velocities, by the right equations."""
+        """Return the rate of change of one of the velocities, by the right equations."""
         found = self.bias[name]
         for unit, rate in zip(self.units, self.rates[3:6], strict=True):
             found = plus(found, scaled(rate, unit[name]))
@@ -151,7 +151,7 @@ class Moving:
         return found
 
     def added(self, forces: Sequence[Number]) -> list[Number]:
-        """What generalised forces add to the rates of the independent speeds."""
+        """Return what generalised forces add to the rates of the independent speeds."""
         return solved(self.mass, forces)
 
 
@@ -210,15 +210,15 @@ class Force:
     Attributes
     ----------
     says
-        What the coefficient is of.
+        Name of the quantity.
     unit
     size
         A small one [SI].
     law
     is_part
-        Whether the coefficient is the part of a term that is missing, 1 for all of it.
+        True if the coefficient is the part of a term that is missing, 1 for all of it.
     is_fitted
-        Whether it is one of the unknowns; not where it is a sum or a multiple of others.
+        True if it is one of the unknowns; not where it is a sum or a multiple of others.
     """
 
     says: str
@@ -253,7 +253,7 @@ def _drag(point: str) -> Law:
 
 
 def _forward_drag(law: Law) -> Law:
-    """By the square of the hub's speed, along the heading, where a unit force acts as given."""
+    """Return a drag by the square of the hub's speed, at the place of a unit force forward."""
     return lambda m: {
         name: scaled(-m.now["rates"][2] * m.now["rates"][2], f) for name, f in law(m).items()
     }
@@ -443,10 +443,10 @@ def is_plausible(name: str, amount: float) -> bool:
 
 
 TENSORS_TURNING = "tensors_turning"
-"""That the inertia of rear frame and fork, in ground axes, turns with them: no force."""
+"""Name of the turning of the inertia of rear frame and fork in ground axes: no force."""
 
 TERMS = (*FORCES, TENSORS_TURNING)
-"""What a program may have, or lack."""
+"""Names of the terms that a program may have, or lack."""
 
 
 def rates_altered(

@@ -94,7 +94,7 @@ class Simulator:
         return self.run_all([AskedMotion(bicycle, start, time, amounts or {})])[0]
 
     def run_all(self, motions: Sequence[AskedMotion]) -> list[dict[str, Array]]:
-        """What `run` has of each, in less time."""
+        """Return the columns that `run` has of each motion, in less time."""
         constants = [self._constants(tuple(m.bicycle.values.items())) for m in motions]
         keys = [
             (id(c), tuple(m.start), tuple(sorted(m.amounts.items())), _intervals(m))

@@ -1,4 +1,4 @@
-"""Which few unknowns explain an error, to first order: every one, two and three of them.
+"""Linear regression of an error on every one, two and three of some unknowns.
 
 The errors of a column or an equation in a maneuver are a *block*. They are, to first order, J x
 for changes x of the unknowns. What is minimised is the sum of the logarithms of what is
