@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import pickle
+import re
 import shutil
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import replace
@@ -87,6 +89,9 @@ LONGEST = (
 )  # fmt: skip
 
 
+_ALL_PROOF = re.compile(r"^pytestmark = \[?pytest\.mark\.proof", re.MULTILINE)
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     rank = {name: place for place, name in enumerate(LONGEST)}
     items.sort(key=lambda item: rank.get(item.path.stem, len(LONGEST)))
@@ -96,6 +101,21 @@ def pytest_configure(config: pytest.Config) -> None:
     # Files of proofs hold slow tests, which are asked for by their own name.
     if config.option.markexpr == "proof":
         config.option.markexpr = "proof and not slow"
+    # Thousands of tests are collected, and none of them is garbage before the end.
+    gc.disable()
+
+
+def pytest_collection_finish(session: pytest.Session) -> None:
+    gc.freeze()
+    gc.set_threshold(50_000)
+    gc.enable()
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Leave out files that are marked as a whole: importing them takes the fast tests seconds."""
+    if config.option.markexpr.startswith("not proof and ") and collection_path.match("test_*.py"):
+        return bool(_ALL_PROOF.search(collection_path.read_text(encoding="utf-8"))) or None
+    return None
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -250,6 +270,22 @@ def kept(prove: Callable[..., Any]) -> Callable[..., Any]:
     # By its name and place another process finds the function itself.
     once.__module__ = prove_again.__name__
     return once
+
+
+@pytest.fixture(scope="session")
+def honest_outcomes(made_once: MadeOnce) -> list[Any]:
+    """The first 400 files of the game of honest variations, played once."""
+    from support.play import play
+
+    def fill(place: Path) -> None:
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(Dense, "evaluate", Dense.evaluate)
+            keep_values()
+            outcomes = play("honest", range(400), processes=1)
+        (place / "outcomes").write_bytes(pickle.dumps(outcomes))
+
+    found: list[Any] = pickle.loads((made_once("honest-game", fill) / "outcomes").read_bytes())
+    return found
 
 
 @pytest.fixture(scope="module")

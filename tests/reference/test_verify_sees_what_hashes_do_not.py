@@ -30,8 +30,8 @@ ULP = 2.0**-52
 
 @pytest.fixture(scope="module")
 def whole(made_once):
-    """One maneuver of 15 rows and several dense pieces."""
-    return made_once("whole-set", lambda place: make(place, ("0.7", "0.05"))) / "set"
+    """One maneuver of 11 rows and several dense pieces."""
+    return made_once("whole-set", lambda place: make(place, ("0.5", "0.05"))) / "set"
 
 
 @pytest.fixture
