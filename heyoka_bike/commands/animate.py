@@ -28,8 +28,9 @@ def add_parser(subparsers: Any) -> None:
     p = options.add_command(subparsers, run, __doc__)
     p.add_argument("file", metavar="FILE", nargs="?", help="result file; - is standard input")
     options.add_output(p, f"file to write, .html (default ./{_DEFAULT})")
-    options.add_format(p, ("html",))
-    options.add_maneuver(p, "show this one, which a file of one maneuver then holds (default: all)")
+    options.add_format(p, ("html",), "")
+    said = "show this one, which a file of one maneuver then holds (default: all)"
+    options.add_options(p, {"--maneuver N": said})
     options.add_reference(p)
 
 

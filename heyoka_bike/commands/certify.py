@@ -35,7 +35,7 @@ def add_parser(subparsers: Any) -> None:
         "with after-ten-seconds.json (default: the published one); two minutes of processor time"
     )
     p.add_argument("--after-ten-seconds", action="store_true", help=said)
-    options.add_format(p, ("table", "json"), default="table")
+    options.add_format(p, ("table", "json"))
     options.add_workers(p)
 
 

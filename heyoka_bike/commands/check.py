@@ -37,7 +37,7 @@ def add_parser(subparsers: Any) -> None:
         "--tolerance X": "of a difference over 1 + abs(value), in SI units (default 1e-9)",
     }
     options.add_options(p, said, tolerance={"default": "1e-9"})
-    options.add_format(p, ("text", "json"), default="text")
+    options.add_format(p, ("text", "json"))
 
 
 def run(args: argparse.Namespace) -> int:

@@ -30,8 +30,8 @@ def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
     p = options.add_command(subparsers, run, __doc__)
     p.add_argument("files", metavar="FILE", nargs="+", help="result file, or files of one run")
-    options.add_format(p, ("text", "json"), default="text")
-    options.add_maneuver(p, "maneuver that a file of one maneuver holds")
+    options.add_format(p, ("text", "json"))
+    options.add_options(p, {"--maneuver N": "maneuver that a file of one maneuver holds"})
     add_columns(p)
     options.add_reference(p)
     options.add_workers(p)

@@ -48,7 +48,7 @@ def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
     p = options.add_command(subparsers, run, __doc__)
     what: Any = p.add_mutually_exclusive_group(required=True)
-    options.add_format(what, _FORMATS)
+    options.add_format(what, _FORMATS, "")
     kinds = {
         "--equations LANGUAGE": f"write the equations of motion in one of {', '.join(_LANGUAGES)} "
         "(matlab for GNU Octave too)",

@@ -63,7 +63,7 @@ def add_parser(subparsers: Any) -> None:
         "--force": "replace a set of another version or of other inputs",
     }
     options.add_options(p, said, digits={"type": int, "default": _DIGITS}, bicycle={"nargs": "+"})
-    options.add_format(p, ("table", "json"), default="table")
+    options.add_format(p, ("table", "json"))
     options.add_workers(p)
 
 

@@ -33,7 +33,7 @@ def add_parser(subparsers: Any) -> None:
     p = options.add_command(subparsers, run, __doc__)
     p.add_argument("folder", metavar="FOLDER", help="folder of submissions")
     options.add_output(p, "write to this file (.html or .json)")
-    options.add_format(p, ("table", "json", "html"), said="default: table, and by the suffix of -o")
+    options.add_format(p, ("table", "json", "html"), "default: table, and by the suffix of -o")
     said = {
         "--reference DIR": "folder of a set of H2, H3 or H4; may be repeated (that of H1 is here)",
         "--diagnose": "say of each what goes wrong, as 'diagnose' does (about ten seconds for "

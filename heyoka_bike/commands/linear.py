@@ -56,7 +56,7 @@ def add_parser(subparsers: Any) -> None:
     options.add_options(
         p, said, speeds={"default": "0:10:1"}, uncertainty={"nargs": "?", "const": "1"}
     )
-    options.add_format(p, ("table", "json"), default="table")
+    options.add_format(p, ("table", "json"))
 
 
 def run(args: argparse.Namespace) -> int:

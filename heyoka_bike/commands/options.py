@@ -126,24 +126,19 @@ def telling(args: Namespace) -> AbstractContextManager[None]:
     return shown(level)
 
 
-def add_format(
-    parser: ArgumentParser, formats: Sequence[str], *, default: str | None = None,
-    required: bool = False, said: str = "",
-) -> None:  # fmt: skip
+def add_format(parser: Any, formats: Sequence[str], said: str | None = None) -> None:
     """Add ``--format``.
 
     Parameters
     ----------
-    default
-        The format if none is asked for; None if that depends on something else.
     said
-        About the default.
+        About the format if none is asked for, where that depends on something else; by default it
+        is the first one.
     """
-    about = said or (f"default {default}" if default else "")
-    parser.add_argument(
-        "--format", metavar="FORMAT", choices=formats, default=default, required=required,
-        help=f"one of {', '.join(formats)}{f' ({about})' if about else ''}",
-    )  # fmt: skip
+    default = formats[0] if said is None else None
+    about = f"default {default}" if said is None else said
+    text = f"one of {', '.join(formats)}{f' ({about})' if about else ''}"
+    parser.add_argument("--format", metavar="FORMAT", choices=formats, default=default, help=text)
 
 
 def add_formats(
@@ -176,8 +171,3 @@ class _Formats(Action):
 def add_output(parser: ArgumentParser, said: str, **options: Any) -> None:
     """Add ``-o`` and ``--output``, a file unless another ``metavar`` is given."""
     parser.add_argument("-o", "--output", help=said, **{"metavar": "FILE"} | options)
-
-
-def add_maneuver(parser: ArgumentParser, said: str, kind: Callable[[str], Any] = str) -> None:
-    """Add ``--maneuver``."""
-    parser.add_argument("--maneuver", metavar="N", type=kind, help=said)

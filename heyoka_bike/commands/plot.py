@@ -57,7 +57,7 @@ def add_parser(subparsers: Any) -> None:
     said += f"(default ./{_DEFAULT_FOLDER})"
     options.add_output(p, said, metavar="FILE_OR_FOLDER", default=_DEFAULT_FOLDER)
     options.add_formats(p, FORMATS, "several may be given, after DIR (default png svg)", nargs="+")
-    options.add_maneuver(p, "draw this one (default: all)", int)
+    options.add_options(p, {"--maneuver N": "draw this one (default: all)"}, maneuver={"type": int})
 
 
 def run(args: argparse.Namespace) -> int:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
     p = options.add_command(subparsers, run, __doc__)
-    options.add_format(p, ("table", "json"), default="table")
+    options.add_format(p, ("table", "json"))
 
 
 def run(args: argparse.Namespace) -> int:

@@ -42,7 +42,7 @@ def add_parser(subparsers: Any) -> None:
         "--quick": "with --rerun: at binary128 and 40 digits only",
     }
     options.add_options(p, said)
-    options.add_format(p, ("table", "json"), default="table")
+    options.add_format(p, ("table", "json"))
     options.add_workers(p)
 
 

@@ -415,7 +415,7 @@ def replace(group, name, data):
         (lambda m: m.__delitem__("pitch_bound"), "has no pitch_bound"),
         (lambda m: m.__setitem__("mine", 1.0), "'mine'"),
         (lambda m: replace(m, "yaw", m["yaw"][:].astype("f4")), "float32"),
-        (lambda m: replace(m, "yaw", m["yaw"][:-1]), "(14,)"),
+        (lambda m: replace(m, "yaw", m["yaw"][:-1]), "(10,)"),
         (lambda m: replace(m, "yaw", m["yaw"][:]), "yaw"),
         (lambda m: m["yaw"].dims[0].detach_scale(m["time"]), "scale"),
         (lambda m: m["yaw_lo"].__setitem__(3, np.nan), "not finite"),
