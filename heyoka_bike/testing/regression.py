@@ -99,24 +99,19 @@ class Score:
     ----------
     report : Report
         All measures, definitions and findings, as from `scoring.score`.
-    _reference : Reference
-    _marked : tuple of Asked
-        Requirements of the test's markers, for a call that names none.
-    _scd
-        Digits required where the markers say no number; None if not said.
-    _may_diagnose
-        Returns why a failure is not to be diagnosed; an empty text if it is.
-    _fail
-        Called with the message of a failure.
     is_checked
         True if anything was required.
     """
 
     report: Report
     _reference: Reference
+    # Requirements of the test's markers, for a call that names none; the digits required where they
+    # say no number, None if not said.
     _marked: tuple[Asked, ...]
     _scd: float | None
+    # Returns why a failure is not to be diagnosed, an empty text if it is.
     _may_diagnose: Callable[[], str]
+    # Called with the message of a failure.
     _fail: Callable[[str], NoReturn]
     is_checked: bool = False
 
