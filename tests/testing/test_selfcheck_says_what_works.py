@@ -157,6 +157,6 @@ def test_it_works_from_a_wheel_in_an_empty_folder(tmp_path):
         )  # fmt: skip
         assert run.returncode == 0, run.stderr
         report = json.loads(run.stdout)
-        assert report["folder"] == str(site / "heyoka_bike" / "reference")
+        assert report["folder"] == str(site / "heyoka_bike" / "bundled" / "reference")
         assert report["passed"] is True
     assert list(empty.iterdir()) == []
