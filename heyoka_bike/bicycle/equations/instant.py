@@ -12,13 +12,13 @@ from itertools import product
 
 import flint
 
-from heyoka_bike.bicycle.equations.configuration import (
-    Configuration,
-    rates_of_integrals,
-    wheel_rates,
-)
 from heyoka_bike.bicycle.equations.reduced import Equations
-from heyoka_bike.bicycle.equations.whole_motion import motion_columns
+from heyoka_bike.bicycle.equations.whole_motion import (
+    Configuration,
+    motion_columns,
+    wheel_rates,
+    whole_rates,
+)
 from heyoka_bike.bicycle.instant_columns import ANGLES, LEVELS, MASS_MATRIX, MATRICES
 from heyoka_bike.numbers.arithmetic import Number, exact_ball
 from heyoka_bike.numbers.dual import Dual, Duals
@@ -38,7 +38,7 @@ class Instant:
     equations : Equations
         Of the regular form.
     state, rates
-        Its variables with the yaw, then `configuration.INTEGRALS`, and their rates of change.
+        Its variables with the yaw, then `whole_motion.INTEGRALS`, and their rates of change.
     """
 
     equations: Equations
@@ -47,12 +47,11 @@ class Instant:
 
     @classmethod
     def of(cls, equations: Equations, state: Sequence[Number]) -> Instant:
-        """That of a state, moving as the equations say."""
-        rates = [*equations.rates_with_yaw(state[:7]), *rates_of_integrals(equations, state)]
-        return cls(equations, state, rates)
+        """Return the instant of a state that moves by the equations."""
+        return cls(equations, state, whole_rates(equations, state))
 
     def columns(self) -> Values:
-        """Those of the benchmark and of the whole motion, by name."""
+        """Return the columns of the benchmark and of the whole motion, by name."""
         return {
             **self.equations.columns(self.state[:7]),
             **motion_columns(self.equations, self.state),
@@ -184,7 +183,7 @@ def _accelerations(instant: Instant) -> Values:
 def linear_quantities(
     matrices: Mapping[str, Sequence[Sequence[flint.arb]]], g: flint.arb, speed: Fraction
 ) -> dict[str, flint.arb]:
-    """Those of the last level, at a forward speed [m/s]; see `linear.matrices`.
+    """Return the quantities of the last level, at a forward speed [m/s]; see `linear.matrices`.
 
     The eigenvalues are ordered by real, then by imaginary part; without a value where they cannot
     be told apart.

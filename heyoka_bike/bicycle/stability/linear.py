@@ -240,7 +240,7 @@ def _working_digits(digits: int) -> int:
 
 
 def _residue(x: Number) -> Number:
-    """What is zero up to rounding beside x."""
+    """Return the bound below which a number is zero up to rounding beside x."""
     return abs(x) * x.context.eps * 10**_GUARD
 
 
