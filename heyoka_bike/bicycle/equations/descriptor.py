@@ -193,7 +193,7 @@ class Descriptor:
         return [half.contact(self.a)[3] for half in _moving(self.b, self.a, q, zero)]
 
     def residual(self, z: Sequence[Number], rates: Sequence[Number], *, index: int) -> list[Number]:
-        """Return the residual of a state, its coordinates, rates and multipliers, and its derivative.
+        """Return the residual of coordinates, their rates and multipliers, and the derivative.
 
         Parameters
         ----------

@@ -16,6 +16,7 @@ from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.equations.whole_motion import (
     Configuration,
     motion_columns,
+    named,
     wheel_rates,
     whole_rates,
 )
@@ -83,10 +84,6 @@ def quantities(instant: Instant) -> dict[str, Number]:
     return {c.name: found[c.name] for level in LEVELS[:-1] for c in level.columns}
 
 
-def _named(name: str, v: Sequence[Number]) -> Values:
-    return {f"{name}_{axis}": x for axis, x in zip("xyz", v, strict=False)}
-
-
 def _geometry(equations: Equations) -> Values:
     k, b = equations.k, equations.b
     return {
@@ -113,7 +110,7 @@ def _velocities(instant: Instant, velocities: Mapping[str, Vector]) -> Values:
         "front_wheel_rate": instant.rates[10],
     }
     for name, v in velocities.items():
-        found |= _named(f"{name}_velocity", v)
+        found |= named(f"{name}_velocity", v)
     return found
 
 
@@ -162,7 +159,7 @@ def _momenta(instant: Instant, velocities: Mapping[str, Vector]) -> Values:
             arm = minus(places[name], places["com"])
             moving = minus(velocities[name], velocities["com"])
             total = plus(total, scaled(m, cross(arm, moving)))
-    return {**_named("momentum", momentum), **_named("angular_momentum", total)}
+    return {**named("momentum", momentum), **named("angular_momentum", total)}
 
 
 def _accelerations(instant: Instant) -> Values:
@@ -181,7 +178,7 @@ def _accelerations(instant: Instant) -> Values:
 
 
 def linear_quantities(
-    matrices: Mapping[str, Sequence[Sequence[flint.arb]]], g: flint.arb, speed: Fraction
+    matrices: Mapping[str, Number], g: flint.arb, speed: Fraction
 ) -> dict[str, flint.arb]:
     """Return the quantities of the last level, at a forward speed [m/s]; see `linear.matrices`.
 

@@ -197,9 +197,9 @@ def dense_columns(equations: Equations, state: Sequence[Number]) -> list[Number]
 def _dense(c: Configuration, f: Forces, state: Sequence[Number]) -> dict[str, Number]:
     found = dict(zip(INTEGRALS, state[7:], strict=True))
     for name, v in c.places().items():
-        found |= _named(name, v)
+        found |= named(name, v)
     for name, v in c.turning().items():
-        found |= _named(f"{name}_omega", v)
+        found |= named(f"{name}_omega", v)
     for name, q in c.quaternions().items():
         found |= {f"{name}_q{i}": x for i, x in enumerate(q)}
     for name, columns in c.attitudes().items():
@@ -215,9 +215,10 @@ def _dense(c: Configuration, f: Forces, state: Sequence[Number]) -> dict[str, Nu
     for name, joint in (
         ("rear_axle", f.rear_axle), ("front_axle", f.front_axle), ("steer_joint", f.steer)
     ):  # fmt: skip
-        found |= _named(f"{name}_force", joint.force) | _named(f"{name}_moment", joint.moment)
+        found |= named(f"{name}_force", joint.force) | named(f"{name}_moment", joint.moment)
     return found
 
 
-def _named(name: str, v: Vector) -> dict[str, Number]:
+def named(name: str, v: Vector) -> dict[str, Number]:
+    """Return the components of a vector by the names of their columns."""
     return {f"{name}_{axis}": x for axis, x in zip("xyz", v, strict=True)}
