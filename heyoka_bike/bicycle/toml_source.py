@@ -232,7 +232,7 @@ class TomlSource:
             raise self._syntax_error(str(e)) from None
 
     def _syntax_error(self, what: str) -> InputError:
-        """Return the error of tomllib and the text at which it stopped; duplicates in plain words."""
+        """Return the error of tomllib with the text where it stopped; duplicates in plain words."""
         at = len(self.text)
         if place := re.search(r" \(at (?:line (\d+), column (\d+)|end of document)\)\Z", what):
             what = what[: place.start()]

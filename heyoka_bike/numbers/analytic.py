@@ -148,6 +148,10 @@ class Rim(Balls):
         self._require(is_off, "an arc tangent may meet its branch point")
         return Value(each(flint.acb.atan, ratio), self)
 
+    def sum(self, terms: Iterable[Number]) -> Number:
+        # An array of zeros to begin with would cost as much as a term.
+        return sum(terms)
+
 
 def _all(x: Number) -> Iterable[flint.acb]:
     """Every number of an array, or the one number."""

@@ -34,6 +34,10 @@ class AtPoints(Balls):
         """Return the angle of a point with positive x, as the arc tangent."""
         return self.elementary("atan", y / x)
 
+    def sum(self, terms: Iterable[Number]) -> Number:
+        # An array of zeros to begin with would cost as much as a term.
+        return sum(terms)
+
 
 class Samples(AtPoints):
     """Values at roots of unity of functions that are real on the real line, as balls.
