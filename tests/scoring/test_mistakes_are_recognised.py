@@ -129,8 +129,9 @@ def test_a_time_scale_is_named_first_with_its_factor(reference, simulator):
 
 def test_columns_in_another_order_are_found_beside_another_mistake(reference, simulator):
     pair = [BY_CODE["trail_shortened"], READ_OFF_THE_FILE[-2]]
-    results = results_of(reference, pair, 1e-6)
-    found = explain(align(results, reference).parts, reference, simulator=simulator)
+    columns = columns_of(reference, pair)
+    file = align(results(reference, {2: columns[2]}, 1e-6), reference).parts
+    found = explain(file, reference, simulator=simulator)
     assert {m.code for m in pair} in [set(codes) for codes in first(found)]
 
 
@@ -258,7 +259,7 @@ def accused(name, run, reference, simulator, allowed):
     """The mistakes or parameters that are named, with all maneuvers and with each alone."""
     for file in (run, *(replace(run, maneuvers=(rows,)) for rows in run.maneuvers)):
         found = explain(align(file, reference).parts, reference, simulator=simulator)
-        said = {f.code for f in findings(found, score(file, reference), reference)}
+        said = {f.code for f in findings(found, score(file, reference))}
         if said & {"mistake", "parameters", "linearised"} - allowed:
             yield name, [r.maneuver for r in file.maneuvers], first(found)
 

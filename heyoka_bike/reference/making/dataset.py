@@ -37,9 +37,8 @@ from heyoka_bike.reference.structure import (
     numbers_of_table,
     of_columns,
 )
-from heyoka_bike.system.machine import installed
+from heyoka_bike.system.machine import PACKAGES, installed
 from heyoka_bike.system.resources import reference_folder
-from heyoka_bike.system.versions import PACKAGES
 
 
 def write_dataset(

@@ -23,12 +23,13 @@ from math import ceil, log2
 
 import flint
 
-from heyoka_bike.bicycle.equations.configuration import INTEGRALS, rates_of_integrals
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.equations.whole_motion import (
+    INTEGRALS,
     NonnegativeRoots,
     dense_columns,
     motion_columns,
+    rates_of_integrals,
 )
 from heyoka_bike.bicycle.motion_columns import DENSE_COLUMNS, MOTION_COLUMNS
 from heyoka_bike.errors import UndecidedError

@@ -16,11 +16,10 @@ import flint
 import numpy as np
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
-from heyoka_bike.bicycle.equations.configuration import INTEGRALS
 from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.kinematics import front_contact_height
 from heyoka_bike.bicycle.equations.reduced import Equations
-from heyoka_bike.bicycle.equations.whole_motion import NonnegativeRoots, motion_columns
+from heyoka_bike.bicycle.equations.whole_motion import INTEGRALS, NonnegativeRoots, motion_columns
 from heyoka_bike.errors import UndecidedError
 from heyoka_bike.motion.evaluator import evaluator
 from heyoka_bike.motion.trajectory import row_times

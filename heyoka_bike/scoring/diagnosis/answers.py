@@ -6,7 +6,6 @@ from typing import Any
 
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.bicycle.parameters import PARAMETERS, START
-from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.reference.sensitivities import UNKNOWNS
 from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.diagnosis import numerical, plain
@@ -18,7 +17,7 @@ from heyoka_bike.scoring.diagnosis.programs.program import Found, Mistake
 from heyoka_bike.scoring.diagnosis.residual.causes import Causes
 from heyoka_bike.scoring.diagnosis.residual.methods import CLOCK
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE
-from heyoka_bike.scoring.findings import Finding, Severity
+from heyoka_bike.scoring.findings import Finding, info, warning
 from heyoka_bike.scoring.judge.conventions import UNITS_BESIDE, in_units
 from heyoka_bike.scoring.report import Explanation, ManeuverScore, Report
 
@@ -45,16 +44,11 @@ _WHOLE = 0.02
 _COUNTS = {1: "One parameter explains", 2: "Two parameters explain", 3: "Three parameters explain"}
 
 
-def findings(
-    diagnosis: Diagnosis, report: Report, reference: Reference | None = None
-) -> tuple[Finding, ...]:
-    """What explains the file, or what its error looks like if nothing does.
-
-    The reference is that of the report, by default the published one.
-    """
+def findings(diagnosis: Diagnosis, report: Report) -> tuple[Finding, ...]:
+    """Say what explains the file, or what its error looks like if nothing does."""
     columns = [(m, c) for m in report.maneuvers for c in m.columns if c.values]
     if 2 * sum(not c.trace.value.any() for _, c in columns) > len(columns):
-        return (Finding("cannot_tell", "Most columns hold nothing but zeros", Severity.WARNING),)
+        return (warning("cannot_tell", "Most columns hold nothing but zeros"),)
     if diagnosis.classes and diagnosis.classes[0][0].codes == (LINEARISED,):
         return (_linearised(diagnosis.classes[0][0]), *_units_beside(diagnosis))
     found = [
@@ -62,8 +56,7 @@ def findings(
         for rank, hypotheses in enumerate(diagnosis.classes[:_MOST], 1)
     ]
     found += _units_beside(diagnosis) if found else []
-    known = reference or load_reference()
-    first = list(plain.shown(report, known))
+    first = list(plain.shown(report))
     if found:
         # A start that is named as a mistake is not named again, and a fall follows from its cause.
         falls = [f for f in first if f.code == plain.FALLS]
@@ -72,36 +65,36 @@ def findings(
 
 
 def is_right(report: Report) -> bool:
-    """Whether every column is as right as its digits can tell."""
+    """True if every column is as right as its digits can tell."""
     return all(c.is_at_floor(_AT_FLOOR) for m in report.maneuvers for c in m.columns if c.values)
 
 
 def _units_beside(diagnosis: Diagnosis) -> list[Finding]:
-    """That beside the motion that explains the file its units are others than were scored."""
+    """Say that beside the motion that explains the file its units are others than were scored."""
     if not diagnosis.units:
         return []
     said = " and ".join(in_units(diagnosis.units))
     return [
-        Finding(
+        info(
             UNITS_BESIDE,
             f"By that motion the file has {said}: the score, which knows the right "
             "motion only, took other units, and its errors are too large. A unit in a heading, or "
             "in --columns (roll_angle_deg), decides it",
-            evidence={"units": dict(diagnosis.units)},
+            units=dict(diagnosis.units),
         )
     ]
 
 
 def nothing_wrong(which: str) -> Finding:
     """Columns that are right."""
-    return Finding(NOTHING_WRONG, f"{which} is as right as the digits written can tell")
+    return info(NOTHING_WRONG, f"{which} is as right as the digits written can tell")
 
 
 def _without_cause(
     diagnosis: Diagnosis, report: Report,
     columns: Sequence[tuple[ManeuverScore, ColumnScore]], shown: Sequence[Finding],
 ) -> tuple[Finding, ...]:  # fmt: skip
-    """What is left to say where neither a mistake nor a parameter explains the file."""
+    """Return the findings where neither a mistake nor a parameter explains the file."""
     if any(f.code in _EXPLAIN for f in shown):
         return tuple(shown)
     nothing = _no_mistake(diagnosis, columns)
@@ -115,9 +108,7 @@ def _without_cause(
     shape = list(numerical.findings(report))
     falls = any(f.code == plain.FALLS for f in shown)
     nearly = _nearly(diagnosis.causes)
-    # Constraints that drift leave something in the equations, too.
-    loses = any(f.code in numerical.ENERGY for f in shape) and not falls
-    is_open = [] if loses else _open(diagnosis, is_beside=bool(nearly))
+    is_open = _open(diagnosis, is_beside=bool(nearly))
     if falls:
         return *nearly, *is_open, *shown
     if is_open or nearly:
@@ -150,17 +141,12 @@ def _linearised(found: Hypothesis) -> Finding:
             f". Not compared: {', '.join(unknown)}, as programs of linear equations compute "
             "energies in several ways"
         )
-    return Finding(
+    return info(
         LINEARISED,
         "These are motions of the linearised equations, at constant speed: compared with those, "
         f"the typical error is smaller by a factor of {found.relief:.2g}. The benchmark asks for "
         f"the nonlinear equations. {rest}",
-        evidence={
-            "gain": found.gain,
-            "relief": found.relief,
-            "before": _evidence(found.before),
-            "after": _evidence(found.after),
-        },
+        **_evidence(found),
     )
 
 
@@ -171,21 +157,19 @@ def _method(causes: Causes | None) -> Finding | None:
         return None
     names = " or ".join(f"{m.says} with a step of {m.step:.3g} s" for m in methods)
     best = methods[0]
-    return Finding(
+    return info(
         "integrator",
         f"{names[0].upper()}{names[1:]} makes this error. What it leaves of the exact equations, "
         "in the rates of the angles and in the accelerations, falls by a factor of "
         f"{best.relief:.2g} with the first term of the method's own error. Take a smaller step, "
         "or a method of higher order",
-        evidence={
-            "methods": [{"method": m.says, "step": m.step} for m in methods],
-            "relief": best.relief,
-        },
+        methods=[{"method": m.says, "step": m.step} for m in methods],
+        relief=best.relief,
     )
 
 
 def _open(diagnosis: Diagnosis, *, is_beside: bool) -> list[Finding]:
-    """That there is a force or a term which nothing explains, alone or beside what nearly does."""
+    """Say that there is a force or a term which nothing explains, alone or beside another cause."""
     causes = diagnosis.causes
     if causes is None or not causes.is_open or causes.is_blown_up:
         return []
@@ -197,29 +181,30 @@ def _open(diagnosis: Diagnosis, *, is_beside: bool) -> list[Finding]:
         else "A force or a term is missing, or one too many, and it is none that is known here"
     )
     return [
-        Finding(
+        warning(
             "term_unexplained",
             f"{what}. The file's own roll acceleration is off from the exact equations by "
             f"{_part(names['roll'])}, its steer acceleration by {_part(names['steer'])}. An "
             f"integrator would leave {causes.above:.2g} times less, by the slopes of the angles. "
             f"Look at the equation of {where} first, and at what acts beside gravity",
-            Severity.WARNING,
-            {"shares": names, "above": causes.above},
+            shares=names,
+            above=causes.above,
         )
     ]
 
 
 def _nearly(causes: Causes | None) -> list[Finding]:
-    """What explains nearly all of what remains of the equations, but not the whole run."""
+    """Name the cause that explains nearly all of the residual, but not the whole run."""
     if causes is None or causes.best is None:
         return []
     said, relief = _said(causes.best), causes.relief(causes.best)
     return [
-        Finding(
+        info(
             "direction",
             f"Nearly explained by this: {said}. What disagrees with the exact equations falls by a "
             f"factor of {relief:.2g} with it",
-            evidence={"mistakes": [m.code for m in causes.best], "relief": relief},
+            mistakes=[m.code for m in causes.best],
+            relief=relief,
         )
     ]
 
@@ -229,7 +214,7 @@ def _said(mistakes: Sequence[Mistake]) -> str:
 
 
 def _evidence_of(h: Hypothesis, causes: Causes | None) -> str:
-    """How much is explained, by whole runs and in which equation."""
+    """Say how much is explained, by whole runs and in which equation."""
     said = f"Simulated with this, the error falls by a factor of {h.relief:.1g}"
     if causes is None or all(m.kind != "model" for m in h.mistakes):
         return said
@@ -273,23 +258,19 @@ def _cause(
     if others:
         same = "; or ".join(_said(h.mistakes) for h in others[:_MOST])
         text += f". The file cannot tell this from {same}"
-    evidence: dict[str, Any] = {"rank": rank, "gain": first.gain, "relief": first.relief}
+    made = warning if rank == 1 else info
     if first.found:
-        fits = [h.found for h in hypotheses if h.found]
-        evidence["changes"] = [[_as_evidence(x) for x in found] for found in fits]
-    else:
-        evidence |= {
-            "mistakes": list(first.codes),
-            "before": _evidence(first.before),
-            "after": _evidence(first.after),
-            "indistinguishable": [list(h.codes) for h in others],
-        }
-    severity = Severity.WARNING if rank == 1 else Severity.INFO
-    return Finding("parameters" if first.found else "mistake", text, severity, evidence)
+        changes = [[_as_evidence(x) for x in h.found] for h in hypotheses if h.found]
+        numbers = {"rank": rank, "gain": first.gain, "relief": first.relief}
+        return made("parameters", text, **numbers, changes=changes)
+    codes, *alike = [list(h.codes) for h in hypotheses]
+    return made(
+        "mistake", text, rank=rank, mistakes=codes, **_evidence(first), indistinguishable=alike
+    )
 
 
 def _advice(h: Hypothesis, report: Report) -> str:
-    """What to look at."""
+    """Say what to look at."""
     if any(x.name in FORCES for x in h.found):
         return (
             "The benchmark has no force but gravity, and all terms of the equations of motion: "
@@ -316,7 +297,7 @@ def _changed(found: Sequence[Found]) -> str:
             how = (
                 "is missing"
                 if abs(x.value - 1.0) < _WHOLE
-                else f"is missing by {x.value:.4g} of it"
+                else f"is {1.0 - x.value:.4g} times what it should be"
             )
             parts.append(f"the {FORCES[x.name].says} {how}")
             continue
@@ -352,8 +333,13 @@ def _as_evidence(x: Found) -> dict[str, Any]:
     }
 
 
-def _evidence(typical: Any) -> dict[str, float]:
-    return {f"{maneuver}.{key}": value for (maneuver, key), value in typical.items()}
+def _evidence(h: Hypothesis) -> dict[str, Any]:
+    """The errors that a hypothesis leaves, and those before."""
+    before, after = (
+        {f"{maneuver}.{key}": x for (maneuver, key), x in typical.items()}
+        for typical in (h.before, h.after)
+    )
+    return {"gain": h.gain, "relief": h.relief, "before": before, "after": after}
 
 
 def _no_mistake(
@@ -367,10 +353,9 @@ def _no_mistake(
         f"No usual mistake, alone or with another ({diagnosis.tried} such programs were tried), "
         f"explains the difference (largest {worst:.2g} of the scale, {where})"
     )
-    evidence: dict[str, Any] = {"tried": diagnosis.tried, "max_rel_error": worst}
     if diagnosis.causes is not None and diagnosis.causes.is_shown:
         text += (
             ", nor do one, two or three parameters, forces or starts that differ: put into the "
             "equations of motion, the file's own motion shows none of these"
         )
-    return Finding("no_mistake_found", text, evidence=evidence)
+    return info("no_mistake_found", text, tried=diagnosis.tried, max_rel_error=worst)

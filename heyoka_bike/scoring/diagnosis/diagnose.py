@@ -21,17 +21,16 @@ from heyoka_bike.scoring.diagnosis.answers import (
 from heyoka_bike.scoring.diagnosis.beside import beside
 from heyoka_bike.scoring.diagnosis.explain import explain
 from heyoka_bike.scoring.diagnosis.mistakes.in_output import OUTPUT_MISTAKES
-from heyoka_bike.scoring.findings import Finding, Severity, named
+from heyoka_bike.scoring.findings import Finding, named, warning
 from heyoka_bike.scoring.judge.signs import SIGNS_DISAGREE
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.score import score, scored
 from heyoka_bike.system import jobs
 
-NOTHING = Finding(
+NOTHING = warning(
     "nothing_to_diagnose",
     "the diagnosis looks at the benchmark's columns, and none of them has a value: "
     + ", ".join(BENCHMARK_COLUMNS),
-    Severity.WARNING,
 )
 
 
@@ -117,7 +116,7 @@ def diagnosed_elsewhere(report: Report, reference: Reference, told: jobs.Report)
 
 
 def _is_of_output(report: Report) -> bool:
-    """Whether a mistake in what is written explains the file best."""
+    """True if a mistake in what is written explains the file best."""
     first = report.diagnosis[0]
     codes = {m.code for m in OUTPUT_MISTAKES}
     return first.code == "mistake" and any(
@@ -142,7 +141,7 @@ def _of_columns(
     if is_right(replace(report, maneuvers=maneuvers)):
         return replace(report, diagnosis=(nothing_wrong("every column"),))
     found = explain(parts, reference, progress=progress or (lambda _: None))
-    said = findings(found, replace(report, maneuvers=maneuvers), reference)
+    said = findings(found, replace(report, maneuvers=maneuvers))
     return replace(report, diagnosis=said, explanation=explanation(found, said))
 
 
