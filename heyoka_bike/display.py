@@ -18,7 +18,7 @@ def shown_by(module: str) -> Any:
 
 
 class Displayed:
-    """What a module of `showing.views`, which a class names as `_view`, makes text and blocks of.
+    """Base of objects that a module of `showing.views`, named by `_view`, makes text and blocks of.
 
     A class whose text is one line has it as its own ``__repr__``.
     """
