@@ -4,8 +4,6 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
-
 from heyoka_bike.errors import printable
 from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.findings import Finding, Severity, named
@@ -72,14 +70,6 @@ def heading(m: ManeuverScore) -> str:
 def reports(scored: Report | Series) -> tuple[Report, ...]:
     """The report, or those of all runs."""
     return (scored,) if isinstance(scored, Report) else tuple(r.report for r in scored.runs)
-
-
-def scale(column: ColumnScore) -> float | None:
-    """Scale of a column, by which its relative error is divided; None if unknown or 0."""
-    m = column.as_understood.measures
-    if m.max_abs_error and m.max_rel_error:
-        return m.max_abs_error / m.max_rel_error
-    return float(np.max(np.abs(column.trace.reference), initial=0.0)) or None
 
 
 def is_default(column: ColumnScore) -> bool:
@@ -198,37 +188,24 @@ def percent(part: float) -> str:
     return f"{math.floor(1000 * part) / 10:g} %"
 
 
-def is_judged(m: ManeuverScore) -> bool:
-    """Whether the benchmark has a limit for the maneuver's eq. (1)."""
-    return m.performance_limit is not None
-
-
-def is_whole(m: ManeuverScore) -> bool:
-    """Whether a maneuver is judged over its whole run, or nearly."""
-    return m.coverage >= WHOLE
-
-
 def performance_words(m: ManeuverScore) -> str:
     """Eq. (1) of a maneuver and what the benchmark says to it."""
-    text = f"{readable(m.performance)} %" if m.performance is not None else "no energy to judge"
-    verdict = m.meets_limit
-    if verdict is None:
-        return text
-    if why := _no_claim(m):
-        return f"{text} (does not count: {why})"
-    so_far = "so far " if verdict and not is_whole(m) else ""
-    return f"{text} ({so_far}{'passes, below' if verdict else 'FAILS, not below'} {limit_text(m)})"
+    if m.performance is None:
+        return "no energy to judge"
+    outcome = _outcome(m)
+    return f"{readable(m.performance)} %{f' ({outcome})' if outcome else ''}"
 
 
-def _no_claim(m: ManeuverScore) -> str:
-    """Why eq. (1) of a maneuver does not count, whatever it is."""
-    return m.claim(m.performance_limit)[1] if m.performance_limit else ""
-
-
-def limit_text(m: ManeuverScore) -> str:
-    """What the benchmark allows for eq. (1) of a maneuver."""
-    assert m.performance_limit is not None
-    return f"{m.performance_limit:.0e} %".replace("e-0", "e-")
+def _outcome(m: ManeuverScore) -> str:
+    """What the benchmark says to the eq. (1) of a maneuver; empty if it has no limit for it."""
+    if m.performance_limit is None:
+        return ""
+    # Eq. (1) may not count, whatever it is.
+    if why := m.claim(m.performance_limit)[1]:
+        return f"does not count: {why}"
+    so_far = " so far" if m.meets_limit and m.coverage < WHOLE else ""
+    limit = f"{m.performance_limit:.0e} %".replace("e-0", "e-")
+    return f"{'passes' if m.meets_limit else 'FAILS'}{so_far}: less than {limit} is asked for"
 
 
 def digits_words(report: Report) -> str:
@@ -302,23 +279,17 @@ def performance_remark(report: Report) -> str:
 
     Empty without such a maneuver, or without an energy.
     """
-    judged = [m for m in report.maneuvers if is_judged(m)]
+    judged = [m for m in report.maneuvers if m.performance_limit is not None]
     if all(m.performance is None for m in judged):
         return ""
-    said = ", ".join(_judged_words(m) for m in judged)
+    said = ", ".join(
+        f"is {readable(m.performance)} % in maneuver {m.maneuver}, which {_outcome(m)}"
+        for m in judged
+    )
     return (
         f"eq. (1), the benchmark's own measure, {said}. It sees only whether the file's own energy "
         "stays constant; angles, rates and speed may be wrong all the same"
     )
-
-
-def _judged_words(m: ManeuverScore) -> str:
-    found = m.meets_limit
-    so_far = " so far" if found and not is_whole(m) else ""
-    outcome = f"{'passes' if found else 'FAILS'}{so_far}: less than {limit_text(m)} is asked for"
-    if why := _no_claim(m):
-        outcome = f"does not count: {why}"
-    return f"is {readable(m.performance)} % in maneuver {m.maneuver}, which {outcome}"
 
 
 def series_verdict(series: Series) -> str:

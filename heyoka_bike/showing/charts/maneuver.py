@@ -11,10 +11,10 @@ from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.measures import TOLERANCE
 from heyoka_bike.scoring.report import Curve, Explanation, ManeuverScore
 from heyoka_bike.showing.charts import axis
-from heyoka_bike.showing.charts.chart import Level, Line, Notch, chart, empty, small, wide
+from heyoka_bike.showing.charts.chart import Level, Line, chart, empty, small, wide
 from heyoka_bike.showing.charts.decimate import envelope, highest
 from heyoka_bike.showing.document.html import prose
-from heyoka_bike.showing.wording import in_unit, label, number, plain, scale, unit_text
+from heyoka_bike.showing.wording import in_unit, label, number, plain, unit_text
 
 _ALL_HEIGHT, _ONE_HEIGHT = 300, 120
 # Looks of lines in page.css; columns beyond the eight of the benchmark share them.
@@ -53,7 +53,7 @@ def all_errors(m: ManeuverScore) -> str:
     """Errors of all columns over time, each relative to its scale."""
     lines, notches, items, peaks, floors = [], [], [], [], []
     for c in m.columns:
-        name, style, size = label(c.key), style_of(c.key), scale(c)
+        name, style, size = label(c.key), style_of(c.key), c.scale
         t, error = highest(c.trace.time, np.abs(c.trace.error), _ALL_BINS)
         remark = "" if len(t) else "not compared"
         if size and len(t):
@@ -64,7 +64,7 @@ def all_errors(m: ManeuverScore) -> str:
                 remark = "no error"
         if c.floor and size and len(t):
             floors.append(c.floor / size)
-            notches.append(Notch(c.floor / size, style, f"{name}: floor {number(c.floor / size)}"))
+            notches.append(Level(c.floor / size, style, f"{name}: floor {number(c.floor / size)}"))
         items.append((name, style, remark))
     if not lines:
         return empty("Nothing could be compared.")
@@ -188,10 +188,10 @@ def _error(time: axis.ChartAxis, c: ColumnScore, name: str, unit: str) -> str:
         low, high = min(low, c.floor), max(high, c.floor)
     low = max(low, high * 10.0**-_MOST_DECADES)
     levels = [Level(c.floor, "floor", "")] if c.floor and c.floor >= low else []
-    size = scale(c)
-    if size and high > 0.01 * TOLERANCE * size:
-        high = max(high, TOLERANCE * size)
-        levels.append(Level(TOLERANCE * size, "tolerance", "1e-3 of the scale"))
+    tolerance = TOLERANCE * c.scale
+    if high > 0.01 * tolerance > 0:
+        high = max(high, tolerance)
+        levels.append(Level(tolerance, "tolerance", "1e-3 of the scale"))
     about = f"Absolute error of the {name} over time, logarithmic"
     return chart(
         time, axis.decades(low, high, 6), [Line("error", "error", t, error, unit)], about=about,

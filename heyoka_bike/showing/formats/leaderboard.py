@@ -50,12 +50,10 @@ def document(board: Leaderboard, made: Origin) -> doc.Document:
     )
     refused = doc.Listing(tuple(map(doc.Item, board.refused)))
     return doc.Document(
-        "Leaderboard – uncontrolled bicycle", "", "Uncontrolled bicycle: leaderboard",
+        "Leaderboard – uncontrolled bicycle",
+        f"{count} submission{'s' * (count != 1)}, by true error",
+        "Uncontrolled bicycle: leaderboard",
         (
-            doc.Paragraph(
-                f"{count} submission{'s' * (count != 1)}, by true error", "verdict heading",
-                only=doc.HTML,
-            ),
             doc.Paragraph(_ABOUT, only=doc.HTML),
             *problems,
             doc.Paragraph(_ABOUT if board.entries else "", only=doc.TEXT),

@@ -6,7 +6,7 @@ from heyoka_bike.errors import printable
 from heyoka_bike.scoring.column_score import ColumnScore, open_words
 from heyoka_bike.scoring.report import Report, Series
 from heyoka_bike.showing import wording as words
-from heyoka_bike.showing.document import HTML, TEXT, Cell, Row, TableBlock, TableColumn, Words
+from heyoka_bike.showing.document import HTML, Cell, Row, TableBlock, TableColumn, Words
 from heyoka_bike.showing.grades import Grade
 
 _MOST_ROWS = 12  # the benchmark has eight columns, a file of the whole motion up to a hundred
@@ -51,12 +51,7 @@ def of_series(series: Series) -> TableBlock:
     for run in series.runs:
         held = run.report
         cells = (_worst_cell(held[n].columns if n in held else ()) for n in numbers)
-        said = words.worst_place(run.report)
-        # Files without energies have nothing to say of it.
-        if any(m.performance is not None for m in held.values()):
-            drifts = (words.number(held[n].performance) for n in numbers if n in held)
-            said += f"; eq. (1) {' / '.join(drifts)} %"
-        name = words.run_name(series, run)
+        name, said = words.run_name(series, run), words.worst_place(run.report)
         drifts = (words.number(held[n].performance) if n in held else "-" for n in numbers)
         rows.append([Words(name, words.short_name(name)), *cells, said, *drifts])
     what = "Run" if series.is_one_program else "Program"
@@ -64,8 +59,8 @@ def of_series(series: Series) -> TableBlock:
         [
             Words(what, "digits of\nworst column"),
             *_maneuvers(numbers),
-            TableColumn("worst column; energy", is_prose=True, style="taken", only=HTML),
-            *(TableColumn(f"eq. (1) [%]\n{n}", leave_out=1, only=TEXT) for n in numbers),
+            TableColumn("worst column", is_prose=True, style="taken", only=HTML),
+            *(TableColumn(f"eq. (1) [%]\n{n}", leave_out=1) for n in numbers),
         ],
         rows,
         about=what,

@@ -10,43 +10,31 @@ from heyoka_bike.showing import wording as words
 from heyoka_bike.showing.charts import series as charts
 from heyoka_bike.showing.document.html import capital
 from heyoka_bike.showing.formats import matrix, report
-from heyoka_bike.showing.formats.report import maneuver
 from heyoka_bike.showing.grades import style_of
 
 
-def document(series: Series) -> doc.Document:
-    """All that is said about a series, and about its runs."""
-    what, how = (
-        ("runs", "of one program") if series.is_one_program else ("programs", "side by side")
-    )
-    names = ", ".join(words.run_name(series, run) for run in series.runs)
-    count = f"{len(series.runs)} {what}"
-    return doc.Document(f"{count}: {names}", f"{count} {how}", report.KIND, tuple(_blocks(series)))
-
-
-def _blocks(series: Series) -> Iterator[doc.Block]:
+def blocks(series: Series) -> Iterator[doc.Block]:
+    """All that is said about a series; a notebook has each run folded."""
     yield doc.Paragraph(words.series_verdict(series), "head", only=doc.TEXT)
-    yield from verdict_of(series)
-    if series.is_one_program:
-        for run in series.runs:
-            yield doc.Paragraph(f"  {words.verdict(run.report)}", only=doc.TEXT)
-    found = (report.findings(series.findings),)
-    yield doc.Chapter("Findings", found, "findings", only=doc.HTML)
-    yield from _runs(series) if series.is_one_program else _programs(series)
-    yield doc.Chapter("findings", found, only=doc.TEXT)
-    yield from _said_of_runs(series)
-
-
-def verdict_of(series: Series) -> Iterator[doc.Block]:
-    """Verdict, then digits by maneuver."""
     style = f" {style_of(words.chosen(series)[1].report)}" if series.is_one_program else ""
     text = f"{capital(words.series_verdict(series))}."
     yield doc.Paragraph(text, f"verdict{style}", only=doc.HTML)
     yield report.asked(series)
     yield matrix.of_series(series)
+    if series.is_one_program:
+        for run in series.runs:
+            yield doc.Paragraph(f"  {words.verdict(run.report)}", only=doc.TEXT)
+    found = report.findings(series.findings)
+    yield report.folded("Findings", found, only=doc.HTML)
+    yield from _runs(series) if series.is_one_program else _programs(series)
+    yield report.folded("Findings", found, is_open=True, only=doc.TEXT)
+    yield from _said_of_runs(series)
+    for run in series.runs:
+        name, content = words.run_name(series, run), tuple(report.blocks(run.report))
+        yield doc.Chapter(name, content, is_folded=True, only=doc.NOTEBOOK)
 
 
-def maneuvers_of(series: Series) -> list[int]:
+def _maneuvers(series: Series) -> list[int]:
     """Numbers of the maneuvers that runs have in common."""
     return sorted({c.maneuver for c in series.convergence})
 
@@ -55,39 +43,41 @@ def _runs(series: Series) -> Iterator[doc.Block]:
     has_steps = any(run.step is not None for run in series.runs)
     compared = "Convergence" if has_steps else "Errors of the runs"
     name, shown = words.chosen(series)
-    for n in maneuvers_of(series):
+    for n in _maneuvers(series):
         between = ", and observed orders between them" if _has_orders(series, n) else ""
         title = f"{compared}, maneuver {n}"
         heading = doc.Words(title, f"maneuver {n}: largest errors{between}")
         drawn = (charts.convergence, charts.work_precision)
         found: list[doc.Block] = [doc.Chart(partial(f, series, n)) for f in drawn]
-        found.append(convergence(series, n))
-        yield doc.Chapter(heading, found, f"convergence-{n}", title)
+        found.append(_convergence(series, n))
+        yield doc.Chapter(heading, found, f"convergence-{n}", title, is_folded=True, is_open=True)
     runs: list[doc.Block] = []
     for run in series.runs:
         others = () if run is shown else _scores(run)
         runs.append(doc.Chapter(words.run_words(run), (*_said(run), *others)))
-    yield doc.Chapter("Runs", tuple(runs), "runs", "Runs", only=doc.HTML)
+    yield doc.Chapter("Runs", tuple(runs), "runs", "Runs", only=doc.PAGE)
     best, title = shown.report.maneuvers, f"{capital(name)} run"
-    every = tuple(maneuver(m, is_explained=m is best[0]) for m in best)
+    every = tuple(report.maneuver(m, is_explained=m is best[0]) for m in best)
     whole = f"{title}: {words.run_words(shown)}"
-    yield doc.Chapter(whole, every, "in-full", title, only=doc.HTML)
+    yield doc.Chapter(whole, every, "in-full", title, only=doc.PAGE)
 
 
 def _programs(series: Series) -> Iterator[doc.Block]:
-    for n in maneuvers_of(series):
+    for n in _maneuvers(series):
         heading = doc.Words(f"Maneuver {n}", f"maneuver {n}: correct digits")
         drawn = doc.Chart(partial(charts.side_by_side, series, n))
         found = (
             matrix.side_by_side(series, n),
             doc.Chapter("Error over time", (drawn,)),
-            doc.Chapter("Largest errors", (convergence(series, n),), only=doc.HTML),
+            doc.Chapter("Largest errors", (_convergence(series, n),), only=doc.PAGE),
         )
-        yield doc.Chapter(heading, found, f"maneuver-{n}", f"Maneuver {n}")
+        yield doc.Chapter(
+            heading, found, f"maneuver-{n}", f"Maneuver {n}", is_folded=True, is_open=True
+        )
     for i, run in enumerate(series.runs, start=1):
         name = words.run_name(series, run)
         blocks = (doc.Paragraph(words.run_words(run), "facts"), *_said(run), *_scores(run, i == 1))
-        yield doc.Chapter(name, blocks, f"program-{i}", name, only=doc.HTML)
+        yield doc.Chapter(name, blocks, f"program-{i}", name, only=doc.PAGE)
 
 
 def _said(run: Run) -> tuple[doc.Block, ...]:
@@ -124,7 +114,7 @@ def _scores(run: Run, is_explained: bool = False) -> tuple[doc.Block, ...]:
     )
 
 
-def convergence(series: Series, maneuver: int) -> doc.TableBlock:
+def _convergence(series: Series, maneuver: int) -> doc.TableBlock:
     """Errors of a maneuver for each run, the observed order between neighbours."""
     columns = [c for c in series.convergence if c.maneuver == maneuver]
     has_cpu = any(run.cpu is not None for run in series.runs)

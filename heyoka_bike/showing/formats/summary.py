@@ -12,7 +12,7 @@ from heyoka_bike.scoring.report import Report, Run, Series
 from heyoka_bike.showing import wording as words
 from heyoka_bike.showing.document.text import TextPage
 from heyoka_bike.showing.formats.matrix import conventions
-from heyoka_bike.showing.grades import Grade, file_grade, is_part, text_color
+from heyoka_bike.showing.grades import Grade, file_grade, text_color
 
 _RUNS = 4  # of a series, each on a line
 _NAMES = 14  # letters at the start of a line
@@ -62,8 +62,11 @@ def _report(report: Report) -> Iterator[_Entry]:
         f"maneuver {m.maneuver}: {words.one_decimal(words.fewest_digits(m))}"
         for m in report.maneuvers
     )
-    judged = (f"maneuver {m.maneuver}: {words.performance_words(m)}; it sees the energy only"
-              for m in report.maneuvers if words.is_judged(m))  # fmt: skip
+    judged = (
+        f"maneuver {m.maneuver}: {words.performance_words(m)}, by the energy alone"
+        for m in report.maneuvers
+        if m.performance_limit is not None
+    )
     yield "digits", ", ".join(digits), 1
     yield "worst", words.worst_error_words(report), 1
     yield "conventions", conventions(report), 2
@@ -115,7 +118,7 @@ def _next(report: Report, in_python: bool) -> str:
         return f"why it differs: {_call(report) if in_python else _command('diagnose', report)}"
     if report.not_compared:
         return "name each column by what it is, and write only what was computed"
-    if is_part(report):
+    if not report.is_whole:
         return "write rows over the whole run, as dense as the motion is fast"
     if found == Grade.UNTOLD:
         return "write 17 digits, to show what the program can do"
