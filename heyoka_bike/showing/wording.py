@@ -277,7 +277,8 @@ def worst_error_words(report: Report) -> str:
 def performance_remark(report: Report) -> str:
     """What eq. (1) says of the maneuver that the benchmark judges by it, and what it sees.
 
-    Empty without such a maneuver, or without an energy.
+    Empty without such a maneuver, or without an energy. What it sees is left out where the file is
+    right, and where a warning says it.
     """
     judged = [m for m in report.maneuvers if m.performance_limit is not None]
     if all(m.performance is None for m in judged):
@@ -286,9 +287,12 @@ def performance_remark(report: Report) -> str:
         f"is {readable(m.performance)} % in maneuver {m.maneuver}, which {_outcome(m)}"
         for m in judged
     )
+    found = f"eq. (1), the benchmark's own measure, {said}"
+    if report.is_right or any(f.code == "energy_hides_error" for f in report.findings):
+        return found
     return (
-        f"eq. (1), the benchmark's own measure, {said}. It sees only whether the file's own energy "
-        "stays constant; angles, rates and speed may be wrong all the same"
+        f"{found}. It sees only whether the file's own energy stays constant; angles, rates and "
+        "speed may be wrong all the same"
     )
 
 

@@ -126,12 +126,13 @@ def unusual(columns: Sequence[ColumnScore]) -> list[str]:
     c = found[0]
     r = c.as_understood
     said = []
+    others, default = printable(open_words(found)), printable(c.as_written.definition)
     if not c.is_known:
         said.append("the nearest, but its definition is unknown")
-    elif not words.is_default(c):
-        said.append(f"not the default {printable(c.as_written.definition)}")
-    if others := open_words(found):
-        said.append(printable(others))
+    elif not words.is_default(c) and default not in others.split():
+        said.append(f"not the default {default}")
+    if others:
+        said.append(others)
     if r.sign != c.as_written.sign:
         said.append("other sign")
     if r.unit != c.as_written.unit:

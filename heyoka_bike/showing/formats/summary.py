@@ -115,7 +115,9 @@ def _next(report: Report, in_python: bool) -> str:
     if found == Grade.UNKNOWN:
         return "look at the headings and the times of the file: nothing in it could be compared"
     if found in (Grade.WRONG, Grade.CLOSE):
-        return f"why it differs: {_call(report) if in_python else _command('diagnose', report)}"
+        said = _call(report) if in_python else _command("diagnose", report)
+        more = "; a smaller step may do" if found == Grade.CLOSE else ""
+        return f"why it differs: {said}{more}"
     if report.not_compared:
         return "name each column by what it is, and write only what was computed"
     if not report.is_whole:
