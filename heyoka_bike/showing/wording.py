@@ -158,19 +158,12 @@ def worst_words(report: Report) -> str:
     return f"{said} ({where}{limit})"
 
 
-def coverage_words(report: Report) -> str:
-    """How much of the reference's runs is covered; empty if all of it."""
-    short = [m for m in report.maneuvers if m.coverage < 1]
-    if not short:
-        return ""
-    m = min(short, key=lambda m: m.coverage)
-    # Rounded down: what is not complete must not read as 100 %.
-    return f"covers {percent(m.coverage)} of maneuver {m.maneuver}"
-
-
 def caveats(report: Report) -> list[str]:
     """What is to be known beside the digits: the part covered, columns left out, odd senses."""
-    signs, left_out = "", list(report.not_compared)
+    signs, covered, left_out = "", "", list(report.not_compared)
+    least = min(report.maneuvers, key=lambda m: m.coverage, default=None)
+    if least is not None and least.coverage < 1:
+        covered = f"covers {percent(least.coverage)} of maneuver {least.maneuver}"
     for f in report.findings:
         if f.code == "senses_opposed":
             signs = "roll and steer have opposite senses, see the warning"
@@ -180,11 +173,11 @@ def caveats(report: Report) -> list[str]:
             left_out += f.evidence["columns"]
     names = [printable(name) for name in dict.fromkeys(left_out)]
     lost = f"{named(names, _MOST_LEFT_OUT)} not compared" if names else ""
-    return [said for said in (coverage_words(report), lost, signs) if said]
+    return [said for said in (covered, lost, signs) if said]
 
 
 def percent(part: float) -> str:
-    """A part of the whole, rounded down: 100 % is all of it."""
+    """A part of the whole, rounded down: what is not complete does not read as 100 %."""
     return f"{math.floor(1000 * part) / 10:g} %"
 
 
@@ -206,12 +199,6 @@ def _outcome(m: ManeuverScore) -> str:
     so_far = " so far" if m.meets_limit and m.coverage < WHOLE else ""
     limit = f"{m.performance_limit:.0e} %".replace("e-0", "e-")
     return f"{'passes' if m.meets_limit else 'FAILS'}{so_far}: less than {limit} is asked for"
-
-
-def digits_words(report: Report) -> str:
-    """How many digits the file was written with."""
-    digits = report.file.significant_digits
-    return "unknown digits" if digits is None else f"{digits} digits written"
 
 
 def requirement_words(scored: Report | Series) -> str:
@@ -255,8 +242,10 @@ def verdict(report: Report) -> str:
 def contents(report: Report) -> str:
     """What the file holds, in a few words."""
     f = report.file
-    parts = [f"{f.rows} rows", f"{plain(f.t_start)} to {plain(f.t_end)} s", digits_words(report)]
-    return ", ".join([*parts, f"{printable(f.format)} file"])
+    digits = f.significant_digits
+    written = "unknown digits" if digits is None else f"{digits} digits written"
+    times = f"{plain(f.t_start)} to {plain(f.t_end)} s"
+    return f"{f.rows} rows, {times}, {written}, {printable(f.format)} file"
 
 
 def worst_error_words(report: Report) -> str:

@@ -20,7 +20,8 @@ SCRIPT = Path(__file__).with_name("page.js").read_text(encoding="utf-8")
 _PAGE = Template(Path(__file__).with_name("page.html").read_text(encoding="utf-8"))
 
 # A line must not end within 1e-05, nor before a unit.
-_NUMBER = re.compile(r"-?[0-9.]+(?:e[-+]?[0-9]+)?(?: (?:%|s\b|J\b|rad\b(?:/s)?|m/s))?")
+_UNIT = r" (?:%|s\b|J\b|rad\b(?:/s)?|m/s)"
+_NUMBER = re.compile(rf"(-?[0-9.]+(?:e[-+]?[0-9]+(?:{_UNIT})?|{_UNIT}))")
 
 
 def render(document: doc.Document) -> str:
@@ -167,20 +168,8 @@ def capital(text: str) -> str:
 
 def prose(text: str) -> str:
     """Text as HTML, every number with its unit kept on one line."""
-    return "".join(
-        f"<bdi>{escape(part)}</bdi>" if is_number else escape(part)
-        for part, is_number in _parts(text)
-    )
-
-
-def _parts(text: str) -> list[tuple[str, bool]]:
-    parts, end = [], 0
-    for found in _NUMBER.finditer(text):
-        if "e" not in found[0] and " " not in found[0]:
-            continue  # nothing to break
-        parts += [(text[end : found.start()], False), (found[0], True)]
-        end = found.end()
-    return [*parts, (text[end:], False)]
+    parts = map(escape, _NUMBER.split(text))
+    return "".join(f"<bdi>{part}</bdi>" if i % 2 else part for i, part in enumerate(parts))
 
 
 def policy(*scripts: str, has_wasm: bool = False) -> str:

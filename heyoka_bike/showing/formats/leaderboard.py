@@ -10,7 +10,7 @@ from heyoka_bike.scoring.leaderboard import Entry, Leaderboard
 from heyoka_bike.showing import document as doc
 from heyoka_bike.showing.charts import axis
 from heyoka_bike.showing.charts.chart import Guide, Mark, chart, wide
-from heyoka_bike.showing.formats.origin import Origin, reference_words
+from heyoka_bike.showing.formats.origin import Origin, origin_words
 from heyoka_bike.showing.wording import label, number, readable
 from heyoka_bike.version import __version__
 
@@ -38,8 +38,6 @@ _LOWEST = -1.0
 def document(board: Leaderboard, made: Origin) -> doc.Document:
     """The submissions to each problem, by true error."""
     count = sum(map(len, board.entries.values()))
-    said = [("made", made.date), ("command", made.command)]
-    origin = [(a, b) for a, b in said if b]
     problems = (
         doc.Chapter(
             problem,
@@ -59,7 +57,7 @@ def document(board: Leaderboard, made: Origin) -> doc.Document:
             doc.Paragraph(_ABOUT if board.entries else "", only=doc.TEXT),
             doc.Chapter("Refused", (refused,), "refused", only=doc.HTML),
         ),
-        origin + reference_words("benchmark bicycle", board.dataset_version),
+        origin_words(made, "benchmark bicycle", board.dataset_version),
     )  # fmt: skip
 
 

@@ -53,14 +53,14 @@ def of_series(series: Series) -> TableBlock:
         cells = (_worst_cell(held[n].columns if n in held else ()) for n in numbers)
         name, said = words.run_name(series, run), words.worst_place(run.report)
         drifts = (words.number(held[n].performance) if n in held else "-" for n in numbers)
-        rows.append([Words(name, words.short_name(name)), *cells, said, *drifts])
+        rows.append([Words(name, words.short_name(name)), *cells, *drifts, said])
     what = "Run" if series.is_one_program else "Program"
     return TableBlock(
         [
             Words(what, "digits of\nworst column"),
             *_maneuvers(numbers),
-            TableColumn("worst column", is_prose=True, style="taken", only=HTML),
             *(TableColumn(f"eq. (1) [%]\n{n}", leave_out=1) for n in numbers),
+            TableColumn("worst column", is_prose=True, style="taken", only=HTML),
         ],
         rows,
         about=what,

@@ -82,9 +82,12 @@ def document_of(scored: Report | Series, made: Origin | None = None) -> Document
         )
         title = f"{len(scored.runs)} {'runs' if is_one else 'programs'}: {names}"
         blocks = series.blocks(scored)
+    first = words.reports(scored)[0]
     return Document(
         f"{title} – uncontrolled bicycle", heading, "Uncontrolled bicycle: score of", tuple(blocks),
-        origin_words(words.reports(scored)[0], origin() if made is None else made),
+        origin_words(
+            made or origin(), first.bicycle, first.dataset_version, first.reference_sha256
+        ),
     )  # fmt: skip
 
 

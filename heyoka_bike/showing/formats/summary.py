@@ -10,7 +10,7 @@ from heyoka_bike.scoring.findings import Severity
 from heyoka_bike.scoring.reading.source import ARRAY
 from heyoka_bike.scoring.report import Report, Run, Series
 from heyoka_bike.showing import wording as words
-from heyoka_bike.showing.document.text import TextPage
+from heyoka_bike.showing.document import Paragraph, text
 from heyoka_bike.showing.formats.matrix import conventions
 from heyoka_bike.showing.grades import Grade, file_grade, text_color
 
@@ -34,27 +34,25 @@ def render(
     in_python
         Whether what to do next is said for Python, not for the command line.
     """
-    page = TextPage(width, has_colors)
+    page = text.TextPage(width, has_colors)
     if isinstance(scored, Report):
         page.brief("", _verdict(scored), 2, f"bold {text_color(file_grade(scored))}")
         entries = [*_report(scored), ("next", _next(scored, in_python), 1)]
     else:
         page.brief("", words.series_verdict(scored), 2, "bold")
         entries = [*_series(scored), ("next", _next_of_series(scored, in_python), 1)]
-    for name, text, lines in entries:
-        if text:
-            page.brief(f"  {name:<{_NAMES - 2}}", text, lines)
+    for name, said, lines in entries:
+        if said:
+            page.brief(f"  {name:<{_NAMES - 2}}", said, lines)
     return page.text()
 
 
 def closing(scored: Report | Series, width: int | None, has_colors: bool) -> str:
     """What to do next, below a report without its details."""
-    page = TextPage(width, has_colors)
     step = _next(scored, False) if isinstance(scored, Report) else _next_of_series(scored, False)
-    page.say("")
-    page.say(f"next: {step}", "", "  ")
-    page.say("errors of each maneuver: --details; with charts: -o report.html", "dim", "  ")
-    return page.text()
+    more = "errors of each maneuver: --details; with charts: -o report.html"
+    blocks = Paragraph(f"next: {step}"), Paragraph(more, "facts")
+    return "\n" + text.render(blocks, width, has_colors)
 
 
 def _report(report: Report) -> Iterator[_Entry]:
