@@ -1,4 +1,4 @@
-"""How good a result is, by its true error alone: the grade of a column and of a file.
+"""Grades of columns and files, by their true error alone, in words, signs and colours.
 
 A grade is shown by a sign and a colour beside the digits; tables that show the signs say what they
 mean.
@@ -46,7 +46,7 @@ def file_grade(report: Report) -> Grade:
 
 
 def judgement(report: Report) -> str:
-    """What a file is, in a word or a few; empty if nothing was compared."""
+    """Return the grade of a file in a word or a few; empty if nothing was compared."""
     found = file_grade(report)
     word = WORDS.get(found, "")
     if not word or found == Grade.WRONG or report.is_whole:

@@ -1,4 +1,4 @@
-"""What Python and notebooks show of an object: blocks, and their text.
+"""Views of objects in Python and notebooks: blocks, and their text.
 
 A class names its function here as ``_view``, see `display.Displayed`. Notebooks get HTML without a
 script, which is no page of its own.
@@ -112,7 +112,7 @@ def reference_maneuver(m: ReferenceManeuver) -> Iterable[Block]:
 
 
 def trajectory(run: Trajectory) -> Iterable[Block]:
-    """How it was integrated, and states at even times; the last is the end of the run."""
+    """Return its integrator and its states at even times, up to the end of the run."""
     end = min(run.maneuver.duration, run.breaks[-1])
     times = [end * Fraction(i, _TIMES - 1) for i in range(_TIMES)]
     rows = [(plain(float(t)), *(f"{float(x.mid()):.10g}" for x in run.state(t))) for t in times]

@@ -73,7 +73,7 @@ def reports(scored: Report | Series) -> tuple[Report, ...]:
 
 
 def is_default(column: ColumnScore) -> bool:
-    """Whether a column is understood as the default definition."""
+    """True if a column is understood as the default definition."""
     return column.as_understood.definition == column.as_written.definition
 
 
@@ -83,7 +83,7 @@ def mark(column: ColumnScore) -> str:
 
 
 def mark_meanings(columns: Sequence[ColumnScore]) -> list[str]:
-    """What the marks of some columns mean, those that occur."""
+    """Return the meanings of the marks that occur in some columns."""
     found = []
     if not all(map(is_default, columns)):
         found.append("* is not the default definition")
@@ -97,7 +97,7 @@ def mark_meanings(columns: Sequence[ColumnScore]) -> list[str]:
 
 
 def notes(column: ColumnScore) -> tuple[str, ...]:
-    """How else a column is understood in another way than by default: sign, unit, offset."""
+    """Return sign, unit and offset of a column that are not the default ones."""
     r = column.as_understood
     found = []
     if not column.is_known:
@@ -125,7 +125,7 @@ def by_severity(findings: tuple[Finding, ...]) -> list[Finding]:
 
 
 def warnings_words(report: Report) -> str:
-    """How many warnings there are; empty without any."""
+    """Return the number of warnings in words; empty without any."""
     count = sum(f.severity == Severity.WARNING for f in report.said)
     return f"{count} warning{'s' if count > 1 else ''}" if count else ""
 
@@ -136,13 +136,13 @@ def fewest_digits(m: ManeuverScore) -> float | None:
 
 
 def worst_place(report: Report) -> str:
-    """Which column is the worst."""
+    """Return the worst column and its maneuver."""
     found = report.worst
     return f"{label(found.column)} of maneuver {found.maneuver}" if found else "nothing compared"
 
 
 def worst_words(report: Report) -> str:
-    """How good the worst column is."""
+    """Return the correct digits of the worst column."""
     found = report.worst
     if found is None:
         return PHRASES["nothing"]
@@ -159,7 +159,7 @@ def worst_words(report: Report) -> str:
 
 
 def caveats(report: Report) -> list[str]:
-    """What is to be known beside the digits: the part covered, columns left out, odd senses."""
+    """Return restrictions of the verdict: part covered, columns left out, contradictory signs."""
     signs, covered, left_out = "", "", list(report.not_compared)
     least = min(report.maneuvers, key=lambda m: m.coverage, default=None)
     if least is not None and least.coverage < 1:
@@ -190,7 +190,7 @@ def performance_words(m: ManeuverScore) -> str:
 
 
 def _outcome(m: ManeuverScore) -> str:
-    """What the benchmark says to the eq. (1) of a maneuver; empty if it has no limit for it."""
+    """Return the benchmark's verdict on eq. (1) of a maneuver; empty if it has no limit."""
     if m.performance_limit is None:
         return ""
     # Eq. (1) may not count, whatever it is.
@@ -202,7 +202,7 @@ def _outcome(m: ManeuverScore) -> str:
 
 
 def requirement_words(scored: Report | Series) -> str:
-    """How many requirements are met; empty without any."""
+    """Return the number of requirements that are met; empty without any."""
     every = [r for report in reports(scored) for r in report.requirements]
     if not every:
         return ""
@@ -215,7 +215,7 @@ def requirement_words(scored: Report | Series) -> str:
 
 
 def graded(report: Report) -> str:
-    """What the file is worth by its true error: the judgement, and its worst column.
+    """Return the verdict by true error: the judgement, and the worst column.
 
     First goes what may be said of a file whose motion is right: signs that contradict each other,
     and a definition that is not known here.
@@ -240,7 +240,7 @@ def verdict(report: Report) -> str:
 
 
 def contents(report: Report) -> str:
-    """What the file holds, in a few words."""
+    """Return rows, times, digits and format of a file."""
     f = report.file
     digits = f.significant_digits
     written = "unknown digits" if digits is None else f"{digits} digits written"
@@ -264,7 +264,7 @@ def worst_error_words(report: Report) -> str:
 
 
 def performance_remark(report: Report) -> str:
-    """What eq. (1) says of the maneuver that the benchmark judges by it, and what it sees.
+    """Return eq. (1) of the maneuver that the benchmark judges by it, and what it sees.
 
     Empty without such a maneuver, or without an energy. What it sees is left out where the file is
     right, and where a warning says it.
@@ -334,7 +334,7 @@ def size_text(run: Run) -> str:
 
 
 def size_heading(series: Series) -> str:
-    """What `size_text` is of the runs of a series; empty if it is nothing."""
+    """Return the quantity that `size_text` gives of the runs of a series; empty without any."""
     if any(run.step is not None for run in series.runs):
         return "step [s]"
     return "tolerance" if any(run.tolerance is not None for run in series.runs) else ""

@@ -32,7 +32,7 @@ class Line:
     unit
         Of y, for the read-out.
     has_points
-        Whether its points are marked however many they are.
+        True if its points are marked however many they are.
     """
 
     name: str
@@ -107,7 +107,7 @@ def chart(
     Parameters
     ----------
     about
-        What it shows, for those who do not see it.
+        Its content in words, for those who do not see it.
     title, x_title
         Quantity and unit of the axes.
     height
@@ -151,12 +151,12 @@ def small(name: str, drawn: str, said: str = "") -> str:
 
 
 def empty(text: str) -> str:
-    """What stands in place of a chart."""
+    """Return the text in place of a chart."""
     return f'<p class="empty">{text}</p>'
 
 
 def _ends(axis: ChartAxis) -> str:
-    """What the read-out needs to find values from places."""
+    """Return the ends of an axis, from which the read-out finds values."""
     return f"{axis.low!r} {axis.high!r} {int(axis.is_log)} {axis.offset!r}"
 
 

@@ -1,4 +1,4 @@
-"""Which definition a column follows: its error against each, as a table with a dot for each."""
+"""The error of a column against each of its definitions, as a table with a dot for each."""
 
 import math
 from html import escape

@@ -96,7 +96,7 @@ def all_errors(m: ManeuverScore) -> str:
 
 
 def explained(e: Explanation) -> str:
-    """What an explanation leaves of the error, in one column of each maneuver."""
+    """Draw the error that an explanation leaves, in one column of each maneuver."""
     parts = "".join(
         small(f"Maneuver {c.maneuver}, {label(c.key)}", _explained(c)) for c in e.curves
     )
@@ -195,7 +195,7 @@ def _error(time: axis.ChartAxis, c: ColumnScore, name: str, unit: str) -> str:
 
 
 def _range(t: Array, error: Array) -> tuple[float, float]:
-    """What to show of an error that is not all 0: not all the way down where it crosses zero.
+    """Return the range to show of an error that is not all 0, cut where it crosses zero.
 
     Nor do the first few rows count, which are exact or nearly so: they leave the chart below.
     """

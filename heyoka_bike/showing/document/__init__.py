@@ -78,7 +78,7 @@ class Item:
     mark
         Stands in front.
     typed
-        What it is about, as it was typed.
+        Its subject, as it was typed.
     """
 
     text: str
@@ -139,7 +139,7 @@ class TableColumn:
     is_prose
         Flush left, and folded.
     leave_out
-        How soon text leaves it out where there is no room, from 1 on; 0 never.
+        Order in which text leaves it out where there is no room, from 1 on; 0 never.
     style
         Class of its cells.
     only
@@ -168,14 +168,14 @@ class TableBlock:
     style
         Its class.
     left
-        How many columns are flush left; numbers stand in the others.
+        Number of columns that are flush left; numbers stand in the others.
     group
         A line is drawn below each so many rows of text; 0 for none.
     in_parts
-        Whether text shows columns below the others if there is no room beside them; those that are
+        True if text shows columns below the others if there is no room beside them; those that are
         flush left stand in each part.
     is_explained
-        Whether a page says what the columns mean.
+        True if a page says what the columns mean.
     note
         Said below.
     only
@@ -266,7 +266,7 @@ class Document:
     heading
         Of the page; text has none.
     kind
-        What it is, above the heading.
+        Its kind, above the heading.
     blocks
     origin : sequence of (name, text)
         Where it comes from.

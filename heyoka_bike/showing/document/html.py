@@ -210,7 +210,7 @@ def page(
     data
         JSON for the script, if it needs any.
     has_wasm
-        Whether the script compiles WebAssembly.
+        True if the script compiles WebAssembly.
     """
     given = f'<script type="application/json" id="data">\n{data}\n</script>\n' if data else ""
     return _PAGE.substitute(

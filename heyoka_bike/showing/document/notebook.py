@@ -29,5 +29,5 @@ def render(blocks: Sequence[Block]) -> str:
 
 
 def head(title: str, facts: str = "") -> tuple[Paragraph, Paragraph]:
-    """What it is, and some words on it."""
+    """Return a title, and some words on it, as paragraphs."""
     return Paragraph(printable(title), "head"), Paragraph(printable(facts), "facts")

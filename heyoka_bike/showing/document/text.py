@@ -49,9 +49,9 @@ def render(
         Letters of a line; None for those of the terminal. Tables leave out what does not fit, but
         never cut a number.
     has_colors
-        Whether to use the colours of a terminal.
+        True to use the colours of a terminal.
     has_details
-        Whether to show folded chapters, and how the document was made.
+        True to show folded chapters, and the origin of the document.
     """
     page = TextPage(width, has_colors, has_details)
     if isinstance(shown, doc.Document):

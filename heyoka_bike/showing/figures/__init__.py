@@ -31,9 +31,9 @@ class Kind:
     module
         Of this package.
     file
-        How its files are called.
+        Name of its files.
     about
-        What is drawn, in a few words.
+        Its content, in a few words.
     shows
         ``each``: a figure for each maneuver; ``all``: a figure with all; ``none``: no motion.
     """
@@ -95,7 +95,7 @@ def plates(
     maneuver
         Only this one, in figures of motions.
     dashes
-        What stands before the name of an argument in a message; on the command line two.
+        Dashes before the name of an argument in a message; on the command line two.
 
     Raises
     ------

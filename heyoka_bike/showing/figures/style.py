@@ -1,4 +1,4 @@
-"""What all figures share: colours, dashes, fonts, sizes, and how a figure becomes a file."""
+"""Colours, dashes, fonts and sizes of all figures, and their rendering as a file."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ def render(scored: Report | Series) -> str:
 
 
 def document(scored: Report | Series) -> dict[str, Any]:
-    """What `render` writes, as lists and dictionaries."""
+    """Return the document that `render` writes, as lists and dictionaries."""
     found = _report(scored) if isinstance(scored, Report) else _series(scored)
     return {name: clean(x) for name, x in found.items()}
 

@@ -136,7 +136,7 @@ def _facts(entry: Entry) -> doc.Facts:
 
 
 def diagnosis(entry: Entry) -> str:
-    """What goes wrong, in the first words that say it; empty without a diagnosis."""
+    """Return the first finding of a diagnosis that names a cause; empty without a diagnosis."""
     found = entry.report.diagnosis
     telling = (f.message for f in found if f.code != "no_mistake_found")
     return next(telling, found[0].message if found else "")

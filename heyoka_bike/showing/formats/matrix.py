@@ -95,7 +95,7 @@ def _maneuvers(numbers: Iterable[int]) -> list[Words]:
 
 
 def _cell(column: ColumnScore | None) -> Cell:
-    """What is shown of a column; None where there is none."""
+    """Return the digits and the grade of a column, ``-`` without one."""
     if column is None:
         return Cell("-", grade=Grade.UNKNOWN)
     return Cell(words.one_decimal(column.scd), grade=column.grade)
@@ -114,7 +114,7 @@ def _fewest(columns: Sequence[ColumnScore]) -> float:
 
 
 def taken(columns: Sequence[ColumnScore]) -> str:
-    """How a column was taken, in words: its definition where there is a choice, and `unusual`."""
+    """Return the definition of a column where there is a choice, and `unusual`."""
     c = _compared(columns)[0]
     said = [printable(c.as_understood.definition)] if c.alternatives else []
     return ", ".join([*said, *unusual(columns)])
@@ -143,7 +143,7 @@ def unusual(columns: Sequence[ColumnScore]) -> list[str]:
 
 
 def conventions(report: Report) -> str:
-    """What the file means otherwise than by default, in one line; none of it is an error."""
+    """Return the conventions of a file that are not the default, in one line; none is an error."""
     said = [
         f"{printable(key)} {taken(columns)}"
         for key, columns in by_key(report).items()

@@ -1,4 +1,4 @@
-"""What a report says, as a document for every medium."""
+"""The report of a file as blocks of a document."""
 
 from collections.abc import Iterator, Sequence
 from functools import partial
@@ -80,7 +80,7 @@ def blocks(report: Report) -> Iterator[doc.Block]:
 
 
 def verdict_of(report: Report) -> Iterator[doc.Block]:
-    """What the file is worth by its true error, then what it holds; for a page."""
+    """Yield the verdict by true error, then rows, times and digits; for a page."""
     text = capital("; ".join([words.graded(report), *words.caveats(report)]))
     sign = SIGNS.get(file_grade(report), "")
     yield doc.Paragraph(f"{text}.", f"verdict {style_of(report)}", sign=sign, only=doc.HTML)
@@ -94,7 +94,7 @@ def verdict_of(report: Report) -> Iterator[doc.Block]:
 
 
 def asked(scored: Report | Series) -> doc.Paragraph:
-    """Whether the requirements are met, for a page."""
+    """Return the number of requirements that are met, for a page."""
     said = words.requirement_words(scored)
     style, sign = ("right", "✓") if scored.passed else ("wrong", "✗")
     text = f"{capital(said)}." if said else ""
@@ -102,7 +102,7 @@ def asked(scored: Report | Series) -> doc.Paragraph:
 
 
 def remark(report: Report) -> doc.Paragraph:
-    """What eq. (1) says, and what it sees."""
+    """Return the value of eq. (1), and what it sees."""
     said = words.performance_remark(report)
     return doc.Paragraph(f"{said}." if said else "", "remark", lead="remark")
 
@@ -222,7 +222,7 @@ def _column_by_column(m: ManeuverScore) -> tuple[doc.Block, ...]:
 
 
 def _consistency(m: ManeuverScore) -> doc.Facts:
-    """What the file says about itself, each with its explanation."""
+    """Return the contradictions within the file itself, each with its explanation."""
     c = m.consistency
     eq_1 = doc.Words("eq. (1), 100 (max E − min E) / E₀", "eq. (1), 100 (max E - min E) / E0")
     said = "drift of the file's own mechanical energy, the only thing the benchmark judges"

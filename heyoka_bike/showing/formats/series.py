@@ -1,4 +1,4 @@
-"""What is said of several runs of one program, or of programs side by side, as a document."""
+"""Several runs of one program, or programs side by side, as blocks of a document."""
 
 from collections.abc import Callable, Iterator
 from functools import partial

@@ -32,7 +32,7 @@ def render(
     width, has_colors
         See `document.text.render`.
     in_python
-        Whether what to do next is said for Python, not for the command line.
+        True if the next step is said for Python, not for the command line.
     """
     page = text.TextPage(width, has_colors)
     if isinstance(scored, Report):
@@ -48,7 +48,7 @@ def render(
 
 
 def closing(scored: Report | Series, width: int | None, has_colors: bool) -> str:
-    """What to do next, below a report without its details."""
+    """Return the next step, below a report without its details."""
     step = _next(scored, False) if isinstance(scored, Report) else _next_of_series(scored, False)
     more = "errors of each maneuver: --details; with charts: -o report.html"
     blocks = Paragraph(f"next: {step}"), Paragraph(more, "facts")
@@ -106,7 +106,7 @@ def _warnings(report: Report) -> str:
 
 
 def _next(report: Report, in_python: bool) -> str:
-    """What to do with the result."""
+    """Return the next step after a report."""
     if report.diagnosis:
         return words.sentence(report.diagnosis[0].message)
     found = file_grade(report)

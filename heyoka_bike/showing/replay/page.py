@@ -90,7 +90,7 @@ def stage(scenes: Sequence[tuple[str, str]], has_result: bool) -> str:
     scenes
         Numbers and names to choose from.
     has_result
-        Whether results are shown beside the reference.
+        True if results are shown beside the reference.
     """
     keys = result = ""
     if has_result:
@@ -186,7 +186,7 @@ def _about(replay: Replay, has_result: bool) -> str:
 
 
 def drawing(bicycle: Bicycle) -> dict[str, Any]:
-    """What the script draws of a bicycle, for JSON."""
+    """Return the drawing of a bicycle for the script, as JSON holds it."""
     drawn = shape(bicycle)
     return {
         "points": {name: _rounded(point) for name, point in drawn.points.items()},
@@ -235,7 +235,7 @@ def _scene_data(scene: Scene) -> dict[str, Any]:
 
 
 def _columns(motion: Motion3D, columns: Mapping[str, Array]) -> dict[str, Array]:
-    """What the script draws and says; the rest follows by rigid motion."""
+    """Return the quantities that the script needs; the rest follows by rigid motion."""
     return {
         "yaw": motion.yaw, "pitch": motion.pitch,
         "x": motion.rear_contact[:, 0], "y": motion.rear_contact[:, 1],

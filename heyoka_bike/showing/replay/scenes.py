@@ -1,4 +1,4 @@
-"""What a replay shows: the motion of each maneuver, and beside it that of a result file.
+"""Scenes of a replay: the motion of each maneuver, and beside it that of a result file.
 
 A result file has no pitch, no yaw and no place. They are derived from its own state by the model:
 the pitch from roll and steer, both wheels on the floor; the yaw rate from rolling without slip; the
@@ -75,7 +75,7 @@ class ShownResult(Shown):
     first
         Index of its first frame among those of the reference.
     notes : tuple of str
-        What is taken from where, and where it ends: sentences.
+        Sources of its quantities, and where it ends: sentences.
     """
 
     first: int
