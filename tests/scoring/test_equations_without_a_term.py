@@ -6,8 +6,7 @@ from corpus.writing import Runs
 
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
 from heyoka_bike.scoring.diagnosis.programs.forces import TERMS
-from heyoka_bike.scoring.diagnosis.programs.program import Program, apply
-from heyoka_bike.scoring.diagnosis.programs.start import Start, initial_state
+from heyoka_bike.scoring.diagnosis.programs.program import Program, Start, apply, initial_state
 
 MADE = {
     "no_gyroscopic": "newton-no-gyroscopic",
@@ -23,14 +22,13 @@ KEYS = {"roll": "roll_angle", "roll_rate": "roll_rate", "speed": "forward_speed"
 
 def farthest(simulator, bicycle, run, missing):
     """Largest distance from a run of another program, in sizes of its columns."""
-    p = {s: float(x) for s, x in bicycle.values.items()}
     runs, found = Runs(), []
     for n, start in STARTS.items():
         block = runs.block(run, n)
         # Until it falls: then nothing agrees any more.
         upright = np.cumprod(np.abs(np.nan_to_num(block["roll"], nan=9.0)) < 0.5) == 1
         time = block["time"][upright]
-        made = simulator.run(bicycle, initial_state(p, start), time, dict(missing))
+        made = simulator.run(bicycle, initial_state(bicycle, start), time, dict(missing))
         for name, key in KEYS.items():
             there = block[name][upright]
             found.append(np.max(np.abs(made[key] - there)) / np.max(np.abs(there)))

@@ -126,7 +126,7 @@ def test_one_parameter_is_found_with_its_value(reference, simulator, symbol, cha
     assert abs(got.value - value) < 3 * got.uncertain
     # An error of 1e-5 is left of one of some tenths.
     assert got.uncertain < 1e-3 * abs(value)
-    said = findings(found, score(file, reference), reference)
+    said = findings(found, score(file, reference))
     assert said[0].code == "parameters"
     assert f"({symbol})" in said[0].message
     assert said[0].evidence["changes"][0][0]["unknown"] == symbol
@@ -137,7 +137,7 @@ def test_the_start_of_one_maneuver_is_found(reference, simulator):
     found, values = fitted(reference, simulator, file)
     assert list(values) == [("initial_roll_rate", 2)]
     assert values["initial_roll_rate", 2].value == pytest.approx(0.55, rel=1e-4)
-    said = findings(found, score(file, reference), reference)
+    said = findings(found, score(file, reference))
     assert "the initial roll rate of maneuver 2 is 0.55 " in said[0].message
 
 
@@ -173,7 +173,7 @@ def test_errors_of_integrators_are_no_parameters(reference, simulator, name):
     found, values = fitted(reference, simulator, file)
     assert values == {}
     assert found.causes.fitted == ()
-    said = findings(found, score(file, reference), reference)
+    said = findings(found, score(file, reference))
     (nothing,) = (f for f in said if f.code == "no_mistake_found")
     assert "nor do one, two or three parameters" in nothing.message
 

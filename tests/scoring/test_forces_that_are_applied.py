@@ -6,7 +6,7 @@ from corpus.newton_model import B, F, H, Program, R
 
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
 from heyoka_bike.scoring.diagnosis.programs.forces import FORCES
-from heyoka_bike.scoring.diagnosis.programs.start import Start, initial_state
+from heyoka_bike.scoring.diagnosis.programs.program import Start, initial_state
 from heyoka_bike.scoring.reading.results import Results, Rows
 
 AXLE, DOWN = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
@@ -145,8 +145,7 @@ def run(name, amount, steps=100, h=0.01):
 
 @pytest.mark.parametrize("name", AMOUNTS)
 def test_they_move_as_in_a_program_of_another_hand(simulator, bicycle, without, name):
-    p = {s: float(x) for s, x in bicycle.values.items()}
-    start = initial_state(p, Start(SPEED, ROLL_RATE))
+    start = initial_state(bicycle, Start(SPEED, ROLL_RATE))
     time, columns = run(name, AMOUNTS[name])
     here, there = simulator.run(bicycle, start, time, {name: AMOUNTS[name]}), columns
     right = simulator.run(bicycle, start, time)

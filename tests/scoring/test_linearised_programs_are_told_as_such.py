@@ -17,7 +17,7 @@ pytestmark = pytest.mark.proof
 
 def said(results, reference, simulator):
     found = explain(align(results, reference).parts, reference, simulator=simulator)
-    return findings(found, score(results, reference), reference)
+    return findings(found, score(results, reference))
 
 
 @pytest.mark.parametrize("number", [1, 2, 3])

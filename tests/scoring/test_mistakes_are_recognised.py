@@ -258,7 +258,7 @@ def accused(name, run, reference, simulator, allowed):
     """The mistakes or parameters that are named, with all maneuvers and with each alone."""
     for file in (run, *(replace(run, maneuvers=(rows,)) for rows in run.maneuvers)):
         found = explain(align(file, reference).parts, reference, simulator=simulator)
-        said = {f.code for f in findings(found, score(file, reference), reference)}
+        said = {f.code for f in findings(found, score(file, reference))}
         if said & {"mistake", "parameters", "linearised"} - allowed:
             yield name, [r.maneuver for r in file.maneuvers], first(found)
 

@@ -7,14 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from heyoka_bike.scoring.diagnosis.programs.start import (
-    BODIES,
-    Start,
-    _admissible,
-    _product,
-    inertial_properties,
-    initial_state,
-)
+from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.numbers.arithmetic import Arrays
+from heyoka_bike.scoring.diagnosis.programs.forces import Moving
+from heyoka_bike.scoring.diagnosis.programs.program import BODIES, Start, initial_state
 
 LINEAR = json.loads((Path(__file__).parents[1] / "anchors" / "linear.json").read_text())
 START = Start(4.6, 0.5)
@@ -23,6 +19,11 @@ START = Start(4.6, 0.5)
 @pytest.fixture(scope="module")
 def parameters(bicycle):
     return {symbol: float(x) for symbol, x in bicycle.values.items()}
+
+
+@pytest.fixture(scope="module")
+def upright(bicycle):
+    return Moving(Equations.of(bicycle, Arrays()), [np.zeros(())] * 7)
 
 
 def published_mass_matrix():
@@ -36,19 +37,25 @@ def published_mass_matrix():
     return np.array(find(LINEAR), dtype=float)
 
 
-def test_the_kinetic_energy_is_the_published_mass_matrix(parameters):
+def test_the_kinetic_energy_is_the_published_mass_matrix(upright):
     """M of Meijaard et al. (2007), over roll rate and steer rate."""
-    masses, places, inertias = inertial_properties(parameters)
-    unit = _admissible(parameters, places)
-    mass = np.array([[_product(masses, inertias, a, b) for b in unit] for a in unit])
+    mass = np.array(upright.mass, dtype=float)
     assert mass[:2, :2] == pytest.approx(published_mass_matrix(), rel=1e-12)
     # Symmetry keeps forward motion apart from roll and steer.
     assert np.max(np.abs(mass[:2, 2])) < 1e-12
 
 
-def test_an_admissible_start_stays_as_it_is(parameters):
-    found = initial_state(parameters, START)
+def test_an_admissible_start_stays_as_it_is(bicycle):
+    found = initial_state(bicycle, START)
     assert found == pytest.approx((0.0, 0.0, 0.0, 0.5, 0.0, 4.6), abs=1e-13)
+
+
+def heights(p):
+    return {"R": -p["rR"], "B": p["zB"], "H": p["zH"], "F": -p["rF"]}
+
+
+def height_of_centre(p):
+    return sum(p[f"m{b}"] * z for b, z in heights(p).items()) / sum(p[f"m{b}"] for b in BODIES)
 
 
 @pytest.mark.parametrize(
@@ -60,34 +67,28 @@ def test_an_admissible_start_stays_as_it_is(parameters):
         replace(START, about_centre=True),
     ],
 )
-def test_what_is_left_is_orthogonal_to_all_admissible_velocities(parameters, start):
+def test_what_is_left_is_orthogonal_to_all_admissible_velocities(
+    bicycle, parameters, upright, start
+):
     """The mistaken velocities minus the projected ones have no momentum along any of them."""
-    masses, places, inertias = inertial_properties(parameters)
-    unit = _admissible(parameters, places)
-    u = initial_state(parameters, start)[3:]
+    *_, roll_rate, steer_rate, speed = initial_state(bicycle, start)
+    u = roll_rate, steer_rate, speed / float(upright.equations.k.length)
     given = {}
-    centre = sum(masses[b] * places[b] for b in BODIES)[2] / sum(masses.values())
     for b in BODIES:
         rate = start.roll_rate if b in start.rolling else 0.0
-        height = centre if start.about_centre else 0.0
+        height = height_of_centre(parameters) if start.about_centre else 0.0
         spin = -start.speed / parameters[f"r{b}"] if b in start.spinning else 0.0
-        given[b] = (
-            np.array([start.speed, -rate * (places[b][2] - height), 0.0]),
-            np.array([rate, spin, 0.0]),
-        )
+        given[f"v_{b}"] = np.array([start.speed, -rate * (heights(parameters)[b] - height), 0.0])
+        given[f"w_{b}"] = np.array([rate, spin, 0.0])
     left = {
-        b: tuple(
-            given[b][i] - sum(x * e[b][i] for x, e in zip(u, unit, strict=True)) for i in (0, 1)
-        )
-        for b in BODIES
+        name: v - sum(x * np.array(e[name], float) for x, e in zip(u, upright.units, strict=True))
+        for name, v in given.items()
     }
-    for e in unit:
-        assert abs(_product(masses, inertias, e, left)) < 1e-10
-    assert _product(masses, inertias, left, left) > 1e-3
+    for e in upright.units:
+        assert abs(upright.product(e, left)) < 1e-10
+    assert upright.product(left, left) > 1e-3
 
 
-def test_the_speed_of_the_centre_is_that(parameters):
-    masses, places, _ = inertial_properties(parameters)
-    speed = initial_state(parameters, replace(START, speed_of_centre=True))[-1]
-    height = sum(masses[b] * places[b] for b in BODIES)[2] / sum(masses.values())
-    assert np.hypot(speed, 0.5 * height) == pytest.approx(4.6, rel=1e-14)
+def test_the_speed_of_the_centre_is_that(bicycle, parameters):
+    speed = initial_state(bicycle, replace(START, speed_of_centre=True))[-1]
+    assert np.hypot(speed, 0.5 * height_of_centre(parameters)) == pytest.approx(4.6, rel=1e-14)

@@ -18,7 +18,7 @@ def report_of(reference, change, **more):
 
 def test_a_right_file_shows_nothing(reference):
     report = report_of(reference, lambda key, values, m: values)
-    assert shown(report, reference) == ()
+    assert shown(report) == ()
     assert columns_apart(report) is None
 
 
@@ -37,7 +37,7 @@ def test_a_bicycle_that_falls_over_is_told_so(reference):
     results = read_results(file)
     report = score(results, reference)
     assert not [f for f in report.findings if f.code == "another_maneuver"]
-    found, *_ = shown(report, reference)
+    found, *_ = shown(report)
     table = np.loadtxt(file)
     for n in (1, 2, 3):
         fallen = table[np.abs(table[:, 8 * n - 7]) > np.pi / 2, 0]
@@ -50,14 +50,14 @@ def test_degrees_do_not_fall_over(reference):
     def in_degrees(key, values, m):
         return 500.0 * values if key == "roll_angle" else values
 
-    assert not shown(report_of(reference, in_degrees), reference)
+    assert not shown(report_of(reference, in_degrees))
 
 
 def test_rows_that_repeat_are_named_with_their_time(reference):
     def freeze(key, values, m):
         return np.where(np.arange(len(values)) > 500, values[500], values) if m == 3 else values
 
-    (found,) = shown(report_of(reference, freeze), reference)
+    (found,) = shown(report_of(reference, freeze))
     assert found.code == "rows_repeated"
     assert (found.evidence["maneuver"], found.evidence["time"]) == (3, 5.0)
     assert found.evidence["rows"] == 501
@@ -69,7 +69,7 @@ def test_columns_of_another_maneuver_are_named(reference):
     def copy(key, values, m):
         return reference[1][key] if key in keys and m == 3 else values
 
-    (found,) = shown(report_of(reference, copy), reference)
+    (found,) = shown(report_of(reference, copy))
     assert found.code == "column_of_another_maneuver"
     assert found.evidence == {"maneuver": 3, "of": 1, "columns": list(keys)}
 
@@ -78,7 +78,7 @@ def test_another_start_is_named(reference):
     def faster(key, values, m):
         return values + 0.1 if key == "forward_speed" and m == 2 else values
 
-    (found,) = shown(report_of(reference, faster), reference)
+    (found,) = shown(report_of(reference, faster))
     assert found.code == "another_start"
     assert found.evidence["maneuver"] == 2
     assert found.evidence["found"] == pytest.approx(4.7)

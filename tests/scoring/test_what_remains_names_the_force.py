@@ -13,7 +13,6 @@ from support.mistaken_programs import correct, results_of
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.initial import pitch_on_the_floor
 from heyoka_bike.bicycle.equations.reduced import Equations
-from heyoka_bike.numbers.vectors import cross, minus, plus, scaled
 from heyoka_bike.scoring.alignment import align
 from heyoka_bike.scoring.definitions import understand
 from heyoka_bike.scoring.diagnosis.diagnose import diagnose
@@ -21,9 +20,8 @@ from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS
 from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS
-from heyoka_bike.scoring.diagnosis.programs.forces import Moving, dot, rates_altered
-from heyoka_bike.scoring.diagnosis.programs.program import other_values
-from heyoka_bike.scoring.diagnosis.programs.start import initial_state
+from heyoka_bike.scoring.diagnosis.programs.forces import Moving, rates_altered
+from heyoka_bike.scoring.diagnosis.programs.program import initial_state, other_values
 from heyoka_bike.scoring.diagnosis.residual.causes import find_causes, log_odds
 from heyoka_bike.scoring.diagnosis.residual.observed import observe
 from heyoka_bike.scoring.diagnosis.residual.terms import Accelerations
@@ -145,20 +143,6 @@ def test_other_definitions_of_the_columns_are_other_motions_no_forces(reference,
     assert max(found.shares["roll"], found.shares["steer"]) < 1e-8
 
 
-def powers(m):
-    """Generalised forces that accelerate the bodies, by Newton and Euler, less their weight."""
-    found = [0.0] * 3
-    for i, unit in enumerate(m.units):
-        for body, mass in m.masses.items():
-            v, w = f"v_{body}", f"w_{body}"
-            frame = m.now["w_" + {"R": "B", "F": "H"}.get(body, body)]
-            pull = minus((0.0, 0.0, mass * m.b.g), scaled(mass, m.bias[v]))
-            momentum = m.inertia(body, m.now[w])
-            turn = plus(m.inertia(body, m.bias[w]), cross(frame, momentum))
-            found[i] = found[i] + dot(pull, unit[v]) - dot(turn, unit[w])
-    return found
-
-
 def test_velocities_of_the_bodies_obey_the_equations_of_motion(equations):
     """Newton's and Euler's equations of four bodies give the rates of the reduced ones."""
     random = np.random.default_rng(7)
@@ -166,7 +150,7 @@ def test_velocities_of_the_bodies_obey_the_equations_of_motion(equations):
     rates, spin = random.uniform(-1.0, 1.0, (2, 50)), random.uniform(5.0, 20.0, 50)
     pitch = pitch_on_the_floor(equations.k, roll, 0 * roll, steer)
     m = Moving(equations, [roll, pitch, steer, *rates, spin, 0 * roll])
-    for found, right in zip(m.added(powers(m)), m.rates[3:6], strict=True):
+    for found, right in zip(m.added(m.free()), m.rates[3:6], strict=True):
         # Accelerations of up to 40 1/s^2.
         assert np.max(np.abs(found - right)) < 1e-12
 
@@ -175,8 +159,7 @@ def test_velocities_of_the_bodies_obey_the_equations_of_motion(equations):
 def test_a_term_that_nobody_knows_is_told_as_such(reference, equations):
     """A steer spring that stiffens with the cube of the angle."""
     program = correct(reference)
-    p = {s: float(x) for s, x in program.bicycle.values.items()}
-    start = np.array(initial_state(p, program.starts[2]))
+    start = np.array(initial_state(program.bicycle, program.starts[2]))
     start[5] /= equations.k.length
 
     def slope(t, y):

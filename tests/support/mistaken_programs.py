@@ -18,7 +18,7 @@ from heyoka_bike.motion.expressions import Expressions
 from heyoka_bike.numbers.arithmetic import Multiprecision
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.scoring.diagnosis.mistakes.library import Program, apply
-from heyoka_bike.scoring.diagnosis.programs.start import Start, initial_state
+from heyoka_bike.scoring.diagnosis.programs.program import Start, initial_state
 from heyoka_bike.scoring.reading.results import Quantum, Results, Rows
 from heyoka_bike.system.resources import benchmark_bicycle
 from support.made_results import smooth_error
@@ -178,11 +178,10 @@ def linear_motion(bicycle, start, time, terms):
 def columns_of(reference, mistakes):
     """What a program with these mistakes writes, by maneuver."""
     program = apply(correct(reference), mistakes)
-    p = {s: float(x) for s, x in program.bicycle.values.items()}
     made = {}
     for number in reference:
         m = reference[number]
-        start = initial_state(p, program.starts[number])
+        start = initial_state(program.bicycle, program.starts[number])
         time = program.clock(m.time, 0.01)
         if program.linear:
             found = linear_motion(program.bicycle, start, time, program.linear)

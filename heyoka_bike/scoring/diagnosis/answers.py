@@ -6,7 +6,6 @@ from typing import Any
 
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.bicycle.parameters import PARAMETERS, START
-from heyoka_bike.reference.load import Reference, load_reference
 from heyoka_bike.reference.sensitivities import UNKNOWNS
 from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.diagnosis import numerical, plain
@@ -45,13 +44,8 @@ _WHOLE = 0.02
 _COUNTS = {1: "One parameter explains", 2: "Two parameters explain", 3: "Three parameters explain"}
 
 
-def findings(
-    diagnosis: Diagnosis, report: Report, reference: Reference | None = None
-) -> tuple[Finding, ...]:
-    """What explains the file, or what its error looks like if nothing does.
-
-    The reference is that of the report, by default the published one.
-    """
+def findings(diagnosis: Diagnosis, report: Report) -> tuple[Finding, ...]:
+    """Say what explains the file, or what its error looks like if nothing does."""
     columns = [(m, c) for m in report.maneuvers for c in m.columns if c.values]
     if 2 * sum(not c.trace.value.any() for _, c in columns) > len(columns):
         return (Finding("cannot_tell", "Most columns hold nothing but zeros", Severity.WARNING),)
@@ -62,8 +56,7 @@ def findings(
         for rank, hypotheses in enumerate(diagnosis.classes[:_MOST], 1)
     ]
     found += _units_beside(diagnosis) if found else []
-    known = reference or load_reference()
-    first = list(plain.shown(report, known))
+    first = list(plain.shown(report))
     if found:
         # A start that is named as a mistake is not named again, and a fall follows from its cause.
         falls = [f for f in first if f.code == plain.FALLS]
@@ -72,12 +65,12 @@ def findings(
 
 
 def is_right(report: Report) -> bool:
-    """Whether every column is as right as its digits can tell."""
+    """True if every column is as right as its digits can tell."""
     return all(c.is_at_floor(_AT_FLOOR) for m in report.maneuvers for c in m.columns if c.values)
 
 
 def _units_beside(diagnosis: Diagnosis) -> list[Finding]:
-    """That beside the motion that explains the file its units are others than were scored."""
+    """Say that beside the motion that explains the file its units are others than were scored."""
     if not diagnosis.units:
         return []
     said = " and ".join(in_units(diagnosis.units))
@@ -101,7 +94,7 @@ def _without_cause(
     diagnosis: Diagnosis, report: Report,
     columns: Sequence[tuple[ManeuverScore, ColumnScore]], shown: Sequence[Finding],
 ) -> tuple[Finding, ...]:  # fmt: skip
-    """What is left to say where neither a mistake nor a parameter explains the file."""
+    """Return the findings where neither a mistake nor a parameter explains the file."""
     if any(f.code in _EXPLAIN for f in shown):
         return tuple(shown)
     nothing = _no_mistake(diagnosis, columns)
@@ -185,7 +178,7 @@ def _method(causes: Causes | None) -> Finding | None:
 
 
 def _open(diagnosis: Diagnosis, *, is_beside: bool) -> list[Finding]:
-    """That there is a force or a term which nothing explains, alone or beside what nearly does."""
+    """Say that there is a force or a term which nothing explains, alone or beside another cause."""
     causes = diagnosis.causes
     if causes is None or not causes.is_open or causes.is_blown_up:
         return []
@@ -210,7 +203,7 @@ def _open(diagnosis: Diagnosis, *, is_beside: bool) -> list[Finding]:
 
 
 def _nearly(causes: Causes | None) -> list[Finding]:
-    """What explains nearly all of what remains of the equations, but not the whole run."""
+    """Name the cause that explains nearly all of the residual, but not the whole run."""
     if causes is None or causes.best is None:
         return []
     said, relief = _said(causes.best), causes.relief(causes.best)
@@ -229,7 +222,7 @@ def _said(mistakes: Sequence[Mistake]) -> str:
 
 
 def _evidence_of(h: Hypothesis, causes: Causes | None) -> str:
-    """How much is explained, by whole runs and in which equation."""
+    """Say how much is explained, by whole runs and in which equation."""
     said = f"Simulated with this, the error falls by a factor of {h.relief:.1g}"
     if causes is None or all(m.kind != "model" for m in h.mistakes):
         return said
@@ -289,7 +282,7 @@ def _cause(
 
 
 def _advice(h: Hypothesis, report: Report) -> str:
-    """What to look at."""
+    """Say what to look at."""
     if any(x.name in FORCES for x in h.found):
         return (
             "The benchmark has no force but gravity, and all terms of the equations of motion: "
@@ -316,7 +309,7 @@ def _changed(found: Sequence[Found]) -> str:
             how = (
                 "is missing"
                 if abs(x.value - 1.0) < _WHOLE
-                else f"is missing by {x.value:.4g} of it"
+                else f"is {1.0 - x.value:.4g} times what it should be"
             )
             parts.append(f"the {FORCES[x.name].says} {how}")
             continue

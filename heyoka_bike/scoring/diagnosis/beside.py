@@ -39,7 +39,7 @@ class Scaled:
 
 
 def beside(report: Report, left_out: Collection[str] = ()) -> tuple[Finding, ...]:
-    """What is said of the columns that are not the benchmark's and not right.
+    """Return findings about the columns that are not the benchmark's and not right.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def beside(report: Report, left_out: Collection[str] = ()) -> tuple[Finding, ...
 
 
 def _is_alone(m: ManeuverScore, c: ColumnScore, left_out: Collection[str]) -> bool:
-    """Whether the benchmark's columns of the maneuver are right, and this one far from that."""
+    """True if the benchmark's columns of the maneuver are right, and this one far from that."""
     errors = [
         other.max_rel_error or 0.0
         for other in m.columns
@@ -72,7 +72,7 @@ def _is_alone(m: ManeuverScore, c: ColumnScore, left_out: Collection[str]) -> bo
 
 
 def _seen(key: str, places: Sequence[Place], is_unknown: bool) -> Iterator[Finding]:
-    """What a column that is wrong alone looks like."""
+    """Yield the finding about a column that is wrong alone."""
     numbers = [m.maneuver for m, _ in places]
     worst = max(c.max_rel_error or 0.0 for _, c in places)
     evidence: dict[str, object] = {"column": key, "maneuvers": numbers, "max_rel_error": worst}

@@ -117,7 +117,7 @@ def diagnosed_elsewhere(report: Report, reference: Reference, told: jobs.Report)
 
 
 def _is_of_output(report: Report) -> bool:
-    """Whether a mistake in what is written explains the file best."""
+    """True if a mistake in what is written explains the file best."""
     first = report.diagnosis[0]
     codes = {m.code for m in OUTPUT_MISTAKES}
     return first.code == "mistake" and any(
@@ -142,7 +142,7 @@ def _of_columns(
     if is_right(replace(report, maneuvers=maneuvers)):
         return replace(report, diagnosis=(nothing_wrong("every column"),))
     found = explain(parts, reference, progress=progress or (lambda _: None))
-    said = findings(found, replace(report, maneuvers=maneuvers), reference)
+    said = findings(found, replace(report, maneuvers=maneuvers))
     return replace(report, diagnosis=said, explanation=explanation(found, said))
 
 

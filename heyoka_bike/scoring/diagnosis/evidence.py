@@ -1,4 +1,4 @@
-"""How much a file speaks for an explanation: odds, of every kind of cause alike.
+"""Odds of causes: one likelihood for causes of every kind.
 
 What a cause leaves of a file's error is an error of unknown size: that of an integrator, and the
 digits written. If it may have any size (a prior of 1 / size), and is worth n independent values in
@@ -16,10 +16,13 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from math import exp, log
+from typing import TYPE_CHECKING
 
 from heyoka_bike.bicycle.columns import LATERAL
 from heyoka_bike.scoring.alignment import HALF
-from heyoka_bike.scoring.diagnosis.programs.program import Found, Mistake
+
+if TYPE_CHECKING:
+    from heyoka_bike.scoring.diagnosis.programs.program import Found, Mistake
 
 Place = tuple[int, str]
 """A maneuver's number and a column's key."""
@@ -27,7 +30,7 @@ Place = tuple[int, str]
 
 @dataclass(frozen=True, slots=True)
 class Weights:
-    """What the odds are made of, each with the experiment that gave it.
+    """Constants of the odds, each with the experiment that gave it.
 
     Attributes
     ----------
@@ -62,6 +65,9 @@ class Weights:
         What leaves more than this part of the columns off by half their scale explains no file.
     nothing, at_floor
         What is left below this part, or so many times what the digits tell, needs no other cause.
+    beside
+        A further value must leave so many times less: one value explains errors of correct programs
+        by up to 9.
     resolved
         The simulation's relative roundoff, at most.
     """
@@ -82,6 +88,7 @@ class Weights:
     strange: float = 0.25
     nothing: float = 1e-8
     at_floor: float = 4.0
+    beside: float = 10.0
     resolved: float = 1e-11
 
 
@@ -112,9 +119,9 @@ class Hypothesis:
     changed : tuple of (int, str)
         Where this program does otherwise than the correct one.
     floors : mapping of (int, str) to float
-        What the digits cannot tell, in scales.
+        Resolution limits, in scales.
     reaches_the_end
-        Whether the motion goes about as far as the rows of the file do.
+        True if the motion goes about as far as the rows of the file do.
     """
 
     mistakes: tuple[Mistake, ...]
@@ -160,7 +167,7 @@ class Hypothesis:
 
     @property
     def is_possible(self) -> bool:
-        """Whether nothing in the file speaks against it."""
+        """True if nothing in the file speaks against it."""
         w, floor = WEIGHTS, WEIGHTS.resolved
         return (
             self.gain > 1.0
@@ -173,7 +180,7 @@ class Hypothesis:
 
     @property
     def unexplained(self) -> Place | None:
-        """What is written wrongly, and still is so much farther off than the motion."""
+        """A column that is written wrongly, and still is much farther off than the motion."""
         w = WEIGHTS
         if any(m.kind != "output" for m in self.mistakes):
             return None
@@ -187,7 +194,7 @@ class Hypothesis:
 
     @property
     def leaves_nothing(self) -> bool:
-        """Whether no other cause could explain more."""
+        """True if no other cause could explain more."""
         w = WEIGHTS
         return all(
             x <= max(w.nothing, w.at_floor * self.floors.get(k, 0.0)) for k, x in self.after.items()

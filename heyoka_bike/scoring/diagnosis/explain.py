@@ -40,6 +40,8 @@ _SIMULATED = 6
 _MOST = 20
 # ... and of those whose values whole runs find.
 _REFINED = 2
+# The equations do not exclude mistakes that leave at most twice as much of them.
+_HIDDEN = 0.5
 
 _LINEAR = {m.code for m in LINEAR_PROGRAMS}
 _OF_MODEL = [
@@ -55,14 +57,14 @@ Progress = Callable[[float], None]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Diagnosis:
-    """What explains a file.
+    """The causes that explain a file.
 
     Attributes
     ----------
     classes : tuple of tuple of Hypothesis
         Ranked; hypotheses of a class cannot be told apart. Empty if nothing explains it.
     tried
-        How many hypotheses were tried.
+        Number of hypotheses tried.
     causes : Causes or None
         What the equations of motion say of the file's own motion; None where it does not show it.
     curves : tuple of Curve
@@ -109,7 +111,7 @@ def explain(
 
 
 def _is_shown(causes: Causes | None) -> bool:
-    """Whether the equations tell which mistakes of the model there are."""
+    """True if the equations tell which mistakes of the model there are."""
     return causes is not None and causes.is_shown and not causes.is_blown_up
 
 
@@ -118,10 +120,12 @@ def _alone(
 ) -> list[Hypothesis]:
     """Single mistakes, as many as there is reason to simulate."""
     of_model = [m for mistakes in proposed for m in mistakes]
-    if not _is_shown(causes):
-        # Whole runs show more than rows that are noisy or few.
-        is_understood = causes is not None and not causes.is_blown_up
-        of_model += causes.best_of(_OF_MODEL)[:_MOST] if causes and is_understood else _OF_MODEL
+    if causes is None or causes.is_blown_up:
+        of_model += _OF_MODEL
+    else:
+        # Whole runs show more than rows that are noisy or few, and small terms far better.
+        best = causes.best_of(_OF_MODEL)[:_MOST]
+        of_model += [m for m in best if not causes.is_shown or causes.relief((m,)) > _HIDDEN]
     found = file.judged([(m,) for m in of_model])
     if not any(h.leaves_nothing for h in found):
         starts = file.starts_like_its_own(_OF_START, causes.motions if causes else ())
@@ -247,7 +251,7 @@ def _log_odds(file: SeenFile, one: Hypothesis, other: Hypothesis) -> float:
 def _compared(
     file: SeenFile, found: Sequence[Hypothesis], causes: Causes | None
 ) -> tuple[tuple[Hypothesis, ...], ...]:
-    """What is worth saying, ranked, in classes that cannot be told apart; if the best explains."""
+    """Rank likely hypotheses in classes that cannot be told apart, if the best of all explains."""
     worth = [h for h in found if h.is_possible and h.log_odds > WEIGHTS.said]
     count = len({n for h in worth for n, _ in h.after})
     worth.sort(
@@ -271,7 +275,7 @@ def _compared(
 
 
 def _explains(h: Hypothesis, causes: Causes | None) -> bool:
-    """Whether what is left can be an integrator's error."""
+    """True if what is left can be an integrator's error."""
     if h.unexplained is not None or h.relief < WEIGHTS.explains:
         return False
     is_of_motion = all(m.kind != "output" and m.code not in _LINEAR for m in h.mistakes)

@@ -56,7 +56,7 @@ _BOTH_TOLERANCES = "heyoka-bike score A B --tolerance 1e-8,1e-9"
 
 @dataclass(frozen=True, slots=True)
 class _Roughness:
-    """What of a column jumps from row to row, medians of the fifths of the run.
+    """The part of a column's error that jumps from row to row, medians of the fifths of the run.
 
     A start that settles, or an event, is not in them.
 
@@ -75,7 +75,7 @@ class _Roughness:
 
 
 def findings(report: Report) -> tuple[Finding, ...]:
-    """What numerical causes the error has; at least one finding, if only that it is smooth."""
+    """Return the numerical causes of the error; at least that it is smooth."""
     far = [_error_in_scales(c) > HALF for m in report.maneuvers for c in m.columns if c.values]
     if 2 * sum(far) >= len(far):
         return (_too_far(),)
@@ -189,7 +189,7 @@ def _trend(m: ManeuverScore) -> float:
 
 
 def _rough(report: Report) -> Iterator[Finding]:
-    """What jumps from row to row: iterations, or noise."""
+    """Yield a finding on an error that jumps from row to row: iterations, or noise."""
     found = {(m.maneuver, c.key): _roughness(c) for m in report.maneuvers for c in m.columns}
     jumping = {
         place: r
@@ -234,7 +234,7 @@ def _is_white(r: _Roughness) -> bool:
 
 
 def _in_rates(number: int, jumping: Mapping[tuple[int, str], _Roughness]) -> bool:
-    """Whether both rates of a maneuver jump, much more than their angles."""
+    """True if both rates of a maneuver jump, much more than their angles."""
     for kind in ("roll", "steer"):
         angle, rate = (jumping.get((number, f"{kind}_{x}")) for x in ("angle", "rate"))
         if rate is None or rate.at_one >= 0 or rate.part < _NOISE:
@@ -245,13 +245,13 @@ def _in_rates(number: int, jumping: Mapping[tuple[int, str], _Roughness]) -> boo
 
 
 def _rings(number: int, jumping: Mapping[tuple[int, str], _Roughness]) -> bool:
-    """Whether the steer rate of a maneuver alternates from row to row."""
+    """True if the steer rate of a maneuver alternates from row to row."""
     rate = jumping.get((number, "steer_rate"))
     return rate is not None and -rate.at_one > _ALTERNATES and rate.at_two > _ALTERNATES
 
 
 def _roughness(c: ColumnScore) -> _Roughness | None:
-    """What jumps in the error of a column; None if it is not above the digits written."""
+    """Return the roughness of a column's error; None if it is not above the digits written."""
     if c.values < _FEWEST:
         return None
     fifths = np.array_split(np.diff(c.trace.error, 4) / _GAIN, 5)

@@ -1,17 +1,16 @@
-"""What a file shows without any simulation.
+"""Findings that need no simulation.
 
 A bicycle that falls over, rows that stand still, columns of another maneuver, a start that is
 another one, and columns that are wrong beside a motion that is right.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.column_score import ColumnScore
-from heyoka_bike.scoring.diagnosis.beside import Place, scaled
-from heyoka_bike.scoring.findings import Finding, Severity
+from heyoka_bike.scoring.diagnosis.beside import scaled
+from heyoka_bike.scoring.findings import Finding, warning
 from heyoka_bike.scoring.findings import maneuvers as of_maneuvers
 from heyoka_bike.scoring.judge.unknown import RIGHT, far_worse, is_far
 from heyoka_bike.scoring.report import ManeuverScore, Report
@@ -31,19 +30,17 @@ _UPRIGHT, _STRIDE = 0.1, 1.0
 _GIVEN = ("roll_rate", "forward_speed")
 # An energy that is wrong makes the sum wrong.
 _PARTS, _SUM = {"potential_energy", "kinetic_energy"}, "mechanical_energy"
-_Apart = Mapping[int, tuple[frozenset[str], float]]
-"""By maneuver: columns that are far worse than the others, and the largest error of these."""
 FALLS = "falls_over"
 """Code of the finding that the bicycle falls over."""
 
 
-def shown(report: Report, reference: Reference) -> tuple[Finding, ...]:
-    """What is seen at once, whatever else is found."""
+def shown(report: Report) -> tuple[Finding, ...]:
+    """Return what is seen at once, whatever else is found."""
     return (
         *_falls_over(report.maneuvers),
         *_standing_still(report.maneuvers),
         *_of_other_maneuvers(report.maneuvers),
-        *_other_starts(report.maneuvers, reference),
+        *_other_starts(report.maneuvers),
     )
 
 
@@ -63,12 +60,11 @@ def _falls_over(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
             times[m.maneuver] = float(roll.time[row])
     if times:
         said = " and ".join(f"at {t:.3g} s in maneuver {n}" for n, t in times.items())
-        yield Finding(
+        yield warning(
             FALLS,
             f"The bicycle falls over: its lean passes 90 degrees {said}. Compare the first tenths "
             "of a second: contact, friction or step there, for what follows is another motion",
-            Severity.WARNING,
-            {"times": {str(n): t for n, t in times.items()}},
+            times={str(n): t for n, t in times.items()},
         )
 
 
@@ -83,12 +79,13 @@ def _standing_still(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
         still = m.rows - last
         if still >= _FEW_ROWS and moves.any():
             time = float(columns[0].time[last])
-            yield Finding(
+            yield warning(
                 "rows_repeated",
                 f"From {time:.6g} s on all {still} rows of maneuver {m.maneuver} hold the same "
                 "numbers: the motion ended there, and its last row was written again",
-                Severity.WARNING,
-                {"maneuver": m.maneuver, "time": time, "rows": still},
+                maneuver=m.maneuver,
+                time=time,
+                rows=still,
             )
 
 
@@ -102,12 +99,13 @@ def _of_other_maneuvers(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]
                 continue
             worse = m if _worst(m, same) > _worst(other, same) else other
             right = other if worse is m else m
-            yield Finding(
+            yield warning(
                 "column_of_another_maneuver",
                 f"{', '.join(same)} of maneuver {worse.maneuver}: the same numbers as in maneuver "
                 f"{right.maneuver}, where they belong",
-                Severity.WARNING,
-                {"maneuver": worse.maneuver, "of": right.maneuver, "columns": same},
+                maneuver=worse.maneuver,
+                of=right.maneuver,
+                columns=same,
             )
 
 
@@ -123,7 +121,7 @@ def _worst(m: ManeuverScore, keys: Sequence[str]) -> float:
     return max(c.as_understood.measures.max_rel_error or 0.0 for c in m.columns if c.key in keys)
 
 
-def _other_starts(maneuvers: Sequence[ManeuverScore], reference: Reference) -> Iterator[Finding]:
+def _other_starts(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
     """First rows with another roll rate or speed than the maneuver is given."""
     for m in maneuvers:
         for c in m.columns:
@@ -132,17 +130,16 @@ def _other_starts(maneuvers: Sequence[ManeuverScore], reference: Reference) -> I
             given = float(c.trace.reference[0])
             here, off = float(c.trace.value[0]), abs(float(c.trace.error[0]))
             if off > max(_START * abs(given), _AT_FLOOR * (c.floor or 0.0)):
-                yield Finding(
+                unit = {"rad s-1": "rad/s", "m s-1": "m/s"}.get(c.unit, c.unit)
+                yield warning(
                     "another_start",
                     f"Maneuver {m.maneuver} begins with a {c.key.replace('_', ' ')} of "
-                    f"{here:.9g} {_unit(c)} in its first row, where {given:.9g} is given",
-                    Severity.WARNING,
-                    {"maneuver": m.maneuver, "column": c.key, "found": here, "given": given},
+                    f"{here:.9g} {unit} in its first row, where {given:.9g} is given",
+                    maneuver=m.maneuver,
+                    column=c.key,
+                    found=here,
+                    given=given,
                 )
-
-
-def _unit(c: ColumnScore) -> str:
-    return {"rad s-1": "rad/s", "m s-1": "m/s"}.get(c.unit, c.unit)
 
 
 def columns_apart(report: Report) -> Finding | None:
@@ -154,39 +151,26 @@ def columns_apart(report: Report) -> Finding | None:
     with_sum = _SUM in apart and bool(apart & _PARTS)
     apart -= {_SUM} if with_sum else set()
     wrong = {key: places for key, places in report.by_column().items() if key in apart}
-    return _apart(wrong, each, with_sum)
-
-
-def _apart(wrong: Mapping[str, Sequence[Place]], each: _Apart, with_sum: bool) -> Finding:
-    found = {key: _where_far(places, each) for key, places in wrong.items()}
-    fits = {key: scaled([c for _, c in places]) for key, places in wrong.items()}
-    known = {key: fit for key, fit in fits.items() if fit is not None}
+    found = {
+        key: [m.maneuver for m, c in places if is_far(c, each[m.maneuver][1], _WORSE)]
+        for key, places in wrong.items()
+    }
+    fits = {key: fit for key, places in wrong.items() if (fit := scaled([c for _, c in places]))}
     rest = max(limit for _, limit in each.values())
-    return Finding(
-        "columns_apart",
-        _apart_words(found, len(each), with_sum)
-        + "".join(f": {key} is {fit.says(wrong[key][0][1].unit)}" for key, fit in known.items())
-        + f". All other columns are right to {rest:.1g} of their scales, so the motion is right, "
-        "and neither the integrator nor the equations are to blame. Look at how "
-        f"{'this column is' if len(found) == 1 else 'these columns are'} computed and written",
-        Severity.WARNING,
-        {
-            "columns": found,
-            "max_rel_error_of_others": rest,
-            "factors": {key: fit.factor for key, fit in known.items()},
-        },
-    )
-
-
-def _where_far(places: Sequence[Place], each: _Apart) -> list[int]:
-    """Maneuvers in which a column is worse than those that are right."""
-    return [m.maneuver for m, c in places if is_far(c, each[m.maneuver][1], _WORSE)]
-
-
-def _apart_words(found: Mapping[str, Sequence[int]], count: int, with_sum: bool) -> str:
-    said = ", ".join(
-        key if len(numbers) == count else f"{key} of {of_maneuvers(numbers)}"
+    only = ", ".join(
+        key if len(numbers) == len(each) else f"{key} of {of_maneuvers(numbers)}"
         for key, numbers in found.items()
     )
-    are = "is" if len(found) == 1 else "are"
-    return f"Only {said} {are} wrong" + (", and mechanical_energy with it" if with_sum else "")
+    are, these = ("is", "this column is") if len(found) == 1 else ("are", "these columns are")
+    return warning(
+        "columns_apart",
+        f"Only {only} {are} wrong"
+        + (", and mechanical_energy with it" if with_sum else "")
+        + "".join(f": {key} is {fit.says(wrong[key][0][1].unit)}" for key, fit in fits.items())
+        + f". All other columns are right to {rest:.1g} of their scales, so the motion is right, "
+        "and neither the integrator nor the equations are to blame. Look at how "
+        f"{these} computed and written",
+        columns=found,
+        max_rel_error_of_others=rest,
+        factors={key: fit.factor for key, fit in fits.items()},
+    )

@@ -1,9 +1,8 @@
-"""How well programs with mistakes explain a file: simulated, and compared as with the reference."""
+"""A file, and programs with mistakes that are simulated and compared with it."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from heyoka_bike.bicycle.columns import COLUMNS, FOLLOWING
 from heyoka_bike.bicycle.equations.reduced import Equations
@@ -18,9 +17,8 @@ from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, Hypothesis, Place
 from heyoka_bike.scoring.diagnosis.mistakes.library import Mistake, Program, apply
 from heyoka_bike.scoring.diagnosis.mistakes.proposals import columns_in_another_order
 from heyoka_bike.scoring.diagnosis.programs.linear import linear_columns
-from heyoka_bike.scoring.diagnosis.programs.program import Columns, beginning
+from heyoka_bike.scoring.diagnosis.programs.program import Columns, Start, beginning
 from heyoka_bike.scoring.diagnosis.programs.simulator import AskedMotion, Simulator
-from heyoka_bike.scoring.diagnosis.programs.start import Start
 from heyoka_bike.scoring.diagnosis.residual.causes import Cause, Causes, find_causes
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE, Observed, observe, readings
 from heyoka_bike.scoring.diagnosis.residual.shooting import Shooting
@@ -44,8 +42,6 @@ _REACHED = 0.5
 
 _Expected = Sequence[Mapping[str, Array]]
 """Of each part, columns by name."""
-_Indices = Sequence[NDArray[np.intp]]
-"""Of each part, some of its rows."""
 
 
 class SeenFile:
@@ -81,7 +77,7 @@ class SeenFile:
         self._floors = self._floors_in_scales()
 
     def judged(self, hypotheses: Iterable[tuple[Mistake, ...]]) -> list[Hypothesis]:
-        """How well programs with these mistakes explain the file.
+        """Simulate programs with these mistakes and compare them with the file.
 
         Without those that are, as far as the file shows it, a program that was tried before.
         """
@@ -95,11 +91,32 @@ class SeenFile:
         # So many as a processor's cache and the memory hold.
         for i in range(0, len(chosen), _TOGETHER):
             together = chosen[i : i + _TOGETHER]
-            made = self._simulated([apply(self._correct, mistakes) for mistakes in together])
-            found += [self._judge(m, e) for m, e in zip(together, made, strict=True)]
+            programs = [apply(self._correct, mistakes) for mistakes in together]
+            made = self._simulated(programs)
+            found += [
+                self._judge(m, e, self._resolved(p, e))
+                for m, p, e in zip(together, programs, made, strict=True)
+            ]
         return found
 
-    def _judge(self, mistakes: tuple[Mistake, ...], expected: _Expected) -> Hypothesis:
+    def _resolved(self, program: Program, expected: _Expected) -> Mapping[Place, float]:
+        """Return the resolution limit of each column, by its digits and the simulation, in scales.
+
+        A motion that nears a singularity is simulated less well: its energy, which should be
+        constant, says how well.
+        """
+        if program.amounts or program.rows or program.linear:
+            return self._floors
+        drift = {}
+        for part, e in zip(self._parts, expected, strict=True):
+            energy = e["mechanical_energy"][np.isfinite(e["mechanical_energy"])]
+            scale = part.reference.scale("mechanical_energy") or 1.0
+            drift[part.number] = float(np.ptp(energy)) / scale if len(energy) else 0.0
+        return {k: max(x, drift[k[0]]) for k, x in self._floors.items()}
+
+    def _judge(
+        self, mistakes: tuple[Mistake, ...], expected: _Expected, floors: Mapping[Place, float]
+    ) -> Hypothesis:
         understood, after = self._typical(expected)
         before = {k: x for k, x in self._before(expected).items() if k in after}
         found = Hypothesis(
@@ -107,7 +124,7 @@ class SeenFile:
             before=before,
             after=after,
             changed=tuple(k for k in before if self._differ(k, expected, self._compared)),
-            floors=self._floors,
+            floors=floors,
             reaches_the_end=self._reaches_the_end(expected),
         )
         self._expected[found.codes] = expected
@@ -126,7 +143,7 @@ class SeenFile:
         return [order] if order else []
 
     def _floors_in_scales(self) -> dict[Place, float]:
-        """What the digits of each column cannot tell."""
+        """Return the resolution limit of each column by its digits, in scales."""
         understood, floors = self._understood[()], {}
         for i, part in enumerate(self._parts):
             sample = Sample(part, self._rows[i][self._picks[i]], self._compared[i])
@@ -141,7 +158,7 @@ class SeenFile:
         return {key: u.unit for key, u in understood.items() if u.unit != usual[key].unit}
 
     def causes(self, library: Sequence[Mistake]) -> Causes | None:
-        """What explains the file's accelerations; None where it does not show its motion."""
+        """Return the causes of the file's accelerations; None where it does not show its motion."""
         equations = Equations.binary64(self._correct.bicycle)
         found: list[Causes] = []
         tried: list[Mapping[str, Understanding]] = []
@@ -211,49 +228,31 @@ class SeenFile:
         return Shooting(motions, self._correct, self._simulator)
 
     def curves(self, h: Hypothesis) -> tuple[Curve, ...]:
-        """What a hypothesis leaves, in the column of each maneuver that it explains best."""
-        understood = self._understood[h.codes]
-        written = self._as_understood(understood)
+        """Return what a hypothesis leaves, in the column of each maneuver that it explains best."""
+        written = self._as_written()
         places = {part.number: i for i, part in enumerate(self._parts)}
 
         def curve(number: int, key: str) -> Curve:
-            i, column = places[number], understood[key].column
+            i, u = places[number], self._understood[h.codes][key]
+            values = u.sign * factor(u.unit)[0] * written[i][key] - u.offset
             before, after = (
-                np.abs(written[i][key] - expected[i][column.name])
+                np.abs(values - expected[i][u.column.name])
                 for expected in (self._compared, self._expected[h.codes])
             )
             good = np.isfinite(after)
-            time = self._compared_times()[i]
-            return Curve(number, key, column.unit, time[good], before[good], after[good])
+            time = self._times[i][self._picks[i]]
+            return Curve(number, key, u.column.unit, time[good], before[good], after[good])
 
         relief = {k: h.before[k] / h.after[k] for k in h.after if k in h.before}
         # The best column of a maneuver is the last to be put into its place.
         best = dict(sorted(relief, key=relief.__getitem__))
         return tuple(curve(number, key) for number, key in sorted(best.items()))
 
-    def _compared_times(self) -> list[Array]:
-        return [t[pick] for t, pick in zip(self._times, self._picks, strict=True)]
-
-    def _as_written(self, rows: _Indices | None = None) -> list[dict[str, Array]]:
-        """Columns of each part at some rows, by default those that are compared."""
-        if rows is None:
-            rows = [all_[pick] for all_, pick in zip(self._rows, self._picks, strict=True)]
+    def _as_written(self) -> list[dict[str, Array]]:
+        """Columns of each part at the rows that are compared."""
         return [
-            {key: v[at] for key, v in part.values.items()}
-            for part, at in zip(self._parts, rows, strict=True)
-        ]
-
-    def _as_understood(
-        self, understood: Mapping[str, Understanding], rows: _Indices | None = None
-    ) -> list[dict[str, Array]]:
-        """Columns in SI units, with signs and zeros; without those that hold no number."""
-        return [
-            {
-                key: u.sign * factor(u.unit)[0] * written[key] - u.offset
-                for key, u in understood.items()
-                if key in written
-            }
-            for written in self._as_written(rows)
+            {key: v[rows[pick]] for key, v in part.values.items()}
+            for part, rows, pick in zip(self._parts, self._rows, self._picks, strict=True)
         ]
 
     def _key(self, program: Program) -> object:
@@ -285,7 +284,7 @@ class SeenFile:
         return [self._written(p, columns) for p in programs]
 
     def _written(self, program: Program, made: Iterator[Columns]) -> _Expected:
-        """What a program writes of the motions of all parts."""
+        """Return the columns that a program writes of the motions of all parts."""
         found = []
         for time, pick, exact in zip(self._times, self._picks, self._exact, strict=True):
             columns = next(made)
@@ -307,7 +306,7 @@ class SeenFile:
         )[1]
 
     def _reaches_the_end(self, expected: _Expected) -> bool:
-        """Whether the motion goes about as far as the rows of the file do."""
+        """True if the motion goes about as far as the rows of the file do."""
         for e, written in zip(expected, self._as_written(), strict=True):
             there = np.any([np.isfinite(v) for v in written.values()], axis=0)
             if there.any() and np.mean(np.isfinite(e["roll_angle"][there])) < _REACHED:
@@ -315,7 +314,7 @@ class SeenFile:
         return True
 
     def _differ(self, place: Place, one: _Expected, other: _Expected) -> bool:
-        """Whether two programs differ in a column by more than the simulation's roundoff."""
+        """True if two programs differ in a column by more than the simulation's roundoff."""
         number, key = place
         i = next(i for i, part in enumerate(self._parts) if part.number == number)
         distance = np.abs(one[i][key] - other[i][key])

@@ -44,7 +44,7 @@ def check(
     tolerance
         Of a difference over 1 + abs(expected), SI units.
     si
-        Whether columns whose name has no unit are in SI units.
+        True if columns whose name has no unit are in SI units.
 
     Returns
     -------
@@ -135,7 +135,7 @@ def _refuse_others(table: InstantTable, expected: Mapping[str, Array], tolerance
 def _is_wrong(
     table: InstantTable, key: str, expected: Array, tolerance: float
 ) -> tuple[NDArray[np.bool_], Array]:
-    """Which values are off, and by how much over 1 + |expected|; a value that is missing is not."""
+    """Find values that are off, and by how much over 1 + |expected|; a missing value is not."""
     unit = 1 + np.abs(expected)
     error = np.abs(table.values[key] - expected)
     return error > tolerance * unit + table.uncertain[key], np.nan_to_num(error / unit)

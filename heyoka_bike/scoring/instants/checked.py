@@ -1,4 +1,4 @@
-"""What a table of single instants says of its program, as data."""
+"""The result of checking a table of single instants, as data."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -16,7 +16,7 @@ class CheckedColumn:
     key, unit
         Its name, and its SI unit.
     values, missing, wrong
-        How many there are, how many are no finite number, and how many are off.
+        Numbers of values, of those that are not finite, and of those that are off.
     max_error
         Largest difference over 1 + abs(expected), SI units.
     state, place
@@ -53,7 +53,7 @@ class CheckedLevel:
 
     @property
     def passed(self) -> bool | None:
-        """Whether all columns are right; None if there are none."""
+        """True if all columns are right; None if there are none."""
         return None if not self.columns else not any(c.wrong for c in self.columns)
 
 
@@ -76,7 +76,7 @@ class Explained:
 
 @dataclass(frozen=True, repr=False)
 class CheckedTable(Displayed):
-    """What a table of instants says of its program.
+    """The result of checking a table of instants.
 
     Attributes
     ----------
@@ -87,7 +87,7 @@ class CheckedTable(Displayed):
     states
         Number of rows.
     is_own
-        Whether the states are those of the table, not known ones.
+        True if the states are those of the table, not known ones.
     tolerance
     levels : tuple of CheckedLevel
         All of them, in their order.
@@ -116,5 +116,5 @@ class CheckedTable(Displayed):
 
     @property
     def passed(self) -> bool:
-        """Whether no level fails."""
+        """True if no level fails."""
         return self.failed is None

@@ -1,4 +1,4 @@
-"""What every quantity of a user's own state is, in binary64; of known ones see `instants`."""
+"""Every quantity of a user's own states, in binary64; of known ones see `proof.instants`."""
 
 from collections.abc import Mapping
 from fractions import Fraction
@@ -29,7 +29,7 @@ def of_own(
     given
         `COORDINATES`, and some of `WHERE` [SI].
     is_linear
-        Whether those of the linear bicycle are wanted.
+        True if those of the linear bicycle are wanted.
 
     Returns
     -------

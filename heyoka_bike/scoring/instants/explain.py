@@ -1,4 +1,4 @@
-"""Which one parameter, with another value, makes a table of instants right."""
+"""Single parameters whose other values make a table of instants right."""
 
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -35,7 +35,7 @@ def explanations(
     values, expected
         The columns, and what they should be.
     is_right
-        Whether the columns are these, up to what a table may be off.
+        True if the columns are these, up to what a table may be off.
     """
     is_linear = any(c.name in values for c in LEVELS[-1].columns)
 
@@ -75,6 +75,6 @@ def explanations(
 
 
 def _is_elsewhere(slope: Array, left: Array) -> bool:
-    """Whether a parameter leaves the largest of the differences as it is."""
+    """True if a parameter leaves the largest of the differences as it is."""
     worst = int(np.argmax(np.abs(left)))
     return not abs(slope[worst]) > _SHIFT * np.max(np.abs(slope))

@@ -25,7 +25,7 @@ _BREAKS = re.compile(r"[\s.-]+")
 
 @dataclass(frozen=True, eq=False, slots=True)
 class InstantTable:
-    """What a program wrote of states.
+    """The quantities that a program wrote of some states.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class InstantTable:
 
     @property
     def rows(self) -> int:
-        """How many it has."""
+        """Number of states."""
         return len(self.vectors.columns[0].values)
 
     def place(self, row: int) -> str:
@@ -74,7 +74,7 @@ def read_table(source: Any, states: Sequence[Maneuver], *, si: bool = False) -> 
     states
         Those that are known, by number from 1.
     si
-        Whether columns whose name has no unit are in SI units.
+        True if columns whose name has no unit are in SI units.
 
     Raises
     ------

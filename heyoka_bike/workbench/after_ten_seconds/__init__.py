@@ -1,1 +1,1 @@
-"""What becomes of the benchmark's motions after their ten seconds, proved."""
+"""Long-term behaviour of the benchmark's motions after their ten seconds, proved."""

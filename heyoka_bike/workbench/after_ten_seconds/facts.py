@@ -1,4 +1,4 @@
-"""What the maneuvers of the benchmark do after their ten seconds, proved from candidates alone.
+"""The benchmark's maneuvers after their ten seconds, proved from candidates alone.
 
 The candidates are the motion of a cycle, and maneuver 3 until it falls. What follows from them
 and from the inputs of the benchmark is published in after-ten-seconds.json, see `after_file`.
@@ -46,7 +46,7 @@ USED = (
     "that the mirror image of a motion is a motion, and that motions keep their energy and both "
     "wheels on the floor; the tests show that these are identities",
 )
-"""What is taken as known."""
+"""The facts that are taken as known."""
 
 _GUARD_BITS = 64
 _BITS = 400

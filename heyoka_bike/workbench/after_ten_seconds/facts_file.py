@@ -31,7 +31,7 @@ _MOST_DIGITS = 30
 _SHOWN = 60  # characters of what is found in a file
 
 Digits = Callable[[Enclosure, str, str], int]
-"""How many digits a number gets, by maneuver and name."""
+"""The number of digits of a value, by maneuver and name."""
 
 
 def prove_facts(

@@ -1,4 +1,4 @@
-"""Whether and when a wheel leaves the floor, proved for one start."""
+"""The first time at which a wheel leaves the floor, proved for one initial state."""
 
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -16,7 +16,7 @@ _PRECISION = "binary128"
 
 @dataclass(frozen=True, slots=True)
 class ProvedLift:
-    """What is proved of the wheels of a motion.
+    """Proved statements about the wheels of a motion.
 
     Attributes
     ----------

@@ -76,7 +76,7 @@ class Cycle:
 
     @property
     def is_attracting(self) -> bool:
-        """Whether it is shown to attract the motions of its energy that come near it."""
+        """True if it is shown to attract the motions of its energy that come near it."""
         return all(abs(x) < 1 for x in self.multipliers)
 
 

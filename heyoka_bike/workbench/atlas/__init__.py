@@ -1,1 +1,1 @@
-"""What becomes of a bicycle, for a grid of starts or of parameters."""
+"""Long-term behaviour of a bicycle, on a grid of initial conditions or parameters."""

@@ -1,4 +1,4 @@
-"""How much a motion magnifies a small error of its start.
+"""Condition number: how much a motion magnifies a small error of its initial state.
 
 The derivative of the motion by its start obeys a linear equation, whose coefficients are known at
 the samples. Magnus' method of fourth order takes steps over two samples each: what multiplies the
@@ -15,7 +15,7 @@ from heyoka_bike.workbench.atlas.tops import largest
 from heyoka_bike.workbench.fast.vector_code import STATE
 
 SECONDS = 10
-"""How long magnification is looked at [s]."""
+"""The time over which the magnification is taken [s]."""
 
 EARLY = 2
 """Samples in place of one within these seconds: magnification comes in bursts."""

@@ -24,12 +24,12 @@ FATES: Mapping[str, str] = {
 
 NO_WHEEL, REAR, FRONT = range(3)
 WHEELS = ("none", "rear", "front")
-"""Which wheel leaves the floor first, in the order of their numbers."""
+"""The wheel that leaves the floor first, in the order of the numbers stored."""
 
 
 @dataclass(frozen=True, slots=True)
 class Variable:
-    """What a quantity is.
+    """A quantity of the atlas.
 
     Attributes
     ----------
@@ -86,7 +86,7 @@ class GridAxis:
 
     @property
     def long_name(self) -> str:
-        """What it is, in words."""
+        """The description in words."""
         return self._parameter.description
 
     @property
@@ -113,7 +113,7 @@ class Edge:
 
 @dataclass(frozen=True, slots=True)
 class Atlas:
-    """What becomes of a bicycle at each point of a grid.
+    """Long-term behaviour of a bicycle at each point of a grid.
 
     Attributes
     ----------

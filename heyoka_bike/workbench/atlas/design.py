@@ -1,4 +1,4 @@
-"""What an atlas is asked to be: its grid, and how that is cut into chunks."""
+"""The design of an atlas: its grid, and how the grid is cut into chunks."""
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
@@ -31,7 +31,7 @@ _SIDES = (4, 128)
 
 @dataclass(frozen=True)
 class Design:
-    """What is to be computed.
+    """The grid to be computed.
 
     Attributes
     ----------

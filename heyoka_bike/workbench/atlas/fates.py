@@ -1,4 +1,4 @@
-"""What becomes of each of many motions, decided from samples in binary64.
+"""Long-term behaviour of many motions, decided from samples in binary64.
 
 A motion is followed window by window until one of these is so, or for `LONGEST`.
 
@@ -43,7 +43,7 @@ from heyoka_bike.workbench.atlas.tops import first_negative, largest, tops
 from heyoka_bike.workbench.fast.vector_code import STATE
 
 LONGEST = 200.0
-"""How long a motion is followed [s] that does not come to anything sooner."""
+"""The longest time for which a motion is followed [s]."""
 
 SETTLED = 0.01
 """Roll and steer angle [rad] below which a motion that comes to run straight has settled."""
@@ -230,7 +230,7 @@ class _Course:
         self.left = left[is_open]
 
     def _is_straight(self, samples: Array) -> NDArray[np.bool_]:
-        """Whether straight running attracts, and is so near that it is come to.
+        """True if straight running is stable, and so near that the motion converges to it.
 
         An amplitude a obeys about da/dt = growth a + c a^3, where c is some 6 per s for the
         benchmark's weave: up to a = 0.03 sqrt(-growth) the second term is a hundredth of the first.

@@ -33,7 +33,7 @@ _GREYS = (0.55, 0.94)
 """From a fall at once to one after so long as was waited for."""
 _SOONEST = 0.1  # [s]
 _SHIFTS = {LIFTS: (-0.16, 0.13), WEAVES: (-0.115, -0.03), UNDECIDED: (0.14, 0.02)}
-"""How far the names of narrow regions are from them, in widths and heights of the map."""
+"""Distance of labels from narrow regions, in widths and heights of the map."""
 _NAME_WIDTH = 0.12  # of a maneuver's name, in widths of the map
 _LEAST = 0.002  # part of the map that a region has to have for a name
 _EDGE: dict[str, Any] = {"linestyle": "none", "marker": ".", "markersize": 2.4, "color": BLACK}

@@ -68,7 +68,7 @@ class AtlasStore:
 
     @property
     def has_edge(self) -> bool:
-        """Whether the edge, which comes last, is there, and undamaged."""
+        """True if the basin boundary, which is written last, is there and undamaged."""
         return _is_signed(self._group, "edge")
 
     def row(self, i: int) -> Array:
@@ -248,7 +248,7 @@ def _sign(group: Any, what: str) -> None:
 
 
 def _is_signed(group: Any, what: str) -> bool:
-    """Whether the grid, or the edge, is as it was when its checksum was kept."""
+    """True if the grid, or the basin boundary, still has the stored checksum."""
     return bool(group.attrs.get("checksums", {}).get(what, "") == _signature(group, what))
 
 

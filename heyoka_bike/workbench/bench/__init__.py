@@ -1,1 +1,1 @@
-"""How long the benchmark takes, at equal accuracy, with heyoka and with other integrators."""
+"""Time of the benchmark at equal accuracy, with heyoka and with other integrators."""

@@ -1,4 +1,4 @@
-"""What the fast path does besides one maneuver: many at once, long, for the first time."""
+"""Speed of the fast path besides one maneuver: many at once, long, for the first time."""
 
 import os
 import subprocess

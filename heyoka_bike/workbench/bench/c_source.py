@@ -107,7 +107,7 @@ def columns_source(bicycle: Bicycle) -> str:
 
 
 def operations(bicycle: Bicycle) -> dict[str, int]:
-    """How often each operation occurs in the time derivatives; ``scale`` is one with a literal."""
+    """Count each operation in the time derivatives; ``scale`` is one with a literal."""
     code = StraightLine()
     _equations(bicycle, code).rates([code.variable(f"y[{i}]") for i in range(_STATE)])
     count: dict[str, int] = {}

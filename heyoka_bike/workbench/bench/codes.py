@@ -32,7 +32,7 @@ from heyoka_bike.workbench.bench.problem import (
 from heyoka_bike.workbench.fast.simulate import ACCURACIES, prepare
 
 PER_DECADE = 8
-"""How many tolerances of the grid there are in a decade."""
+"""Number of tolerances of the grid in a decade."""
 MIDDLE, NEAR_ROUNDOFF, TIGHTEST = 4 * PER_DECADE, 13 * PER_DECADE, 16 * PER_DECADE
 """Indices of the tolerances 1e-4, 1e-13, 1e-16."""
 
@@ -95,7 +95,7 @@ class Heyoka:
             compact_mode=self.is_compact,
             **({} if tolerance is None else {"tol": number(tolerance)}),
         )
-        # What is compiled depends on the order only, and is kept: the first build of each counts.
+        # The compiled code depends on the order only and is reused: the first build counts.
         build = self._build.setdefault(integrator.order, time.perf_counter() - begin)
 
         columns = problem.columns(number)
@@ -138,7 +138,7 @@ class Tuned:
         run = prepare(
             [x.maneuver for x in problems], bicycle=problems[0].bicycle, tolerance=tolerance
         )
-        # What is compiled is the same for all tolerances, and kept: the first build counts.
+        # The compiled code serves all tolerances: the first build counts.
         build = self._build = self._build or time.perf_counter() - begin
         run()
         states = run.states()
@@ -350,7 +350,7 @@ def _import(module: str) -> ModuleType:
 
 
 def kind(code: Code) -> type[object]:
-    """What a code is, whether for one maneuver or several."""
+    """The description of a code, for one maneuver or several."""
     return type(code.parts[0]) if isinstance(code, Several) else type(code)
 
 

@@ -21,7 +21,7 @@ _PRODUCTS = ("*", "/", "sin", "cos")
 
 @dataclass(frozen=True, slots=True)
 class Floor:
-    """What a run of Taylor steps takes at least on one processor of this machine.
+    """The least time of a run of Taylor steps on one processor of this machine.
 
     Attributes
     ----------

@@ -70,7 +70,7 @@ class Precise:
 
 @dataclass(frozen=True, slots=True)
 class Cost:
-    """What a precision costs with heyoka, with the yaw and exact accumulation as in `integrate`.
+    """Cost of a precision with heyoka, with the yaw and exact accumulation as in `integrate`.
 
     Attributes
     ----------
@@ -106,7 +106,7 @@ def precise(published: Trajectory) -> list[Precise]:
 
 
 def costs(published: Trajectory) -> list[Cost]:
-    """What each of `DIGITS` costs, on the maneuver of a published run."""
+    """Cost of each of `DIGITS`, on the maneuver of a published run."""
     return [_cost(published, Precision.of(name)) for name in DIGITS]
 
 
@@ -206,7 +206,7 @@ def _cost(published: Trajectory, p: Precision) -> Cost:
     def step(_: float) -> None:
         marks.append(time.perf_counter())
         if len(marks) == 1 and marks[0] - begin > _LONG_STEP:
-            # What has to be built takes a hundredth of it.
+            # Building takes a hundredth of it.
             marks.insert(0, begin)
             raise _EnoughError
         if len(marks) > 1 and marks[-1] - marks[0] > _COST_SECONDS:

@@ -1,4 +1,4 @@
-"""What the codes of a comparison are given, and how what they give is measured.
+"""The problem that the codes of a comparison get, and the measures of their results.
 
 Accuracy is measured outside of the timing, from the states at the rows, in ball arithmetic. The
 state error is the largest abs(value - reference) over the rows of roll and steer angle [rad], their
@@ -40,7 +40,7 @@ _STATE_COLUMNS = ("roll_angle", "steer_angle", "roll_rate", "steer_rate", "forwa
 
 @dataclass(frozen=True)
 class ReferenceProblem:
-    """What is integrated, and the reference it is compared with."""
+    """The motion to integrate, and the reference it is compared with."""
 
     bicycle: Bicycle
     maneuver: Maneuver
@@ -128,7 +128,7 @@ class ReferenceProblem:
 
 
 def seconds(run: Callable[[], object]) -> float:
-    """How long a run takes."""
+    """The time of a run."""
     begin = time.perf_counter()
     run()
     return time.perf_counter() - begin

@@ -1,4 +1,4 @@
-"""How long a maneuver takes, at equal accuracy, with heyoka and with other integrators.
+"""Time of a maneuver at equal accuracy, with heyoka and with other integrators.
 
 The task is the same for every code: all eight columns at the rows of a maneuver, from the same
 initial state and the same equations. Codes are compared in three classes, see `CLASSES`. In the
@@ -37,7 +37,7 @@ CLASSES: Mapping[str, str] = {
     "state_error": "(b) loosest tolerance with a state error under 1e-12",
     "roundoff": "(c) roundoff: heyoka's default tolerance, the best that the others reach",
 }
-"""What the codes of a class have in common."""
+"""The common properties of the codes of a class."""
 
 Progress = Callable[[str, float], None]
 """Called with what is being done and the part done of the whole, 0 to 1."""

@@ -98,7 +98,7 @@ def _ask(port: int, body: bytes) -> tuple[int, float]:
 
 
 class _Load:
-    """What clients ask of a server, and what comes of it."""
+    """Requests of clients to a server, and its answers."""
 
     def __init__(self, port: int, body: bytes, pid: int) -> None:
         self.port, self.body, self.pid = port, body, pid
@@ -159,7 +159,7 @@ def _below(pid: int) -> list[tuple[int, int]]:
 
 
 def _memory(pid: int) -> int:
-    """What a process and those below it have to themselves [bytes]."""
+    """Private memory of a process and its children [bytes]."""
     total = 0
     for one, _ in _below(pid):
         with suppress(OSError):

@@ -1,4 +1,4 @@
-"""What commands cost that start, read and judge, in processor time and memory of whole processes.
+"""Cost of starting, reading and judging, in processor time and memory of whole processes.
 
     python -m heyoka_bike.workbench.bench.start_up [FILE] [--runs N] [--rows N]
 
@@ -23,7 +23,7 @@ from heyoka_bike.system.resources import data_folder
 
 _RUNS = 20
 _IMPORTS, _SCORE = "import numpy, h5py", "score"
-# What a program would be wrong by, of the size of each column.
+# The error of the program that is judged, relative to the size of each column.
 _ERROR = 1e-8
 _READERS = {
     "pandas": "import pandas; pandas.read_csv({!r}, sep=' ', header=None, dtype=float)",
@@ -34,7 +34,7 @@ _READERS = {
 
 @dataclass(frozen=True, slots=True)
 class Used:
-    """What a process used.
+    """Resources that a process used.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ def measure(commands: Mapping[str, Sequence[str]], runs: int) -> dict[str, list[
 
 
 def commands_of_a_file(file: str) -> dict[str, list[str]]:
-    """What is asked of a file of the usual size, and the imports that scoring needs."""
+    """Commands on a file of the usual size, and the imports that scoring needs."""
     ours = [sys.executable, "-m", "heyoka_bike"]
     found = {
         _IMPORTS: [sys.executable, "-c", _IMPORTS],
@@ -67,7 +67,7 @@ def commands_of_a_file(file: str) -> dict[str, list[str]]:
 
 
 def commands_of_many_rows(stem: Path) -> dict[str, list[str]]:
-    """What is asked of the files that `write_rows` made, and who else reads the text."""
+    """Commands on the files that `write_rows` made, and other readers of the text."""
     found = {
         f"score, {suffix}": [sys.executable, "-m", "heyoka_bike", "score", f"{stem}.{suffix}"]
         for suffix in ("txt", "npy")

@@ -73,7 +73,7 @@ def measure(
 
 
 def measure_fast_path(progress: Progress) -> dict[str, Any]:
-    """What the fast path does besides one maneuver, as JSON values."""
+    """Speed of the fast path besides one maneuver, as JSON values."""
     progress("ensembles", 0.3)
     ensembles = [asdict(x) for x in throughput()]
     progress("first result of a new process", 0.7)
@@ -89,7 +89,7 @@ def measure_precise(folder: str | None, progress: Progress) -> dict[str, Any]:
 def measure_costs(
     problem: ReferenceProblem, folder: str | None, progress: Progress
 ) -> dict[str, Any]:
-    """How the time grows with the duration and with the digits, as JSON values."""
+    """Growth of the time with the duration and with the digits, as JSON values."""
     progress("long runs", 0.0)
     durations = [asdict(x) for x in long_runs(problem.bicycle, problem.maneuver)]
     progress("up to 1000 digits", 0.1)
@@ -187,7 +187,7 @@ def _timings(results: Sequence[Mapping[str, Any]]) -> TableBlock:
 
 
 def _besides(document: Mapping[str, Any]) -> Iterator[str]:
-    """What else was measured, if it was."""
+    """The other measurements, if there are any."""
     yield from (
         f"ensemble, accuracy {x['accuracy']}, {x['threads']} threads: "
         f"{x['motions_per_second']:.0f} motions of 10 s per second"

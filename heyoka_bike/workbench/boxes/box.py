@@ -76,7 +76,7 @@ class CriticalSpeed:
 
 @dataclass(frozen=True, slots=True)
 class BoxStability:
-    """What holds for every bicycle of the box.
+    """Statements that hold for every bicycle of the box.
 
     Attributes
     ----------
@@ -141,7 +141,7 @@ def stability_box(bicycle: Bicycle, sigmas: Fraction, digits: int) -> BoxStabili
 
 @dataclass(frozen=True, slots=True)
 class _Condition:
-    """What is proved about a polynomial that has to be positive.
+    """Proved statements about a polynomial that has to be positive.
 
     Attributes
     ----------
@@ -243,7 +243,7 @@ class _Box:
         return sign_over(self.function(select), self.sides, self.balls)
 
     def damping(self) -> _Condition:
-        """Whether b is positive."""
+        """True if b is positive."""
         sign = self.sign(lambda p: p.b)
         return {1: _POSITIVE, -1: _NEGATIVE}.get(sign or 0, _NOT_PROVED)
 

@@ -34,7 +34,7 @@ def corner(f: Function, box: Sequence[Side], balls: Balls) -> tuple[flint.arb, .
 
 
 def is_negative(f: Function, box: Sequence[Side], balls: Balls) -> bool:
-    """Whether a function is proved to be negative in all of a box."""
+    """True if a function is proved to be negative in all of a box."""
     order = count()
     part = _examine(f, tuple(box), balls)
     if part.attained is not None and part.attained >= 0:

@@ -16,7 +16,7 @@ _DEVIATION_DIGITS = 3
 
 @dataclass(frozen=True, slots=True)
 class UncertainStability:
-    """What holds for every bicycle of a box, in decimals of so many digits."""
+    """Statements that hold for every bicycle of a box, in decimals of so many digits."""
 
     box: BoxStability
     digits: int

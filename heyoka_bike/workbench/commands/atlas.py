@@ -1,4 +1,4 @@
-"""What becomes of the bicycle, for a grid of initial speed and roll rate.
+"""Long-term behaviour of the bicycle, for a grid of initial speed and roll rate.
 
 Follow the bicycle from every point of a grid of starts, and say what becomes of it: it comes to run
 straight, weaves for ever, lifts a wheel on its way, or falls; with the time, the final speed, the

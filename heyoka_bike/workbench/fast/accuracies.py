@@ -1,4 +1,4 @@
-"""Which of the accuracies that a code was measured at serves for one that is asked for."""
+"""Choice of a measured accuracy of a code for one that is asked for."""
 
 from collections.abc import Iterable
 

@@ -40,7 +40,7 @@ class Complex:
         return Complex(self.re * over, -(self.im * over))
 
     def without(self, x: Complex, y: Complex) -> Complex:
-        """What is left of it without the product of two others."""
+        """The difference between this number and the product of two others."""
         minus = -x.re
         return Complex(
             fused(x.im, y.im, fused(minus, y.re, self.re)),

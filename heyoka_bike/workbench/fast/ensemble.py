@@ -23,7 +23,7 @@ from heyoka_bike.workbench.fast.native import EnsembleCode
 from heyoka_bike.workbench.fast.vector_code import POINTS, STATE
 
 START = ("roll_angle", "steer_angle", "roll_rate", "steer_rate", "forward_speed")
-"""What a start is given by [rad, rad/s, m/s], each in its default definition."""
+"""Variables that give initial conditions [rad, rad/s, m/s], each in its default definition."""
 
 TOLERANCES: Mapping[str | float, float] = {
     "eq1": 2e-6,

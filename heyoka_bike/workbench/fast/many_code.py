@@ -64,7 +64,7 @@ def ends_source(equations: Equations) -> str:
                 call_rates(stage, k[number])
             before, x = y.load(), v.fused(h, _slopes(k, STEP), lost.load())
             after.store(before + x)
-            # What rounding takes is added with the next step.
+            # The rounding error is added with the next step.
             rests = x - (after.load() - before)
             fifth, third = (_square(_slopes(k, row) * over) for row in (FIFTH, THIRD))
             both = v.fused(third, 0.01, fifth).at_least(1e-300)

@@ -213,7 +213,7 @@ class Prepared:
         found = []
         for motion, start in zip(self._motions, self._starts, strict=True):
             x, tolerance = motion(), self.tolerance
-            # What does not keep its energy has stepped over a singularity.
+            # A motion that does not keep its energy has stepped over a singularity.
             while x.largest_energy - x.least_energy > x.largest_energy * max(
                 _DRIFT * tolerance, _ROUNDING
             ):

@@ -106,7 +106,7 @@ class _Step:
         """
         values = self.state.load()
         units = np.array([abs(x).at_least(1.0) * _DIFFERENCE for x in values])
-        # What is really added, after rounding.
+        # The increment that is really added, after rounding.
         units = (values + units) - values
         places = [self._code.vector(x) for x in np.eye(v.STATE, v.POINTS, 1)]
         self._y.store(v.fused(units, places, values))
@@ -149,13 +149,13 @@ class _Step:
             attempt.again((ratio >= _DIVERGING) | (count[0] >= _MOST_ITERATIONS))
             self._y.store(self._z.load() + base)
             call_rates(self._y, self._f)
-            # What is left of the equations: increments from the derivatives, less those there are.
+            # Residual of the equations: increments from the derivatives, less the present ones.
             self._y.store(v.fused(h.spread(), v.products(m.integral, self._f), -self._z.load()))
             self._right.store(v.products(self._from_rest, self._y) * inverse.spread())
             count[0], before[0] = count[0] + 1, size
 
     def judge(self, h: v.Register) -> v.Register:
-        """Whether a step is good, by the end of its series, which tells the length of the next."""
+        """Accept a step by the end of its series, which gives the length of the next."""
         self.series.store(v.products(self._constants.series, self._z))
         error = _largest(_last(self.series))
         # Greatest values pass over what is no number; a sum does not.
@@ -172,7 +172,7 @@ class _Step:
         signs = self._code.vector([1.0, -1.0] * (v.POINTS // 2))
         before = self.state.load()
         self.zeroth.store(before + [(x * signs).total() for x in self.series.load()])
-        # What rounding takes is added with the next step.
+        # The rounding error is added with the next step.
         x = _last(self._z) + self.lost.load()
         after = before + x
         added = after - before
@@ -181,7 +181,7 @@ class _Step:
 
 
 def _last(vectors: v.Memory) -> v.Registers:
-    """What is in the last place of each variable's vector."""
+    """The value in the last place of each variable's vector."""
     return np.array([vectors.numbers()[v.POINTS * (i + 1) - 1] for i in range(v.STATE)])
 
 

@@ -127,7 +127,7 @@ class Register:
         return self ^ -1
 
     def is_null(self) -> Register:
-        """Whether an address is none."""
+        """True if an address is null."""
         return self.code.assign(BIT, f"icmp eq {POINTER} {self.text}, null")
 
     def choose(self, x: Operand, y: Operand) -> Register:
@@ -193,7 +193,7 @@ class Memory:
         return Memory(self.part(index).address, WHOLE)
 
     def part(self, index: Register | int) -> Memory:
-        """What begins at an index."""
+        """The part that begins at an index."""
         if isinstance(index, int) and index == 0:
             return self
         place = self.code.text(index, INTEGER)
@@ -295,7 +295,7 @@ class Code:
         return Register(self, kind, constant(kind, places))
 
     def call(self, kind: str, name: str, *arguments: Register, flags: str = "") -> Register:
-        """What a function gives."""
+        """The result of a call of a function."""
         given = ", ".join(f"{x.kind} {x.text}" for x in arguments)
         if name.startswith("llvm."):
             kinds = ", ".join(x.kind for x in arguments)
@@ -316,7 +316,7 @@ class Code:
 
     @contextmanager
     def unless(self, condition: Register) -> Iterator[None]:
-        """What is written in this context is left out if a condition holds."""
+        """Skip the code that is written in this context if a condition holds."""
         rest = self.block()
         self.jump(rest, condition)
         yield

@@ -1,4 +1,4 @@
-"""What the server offers to programs, as OpenAPI."""
+"""The interface of the server for programs, as OpenAPI."""
 
 import json
 from pathlib import Path
@@ -19,7 +19,7 @@ def description(limits: Limits, root: str = "") -> dict[str, Any]:
     found["info"]["version"] = __version__
     found["servers"] = [{"url": root or "/"}]
     text = _SCHEMA.read_text(encoding="utf-8")
-    # What it is made of stands beside it: generators of clients follow no deeper references.
+    # Its parts stand beside it: generators of clients follow no deeper references.
     schema = json.loads(text.replace('"#/$defs/', '"#/components/schemas/score_'))
     parts = {f"score_{name}": part for name, part in schema.pop("$defs").items()}
     for key in ("$schema", "$id"):

@@ -51,7 +51,7 @@ _KINDS: tuple[Kind, ...] = ("score", "diagnose", "replay")
 # A page waits so long for its work before it says that it waits [s].
 _AT_ONCE = 1.5
 _SWEEP = 5.0  # [s]
-# How often a client is looked for that waits for an answer [s].
+# Interval at which a waiting client is checked for [s].
 _LOOK = 0.5
 _EXAMPLE = "exudyn-h0.01.txt"
 _TYPES = {".json": "application/json", ".csv": "text/csv", ".xml": "application/xml"}
@@ -61,7 +61,7 @@ _STATIC = {
     "serve.js": (pages.STATIC / "serve.js", "text/javascript"),
 }
 _TITLES = {400: "Cannot be scored", 408: "Too slow", 413: "Too large", 503: "Busy", 507: "Full"}
-# What Starlette says, in more words.
+# Starlette's messages, in more words.
 _USUAL = {
     "Not Found": "There is no such page.",
     "Method Not Allowed": "This address does not take such a request.",
@@ -79,7 +79,7 @@ _REPORTS = f"{policy(REPORT_SCRIPT, REPLAY_SCRIPT.read_text(encoding='utf-8') + 
 
 
 class Server:
-    """What a running server holds, and what it answers.
+    """The state of a running server, and its answers.
 
     Parameters
     ----------
@@ -167,7 +167,7 @@ class Server:
         return FileResponse(found[0], media_type=found[1], headers={"cache-control": "max-age=300"})
 
     async def health(self, request: Request) -> Response:
-        """Whether it works, and how much it has to do."""
+        """Health of the server, and the length of its queue."""
         is_full = self.store.is_full()
         said = {
             "status": "full" if is_full else "ok",
@@ -183,7 +183,7 @@ class Server:
         return _report(pages.with_bar(self.board, pages.bar_of_home(_root(request))))
 
     async def api(self, request: Request) -> Response:
-        """How programs use the server."""
+        """Documentation of the server for programs."""
         return _page(pages.api(_root(request), self.limits, str(request.base_url)))
 
     async def openapi(self, request: Request) -> Response:
@@ -257,7 +257,7 @@ class Server:
         )
 
     async def job(self, request: Request) -> Response:
-        """How far a piece of work is."""
+        """Progress of a task."""
         result, kind = self._found(request), _kind(request.path_params["kind"])
         job = result.jobs.get(kind)
         if job is None:
@@ -402,7 +402,7 @@ async def _failed(request: Request, error: Exception) -> Response:
     assert isinstance(error, OSError)
     if error.errno not in NO_ROOM:
         raise error
-    # What has not arrived of the request is not read.
+    # The part of the request that has not arrived is not read.
     return _answer(request, 507, FULL, {"connection": "close"})
 
 

@@ -29,7 +29,7 @@ _SENT = 1 << 18
 
 
 def most_requests() -> int:
-    """How many requests there may be at once: 1000, or as many as the system gives files for."""
+    """The largest number of requests at once: 1000, or as many as the system gives files for."""
     try:
         import resource
     except ImportError:
@@ -94,7 +94,7 @@ class Connection(H11Protocol):
 
     @property
     def is_waiting(self) -> bool:
-        """Whether its client has asked for nothing, or has all of its answer."""
+        """True if its client has asked for nothing, or has all of its answer."""
         # None until something is asked for.
         cycle: RequestResponseCycle | None = self.cycle
         return cycle is None or cycle.response_complete

@@ -1,4 +1,4 @@
-"""What holds for every request: its host, headers for browsers, no foreign forms, a line of log."""
+"""Checks of every request: its host, headers for browsers, no foreign forms, a line of log."""
 
 from collections.abc import Callable, Collection
 from time import perf_counter
@@ -18,7 +18,7 @@ _SAFE = {
     "x-frame-options": "DENY",
     "permissions-policy": "camera=(), geolocation=(), microphone=()",
 }
-# What is not a file of the package is not kept by anybody on the way.
+# Only files of the package may be cached on the way.
 _CACHE = ("cache-control", "no-store")
 _HEALTH = "/health"
 # Where a browser says that a page of another site sent the form.
@@ -91,7 +91,7 @@ class Guard:
             self._log(f"{scope['method'][:8]} {place} {status} {size} B {milliseconds:.0f} ms")
 
     def _is_foreign(self, headers: Headers) -> bool:
-        """Whether a browser says that a page of another site sent this."""
+        """True if a browser says that a page of another site sent this."""
         site = headers.get("sec-fetch-site")
         if site is not None:
             return site in _FOREIGN

@@ -1,4 +1,4 @@
-"""What a server gives to one request."""
+"""Limits of one request to a server."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ _MB = 1_000_000
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """What is given to one request and kept of it.
+    """Limits of one request, and of what is stored of it.
 
     Attributes
     ----------

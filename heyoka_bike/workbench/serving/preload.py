@@ -1,9 +1,9 @@
-"""What every task needs, loaded once: the processes of tasks are forked from one that has it.
+"""Imports of every task, loaded once: the processes of tasks are forked from one that has them.
 
 Where processes are not forked, each of them imports this itself.
 """
 
-# What reads result files and writes reports, most of which is else imported when it is needed.
+# Readers of result files and writers of reports, which are otherwise imported when needed.
 from heyoka_bike.reference.load import load_reference
 from heyoka_bike.scoring.reading.formats import FORMATS
 from heyoka_bike.showing.document import html  # noqa: F401

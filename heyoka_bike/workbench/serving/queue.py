@@ -18,7 +18,7 @@ from heyoka_bike.workbench.serving.limits import Limits
 from heyoka_bike.workbench.serving.tasks import Kind, Task, TaskEnding, is_long, work
 
 _PRELOAD = ("heyoka_bike.workbench.serving.tasks", "heyoka_bike.workbench.serving.preload")
-# What the time of a task is said to be before there is any [s].
+# The assumed time of a task before one has been measured [s].
 _FIRST_GUESS = 1.0
 
 
@@ -32,7 +32,7 @@ class BusyError(HTTPException):
     """
 
     def __init__(self, seconds: int) -> None:
-        # What has not arrived of the request is not read.
+        # The part of the request that has not arrived is not read.
         headers = {"retry-after": str(seconds), "connection": "close"}
         super().__init__(503, f"busy, try again in {seconds} s", headers)
 
@@ -130,7 +130,7 @@ class TaskQueue:
             raise BusyError(max(1, round(seconds)))
 
     def waiting(self) -> int:
-        """How many wait."""
+        """The number of waiting tasks."""
         return sum(queued.state == "waiting" for queued in self._tasks)
 
     async def close(self) -> None:
@@ -151,7 +151,7 @@ class TaskQueue:
             return queued.ending
 
     async def _ending(self, queued: QueuedTask) -> TaskEnding:
-        """How a task ended, for its user; the log has what is not for users."""
+        """The end of a task in words for its user; the log has the details."""
         task, kind = queued.task, queued.task.kind
         limits = self._limits.of_process(is_long(kind))
         try:

@@ -103,7 +103,7 @@ def _hold(folder: str) -> int | None:
     except ImportError:
         # Windows: nothing is removed of which it is not known whether it is used.
         return None
-    # What somebody else put there under such a name may be a pipe, or lead elsewhere.
+    # A file of such a name that somebody else put there may be a pipe, or lead elsewhere.
     found = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
     try:
         fcntl.flock(found, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -1,4 +1,4 @@
-"""What a server keeps: the files of each result, until their time is over."""
+"""Storage of a server: the files of each result, until they expire."""
 
 import re
 import secrets
@@ -70,7 +70,7 @@ class ResultStore:
         return len(self._results)
 
     def is_full(self) -> bool:
-        """Whether the disk has no room for one more request of the largest size."""
+        """True if the disk has no room for one more request of the largest size."""
         return shutil.disk_usage(self._folder).free < self._limits.upload
 
     def room(self) -> Path:
@@ -131,7 +131,7 @@ class ResultStore:
                 break
             size -= sizes[result]
             self.remove(result)
-        # What a process wrote after its result was removed.
+        # Written by a process after its result was removed.
         for folder in self._folder.iterdir():
             # In this order: one that has arrived is kept before it is no longer arriving.
             if folder not in self._arrived and folder.name not in self._results:

@@ -1,4 +1,4 @@
-"""What is done with uploaded files, in a process of its own that is ended when it takes too much.
+"""Work on uploaded files, in a process of its own that is ended when it takes too much.
 
 The process reads ``files`` in a folder and writes ``made`` beside them.
 """
@@ -66,13 +66,13 @@ class Task:
     require: tuple[str, ...] = ()
 
     def made(self, suffix: str) -> Path:
-        """What is made of it, in a format with this suffix."""
+        """The result in a format with this suffix."""
         return self.folder / MADE / f"{_STEMS[self.kind]}{suffix}"
 
 
 @dataclass(frozen=True, slots=True)
 class TaskEnding:
-    """How a task ended.
+    """The outcome of a task.
 
     Attributes
     ----------
@@ -98,7 +98,7 @@ class TaskEnding:
 
 
 def is_long(kind: Kind) -> bool:
-    """Whether a piece of work of this kind may take minutes."""
+    """True if a task of this kind may take minutes."""
     return kind == "diagnose"
 
 

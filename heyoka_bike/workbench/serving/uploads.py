@@ -178,7 +178,7 @@ def _task(kind: Kind, folder: Path, files: Sequence[str], fields: _Fields) -> Ta
 
 
 def _options(told: _Fields) -> dict[str, list[str]]:
-    """What is told beside the files, by option.
+    """The options sent with the files, by name.
 
     Raises
     ------

@@ -13,7 +13,6 @@ J. K. Moore (2012), Human control of a bicycle, University of California, Davis,
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from math import acos, atan2, cos, hypot, pi, sin, tan
 
 from heyoka_bike.scoring.diagnosis.programs.program import Mistake, Parameters, model_mistake
@@ -33,17 +32,21 @@ def _turned(entries: _Entries, angle: float) -> _Entries:
     )
 
 
+def _turn(p: Parameters, body: str, change: Callable[[_Entries], _Entries]) -> None:
+    """Change the inertia of a frame."""
+    names = [f"I{body}{ij}" for ij in ("xx", "zz", "xz")]
+    xx, zz, xz = (p[name] for name in names)
+    p.update(zip(names, change((xx, zz, xz)), strict=True))
+
+
 def _inertia(
     bodies: str, given: Callable[[_Entries, float], _Entries]
-) -> Callable[[Parameters, float], None]:
+) -> Callable[[Parameters], None]:
     """The inertia of bodies as a program has it that takes what is `given` in tilted axes."""
 
-    def change(p: Parameters, tilt: float) -> None:
+    def change(p: Parameters) -> None:
         for body in bodies:
-            xx, zz, xz = (float(p[f"I{body}{ij}"]) for ij in ("xx", "zz", "xz"))
-            found = _turned(given((xx, zz, xz), tilt), -tilt)
-            for ij, value in zip(("xx", "zz", "xz"), found, strict=True):
-                p[f"I{body}{ij}"] = Fraction(value)
+            _turn(p, body, lambda entries: _turned(given(entries, p["lam"]), -p["lam"]))
 
     return change
 
@@ -66,10 +69,10 @@ class _Lengths:
     l4: float
 
 
-def _lengths(p: Parameters, tilt: float) -> _Lengths:
-    s, c = sin(tilt), cos(tilt)
-    w, trail, r, r_f = (float(p[name]) for name in ("w", "c", "rR", "rF"))
-    x, z, x_f, z_f = (float(p[name]) for name in ("xB", "zB", "xH", "zH"))
+def _lengths(p: Parameters) -> _Lengths:
+    s, c = sin(p["lam"]), cos(p["lam"])
+    w, trail, r, r_f = (p[name] for name in ("w", "c", "rR", "rF"))
+    x, z, x_f, z_f = (p[name] for name in ("xB", "zB", "xH", "zH"))
     d1 = c * (w + trail) - s * r
     return _Lengths(
         d1=d1,
@@ -82,55 +85,49 @@ def _lengths(p: Parameters, tilt: float) -> _Lengths:
     )
 
 
-def _moore(
-    change: Callable[[_Lengths, Parameters, float], _Lengths],
-) -> Callable[[Parameters, float], None]:
+def _moore(change: Callable[[_Lengths, Parameters], _Lengths]) -> Callable[[Parameters], None]:
     """The bicycle of changed lengths, standing on the floor."""
 
-    def make(p: Parameters, tilt: float) -> None:
-        m = change(_lengths(p, tilt), p, tilt)
-        across, r, r_f = m.d1 + m.d3, float(p["rR"]), float(p["rF"])
+    def make(p: Parameters) -> None:
+        m = change(_lengths(p), p)
+        across, r, r_f = m.d1 + m.d3, p["rR"], p["rF"]
         reach = (r - r_f) / hypot(across, m.d2)
         if abs(reach) > 1:
             return
         # d2 cos - (d1 + d3) sin is the height of the front hub under the rear one.
         stands = acos(reach) - atan2(across, m.d2)
-        pitch = stands - tilt
+        pitch = stands - p["lam"]
         s, c = sin(stands), cos(stands)
         w = c * across + s * m.d2
         for body in "BH":
-            entries = tuple(float(p[f"I{body}{ij}"]) for ij in ("xx", "zz", "xz"))
-            xx, zz, xz = _turned((entries[0], entries[1], entries[2]), -pitch)
-            p.update({f"I{body}xx": Fraction(xx), f"I{body}zz": Fraction(zz),
-                      f"I{body}xz": Fraction(xz)})  # fmt: skip
-        found = {
-            "lam": stands,
-            "w": w,
-            "c": (m.d1 + s * r) / c - w,
-            "xB": c * m.l1 + s * m.l2,
-            "zB": c * m.l2 - s * m.l1 - r,
-            "xH": w + c * m.l3 + s * m.l4,
-            "zH": c * m.l4 - s * m.l3 - r_f,
-        }
-        p.update({name: Fraction(value) for name, value in found.items()})
+            _turn(p, body, lambda entries: _turned(entries, -pitch))
+        p.update(
+            lam=stands,
+            w=w,
+            c=(m.d1 + s * r) / c - w,
+            xB=c * m.l1 + s * m.l2,
+            zB=c * m.l2 - s * m.l1 - r,
+            xH=w + c * m.l3 + s * m.l4,
+            zH=c * m.l4 - s * m.l3 - r_f,
+        )
 
     return make
 
 
-def _rear_not_tilted(m: _Lengths, p: Parameters, _: float) -> _Lengths:
-    return replace(m, l1=float(p["xB"]), l2=float(p["zB"] + p["rR"]))
+def _rear_not_tilted(m: _Lengths, p: Parameters) -> _Lengths:
+    return replace(m, l1=p["xB"], l2=p["zB"] + p["rR"])
 
 
-def _front_not_tilted(m: _Lengths, p: Parameters, _: float) -> _Lengths:
-    return replace(m, l3=float(p["xH"] - p["w"]), l4=float(p["zH"] + p["rF"]))
+def _front_not_tilted(m: _Lengths, p: Parameters) -> _Lengths:
+    return replace(m, l3=p["xH"] - p["w"], l4=p["zH"] + p["rF"])
 
 
-def _d1_by_front_radius(m: _Lengths, p: Parameters, tilt: float) -> _Lengths:
-    return replace(m, d1=m.d1 - sin(tilt) * float(p["rF"] - p["rR"]))
+def _d1_by_front_radius(m: _Lengths, p: Parameters) -> _Lengths:
+    return replace(m, d1=m.d1 - sin(p["lam"]) * (p["rF"] - p["rR"]))
 
 
-def _d3_by_rear_radius(m: _Lengths, p: Parameters, tilt: float) -> _Lengths:
-    return replace(m, d3=cos(tilt) * (float(p["rR"]) * tan(tilt) - float(p["c"])))
+def _d3_by_rear_radius(m: _Lengths, p: Parameters) -> _Lengths:
+    return replace(m, d3=cos(p["lam"]) * (p["rR"] * tan(p["lam"]) - p["c"]))
 
 
 _NAMES = {"B": "rear frame", "H": "fork", "BH": "rear frame and of the fork"}
@@ -169,26 +166,26 @@ AXES_MISTAKES: tuple[Mistake, ...] = (
                   "is computed with the rear wheel's radius", _OFFSETS, _moore(_d3_by_rear_radius)),
     model_mistake("trail_by_rear_radius", "the trail is computed with the rear wheel's radius from "
                   "the offset of the front hub", _OFFSETS,
-                  lambda p, tilt: p.update(c=p["c"] - (p["rF"] - p["rR"]) * Fraction(tan(tilt)))),
+                  lambda p: p.update(c=p["c"] - (p["rF"] - p["rR"]) * tan(p["lam"]))),
     model_mistake("offset_for_rear_radius", "the offset of the front hub from the steer axis is "
                   "computed from the trail with the rear wheel's radius", _OFFSETS,
-                  lambda p, tilt: p.update(c=p["c"] + (p["rF"] - p["rR"]) * Fraction(tan(tilt)))),
+                  lambda p: p.update(c=p["c"] + (p["rF"] - p["rR"]) * tan(p["lam"]))),
     model_mistake("no_offset", "the steer axis goes through the front hub", _OFFSETS,
-                  _moore(lambda m, *_: replace(m, d3=0.0))),
+                  _moore(lambda m, _: replace(m, d3=0.0))),
     model_mistake("offset_sign", "the front hub is behind the steer axis", _OFFSETS,
-                  _moore(lambda m, *_: replace(m, d3=-m.d3))),
+                  _moore(lambda m, _: replace(m, d3=-m.d3))),
     model_mistake("centre_B_not_tilted", "the centre of mass of the rear frame is taken in axes "
                   "along the steer axis", _CENTRES, _moore(_rear_not_tilted)),
     model_mistake("centre_H_not_tilted", "the centre of mass of the fork is taken in axes along "
                   "the steer axis", _CENTRES, _moore(_front_not_tilted)),
     model_mistake("centres_not_tilted", "the centres of mass of both frames are taken in axes "
                   "along the steer axis", _CENTRES,
-                  _moore(lambda m, *a: _front_not_tilted(_rear_not_tilted(m, *a), *a))),
+                  _moore(lambda m, p: _front_not_tilted(_rear_not_tilted(m, p), p))),
     model_mistake("centre_B_from_hub", "the height of the centre of mass of the rear frame is "
                   "taken from the rear hub", "the height from which centres of mass are measured",
-                  lambda p, _: p.update(zB=p["zB"] - p["rR"])),
+                  lambda p: p.update(zB=p["zB"] - p["rR"])),
     model_mistake("centre_H_from_hub", "the height of the centre of mass of the fork is taken from "
                   "the front hub", "the height from which centres of mass are measured",
-                  lambda p, _: p.update(zH=p["zH"] - p["rF"])),
+                  lambda p: p.update(zH=p["zH"] - p["rF"])),
 )  # fmt: skip
 """In no particular order."""

@@ -1,58 +1,49 @@
 """Mistakes in the parameters of the bicycle, alone."""
 
 from collections.abc import Callable
-from dataclasses import replace
-from fractions import Fraction
-from math import cos, degrees, tan
+from math import cos, degrees, pi, radians, tan
 
-from heyoka_bike.bicycle.parameters import Bicycle
-from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.scoring.diagnosis.programs.program import Mistake, Parameters, Program
+from heyoka_bike.scoring.diagnosis.programs.program import Mistake, Parameters
 from heyoka_bike.scoring.diagnosis.programs.program import model_mistake as _model
 
 # Point P2 of the steer axis as the benchmark text prints it, truncated: x, z [m].
-_PRINTED_P2 = (Fraction("0.82188470506"), Fraction("-0.85595086466"))
+_PRINTED_P2 = (0.82188470506, -0.85595086466)
 
 
-def _tilt(code: str, says: str, change: Callable[[Exact], Exact]) -> Mistake:
+def _tilt(code: str, says: str, tilt: Callable[[float], float]) -> Mistake:
     """A mistake in the tilt of the steer axis."""
-
-    def make(program: Program) -> Program:
-        values = {**program.bicycle.values, "lam": change(program.bicycle["lam"])}
-        return replace(program, bicycle=Bicycle(program.bicycle.name, values))
-
     check = "the steer axis: tilted by lambda from the vertical, its upper end behind its lower one"
-    return Mistake(code, says, check, "model", make)
+    return _model(code, says, check, lambda p: p.update(lam=tilt(p["lam"])))
 
 
-def _zero(*symbols: str) -> Callable[[Parameters, float], None]:
-    return lambda p, _: p.update(dict.fromkeys(symbols, Fraction(0)))
+def _zero(*symbols: str) -> Callable[[Parameters], None]:
+    return lambda p: p.update(dict.fromkeys(symbols, 0.0))
 
 
-def _gravity(g: str) -> Callable[[Parameters, float], None]:
-    return lambda p, _: p.update(g=Fraction(g))
+def _gravity(g: str) -> Callable[[Parameters], None]:
+    return lambda p: p.update(g=float(g))
 
 
-def _same_radius(wheel: str) -> Callable[[Parameters, float], None]:
-    return lambda p, _: p.update(rR=p[f"r{wheel}"], rF=p[f"r{wheel}"])
+def _same_radius(wheel: str) -> Callable[[Parameters], None]:
+    return lambda p: p.update(rR=p[f"r{wheel}"], rF=p[f"r{wheel}"])
 
 
-def _negate(*symbols: str) -> Callable[[Parameters, float], None]:
-    return lambda p, _: p.update({s: -p[s] for s in symbols})
+def _negate(*symbols: str) -> Callable[[Parameters], None]:
+    return lambda p: p.update({s: -p[s] for s in symbols})
 
 
-def _times(factor: str, *symbols: str) -> Callable[[Parameters, float], None]:
-    return lambda p, _: p.update({s: Fraction(factor) * p[s] for s in symbols})
+def _times(factor: float, *symbols: str) -> Callable[[Parameters], None]:
+    return lambda p: p.update({s: factor * p[s] for s in symbols})
 
 
-def _exchange(*pairs: tuple[str, str]) -> Callable[[Parameters, float], None]:
-    return lambda p, _: p.update({s: p[t] for a, b in pairs for s, t in ((a, b), (b, a))})
+def _exchange(*pairs: tuple[str, str]) -> Callable[[Parameters], None]:
+    return lambda p: p.update({s: p[t] for a, b in pairs for s, t in ((a, b), (b, a))})
 
 
-def _moved(body: str, place: str, sign: int) -> Callable[[Parameters, float], None]:
+def _moved(body: str, place: str, sign: int) -> Callable[[Parameters], None]:
     """The parallel-axis terms between the centre of mass and another point, added or subtracted."""
 
-    def change(p: Parameters, _: float) -> None:
+    def change(p: Parameters) -> None:
         x, z = p[f"x{body}"], p[f"z{body}"]
         if place == "hub":
             x, z = (x, z + p["rR"]) if body == "B" else (x - p["w"], z + p["rF"])
@@ -65,35 +56,25 @@ def _moved(body: str, place: str, sign: int) -> Callable[[Parameters, float], No
     return change
 
 
-def _through_p2(p: Parameters, tilt: float) -> None:
+def _through_p2(p: Parameters) -> None:
     """The axis with the given tilt through the printed point."""
     x, z = _PRINTED_P2
-    p["c"] = x - z * Fraction(tan(tilt)) - p["w"]
+    p["c"] = x - z * tan(p["lam"]) - p["w"]
 
 
-def _trail_by_cosine(power: int) -> Callable[[Parameters, float], None]:
-    return lambda p, tilt: p.update(c=p["c"] * Fraction(cos(tilt)) ** power)
+def _trail_by_cosine(power: int) -> Callable[[Parameters], None]:
+    return lambda p: p.update(c=p["c"] * cos(p["lam"]) ** power)
 
 
-def _as_bodies_of_revolution(spin: Fraction) -> Callable[[Parameters, float], None]:
+def _as_bodies_of_revolution(spin: float) -> Callable[[Parameters], None]:
     """Thin wheels with so many times m r^2 about the axle, and half of that about a diameter."""
 
-    def change(p: Parameters, _: float) -> None:
+    def change(p: Parameters) -> None:
         for b in "RF":
             p[f"I{b}yy"] = spin * p[f"m{b}"] * p[f"r{b}"] ** 2
             p[f"I{b}xx"] = p[f"I{b}yy"] / 2
 
     return change
-
-
-def _turns(x: Exact) -> Exact:
-    """The number of degrees of an angle, taken as radians."""
-    return Exact(Fraction(degrees(float(x))))
-
-
-def _radians(x: Exact) -> Exact:
-    """The number of radians of an angle, taken as degrees."""
-    return Exact(Fraction(0), Fraction(float(x)) / 180)
 
 
 _SAME = "the same for all bodies: the benchmark gives matrix elements"
@@ -154,14 +135,14 @@ MODEL_MISTAKES: tuple[Mistake, ...] = (
     _model("exchanged_RF", "Ixx and Iyy of both wheels are exchanged", _WHEEL,
            _exchange(("IRxx", "IRyy"), ("IFxx", "IFyy"))),
     _tilt("tilt_sign", "the steer axis is tilted forward instead of backward",
-          lambda x: Exact(-x.rational, -x.pi_multiple)),
-    _tilt("tilt_zero", "the steer axis is vertical", lambda _: Exact(Fraction(0))),
+          lambda x: -x),
+    _tilt("tilt_zero", "the steer axis is vertical", lambda _: 0.0),
     _tilt("tilt_from_horizontal", "the tilt of the steer axis is taken from the horizontal",
-          lambda x: Exact(-x.rational, Fraction(1, 2) - x.pi_multiple)),
+          lambda x: pi / 2 - x),
     _tilt("tilt_degrees_as_radians", "the tilt of the steer axis in degrees is taken as "
-          "radians", _turns),
+          "radians", degrees),
     _tilt("tilt_radians_as_degrees", "the tilt of the steer axis in radians is taken as "
-          "degrees", _radians),
+          "degrees", radians),
     _model("trail_sign", "the trail is negative", _GROUND, _negate("c")),
     _model("trail_zero", "the trail is zero", _GROUND, _zero("c")),
     _model("trail_normal", "the trail is taken as the distance of the front contact point from the "
@@ -172,9 +153,9 @@ MODEL_MISTAKES: tuple[Mistake, ...] = (
            "how the steer axis is built: from wheel base, trail and tilt", _through_p2),
     _model("radii_exchanged", "the wheel radii are exchanged", _RADII, _exchange(("rR", "rF"))),
     _model("radii_doubled", "the wheel radii are twice too large", _RADII,
-           _times("2", "rR", "rF")),
+           _times(2.0, "rR", "rF")),
     _model("radii_halved", "the wheel radii are taken as diameters", _RADII,
-           _times("0.5", "rR", "rF")),
+           _times(0.5, "rR", "rF")),
     *(_model(f"radius_{wheel}_everywhere", f"both wheels have the radius of the {name} one", _RADII,
              _same_radius(wheel))
       for wheel, name in _WHEELS),
@@ -187,9 +168,9 @@ MODEL_MISTAKES: tuple[Mistake, ...] = (
     _model("wheel_bodies_exchanged", "masses and inertias of the wheels are exchanged",
            _WHICH, _exchange(("mR", "mF"), ("IRxx", "IFxx"), ("IRyy", "IFyy"))),
     _model("wheels_as_rings", "the wheels have the inertia of rings of their mass and "
-           "radius", _WHEEL, _as_bodies_of_revolution(Fraction(1))),
+           "radius", _WHEEL, _as_bodies_of_revolution(1.0)),
     _model("wheels_as_discs", "the wheels have the inertia of discs of their mass and "
-           "radius", _WHEEL, _as_bodies_of_revolution(Fraction(1, 2))),
+           "radius", _WHEEL, _as_bodies_of_revolution(0.5)),
     _model("mass_H_missing", "the fork has no mass and no inertia", "the body H of the fork",
            _zero("mH", "IHxx", "IHyy", "IHzz", "IHxz")),
     _model("mass_B_missing", "the rear frame with rider has no mass and no inertia",

@@ -46,7 +46,7 @@ _CONSTANT = 1e-14
 
 
 def has_constant_speed(parts: Sequence[Part]) -> bool:
-    """Whether the forward speed is the same in every row of each maneuver."""
+    """True if the forward speed is the same in every row of each maneuver."""
     for part in parts:
         speed = part.values.get("forward_speed", np.array([]))
         speed = speed[np.isfinite(speed)]

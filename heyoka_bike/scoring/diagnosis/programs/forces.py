@@ -34,7 +34,7 @@ _FRAME = {"R": "B", "B": "B", "H": "H", "F": "H"}
 _SIDE: Vector = (0.0, 1.0, 0.0)
 
 Linear = Mapping[str, Vector]
-"""What is linear in the speeds, by name: velocities [m/s] and angular velocities [rad/s]."""
+"""Quantities linear in the speeds, by name: velocities [m/s] and angular velocities [rad/s]."""
 
 
 class Moving:
@@ -51,17 +51,21 @@ class Moving:
         Of the regular form, over arrays.
     state
         Its variables, with the yaw.
+    still
+        The part of the inertia of rear frame and fork that does not turn with them: in ground axes
+        it stays as it is at the start.
     """
 
-    def __init__(self, equations: Equations, state: Sequence[Number]) -> None:
+    def __init__(self, equations: Equations, state: Sequence[Number], still: Number = 0.0) -> None:
         self.equations, self.state, self.b = equations, state, equations.b
-        still = 0.0 * state[0]
+        self._still = still
+        zero = 0.0 * state[0]
         self.axes = Axes.of(equations.b, equations.unfold(state)[0])
         self.now = _velocities(equations, state)
         self.units = [
             _velocities(
                 equations,
-                [*state[:3], *(still + float(i == j) for j in INDEPENDENT), state[6]],
+                [*state[:3], *(zero + float(i == j) for j in INDEPENDENT), state[6]],
             )
             for i in INDEPENDENT
         ]
@@ -72,6 +76,8 @@ class Moving:
         half = [[self.product(u, w) for w in self.units[: i + 1]] for i, u in enumerate(self.units)]
         self.mass = [[half[max(i, j)][min(i, j)] for j in INDEPENDENT] for i in INDEPENDENT]
         self.rates = equations.rates_with_yaw(state)
+        if np.any(still):
+            self.rates[3:6] = self.added(self.free())
 
     def product(self, one: Linear, other: Linear) -> Number:
         """Twice the kinetic energy's bilinear form."""
@@ -84,11 +90,22 @@ class Moving:
     def inertia(self, body: str, v: Vector) -> Vector:
         """The inertia of a body times a vector."""
         half = self.b.rear if body in "RB" else self.b.front
-        return half.wheel_inertia_times(v) if body in "RF" else half.inertia_times(v)
+        if body in "RF":
+            return half.wheel_inertia_times(v)
+        turning = half.inertia_times(v)
+        if not np.any(self._still):
+            return turning
+        axes, a, yaw = self.axes, self.equations.a, self.state[6]
+        out, back = (
+            (axes.from_rear, axes.to_rear) if body == "B" else (axes.from_front, axes.to_front)
+        )
+        stays = half.inertia_times(from_turned_z(a.sin(yaw), a.cos(yaw), out(v)))
+        off = minus(back(self.ground(stays)), turning)
+        return plus(turning, scaled(self._still, off))
 
     @cached_property
     def bias(self) -> Linear:
-        """How velocities change with the angles alone, in their axes."""
+        """Rates of change of the velocities at constant independent speeds, in their axes."""
         dual = self.equations.over(Duals(self.equations.a))
         angles = [Dual(q, (rate,)) for q, rate in zip(self.state[:3], self.rates[:3], strict=True)]
         moved = _velocities(dual, [*angles, *self.state[3:]])
@@ -100,7 +117,7 @@ class Moving:
         return found
 
     def acceleration(self, name: str) -> Vector:
-        """Of one of the velocities, by the right equations."""
+        """Return the rate of change of one of the velocities, by the right equations."""
         found = self.bias[name]
         for unit, rate in zip(self.units, self.rates[3:6], strict=True):
             found = plus(found, scaled(rate, unit[name]))
@@ -110,6 +127,18 @@ class Moving:
         """Heading components of a vector given in ground axes."""
         a, yaw = self.equations.a, self.state[6]
         return from_turned_z(-a.sin(yaw), a.cos(yaw), v)
+
+    def free(self) -> list[Number]:
+        """Generalised forces of weight and of what turns, at constant speeds: Newton and Euler."""
+        found: list[Number] = [0.0] * 3
+        for body, mass in self.masses.items():
+            v, w = f"v_{body}", f"w_{body}"
+            pull = scaled(mass, minus((0.0, 0.0, self.b.g), self.bias[v]))
+            momentum = cross(self.now[f"w_{_FRAME[body]}"], self.inertia(body, self.now[w]))
+            turn = plus(self.inertia(body, self.bias[w]), momentum)
+            for i, unit in enumerate(self.units):
+                found[i] = found[i] + dot(pull, unit[v]) - dot(turn, unit[w])
+        return found
 
     def powers(self, force: Linear) -> list[Number]:
         """Generalised forces [N m] of forces and torques by the velocity that they act along."""
@@ -122,7 +151,7 @@ class Moving:
         return found
 
     def added(self, forces: Sequence[Number]) -> list[Number]:
-        """What generalised forces add to the rates of the independent speeds."""
+        """Return what generalised forces add to the rates of the independent speeds."""
         return solved(self.mass, forces)
 
 
@@ -181,15 +210,15 @@ class Force:
     Attributes
     ----------
     says
-        What the coefficient is of.
+        Name of the quantity.
     unit
     size
         A small one [SI].
     law
     is_part
-        Whether the coefficient is the part of a term that is missing, 1 for all of it.
+        True if the coefficient is the part of a term that is missing, 1 for all of it.
     is_fitted
-        Whether it is one of the unknowns; not where it is a sum or a multiple of others.
+        True if it is one of the unknowns; not where it is a sum or a multiple of others.
     """
 
     says: str
@@ -224,7 +253,7 @@ def _drag(point: str) -> Law:
 
 
 def _forward_drag(law: Law) -> Law:
-    """By the square of the hub's speed, along the heading, where a unit force acts as given."""
+    """Return a drag by the square of the hub's speed, at the place of a unit force forward."""
     return lambda m: {
         name: scaled(-m.now["rates"][2] * m.now["rates"][2], f) for name, f in law(m).items()
     }
@@ -404,23 +433,26 @@ FORCES: Mapping[str, Force] = {
 }  # fmt: skip
 """The forces by name."""
 
+_PLAUSIBLE = (-1.1, 2.1)
+
+
+def is_plausible(name: str, amount: float) -> bool:
+    """True unless a term would be missing by more than twice of it, or there more than twice."""
+    is_part = name in FORCES and FORCES[name].is_part
+    return not is_part or _PLAUSIBLE[0] < amount < _PLAUSIBLE[1]
+
+
 TENSORS_TURNING = "tensors_turning"
-"""That the inertia of rear frame and fork, in ground axes, turns with them: no force."""
+"""Name of the turning of the inertia of rear frame and fork in ground axes: no force."""
 
 TERMS = (*FORCES, TENSORS_TURNING)
-"""What a program may have, or lack."""
+"""Names of the terms that a program may have, or lack."""
 
 
 def rates_altered(
     equations: Equations, state: Sequence[Number], amounts: Mapping[str, Number]
 ) -> list[Number]:
     """Time derivatives of the regular form's state, the yaw included.
-
-    A tensor that does not turn with its body is another tensor. With the Jacobians J of the angular
-    velocities w over the independent speeds u, w' = J u' + b, the mass matrix M, generalised forces
-    f and the surplus S of the tensors,
-
-        (M - sum J^T S J) u' = M u'_right + f + sum J^T (S b + w x S w).
 
     Parameters
     ----------
@@ -431,52 +463,11 @@ def rates_altered(
     amounts : mapping of str to number
         Coefficients of `FORCES` [SI]; of `TENSORS_TURNING` 1 where it is missing.
     """
-    m = Moving(equations, state)
+    m = Moving(equations, state, amounts.get(TENSORS_TURNING, 0.0))
     force: list[Number] = [0.0] * 3
     for name, amount in amounts.items():
         if name in FORCES:
             each = m.powers(FORCES[name].law(m))
             force = [f + amount * x for f, x in zip(force, each, strict=True)]
-    if TENSORS_TURNING not in amounts:
-        change = m.added(force)
-    else:
-        change = _with_tensors(m, force, amounts[TENSORS_TURNING])
-    right = m.rates[3:6]
-    return [
-        *m.rates[:3], *(x + y for x, y in zip(right, change, strict=True)), m.rates[6]
-    ]  # fmt: skip
-
-
-def _with_tensors(m: Moving, force: Sequence[Number], missing: Number) -> list[Number]:
-    force = list(force)
-    kept = [list(row) for row in m.mass]
-    lost: list[list[Number]] = [[0.0] * 3 for _ in INDEPENDENT]
-    for body in "BH":
-        surplus = _surplus(m, body, missing)
-        w, columns = m.now[f"w_{body}"], [u[f"w_{body}"] for u in m.units]
-        torque = plus(surplus(m.bias[f"w_{body}"]), cross(w, surplus(w)))
-        for i in INDEPENDENT:
-            force[i] = force[i] + dot(columns[i], torque)
-            for j in INDEPENDENT:
-                lost[i][j] = lost[i][j] + dot(columns[i], surplus(columns[j]))
-    for i in INDEPENDENT:
-        for j in INDEPENDENT:
-            kept[i][j] = kept[i][j] - lost[i][j]
-            force[i] = force[i] + lost[i][j] * m.rates[3 + j]
-    return solved(kept, force)
-
-
-def _surplus(m: Moving, body: str, missing: Number) -> Callable[[Vector], Vector]:
-    """The tensor that turns with the body, less that which stays as it is at the start."""
-    a, yaw = m.equations.a, m.state[6]
-    s, c = a.sin(yaw), a.cos(yaw)
-    out, back = (
-        (m.axes.from_rear, m.axes.to_rear) if body == "B" else (m.axes.from_front, m.axes.to_front)
-    )
-
-    def apply(w: Vector) -> Vector:
-        stays = m.inertia(body, from_turned_z(s, c, out(w)))
-        turned = back(from_turned_z(-s, c, stays))
-        return scaled(missing, minus(m.inertia(body, w), turned))
-
-    return apply
+    changed = [x + y for x, y in zip(m.rates[3:6], m.added(force), strict=True)]
+    return [*m.rates[:3], *changed, m.rates[6]]

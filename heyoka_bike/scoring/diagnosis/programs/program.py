@@ -1,8 +1,15 @@
-"""A program as a hypothesis sees it: its bicycle, its starts, its clock, and what it writes."""
+"""A program as a hypothesis sees it: its bicycle, its starts, its clock, and what it writes.
+
+A start that breaks the rolling constraints cannot be followed. Programs that enforce constraints at
+velocity level replace it by the admissible velocities that are nearest in kinetic energy, as an
+impulse of the constraint forces would: with the Jacobian J of the body velocities over roll rate,
+steer rate and speed, u = (J^T M J)^-1 J^T M v. An admissible start is left as it is.
+"""
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import lru_cache
 
 import numpy as np
 
@@ -13,20 +20,21 @@ from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.arithmetic import Arrays
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.scoring.diagnosis.programs.start import STATE, Start, initial_state
+from heyoka_bike.numbers.vectors import Vector
+from heyoka_bike.scoring.diagnosis.programs.forces import Moving
 
 NAMES = (
     *(c.name for c in (*COLUMNS, *FOLLOWING)),
     "spin_energy", "spin_energy_R", "spin_energy_F", "rotation_energy",
 )  # fmt: skip
-"""What is computed of a motion."""
+"""Names of the columns that are computed of a motion."""
 
 Columns = Mapping[str, Array]
 """All columns by name, and the parts of the kinetic energy, see `Simulator.run`."""
-Parameters = dict[str, Fraction]
-"""Of a bicycle, by symbol; the tilt is among them only where it is set."""
+Parameters = dict[str, float]
+"""Of a bicycle, by symbol [SI]."""
 Change = Callable[[Columns, Array], Columns]
-"""From what should be written at the times written to what is."""
+"""From the right columns at the times written to those that are written."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,9 +73,51 @@ class Clock:
         return meant
 
 
+BODIES = "RBHF"
+"""Rear wheel, frame with rider, fork with handlebar, front wheel."""
+
+STATE = ("roll", "pitch", "steer", "roll_rate", "steer_rate", "speed")
+"""Names of the numbers that `initial_state` returns."""
+
+
+@dataclass(frozen=True, slots=True)
+class Start:
+    """Velocities given to the bodies at t = 0.
+
+    Attributes
+    ----------
+    speed, roll_rate
+        [m/s], [rad/s]
+    rolling
+        Bodies that get the roll rate.
+    spinning
+        Wheels that start rolling; others only move along.
+    about_centre
+        True if the roll is about the line through the centre of mass, not on the ground.
+    speed_of_centre
+        True if the speed is the magnitude of the centre of mass's velocity, not the hub's.
+    falling
+        True if the centres of mass move sideways, as the roll makes them.
+    steer_rate
+        Of fork and front wheel against the rear frame, as rolling allows it [rad/s].
+    added
+        To the state that follows, as `STATE` has it: pairs of a place in it and a change [SI].
+    """
+
+    speed: float
+    roll_rate: float
+    rolling: frozenset[str] = frozenset(BODIES)
+    spinning: frozenset[str] = frozenset("RF")
+    about_centre: bool = False
+    speed_of_centre: bool = False
+    falling: bool = True
+    steer_rate: float = 0.0
+    added: tuple[tuple[int, float], ...] = ()
+
+
 @dataclass(frozen=True, slots=True)
 class Program:
-    """What a program computes and writes.
+    """The motion that a program computes, and the columns that it writes.
 
     Attributes
     ----------
@@ -124,15 +174,15 @@ class Mistake:
     code
         Stable name.
     says
-        What the program does, one sentence.
+        One sentence: what the program does.
     check
-        What to look at in one's own program.
+        The place to look at in one's own program.
     kind
         ``model``, ``start`` or ``output``; the former two change the motion.
     change
         Makes it.
     is_fitted
-        Whether it has a number that was fitted to the file.
+        True if it has a number that was fitted to the file.
     found : tuple of Found
         Values that were found in the file, if the mistake is nothing else.
     """
@@ -153,10 +203,55 @@ def apply(program: Program, mistakes: Iterable[Mistake]) -> Program:
     return program
 
 
+def initial_state(bicycle: Bicycle, start: Start) -> tuple[float, ...]:
+    """Roll, pitch, steer, roll rate, steer rate [rad, rad/s] and speed [m/s] of a start.
+
+    Parameters
+    ----------
+    bicycle : Bicycle
+        Any parameters, sensible or not.
+    start : Start
+
+    Raises
+    ------
+    ZeroDivisionError
+        One half has neither mass nor inertia.
+    """
+    m, length = _upright(tuple(bicycle.values.items()))
+    # Of a unit roll rate.
+    sideways = {b: m.units[0][f"v_{b}"][1] for b in BODIES}
+    centre = sum(m.masses[b] * sideways[b] for b in BODIES) / sum(m.masses.values())
+    speed = start.speed
+    if start.speed_of_centre:
+        speed = float(np.sqrt(max(speed**2 - (start.roll_rate * centre) ** 2, 0.0)))
+    given: dict[str, Vector] = {}
+    for b in BODIES:
+        rate = start.roll_rate if b in start.rolling else 0.0
+        spin = -speed / float(bicycle[f"r{b}"]) if b in start.spinning else 0.0
+        arm = sideways[b] - (centre if start.about_centre else 0.0)
+        turn = m.axes.to_rear if b in "RB" else m.axes.to_front
+        given[f"v_{b}"] = (speed, rate * arm if start.falling else 0.0, 0.0)
+        given[f"w_{b}"] = turn((rate, spin, 0.0))
+    momentum = [float(m.product(unit, given)) for unit in m.units]
+    made = np.linalg.lstsq(np.array(m.mass, dtype=float), momentum, rcond=None)[0]
+    roll_rate, steer_rate, forward = made.tolist()
+    state = [0.0, 0.0, 0.0, roll_rate, steer_rate + start.steer_rate, forward * length]
+    for place, change in start.added:
+        state[place] += change
+    return tuple(state)
+
+
+@lru_cache(256)
+def _upright(values: tuple[tuple[str, Exact], ...]) -> tuple[Moving, float]:
+    """The bicycle upright and straight, and its unit of length [m]."""
+    equations = Equations.of(Bicycle("", dict(values)), Arrays())
+    with np.errstate(all="ignore"):
+        return Moving(equations, [np.zeros(())] * 7), float(equations.k.length)
+
+
 def beginning(program: Program, number: int) -> tuple[float, ...]:
     """The state in which a maneuver begins, see `STATE`, with both wheels on the floor."""
-    p = {symbol: float(x) for symbol, x in program.bicycle.values.items()}
-    roll, pitch, steer, *rates = initial_state(p, program.starts[number])
+    roll, pitch, steer, *rates = initial_state(program.bicycle, program.starts[number])
     if steer != 0.0:
         k = Equations.of(program.bicycle, Arrays()).k
         pitch = float(pitch_on_the_floor(k, roll, 0.0, steer))
@@ -164,18 +259,17 @@ def beginning(program: Program, number: int) -> tuple[float, ...]:
 
 
 def model_mistake(
-    code: str, says: str, check: str, change: Callable[[Parameters, float], None]
+    code: str, says: str, check: str, change: Callable[[Parameters], None]
 ) -> Mistake:
-    """A mistake in the parameters: `change` alters them in place, told the tilt [rad]."""
+    """A mistake in the parameters: `change` alters them in place."""
 
     def make(program: Program) -> Program:
-        values = dict(program.bicycle.values)
-        tilt = float(values["lam"])
-        p = {s: x.rational for s, x in values.items() if x.is_rational}
-        change(p, tilt)
-        values.update({s: Exact(x) for s, x in p.items()})
+        values = program.bicycle.values
+        p = {s: float(x) for s, x in values.items()}
+        change(p)
         # Not checked: what mistaken programs compute with need not make sense.
-        return replace(program, bicycle=Bicycle(program.bicycle.name, values))
+        altered = {s: Exact(Fraction(x)) for s, x in p.items() if x != float(values[s])}
+        return replace(program, bicycle=Bicycle(program.bicycle.name, {**values, **altered}))
 
     return Mistake(code, says, check, "model", make)
 

@@ -1,4 +1,4 @@
-"""Which terms explain what remains when a file's own motion is put into the exact equations.
+"""Causes of the residual: the terms that explain a file's motion in the exact equations.
 
 What remains of an equation of motion in a maneuver is a *block*. Its size is unknown, so what is
 minimised is the sum of the logarithms of what is left in the blocks, as in `linear_fits`. The
@@ -17,6 +17,7 @@ import numpy as np
 
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.diagnosis.evidence import WEIGHTS, log_odds_before
+from heyoka_bike.scoring.diagnosis.programs.forces import is_plausible
 from heyoka_bike.scoring.diagnosis.programs.program import (
     Mistake,
     Program,
@@ -38,7 +39,7 @@ from heyoka_bike.scoring.diagnosis.residual.terms import UNKNOWNS, Accelerations
 
 @dataclass(frozen=True, slots=True)
 class _Thresholds:
-    """What is asked of a cause, each with the experiment that gave it.
+    """Thresholds of the search among terms, each with the experiment that gave it.
 
     Attributes
     ----------
@@ -93,7 +94,7 @@ EQUATIONS = ("roll", "steer", "speed")
 
 @dataclass(frozen=True, slots=True)
 class Cause:
-    """What explains the accelerations of a file.
+    """Mistakes or changed values that explain the accelerations of a file.
 
     Attributes
     ----------
@@ -137,9 +138,9 @@ class Causes:
     most
         The largest relief times how little then remains, to compare ways to understand a file.
     is_shown
-        Whether the rows are near enough and have digits enough to judge the equations.
+        True if the rows are near enough and have digits enough to judge the equations.
     remainder
-        What remains, to ask it of further causes.
+        The residual, to ask it of further causes.
     methods : tuple of Method
         Of integration, that explain what remains and cannot be told apart.
     """
@@ -166,7 +167,7 @@ class Causes:
 
     @property
     def best(self) -> tuple[Mistake, ...] | None:
-        """What explains nearly all by the equations alone; None if nothing does.
+        """The cause that explains nearly all by the equations alone; None if none does.
 
         Where a force is left several causes together mean nothing: each takes a share of it.
         """
@@ -191,16 +192,16 @@ class Causes:
 
     @property
     def is_blown_up(self) -> bool:
-        """Whether rates and angles have nothing to do with each other."""
+        """True if rates and angles have nothing to do with each other."""
         return max(m.inconsistency() for m in self.motions) > _T.blown_up
 
     @property
     def is_open(self) -> bool:
-        """Whether there is a force or a term that no cause explains, and no integrator makes."""
+        """True if there is a force or a term that no cause explains, and no integrator makes."""
         return self.leaves_force(max((c.relief for c in (*self.known, *self.fitted)), default=1.0))
 
     def leaves_force(self, relief: float) -> bool:
-        """Whether a cause of some relief leaves what no integrator does."""
+        """True if a cause of some relief leaves what no integrator does."""
         return self.above > _T.above * relief
 
 
@@ -253,7 +254,7 @@ def _rms(x: Array) -> float:
 
 
 class _Remainder:
-    """What remains of the equations, in blocks."""
+    """The residual of the equations, in blocks."""
 
     def __init__(self, accelerations: Accelerations) -> None:
         self.accelerations = a = accelerations
@@ -288,7 +289,7 @@ class _Remainder:
         return found if np.isfinite(found) else 0.0
 
     def left_by(self, accelerations: Array) -> Array:
-        """What remains if a program has these accelerations."""
+        """Return the residual if a program has these accelerations."""
         return self.weighted(self.accelerations.observed - accelerations)
 
     def normal(self, rows: Array, slopes: Array) -> Blocks:
@@ -297,7 +298,7 @@ class _Remainder:
         return blocks(blocks_of(block, rows), blocks_of(block, slopes), self.floors)
 
     def is_shown(self) -> bool:
-        """Whether digits and spacing leave little enough to judge the equations."""
+        """True if digits and spacing leave little enough to judge the equations."""
         above, share = _T.shows
         resolved = np.sqrt(self.before) / self.floors
         return bool(
@@ -357,23 +358,26 @@ def _fitted(remainder: _Remainder, known: Sequence[Cause], maneuvers: int) -> tu
         ]
         best += [c for c in found if log_odds(c, maneuvers) > least]
     best.sort(key=lambda c: -log_odds(c, maneuvers))
-    # One that is likelier with fewer of the values needs no others. Whole runs tell which.
-    return tuple(
-        c
-        for i, c in enumerate(best)
-        if not any(other.changes.keys() <= c.changes.keys() for other in best[:i])
-    )
+    # Further values explain more always. Whole runs tell which causes are right.
+    return tuple(c for c in best if not any(_needs_no_more(other, c) for other in best))
+
+
+def _needs_no_more(one: Cause, other: Cause) -> bool:
+    """True if one cause explains nearly as much as another with further values."""
+    return one.changes.keys() < other.changes.keys() and other.relief < WEIGHTS.beside * one.relief
 
 
 def log_odds(cause: Cause, maneuvers: int) -> float:
     """Logarithm of the odds against none, by the equations alone."""
+    if not all(is_plausible(name, x) for name, x in cause.changes.items()):
+        return float("-inf")
     one = WEIGHTS.fitted + WEIGHTS.unknown
     before = log_odds_before(cause.mistakes) - one * len(cause.changes)
     return WEIGHTS.values * maneuvers * float(np.log(max(cause.relief, 1e-9))) + before
 
 
 def _refined(remainder: _Remainder, names: Sequence[str], step: Array) -> Cause:
-    """By Gauss and Newton's method, from a first step; one that leaves more is halved.
+    """Fit values by Gauss and Newton's method from a first step; one that leaves more is halved.
 
     A light body has accelerations that turn over where its inertia is zero.
     """

@@ -1,4 +1,4 @@
-"""Which few unknowns explain an error, to first order: every one, two and three of them.
+"""Linear regression of an error on every one, two and three of some unknowns.
 
 The errors of a column or an equation in a maneuver are a *block*. They are, to first order, J x
 for changes x of the unknowns. What is minimised is the sum of the logarithms of what is
@@ -20,6 +20,8 @@ from heyoka_bike.numbers.double import Array
 _REPETITIONS = 12
 # The normal equations are solved in binary64: below this part of a block nothing is left to see.
 _VISIBLE = 1e-7
+# Terms that are so many times what is there, and cancel, explain nothing.
+_CANCEL = 5.0
 # Of a direction that is all but fixed by the others, this part of its size is added: Levenberg.
 _DAMPING = 1e-12
 
@@ -93,6 +95,11 @@ def best_subsets(
         }
     members = np.array(sorted(every), dtype=np.intp).reshape(-1, size)
     changes, gains = solve(b, members)
+    terms = np.sqrt(np.diagonal(b.products, axis1=1, axis2=2))[:, members] * np.abs(changes)
+    there = np.sqrt(b.squares + b.floors)[:, None]
+    with np.errstate(divide="ignore"):
+        times = np.exp(np.mean(np.log(np.max(terms, axis=2) / there), axis=0))
+    gains = np.where((size > 1) & (times > _CANCEL), 0.0, gains)
     order = np.argsort(-gains, kind="stable")[:count]
     return Subsets(members[order], changes[order], gains[order])
 

@@ -1,4 +1,4 @@
-"""Which method of integration, with which step, leaves what remains: its modified equation.
+"""Methods of integration and their steps, found by their modified equations.
 
 A method of order p with a step h follows the exact motion of another equation, to its first term
 y' = f(y) + h^p d(y), where d is a sum of derivatives of f that the method alone determines. So the
@@ -34,7 +34,7 @@ _NEAR = 0.03
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Derivatives:
-    """Of the state over time along a motion, and parts of them; shape (6, n).
+    """Derivatives of the state over time along a motion, and parts of them; shape (6, n).
 
     Attributes
     ----------
@@ -84,7 +84,7 @@ class Scheme:
     says
     order
     leaves
-        What it leaves of the equations with a step of one.
+        The residual of the equations with a step of one.
     """
 
     says: str

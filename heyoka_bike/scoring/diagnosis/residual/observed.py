@@ -83,7 +83,7 @@ class Observed:
     scatter: Array
 
     def inconsistency(self) -> float:
-        """By how much the rates are off from the slopes of the angles, in parts of them."""
+        """Return the distance of the rates from the slopes of the angles, in parts of them."""
         rates = np.array([self.windows @ self.state[key] for key in ("roll_rate", "steer_rate")])
         least = float(np.finfo(np.float64).tiny)
         size = np.sqrt(np.mean(rates**2, axis=1)) + least
@@ -114,7 +114,7 @@ def readings(
 def _turns_back(
     parts: Sequence[Part], understood: Mapping[str, Understanding], angle: str, rate: str
 ) -> bool:
-    """Whether an angle mostly falls where its rate says that it grows."""
+    """True if an angle mostly falls where its rate says that it grows."""
     total = 0.0
     for part in parts:
         if angle in part.values and rate in part.values and len(part.time) > 1:
@@ -147,23 +147,13 @@ def observe(
     part: Part, understood: Mapping[str, Understanding], equations: Equations
 ) -> Observed | None:
     """The motion of a part; None where the columns or rows do not show it."""
-    if any(key not in part.values or key not in understood for key in STATE):
+    written = _rows_that_move(part, understood)
+    if written is None:
         return None
-    columns = {k: _si(part, understood, k) for k in STATE}
-    good = np.all([np.isfinite(x) for x in columns.values()], axis=0)
-    rows = np.flatnonzero(good)
-    if len(rows) < _FEWEST_ROWS:
-        return None
-    rows = rows[spread(len(rows), _MOST_ROWS)]
-    time = part.time[rows]
-    if np.any(np.diff(time) <= 0.0) or not all(
-        _is_motion(key, x[rows]) for key, x in columns.items()
-    ):
-        return None
+    time, columns = written
     names = {k: understood[k].assumed().name for k in STATE}
     parameters = in_binary64(part.reference.parameters)
-    written = {k: x[rows] for k, x in columns.items()}
-    state = _default_definitions(written, names, time, equations, parameters)
+    state = _default_definitions(columns, names, time, equations, parameters)
     windows = _windows(time)
     if windows is None or not all(np.isfinite(x).all() for x in state.values()):
         return None
@@ -187,6 +177,22 @@ def observe(
     )
 
 
+def _rows_that_move(
+    part: Part, understood: Mapping[str, Understanding]
+) -> tuple[Array, dict[str, Array]] | None:
+    """Return times and columns of `STATE` [SI]; None where they are no motion, or too few."""
+    if any(key not in part.values or key not in understood for key in STATE):
+        return None
+    columns = {k: _si(part, understood, k) for k in STATE}
+    rows = np.flatnonzero(np.all([np.isfinite(x) for x in columns.values()], axis=0))
+    if len(rows) < _FEWEST_ROWS:
+        return None
+    rows = rows[spread(len(rows), _MOST_ROWS)]
+    time, columns = part.time[rows], {k: x[rows] for k, x in columns.items()}
+    is_motion = all(_is_motion(key, x) for key, x in columns.items())
+    return (time, columns) if is_motion and np.all(np.diff(time) > 0.0) else None
+
+
 def _led_back(time: Array, state: Mapping[str, Array], equations: Equations) -> Array:
     """The columns of `STATE` at t = 0 by each row, shape (5, rows): Runge and Kutta's method."""
 
@@ -205,7 +211,7 @@ def _led_back(time: Array, state: Mapping[str, Array], equations: Equations) -> 
 
 
 def _is_motion(key: str, values: Array) -> bool:
-    """Whether values are of something that moves, but not beyond all bounds."""
+    """True if values are of something that moves, but not beyond all bounds."""
     moves = bool(np.ptp(values)) or key == "forward_speed"
     return moves and float(np.max(np.abs(values))) < _LARGEST
 
@@ -258,7 +264,7 @@ def _mean_slope(time: Array, x: Array, windows: Array, digits: float) -> tuple[A
 
 
 def _integral(time: Array, x: Array) -> Array:
-    """Of rows, from the first one on."""
+    """Return the integral from the first row to each row."""
     powers = np.arange(1, _LOWER + 2)
     local = local_polynomials(time, x, _LOWER)[:-1] / powers
     steps = (local * np.diff(time)[:, None] ** powers).sum(axis=1)

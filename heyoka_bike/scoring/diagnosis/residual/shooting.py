@@ -35,7 +35,7 @@ _SHIFT = 1e-6
 _NOTHING = 1e-12
 
 Errors = Callable[[Sequence[Array]], list[Array]]
-"""From several sets of values to what each leaves, shape (blocks, rows)."""
+"""From several sets of values to the error that each leaves, shape (blocks, rows)."""
 
 
 class Shooting:
@@ -64,7 +64,8 @@ class Shooting:
         while len(best.changes) < _MOST:
             more, rest = self._of_values(best, self._further(best.changes))
             fall = WEIGHTS.values * len(self._motions) * float(np.log(left / rest))
-            if not fall > WEIGHTS.fitted + WEIGHTS.unknown + WEIGHTS.said:
+            cost = WEIGHTS.fitted + WEIGHTS.unknown + WEIGHTS.said
+            if fall < cost or left < WEIGHTS.beside * rest:
                 break
             best, left = more, rest
         return best, left
@@ -98,7 +99,7 @@ class Shooting:
         return np.array([size_of(self._right.bicycle, name) for name in names])
 
     def _errors(self, names: Sequence[str]) -> Errors:
-        """What programs leave of the states of all motions, in parts of each column."""
+        """Return the errors of programs in the states of all motions, in parts of each column."""
 
         def errors(several: Sequence[Array]) -> list[Array]:
             asked = []

@@ -1,4 +1,4 @@
-"""What a program may have in its equations of motion that the benchmark has not, or the reverse.
+"""Terms: what other equations of motion add to the accelerations of the benchmark's.
 
 Along a motion, equations of another program give other accelerations. Their difference from the
 right ones is a *term*: of a known mistake exactly, of a parameter or a force its derivative, whose
@@ -65,7 +65,7 @@ class Accelerations:
         self.uncertain = np.concatenate([m.uncertain.ravel() for m in motions])
 
     def of(self, program: Program) -> Array:
-        """By the equations of a program, shape (n,); NaN where it has none."""
+        """Return the accelerations of a program, shape (n,); NaN where it has none."""
         values = tuple(program.bicycle.values.items())
         amounts = dict(program.amounts)
         try:
@@ -91,7 +91,7 @@ class Accelerations:
         return self._found[key]
 
     def _by_force(self, values: _Values, name: str) -> Array:
-        """What a unit force adds."""
+        """Return the accelerations that a unit force adds."""
         if (values, name) not in self._found:
             equations = _equations(values)
             with np.errstate(all="ignore"):

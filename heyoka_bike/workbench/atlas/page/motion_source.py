@@ -30,18 +30,18 @@ MOTION_SCRIPT = Path(__file__).with_name("motion.js").read_text(encoding="utf-8"
 """Follows a motion by `motion_source`."""
 
 ERROR = 1e-8
-"""How far, at most, angles [rad], rates [rad/s] and speed [m/s] are off within 10 s."""
+"""The largest error of angles [rad], rates [rad/s] and speed [m/s] within 10 s."""
 
 STATE = ("roll", "pitch", "steer", "roll_rate", "steer_rate", "spin", "yaw", *INTEGRALS, "track")
-"""What is integrated; `track` is the length of the rear one [m]."""
+"""The integrated variables; `track` is the length of the rear track [m]."""
 
 OBSERVED = (
     "front_x", "front_y", "speed", "potential", "kinetic", "rear_normal", "front_normal",
 )  # fmt: skip
-"""What follows from it: front contact [m], speed [m/s], energies [J], normal forces [N]."""
+"""The derived quantities: front contact [m], speed [m/s], energies [J], normal forces [N]."""
 
 DIVISORS = 3
-"""How many divisors of the equations may vanish: there they end, as does a step across."""
+"""The number of divisors of the equations that may vanish; a motion ends there."""
 
 _JAVASCRIPT = Language(
     opening="const {name} = ({arguments}) => {{",

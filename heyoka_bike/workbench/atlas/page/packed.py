@@ -47,7 +47,7 @@ class Packed:
 
     @property
     def precision(self) -> float:
-        """How far a number is off at most: absolutely, or of powers relatively."""
+        """The largest error of a number: absolute, or relative for powers."""
         half = (self.high - self.low) / _LAST / 2
         # The lowest power has the code of the one above it.
         return float(10 ** (2 * half) - 1) if self.is_log else half

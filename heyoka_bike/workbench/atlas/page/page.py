@@ -40,7 +40,7 @@ _SAID = {
     "lifts": "lifts a wheel, recovers",
     "weaves": "weaves irregularly",
 }
-# What goes before the time of a fate.
+# Words before the time of a fate.
 _WHEN = {
     "undecided": ", followed for", "weaves": ", followed for", "upright": " after",
     "falls": " after",
@@ -236,7 +236,7 @@ def _ranges(bicycle: Bicycle) -> list[tuple[float, float | None]]:
 
 
 def _shapes(atlas: Atlas) -> list[Any]:
-    """How the bicycle looks, along each axis that is a parameter at some of its values."""
+    """Outlines of the bicycle along each axis that is a parameter, at some of its values."""
 
     def along(bicycle: Bicycle, axes: Sequence[GridAxis]) -> Any:
         if not axes:
