@@ -49,7 +49,7 @@ def _maneuver(series: Series, n: int) -> doc.Chapter:
         content = (
             matrix.side_by_side(series, n),
             doc.Chapter("Error over time", (over_time,)),
-            doc.Chapter("Largest errors", (errors,), only=doc.PAGE),
+            doc.Chapter("Largest errors", (errors,), only=doc.HTML),
         )
     return doc.Chapter(doc.Words(title, brief), content, f"all-{n}", title, True, is_open=True)
 
