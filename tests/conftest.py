@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import pickle
+import re
 import shutil
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import replace
@@ -64,15 +66,17 @@ hypothesis.settings.load_profile("same")
 
 
 # Files of more than a quarter of a minute with the proofs, then those of the fast tests that take
-# longest. They begin first, so that the processes end at the same time.
+# longest, more than five seconds. They begin first, so that the processes end at the same time.
 LONGEST = (
-    "test_verify_sees_what_hashes_do_not", "test_mistakes_are_recognised",
+    "test_odds_are_what_they_say", "test_mistakes_are_recognised",
+    "test_verify_sees_what_hashes_do_not", "test_checker_agrees_with_score",
     "test_a_browser_scores_a_file", "test_nothing_is_lost_or_made_twice",
     "test_published_set_is_proved", "test_verify_finds_every_damage",
-    "test_bench_reports_every_code", "test_pytest_plugin_failures_teach",
-    "test_sensitivities_are_proved", "test_certificate_refuses_or_widens",
-    "test_few_unknowns_explain_a_file", "test_the_tutorial_runs", "test_generate_command",
-    "test_an_atlas_says_what_becomes", "test_digits_do_not_depend_on_how_code_is_compiled",
+    "test_bench_reports_every_code", "test_pages_show_what_their_commands_print",
+    "test_pytest_plugin_failures_teach", "test_sensitivities_are_proved",
+    "test_certificate_refuses_or_widens", "test_few_unknowns_explain_a_file",
+    "test_the_tutorial_runs", "test_generate_command", "test_an_atlas_says_what_becomes",
+    "test_digits_do_not_depend_on_how_code_is_compiled",
     "test_critical_speeds_are_proved_over_a_box", "test_animate_page",
     "test_commands_run_where_names_are_missing", "test_wheel_works_outside_the_checkout",
     "test_dense_output_is_good_to_25_digits", "test_numerical_causes",
@@ -80,11 +84,18 @@ LONGEST = (
     "test_linearised_programs_are_told_as_such", "test_score_diagnoses",
     "test_another_integrator_agrees", "test_what_follows_ten_seconds_is_proved",
     "test_programs_of_others_are_judged_fairly", "test_harder_tier_is_what_the_page_says",
-    "test_energy_and_contact_are_kept_at_every_precision",
-    "test_what_remains_names_the_force", "test_pytest_plugin_requires_digits",
-    "test_plot_draws_every_maneuver", "test_files_are_scored_by_a_page",
+    "test_energy_and_contact_are_kept_at_every_precision", "test_definitions_are_recognised",
+    "test_plot_draws_every_maneuver", "test_what_remains_names_the_force",
+    "test_forces_that_are_applied", "test_score_command", "test_events_are_found_where_they_are",
+    "test_exports_are_read_back", "test_input_fuzz_never_crashes", "test_export_command",
+    "test_pytest_plugin_requires_digits", "test_integrators_are_named_with_their_step",
+    "test_leaderboard_ranks_by_true_error", "test_linear_works_for_unusual_bicycles",
+    "test_constants_are_exact_in_every_precision", "test_files_are_scored_by_a_page",
     "test_a_server_keeps_its_bounds",
 )  # fmt: skip
+
+
+_ALL_PROOF = re.compile(r"^pytestmark = \[?pytest\.mark\.proof", re.MULTILINE)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -96,6 +107,21 @@ def pytest_configure(config: pytest.Config) -> None:
     # Files of proofs hold slow tests, which are asked for by their own name.
     if config.option.markexpr == "proof":
         config.option.markexpr = "proof and not slow"
+    # Thousands of tests are collected, and none of them is garbage before the end.
+    gc.disable()
+
+
+def pytest_collection_finish(session: pytest.Session) -> None:
+    gc.freeze()
+    gc.set_threshold(50_000)
+    gc.enable()
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Leave out files that are marked as a whole: importing them takes the fast tests seconds."""
+    if config.option.markexpr.startswith("not proof and ") and collection_path.match("test_*.py"):
+        return bool(_ALL_PROOF.search(collection_path.read_text(encoding="utf-8"))) or None
+    return None
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -250,6 +276,22 @@ def kept(prove: Callable[..., Any]) -> Callable[..., Any]:
     # By its name and place another process finds the function itself.
     once.__module__ = prove_again.__name__
     return once
+
+
+@pytest.fixture(scope="session")
+def honest_outcomes(made_once: MadeOnce) -> list[Any]:
+    """The first 400 files of the game of honest variations, played once."""
+    from support.play import play
+
+    def fill(place: Path) -> None:
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(Dense, "evaluate", Dense.evaluate)
+            keep_values()
+            outcomes = play("honest", range(400), processes=1)
+        (place / "outcomes").write_bytes(pickle.dumps(outcomes))
+
+    found: list[Any] = pickle.loads((made_once("honest-game", fill) / "outcomes").read_bytes())
+    return found
 
 
 @pytest.fixture(scope="module")

@@ -16,13 +16,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from heyoka_bike.commands.options import (
-    add_command,
-    add_format,
-    add_maneuver,
-    add_output,
-    add_reference,
-)
+from heyoka_bike.commands import options
 from heyoka_bike.errors import Exit
 from heyoka_bike.showing.replay import check_suffix
 
@@ -31,12 +25,13 @@ _DEFAULT = "uncontrolled-bicycle.html"
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
-    p = add_command(subparsers, run, __doc__)
+    p = options.add_command(subparsers, run, __doc__)
     p.add_argument("file", metavar="FILE", nargs="?", help="result file; - is standard input")
-    add_output(p, f"file to write, .html (default ./{_DEFAULT})")
-    add_format(p, ("html",))
-    add_maneuver(p, "show this one, which a file of one maneuver then holds (default: all)")
-    add_reference(p)
+    options.add_output(p, f"file to write, .html (default ./{_DEFAULT})")
+    options.add_format(p, ("html",), "")
+    said = "show this one, which a file of one maneuver then holds (default: all)"
+    options.add_options(p, {"--maneuver N": said})
+    options.add_reference(p)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -16,7 +16,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from heyoka_bike.commands.options import add_command, add_folder, add_format, add_workers
+from heyoka_bike.commands import options
 from heyoka_bike.commands.printing import print_json, print_table
 from heyoka_bike.errors import Exit
 from heyoka_bike.registry import addition
@@ -28,16 +28,15 @@ _SHARES = {"certify": 0.2, "rows": 0.02, "dense": 0.03, "motion": 0.15, "vary": 
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
-    p = add_command(subparsers, run, __doc__)
-    add_folder(p)
-    p.add_argument(
-        "--after-ten-seconds",
-        action="store_true",
-        help="prove what is said of the motions after their ten seconds instead: the folder is one "
-        "with after-ten-seconds.json (default: the published one); two minutes of processor time",
+    p = options.add_command(subparsers, run, __doc__)
+    options.add_folder(p)
+    said = "prove what is said of the motions after their ten seconds instead: the folder is one "
+    said += (
+        "with after-ten-seconds.json (default: the published one); two minutes of processor time"
     )
-    add_format(p, ("table", "json"), default="table")
-    add_workers(p)
+    p.add_argument("--after-ten-seconds", action="store_true", help=said)
+    options.add_format(p, ("table", "json"))
+    options.add_workers(p)
 
 
 def run(args: argparse.Namespace) -> int:

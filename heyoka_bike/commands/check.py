@@ -1,10 +1,25 @@
-"""``heyoka-bike check``: what a program computes at single instants, level by level."""
+"""Check a model at single instants, before it moves.
+
+Compare what a program computes in single states with what it is, level by level: geometry, posture,
+positions, velocities, energy, accelerations, forces, the linear bicycle. The first level that is
+wrong is named, by how much, and what enters there. A table has named columns with their units, such
+as 'pitch [rad]': the number of a state that is known (column state; --states writes them all), or
+states of your own by roll_angle, steer_angle, roll_rate, steer_rate and forward_speed; beside them
+any of the quantities. It is read from every format that 'score' reads.
+
+exit codes: 0 all that is there is right, 1 a table that cannot be used, 2 nothing to compare, 3 a
+level is wrong.
+
+examples:
+  heyoka-bike check --states states.csv
+  heyoka-bike check my-states.csv
+"""
 
 import argparse
 from pathlib import Path
 from typing import Any
 
-from heyoka_bike.commands.options import add_bicycle, add_format
+from heyoka_bike.commands import options
 from heyoka_bike.commands.printing import complain, print_blocks, print_json
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.numbers.exact import positive_numbers
@@ -12,44 +27,17 @@ from heyoka_bike.numbers.exact import positive_numbers
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
-    p = subparsers.add_parser(
-        "check",
-        help="check a model at single instants, before it moves",
-        description=(
-            "Compare what a program computes in single states with what it is, level by level: "
-            "geometry, posture, positions, velocities, energy, accelerations, forces, the linear "
-            "bicycle. The first level that is wrong is named, by how much, and what enters there. "
-            "A table has named columns with their units, such as 'pitch [rad]': the number of a "
-            "state that is known (column state; --states writes them all), or states of your own "
-            "by roll_angle, steer_angle, roll_rate, steer_rate and forward_speed; beside them any "
-            "of the quantities. It is read from every format that 'score' reads."
-        ),
-        epilog=(
-            "exit codes: 0 all that is there is right, 1 a table that cannot be used, 2 nothing to "
-            "compare, 3 a level is wrong.\n"
-            "examples:\n"
-            "  heyoka-bike check --states states.csv\n"
-            "  heyoka-bike check my-states.csv\n"
-        ),
-        formatter_class=argparse.RawDescriptionHelpFormatter,
-    )
+    p = options.add_command(subparsers, run, __doc__)
     p.add_argument("file", metavar="FILE", nargs="?", help="the table; - is standard input")
-    p.add_argument(
-        "--states",
-        metavar="CSV",
-        help="write the states that are known with every quantity, correctly rounded, and check "
-        "nothing",
-    )
-    add_bicycle(p)
-    p.add_argument("--si", action="store_true", help="columns without a unit are in SI units")
-    p.add_argument(
-        "--tolerance",
-        metavar="X",
-        default="1e-9",
-        help="of a difference over 1 + abs(value), in SI units (default 1e-9)",
-    )
-    add_format(p, ("text", "json"), default="text")
-    p.set_defaults(run=run)
+    states = "write the states that are known with every quantity, correctly rounded, and check "
+    options.add_options(p, {"--states CSV": f"{states}nothing"})
+    options.add_bicycle(p)
+    said = {
+        "--si": "columns without a unit are in SI units",
+        "--tolerance X": "of a difference over 1 + abs(value), in SI units (default 1e-9)",
+    }
+    options.add_options(p, said, tolerance={"default": "1e-9"})
+    options.add_format(p, ("text", "json"))
 
 
 def run(args: argparse.Namespace) -> int:

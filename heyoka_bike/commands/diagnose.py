@@ -17,13 +17,7 @@ import argparse
 import json
 from typing import TYPE_CHECKING, Any
 
-from heyoka_bike.commands.options import (
-    add_command,
-    add_format,
-    add_maneuver,
-    add_reference,
-    add_workers,
-)
+from heyoka_bike.commands import options
 from heyoka_bike.commands.result_files import add_columns
 from heyoka_bike.errors import Exit, NothingScoredError
 from heyoka_bike.system.console import progress_bar
@@ -34,13 +28,13 @@ if TYPE_CHECKING:
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
-    p = add_command(subparsers, run, __doc__)
+    p = options.add_command(subparsers, run, __doc__)
     p.add_argument("files", metavar="FILE", nargs="+", help="result file, or files of one run")
-    add_format(p, ("text", "json"), default="text")
-    add_maneuver(p, "maneuver that a file of one maneuver holds")
+    options.add_format(p, ("text", "json"))
+    options.add_options(p, {"--maneuver N": "maneuver that a file of one maneuver holds"})
     add_columns(p)
-    add_reference(p)
-    add_workers(p)
+    options.add_reference(p)
+    options.add_workers(p)
 
 
 def run(args: argparse.Namespace) -> int:

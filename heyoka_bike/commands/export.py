@@ -28,13 +28,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from heyoka_bike.commands.options import (
-    add_command,
-    add_format,
-    add_maneuver,
-    add_output,
-    add_reference,
-)
+from heyoka_bike.commands import options
 from heyoka_bike.commands.printing import complain
 from heyoka_bike.errors import Exit, InputError
 
@@ -52,39 +46,30 @@ _GOES_WITH = {
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
-    p = add_command(subparsers, run, __doc__)
+    p = options.add_command(subparsers, run, __doc__)
     what: Any = p.add_mutually_exclusive_group(required=True)
-    add_format(what, _FORMATS)
-    what.add_argument(
-        "--equations",
-        metavar="LANGUAGE",
-        choices=_LANGUAGES,
-        help=f"write the equations of motion in one of {', '.join(_LANGUAGES)} (matlab for GNU "
-        "Octave too)",
-    )
-    said = f"write {_STEM}.h: the exact motion, and how many digits of yours are right"
-    what.add_argument("--checker", action="store_true", help=said)
-    said = f"write {_STEM}.html: a page that judges files in the browser, without a server"
-    what.add_argument("--page", action="store_true", help=said)
+    options.add_format(what, _FORMATS, "")
+    kinds = {
+        "--equations LANGUAGE": f"write the equations of motion in one of {', '.join(_LANGUAGES)} "
+        "(matlab for GNU Octave too)",
+        "--checker": f"write {_STEM}.h: the exact motion, and how many digits of yours are right",
+        "--page": f"write {_STEM}.html: a page that judges files in the browser, without a server",
+    }
+    options.add_options(what, kinds, equations={"choices": _LANGUAGES})
     said = f"file, or folder for {_STEM}.* or {_EQUATIONS}.* (default: this folder)"
-    add_output(p, said, metavar="FILE_OR_DIR", default=".")
-    said = "of --equations: a bicycle of the collection, or a TOML file (default: benchmark)"
-    p.add_argument("--bicycle", metavar="NAME|FILE", help=said)
-    p.add_argument(
-        "--maneuvers",
-        metavar="NAME|FILE",
-        help="of --equations: maneuvers of the collection, or a TOML file (default: those of the "
-        "bicycle's name, benchmark for a file)",
-    )
-    add_maneuver(p, "export this one (default: all)", int)
-    p.add_argument(
-        "--columns",
-        metavar="NAMES",
-        help="names separated by commas, or all (default: the eight of the benchmark in their "
-        "default definitions)",
-    )
-    p.add_argument("--digits", metavar="N", type=int, help="of csv: 17 (default) or 32")
-    add_reference(p)
+    options.add_output(p, said, metavar="FILE_OR_DIR", default=".")
+    others = {
+        "--bicycle NAME|FILE": "of --equations: a bicycle of the collection, or a TOML file "
+        "(default: benchmark)",
+        "--maneuvers NAME|FILE": "of --equations: maneuvers of the collection, or a TOML file "
+        "(default: those of the bicycle's name, benchmark for a file)",
+        "--maneuver N": "export this one (default: all)",
+        "--columns NAMES": "names separated by commas, or all (default: the eight of the benchmark "
+        "in their default definitions)",
+        "--digits N": "of csv: 17 (default) or 32",
+    }
+    options.add_options(p, others, maneuver={"type": int}, digits={"type": int})
+    options.add_reference(p)
 
 
 def run(args: argparse.Namespace) -> int:

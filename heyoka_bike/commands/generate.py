@@ -21,7 +21,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from heyoka_bike.commands.options import add_command, add_format, add_workers
+from heyoka_bike.commands import options
 from heyoka_bike.commands.printing import complain, print_json, print_table
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.registry import addition
@@ -45,54 +45,26 @@ _SHARES = {
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
-    p = add_command(subparsers, run, __doc__)
-    p.add_argument(
-        "--digits",
-        type=int,
-        default=_DIGITS,
-        metavar="N",
-        help="decimal digits of the integration, 65 to 1000 (default 70)",
-    )
-    p.add_argument(
-        "--bicycle",
-        metavar="NAME|FILE",
-        nargs="+",
-        help="a bicycle of the collection, or a TOML file (default: benchmark); several make a set "
-        "each, in a folder of its name",
-    )
-    p.add_argument(
-        "--all-bicycles", action="store_true", help="a set of each bicycle of the collection"
-    )
-    p.add_argument(
-        "--maneuvers",
-        metavar="NAME|FILE",
-        help="maneuvers of the collection, or a TOML file (default: those of the bicycle's name, "
-        "benchmark for a file)",
-    )
-    p.add_argument(
-        "--until",
-        metavar="WHEN",
-        help="a time [s] in place of the maneuvers' durations, or 'fall': to the last row before a "
-        "wheel leaves the floor or the model ends",
-    )
-    p.add_argument(
-        "--after-ten-seconds",
-        action="store_true",
-        help="make after-ten-seconds.json instead, what is proved of the benchmark's motions after "
-        "their ten seconds, with the candidates that 'certify --after-ten-seconds' starts from; "
-        "five minutes",
-    )
-    p.add_argument(
-        "--out",
-        metavar="DIR",
-        help="folder (default ./reference, or ./reference/after-ten-seconds; of several bicycles "
-        "./sets)",
-    )
-    p.add_argument(
-        "--force", action="store_true", help="replace a set of another version or of other inputs"
-    )
-    add_format(p, ("table", "json"), default="table")
-    add_workers(p)
+    p = options.add_command(subparsers, run, __doc__)
+    said = {
+        "--digits N": "decimal digits of the integration, 65 to 1000 (default 70)",
+        "--bicycle NAME|FILE": "a bicycle of the collection, or a TOML file (default: benchmark); "
+        "several make a set each, in a folder of its name",
+        "--all-bicycles": "a set of each bicycle of the collection",
+        "--maneuvers NAME|FILE": "maneuvers of the collection, or a TOML file (default: those of "
+        "the bicycle's name, benchmark for a file)",
+        "--until WHEN": "a time [s] in place of the maneuvers' durations, or 'fall': to the last "
+        "row before a wheel leaves the floor or the model ends",
+        "--after-ten-seconds": "make after-ten-seconds.json instead, what is proved of the "
+        "benchmark's motions after their ten seconds, with the candidates that 'certify "
+        "--after-ten-seconds' starts from; five minutes",
+        "--out DIR": "folder (default ./reference, or ./reference/after-ten-seconds; of several "
+        "bicycles ./sets)",
+        "--force": "replace a set of another version or of other inputs",
+    }
+    options.add_options(p, said, digits={"type": int, "default": _DIGITS}, bicycle={"nargs": "+"})
+    options.add_format(p, ("table", "json"))
+    options.add_workers(p)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -101,52 +73,99 @@ def run(args: argparse.Namespace) -> int:
         return _after(args)
     from heyoka_bike.reference.making.generate import generate_sets
 
-    sets = _folders(args)
-    sets_made: list[Generated] = []
-
+    folders = _folders(args)
+    made: list[Generated] = []
     with progress_bars(_SHARES) as progress:
         failed = generate_sets(
-            sets,
-            maneuvers=args.maneuvers or None,
-            digits=args.digits,
-            until=args.until,
-            force=args.force,
-            say=complain,
-            progress=progress,
-            made=sets_made.append,
-        )
-    sets_made.sort(key=lambda found: found.folder)
-    if args.format == "json":
-        print_json(_document([_set(found) for found in sets_made], failed))
-    else:
-        _print_sets(sets_made, is_one=len(sets) == 1)
+            folders, maneuvers=args.maneuvers or None, digits=args.digits, until=args.until,
+            force=args.force, say=complain, progress=progress, made=made.append,
+        )  # fmt: skip
+    made.sort(key=lambda found: found.folder)
+    _print(args, [_set(found) for found in made], failed, is_one=len(folders) == 1)
     codes = [_code(error) for error in failed.values()]
     for folder, error in failed.items():
         complain(f"{folder}: not written: {error}")
-    if any(end.is_early for found in sets_made for end in found.endings):
+    if any(end.is_early for found in made for end in found.endings):
         codes.append(Exit.STOPPED_EARLY)
     return codes[0] if codes else Exit.OK
 
 
-def _print_sets(made: Sequence[Generated], *, is_one: bool) -> None:
+def _folders(args: argparse.Namespace) -> dict[Path, str]:
+    """Return the bicycle of each set that is asked for, by the set's folder."""
+    from heyoka_bike.system.resources import collection
+
+    if args.all_bicycles and args.bicycle is not None:
+        raise InputError("found --bicycle and --all-bicycles, expected one of them")
+    bicycles = sorted(collection("bicycles")) if args.all_bicycles else args.bicycle
+    if bicycles is None or len(bicycles) == 1:
+        out = "reference" if args.out is None else args.out
+        if not out.strip():
+            raise InputError("--out: found nothing, expected a folder")
+        return {Path(out): (bicycles or ["benchmark"])[0]}
+    names = [Path(x).stem if x.endswith(".toml") else x for x in bicycles]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"--bicycle: found '{name}' twice, expected a set of each")
+    out = "sets" if args.out is None else args.out
+    return {Path(out, name): x for name, x in zip(names, bicycles, strict=True)}
+
+
+def _after(args: argparse.Namespace) -> int:
+    """Make what is proved of the benchmark's motions after their ten seconds."""
+    given = {
+        "--bicycle": args.bicycle, "--all-bicycles": args.all_bicycles,
+        "--maneuvers": args.maneuvers, "--digits": args.digits != _DIGITS, "--until": args.until,
+    }  # fmt: skip
+    for option, is_given in given.items():
+        if is_given:
+            raise InputError(
+                f"{option}: found it beside --after-ten-seconds, expected it alone: that is about "
+                "the benchmark"
+            )
+    out = "reference/after-ten-seconds" if args.out is None else args.out
+    with progress_bars({"certify": 1.0}) as progress:
+        changed = addition("generate_after")(out, progress=progress)
+    made = {"folder": out, "dataset_version": None, "written": list(changed), "maneuvers": []}
+    _print(args, [made], {}, is_one=True)
+    return Exit.OK
+
+
+def _print(
+    args: argparse.Namespace, sets: Sequence[Any], failed: Mapping[Path, Exception], *, is_one: bool
+) -> None:
+    """Print the sets that were made, as JSON or as a table of their maneuvers and a line of each.
+
+    Parameters
+    ----------
+    sets
+        Documents of `_set`.
+    is_one
+        Only one set was asked for, so that its name need not stand in the table.
+    """
+    if args.format == "json":
+        print_json(_document(sets, failed))
+        return
     rows = [
-        _row("" if is_one else f"{found.folder.name}, ", table)
-        for found in made for table in found.tables
+        (
+            ("" if is_one else f"{Path(made['folder']).name}, ") + run["maneuver"],
+            str(run["steps"]), str(run["order"]), run["precision"].split()[0],
+            f"{run['energy_drift']:.1e}", f"{run['energy_drift'] * 2.0 ** run['bits']:.2g}",
+            f"{run['performance_percent']:.1e}", run["bound"], f"{run['cpu_seconds']:.1f}",
+        )
+        for made in sets
+        for run in made["maneuvers"]
     ]  # fmt: skip
     if rows:
         print_table(_HEADINGS, rows, title="reference solution")
-    for found in made:
-        written = f"written: {', '.join(found.changed)}"
-        what = written if found.changed else "already up to date, nothing written"
-        print(f"{found.folder}: dataset version {found.dataset_version}, {what}")
-
-
-def _code(error: Exception) -> int:
-    return int(getattr(error, "exit_code", Exit.INTERNAL))
+    for made in sets:
+        version = made["dataset_version"] and f"dataset version {made['dataset_version']}, "
+        written = f"written: {', '.join(made['written'])}"
+        what = written if made["written"] else "already up to date, nothing written"
+        print(f"{made['folder']}: {version or ''}{what}")
 
 
 def _document(sets: Sequence[Any], failed: Mapping[Path, Exception]) -> dict[str, Any]:
-    """What ``generate-1.schema.json`` describes."""
+    """Return what ``generate-1.schema.json`` describes."""
     left = [
         {"folder": str(folder), "message": str(error), "exit_code": _code(error)}
         for folder, error in failed.items()
@@ -154,14 +173,16 @@ def _document(sets: Sequence[Any], failed: Mapping[Path, Exception]) -> dict[str
     return {"schema_version": 1, "version": __version__, "sets": sets, "failed": left}
 
 
+def _code(error: Exception) -> int:
+    return int(getattr(error, "exit_code", Exit.INTERNAL))
+
+
 def _set(made: Generated) -> dict[str, Any]:
     return {
         "folder": str(made.folder),
         "dataset_version": made.dataset_version,
         "written": list(made.changed),
-        "maneuvers": [
-            _maneuver(table, end) for table, end in zip(made.tables, made.endings, strict=True)
-        ],
+        "maneuvers": list(map(_maneuver, made.tables, made.endings)),
     }
 
 
@@ -183,61 +204,3 @@ def _maneuver(made: Table, end: Ending) -> dict[str, Any]:
         "bound": decimal_above(made.certificate.worst),
         "cpu_seconds": made.cpu,
     }
-
-
-def _folders(args: argparse.Namespace) -> dict[Path, str]:
-    """The bicycle of each set that is asked for."""
-    from heyoka_bike.system.resources import collection
-
-    if args.all_bicycles and args.bicycle is not None:
-        raise InputError("found --bicycle and --all-bicycles, expected one of them")
-    bicycles = sorted(collection("bicycles")) if args.all_bicycles else args.bicycle
-    if bicycles is None or len(bicycles) == 1:
-        out = "reference" if args.out is None else args.out
-        if not out.strip():
-            raise InputError("--out: found nothing, expected a folder")
-        return {Path(out): (bicycles or ["benchmark"])[0]}
-    names = [Path(x).stem if x.endswith(".toml") else x for x in bicycles]
-    for name in names:
-        if names.count(name) > 1:
-            raise InputError(f"--bicycle: found '{name}' twice, expected a set of each")
-    out = "sets" if args.out is None else args.out
-    return {Path(out, name): x for name, x in zip(names, bicycles, strict=True)}
-
-
-def _after(args: argparse.Namespace) -> int:
-    """What follows the ten seconds of the benchmark, and of nothing else."""
-    given = {
-        "--bicycle": args.bicycle,
-        "--all-bicycles": args.all_bicycles,
-        "--maneuvers": args.maneuvers,
-        "--digits": args.digits != _DIGITS,
-        "--until": args.until,
-    }
-    for option, is_given in given.items():
-        if is_given:
-            raise InputError(
-                f"{option}: found it beside --after-ten-seconds, expected it alone: that is about "
-                "the benchmark"
-            )
-    out = "reference/after-ten-seconds" if args.out is None else args.out
-    with progress_bars({"certify": 1.0}) as progress:
-        changed = addition("generate_after")(out, progress=progress)
-    if args.format == "json":
-        made = {"folder": out, "dataset_version": None, "written": list(changed), "maneuvers": []}
-        print_json(_document([made], {}))
-        return Exit.OK
-    what = f"written: {', '.join(changed)}" if changed else "already up to date, nothing written"
-    print(f"{out}: {what}")
-    return Exit.OK
-
-
-def _row(place: str, made: Table) -> tuple[str, ...]:
-    from heyoka_bike.numbers.rounding import decimal_above
-
-    run, drift = made.trajectory, made.drift
-    return (
-        place + run.maneuver.name, str(run.steps), str(run.order), run.precision.split()[0],
-        f"{drift.energy * 2.0**-run.bits:.1e}", f"{drift.energy:.2g}",
-        f"{drift.performance:.1e}", decimal_above(made.certificate.worst), f"{made.cpu:.1f}",
-    )  # fmt: skip

@@ -20,7 +20,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from heyoka_bike.commands.options import add_command, add_format, add_output, add_workers
+from heyoka_bike.commands import options
 from heyoka_bike.commands.printing import complain, print_blocks, print_text
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.system.console import progress_bar
@@ -30,23 +30,17 @@ _SUFFIXES = {".json": "json", ".html": "html", ".htm": "html"}
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
-    p = add_command(subparsers, run, __doc__)
+    p = options.add_command(subparsers, run, __doc__)
     p.add_argument("folder", metavar="FOLDER", help="folder of submissions")
-    add_output(p, "write to this file (.html or .json)")
-    add_format(p, ("table", "json", "html"), said="default: table, and by the suffix of -o")
-    p.add_argument(
-        "--reference",
-        metavar="DIR",
-        action="append",
-        default=[],
-        help="folder of a set of H2, H3 or H4; may be repeated (that of H1 is here)",
-    )
-    p.add_argument(
-        "--diagnose",
-        action="store_true",
-        help="say of each what goes wrong, as 'diagnose' does (about ten seconds for each)",
-    )
-    add_workers(p)
+    options.add_output(p, "write to this file (.html or .json)")
+    options.add_format(p, ("table", "json", "html"), "default: table, and by the suffix of -o")
+    said = {
+        "--reference DIR": "folder of a set of H2, H3 or H4; may be repeated (that of H1 is here)",
+        "--diagnose": "say of each what goes wrong, as 'diagnose' does (about ten seconds for "
+        "each)",
+    }
+    options.add_options(p, said, reference={"action": "append", "default": []})
+    options.add_workers(p)
 
 
 def run(args: argparse.Namespace) -> int:

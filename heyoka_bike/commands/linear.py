@@ -15,12 +15,13 @@ from collections.abc import Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
-from heyoka_bike.commands.options import add_bicycle, add_command, add_format
+from heyoka_bike.commands import options
 from heyoka_bike.commands.printing import complain, print_blocks
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.registry import addition
 
 if TYPE_CHECKING:
+    from heyoka_bike.bicycle.parameters import Bicycle
     from heyoka_bike.bicycle.stability.linear import Linearisation
     from heyoka_bike.showing.document import Block
 
@@ -28,35 +29,34 @@ _MAX_SPEEDS = 10_001
 
 _UNITS = {"M": "kg m^2", "C1": "kg m", "K0": "kg m", "K2": "kg"}
 
-_Spectrum = Sequence[tuple[Fraction, Sequence[Any]]]
+_CRITICAL = {
+    "weave": ("weave speed [m/s]", "weave frequency [rad/s]"),
+    "capsize": ("capsize speed [m/s]",),
+    "double_roots": ("double root, speed [m/s]", "double root, eigenvalue [1/s]"),
+    "stable_ranges": ("stable from [m/s]", "stable to [m/s]"),
+}
+"""Headings of the critical speeds, by their key in JSON."""
+
+_Document = dict[str, Any]
 
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
-    p = add_command(subparsers, run, __doc__)
-    p.add_argument(
-        "--digits",
-        type=int,
-        default=15,
-        metavar="N",
-        help="significant decimal digits, 5 to 1000 (default 15)",
+    p = options.add_command(subparsers, run, __doc__)
+    digits = {"--digits N": "significant decimal digits, 5 to 1000 (default 15)"}
+    options.add_options(p, digits, digits={"type": int, "default": 15})
+    options.add_bicycle(p)
+    said = {
+        "--speeds LIST": "speeds of the eigenvalues [m/s], 0,4.6,8 or first:last:step (default "
+        "0:10:1)",
+        "--uncertainty SIGMAS": "prove between which speeds weave and capsize lie if every "
+        "parameter may be so many of its standard deviations off (default 1), and where all such "
+        "bicycles are stable",
+    }
+    options.add_options(
+        p, said, speeds={"default": "0:10:1"}, uncertainty={"nargs": "?", "const": "1"}
     )
-    add_bicycle(p)
-    p.add_argument(
-        "--speeds",
-        default="0:10:1",
-        metavar="LIST",
-        help="speeds of the eigenvalues [m/s], 0,4.6,8 or first:last:step (default 0:10:1)",
-    )
-    p.add_argument(
-        "--uncertainty",
-        nargs="?",
-        const="1",
-        metavar="SIGMAS",
-        help="prove between which speeds weave and capsize lie if every parameter may be so many "
-        "of its standard deviations off (default 1), and where all such bicycles are stable",
-    )
-    add_format(p, ("table", "json"), default="table")
+    options.add_format(p, ("table", "json"))
 
 
 def run(args: argparse.Namespace) -> int:
@@ -74,18 +74,15 @@ def run(args: argparse.Namespace) -> int:
     box = None
     if args.uncertainty is not None:
         box = addition("uncertain_stability")(bicycle, args.uncertainty, args.digits)
-    linear = linearise(bicycle, args.digits)
-    spectrum = [(v, linear.eigenvalues(v)) for v in speeds]
+    found = _document(bicycle, linearise(bicycle, args.digits), speeds)
     if args.format == "json":
-        document: dict[str, object] = {"bicycle": bicycle.name, **_as_json(linear, spectrum)}
-        if box is not None:
-            document["uncertainty"] = box.as_json()
-        print(json.dumps(document, indent=2))
+        found |= {} if box is None else {"uncertainty": box.as_json()}
+        print(json.dumps(found, indent=2))
     else:
         print(bicycle.name)
         print("M q'' + v C1 q' + (g K0 + v^2 K2) q = 0 with q = (roll, steer)")
-        print(f"g = {_text(linear.g, linear.digits)} N/kg", end="\n\n")
-        print_blocks(*_blocks(linear, spectrum), *(() if box is None else box.blocks()))
+        print(f"g = {found['g']} N/kg", end="\n\n")
+        print_blocks(*_blocks(found), *(() if box is None else box.blocks()))
     return Exit.OK
 
 
@@ -145,22 +142,25 @@ def _speed_text(v: Fraction, digits: int) -> str:
         return str(mpmath.nstr(mpmath.mpf(v.numerator) / v.denominator, digits + 10))
 
 
-def _as_json(linear: Linearisation, spectrum: _Spectrum) -> dict[str, object]:
-    """Every number as a decimal string."""
+def _document(bicycle: Bicycle, linear: Linearisation, speeds: Sequence[Fraction]) -> _Document:
+    """Return the linearisation, and its eigenvalues [1/s] at speeds [m/s], as decimal texts."""
 
     def text(x: Any) -> str:
         return _text(x, linear.digits)
 
     return {
+        "bicycle": bicycle.name,
         "digits": linear.digits,
         "g": text(linear.g),
         **{name: [[text(x) for x in row] for row in getattr(linear, name)] for name in _UNITS},
         "eigenvalues": [
             {
                 "speed": _speed_text(v, linear.digits),
-                "eigenvalues": [{"re": text(s.real), "im": text(s.imag)} for s in values],
+                "eigenvalues": [
+                    {"re": text(s.real), "im": text(s.imag)} for s in linear.eigenvalues(v)
+                ],
             }
-            for v, values in spectrum
+            for v in speeds
         ],
         "weave": [{"speed": text(v), "frequency": text(w)} for v, w in linear.weave_speeds],
         "capsize": [{"speed": text(v)} for v in linear.capsize_speeds],
@@ -172,37 +172,28 @@ def _as_json(linear: Linearisation, spectrum: _Spectrum) -> dict[str, object]:
     }
 
 
-def _blocks(linear: Linearisation, spectrum: _Spectrum) -> tuple[Block, ...]:
-    """The linearisation and its spectrum as tables."""
+def _blocks(found: _Document) -> tuple[Block, ...]:
+    """Return the document as tables."""
     from heyoka_bike.showing.document import TableBlock
 
-    def text(x: Any) -> str:
-        return _text(x, linear.digits)
-
     matrices = [
-        ["" if i else f"{name} [{unit}]", equation, *map(text, getattr(linear, name)[i])]
+        ["" if i else f"{name} [{unit}]", equation, *found[name][i]]
         for name, unit in _UNITS.items()
         for i, equation in enumerate(("roll", "steer"))
     ]
     eigenvalues = [
-        ["" if i else _speed_text(v, linear.digits), text(s.real), text(s.imag)]
-        for v, values in spectrum
-        for i, s in enumerate(values)
+        ["" if i else at["speed"], s["re"], s["im"]]
+        for at in found["eigenvalues"]
+        for i, s in enumerate(at["eigenvalues"])
     ]
     heading = ("speed [m/s]", "eigenvalue, real part [1/s]", "imaginary part [rad/s]")
-    critical = (
-        (("weave speed [m/s]", "weave frequency [rad/s]"), linear.weave_speeds),
-        (("capsize speed [m/s]",), [(v,) for v in linear.capsize_speeds]),
-        (("double root, speed [m/s]", "double root, eigenvalue [1/s]"), linear.double_roots),
-        (("stable from [m/s]", "stable to [m/s]"), linear.stable_ranges),
-    )
     rows = [
-        [quantity, "no end" if x is None else text(x)]
-        for quantities, found in critical
-        for values in found
-        for quantity, x in zip(quantities, values, strict=True)
+        [quantity, value or "no end"]
+        for key, quantities in _CRITICAL.items()
+        for values in found[key]
+        for quantity, value in zip(quantities, values.values(), strict=True)
     ]
-    rows += [[quantities[0], "none"] for quantities, found in critical if not found]
+    rows += [[quantities[0], "none"] for key, quantities in _CRITICAL.items() if not found[key]]
     return (
         TableBlock(("matrix", "equation", "of roll", "of steer"), matrices, left=2, group=2),
         TableBlock(heading, eigenvalues, group=4),

@@ -3,7 +3,7 @@
 import os
 import textwrap
 from argparse import Action, ArgumentError, ArgumentParser, HelpFormatter, Namespace
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from string import Template
 from typing import Any
@@ -47,10 +47,28 @@ class _Paragraphs(HelpFormatter):
         return "\n\n".join(p if p[:1].islower() else textwrap.fill(p, width) for p in paragraphs)
 
 
+def add_options(parser: Any, said: Mapping[str, str], **settings: Mapping[str, object]) -> None:
+    """Add options, in their order.
+
+    Parameters
+    ----------
+    said
+        The help of each by its usage: ``--force`` is a switch, ``--until WHEN`` takes a text.
+    settings
+        Arguments of ``add_argument``, such as ``{"type": int}``, by the name of an option with
+        underscores.
+    """
+    for usage, text in said.items():
+        option, _, metavar = usage.partition(" ")
+        kind: dict[str, Any] = {"metavar": metavar} if metavar else {"action": "store_true"}
+        kind |= settings.get(option.strip("-").replace("-", "_"), {})
+        parser.add_argument(option, help=text, **kind)
+
+
 def add_reference(parser: ArgumentParser, of: str = "") -> None:
     """Add ``--reference``."""
     said = f"folder of a reference set{of} (default: the published one)"
-    parser.add_argument("--reference", metavar="DIR", help=said)
+    add_options(parser, {"--reference DIR": said})
 
 
 def add_folder(parser: ArgumentParser) -> None:
@@ -62,24 +80,18 @@ def add_folder(parser: ArgumentParser) -> None:
 def add_bicycle(parser: ArgumentParser) -> None:
     """Add ``--bicycle``."""
     said = "a bicycle of the collection, or a TOML file (default: benchmark)"
-    parser.add_argument("--bicycle", metavar="NAME|FILE", default="benchmark", help=said)
+    add_options(parser, {"--bicycle NAME|FILE": said}, bicycle={"default": "benchmark"})
 
 
 def add_workers(parser: ArgumentParser) -> None:
     """Add ``--workers`` and ``--cluster``, which `using_workers` takes."""
-    group = parser.add_mutually_exclusive_group()
-    group.add_argument(
-        "--workers",
-        type=int,
-        metavar="N",
-        help="do the work in N processes of this machine (default: one for each processor)",
-    )
-    group.add_argument(
-        "--cluster",
-        metavar="ADDRESS",
-        help="do the work on the workers of a running Dask scheduler, such as tcp://node7:8786, or "
-        "of a scheduler file; needs heyoka_bike[cluster]",
-    )
+    options = {
+        "--workers N": "do the work in N processes of this machine (default: one for each "
+        "processor)",
+        "--cluster ADDRESS": "do the work on the workers of a running Dask scheduler, such as "
+        "tcp://node7:8786, or of a scheduler file; needs heyoka_bike[cluster]",
+    }
+    add_options(parser.add_mutually_exclusive_group(), options, workers={"type": int})
 
 
 def using_workers(args: Namespace) -> AbstractContextManager[None]:
@@ -114,24 +126,19 @@ def telling(args: Namespace) -> AbstractContextManager[None]:
     return shown(level)
 
 
-def add_format(
-    parser: ArgumentParser, formats: Sequence[str], *, default: str | None = None,
-    required: bool = False, said: str = "",
-) -> None:  # fmt: skip
+def add_format(parser: Any, formats: Sequence[str], said: str | None = None) -> None:
     """Add ``--format``.
 
     Parameters
     ----------
-    default
-        The format if none is asked for; None if that depends on something else.
     said
-        About the default.
+        About the format if none is asked for, where that depends on something else; by default it
+        is the first one.
     """
-    about = said or (f"default {default}" if default else "")
-    parser.add_argument(
-        "--format", metavar="FORMAT", choices=formats, default=default, required=required,
-        help=f"one of {', '.join(formats)}{f' ({about})' if about else ''}",
-    )  # fmt: skip
+    default = formats[0] if said is None else None
+    about = f"default {default}" if said is None else said
+    text = f"one of {', '.join(formats)}{f' ({about})' if about else ''}"
+    parser.add_argument("--format", metavar="FORMAT", choices=formats, default=default, help=text)
 
 
 def add_formats(
@@ -164,8 +171,3 @@ class _Formats(Action):
 def add_output(parser: ArgumentParser, said: str, **options: Any) -> None:
     """Add ``-o`` and ``--output``, a file unless another ``metavar`` is given."""
     parser.add_argument("-o", "--output", help=said, **{"metavar": "FILE"} | options)
-
-
-def add_maneuver(parser: ArgumentParser, said: str, kind: Callable[[str], Any] = str) -> None:
-    """Add ``--maneuver``."""
-    parser.add_argument("--maneuver", metavar="N", type=kind, help=said)

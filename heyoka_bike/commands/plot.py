@@ -23,7 +23,7 @@ import argparse
 from pathlib import Path
 from typing import Any
 
-from heyoka_bike.commands.options import add_command, add_formats, add_maneuver, add_output, lists
+from heyoka_bike.commands import options
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.registry import addition
 from heyoka_bike.showing.figures import ALL, ATLAS, DEFAULT, FIGURES
@@ -39,7 +39,7 @@ def add_parser(subparsers: Any) -> None:
     about = {name: kind.about for name, kind in FIGURES.items()}
     about[ATLAS] = "the map of an atlas (DIR), or with a name ending in .html its page"
     listed = "\n".join(f"  {name:{width}}  {text}" for name, text in about.items())
-    p = add_command(subparsers, run, __doc__, figures=listed)
+    p = options.add_command(subparsers, run, __doc__, figures=listed)
     p.add_argument(
         "reference",
         metavar="DIR",
@@ -52,12 +52,12 @@ def add_parser(subparsers: Any) -> None:
         default=DEFAULT,
         help=f"what to draw, see below, or {ALL} (default {DEFAULT})",
     )
-    lists(figure, [*FIGURES, ATLAS, ALL])
+    options.lists(figure, [*FIGURES, ATLAS, ALL])
     said = "folder, or the file of a single figure, its format by the suffix "
     said += f"(default ./{_DEFAULT_FOLDER})"
-    add_output(p, said, metavar="FILE_OR_FOLDER", default=_DEFAULT_FOLDER)
-    add_formats(p, FORMATS, "several may be given, after DIR (default png svg)", nargs="+")
-    add_maneuver(p, "draw this one (default: all)", int)
+    options.add_output(p, said, metavar="FILE_OR_FOLDER", default=_DEFAULT_FOLDER)
+    options.add_formats(p, FORMATS, "several may be given, after DIR (default png svg)", nargs="+")
+    options.add_options(p, {"--maneuver N": "draw this one (default: all)"}, maneuver={"type": int})
 
 
 def run(args: argparse.Namespace) -> int:

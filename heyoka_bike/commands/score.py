@@ -33,13 +33,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from heyoka_bike.commands.options import (
-    add_command,
-    add_formats,
-    add_maneuver,
-    add_output,
-    add_reference,
-)
+from heyoka_bike.commands import options
 from heyoka_bike.commands.printing import complain, print_text
 from heyoka_bike.commands.result_files import STANDARD_INPUT, add_columns, maneuvers_of, read
 from heyoka_bike.errors import Exit, InputError
@@ -56,61 +50,38 @@ _ROWS = "rows"
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
-    p = add_command(subparsers, run, __doc__, formats=listed("and", with_packages=True))
+    p = options.add_command(subparsers, run, __doc__, formats=listed("and", with_packages=True))
     p.add_argument("files", metavar="FILE", nargs="+", help="result files, or one list of runs")
-    add_formats(p, FORMATS, "may be repeated (default: table, and by the suffix of each -o)")
+    options.add_formats(
+        p, FORMATS, "may be repeated (default: table, and by the suffix of each -o)"
+    )
     said = "write to this file, its format by --format or its suffix; may be repeated"
-    add_output(p, said, dest="outputs", action="append", default=[])
-    p.add_argument(
-        "--summary",
-        action="store_true",
-        help="ten lines at most in place of the table: verdict, digits, conventions, what next",
-    )
-    p.add_argument(
-        "--details",
-        action="store_true",
-        help="show the errors of each maneuver, too; a file that is written always has them",
-    )
-    p.add_argument(
-        "--require",
-        metavar="EXPR",
-        action="append",
-        default=[],
-        help="requirement such as 'scd >= 6' or '2.performance < 1e-3'; may be repeated",
-    )
-    p.add_argument(
-        "--diagnose",
-        action="store_true",
-        help="say why the file differs, too, and show it in the HTML; see 'heyoka-bike diagnose'",
-    )
-    add_maneuver(
-        p,
-        "maneuver that a file of one maneuver holds (default: recognised by its values); "
-        "separated by commas, one for each file",
-    )
+    options.add_output(p, said, dest="outputs", action="append", default=[])
+    how = {
+        "--summary": "ten lines at most in place of the table: verdict, digits, conventions, what "
+        "next",
+        "--details": "show the errors of each maneuver, too; a file that is written always has "
+        "them",
+        "--require EXPR": "requirement such as 'scd >= 6' or '2.performance < 1e-3'; may be "
+        "repeated",
+        "--diagnose": "say why the file differs, too, and show it in the HTML; see 'heyoka-bike "
+        "diagnose'",
+        "--maneuver N": "maneuver that a file of one maneuver holds (default: recognised by its "
+        "values); separated by commas, one for each file",
+    }
+    options.add_options(p, how, require={"action": "append", "default": []})
     add_columns(p)
-    p.add_argument(
-        "--step",
-        metavar="H",
-        help="step size of each file [s], separated by commas, or 'rows' for the distance of the "
-        "rows: the files are runs of one program",
-    )
-    p.add_argument(
-        "--tolerance",
-        metavar="TOL",
-        help="tolerance of the solver of each file, separated by commas: the files are runs of one "
-        "program that chooses its steps, or whose iterations stop at it",
-    )
-    p.add_argument(
-        "--name",
-        metavar="NAME",
-        help="name of the program of each file, separated by commas (default: the files' names); "
-        "files of one name hold different maneuvers of one program",
-    )
-    p.add_argument(
-        "--cpu", metavar="S", help="processor time of each file [s], separated by commas"
-    )
-    add_reference(p)
+    each = {
+        "--step H": "step size of each file [s], separated by commas, or 'rows' for the distance "
+        "of the rows: the files are runs of one program",
+        "--tolerance TOL": "tolerance of the solver of each file, separated by commas: the files "
+        "are runs of one program that chooses its steps, or whose iterations stop at it",
+        "--name NAME": "name of the program of each file, separated by commas (default: the files' "
+        "names); files of one name hold different maneuvers of one program",
+        "--cpu S": "processor time of each file [s], separated by commas",
+    }
+    options.add_options(p, each)
+    options.add_reference(p)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -15,7 +15,7 @@ from __future__ import annotations
 import argparse
 from typing import TYPE_CHECKING, Any
 
-from heyoka_bike.commands.options import add_command, add_format
+from heyoka_bike.commands import options
 from heyoka_bike.commands.printing import complain_of_checks, print_checks, print_json
 from heyoka_bike.errors import Exit
 
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
-    p = add_command(subparsers, run, __doc__)
-    add_format(p, ("table", "json"), default="table")
+    p = options.add_command(subparsers, run, __doc__)
+    options.add_format(p, ("table", "json"))
 
 
 def run(args: argparse.Namespace) -> int:

@@ -1,4 +1,14 @@
-"""``heyoka-bike submit``: what the benchmark's collection asks for, as one archive."""
+r"""Pack a result for the benchmark's collection.
+
+Write what the IFToMM library asks for as one .zip: the text file of 25 columns in binary64 as they
+were read, the two numbers of its form (eq. (1) of maneuver 2, and the processor time as you give
+it), and beside them what it does not ask for: the correct digits of every maneuver and the report.
+Nothing is sent. The result is read as by 'score', and holds all three maneuvers at the same times,
+in SI units.
+
+example: heyoka-bike submit my-results.txt --program 'Mine 1.0, RK4, h = 0.001' --cpu 0.8 \
+  --machine 'AMD EPYC 7763, 1 core'
+"""
 
 from __future__ import annotations
 
@@ -8,7 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
-from heyoka_bike.commands.options import add_output
+from heyoka_bike.commands import options
 from heyoka_bike.commands.printing import complain, print_text
 from heyoka_bike.commands.result_files import add_columns, maneuvers_of, read
 from heyoka_bike.errors import Exit, InputError
@@ -23,28 +33,15 @@ _MEASURED = 2
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
-    p = subparsers.add_parser(
-        "submit",
-        help="pack a result for the benchmark's collection",
-        description=(
-            "Write what the IFToMM library asks for as one .zip: the text file of 25 columns in "
-            "binary64 as they were read, the two numbers of its form (eq. (1) of maneuver 2, and "
-            "the processor time as you give it), and beside them what it does not ask for: the "
-            "correct digits of every maneuver and the report. Nothing is sent. The result is read "
-            "as by 'score', and holds all three maneuvers at the same times, in SI units."
-        ),
-        epilog=(
-            "example: heyoka-bike submit my-results.txt --program 'Mine 1.0, RK4, h = 0.001' "
-            "--cpu 0.8 --machine 'AMD EPYC 7763, 1 core'"
-        ),
-    )
+    p = options.add_command(subparsers, run, __doc__)
     p.add_argument("file", metavar="FILE", help="result file")
     p.add_argument("--program", required=True, help="name, version, method and step, in a line")
     p.add_argument("--cpu", metavar="S", required=True, help="processor time of the run [s]")
     p.add_argument("--machine", required=True, help="processor, compiler and options, in a line")
     add_columns(p)
-    add_output(p, "the archive (default: submission.zip)", default="submission.zip", metavar="ZIP")
-    p.set_defaults(run=run)
+    options.add_output(
+        p, "the archive (default: submission.zip)", default="submission.zip", metavar="ZIP"
+    )
 
 
 def run(args: argparse.Namespace) -> int:

@@ -23,8 +23,7 @@ import argparse
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from heyoka_bike.commands import printing
-from heyoka_bike.commands.options import add_command, add_folder, add_format, add_workers
+from heyoka_bike.commands import options, printing
 from heyoka_bike.errors import Exit, InputError
 from heyoka_bike.system.console import patience, progress_bars
 
@@ -36,16 +35,15 @@ _SHARES = {"integrate": 0.9, "compare": 0.1}
 
 def add_parser(subparsers: Any) -> None:
     """Add the command to the command line."""
-    p = add_command(subparsers, run, __doc__)
-    add_folder(p)
-    p.add_argument(
-        "--rerun", action="store_true", help="integrate again and count the digits that agree"
-    )
-    p.add_argument(
-        "--quick", action="store_true", help="with --rerun: at binary128 and 40 digits only"
-    )
-    add_format(p, ("table", "json"), default="table")
-    add_workers(p)
+    p = options.add_command(subparsers, run, __doc__)
+    options.add_folder(p)
+    said = {
+        "--rerun": "integrate again and count the digits that agree",
+        "--quick": "with --rerun: at binary128 and 40 digits only",
+    }
+    options.add_options(p, said)
+    options.add_format(p, ("table", "json"))
+    options.add_workers(p)
 
 
 def run(args: argparse.Namespace) -> int:

@@ -17,7 +17,7 @@ from weakref import WeakValueDictionary
 from heyoka_bike.errors import InputError, VersionsDifferError, WorkerLostError, required
 from heyoka_bike.system.executors import ProgressFuture
 from heyoka_bike.system.jobs import Throttle, reporting
-from heyoka_bike.system.versions import versions
+from heyoka_bike.system.machine import versions
 
 _ANSWERS = 5  # [s] in which a scheduler does
 

@@ -1,10 +1,17 @@
-"""What the computer is that a number was measured on, and what is installed there."""
+"""What numbers depend on besides inputs: the computer, versions of packages, and of this code."""
 
+import hashlib
 import os
 import platform
+from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
+
+from heyoka_bike.version import __version__
+
+PACKAGES = ("heyoka", "python-flint", "h5py", "numpy", "mpmath")
+"""Those whose version may change a digit."""
 
 
 def machine() -> dict[str, Any]:
@@ -27,3 +34,19 @@ def installed(package: str) -> str | None:
         return version(package)
     except PackageNotFoundError:
         return None
+
+
+@cache
+def versions() -> dict[str, str]:
+    """Version by package; this one's has a hash of its code beside it."""
+    found = {name: installed(name) or "none" for name in PACKAGES}
+    return {"heyoka_bike": f"{__version__} ({_code()})", **found}
+
+
+def _code() -> str:
+    home = Path(__file__).parents[1]
+    hashed = hashlib.sha256()
+    for file in sorted(home.rglob("*.py")):
+        hashed.update(str(file.relative_to(home)).encode())
+        hashed.update(hashlib.sha256(file.read_bytes()).digest())
+    return hashed.hexdigest()[:12]

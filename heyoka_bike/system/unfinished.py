@@ -21,7 +21,7 @@ import numpy as np
 
 from heyoka_bike.errors import InputError
 from heyoka_bike.system.files import replace_file
-from heyoka_bike.system.versions import versions
+from heyoka_bike.system.machine import versions
 
 SUFFIX = ".unfinished"
 _LOCK = "lock"

@@ -226,7 +226,8 @@ def bicycle_score(request: pytest.FixtureRequest) -> Callable[..., Score]:
         reference: Reference | str | Path | None = None, diagnose: str | None = None,
     ) -> Score:  # fmt: skip
         __tracebackhide__ = True
-        from heyoka_bike.testing.regression import Defaults, properties, score_results
+        from heyoka_bike.scoring.score import score
+        from heyoka_bike.testing.regression import Score, properties
 
         if diagnose not in (None, *_DIAGNOSE):
             _fail(f"diagnose: found {diagnose!r}, expected {' or '.join(_DIAGNOSE)}")
@@ -249,10 +250,12 @@ def bicycle_score(request: pytest.FixtureRequest) -> Callable[..., Score]:
             settings.diagnoses_left -= 1
             return ""
 
-        defaults = Defaults(_marked(item), settings.scd, may_diagnose, _fail)
-        score = score_results(results, known, maneuver, defaults)
-        scores.append(score)
-        item.user_properties.extend(properties(score.report, known))
-        return score
+        try:
+            report = score(results, known, maneuver=maneuver)
+        except BicycleError as e:
+            _fail(f"bicycle_score: {e}")
+        scores.append(Score(report, known, _marked(item), settings.scd, may_diagnose, _fail))
+        item.user_properties.extend(properties(report, known))
+        return scores[-1]
 
     return bicycle_score

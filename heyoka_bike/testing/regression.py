@@ -8,7 +8,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NoReturn
+from typing import NoReturn
 
 import numpy as np
 
@@ -17,7 +17,6 @@ from heyoka_bike.reference.load import Reference
 from heyoka_bike.scoring.diagnosis.diagnose import diagnosed
 from heyoka_bike.scoring.report import WHOLE, Report
 from heyoka_bike.scoring.requirements import OF_COLUMN, OF_MANEUVER, check, parse
-from heyoka_bike.scoring.score import score
 from heyoka_bike.showing import wording as words
 from heyoka_bike.testing.failure import failure
 
@@ -72,7 +71,11 @@ def asked(maneuver: object = None, column: object = None, **metrics: object) -> 
         raise InputError(f"found maneuver={maneuver!r:.60}, expected its number, from 1")
     if column is not None and not isinstance(column, str):
         raise InputError(f"found column={column!r:.60}, expected a name such as 'roll_angle'")
-    limits = {name: _number(name, value) for name, value in metrics.items()}
+    limits = {}
+    for name, value in metrics.items():
+        if isinstance(value, bool) or not isinstance(value, int | float | np.number):
+            raise InputError(f"found {name}={value!r:.60}, expected a number")
+        limits[name] = value if isinstance(value, int) else float(value)
     found = Asked(maneuver, column, limits)
     # Without a number any one shows whether the column is known.
     for text in found.texts() or Asked(maneuver, column, {"scd": 0.0}).texts():
@@ -88,34 +91,6 @@ def _plain(error: BicycleError) -> str:
     return str(error).removeprefix("require: ")
 
 
-def _number(name: str, value: object) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float | np.number):
-        raise InputError(f"found {name}={value!r:.60}, expected a number")
-    return value if isinstance(value, int) else float(value)
-
-
-@dataclass(frozen=True, slots=True)
-class Defaults:
-    """What holds where a call says nothing, and how to say that a requirement is not met.
-
-    Attributes
-    ----------
-    marked : tuple of Asked
-        Requirements of the test's markers.
-    scd
-        Digits required where the markers say no number; None if not said.
-    may_diagnose
-        Why a failure is not to be diagnosed; empty if it is.
-    fail
-        Called with the message of a failure.
-    """
-
-    marked: tuple[Asked, ...]
-    scd: float | None
-    may_diagnose: Callable[[], str]
-    fail: Callable[[str], NoReturn]
-
-
 @dataclass(eq=False, repr=False, slots=True)
 class Score:
     """Results compared with the reference, in a test.
@@ -125,12 +100,19 @@ class Score:
     report : Report
         All measures, definitions and findings, as from `scoring.score`.
     is_checked
-        Whether anything was required.
+        True if anything was required.
     """
 
     report: Report
     _reference: Reference
-    _defaults: Defaults
+    # Requirements of the test's markers, for a call that names none; the digits required where they
+    # say no number, None if not said.
+    _marked: tuple[Asked, ...]
+    _scd: float | None
+    # Returns why a failure is not to be diagnosed, an empty text if it is.
+    _may_diagnose: Callable[[], str]
+    # Called with the message of a failure.
+    _fail: Callable[[str], NoReturn]
     is_checked: bool = False
 
     def require(
@@ -158,9 +140,9 @@ class Score:
             texts = self._texts(requirements, asked(maneuver, column, **metrics))
             checked = [check(text, self.report) for text in (*texts, *_whole(texts, self.report))]
         except BicycleError as e:
-            self._defaults.fail(f"require: {_plain(e)}")
+            self._fail(f"require: {_plain(e)}")
         if not all(r.met for r in checked):
-            self._defaults.fail(failure(checked, self.report, self._diagnosis()))
+            self._fail(failure(checked, self.report, self._diagnosis()))
         return self
 
     def _texts(self, requirements: Sequence[str], own: Asked) -> tuple[str, ...]:
@@ -172,10 +154,10 @@ class Score:
         if requirements or own.metrics:
             return (*requirements, *own.texts())
         texts: list[str] = []
-        for marked in self._defaults.marked or (Asked(),):
+        for marked in self._marked or (Asked(),):
             metrics = marked.metrics
-            if not metrics and self._defaults.scd is not None:
-                metrics = {"scd": self._defaults.scd}
+            if not metrics and self._scd is not None:
+                metrics = {"scd": self._scd}
             maneuver = marked.maneuver if own.maneuver is None else own.maneuver
             column = marked.column if own.column is None else own.column
             texts += Asked(maneuver, column, metrics).texts()
@@ -188,8 +170,7 @@ class Score:
 
     def _diagnosis(self) -> tuple[str, ...]:
         """Why the results differ, in sentences, or why that is not said."""
-        reason = self._defaults.may_diagnose()
-        if reason:
+        if reason := self._may_diagnose():
             return (f"none: {reason}",)
         try:
             with warnings.catch_warnings():
@@ -204,26 +185,6 @@ class Score:
 
     def __repr__(self) -> str:
         return f"<score of {words.verdict(self.report)}>"
-
-
-def score_results(
-    results: Any, reference: Reference, maneuver: int | None, defaults: Defaults
-) -> Score:
-    """Compare the results of a program with the reference; `defaults.fail` if that cannot be.
-
-    Parameters
-    ----------
-    results
-        What `scoring.score` takes.
-    maneuver
-        Number of the maneuver that columns belong to which do not tell.
-    """
-    __tracebackhide__ = True
-    try:
-        scored = score(results, reference, maneuver=maneuver)
-    except BicycleError as e:
-        defaults.fail(f"bicycle_score: {e}")
-    return Score(scored, reference, defaults)
 
 
 def properties(scored: Report, reference: Reference) -> list[tuple[str, str]]:

@@ -1,11 +1,13 @@
 """Whether an installation works: packages, the reference that comes with it, a score, a run."""
 
+from __future__ import annotations
+
 import platform
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, replace
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from heyoka_bike.errors import GENERATE, DatasetError, InputError, MissingPackageError
 from heyoka_bike.reference.verification.checks import Check, all_passed
@@ -13,24 +15,27 @@ from heyoka_bike.system.machine import installed, machine
 from heyoka_bike.system.resources import reference_folder
 from heyoka_bike.version import __version__
 
+if TYPE_CHECKING:
+    from heyoka_bike.reference.manifest import Manifest
+
 SCHEMA_VERSION = 1
 """Of the JSON report."""
 
-# Name to import, name to install, what it is for.
-_REQUIRED = (
-    ("numpy", "numpy", "everything"),
-    ("h5py", "h5py", "everything"),
-    ("flint", "python-flint", "generate, diagnose, verify, certify, linear"),
-    ("mpmath", "mpmath", "generate, diagnose, verify, certify, linear"),
-    ("rich", "rich", "progress on the screen"),
-)
+# Packages, and what each is needed for.
+_REQUIRED = {
+    "numpy": "everything",
+    "h5py": "everything",
+    "python-flint": "generate, diagnose, verify, certify, linear",
+    "mpmath": "generate, diagnose, verify, certify, linear",
+    "rich": "progress on the screen",
+}
 # The extra `generate`: without it everything but integrating works.
-_INTEGRATE = (
-    ("filelock", "filelock", "generate"),
-    ("heyoka", "heyoka", "generate, bench, atlas, verify --rerun, all of diagnose"),
-    ("llvmlite", "llvmlite", "simulate, Ensemble, bench"),
-)
-_OPTIONAL = (("matplotlib", "matplotlib", "plot"), ("scipy", "scipy", "bench, netCDF 3 files"))
+_INTEGRATE = {
+    "filelock": "generate",
+    "heyoka": "generate, bench, atlas, verify --rerun, all of diagnose",
+    "llvmlite": "simulate, Ensemble, bench",
+}
+_OPTIONAL = ("matplotlib", "scipy")
 
 MANEUVER = 1
 """That is integrated."""
@@ -65,43 +70,38 @@ class Selfcheck:
 
     def as_dict(self) -> dict[str, Any]:
         """The report as JSON values."""
-        return {
-            "schema_version": SCHEMA_VERSION,
-            "versions": dict(self.versions),
-            "machine": dict(self.machine),
-            "folder": self.folder,
-            "dataset_version": self.dataset_version,
-            "manifest_sha256": self.manifest_sha256,
-            "passed": self.passed,
-            "checks": [asdict(c) for c in self.checks],
-        }
+        found = asdict(self)
+        checks = list(found.pop("checks"))
+        return {"schema_version": SCHEMA_VERSION, **found, "passed": self.passed, "checks": checks}
 
 
 def selfcheck() -> Selfcheck:
     """Look at the installation; nothing that is missing or broken stops it."""
     versions = {"heyoka_bike": __version__, "python": platform.python_version()}
     checks = []
-    for package in (*_REQUIRED, *_INTEGRATE):
-        module, name, what = package
-        versions[name], is_usable = _usable(module, name)
+    for name, use in (_REQUIRED | _INTEGRATE).items():
+        versions[name], is_usable = _usable(name)
         if not is_usable:
-            passed = None if package in _INTEGRATE else False
-            how = f" ({GENERATE})" if package in _INTEGRATE else ""
-            message = f"{name}: {versions[name]}; needed for {what}{how}"
+            passed, how = (None, f" ({GENERATE})") if name in _INTEGRATE else (False, "")
+            message = f"{name}: {versions[name]}; needed for {use}{how}"
             checks.append(Check("package", passed, "", message, {"values": 1, "package": name}))
-    for _, name, _ in _OPTIONAL:
+    for name in _OPTIONAL:
         versions[name] = installed(name) or "not installed"
     folder = reference_folder()
-    files, dataset_version, sha256 = _reference(folder)
-    checks.append(files)
-    if files.passed:
-        checks.append(_attempt("score", _score, folder))
-        checks += _runs(folder)
-    return Selfcheck(versions, machine(), str(folder), dataset_version, sha256, tuple(checks))
+    found, manifest, data = _reference(folder)
+    checks.append(found)
+    if manifest is None:
+        return Selfcheck(versions, machine(), str(folder), None, None, tuple(checks))
+    checks.append(_attempt("score", _score, folder))
+    checks += [_attempt(f"run_{x}", _run, folder, manifest, data, x) for x in PRECISIONS]
+    return Selfcheck(
+        versions, machine(), str(folder), manifest.dataset_version, manifest.sha256, tuple(checks)
+    )
 
 
-def _usable(module: str, name: str) -> tuple[str, bool]:
-    """Version of a package that can be imported, or why it cannot."""
+def _usable(name: str) -> tuple[str, bool]:
+    """Return the version of a package, or why it cannot be imported; and whether it can."""
+    module = "flint" if name == "python-flint" else name
     try:
         import_module(module)
     except ModuleNotFoundError as e:
@@ -112,26 +112,27 @@ def _usable(module: str, name: str) -> tuple[str, bool]:
     return installed(name) or "unknown", True
 
 
-def _reference(folder: Path) -> tuple[Check, str | None, str | None]:
-    """The files of the published set against the manifest, and this against its known hash."""
+def _reference(folder: Path) -> tuple[Check, Manifest | None, Mapping[str, bytes]]:
+    """Compare the files of the published set with its manifest, and this with its known hash.
+
+    Returns the manifest and the contents of the files, too, if all is well.
+    """
     from heyoka_bike.reference.verification.hashes import check_files
 
     try:
         files, checks = check_files(folder, is_published=True)
     except DatasetError as e:
-        return Check("reference", False, "", str(e), {"values": 0}), None, None
-    values = sum(len(data) for data in files.data.values())
-    wrong = next((c for c in checks if c.passed is False), None)
-    manifest = files.manifest
-    if manifest is None or wrong is not None:
-        message, file = (wrong.message, wrong.file) if wrong else ("", "")
-        return Check("reference", False, file, message, {"values": values}), None, None
+        return Check("reference", False, "", str(e), {"values": 0}), None, {}
+    manifest, values = files.manifest, sum(map(len, files.data.values()))
+    wrong = [c for c in checks if c.passed is False]
+    if manifest is None or wrong:
+        said = wrong[0].file, wrong[0].message
+        return Check("reference", False, *said, {"values": values}), None, {}
     message = (
         f"dataset version {manifest.dataset_version}, {len(files.data)} files, {values} bytes, "
         f"manifest sha256 {manifest.sha256[:12]}..."
     )
-    check = Check("reference", True, "", message, {"values": values})
-    return check, manifest.dataset_version, manifest.sha256
+    return Check("reference", True, "", message, {"values": values}), manifest, files.data
 
 
 def _attempt(name: str, look: Callable[..., Check], *arguments: Any) -> Check:
@@ -160,30 +161,17 @@ def _score(folder: Path) -> Check:
     return Check("score", not far, name, message, {"values": values, "failures": len(far)})
 
 
-def _runs(folder: Path) -> Iterator[Check]:
-    """A maneuver integrated here, in two precisions, against the reference."""
-    for precision in PRECISIONS:
-        yield _attempt(f"run_{precision}", _run, folder, precision)
-
-
-def _run(folder: Path, precision: str) -> Check:
+def _run(folder: Path, manifest: Manifest, data: Mapping[str, bytes], precision: str) -> Check:
+    """Integrate a maneuver here, and compare it with the reference."""
     from heyoka_bike.motion.expressions import require_heyoka
 
     require_heyoka()
     from heyoka_bike.numbers.precision import Precision
-    from heyoka_bike.reference.layout import HDF5
-    from heyoka_bike.reference.verification.contents import BOUNDS
-    from heyoka_bike.reference.verification.hashes import check_files
     from heyoka_bike.reference.verification.rerun import agreement
     from heyoka_bike.reference.verification.verify import read_content
 
-    files, _ = check_files(folder, is_published=True)
-    if files.manifest is None:
-        raise DatasetError("the manifest is gone")
-    content, _ = read_content(folder, files.manifest, files.data)
+    content, _ = read_content(folder, manifest, data)
     part = content.parts[MANEUVER - 1]
-    if not part.files.keys() >= {HDF5, BOUNDS}:
-        raise DatasetError("a file of the reference cannot be read")
     try:
         found = agreement(part, Precision.of(precision), lambda stage, t: None)
     except InputError as e:

@@ -3,7 +3,7 @@
 How many branches a function may have is kept by ruff.
 """
 
-import ast
+import re
 from collections import Counter
 from functools import cache
 from pathlib import Path
@@ -13,10 +13,6 @@ import grimp
 ROOT = Path(__file__).resolve().parents[2] / "heyoka_bike"
 CHAIN = 18  # modules outside the workbench, from one to what it needs, and so on
 ENTRIES = 20  # of a folder
-
-
-def trees():
-    return {p: ast.parse(p.read_text(encoding="utf-8")) for p in sorted(ROOT.rglob("*.py"))}
 
 
 def longest_chain(needs):
@@ -50,10 +46,9 @@ def test_no_folder_is_long():
 
 
 def test_no_two_classes_have_one_name():
+    texts = (p.read_text(encoding="utf-8") for p in ROOT.rglob("*.py"))
     names = Counter(
-        node.name
-        for tree in trees().values()
-        for node in ast.walk(tree)
-        if isinstance(node, ast.ClassDef)
+        name for text in texts for name in re.findall(r"^ *class (\w+)[(:]", text, re.M)
     )
+    assert len(names) > 200
     assert [name for name, n in names.items() if n > 1] == []

@@ -6,9 +6,7 @@ from fractions import Fraction
 
 import jsonschema
 import numpy as np
-import pandas
 import pytest
-import xarray
 from support.export_programs import STEM, c_values, export, need, run
 
 from heyoka_bike import read_results, score
@@ -51,6 +49,8 @@ def test_csv_of_32_digits_scores_far_below_binary64(tmp_path, reference):
 
 
 def test_csv_is_what_it_says(tmp_path, reference):
+    import pandas
+
     export(tmp_path, "csv", "--columns", "all")
     export(tmp_path / "long", "csv", "--columns", "all", "--digits", "32")
     short = pandas.read_csv(tmp_path / f"{STEM}.csv", comment="#", dtype=str)
@@ -124,6 +124,8 @@ def test_the_files_themselves_are_results_that_can_be_scored(form, maneuver, tmp
 
 
 def test_netcdf_opens_in_xarray(tmp_path, reference):
+    import xarray
+
     export(tmp_path, "netcdf", "--columns", "all")
     with xarray.open_dataset(tmp_path / f"{STEM}.nc", engine="h5netcdf") as data:
         assert dict(data.sizes) == {"maneuver": 3, "row": 1001}
@@ -172,6 +174,8 @@ def shorter(reference):
 
 
 def test_maneuvers_with_times_of_their_own_get_a_table_each(shorter, tmp_path):
+    import pandas
+
     selection = choose(shorter, None, "yaw")
     tables = csv.render(selection, "x")
     assert list(tables) == ["-1.csv", "-2.csv", "-3.csv"]

@@ -20,8 +20,7 @@ import scipy.io
 from heyoka_bike.errors import InputError, MissingPackageError
 from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.reading import result_file as reading
-from heyoka_bike.scoring.reading.formats import listed
-from heyoka_bike.scoring.reading.formats import npz as archives
+from heyoka_bike.scoring.reading.formats import libraries, listed
 from heyoka_bike.scoring.reading.text import table as text_table
 
 ROW = [f"{i}.5" for i in range(25)]
@@ -417,7 +416,7 @@ def test_bad_arrays(source, fragment):
 
 
 def test_a_small_file_that_unpacks_to_a_large_one(tmp_path, monkeypatch):
-    monkeypatch.setattr(archives, "MOST_BYTES", 10**6)
+    monkeypatch.setattr(libraries, "MOST_BYTES", 10**6)
     content = npz(a=np.zeros((10**6, 25), dtype=np.int8))
     assert len(content) < 10**5
     assert "found more than 1000000 bytes" in the_one_error(content, tmp_path, "r.npz").message

@@ -5,6 +5,7 @@ import pytest
 
 from heyoka_bike.errors import InputError
 from heyoka_bike.scoring.reading import read_results
+from heyoka_bike.scoring.score import score
 
 ROWS = np.arange(9.0)
 
@@ -62,3 +63,13 @@ def test_two_columns_of_one_meaning_are_refused_with_what_to_do(names):
 def test_a_v_that_is_a_speed_makes_no_energy_of_t():
     with pytest.raises(InputError, match="found 'time' and 'T', expected one column of time"):
         keys_of(["time", "roll", "V", "T"])
+
+
+@pytest.mark.parametrize("key", ["forward_speed", "potential_energy"])
+def test_a_v_beside_a_kinetic_energy_is_what_its_values_are(reference, key):
+    m = reference[2]
+    meant = {"roll": "roll_angle", "Ekin": "kinetic_energy", "V": key}
+    named = {name: m.rows[k] for name, k in meant.items()}
+    report = score({"time": m.time, **named}, maneuver=2)
+    assert {*report[2]} == {*meant.values()}
+    assert report.is_right

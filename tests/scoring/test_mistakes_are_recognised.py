@@ -129,8 +129,9 @@ def test_a_time_scale_is_named_first_with_its_factor(reference, simulator):
 
 def test_columns_in_another_order_are_found_beside_another_mistake(reference, simulator):
     pair = [BY_CODE["trail_shortened"], READ_OFF_THE_FILE[-2]]
-    results = results_of(reference, pair, 1e-6)
-    found = explain(align(results, reference).parts, reference, simulator=simulator)
+    columns = columns_of(reference, pair)
+    file = align(results(reference, {2: columns[2]}, 1e-6), reference).parts
+    found = explain(file, reference, simulator=simulator)
     assert {m.code for m in pair} in [set(codes) for codes in first(found)]
 
 

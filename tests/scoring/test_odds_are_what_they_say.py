@@ -83,11 +83,10 @@ def test_wrong_claims_are_as_rare_as_their_odds(reference, errors, rows):
         assert wrong <= 10**-log10 * claims
 
 
-def test_claims_at_odds_above_100_hold_over_the_game_of_honest_files():
+def test_claims_at_odds_above_100_hold_over_the_game_of_honest_files(honest_outcomes):
     """Some of its columns are of a definition that is not known; 400 files have some 800 claims."""
-    found = play.play("honest", range(400), processes=1)
-    wrong = [(o.number, x) for o in found for x in o.claims if x[0] > 2 and x[1]]
-    claims = sum(x[0] > 2 for o in found for x in o.claims)
+    wrong = [(o.number, x) for o in honest_outcomes for x in o.claims if x[0] > 2 and x[1]]
+    claims = sum(x[0] > 2 for o in honest_outcomes for x in o.claims)
     assert claims > 500
     assert len(wrong) <= 0.01 * claims, wrong
 
@@ -95,5 +94,5 @@ def test_claims_at_odds_above_100_hold_over_the_game_of_honest_files():
 def test_a_claim_against_the_truth_is_seen(monkeypatch):
     """Odds that do not know of other definitions claim those of the game that are of none."""
     monkeypatch.setattr(definitions, "_NONE", 100.0)
-    found = play.play("honest", range(100), processes=1)
-    assert any(x[0] > 2 and x[1] for o in found for x in o.claims)
+    claims = (x for number in range(100) for x in play.play_honest(number).claims)
+    assert any(log10 > 2 and is_wrong for log10, is_wrong in claims)

@@ -14,6 +14,7 @@ import sys
 import tempfile
 from collections import Counter
 from dataclasses import dataclass
+from functools import cache
 from itertools import islice
 from pathlib import Path
 
@@ -100,11 +101,16 @@ class Found:
     also: frozenset
 
 
+@cache
+def _header():
+    return render(load_reference()).decode()
+
+
 class Checker:
     """The header, compiled: called with a batch of files."""
 
     def __init__(self, folder, change=("", "")):
-        text = render(load_reference()).decode()
+        text = _header()
         assert change[0] in text
         (folder / "uncontrolled_bicycle.h").write_text(text.replace(*change) if change[0] else text)
         (folder / "driver.c").write_text(_DRIVER)

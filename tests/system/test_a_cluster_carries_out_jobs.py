@@ -14,8 +14,8 @@ from heyoka_bike.cli import main
 from heyoka_bike.errors import InputError, VersionsDifferError, WorkerLostError
 from heyoka_bike.system.cluster import check_versions
 from heyoka_bike.system.jobs import Job
+from heyoka_bike.system.machine import versions
 from heyoka_bike.system.parallel import carry_out, side_by_side, using
-from heyoka_bike.system.versions import versions
 
 pytest.importorskip("distributed")
 
@@ -132,7 +132,7 @@ def test_other_versions_are_refused_by_name(tmp_path):
     with pytest.raises(VersionsDifferError, match=r"w: found numpy 0\.1, expected .* as here"):
         check_versions(here, {**here, "numpy": "0.1"}, "w")
     late = (
-        "from heyoka_bike.system import versions as v; there = {**v.versions(), 'numpy': '0.1'}; "
+        "from heyoka_bike.system import machine as v; there = {**v.versions(), 'numpy': '0.1'}; "
         "v.versions.cache_clear(); v.installed = lambda name: there.get(name)"
     )
     site.write_text(late)

@@ -17,7 +17,7 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.scoring.reading import read_results
 from heyoka_bike.scoring.score import score
-from heyoka_bike.testing.regression import Defaults, score_results
+from heyoka_bike.testing.regression import Score
 
 pytestmark = pytest.mark.proof
 
@@ -129,7 +129,7 @@ def test_the_usual_mistake_is_named(reference):
     made = columns_of(reference, (mistake,))
     columns = [made[n][key] for n in made for key in BENCHMARK_COLUMNS]
     table = np.column_stack([reference.times, *columns])
-    scored = score_results(table, reference, None, Defaults((), 6.0, lambda: "", fail))
+    scored = Score(score(table, reference), reference, (), 6.0, lambda: "", fail)
     with pytest.raises(FailedError) as failed:
         scored.require()
     said = entries(str(failed.value).splitlines())

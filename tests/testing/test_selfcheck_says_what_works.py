@@ -22,7 +22,7 @@ ROOT = Path(__file__).resolve().parents[2]
 @pytest.fixture
 def quick(monkeypatch):
     """Without the runs."""
-    monkeypatch.setattr(module, "_runs", lambda folder: iter(()))
+    monkeypatch.setattr(module, "PRECISIONS", ())
 
 
 @pytest.fixture
@@ -105,7 +105,8 @@ def test_a_run_of_too_few_digits_is_seen(folder, monkeypatch):
     from heyoka_bike.motion.integrate import integrate
 
     monkeypatch.setattr(rerun, "integrate", lambda *a, **k: integrate(*a, **k, tolerance=1e-6))
-    assert module._run(folder, "binary64").passed is False
+    _, manifest, data = module._reference(folder)
+    assert module._run(folder, manifest, data, "binary64").passed is False
 
 
 @pytest.mark.parametrize("error", [ImportError("libx.so: cannot open"), RuntimeError("no CPU")])
@@ -156,6 +157,6 @@ def test_it_works_from_a_wheel_in_an_empty_folder(tmp_path):
         )  # fmt: skip
         assert run.returncode == 0, run.stderr
         report = json.loads(run.stdout)
-        assert report["folder"] == str(site / "heyoka_bike" / "reference")
+        assert report["folder"] == str(site / "heyoka_bike" / "bundled" / "reference")
         assert report["passed"] is True
     assert list(empty.iterdir()) == []

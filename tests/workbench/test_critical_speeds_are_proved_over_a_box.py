@@ -3,6 +3,7 @@
 import json
 import random
 from fractions import Fraction
+from functools import cache
 
 import flint
 import mpmath
@@ -34,6 +35,12 @@ def _bicycle(name):
     return read_bicycle(collection("bicycles")[name])
 
 
+@cache
+def _box(name):
+    """Of one standard deviation; several tests look at each."""
+    return stability_box(_bicycle(name), Fraction(1), DIGITS)
+
+
 def _exact(v):
     return Fraction(mpmath.nstr(v, 30))
 
@@ -55,7 +62,7 @@ def _somewhere(bicycle, rng, sigmas=1):
 @pytest.mark.parametrize("name", MEASURED)
 def test_bicycles_of_the_box_have_their_speeds_within_the_bounds(name):
     bicycle = _bicycle(name)
-    box = stability_box(bicycle, Fraction(1), DIGITS)
+    box = _box(name)
     rng = random.Random(name)
     for _ in range(SAMPLES):
         linear = linearise(_somewhere(bicycle, rng), 20)
@@ -80,7 +87,7 @@ def test_bicycles_of_the_box_have_their_speeds_within_the_bounds(name):
 
 @pytest.mark.parametrize("name", MEASURED)
 def test_the_bounds_are_attained(name):
-    box = stability_box(_bicycle(name), Fraction(1), DIGITS)
+    box = _box(name)
     for bound in (*box.weave, *(box.capsize or ())):
         assert bound.low <= bound.least < bound.most <= bound.high
         # Of the width, what is lost where a derivative changes sign inside the box.
@@ -92,7 +99,7 @@ def test_the_bounds_are_attained(name):
 def test_attained_speeds_are_those_of_a_bicycle_of_the_box():
     """Found again by linearising the corner that differences point at."""
     bicycle = _bicycle("pista")
-    (bound,) = stability_box(bicycle, Fraction(1), DIGITS).weave
+    (bound,) = _box("pista").weave
 
     def weave(b):
         return linearise(b, 20).weave_speeds[0][0]
@@ -110,8 +117,7 @@ def test_attained_speeds_are_those_of_a_bicycle_of_the_box():
 
 
 def test_the_standard_deviation_is_that_of_differences():
-    bicycle = _bicycle("rigid")
-    box = stability_box(bicycle, Fraction(1), DIGITS)
+    bicycle, box = _bicycle("rigid"), _box("rigid")
     step = Fraction(1, 10**6)
     total = mpmath.mpf(0)
     for symbol, u in bicycle.uncertainties.items():
@@ -138,8 +144,7 @@ def test_a_tiny_box_is_the_bicycle_itself():
 
 
 def test_a_larger_box_says_less():
-    bicycle = _bicycle("rigid")
-    one, three = (stability_box(bicycle, Fraction(k), DIGITS) for k in (1, 3))
+    one, three = _box("rigid"), stability_box(_bicycle("rigid"), Fraction(3), DIGITS)
     assert three.weave[0].low < one.weave[0].low < one.weave[0].high < three.weave[0].high
     assert one.every[0] < three.every[0] < three.every[1] < one.every[1]
 

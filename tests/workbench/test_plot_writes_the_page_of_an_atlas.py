@@ -2,14 +2,16 @@
 
 import json
 import re
+from importlib.util import find_spec
 
 import pytest
 
 from heyoka_bike.cli import main
 from heyoka_bike.errors import Exit
 
-pytest.importorskip("zarr")
-pytest.importorskip("heyoka")
+pytestmark = pytest.mark.skipif(
+    find_spec("zarr") is None or find_spec("heyoka") is None, reason="no zarr or no heyoka"
+)
 
 
 @pytest.fixture(scope="module")

@@ -30,9 +30,8 @@ from heyoka_bike.reference.proof import candidate
 from heyoka_bike.reference.proof.certificate_file import render_certificate, summarise
 from heyoka_bike.reference.proof.instants import render_states
 from heyoka_bike.reference.proof.rows import render_texts
-from heyoka_bike.system.machine import installed
+from heyoka_bike.system.machine import PACKAGES, installed
 from heyoka_bike.system.resources import reference_folder
-from heyoka_bike.system.versions import PACKAGES
 
 
 def write_dataset(

@@ -1,25 +1,51 @@
-"""Results from vectors: every column where it belongs, rows in the order of time."""
+"""Results from vectors: every column where it belongs, rows in the order of time.
+
+Columns are told by their names, or by their place.
+"""
 
 import logging
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import chain
 
 import numpy as np
 
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.errors import quoted
 from heyoka_bike.scoring.findings import Finding, warning
 from heyoka_bike.scoring.reading.names.columns import (
     TIME,
     is_maneuver,
     left_out,
+    listed,
     may_mean,
     named_unit,
+    names_found,
+    recognise,
+    set_aside,
+    unit_in,
+    unknown_units,
 )
-from heyoka_bike.scoring.reading.names.layout import Layout, layout
-from heyoka_bike.scoring.reading.request import Request
+from heyoka_bike.scoring.reading.names.numbers import Found, meanings
+from heyoka_bike.scoring.reading.names.units import is_si, quantities
+from heyoka_bike.scoring.reading.request import LEFT_OUT, Request
 from heyoka_bike.scoring.reading.results import Results, Rows
 from heyoka_bike.scoring.reading.times import Times, settle
 from heyoka_bike.scoring.reading.vectors import Vectors
+
+
+@dataclass(frozen=True, slots=True)
+class _Layout:
+    """The index of each column, by number of the maneuver (None if that is not told) and key.
+
+    Times are in `unit`, s or ms.
+    """
+
+    time: int
+    maneuvers: Mapping[int | None, Mapping[str, int]]
+    findings: tuple[Finding, ...]
+    unit: str
+
 
 _Bad = tuple[int, int, str, int]
 """Line or row, column, which of both it is, and how many values there are not finite."""
@@ -37,7 +63,7 @@ def assemble(tables: Sequence[Vectors], kind: str, request: Request) -> Results:
     kind
         Its format.
     request
-        What was to be read.
+        The request to read it.
 
     Raises
     ------
@@ -100,12 +126,12 @@ def _by_maneuver(table: Vectors, request: Request) -> list[Vectors]:
     return [table.of_rows(numbers == n, int(n) + 1 - first) for n in np.unique(numbers)]
 
 
-def _one_by_one(table: Vectors, request: Request) -> Iterator[tuple[Vectors, Layout]]:
+def _one_by_one(table: Vectors, request: Request) -> Iterator[tuple[Vectors, _Layout]]:
     """A table and what its columns are; of maneuvers below each other, for each of these.
 
     The times then begin again where they began.
     """
-    places = layout(table, request)
+    places = _layout(table, request)
     times = table.columns[places.time].values
     starts = np.flatnonzero(np.r_[True, times[1:] < times[:-1]])
     is_again = len(starts) > 1 and bool((times[starts] == times[0]).all())
@@ -120,14 +146,13 @@ def _one_by_one(table: Vectors, request: Request) -> Iterator[tuple[Vectors, Lay
             yield table.of_rows(number == n, None), places
 
 
-def _times(table: Vectors, places: Layout, request: Request) -> Times:
+def _times(table: Vectors, places: _Layout, request: Request) -> Times:
     column = table.columns[places.time]
     bad = np.flatnonzero(~np.isfinite(column.values))
     if len(bad):
         said = "found a time that is not finite, expected seconds"
         raise table.error(request, int(bad[0]), said, places.time + 1)
-    unit = "ms" if places.in_milliseconds else "s"
-    return settle(column.values, column.lo, column.significant, table.lines, unit)
+    return settle(column.values, column.lo, column.significant, table.lines, places.unit)
 
 
 def _rows(
@@ -153,8 +178,116 @@ def _rows(
 
 
 def _not_finite(bad: Sequence[_Bad]) -> Finding:
-    """How many values are not finite, and the first one."""
+    """Return the finding that values are not finite: how many, and the first one."""
     line, column, unit, _ = min(bad)
     count = sum(n for *_, n in bad)
     said = f"{count} values are not finite and not used (first in {unit} {line}, column {column})."
     return warning("not_finite", said, count=count, line=line, column=column)
+
+
+def _layout(vectors: Vectors, request: Request) -> _Layout:
+    """Find out which column is what.
+
+    Names decide if they are all known; else the place does, if there are 9 or 1 + 8 count columns;
+    else those names that are known.
+
+    Raises
+    ------
+    InputError
+        The columns cannot be told, or one is there twice.
+    """
+    names = list(request.names or vectors.names or ())
+    width = len(vectors.columns)
+    found = meanings(names, request.count)
+    known = [f[0] for f in found if f]
+    is_named = TIME in known and len(known) > 1
+    # The benchmark's order has no place for what is not of the benchmark.
+    is_beyond = not {*known} <= {TIME, *BENCHMARK_COLUMNS} or any(map(is_maneuver, names))
+    places = _by_place(width, request.count) if vectors.is_ordered else None
+    if request.names or (is_named and (places is None or None not in found or is_beyond)):
+        return _settled(names, found, vectors, request)
+    if places is not None:
+        settled = _settled([""] * width, places, vectors, request)
+        return replace(settled, findings=_names_unused(names, found, places))
+    raise request.not_columns(names_found(names, found), vectors.heading)
+
+
+def _by_place(width: int, count: int) -> Sequence[Found] | None:
+    """Return the meanings of columns without names; None if there are too many or too few."""
+    # One maneuver needs no number.
+    by_width: Mapping[int, Sequence[int | None]] = {1 + 8 * count: range(1, count + 1), 9: [None]}
+    if (numbers := by_width.get(width)) is None:
+        return None
+    return [(TIME, None), *((key, number) for number in numbers for key in BENCHMARK_COLUMNS)]
+
+
+def _settled(
+    names: Sequence[str], found: Sequence[Found], vectors: Vectors, request: Request
+) -> _Layout:
+    """Each meaning with the one column that has it."""
+    candidates: dict[tuple[str, int | None], list[int]] = {}
+    for i, f in enumerate(found):
+        if f is not None:
+            candidates.setdefault(f, []).append(i)
+    meant = {}
+    for meaning, places in candidates.items():
+        # Of several columns of one meaning the plainest name is meant.
+        best, *others = sorted(places, key=lambda i: _oddity(names[i]))
+        if others and _oddity(names[others[0]]) == _oddity(names[best]):
+            key, number = meaning
+            of_which = "" if number is None else f" for maneuver {number}"
+            raise request.error(
+                f"found {quoted(names[best])} and {quoted(names[others[0]])}, expected one column "
+                f"of {key.replace('_', ' ')}{of_which}; {request.how_to_tell}",
+                vectors.heading,
+            )
+        meant[meaning] = best
+    time = meant[TIME, None]
+    alone = request.maneuver if vectors.maneuver is None else vectors.maneuver
+    alone = 1 if alone is None and request.count == 1 else alone
+    maneuvers: dict[int | None, dict[str, int]] = {}
+    for (key, number), i in meant.items():
+        if key != TIME:
+            maneuvers.setdefault(alone if number is None else number, {})[key] = i
+    if alone is not None and alone not in maneuvers and len(maneuvers) == 1:
+        said = f"found columns of maneuver {next(iter(maneuvers))}, expected maneuver {alone}"
+        raise request.error(said, vectors.heading)
+    findings = _left_out(names, found, {*meant.values()}, request)
+    findings += unknown_units({names[i]: key for (key, _), i in meant.items()})
+    unit = quantities(unit_in(names[time])[1] or "").get("s", "s")
+    return _Layout(time, maneuvers, tuple(findings), unit)
+
+
+def _left_out(
+    names: Sequence[str], found: Sequence[Found], used: Collection[int], request: Request
+) -> list[Finding]:
+    """Return findings about columns that are not used, unless the user left them out."""
+    left = [i for i in range(len(names)) if i not in used and names[i] not in LEFT_OUT]
+    left = [i for i in left if not is_maneuver(names[i])]
+    known = [names[i] for i in left if found[i] is None and recognise(names[i])]
+    unknown = [names[i] for i in left if names[i] not in known]
+    findings = [set_aside(known, request)] if known else []
+    return [*findings, left_out(unknown)] if unknown else findings
+
+
+def _oddity(name: str) -> tuple[bool, bool]:
+    """True if a name has a unit other than SI, and true if it has its unit as an ending."""
+    _, unit, is_ending = unit_in(name)
+    return not is_si(unit), is_ending
+
+
+def _names_unused(
+    names: Sequence[str], found: Sequence[Found], places: Sequence[Found]
+) -> tuple[Finding, ...]:
+    """Return a finding if a name that is known contradicts the place of its column."""
+    both = enumerate(zip(found, places, strict=False))
+    wrong = [i for i, (f, place) in both if f and place and f[0] != place[0]]
+    if not wrong:
+        return ()
+    unknown = [name for name, f in zip(names, found, strict=True) if f is None]
+    said = (
+        f"Not all column names are known ({listed(unknown)}), so the columns are taken in the "
+        f"benchmark's order, although column {wrong[0] + 1} is named {quoted(names[wrong[0]])}."
+    )
+    shown = [quoted(name)[1:-1] for name in unknown[:100]]
+    return (warning("names_not_used", said, columns=[i + 1 for i in wrong], unknown=shown),)

@@ -1,4 +1,4 @@
-"""What somebody has in Python, as results: files, arrays, columns by name, data frames."""
+"""Results of Python's objects: files, arrays, columns by name, data frames."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -39,7 +39,7 @@ def results_of(
     named
         Columns by name.
     is_only
-        Whether results that hold other maneuvers than the one told are refused.
+        True if results that hold other maneuvers than the one told are refused.
 
     Raises
     ------

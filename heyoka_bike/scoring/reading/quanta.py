@@ -1,4 +1,4 @@
-"""How finely columns are written."""
+"""The resolution of columns: how finely their values are written."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -33,7 +33,7 @@ def significant(number: str) -> str:
 
 
 def are_beyond_binary64(numbers: Sequence[str], is_time: bool) -> bool:
-    """Whether numbers have more digits than binary64, and not just more than it needs.
+    """True if numbers have more digits than binary64, and not just more than it needs.
 
     Of 18 digits, one in ten agrees by chance with what the nearest binary64 would give: so many
     must agree. Of times one is enough: three rows in a row are no accident, and there may be no
@@ -53,11 +53,9 @@ def written_column(
     most = int(places.max(initial=-1))
     largest = _largest(values)
     varies = _tells_digits(values, lo, significant)
-    is_fixed = fewest == most >= 0
-    if is_time and fewest >= 0 and significant < BINARY64_DIGITS:
-        # The times 0.07 and 10 are written to the same places, without the zeros.
-        is_fixed = True
-    if is_fixed and varies and 10.0**-most >= np.spacing(largest):
+    # The times 0.07 and 10 are written to the same places, without the zeros.
+    is_fixed_time = is_time and fewest >= 0 and significant < BINARY64_DIGITS
+    if (is_fixed_time or fewest == most >= 0) and varies and 10.0**-most >= np.spacing(largest):
         count = max(1, floor(log10(largest)) + 1 + most)
         return Vector(values, lo, Quantum(10, places=most), count, significant)
     if _SINGLE_DIGITS <= significant < BINARY64_DIGITS and _are_single_written(values, significant):
@@ -74,7 +72,7 @@ def written_column(
 
 
 def _tells_digits(values: Array, lo: Array | None, digits: int) -> bool:
-    """Whether numbers tell how many digits are written: a constant does not.
+    """True if numbers tell how many digits are written: a constant does not.
 
     A few numbers of nearly as many digits as binary64 needs may be short by chance, one in ten of
     each digit that is not there.
@@ -124,7 +122,7 @@ def binary_digits(values: Array) -> int:
 
 
 def is_long_binary64(numbers: Sequence[str], enough: int) -> bool:
-    """Whether decimals of more than 17 digits are binary64 numbers, written out further.
+    """True if decimals of more than 17 digits are binary64 numbers, written out further.
 
     So NumPy's ``savetxt`` writes 0.1 as 1.000000000000000056e-01: there is nothing beyond binary64.
     At least `enough` of them must be so long.
@@ -141,24 +139,27 @@ def is_long_binary64(numbers: Sequence[str], enough: int) -> bool:
 
 
 def are_single(values: Array) -> bool:
-    """Whether all finite values are single precision numbers."""
-    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
-        again = values.astype(np.float32).astype(np.float64)
-    return bool(((again == values) | ~np.isfinite(values)).all())
+    """True if all finite values are single precision numbers."""
+    return bool(((_as_single(values) == values) | ~np.isfinite(values)).all())
 
 
 def _are_single_written(values: Array, digits: int) -> bool:
-    """Whether decimals are single precision numbers, rounded to so many digits.
+    """True if decimals are single precision numbers, rounded to so many digits.
 
     One number in ten is near one by chance if nine digits are written: it takes many.
     """
     some = values[np.isfinite(values) & (values != np.rint(values))]
     if len(some) < _ENOUGH_SINGLE:
         return False
-    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
-        distance = np.abs(some - some.astype(np.float32).astype(np.float64))
     # Half a digit, and the rounding of its reading.
-    return bool((distance <= 0.501 * Quantum(10, digits=digits).at(some)).all())
+    nearest = 0.501 * Quantum(10, digits=digits).at(some)
+    return bool((np.abs(some - _as_single(some)) <= nearest).all())
+
+
+def _as_single(values: Array) -> Array:
+    """Values rounded to single precision."""
+    with np.errstate(over="ignore", under="ignore", invalid="ignore"):
+        return values.astype(np.float32).astype(np.float64)
 
 
 def _is_constant(values: Array, lo: Array | None) -> bool:

@@ -1,4 +1,4 @@
-"""What is to be read: of which file, and what its columns may be."""
+"""A request to read: the file, and what its columns may be."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -9,10 +9,10 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.errors import BicycleError, InputError, printable
 
 LEFT_OUT = ("-", "skip")
-"""What `--columns` has in place of the name of a column that is not used."""
+"""Words of `--columns` for a column that is not used."""
 
 OPTION, ARGUMENT = "--columns", "columns="
-"""How the columns are told, on the command line and in Python."""
+"""Ways to tell the columns: on the command line, and in Python."""
 
 _NAMES = ", ".join(("time", *BENCHMARK_COLUMNS))
 
@@ -35,14 +35,12 @@ class Request:
         How the user tells these, `OPTION` or `ARGUMENT`.
     part
         What messages begin with: of which part of the file they speak.
-    above
-        Number of blank lines that were left out above those that are counted.
     known : callable or None
-        Whether a column of this name may be in a table without times; None of results.
+        True for the names of columns in a table without times; None of results.
     group
         Number of the maneuver that this part of the file is of; None if it tells of none.
     is_ordered
-        Whether the order of arrays by name means anything.
+        True if the order of arrays by name means anything.
     """
 
     path: str
@@ -51,7 +49,6 @@ class Request:
     names: tuple[str, ...] | None = None
     option: str = OPTION
     part: str = ""
-    above: int = 0
     known: Callable[[str], bool] | None = None
     group: int | None = None
     is_ordered: bool = True
@@ -66,8 +63,7 @@ class Request:
 
     def error(self, message: str, line: int | None = None, column: int | None = None) -> InputError:
         """The error that says where, what was found and what was expected."""
-        at = None if line is None else line + self.above
-        return InputError(f"{self.part}{message}", file=self.path, line=at, column=column)
+        return InputError(f"{self.part}{message}", file=self.path, line=line, column=column)
 
     @contextmanager
     def damage(self, expected: str) -> Iterator[None]:
@@ -93,7 +89,7 @@ class Request:
 
     @property
     def how_to_tell(self) -> str:
-        """What to say where names are not understood."""
+        """The words on what to do where names are not understood."""
         said = '"time,roll_angle,..."' if self.option == ARGUMENT else " time,roll_angle,..."
         return f"{self.option}{said} tells what they are"
 

@@ -30,7 +30,7 @@ class ResultFile:
     source
         Its path, ``-`` for standard input.
     request
-        What is to be read.
+        The request to read it.
     stack
         Closes it.
 

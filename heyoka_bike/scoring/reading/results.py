@@ -11,7 +11,7 @@ from heyoka_bike.scoring.findings import Finding
 
 @dataclass(frozen=True, slots=True)
 class Quantum:
-    """How finely the values of a column are written.
+    """The resolution of a column: how finely its values are written.
 
     Attributes
     ----------

@@ -11,7 +11,7 @@ from heyoka_bike.errors import InputError, MissingPackageError, printable
 from heyoka_bike.scoring.reading.arrays.tables import tables
 from heyoka_bike.scoring.reading.assembly import assemble
 from heyoka_bike.scoring.reading.formats import FORMATS, Format, why_not_read
-from heyoka_bike.scoring.reading.names.layout import told
+from heyoka_bike.scoring.reading.names.columns import told
 from heyoka_bike.scoring.reading.request import ARGUMENT, OPTION, Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
 from heyoka_bike.scoring.reading.results import Results
@@ -73,7 +73,7 @@ def read_columns(source: Any, known: Callable[[str], bool]) -> Vectors:
     ----------
     source
     known
-        Whether a column of this name is looked for.
+        True for the names of columns that are looked for.
 
     Raises
     ------
@@ -86,7 +86,7 @@ def read_columns(source: Any, known: Callable[[str], bool]) -> Vectors:
 
 
 def _read_tables(source: Any, request: Request) -> tuple[list[Vectors], str]:
-    """What there is, and its format."""
+    """Read the tables of a file or of arrays, and tell the format."""
     if not isinstance(source, str | PathLike):
         return tables(source, request), ARRAY
     suffix = Path(source).suffix.lower()
@@ -107,7 +107,7 @@ def _read(format_: Format, file: ResultFile) -> Any:
     damage = file.request.damage(format_.expected) if format_.expected else nullcontext()
     try:
         with damage:
-            return format_.reader().read(file)
+            return format_.reader()(file)
     except ImportError:
         if format_.package is None:
             raise

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from operator import itemgetter
 
 import numpy as np
 from numpy.typing import NDArray
@@ -112,18 +113,16 @@ def as_multiples(hi: Array, digits: int = 0) -> tuple[int, Array, Array] | None:
     if len(hi) < _FEWEST_ROWS or not (np.abs(hi) < 2.0**53).all():
         return None
     with np.errstate(over="ignore", under="ignore"):
-        single = hi.astype(np.float32)
-    found = _places(hi, np.float64)
-    if digits in _SINGLE_DIGITS and _are_written(single, hi, digits):
-        coarser = _places(single.astype(np.float64), np.float32)
-        # As decimals, 0.0700000003 and the like are multiples too, of a smaller step.
-        if coarser is not None and (found is None or coarser < found):
-            hi, found = single.astype(np.float64), coarser
-    if found is None and (single.astype(np.float64) == hi).all():
-        found = _places(hi, np.float32)
-    if found is None:
+        single = hi.astype(np.float32).astype(np.float64)
+    candidates: list[tuple[Array, type[np.floating]]] = [(hi, np.float64)]
+    if (single == hi).all() or (digits in _SINGLE_DIGITS and _are_written(single, hi, digits)):
+        candidates.append((single, np.float32))
+    found = [(d, x) for x, kind in candidates if (d := _places(x, kind)) is not None]
+    if not found:
         return None
-    ten = 10.0**found
+    # As decimals, 0.0700000003 and the like are multiples too, of a smaller step.
+    places, hi = min(found, key=itemgetter(0))
+    ten = 10.0**places
     exact, lo = np.empty_like(hi), np.empty_like(hi)
     for piece in _pieces(len(hi)):
         k = np.rint(hi[piece] * ten)
@@ -131,7 +130,7 @@ def as_multiples(hi: Array, digits: int = 0) -> tuple[int, Array, Array] | None:
         # Every term is exact: what is left has at most 28 bits.
         p, e = two_product(exact[piece], np.full(len(k), ten))
         lo[piece] = ((k - p) - e) / ten
-    return found, exact, lo
+    return places, exact, lo
 
 
 def _places(hi: Array, kind: type[np.floating]) -> int | None:
@@ -166,8 +165,8 @@ def _pieces(count: int) -> Iterator[slice]:
         at, size = at + size, _ROWS
 
 
-def _are_written(single: NDArray[np.float32], hi: Array, digits: int) -> bool:
-    """Whether the single precision numbers, written with so many digits, give these times."""
+def _are_written(single: Array, hi: Array, digits: int) -> bool:
+    """True if the single precision numbers, written with so many digits, give these times."""
     for n in (_FIRST_ROWS, len(hi)):
         again = [float(f"{x:.{digits - 1}e}") for x in single[:n].tolist()]
         if not np.array_equal(again, hi[:n]):

@@ -59,7 +59,7 @@ class Vectors:
     heading : int or None
         Number of the line of the names in a text.
     is_ordered : bool
-        Whether the place of a column means anything.
+        True if the place of a column means anything.
     maneuver : int or None
         What the file itself says about these columns.
     findings : tuple of Finding
@@ -74,7 +74,7 @@ class Vectors:
     findings: tuple[Finding, ...] = ()
 
     def place(self, row: int) -> tuple[str, int]:
-        """What the rows are counted by, and the number of one."""
+        """Return the word that rows are counted by, ``row`` or ``line``, and the number of one."""
         return ("row", row + 1) if self.lines is None else ("line", int(self.lines[row]))
 
     def error(

@@ -13,7 +13,7 @@ from heyoka_bike.bicycle.parameters import PARAMETERS, START, Bicycle
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.system.versions import versions
+from heyoka_bike.system.machine import versions
 from heyoka_bike.workbench.atlas.data import GridAxis
 from heyoka_bike.workbench.atlas.fates import LONGEST
 from heyoka_bike.workbench.atlas.runs import PLANS

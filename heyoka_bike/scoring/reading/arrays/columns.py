@@ -1,6 +1,10 @@
-"""Columns of arrays: binary numbers, or decimals as text."""
+"""Columns of arrays: binary numbers, packed or not by the CF conventions, or decimals as text.
 
-from collections.abc import Sequence
+Packed numbers are smaller ones, with a scale and an offset.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from decimal import Decimal
 from math import prod
 from typing import Any
@@ -35,6 +39,69 @@ _POINT = Dialect("", ".")
 _COUNTED = 2000
 # Of these the digits beyond binary64 are looked at.
 _LOOKED_AT = 40
+_MISSING = ("_FillValue", "missing_value")
+_SCALE, _OFFSET = "scale_factor", "add_offset"
+
+
+class Steps(np.ndarray):
+    """An array of multiples of a step, from an offset on; what is taken from it is one, too.
+
+    Attributes
+    ----------
+    step : float or None
+    """
+
+    step: float | None = None
+
+    def __array_finalize__(self, other: Any) -> None:
+        """Keep the step of the array that this one is taken from."""
+        self.step = getattr(other, "step", None)
+
+
+@dataclass(frozen=True, slots=True)
+class StoredArray:
+    """An array of this type and shape, read when it is wanted."""
+
+    dtype: np.dtype[Any]
+    shape: tuple[int, ...]
+    read: Callable[[], Any]
+
+    def __getitem__(self, index: tuple[()]) -> Any:
+        return self.read()
+
+
+def unpacked(source: Any, attributes: Mapping[str, Any]) -> Any:
+    """The array, which unpacks its numbers if they are packed or stand for what is missing.
+
+    Parameters
+    ----------
+    source
+        What has the packed numbers: anything with a type and a shape.
+    attributes
+        Of the array, by the names of the conventions.
+    """
+    is_packed = _SCALE in attributes or _OFFSET in attributes
+    if source.dtype.kind not in "iuf" or not (is_packed or {*_MISSING} & {*attributes}):
+        return source
+    is_as_it_was = source.dtype.kind == "f" and not is_packed
+    dtype = source.dtype if is_as_it_was else np.dtype(np.float64)
+    missing = [x for n in _MISSING if n in attributes for x in np.ravel(attributes[n])]
+    step = float(np.ravel(attributes.get(_SCALE, 1))[0])
+    offset = float(np.ravel(attributes.get(_OFFSET, 0))[0])
+
+    def read() -> Any:
+        packed = np.asarray(source[()])
+        values: Any = packed.astype(dtype)
+        if is_packed:
+            # So 3 steps of 0.1 are 0.3, and not the next number above it.
+            inverse = np.rint(1 / step) if step else 0.0
+            is_whole = inverse and 1 / inverse == step
+            values = ((values / inverse if is_whole else values * step) + offset).view(Steps)
+            values.step = step if packed.dtype.kind in "iu" else None
+        values[np.isin(packed, missing)] = np.nan
+        return values
+
+    return StoredArray(dtype, source.shape, read)
 
 
 def read_array(source: Any, request: Request) -> NDArray[Any]:
@@ -132,6 +199,6 @@ def _decimal_column(numbers: Sequence[str], is_time: bool) -> Vector:
 
 
 def refused(dtype: np.dtype[Any], request: Request) -> InputError:
-    """What to say of values that are no real numbers."""
+    """Return the error for values that are no real numbers."""
     found = _REFUSED.get(dtype.kind, str(dtype))
     return request.error(f"found {found}, expected real numbers")

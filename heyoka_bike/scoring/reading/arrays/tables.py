@@ -15,13 +15,15 @@ from heyoka_bike.scoring.reading.arrays.columns import (
     read_maneuvers,
     refused,
 )
-from heyoka_bike.scoring.reading.arrays.long_tables import pivoted
-from heyoka_bike.scoring.reading.arrays.objects import as_array, by_name, members_of
 from heyoka_bike.scoring.reading.arrays.shapes import (
     arrays_in,
+    as_array,
     by_maneuver,
+    by_name,
     is_vector,
     length,
+    members_of,
+    pivoted,
     table_among,
 )
 from heyoka_bike.scoring.reading.names.columns import (
@@ -61,7 +63,7 @@ def tables(source: Any, request: Request) -> list[Vectors]:
         them (``time_lo``). The time may stand beside an array of the other columns. Python's
         objects are decimals.
     request
-        What is to be read.
+        The request to read it.
 
     Raises
     ------
@@ -239,6 +241,6 @@ def _members(source: Mapping[str, Any], request: Request) -> dict[str, Any]:
 
 
 def _goes_with(name: str, names: Sequence[str]) -> bool:
-    """Whether the files of the reference have such a dataset beside those of some names."""
+    """True if the files of the reference have such a dataset beside those of some names."""
     stem = name.removesuffix("_lo").removesuffix("_bound")
     return stem in names or stem in _ALTERNATES or name == "dense" or is_maneuver(name)

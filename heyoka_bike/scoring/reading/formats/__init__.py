@@ -2,9 +2,9 @@
 
 From `FORMATS` follow what reads a file, what is said of one that nothing reads, the help of
 ``heyoka-bike score``, its page in the browser and the table of docs/files.md. A format has an entry
-there, and a module of its own here with a function ``read`` of a `ResultFile`: it returns what
-`arrays.tables.tables` takes, or the vectors of a text, or None if the file is of another format
-that begins alike. What libraries raise for a damaged file becomes one line.
+there, and a function of a `ResultFile` in a module here: it returns what `arrays.tables.tables`
+takes, or the vectors of a text, or None if the file is of another format that begins alike. What
+libraries raise for a damaged file becomes one line.
 """
 
 from collections.abc import Callable
@@ -47,29 +47,31 @@ class Format:
     about
         What of it is read, in Markdown.
     sniff : callable
-        Whether a file with these first bytes, and a name with this suffix, may be of the format.
-    module
-        Name of the module here that reads it.
+        True for the first bytes and the suffix of a file that may be of the format.
+    reads
+        The function that reads it, by its module here and its name.
     package
-        What it needs beside NumPy and h5py, as pip names it; None if nothing.
+        The package that it needs beside NumPy and h5py, as pip names it; None without one.
     expected
         What a damaged file should have been; empty if the module says it itself.
     is_ordered
-        Whether the order of its arrays means anything.
+        True if the order of its arrays means anything.
     """
 
     name: str
     label: str
     about: str
     sniff: Callable[[bytes, str], bool]
-    module: str
+    reads: str
     package: str | None = None
     expected: str = ""
     is_ordered: bool = True
 
-    def reader(self) -> Any:
-        """The module that reads it."""
-        return import_module(f"{__name__}.{self.module}")
+    def reader(self) -> Callable[..., Any]:
+        """Return the function that reads it, whose module is imported here."""
+        module, _, function = self.reads.partition(".")
+        read: Callable[..., Any] = getattr(import_module(f"{__name__}.{module}"), function)
+        return read
 
 
 def _begins(*starts: bytes) -> Callable[[bytes, str], bool]:
@@ -77,7 +79,7 @@ def _begins(*starts: bytes) -> Callable[[bytes, str], bool]:
 
 
 def is_hdf5_of_matlab(head: bytes) -> bool:
-    """Whether a file that begins like this is MATLAB's from version 7.3."""
+    """True if a file that begins like this is MATLAB's from version 7.3."""
     return head[_MATLAB_TEXT:].startswith(_HDF5)
 
 
@@ -103,38 +105,39 @@ FORMATS = (
         "an object of columns; rows as arrays, with or without names, or as objects; what pandas "
         "(every `orient`), polars, MATLAB's `jsonencode` and `heyoka-bike export` write; a "
         "document in each line. Decimals are exact, as in a text",
-        _is_json, "json_files",
+        _is_json, "json_files.read",
     ),
     Format(
-        "npy", ".npy", "an array of rows or of columns", _begins(b"\x93NUMPY"), "npy",
-        expected="a NumPy array",
+        "npy", ".npy", "an array of rows or of columns", _begins(b"\x93NUMPY"),
+        "libraries.read_npy", expected="a NumPy array",
     ),
     Format(
-        "npz", ".npz", "such arrays, or columns by name", _begins(*_ZIP), "npz",
+        "npz", ".npz", "such arrays, or columns by name", _begins(*_ZIP), "libraries.read_npz",
         expected="NumPy arrays",
     ),
     Format(
         "hdf5", "HDF5 (netCDF 4)",
         "arrays and groups, packed or not; columns over `maneuver` and `time` as xarray writes "
         "them",
-        _begins(_HDF5), "hdf5", expected="HDF5", is_ordered=False,
+        _begins(_HDF5), "hdf5.read", expected="HDF5", is_ordered=False,
     ),
     Format(
-        "netcdf", "netCDF 3", "the same", _begins(b"CDF\1", b"CDF\2"), "netcdf", "scipy",
-        "a netCDF file",
+        "netcdf", "netCDF 3", "the same", _begins(b"CDF\1", b"CDF\2"), "libraries.read_netcdf",
+        "scipy", "a netCDF file",
     ),
     Format(
         "xlsx", ".xlsx",
         "a sheet of rows, or sheets `maneuver_1` and so on. Older spreadsheets and `.ods` are "
         "refused: save them as CSV",
-        _begins(*_ZIP), "xlsx", "openpyxl", "a spreadsheet",
+        _begins(*_ZIP), "xlsx.read", "openpyxl", "a spreadsheet",
     ),
     Format(
-        "parquet", "Parquet", "a table", _begins(b"PAR1"), "arrow", "pyarrow", "a Parquet file"
+        "parquet", "Parquet", "a table", _begins(b"PAR1"), "libraries.read_parquet", "pyarrow",
+        "a Parquet file",
     ),
     Format(
-        "arrow", "Arrow", "a table, as of Feather", _begins(b"ARROW1"), "arrow", "pyarrow",
-        "an Arrow file",
+        "arrow", "Arrow", "a table, as of Feather", _begins(b"ARROW1"), "libraries.read_arrow",
+        "pyarrow", "an Arrow file",
     ),
     # Version 4 is told by the name, if it is none of those.
     Format(
@@ -142,20 +145,20 @@ FORMATS = (
         "variables, structures, cell arrays, the solution of `ode45`, and what Simulink logs: "
         "`tout` and `yout`, structures with time, arrays (not `timeseries`, `table` and other "
         "objects). Versions 4 to 7.3",
-        _is_matlab, "matlab", expected="a MATLAB file", is_ordered=False,
+        _is_matlab, "matlab.read", expected="a MATLAB file", is_ordered=False,
     ),
     # What is none of the others.
     Format(
         "text", "text",
         "rows of numbers, with or without a heading; tables with words in some columns; of "
         "Octave's `save -text` one matrix, variables by `save -v7`",
-        _is_text, "text_files",
+        _is_text, "text_files.read",
     ),
 )  # fmt: skip
 
 
 def why_not_read(head: bytes, suffix: str) -> str:
-    """What to say of a file that is of no format."""
+    """Say in words that a file is of no format that is read."""
     found = _not_read(head)
     if found == _SPREADSHEET or (not found and suffix in _SPREADSHEETS):
         return "is a spreadsheet; save it as xlsx or CSV"

@@ -8,10 +8,11 @@ opened, wherever it stands and whatever leads to it.
 from collections.abc import Iterator
 from typing import Any
 
+import h5py
 import numpy as np
 
 from heyoka_bike.errors import printable
-from heyoka_bike.scoring.reading.arrays.packed import StoredArray, unpacked
+from heyoka_bike.scoring.reading.arrays.columns import StoredArray, unpacked
 from heyoka_bike.scoring.reading.arrays.tables import DEEPEST, MOST_MEMBERS
 from heyoka_bike.scoring.reading.formats.matlab_bytes import OfClass
 from heyoka_bike.scoring.reading.request import Request
@@ -27,15 +28,13 @@ def read(file: ResultFile, is_turned: bool = False) -> dict[str, Any]:
     ----------
     file
     is_turned
-        Whether arrays are stored with their axes the other way round, as MATLAB does it.
+        True if arrays are stored with their axes the other way round, as MATLAB does it.
 
     Raises
     ------
     InputError
         Kept in other files, or too many.
     """
-    import h5py
-
     opened = file.stack.enter_context(h5py.File(file.path_or_stream(), "r"))
     return _OwnFile(opened, file.request, is_turned).variables(opened)
 
@@ -51,8 +50,6 @@ class _OwnFile:
 
     def variables(self, group: Any, depth: int = 0) -> dict[str, Any]:
         """The arrays and groups in a group."""
-        import h5py
-
         found: dict[str, Any] = {}
         for name, x in self._members(group):
             if isinstance(x, h5py.Group) and x.keys() == {"type", "value"}:
@@ -88,8 +85,6 @@ class _OwnFile:
         return unpacked(array, dataset.attrs)
 
     def _referred(self, reference: Any) -> Any:
-        import h5py
-
         x = self._file[reference] if reference else None
         if isinstance(x, h5py.Group):
             return self.variables(x, DEEPEST)
@@ -101,8 +96,6 @@ class _OwnFile:
         Links by name are left out: those within the file may lead to another by way of one that
         leads there.
         """
-        import h5py
-
         for name in group:
             # A name with a slash in it is looked up as a place, whatever is on the way.
             if "/" not in name and isinstance(group.get(name, getlink=True), h5py.HardLink):
@@ -137,8 +130,6 @@ class _OwnFile:
 
     def _check_filters(self, dataset: Any) -> None:
         """Say it if the array was compressed by what is not here."""
-        import h5py
-
         made = dataset.id.get_create_plist()
         for i in range(made.get_nfilters()):
             code, _, _, name = made.get_filter(i)
@@ -151,12 +142,10 @@ class _OwnFile:
 
 
 def _has_references(dataset: Any) -> bool:
-    import h5py
-
     return bool(h5py.check_ref_dtype(dataset.dtype) is h5py.Reference)
 
 
 def _is_a_length(dataset: Any) -> bool:
-    """Whether a dataset stands for an axis of which no values were given, as netCDF puts it."""
+    """True if a dataset stands for an axis of which no values were given, as netCDF puts it."""
     what = dataset.attrs.get("NAME", b"")
     return isinstance(what, bytes) and what.startswith(b"This is a netCDF dimension but not")

@@ -229,7 +229,4 @@ def _together(values: list[Any]) -> Any:
     if values and all(isinstance(x, Mapping | list) for x in values):
         each = list(chain.from_iterable(x if isinstance(x, list) else [x] for x in values))
         return each[0] if len(each) == 1 else each
-    found = np.empty(len(values), dtype=object)
-    for i, x in enumerate(values):
-        found[i] = x
-    return found
+    return np.fromiter(values, object, len(values))

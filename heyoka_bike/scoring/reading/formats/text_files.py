@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.errors import InputError
-from heyoka_bike.scoring.reading.arrays.long_tables import is_long
+from heyoka_bike.scoring.reading.arrays.shapes import is_long
 from heyoka_bike.scoring.reading.arrays.tables import tables
 from heyoka_bike.scoring.reading.names.columns import TIME, are_names, group_number, recognise
 from heyoka_bike.scoring.reading.request import Request

@@ -29,29 +29,29 @@ def read(file: ResultFile) -> list[Vectors]:
 
     book = load_workbook(file.stream(), read_only=True, data_only=True)
     texts = {sheet.title: _as_text(sheet, file.request) for sheet in book.worksheets}
+    numbers = {title: number for title in texts if (number := group_number(title)) is not None}
     found: dict[str, list[Vectors]] = {}
-    errors: dict[str, InputError] = {}
-    for title, text in texts.items():
+    errors: list[InputError] = []
+    for title in numbers or texts:
         part = f"sheet {quoted(title)}"
         request = file.request.within(part) if len(texts) > 1 else file.request
         try:
-            found[title] = read_table((text,), "utf-8", request)
+            found[title] = read_table((texts[title],), "utf-8", request)
         except InputError as e:
-            errors[title] = e
-    numbers = {title: number for title in texts if (number := group_number(title)) is not None}
+            if numbers:
+                raise
+            errors.append(e)
+    if not found:
+        raise errors[0]
     if not numbers and len(found) > 1:
         raise file.request.error(
             f"found results in the sheets {listed(list(found))}, expected them in one sheet, or in "
             "sheets named maneuver_1 and so on"
         )
-    titles = [*(numbers or found or errors)]
-    for title in titles:
-        if title in errors:
-            raise errors[title]
     return [
         replace(table, maneuver=numbers.get(title, table.maneuver))
-        for title in titles
-        for table in found[title]
+        for title, tables in found.items()
+        for table in tables
     ]
 
 

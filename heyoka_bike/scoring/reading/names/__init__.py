@@ -1,1 +1,1 @@
-"""What the names of columns mean, alone and beside each other."""
+"""The meaning of the names of columns, alone and beside each other."""

@@ -1,23 +1,26 @@
-"""What the name of a column means: aliases, units in it, the number of its maneuver."""
+"""The meaning of a column's name: aliases, units in it, the number of its maneuver.
+
+A name may be the way to a joint in a model, as ``bike.steer.phi`` and ``der(bike.steer.phi)`` of
+Modelica, ``Roll_Joint.Rz.w`` of Simscape and ``/jointset/fork/steer_angle/value`` of OpenSim. Only
+joints are read so: the speed or the energy of some part is not that of the bicycle.
+"""
 
 import re
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from typing import Any
 
-from heyoka_bike.bicycle.columns import COMPARED
-from heyoka_bike.errors import quoted
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COMPARED
+from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.scoring.findings import Finding, info, warning
-from heyoka_bike.scoring.reading.names.joints import of_joint
 from heyoka_bike.scoring.reading.names.units import (
     BRACKETS,
     quantities,
     split_ending,
     split_unit,
-    unit_of,
     unknown_unit,
 )
-from heyoka_bike.scoring.reading.request import Request
+from heyoka_bike.scoring.reading.request import LEFT_OUT, Request
 
 TIME = "time"
 _SECONDS = "s"
@@ -62,8 +65,9 @@ _BY_UNIT: Mapping[tuple[str, str], str] = {
     **{(name, "rad s-1"): "steer_rate" for name in ("steer", "steering", "delta")},
     **{(name, "rad s-1"): "yaw_rate" for name in ("yaw", "heading", "psi")},
 }
-# Capitals are understood by the other names, see `numbers`.
+# For values to decide, where the other names (see `numbers`) do not.
 _ALSO: Mapping[str, tuple[str, ...]] = {
+    "V": ("forward_speed", "potential_energy"),
     "u": ("potential_energy", "forward_speed"),
     "v": ("forward_speed", "potential_energy"),
     "p": ("roll_rate", "potential_energy"),
@@ -80,6 +84,22 @@ _BREAKS = re.compile(r"[\s_.:/\\${}-]+")
 _PREFIX = re.compile(rf"{_MANEUVER}_?([0-9]{{1,3}})_(.+)")
 _SUFFIX = re.compile(rf"(.+?)_?(?:{_MANEUVER}_?)?([0-9]{{1,3}})")
 _GROUP = re.compile(rf"{_MANEUVER}_?([0-9]{{1,3}})")
+# Joints by their names, and how often the angle is differentiated.
+_JOINTS: Mapping[str, tuple[str, int]] = {
+    **dict.fromkeys(("roll", "rollangle", "lean", "leanangle"), ("roll", 0)),
+    **dict.fromkeys(("steer", "steerangle", "steering", "steeringangle"), ("steer", 0)),
+    **dict.fromkeys(("rollrate", "leanrate"), ("roll", 1)),
+    **dict.fromkeys(("steerrate", "steeringrate"), ("steer", 1)),
+}
+_IS_ANGLE = frozenset({"phi", "q", "angle", "value"})
+_IS_RATE = frozenset({"w", "qd", "omega", "speed", "rate"})
+
+_STEPS = re.compile(r"[./|]")
+_DERIVATIVE = re.compile(r"der\((.+)\)")
+# What kind of joint it is, beside which one it is.
+_KIND = re.compile(r"revolute|rev|joint|hinge|pin|_")
+# An axis of a joint that could have several.
+_AXIS = re.compile(r"r[xyz]")
 # The names of a message; more would not be read.
 _SHOWN = 8
 # Shorter names are like too many others.
@@ -106,7 +126,7 @@ def recognise(name: str, *, one_is_a_unit: bool = True) -> tuple[str, int | None
     stem, unit, is_ending = unit_in(name)
     word, key, number = _by_words(stem)
     if key is None:
-        key, number = of_joint(stem), group_number(stem.partition(".")[0])
+        key, number = _of_joint(stem), group_number(stem.partition(".")[0])
     if key is not None and unit is not None:
         key = _in_unit(word, key, unit, is_ending)
     if key is None or (key == TIME and number is not None):
@@ -115,7 +135,7 @@ def recognise(name: str, *, one_is_a_unit: bool = True) -> tuple[str, int | None
 
 
 def is_time(name: str) -> bool:
-    """Whether the name is that of the times."""
+    """True if the name is that of the times."""
     return recognise(name) == (TIME, None)
 
 
@@ -135,7 +155,7 @@ def unit_in(name: str) -> tuple[str, str | None, bool]:
 def named_unit(name: str, key: str) -> str | None:
     """The unit that the name of a column tells, if the column can have it, as `units` has it."""
     unit = unit_in(name)[1]
-    return None if unit is None else unit_of(unit, COMPARED[key][0].unit)
+    return None if unit is None else quantities(unit).get(COMPARED[key][0].unit)
 
 
 def _by_words(name: str) -> tuple[str, str | None, int | None]:
@@ -151,7 +171,7 @@ def _by_words(name: str) -> tuple[str, str | None, int | None]:
 
 
 def _in_unit(word: str, key: str, unit: str, is_strict: bool) -> str | None:
-    """What a word means with a unit; None if no column of that name has it."""
+    """Return the key that a word means with a unit; None if no column of that name has it."""
     possible = quantities(unit)
     if not possible or (_SECONDS if key == TIME else COMPARED[key][0].unit) in possible:
         return key
@@ -161,13 +181,55 @@ def _in_unit(word: str, key: str, unit: str, is_strict: bool) -> str | None:
     return other or (key if is_full and not is_strict else None)
 
 
+def _of_joint(name: str) -> str | None:
+    """The column that the name of a joint's angle or rate means; None if it is no such name."""
+    path = name.lower().strip(" \"'")
+    if derived := _DERIVATIVE.fullmatch(path):
+        path = derived[1]
+    steps = [step for step in _STEPS.split(path) if step and not _AXIS.fullmatch(step)]
+    if not steps or (len(steps) == 1 and not derived):
+        return None
+    *way, last = steps
+    is_part = way and last in _IS_ANGLE | _IS_RATE
+    joint, order = _JOINTS.get(_KIND.sub("", way[-1] if is_part else last), ("", 2))
+    order += (derived is not None) + (last in _IS_RATE)
+    # The second derivative is an acceleration.
+    return f"{joint}_{('angle', 'rate')[order]}" if order < 2 else None
+
+
 def may_mean(name: str) -> tuple[str, ...]:
-    """What a name may mean, for values to decide; nothing if that is one thing."""
+    """Return all keys that a name may mean, for values to decide; none if it means one thing."""
     return _ALSO.get(name.strip(" \"'"), ())
 
 
+def told(columns: Sequence[str], option: str) -> tuple[str, ...]:
+    """The names that columns were said to have.
+
+    Raises
+    ------
+    InputError
+        A name that is not known, or no time.
+    """
+    names = tuple(name.strip() for name in columns)
+    where = option.rstrip("=")
+    found = []
+    for name in names:
+        known = recognise(name)
+        if known is None and name not in LEFT_OUT and not is_maneuver(name):
+            raise InputError(
+                f"{where}: found {quoted(name)}, expected time, {', '.join(BENCHMARK_COLUMNS)}, "
+                "a column of motion.h5, a short name such as t, phi, v or delta, or - for one that "
+                f"is left out{did_you_mean(name)}"
+            )
+        if known is not None:
+            found.append(known[0])
+    if TIME not in found or len(found) < 2:
+        raise InputError(f"{where}: found no time and another column, expected both among them")
+    return names
+
+
 def is_maneuver(name: str) -> bool:
-    """Whether a column of this name tells the maneuver of each row."""
+    """True if a column of this name tells the maneuver of each row."""
     return _BREAKS.sub("", name.lower()).strip("\"'[]()#") in _MANEUVERS
 
 
@@ -183,7 +245,7 @@ def nearest(name: str, like: float = LIKE) -> str | None:
 
 
 def did_you_mean(name: str) -> str:
-    """What to put behind a message about a name; nothing if no known column has one like it."""
+    """Return the end of a message about a name; nothing if no known column has one like it."""
     like = nearest(name)
     return f"; did you mean {like}?" if like else ""
 
@@ -195,7 +257,7 @@ def group_number(name: str) -> int | None:
 
 
 def are_names(names: Sequence[str], request: Request) -> bool:
-    """Whether the names have the time and another column that is known, or what is asked for."""
+    """True if the names have the time and another column that is known, or what is asked for."""
     if request.known is not None:
         return any(map(request.known, names))
     known = {found[0] for name in names if (found := recognise(name))}
@@ -203,13 +265,13 @@ def are_names(names: Sequence[str], request: Request) -> bool:
 
 
 def left_out(names: Sequence[str]) -> Finding:
-    """That columns of unknown names are not used."""
+    """Return the finding that columns of unknown names are not used."""
     said = f"Columns of other names are left out: {listed(names, _ALMOST)}."
     return info("columns_left_out", said, **_evidence(names))
 
 
 def set_aside(names: Sequence[str], request: Request) -> Finding:
-    """That columns are not used although their names are known."""
+    """Return the finding that columns are not used although their names are known."""
     said = (
         f"Columns that are known by name are left out: {listed(names)}. A number in a name is that "
         "of a maneuver only if the other names have one, and if the reference has that maneuver; "
@@ -223,7 +285,7 @@ def _evidence(names: Sequence[str]) -> dict[str, Any]:
 
 
 def unknown_units(names: Mapping[str, str]) -> list[Finding]:
-    """That units in the names of columns, here with their keys, are not known; for each."""
+    """Return a finding for each unknown unit in the names of columns, here with their keys."""
     findings = []
     for name, key in names.items():
         taken = "it is taken for seconds" if key == TIME else "only the usual units are tried"
@@ -236,7 +298,7 @@ def unknown_units(names: Mapping[str, str]) -> list[Finding]:
 
 
 def listed(names: Sequence[str], like: float | None = None) -> str:
-    """The names in quotes, not too many of them; with what they are like, if they are so much."""
+    """List some of the names in quotes, each with a known name that is so much like it."""
     found = [
         None if like is None or recognise(name) else nearest(name, like) for name in names[:_SHOWN]
     ]
@@ -249,7 +311,7 @@ def listed(names: Sequence[str], like: float | None = None) -> str:
 
 
 def names_found(names: Sequence[str], found: Sequence[object] | None = None) -> str:
-    """What to say of names of which too few are known, or mean what is found."""
+    """Say in words that too few of the names are known, or mean what is found."""
     known = [recognise(name) for name in names] if found is None else found
     unknown = [name for name, k in zip(names, known, strict=True) if not k]
     if unknown:

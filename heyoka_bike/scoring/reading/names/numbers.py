@@ -1,4 +1,4 @@
-"""What the names of a file mean beside each other: which of their numbers are those of maneuvers.
+"""The names of a file beside each other: their meaning, and numbers of maneuvers in them.
 
 A name may end in a digit for other reasons: `u1` and `u2` are the speeds of Kane's method, and `V2`
 is the potential energy of some body. So a number is that of a maneuver only if its word is longer
@@ -29,7 +29,7 @@ _IN_WORDS = re.compile(r"(?<![a-z])(?:m|man|maneuver|manoeuvre)[\s_.:-]*[0-9]")
 
 
 def meanings(names: Sequence[str], count: int) -> list[Found]:
-    """What each of the columns of a file is.
+    """Find the meaning of each column of a file.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ def meanings(names: Sequence[str], count: int) -> list[Found]:
 
 
 def is_coordinate(name: str) -> bool:
-    """Whether a column of this name is a coordinate, so that the u beside it is its speed."""
+    """True if a column of this name is a coordinate, so that the u beside it is its speed."""
     return _letter(split_unit(name)[0]) == _COORDINATE
 
 
@@ -90,10 +90,10 @@ def _with_capitals(names: Sequence[str], found: list[Found]) -> list[Found]:
 
 
 def _apart(names: Sequence[str], found: list[Found]) -> list[Found]:
-    """Meanings in which an ambiguous name means what no other column does."""
+    """Meanings in which an ambiguous small letter means what no other column does."""
     apart = list(found)
     for i, (name, f) in enumerate(zip(names, found, strict=True)):
-        if f and apart.count(f) > 1 and f[0] in may_mean(name):
+        if f and apart.count(f) > 1 and f[0] in may_mean(name) and name not in _CAPITALS:
             free = [(k, f[1]) for k in may_mean(name) if (k, f[1]) not in apart]
             apart[i] = free[0] if free else f
     return apart
@@ -148,7 +148,7 @@ def _without_indices(names: Sequence[str], found: list[Found], count: int) -> li
 
 
 def _is_in_words(name: str) -> bool:
-    """Whether a name says that its number is that of a maneuver."""
+    """True if a name says that its number is that of a maneuver."""
     return _IN_WORDS.search(split_unit(name)[0].lower()) is not None
 
 

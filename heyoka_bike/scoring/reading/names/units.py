@@ -8,8 +8,7 @@ from heyoka_bike.numbers.unit import UNITS as WORDS
 from heyoka_bike.numbers.unit import factor, size
 from heyoka_bike.scoring.units import UNITS
 
-_MILLISECOND = "ms"
-_QUANTITIES = {"s": ("s", _MILLISECOND), **{si: units for si, units in UNITS.items() if si != "1"}}
+_QUANTITIES = {"s": ("s", "ms"), **{si: units for si, units in UNITS.items() if si != "1"}}
 """By SI unit, those that are usual."""
 _SPELLINGS: Mapping[str, tuple[str, ...]] = {
     "rad": ("radian",),
@@ -101,23 +100,13 @@ def quantities(unit: str) -> Mapping[str, str]:
     return meant
 
 
-def unit_of(unit: str, si: str) -> str | None:
-    """The unit of a quantity, of which the SI unit is given, as `scoring.units` has it."""
-    return quantities(unit).get(si)
-
-
 def is_si(unit: str | None) -> bool:
-    """Whether the unit is an SI unit, or not told."""
-    return unit is None or any(unit_of(unit, si) == si for si in _QUANTITIES)
-
-
-def is_millisecond(unit: str | None) -> bool:
-    """Whether times in this unit count milliseconds."""
-    return unit is not None and unit_of(unit, "s") == _MILLISECOND
+    """True if the unit is an SI unit, or not told."""
+    return unit is None or any(si == usual for si, usual in quantities(unit).items())
 
 
 def unknown_unit(name: str) -> str | None:
-    """What stands in brackets in a name as a unit does, and is none that is known."""
+    """Return the word in brackets in a name that stands where a unit does, if it is not known."""
     for match in BRACKETS.finditer(name):
         unit = match[0][1:-1].strip()
         # In round brackets there may be anything, such as phi(t).

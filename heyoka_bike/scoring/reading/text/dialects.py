@@ -1,4 +1,4 @@
-"""How programs write rows of numbers as text: separators, decimal points or commas, comments."""
+"""Dialects of rows of numbers in a text: separators, decimal points or commas, comments."""
 
 import re
 from collections import Counter
@@ -24,7 +24,7 @@ _QUOTED = re.compile(r"\"[^\"]*\"|'[^']*'")
 
 @dataclass(frozen=True)
 class Dialect:
-    """How numbers are separated and written.
+    """A way to separate and to write numbers.
 
     Attributes
     ----------
@@ -85,12 +85,12 @@ class Dialect:
         return [self.number(field) for field in fields]
 
     def count(self, line: str) -> int | None:
-        """How many numbers the line has, None if it has anything else or nothing."""
+        """Count the numbers in the line; None if it has anything else or nothing."""
         fields = self.split(line)
         return len(fields) if fields and None not in self.numbers(fields) else None
 
     def is_cut(self, fields: Sequence[str], columns: int, at_end: bool) -> bool:
-        """Whether a row may have been cut while it was being written.
+        """True if a row may have been cut while it was being written.
 
         That is, numbers, then one that may be unfinished, fewer than the columns; as many if the
         text ends right there (`at_end`).

@@ -54,7 +54,7 @@ def whole_lines(chunks: Iterable[bytes], encoding: str, request: Request) -> Ite
     encoding
         See `encoding_of`. A byte that is no UTF-8 is Latin-1.
     request
-        What is to be read.
+        The request to read it.
 
     Raises
     ------

@@ -4,7 +4,7 @@ import logging
 import re
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import chain, islice
+from itertools import chain, dropwhile, islice
 
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.scoring.reading.names.columns import are_names, names_found, time_among
@@ -42,7 +42,7 @@ _BRACKETS = re.compile(r"[ \t]?(?:\[[^\[\]]*\]|\([^()]*\))")
 
 @dataclass(frozen=True, slots=True)
 class Opening:
-    """What the first lines tell.
+    """The layout of a text, as its first lines tell it.
 
     Attributes
     ----------
@@ -78,7 +78,7 @@ def find_opening(text: str, request: Request) -> Opening:
     text
         The first lines.
     request
-        What is to be read.
+        The request to read it.
 
     Raises
     ------
@@ -86,7 +86,8 @@ def find_opening(text: str, request: Request) -> Opening:
         No rows, rows of another number of columns, or a damaged first row.
     """
     lines = text.split("\n")
-    headings = chain.from_iterable(map(_headings, lines[:_HEADING_LINES]))
+    written = dropwhile(lambda line: not line.strip(), lines)
+    headings = chain.from_iterable(map(_headings, islice(written, _HEADING_LINES)))
     widths = {len(names) for names in headings if are_names(names, request)} | {*request.widths}
     if not widths:
         raise request.not_columns("no line of column names that are known")
@@ -132,7 +133,7 @@ def _first_rows(
 def row_error(
     fields: Sequence[str], row: Sequence[str | None], width: int, request: Request, line: int
 ) -> InputError:
-    """What is wrong with the first bad field of a row; the column counts the fields from 1."""
+    """Return the error of the first bad field of a row; the column counts the fields from 1."""
     if None in row[:width]:
         at = row.index(None)
         found = quoted(fields[at]) if fields[at] else "no value between two separators"
@@ -200,7 +201,7 @@ def _with_units(names: Sequence[str], units: Sequence[str]) -> list[str]:
 
 
 def _wrong_width(lines: Sequence[str], width: int, rows: int, request: Request) -> InputError:
-    """What to say of rows of so many columns, with the heading above them if there is one."""
+    """Return the error for rows of so many columns, with the heading above them if there is one."""
     for i, names in _headings_above(lines, width):
         if request.names is None and not _are_units(names):
             return request.not_columns(names_found(names), i + 1)
@@ -208,7 +209,7 @@ def _wrong_width(lines: Sequence[str], width: int, rows: int, request: Request) 
 
 
 def _counts_columns(content: str, dialect: Dialect, width: int) -> bool:
-    """Whether the row is 1 2 3 ... or 0 1 2 ..., which counts the columns."""
+    """True if the row is 1 2 3 ... or 0 1 2 ..., which counts the columns."""
     # 0 1 may well be the first of rows that have names.
     if width < _FEWEST_COUNTED:
         return False

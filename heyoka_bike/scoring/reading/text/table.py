@@ -32,7 +32,7 @@ def read_text(chunks: Iterable[bytes], encoding: str, request: Request) -> Vecto
     encoding
         See `text.lines.encoding_of`.
     request
-        What is to be read.
+        The request to read it.
 
     Raises
     ------
@@ -40,12 +40,9 @@ def read_text(chunks: Iterable[bytes], encoding: str, request: Request) -> Vecto
         Not rows of numbers: where, what was found, what was expected.
     """
     blocks = whole_lines(chunks, encoding, request)
-    first = ""
-    for block in blocks:
-        blank = block.rfind("\n", 0, len(block) - len(block.lstrip())) + 1
-        request = replace(request, above=request.above + block.count("\n", 0, blank))
-        if first := block[blank:]:
-            break
+    first = next(blocks, "")
+    while not first.strip() and (block := next(blocks, "")):
+        first += block
     reader = _Reader(request, find_opening(first, request))
     for block in chain([first], blocks):
         reader.read(block)
@@ -97,10 +94,8 @@ class _Reader:
         columns = evened(columns, opening.time)
         if opening.time in opening.exact:
             columns[opening.time] = columns[opening.time].with_exact_values()
-        above = self.request.above
-        lines = np.concatenate([block.lines for block in blocks]) + above
-        heading = None if opening.heading is None else opening.heading + above
-        return Vectors(columns, opening.names, lines, heading, findings=findings)
+        lines = np.concatenate([block.lines for block in blocks])
+        return Vectors(columns, opening.names, lines, opening.heading, findings=findings)
 
     def _quickly(self, text: str, samples: int) -> Block | None:
         dialect, width = self.opening.dialect, self.opening.width

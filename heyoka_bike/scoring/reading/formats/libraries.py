@@ -1,0 +1,89 @@
+"""Formats that a library reads in a few lines: of NumPy, netCDF 3, Parquet and Arrow."""
+
+from typing import Any
+from zipfile import ZipFile
+
+import numpy as np
+
+from heyoka_bike.scoring.reading.arrays.columns import MOST_BYTES, unpacked
+from heyoka_bike.scoring.reading.result_file import ResultFile
+
+
+def read_npy(file: ResultFile) -> Any:
+    """Read the NumPy array in the file."""
+    return np.lib.format.read_array(file.stream(), allow_pickle=False)
+
+
+def read_npz(file: ResultFile) -> dict[str, Any] | None:
+    """Read an archive of NumPy arrays; None if it is a workbook.
+
+    Raises
+    ------
+    InputError
+        Too large, or without arrays.
+    """
+    request, arrays = file.request, {}
+    with ZipFile(file.stream()) as archive:
+        names = archive.namelist()
+        if sum(member.file_size for member in archive.infolist()) > MOST_BYTES:
+            raise request.error(f"found more than {MOST_BYTES} bytes, expected fewer")
+        if "mimetype" in names:
+            raise request.error("is a spreadsheet or document; save it as xlsx or CSV")
+        for name in names:
+            if name.endswith(".npy"):
+                with archive.open(name) as member:
+                    array = np.lib.format.read_array(member, allow_pickle=False)
+                    arrays[name.removesuffix(".npy")] = array
+    if not arrays and not any(name.startswith(("xl/", "[Content")) for name in names):
+        raise request.error("found an archive without NumPy arrays, expected .npz or .xlsx")
+    return arrays or None
+
+
+def read_netcdf(file: ResultFile) -> dict[str, Any]:
+    """Read the variables of netCDF 3; files of version 4 are HDF5.
+
+    Raises
+    ------
+    ImportError
+        SciPy is not installed.
+    """
+    from scipy.io import netcdf_file
+
+    with netcdf_file(file.stream(), mmap=False) as f:
+        return {name: unpacked(np.array(x[()]), x._attributes) for name, x in f.variables.items()}
+
+
+def read_parquet(file: ResultFile) -> dict[str, Any]:
+    """Read the columns of the table in the file.
+
+    Raises
+    ------
+    InputError
+        Too large.
+    ImportError
+        pyarrow is not installed.
+    """
+    from pyarrow import parquet
+
+    content = parquet.ParquetFile(file.stream())
+    size = 8 * content.metadata.num_rows * content.metadata.num_columns
+    if size > MOST_BYTES:
+        raise file.request.error(f"found {size} bytes, expected at most {MOST_BYTES}")
+    return _columns(content.read())
+
+
+def read_arrow(file: ResultFile) -> dict[str, Any]:
+    """Read the columns of the table in a file of Arrow or Feather.
+
+    Raises
+    ------
+    ImportError
+        pyarrow is not installed.
+    """
+    from pyarrow import ipc
+
+    return _columns(ipc.open_file(file.stream()).read_all())
+
+
+def _columns(table: Any) -> dict[str, Any]:
+    return {name: table[name].to_numpy() for name in table.column_names}
