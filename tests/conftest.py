@@ -60,8 +60,8 @@ for name in (
 
 # The same examples in every run: what a change breaks is that change's. New ones are looked for by
 # pytest --hypothesis-profile=search.
-hypothesis.settings.register_profile("same", derandomize=True)
-hypothesis.settings.register_profile("search", print_blob=True)
+hypothesis.settings.register_profile("same", derandomize=True, deadline=None)
+hypothesis.settings.register_profile("search", print_blob=True, deadline=None)
 hypothesis.settings.load_profile("same")
 
 

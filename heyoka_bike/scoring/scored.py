@@ -1,4 +1,4 @@
-"""What a report and a series can be asked for: a verdict, a file, a dictionary, a data frame."""
+"""Forms of a report and a series: a verdict, a file, a dictionary, a data frame."""
 
 from os import PathLike
 from pathlib import Path

@@ -8,10 +8,10 @@ import subprocess
 import numpy as np
 import pytest
 
-from heyoka_bike.bicycle.equations.configuration import Configuration, rates_of_integrals
 from heyoka_bike.bicycle.equations.forces import forces
 from heyoka_bike.bicycle.equations.kinematics import front_contact_height, lateral_condition
 from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.bicycle.equations.whole_motion import Configuration, rates_of_integrals
 from heyoka_bike.cli import main
 from heyoka_bike.errors import Exit
 from heyoka_bike.numbers.exact import Exact

@@ -17,7 +17,7 @@ from heyoka_bike.scoring.diagnosis.programs.program import Found, Mistake
 from heyoka_bike.scoring.diagnosis.residual.causes import Causes
 from heyoka_bike.scoring.diagnosis.residual.methods import CLOCK
 from heyoka_bike.scoring.diagnosis.residual.observed import STATE
-from heyoka_bike.scoring.findings import Finding, Severity
+from heyoka_bike.scoring.findings import Finding, info, warning
 from heyoka_bike.scoring.judge.conventions import UNITS_BESIDE, in_units
 from heyoka_bike.scoring.report import Explanation, ManeuverScore, Report
 
@@ -48,7 +48,7 @@ def findings(diagnosis: Diagnosis, report: Report) -> tuple[Finding, ...]:
     """Say what explains the file, or what its error looks like if nothing does."""
     columns = [(m, c) for m in report.maneuvers for c in m.columns if c.values]
     if 2 * sum(not c.trace.value.any() for _, c in columns) > len(columns):
-        return (Finding("cannot_tell", "Most columns hold nothing but zeros", Severity.WARNING),)
+        return (warning("cannot_tell", "Most columns hold nothing but zeros"),)
     if diagnosis.classes and diagnosis.classes[0][0].codes == (LINEARISED,):
         return (_linearised(diagnosis.classes[0][0]), *_units_beside(diagnosis))
     found = [
@@ -75,19 +75,19 @@ def _units_beside(diagnosis: Diagnosis) -> list[Finding]:
         return []
     said = " and ".join(in_units(diagnosis.units))
     return [
-        Finding(
+        info(
             UNITS_BESIDE,
             f"By that motion the file has {said}: the score, which knows the right "
             "motion only, took other units, and its errors are too large. A unit in a heading, or "
             "in --columns (roll_angle_deg), decides it",
-            evidence={"units": dict(diagnosis.units)},
+            units=dict(diagnosis.units),
         )
     ]
 
 
 def nothing_wrong(which: str) -> Finding:
     """Columns that are right."""
-    return Finding(NOTHING_WRONG, f"{which} is as right as the digits written can tell")
+    return info(NOTHING_WRONG, f"{which} is as right as the digits written can tell")
 
 
 def _without_cause(
@@ -108,9 +108,7 @@ def _without_cause(
     shape = list(numerical.findings(report))
     falls = any(f.code == plain.FALLS for f in shown)
     nearly = _nearly(diagnosis.causes)
-    # Constraints that drift leave something in the equations, too.
-    loses = any(f.code in numerical.ENERGY for f in shape) and not falls
-    is_open = [] if loses else _open(diagnosis, is_beside=bool(nearly))
+    is_open = _open(diagnosis, is_beside=bool(nearly))
     if falls:
         return *nearly, *is_open, *shown
     if is_open or nearly:
@@ -143,17 +141,12 @@ def _linearised(found: Hypothesis) -> Finding:
             f". Not compared: {', '.join(unknown)}, as programs of linear equations compute "
             "energies in several ways"
         )
-    return Finding(
+    return info(
         LINEARISED,
         "These are motions of the linearised equations, at constant speed: compared with those, "
         f"the typical error is smaller by a factor of {found.relief:.2g}. The benchmark asks for "
         f"the nonlinear equations. {rest}",
-        evidence={
-            "gain": found.gain,
-            "relief": found.relief,
-            "before": _evidence(found.before),
-            "after": _evidence(found.after),
-        },
+        **_evidence(found),
     )
 
 
@@ -164,16 +157,14 @@ def _method(causes: Causes | None) -> Finding | None:
         return None
     names = " or ".join(f"{m.says} with a step of {m.step:.3g} s" for m in methods)
     best = methods[0]
-    return Finding(
+    return info(
         "integrator",
         f"{names[0].upper()}{names[1:]} makes this error. What it leaves of the exact equations, "
         "in the rates of the angles and in the accelerations, falls by a factor of "
         f"{best.relief:.2g} with the first term of the method's own error. Take a smaller step, "
         "or a method of higher order",
-        evidence={
-            "methods": [{"method": m.says, "step": m.step} for m in methods],
-            "relief": best.relief,
-        },
+        methods=[{"method": m.says, "step": m.step} for m in methods],
+        relief=best.relief,
     )
 
 
@@ -190,14 +181,14 @@ def _open(diagnosis: Diagnosis, *, is_beside: bool) -> list[Finding]:
         else "A force or a term is missing, or one too many, and it is none that is known here"
     )
     return [
-        Finding(
+        warning(
             "term_unexplained",
             f"{what}. The file's own roll acceleration is off from the exact equations by "
             f"{_part(names['roll'])}, its steer acceleration by {_part(names['steer'])}. An "
             f"integrator would leave {causes.above:.2g} times less, by the slopes of the angles. "
             f"Look at the equation of {where} first, and at what acts beside gravity",
-            Severity.WARNING,
-            {"shares": names, "above": causes.above},
+            shares=names,
+            above=causes.above,
         )
     ]
 
@@ -208,11 +199,12 @@ def _nearly(causes: Causes | None) -> list[Finding]:
         return []
     said, relief = _said(causes.best), causes.relief(causes.best)
     return [
-        Finding(
+        info(
             "direction",
             f"Nearly explained by this: {said}. What disagrees with the exact equations falls by a "
             f"factor of {relief:.2g} with it",
-            evidence={"mistakes": [m.code for m in causes.best], "relief": relief},
+            mistakes=[m.code for m in causes.best],
+            relief=relief,
         )
     ]
 
@@ -266,19 +258,15 @@ def _cause(
     if others:
         same = "; or ".join(_said(h.mistakes) for h in others[:_MOST])
         text += f". The file cannot tell this from {same}"
-    evidence: dict[str, Any] = {"rank": rank, "gain": first.gain, "relief": first.relief}
+    made = warning if rank == 1 else info
     if first.found:
-        fits = [h.found for h in hypotheses if h.found]
-        evidence["changes"] = [[_as_evidence(x) for x in found] for found in fits]
-    else:
-        evidence |= {
-            "mistakes": list(first.codes),
-            "before": _evidence(first.before),
-            "after": _evidence(first.after),
-            "indistinguishable": [list(h.codes) for h in others],
-        }
-    severity = Severity.WARNING if rank == 1 else Severity.INFO
-    return Finding("parameters" if first.found else "mistake", text, severity, evidence)
+        changes = [[_as_evidence(x) for x in h.found] for h in hypotheses if h.found]
+        numbers = {"rank": rank, "gain": first.gain, "relief": first.relief}
+        return made("parameters", text, **numbers, changes=changes)
+    codes, *alike = [list(h.codes) for h in hypotheses]
+    return made(
+        "mistake", text, rank=rank, mistakes=codes, **_evidence(first), indistinguishable=alike
+    )
 
 
 def _advice(h: Hypothesis, report: Report) -> str:
@@ -345,8 +333,13 @@ def _as_evidence(x: Found) -> dict[str, Any]:
     }
 
 
-def _evidence(typical: Any) -> dict[str, float]:
-    return {f"{maneuver}.{key}": value for (maneuver, key), value in typical.items()}
+def _evidence(h: Hypothesis) -> dict[str, Any]:
+    """The errors that a hypothesis leaves, and those before."""
+    before, after = (
+        {f"{maneuver}.{key}": x for (maneuver, key), x in typical.items()}
+        for typical in (h.before, h.after)
+    )
+    return {"gain": h.gain, "relief": h.relief, "before": before, "after": after}
 
 
 def _no_mistake(
@@ -360,10 +353,9 @@ def _no_mistake(
         f"No usual mistake, alone or with another ({diagnosis.tried} such programs were tried), "
         f"explains the difference (largest {worst:.2g} of the scale, {where})"
     )
-    evidence: dict[str, Any] = {"tried": diagnosis.tried, "max_rel_error": worst}
     if diagnosis.causes is not None and diagnosis.causes.is_shown:
         text += (
             ", nor do one, two or three parameters, forces or starts that differ: put into the "
             "equations of motion, the file's own motion shows none of these"
         )
-    return Finding("no_mistake_found", text, evidence=evidence)
+    return info("no_mistake_found", text, tried=diagnosis.tried, max_rel_error=worst)

@@ -12,7 +12,7 @@ import numpy as np
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.column_score import ColumnScore
-from heyoka_bike.scoring.findings import Finding, Severity, named
+from heyoka_bike.scoring.findings import Finding, info, named, warning
 from heyoka_bike.scoring.judge.unknown import RIGHT, is_far
 from heyoka_bike.scoring.measures import rms
 from heyoka_bike.scoring.report import ManeuverScore, Report
@@ -96,16 +96,16 @@ def _seen(key: str, places: Sequence[Place], is_unknown: bool) -> Iterator[Findi
             f"offset explains it: {_ADVICE}. Programs with mistakes are simulated for the "
             "benchmark's columns only"
         )
-    yield Finding("column_beside", f"{where} {said}", Severity.WARNING, evidence)
+    yield warning("column_beside", f"{where} {said}", **evidence)
 
 
 def _not_diagnosed(keys: Sequence[str]) -> Iterator[Finding]:
     if keys:
-        yield Finding(
+        yield info(
             "not_diagnosed",
             f"{named(keys)}: not right either, and not diagnosed, as programs with mistakes are "
             "simulated for the benchmark's columns only; begin with those",
-            evidence={"columns": list(keys)},
+            columns=list(keys),
         )
 
 

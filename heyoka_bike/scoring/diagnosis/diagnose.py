@@ -21,17 +21,16 @@ from heyoka_bike.scoring.diagnosis.answers import (
 from heyoka_bike.scoring.diagnosis.beside import beside
 from heyoka_bike.scoring.diagnosis.explain import explain
 from heyoka_bike.scoring.diagnosis.mistakes.in_output import OUTPUT_MISTAKES
-from heyoka_bike.scoring.findings import Finding, Severity, named
+from heyoka_bike.scoring.findings import Finding, named, warning
 from heyoka_bike.scoring.judge.signs import SIGNS_DISAGREE
 from heyoka_bike.scoring.report import Report
 from heyoka_bike.scoring.score import score, scored
 from heyoka_bike.system import jobs
 
-NOTHING = Finding(
+NOTHING = warning(
     "nothing_to_diagnose",
     "the diagnosis looks at the benchmark's columns, and none of them has a value: "
     + ", ".join(BENCHMARK_COLUMNS),
-    Severity.WARNING,
 )
 
 

@@ -20,7 +20,7 @@ from heyoka_bike.scoring.diagnosis.mistakes.in_equations import EQUATION_MISTAKE
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES, Mistake, in_order
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import CODE as LINEARISED
 from heyoka_bike.scoring.diagnosis.mistakes.linearised import LINEAR_PROGRAMS, has_constant_speed
-from heyoka_bike.scoring.diagnosis.programs.program import clock_mistake, other_values
+from heyoka_bike.scoring.diagnosis.programs.program import clock_mistake
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
 from heyoka_bike.scoring.diagnosis.residual.causes import Cause, Causes, log_odds
 from heyoka_bike.scoring.diagnosis.residual.methods import CLOCK
@@ -110,11 +110,6 @@ def explain(
     )
 
 
-def _is_shown(causes: Causes | None) -> bool:
-    """True if the equations tell which mistakes of the model there are."""
-    return causes is not None and causes.is_shown and not causes.is_blown_up
-
-
 def _alone(
     file: SeenFile, causes: Causes | None, proposed: Sequence[tuple[Mistake, ...]]
 ) -> list[Hypothesis]:
@@ -141,19 +136,33 @@ def _together(
     found: Sequence[Hypothesis],
     has_one_speed: bool,
 ) -> list[Hypothesis]:
-    """Pairs that are likelier than each of their mistakes alone."""
-    pairs = file.judged([mistakes for mistakes in proposed if len(mistakes) > 1])
-    best = max(found, key=lambda h: h.log_odds, default=None)
-    if best is None or not best.leaves_nothing:
-        leaders = _leaders(found, has_one_speed)
-        pairs += file.judged(_beside(file, found, leaders, is_shown=_is_shown(causes)))
-        if leaders:
-            starts = file.starts_like_its_own(_OF_START, causes.motions if causes else ())
-            pairs += file.judged(_with(leaders[0], starts))
+    """Pairs that are likelier than each of their mistakes alone.
+
+    The best mistakes are tried with those of the output, the very best with those of the start; and
+    where the equations do not tell which mistakes of the model there are, with these.
+    """
+    asked = [mistakes for mistakes in proposed if len(mistakes) > 1]
+    ranked = sorted((h for h in found if h.gain > 1.0), key=lambda h: -h.log_odds)
+    leaders = [] if ranked and ranked[0].leaves_nothing else ranked[:_LEADERS]
+    if leaders and has_one_speed:
+        # What linear programs have in common, whatever else is wrong with them.
+        leaders += [h for h in ranked[_LEADERS:] if h.codes == (LINEARISED,)]
+    for leader in leaders:
+        (first,), others = leader.mistakes, [*_OF_OUTPUT, *file.order_beside(leader)]
+        is_best = leader is ranked[0]
+        if is_best:
+            others += file.starts_like_its_own(_OF_START, causes.motions if causes else ())
+        if is_best and first.kind == "output":
+            others += [h.mistakes[0] for h in found if h.mistakes[0].kind == "model"]
+        elif causes is None or causes.is_blown_up or not causes.is_shown:
+            others += [h.mistakes[0] for h in ranked[:_RIVALS]]
+        asked += [
+            in_order((first, m)) for m in others if m != first and {m.kind, first.kind} != {"start"}
+        ]
     alone = {h.mistakes[0].code: h for h in found}
     return [
         h
-        for h in pairs
+        for h in file.judged(asked)
         if all(_log_odds(file, h, alone[c]) > WEIGHTS.said for c in h.codes if c in alone)
     ]
 
@@ -161,7 +170,7 @@ def _together(
 def _of_start(file: SeenFile, causes: Causes) -> list[Hypothesis]:
     """Starts to which the file's rows lead back: that of each maneuver must be likely by itself."""
     starts = file.shooting(causes.motions).refined(file.other_starts(causes.motions))
-    found = file.judged([(_of_values(c, causes),) for c in starts])
+    found = file.judged([c.made(causes.program) for c in starts])
     found = [h for h in found if h.is_possible and h.log_odds > WEIGHTS.said]
     return file.judged([tuple(m for h in found for m in h.mistakes)]) or found
 
@@ -183,14 +192,7 @@ def _of_causes(causes: Causes, file: SeenFile) -> list[tuple[Mistake, ...]]:
     if not causes.is_open:
         # Where a force is left no values are those of the file.
         fitted = file.shooting(causes.motions).refined(fitted, with_others=True)
-    return [
-        *(c.mistakes for c in likely(causes.known)),
-        *((_of_values(c, causes),) for c in fitted),
-    ]
-
-
-def _of_values(cause: Cause, causes: Causes) -> Mistake:
-    return other_values(cause.changes, cause.uncertain, causes.program)
+    return [c.made(causes.program) for c in (*likely(causes.known), *fitted)]
 
 
 def _clock(causes: Causes | None) -> list[Mistake]:
@@ -206,40 +208,6 @@ def _clock(causes: Causes | None) -> list[Mistake]:
         )
         for x in scales
     ]
-
-
-def _leaders(found: Sequence[Hypothesis], has_one_speed: bool) -> list[Hypothesis]:
-    """The likeliest, and what linear programs have in common, whatever else is wrong with them."""
-    leaders = sorted((h for h in found if h.gain > 1.0), key=lambda h: -h.log_odds)[:_LEADERS]
-    linear = [h for h in found if h.codes == (LINEARISED,) and h not in leaders]
-    return leaders + linear if has_one_speed else leaders
-
-
-def _with(leader: Hypothesis, others: Iterable[Mistake]) -> list[tuple[Mistake, ...]]:
-    (first,) = leader.mistakes
-    return [
-        in_order((first, m)) for m in others if m != first and {m.kind, first.kind} != {"start"}
-    ]
-
-
-def _beside(
-    file: SeenFile,
-    found: Sequence[Hypothesis],
-    leaders: Sequence[Hypothesis],
-    *,
-    is_shown: bool,
-) -> list[tuple[Mistake, ...]]:
-    """The best mistakes, each with one of the output; and of the model, where these are unsure."""
-    rivals = sorted((h for h in found if h.gain > 1.0), key=lambda h: -h.log_odds)[:_RIVALS]
-    chosen: list[tuple[Mistake, ...]] = []
-    for i, leader in enumerate(leaders):
-        others = [*_OF_OUTPUT, *file.order_beside(leader)]
-        if i == 0 and leader.mistakes[0].kind == "output":
-            others += [h.mistakes[0] for h in found if h.mistakes[0].kind == "model"]
-        elif not is_shown:
-            others += [h.mistakes[0] for h in rivals]
-        chosen += _with(leader, others)
-    return chosen
 
 
 def _log_odds(file: SeenFile, one: Hypothesis, other: Hypothesis) -> float:

@@ -8,7 +8,7 @@ import numpy as np
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.scoring.alignment import HALF
 from heyoka_bike.scoring.column_score import ColumnScore
-from heyoka_bike.scoring.findings import Finding, Severity
+from heyoka_bike.scoring.findings import Finding, Severity, info, warning
 from heyoka_bike.scoring.judge.single_precision import single_precision
 from heyoka_bike.scoring.measures import ROUNDING
 from heyoka_bike.scoring.report import ManeuverScore, Report
@@ -88,7 +88,7 @@ def findings(report: Report) -> tuple[Finding, ...]:
     if single is not None and worst < _OF_SINGLE:
         return (single,)
     if max(m.rows for m in report.maneuvers) < _FEW_ROWS:
-        return (Finding("cannot_tell", "So few rows do not show what the error looks like"),)
+        return (info("cannot_tell", "So few rows do not show what the error looks like"),)
     found = (*_energy(report), *_rough(report)) or (_smooth(),)
     if single is None:
         return found
@@ -101,7 +101,7 @@ def _error_in_scales(c: ColumnScore) -> float:
 
 
 def _too_far() -> Finding:
-    return Finding(
+    return info(
         TOO_FAR,
         "Half of the columns or more are off by half their own size, so that their error says "
         "nothing: look at the first rows, whether the columns are those of the benchmark, in its "
@@ -114,18 +114,20 @@ def _blown_up(report: Report, worst: float) -> Finding:
     m, c = next((m, c) for m, c in every if _error_in_scales(c) == worst)
     first = np.argmax(np.abs(c.trace.error) > 0.5 * np.max(np.abs(c.trace.reference)))
     time = float(c.trace.time[first])
-    return Finding(
+    return warning(
         "blown_up",
         f"The motion blows up: {c.key} of maneuver {m.maneuver} is off by {worst:.2g} times its "
         f"size, and by half of it from {time:.3g} s on. Compare the rows before: what follows says "
         "nothing",
-        Severity.WARNING,
-        {"maneuver": m.maneuver, "column": c.key, "time": time, "max_rel_error": worst},
+        maneuver=m.maneuver,
+        column=c.key,
+        time=time,
+        max_rel_error=worst,
     )
 
 
 def _smooth() -> Finding:
-    return Finding(
+    return info(
         "smooth_error",
         "The error is that of steps, even or chosen by a tolerance, of a method that is not known "
         f"here, or of another model. Halve the step ({_BOTH_STEPS}), or divide the tolerance by "
@@ -136,12 +138,12 @@ def _smooth() -> Finding:
 
 
 def _rounding(worst: float) -> Finding:
-    return Finding(
+    return info(
         "limited_by_rounding",
         f"The error is {worst:.1g} of the scale at the most: that is what rounding leaves of a run "
         "in binary64 arithmetic. If it does not fall with the tolerance or the step "
         f"({_BOTH_TOLERANCES}), it is the arithmetic, and not the model",
-        evidence={"max_rel_error": worst},
+        max_rel_error=worst,
     )
 
 
@@ -159,8 +161,6 @@ _TRENDS = {
     ),
 }
 """By the sign of the change."""
-ENERGY = tuple(code for code, _ in _TRENDS.values())
-"""Codes of an energy that is lost or won in every maneuver."""
 
 
 def _energy(report: Report) -> Iterator[Finding]:
@@ -171,8 +171,12 @@ def _energy(report: Report) -> Iterator[Finding]:
         code, words = _TRENDS[sign]
         said = words.format(" in every maneuver" if len(trends) > 1 else "")
         changes = {str(n): t for n, t in trends.items()}
-        evidence = {"maneuvers": list(trends), "relative_change": changes}
-        yield Finding(code, f"The mechanical energy {said}", evidence=evidence)
+        yield info(
+            code,
+            f"The mechanical energy {said}",
+            maneuvers=list(trends),
+            relative_change=changes,
+        )
 
 
 def _trend(m: ManeuverScore) -> float:
@@ -196,36 +200,36 @@ def _rough(report: Report) -> Iterator[Finding]:
         for place, r in found.items()
         if r is not None and r.at_one < _SMOOTH and r.part > _SEEN
     }
-    evidence = {"columns": [f"{number}.{key}" for number, key in jumping]}
+    columns = [f"{number}.{key}" for number, key in jumping]
     numbers = [m.maneuver for m in report.maneuvers]
     noisy = [r for r in jumping.values() if r.part > _MOSTLY and _is_white(r)]
     in_rates = [n for n in numbers if _in_rates(n, jumping)]
     ringing = [n for n in numbers if _rings(n, jumping)]
     if len(noisy) > len(found) / 2:
-        yield Finding(
+        yield info(
             "rough_error",
             "The error jumps from row to row like noise, far above the digits written, which no "
             "step size makes: look for single-precision numbers on the way, random terms, or a "
             "loose tolerance of the iterations",
-            evidence=evidence,
+            columns=columns,
         )
     elif 2 * len(ringing) > len(numbers):
-        yield Finding(
+        yield info(
             "step_ringing",
             "The velocities alternate from row to row, as the trapezoidal rule leaves them where "
             "nothing damps the highest frequency: accelerations that are consistent at the start, "
             "or a little numerical damping",
-            evidence={"maneuvers": ringing},
+            maneuvers=ringing,
         )
     elif 2 * len(in_rates) > len(numbers):
-        yield Finding(
+        yield info(
             "iteration_noise",
             "The velocities jump from row to row, much more than the angles, as a loose tolerance "
             "of the Newton iterations in each step makes them, or impulses of a contact: tighten "
             "it until the energy's error is smooth (a smaller step does not help); if it stays "
             "rough, it is the contact or the friction, or, where the jumps are below 1e-8 of the "
             "scale, rounding divided by the step",
-            evidence={"maneuvers": in_rates},
+            maneuvers=in_rates,
         )
 
 

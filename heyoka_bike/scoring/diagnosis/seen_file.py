@@ -258,7 +258,7 @@ class SeenFile:
     def _key(self, program: Program) -> object:
         """Equal for programs that do the same as far as the file shows it."""
         starts = tuple(program.starts[part.number] for part in self._parts)
-        bicycle = tuple(program.bicycle.values.values())
+        bicycle = tuple(map(float, program.bicycle.values.values()))
         return bicycle, starts, program.clock, program.rows, program.amounts, program.linear
 
     def _simulated(self, programs: Sequence[Program]) -> list[_Expected]:

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from heyoka_bike.bicycle.equations.configuration import Configuration, track_speeds, wheel_rates
 from heyoka_bike.bicycle.equations.outputs import yaw_rate
 from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.bicycle.equations.whole_motion import Configuration, track_speeds, wheel_rates
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.load import ReferenceManeuver
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 from itertools import permutations
 from math import pi
 
-from heyoka_bike.bicycle.parameters import Bicycle
+from heyoka_bike.scoring.diagnosis.mistakes.in_model import MODEL_MISTAKES
 from heyoka_bike.scoring.diagnosis.programs.program import Mistake, Program, start_mistake
 
 _DEGREE = pi / 180
@@ -29,31 +29,33 @@ def _place(sources: Mapping[int, int]) -> Mistake:
     )
 
 
+def _faster(program: Program, ratio: float) -> Program:
+    """The program with so many times the speeds at the start."""
+    starts = {n: replace(s, speed=s.speed * ratio) for n, s in program.starts.items()}
+    return replace(program, starts=starts)
+
+
 def _speed_by(code: str, says: str, radius: str, other: str) -> Mistake:
     """A wheel is started with the speed over the radius of the other one."""
 
     def make(program: Program) -> Program:
-        ratio = float(program.bicycle[radius]) / float(program.bicycle[other])
-        starts = {n: replace(s, speed=s.speed * ratio) for n, s in program.starts.items()}
-        return replace(program, starts=starts)
+        return _faster(program, float(program.bicycle[radius]) / float(program.bicycle[other]))
 
     return Mistake(
         code, says, "the initial spin: the speed over the wheel's own radius", "start", make
     )
 
 
-def _exchanged(code: str, says: str, *symbols: str) -> Mistake:
+def _spin_kept(code: str, rear: str) -> Mistake:
     """Wheels in each other's place, of which the rear one is started with the right spin."""
+    (exchange,) = (m for m in MODEL_MISTAKES if m.code == code)
 
     def make(program: Program) -> Program:
-        p = dict(program.bicycle.values)
-        for s in symbols:
-            p[f"{s[0]}R{s[1:]}"], p[f"{s[0]}F{s[1:]}"] = p[f"{s[0]}F{s[1:]}"], p[f"{s[0]}R{s[1:]}"]
-        ratio = float(p["rR"]) / float(program.bicycle["rR"])
-        starts = {n: replace(s, speed=s.speed * ratio) for n, s in program.starts.items()}
-        return replace(program, bicycle=Bicycle(program.bicycle.name, p), starts=starts)
+        made = exchange.change(program)
+        return _faster(made, float(made.bicycle["rR"]) / float(program.bicycle["rR"]))
 
-    return Mistake(code, says, "which wheel is the rear one", "model", make)
+    says = f"{exchange.says}, and the rear {rear} starts with the speed over its right radius"
+    return Mistake(f"{code}_spin_kept", says, "which wheel is the rear one", "model", make)
 
 
 _NUMBERS = (1, 2, 3)
@@ -111,10 +113,8 @@ START_MISTAKES: tuple[Mistake, ...] = (
               "radius of the front wheel", "rR", "rF"),
     _speed_by("speed_by_rear_radius", "the initial spin of the front wheel is the speed over the "
               "radius of the rear wheel", "rF", "rR"),
-    _exchanged("wheels_exchanged_spin_kept", "the wheels are exchanged, and the rear one starts "
-               "with the speed over its right radius", "r", "m", "Ixx", "Iyy"),
-    _exchanged("radii_exchanged_spin_kept", "the wheel radii are exchanged, and the rear wheel "
-               "starts with the speed over its right radius", "r"),
+    _spin_kept("wheels_exchanged", "one"),
+    _spin_kept("radii_exchanged", "wheel"),
     *(_place(sources) for sources in (*_ALONE, *_ORDERS)),
 )  # fmt: skip
 """In no particular order."""

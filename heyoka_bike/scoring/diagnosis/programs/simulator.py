@@ -27,9 +27,9 @@ from heyoka_bike.system.resources import benchmark_bicycle
 
 # Rotations and products of the constants keep binary64 with some digits to spare.
 _DIGITS = 25
-# So many points in intervals so long [s] leave 1e-12 of the benchmark's motions at most. Intervals
-# of 0.1 s with 12 points lose a steer axis that swings round within some hundredths of a second.
-_POINTS, _INTERVAL = 10, 0.05
+# So many points in intervals so long [s] leave 1e-13 of the benchmark's motions. The shorter ones
+# are for motions that these lose: a steer axis may swing round within some hundredths of a second.
+_POINTS, _INTERVALS = 12, (0.1, 0.05)
 # Newton's iterations on an interval, and the last change, in parts of the state: the next one would
 # be a millionth of it.
 _MOST, _SETTLED = 7, 1e-9
@@ -97,7 +97,7 @@ class Simulator:
         """Return the columns that `run` has of each motion, in less time."""
         constants = [self._constants(tuple(m.bicycle.values.items())) for m in motions]
         keys = [
-            (id(c), tuple(m.start), tuple(sorted(m.amounts.items())), _intervals(m))
+            (id(c), tuple(m.start), tuple(sorted(m.amounts.items())), _tenths(m))
             for m, c in zip(motions, constants, strict=True)
         ]
         new: dict[object, tuple[AskedMotion, _Constants]] = {}
@@ -108,26 +108,32 @@ class Simulator:
         for is_altered in (False, True):
             chosen = [k for k, (m, _) in new.items() if bool(m.amounts) is is_altered]
             for i in range(0, len(chosen), _TOGETHER):
-                together = chosen[i : i + _TOGETHER]
-                self._known.update(
-                    zip(together, self._nodes([new[k] for k in together]), strict=True)
-                )
+                lost = chosen[i : i + _TOGETHER]
+                for length in _INTERVALS:
+                    if not lost:
+                        break
+                    made = self._nodes([new[k] for k in lost], length)
+                    self._known.update(zip(lost, made, strict=True))
+                    lost = [k for k in lost if np.isnan(self._known[k]).any()]
         found = []
         for key, m, c in zip(keys, motions, constants, strict=True):
             if c is None or not len(m.time):
                 found.append({name: np.full(len(m.time), np.nan) for name in NAMES})
             else:
-                found.append(self._columns(m, c[0], _at(self._known[key], m.time)))
+                found.append(self._columns(m, c[0], _at(self._known[key], m.time, _tenths(m))))
         return found
 
-    def _nodes(self, asked: Sequence[tuple[AskedMotion, _Constants]]) -> Iterator[Array]:
+    def _nodes(
+        self, asked: Sequence[tuple[AskedMotion, _Constants]], length: float
+    ) -> Iterator[Array]:
         """States of motions, see `_nodal_states`."""
         names = sorted({name for m, _ in asked for name in m.amounts})
         equations = self._with(np.array([values for _, (values, _) in asked]).T)
         amounts = {name: np.array([m.amounts.get(name, 0.0) for m, _ in asked]) for name in names}
-        starts = [[*m.start[:-1], m.start[-1] / length, 0.0] for m, (_, length) in asked]
-        counts = [_intervals(m) for m, _ in asked]
-        nodes = _nodal_states(equations, amounts, np.array(starts).T, max(counts))
+        starts = [[*m.start[:-1], m.start[-1] / unit, 0.0] for m, (_, unit) in asked]
+        each = round(_INTERVALS[0] / length)
+        counts = [each * _tenths(m) for m, _ in asked]
+        nodes = _nodal_states(equations, amounts, np.array(starts).T, max(counts), length)
         for k, count in enumerate(counts):
             yield nodes[:count, ..., k]
 
@@ -179,16 +185,17 @@ def _basis(place: Array) -> Array:
     return np.asarray(chebvander(2 * place - 1, _POINTS), np.float64)
 
 
-def _intervals(motion: AskedMotion) -> int:
-    return max(1, int(np.ceil(float(np.max(motion.time, initial=0.0)) / _INTERVAL - 1e-9)))
+def _tenths(motion: AskedMotion) -> int:
+    """Return the number of long intervals to the end."""
+    return max(1, int(np.ceil(float(np.max(motion.time, initial=0.0)) / _INTERVALS[0] - 1e-9)))
 
 
 def _nodal_states(
-    equations: Equations, amounts: Mapping[str, Array], start: Array, count: int
+    equations: Equations, amounts: Mapping[str, Array], start: Array, count: int, h: float
 ) -> Array:
     """States at the beginning and the points, shape (intervals, 1 + points, 7, motions)."""
     x, integral, whole = _points()
-    h, n = _INTERVAL, start.shape[1]
+    n = start.shape[1]
     found = np.full((count, _POINTS + 1, _STATES, n), np.nan)
     ahead = _basis(1.0 + x) @ _through()
     identity = np.eye(_POINTS * _STATES)
@@ -214,6 +221,8 @@ def _nodal_states(
                     break
             is_lost = ~good | ~(error < _LOST)
             guess[..., is_lost] = np.nan
+            if is_lost.all():
+                break
             found[i] = np.concatenate([y[None], guess])
             f, _ = _rates(equations, amounts, guess, with_slopes=False)
             y = np.asarray(y + h * np.tensordot(whole, f, 1), np.float64)
@@ -253,10 +262,11 @@ def _rates(
     return here, ((f[:, 1:] - f[:, :1]) / _SHIFT).transpose(2, 0, 1, 3)
 
 
-def _at(nodes: Array, time: Array) -> Array:
+def _at(nodes: Array, time: Array, tenths: int) -> Array:
     """States at some times, shape (7, times), from those of intervals (intervals, points, 7)."""
-    i = np.clip((time / _INTERVAL).astype(int), 0, len(nodes) - 1)
-    weights = _basis(time / _INTERVAL - i) @ _through()
+    place = time / (_INTERVALS[0] * tenths) * len(nodes)
+    i = np.clip(place.astype(int), 0, len(nodes) - 1)
+    weights = _basis(place - i) @ _through()
     found: Array = np.einsum("tp,tps->st", weights, nodes[i])
     return found
 

@@ -113,6 +113,12 @@ class Cause:
     uncertain: Mapping[str, float]
     relief: float
 
+    def made(self, right: Program) -> tuple[Mistake, ...]:
+        """Return the mistakes, or the changed values as one."""
+        if not self.changes:
+            return self.mistakes
+        return (other_values(self.changes, self.uncertain, right),)
+
 
 @dataclass(frozen=True, slots=True)
 class Causes:
@@ -178,17 +184,10 @@ class Causes:
             if len(c.mistakes) + len(c.changes) == 1 or not self.leaves_force(c.relief)
         ]
         likely = max(credible, key=lambda c: log_odds(c, count), default=None)
-        if (
-            likely is None
-            or not self.is_shown
-            or self.is_blown_up
-            or likely.relief < WEIGHTS.nearly
-            or log_odds(likely, count) < WEIGHTS.said
-        ):
+        if likely is None or not self.is_shown or self.is_blown_up:
             return None
-        if not likely.changes:
-            return likely.mistakes
-        return (other_values(likely.changes, likely.uncertain, self.program),)
+        is_sure = likely.relief > WEIGHTS.nearly and log_odds(likely, count) > WEIGHTS.said
+        return likely.made(self.program) if is_sure else None
 
     @property
     def is_blown_up(self) -> bool:

@@ -12,7 +12,7 @@ E. Hairer, Ch. Lubich, G. Wanner (2006), Geometric Numerical Integration, chapte
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,47 +32,28 @@ _ANGLES, _SPEEDS = [0, 2], [3, 4, 5]
 _NEAR = 0.03
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class _Derivatives:
-    """Derivatives of the state over time along a motion, and parts of them; shape (6, n).
+def _derivatives(equations: Equations, y: Array) -> dict[str, Array]:
+    """Derivatives of the state over time at states, shape (6, n), and parts of them, by name.
 
-    Attributes
-    ----------
-    first
-        f.
-    second
-        f'f.
-    of_angles
-        The part of it that comes with the angles.
-    bend, chain
-        The two parts of the third: f''(f, f) and f'f'f.
+    ``first`` is f, ``second`` f'f, ``of_angles`` the part of it that comes with the angles, and
+    ``bend`` and ``chain`` the two parts f''(f, f) and f'f'f of the third.
     """
 
-    first: Array
-    second: Array
-    of_angles: Array
-    bend: Array
-    chain: Array
+    def f(y: Array) -> Array:
+        return np.array(equations.rates(list(y)))
 
-    @classmethod
-    def of(cls, equations: Equations, y: Array) -> _Derivatives:
-        """At states, shape (6, n)."""
+    def along(v: Array) -> Array:
+        return (f(y + _SHIFT * v) - f(y - _SHIFT * v)) / (2 * _SHIFT)
 
-        def f(y: Array) -> Array:
-            return np.array(equations.rates(list(y)))
-
-        def along(v: Array) -> Array:
-            return (f(y + _SHIFT * v) - f(y - _SHIFT * v)) / (2 * _SHIFT)
-
-        here = f(y)
-        second = along(here)
-        bend = (f(y + _SHIFT * here) - 2 * here + f(y - _SHIFT * here)) / _SHIFT**2
-        return cls(here, second, along(_parts(here, 0 * here)), bend, along(second))
-
-
-def _parts(angles: Array, speeds: Array) -> Array:
-    """The angles of one and the speeds of another."""
-    return np.concatenate([angles[:3], speeds[3:]])
+    here = f(y)
+    second = along(here)
+    return {
+        "first": here,
+        "second": second,
+        "of_angles": along(np.concatenate([here[:3], 0 * here[3:]])),
+        "bend": (f(y + _SHIFT * here) - 2 * here + f(y - _SHIFT * here)) / _SHIFT**2,
+        "chain": along(second),
+    }
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,34 +64,47 @@ class Scheme:
     ----------
     says
     order
-    leaves
-        The residual of the equations with a step of one.
+    angles
+        The residual of the equations with a step of one: factors of derivatives, by name.
+    speeds
+        The same in the equations of the speeds, where these are other ones.
     """
 
     says: str
     order: int
-    leaves: Callable[[_Derivatives], Array]
+    angles: Mapping[str, float]
+    speeds: Mapping[str, float] | None = None
+
+    def leaves(self, d: Mapping[str, Array]) -> Array:
+        """Return the residual of the equations with a step of one, shape (5, n)."""
+        found = np.zeros((len(_ANGLES + _SPEEDS), d["first"].shape[1]))
+        for name, x in self.angles.items():
+            found[: len(_ANGLES)] += x * d[name][_ANGLES]
+        for name, x in (self.speeds or self.angles).items():
+            found[len(_ANGLES) :] += x * d[name][_SPEEDS]
+        return found
 
 
 CLOCK = "times on another scale"
 """No method, but found in the same way: its step is the scale of the times, less one."""
 
 SCHEMES = (
-    Scheme("explicit Euler", 1, lambda d: -d.second / 2),
-    Scheme("implicit Euler", 1, lambda d: d.second / 2),
-    Scheme("semi-implicit Euler", 1, lambda d: _parts(d.second, -d.second) / 2),
+    Scheme("explicit Euler", 1, {"second": -1 / 2}),
+    Scheme("implicit Euler", 1, {"second": 1 / 2}),
+    Scheme("semi-implicit Euler", 1, {"second": 1 / 2}, {"second": -1 / 2}),
     Scheme(
         "semi-implicit Euler, positions first",
         1,
-        lambda d: _parts(-d.second / 2, d.of_angles - d.second / 2),
+        {"second": -1 / 2},
+        {"of_angles": 1.0, "second": -1 / 2},
     ),
-    Scheme("Heun's method", 2, lambda d: d.bend / 12 - d.chain / 6),
-    Scheme("the explicit midpoint rule", 2, lambda d: -d.bend / 24 - d.chain / 6),
-    Scheme("the trapezoidal rule", 2, lambda d: (d.bend + d.chain) / 12),
-    Scheme("the implicit midpoint rule", 2, lambda d: d.chain / 12 - d.bend / 24),
-    Scheme("Adams and Bashforth's method of order 2", 2, lambda d: -5 / 12 * (d.bend + d.chain)),
-    Scheme("BDF2", 2, lambda d: (d.bend + d.chain) / 3),
-    Scheme(CLOCK, 1, lambda d: d.first),
+    Scheme("Heun's method", 2, {"bend": 1 / 12, "chain": -1 / 6}),
+    Scheme("the explicit midpoint rule", 2, {"bend": -1 / 24, "chain": -1 / 6}),
+    Scheme("the trapezoidal rule", 2, {"bend": 1 / 12, "chain": 1 / 12}),
+    Scheme("the implicit midpoint rule", 2, {"bend": -1 / 24, "chain": 1 / 12}),
+    Scheme("Adams and Bashforth's method of order 2", 2, {"bend": -5 / 12, "chain": -5 / 12}),
+    Scheme("BDF2", 2, {"bend": 1 / 3, "chain": 1 / 3}),
+    Scheme(CLOCK, 1, {"first": 1.0}),
 )
 """Those whose first term is known, and times on another scale: all rates are as much too large."""
 
@@ -141,12 +135,12 @@ def find_methods(equations: Equations, motions: Sequence[Observed]) -> tuple[Met
     rest, floors, terms = [], [], []
     for m in motions:
         y = np.array(state_vector(equations, m.state.__getitem__)[:6])
-        d = _Derivatives.of(equations, y)
+        d = _derivatives(equations, y)
         right = np.array(equations.rates(list(y)))[_SPEEDS]
         right[2] *= equations.k.length
         rest += [*m.kinematic, *(m.accelerations - right @ m.windows.T)]
         floors += [*m.kinematic_uncertain, *m.uncertain]
-        each = np.array([scheme.leaves(d)[_ANGLES + _SPEEDS] for scheme in SCHEMES])
+        each = np.array([scheme.leaves(d) for scheme in SCHEMES])
         each[:, 4] *= equations.k.length
         terms += list(np.moveaxis(each @ m.windows.T, 0, -1))
     b = blocks(rest, terms, [float(np.median(x)) for x in floors])
