@@ -18,7 +18,7 @@ def shown_by(module: str) -> Any:
 
 
 class Displayed:
-    """An object with a view: its class names a function of `showing.views` as `_view`.
+    """Base of objects of which a function of `showing.views`, named by `_view`, makes blocks.
 
     A class whose text is one line has it as its own ``__repr__``.
     """

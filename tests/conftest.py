@@ -280,14 +280,14 @@ def kept(prove: Callable[..., Any]) -> Callable[..., Any]:
 
 @pytest.fixture(scope="session")
 def honest_outcomes(made_once: MadeOnce) -> list[Any]:
-    """The first 400 files of the game of honest variations, played once."""
+    """The first 250 files of the game of honest variations, played once."""
     from support.play import play
 
     def fill(place: Path) -> None:
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(Dense, "evaluate", Dense.evaluate)
             keep_values()
-            outcomes = play("honest", range(400), processes=1)
+            outcomes = play("honest", range(250), processes=1)
         (place / "outcomes").write_bytes(pickle.dumps(outcomes))
 
     found: list[Any] = pickle.loads((made_once("honest-game", fill) / "outcomes").read_bytes())
