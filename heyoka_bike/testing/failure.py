@@ -110,7 +110,7 @@ def _taken_as(c: ColumnScore) -> str:
 def _departure(p: Parsed, m: ManeuverScore, c: ColumnScore) -> str:
     """Since when the error is more than what is allowed, and since when it can be seen."""
     said = []
-    scale = words.scale(c)
+    scale = c.scale or None
     allowed = {
         "scd": None if scale is None else scale * 10.0**-p.number,
         "max_rel_error": None if scale is None else scale * p.number,
