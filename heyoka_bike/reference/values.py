@@ -63,7 +63,7 @@ class Values(Displayed, Held[str, Array]):
         MissingPackageError
             pandas is not installed.
         """
-        return shown_by("formats.frame").of_columns(self.time, self.hi)
+        return shown_by("formats.csv").of_columns(self.time, self.hi)
 
     def scale(self, name: str) -> float:
         """Largest absolute value of a column."""

@@ -65,7 +65,7 @@ class Scored(Displayed):
         MissingPackageError
             pandas is not installed.
         """
-        return shown_by("formats.frame").frame(self)
+        return shown_by("formats.csv").frame(self)
 
     def __str__(self) -> str:
         return str(shown_by("formats.output").render(self, "table"))

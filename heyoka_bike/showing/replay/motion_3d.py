@@ -62,7 +62,7 @@ class Motion3D:
     rear_contact, front_contact : ndarray, shape (n, 3)
         Lowest points of the wheels.
     rear_wheel, front_wheel : ndarray, shape (n,)
-        How far each wheel has turned in its frame or fork, about the y axis: forward is negative.
+        Angle by which a wheel has turned in frame or fork, about the y axis: forward is negative.
     rear_track : ndarray, shape (n,)
         Length of its track [m].
     """
