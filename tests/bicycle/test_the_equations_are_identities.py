@@ -40,12 +40,12 @@ from support.two_models import (
 from heyoka_bike.bicycle.equations import (
     axes,
     bodies,
-    configuration,
     constants,
     forces,
     kinematics,
     model,
     outputs,
+    whole_motion,
 )
 from heyoka_bike.bicycle.equations.kinematics import front_contact_height
 from heyoka_bike.bicycle.equations.reduced import Equations
@@ -231,7 +231,7 @@ EQUIVALENT = "p['mB'] + p['mR']"
 @pytest.mark.proof
 @pytest.mark.parametrize(
     "module",
-    [axes, bodies, configuration, constants, forces, kinematics, model, outputs, vectors],
+    [axes, bodies, constants, forces, kinematics, model, outputs, vectors, whole_motion],
     ids=lambda module: module.__name__.rpartition(".")[2],
 )
 def test_every_plus_and_minus_matters(both: Both, module: ModuleType) -> None:
