@@ -40,7 +40,7 @@ ENVIRONMENT = {
     "OPENBLAS_NUM_THREADS": "threads of the linear algebra; 1 in 'score' and 'diagnose' if not set",
     "SOURCE_DATE_EPOCH": "time of reports [s since 1970], so that they can be made again",
 }
-"""What the program reads from its environment."""
+"""Variables of the environment that the program reads."""
 
 
 def _epilog() -> str:
@@ -100,7 +100,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     words = sys.argv[1:] if argv is None else list(argv)
     if argv is None:
         _prepare(words)
-    # Of one command the others need not be imported.
+    # If a command is named, the others need not be imported.
     asked = [word for word in words[:1] if word in COMMANDS]
     top = parser(asked or COMMANDS)
     try:

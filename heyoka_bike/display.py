@@ -18,7 +18,7 @@ def shown_by(module: str) -> Any:
 
 
 class Displayed:
-    """What a module of `showing.views`, which a class names as `_view`, makes text and blocks of.
+    """Base of objects of which a function of `showing.views`, named by `_view`, makes blocks.
 
     A class whose text is one line has it as its own ``__repr__``.
     """
@@ -27,12 +27,12 @@ class Displayed:
     _view: ClassVar[str]
 
     def __repr__(self) -> str:
-        return str(shown_by(f"views.{self._view}").text(self))
+        return str(shown_by("views").text(self, self._view))
 
     def _repr_html_(self) -> str:
         """For notebooks: HTML without a script."""
-        blocks = shown_by(f"views.{self._view}").blocks(self)
-        return str(shown_by("document.notebook").render(blocks))
+        blocks = getattr(shown_by("views"), self._view)(self)
+        return str(shown_by("document.notebook").render(tuple(blocks)))
 
 
 class Held(Mapping[K, V]):

@@ -1,4 +1,4 @@
-"""What can go wrong, and the exit code each failure ends with.
+"""Errors of the package, and the exit code each of them ends with.
 
 An error message is one line: where (file, line, column), what was found, what was expected.
 """
@@ -116,7 +116,7 @@ def required(module: str, said: str) -> ModuleType:
 
 
 GENERATE = "pip install 'heyoka_bike[generate]'"
-"""What installs the packages that integrate."""
+"""Command that installs the packages that integrate."""
 
 
 class WorkerLostError(BicycleError, RuntimeError):
@@ -148,7 +148,7 @@ def quoted(text: str, limit: int = 40) -> str:
 
 
 def unknown_word(word: str, known: Sequence[str], what: str = "") -> str:
-    """What to say of a word that is none of the known ones: what it is, and all of those."""
+    """Return the message about a word that is not known: the word, and all that are."""
     some = " or ".join(known) if len(known) == 2 else f"one of {', '.join(known)}"
     return f"found {what}{quoted(word)}, expected {some}{did_you_mean(word, known)}"
 

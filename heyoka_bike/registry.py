@@ -1,4 +1,4 @@
-"""What is found by name: the commands, and what the workbench adds to commands of the others.
+"""Registry by name: the commands, and what the workbench adds to commands of the others.
 
 The workbench uses the rest of the package, and no module of the rest imports it. Its public names
 stand in ``__init__.pyi``, like all others.

@@ -20,6 +20,7 @@ from support.game_files import keep_values
 from support.made_sets import make as make_set
 
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver, read_bicycle, read_maneuvers
+from heyoka_bike.cli import main
 from heyoka_bike.motion.integrate import integrate
 from heyoka_bike.motion.trajectory import Trajectory
 from heyoka_bike.numbers.double import Array
@@ -60,8 +61,8 @@ for name in (
 
 # The same examples in every run: what a change breaks is that change's. New ones are looked for by
 # pytest --hypothesis-profile=search.
-hypothesis.settings.register_profile("same", derandomize=True)
-hypothesis.settings.register_profile("search", print_blob=True)
+hypothesis.settings.register_profile("same", derandomize=True, deadline=None)
+hypothesis.settings.register_profile("search", print_blob=True, deadline=None)
 hypothesis.settings.load_profile("same")
 
 
@@ -76,6 +77,7 @@ LONGEST = (
     "test_pytest_plugin_failures_teach", "test_sensitivities_are_proved",
     "test_certificate_refuses_or_widens", "test_few_unknowns_explain_a_file",
     "test_the_tutorial_runs", "test_generate_command", "test_an_atlas_says_what_becomes",
+    "test_atlas_page_computes_the_models_motion",
     "test_digits_do_not_depend_on_how_code_is_compiled",
     "test_critical_speeds_are_proved_over_a_box", "test_animate_page",
     "test_commands_run_where_names_are_missing", "test_wheel_works_outside_the_checkout",
@@ -279,15 +281,23 @@ def kept(prove: Callable[..., Any]) -> Callable[..., Any]:
 
 
 @pytest.fixture(scope="session")
+def small_atlas(made_once: MadeOnce) -> Path:
+    """An atlas of 6 by 6 starts; not to be changed."""
+    grid = ["--speed", "3:8:6", "--roll-rate", "0.3:3.3:6", "--longest", "60"]
+    place = made_once("small-atlas", lambda to: main(["atlas", *grid, "-o", str(to / "zarr")]))
+    return place / "zarr"
+
+
+@pytest.fixture(scope="session")
 def honest_outcomes(made_once: MadeOnce) -> list[Any]:
-    """The first 400 files of the game of honest variations, played once."""
+    """The first 250 files of the game of honest variations, played once."""
     from support.play import play
 
     def fill(place: Path) -> None:
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(Dense, "evaluate", Dense.evaluate)
             keep_values()
-            outcomes = play("honest", range(400), processes=1)
+            outcomes = play("honest", range(250), processes=1)
         (place / "outcomes").write_bytes(pickle.dumps(outcomes))
 
     found: list[Any] = pickle.loads((made_once("honest-game", fill) / "outcomes").read_bytes())

@@ -1,1 +1,1 @@
-"""What is given, and what is asked: a bicycle, its maneuvers, the columns."""
+"""The problem: a bicycle, its maneuvers, the columns, the equations and their linear form."""

@@ -1,4 +1,4 @@
-"""What is said of a column of the reference, whichever file holds it."""
+"""The description of a column of the reference, in any of its files."""
 
 from dataclasses import dataclass
 

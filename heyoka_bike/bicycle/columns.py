@@ -164,5 +164,5 @@ RATE_OF: Mapping[tuple[str, str], tuple[str, str]] = {
     ("yaw_rate", "yaw_rate"): ("yaw", "yaw"),
     ("yaw_rate", "zyx_rate"): ("yaw", "zyx"),
 }
-"""Which definitions of a rate and of an angle are derivative and integral of each other. A body's
+"""The definition of an angle by that of a rate which is its derivative. A body's
 angular velocity along its own x axis is the derivative of no roll angle."""

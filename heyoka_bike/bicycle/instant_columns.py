@@ -20,12 +20,12 @@ SPEEDS = (*ANGLES, "speed")
 """The independent speeds: roll rate, steer rate, forward speed."""
 
 MATRICES = {"M": "kg m2", "C1": "kg m", "K0": "kg m", "K2": "kg"}
-"""Of the linear bicycle, with their units."""
+"""Matrices of the linear bicycle, with their units."""
 
 
 @dataclass(frozen=True, slots=True)
 class InstantLevel:
-    """What can be compared once the levels before it are right.
+    """A level of quantities: they can be compared once the levels before it are right.
 
     Attributes
     ----------
@@ -134,10 +134,10 @@ _LINEAR = (
 
 
 COORDINATES = ("roll_angle", "steer_angle", "roll_rate", "steer_rate", "forward_speed")
-"""What a state is given by; the pitch follows, as both wheels are on the floor."""
+"""The columns that give a state; the pitch follows, as both wheels are on the floor."""
 
 WHERE = ("yaw", "rear_contact_x", "rear_contact_y", "rear_wheel_angle", "front_wheel_angle")
-"""What may be given besides, and drives nothing; else it is zero."""
+"""The columns that may be given besides and drive nothing; by default they are zero."""
 
 _LEVEL_OF = {
     "rad": "posture", "1": "posture", "m": "positions", "rad s-1": "velocities",

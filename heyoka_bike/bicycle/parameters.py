@@ -15,7 +15,7 @@ straight. Inertia values are matrix elements about the body's own centre of mass
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cache
@@ -36,56 +36,70 @@ from heyoka_bike.system.resources import (
 
 @dataclass(frozen=True, slots=True)
 class Parameter:
-    """What a parameter is: its meaning and SI unit, and the range the model allows.
+    """A parameter: its meaning and SI unit, and the range the model allows.
 
     Attributes
     ----------
     description, unit
         Its meaning and SI unit.
-    positive, nonnegative
-        Whether it must be more than zero, or zero or more.
+    expected
+        The range it must be in, a key of `_RANGES`; empty for any number.
     takes_pi
         Whether it may contain pi; what does not is held as a `Fraction`.
-    half_turns
-        It must be less than this multiple of pi either way.
     """
 
     description: str
     unit: str
-    positive: bool = False
-    nonnegative: bool = False
+    expected: str = ""
     takes_pi: bool = False
-    half_turns: Fraction | None = None
+
+
+_POSITIVE, _NONNEGATIVE = "a positive number", "zero or more"
+_HALF, _TURN = "less than pi/2 either way", "less than pi either way"
+
+
+def _is_within(x: Exact, half_turns: Fraction) -> bool:
+    return (
+        (x + Exact(Fraction(0), half_turns)).sign > 0 > (x + Exact(Fraction(0), -half_turns)).sign
+    )
+
+
+# The comparisons are exact.
+_RANGES: Mapping[str, Callable[[Exact], bool]] = {
+    "": lambda x: True,
+    _POSITIVE: lambda x: x.sign > 0,
+    _NONNEGATIVE: lambda x: x.sign >= 0,
+    _HALF: lambda x: _is_within(x, Fraction(1, 2)),
+    _TURN: lambda x: _is_within(x, Fraction(1)),
+}
 
 
 def _body(letter: str, what: str) -> dict[str, Parameter]:
     return {
         f"x{letter}": Parameter(f"forward position of the centre of mass of the {what}", "m"),
         f"z{letter}": Parameter(f"downward position of the centre of mass of the {what}", "m"),
-        f"m{letter}": Parameter(f"mass of the {what}", "kg", nonnegative=True),
-        f"I{letter}xx": Parameter(f"roll inertia of the {what}", "kg m^2", nonnegative=True),
-        f"I{letter}yy": Parameter(f"pitch inertia of the {what}", "kg m^2", nonnegative=True),
-        f"I{letter}zz": Parameter(f"yaw inertia of the {what}", "kg m^2", nonnegative=True),
+        f"m{letter}": Parameter(f"mass of the {what}", "kg", _NONNEGATIVE),
+        f"I{letter}xx": Parameter(f"roll inertia of the {what}", "kg m^2", _NONNEGATIVE),
+        f"I{letter}yy": Parameter(f"pitch inertia of the {what}", "kg m^2", _NONNEGATIVE),
+        f"I{letter}zz": Parameter(f"yaw inertia of the {what}", "kg m^2", _NONNEGATIVE),
         f"I{letter}xz": Parameter(f"inertia matrix element xz of the {what}", "kg m^2"),
     }
 
 
 def _wheel(letter: str, what: str) -> dict[str, Parameter]:
     return {
-        f"r{letter}": Parameter(f"radius of the {what}", "m", positive=True),
-        f"m{letter}": Parameter(f"mass of the {what}", "kg", nonnegative=True),
-        f"I{letter}xx": Parameter(f"diametral inertia of the {what}", "kg m^2", nonnegative=True),
-        f"I{letter}yy": Parameter(f"axial inertia of the {what}", "kg m^2", nonnegative=True),
+        f"r{letter}": Parameter(f"radius of the {what}", "m", _POSITIVE),
+        f"m{letter}": Parameter(f"mass of the {what}", "kg", _NONNEGATIVE),
+        f"I{letter}xx": Parameter(f"diametral inertia of the {what}", "kg m^2", _NONNEGATIVE),
+        f"I{letter}yy": Parameter(f"axial inertia of the {what}", "kg m^2", _NONNEGATIVE),
     }
 
 
-_HALF = Fraction(1, 2)
-
 PARAMETERS: Mapping[str, Parameter] = {
-    "w": Parameter("wheel base", "m", positive=True),
+    "w": Parameter("wheel base", "m", _POSITIVE),
     "c": Parameter("trail", "m"),
-    "lam": Parameter("steer axis tilt from the vertical", "rad", takes_pi=True, half_turns=_HALF),
-    "g": Parameter("gravity", "N/kg", nonnegative=True),
+    "lam": Parameter("steer axis tilt from the vertical", "rad", _HALF, takes_pi=True),
+    "g": Parameter("gravity", "N/kg", _NONNEGATIVE),
     **_wheel("R", "rear wheel"),
     **_body("B", "rear frame with rider"),
     **_body("H", "front fork and handlebar"),
@@ -98,15 +112,13 @@ STATE_INPUTS: Mapping[str, Parameter] = {
     "roll_rate": Parameter(
         "rate of the lean of the rear wheel plane, right positive", "rad/s", takes_pi=True
     ),
-    "roll": Parameter(
-        "lean of the rear wheel plane, right positive", "rad", takes_pi=True, half_turns=_HALF
-    ),
-    "steer": Parameter("steer angle, right positive", "rad", takes_pi=True, half_turns=Fraction(1)),
+    "roll": Parameter("lean of the rear wheel plane, right positive", "rad", _HALF, takes_pi=True),
+    "steer": Parameter("steer angle, right positive", "rad", _TURN, takes_pi=True),
     "steer_rate": Parameter("steer rate, right positive", "rad/s", takes_pi=True),
-    "duration": Parameter("length of the run", "s", positive=True),
-    "spacing": Parameter("time between two rows", "s", positive=True),
+    "duration": Parameter("length of the run", "s", _POSITIVE),
+    "spacing": Parameter("time between two rows", "s", _POSITIVE),
 }
-"""What a maneuver says; speed, roll_rate, duration and spacing are required."""
+"""The entries of a maneuver; speed, roll_rate, duration and spacing are required."""
 
 START = ("roll", "steer", "roll_rate", "steer_rate", "speed")
 """The start: what a maneuver says of the state at t = 0."""
@@ -245,9 +257,10 @@ def read_bicycle(path: str | Path) -> Bicycle:
                 ("parameters",),
             )
         entry, where = table[symbol], ("parameters", symbol)
-        values[symbol] = _read_value(source, entry, parameter, where, _ENTRY | {"uncertainty"})
-        if isinstance(entry, dict) and "uncertainty" in entry:
-            uncertainties[symbol] = _read_uncertainty(source, entry, parameter, where)
+        known = _ENTRY | {"uncertainty"}
+        values[symbol], uncertainty = _read_value(source, entry, parameter, where, known)
+        if uncertainty is not None:
+            uncertainties[symbol] = uncertainty
     if "name" not in source.tree:
         raise source.error('found no name of the bicycle, expected name = "..." at the top', ())
     name = source.line_of_text(source.tree, "name", ())
@@ -344,16 +357,10 @@ def describe_inputs(bicycle: Bicycle, maneuvers: Iterable[Maneuver]) -> dict[str
 
 def _read_maneuver(source: TomlSource, table: dict[str, Any], index: int) -> Maneuver:
     where = ("maneuver", index)
-    source.refuse_unknown(table, {"name", "source", *STATE_INPUTS}, where)
-    for key in _REQUIRED:
-        if key not in table:
-            raise source.error(
-                f"found no entry '{key}' in maneuver {index + 1}, "
-                f"expected one ({STATE_INPUTS[key].description})",
-                where,
-            )
+    needed = {key: STATE_INPUTS[key].description for key in _REQUIRED}
+    source.refuse_unknown(table, {"name", "source", *STATE_INPUTS}, where, needed)
     values = {
-        key: _read_value(source, table[key], parameter, (*where, key))
+        key: _read_value(source, table[key], parameter, (*where, key), _ENTRY)[0]
         for key, parameter in STATE_INPUTS.items()
         if key in table
     }
@@ -377,81 +384,55 @@ def _read_maneuver(source: TomlSource, table: dict[str, Any], index: int) -> Man
         name = source.line_of_text(table, "name", where)
     if "source" in table:
         source.line_of_text(table, "source", where, limit=1000)
-    return Maneuver(
-        name=name, speed=values["speed"], roll_rate=values["roll_rate"],
-        duration=duration, spacing=spacing, roll=values.get("roll", ZERO),
-        steer=values.get("steer", ZERO), steer_rate=values.get("steer_rate", ZERO),
-    )  # fmt: skip
+    start = {key: x for key, x in values.items() if key in START}
+    return Maneuver(name, **start, duration=duration, spacing=spacing)
 
 
 def _read_value(
-    source: TomlSource,
-    entry: object,
-    parameter: Parameter,
-    where: Where,
-    known: Collection[str] = _ENTRY,
-) -> Exact:
-    """A number, alone or in a table with its unit."""
-    key = where[-1]
-    if isinstance(entry, dict):
-        source.refuse_unknown(entry, known, where)
-        if "value" not in entry:
-            raise source.error(f"{key}: found a table without 'value', expected one", where)
-        for note in ("name", "symbol", "source"):
-            if note in entry:
-                source.line_of_text(entry, note, where, limit=1000)
-        size = _size_of_unit(source, entry, parameter, where)
-        return _in_si(source, entry, "value", str(key), size, where)
-    return _number(source, str(key), entry, where)
-
-
-def _size_of_unit(
-    source: TomlSource, entry: Mapping[str, Any], parameter: Parameter, where: Where
-) -> Exact:
-    """What values beside a unit are multiplied by."""
+    source: TomlSource, entry: object, parameter: Parameter, where: Where, known: Collection[str]
+) -> tuple[Exact, Exact | None]:
+    """Read a number, alone or in a table with its unit and maybe its standard deviation."""
+    key = str(where[-1])
+    if not isinstance(entry, dict):
+        return _number(source, key, entry, where), None
+    source.refuse_unknown(entry, known, where)
+    if "value" not in entry:
+        raise source.error(f"{key}: found a table without 'value', expected one", where)
+    for note in ("name", "symbol", "source"):
+        if note in entry:
+            source.line_of_text(entry, note, where, limit=1000)
     unit = entry.get("unit", parameter.unit)
     size = factor(unit, parameter.unit) if isinstance(unit, str) else None
     if size is None:
         found = f"unit {quoted(unit)}" if isinstance(unit, str) else f"{kind(unit)} as unit"
-        raise source.error(
-            f"{where[-1]}: found {found}, expected '{parameter.unit}'", (*where, "unit")
-        )
-    return size
+        raise source.error(f"{key}: found {found}, expected '{parameter.unit}'", (*where, "unit"))
 
+    def in_si(name: str, what: str) -> Exact:
+        x, at = _number(source, what, entry[name], (*where, name)), (*where, name)
+        if not (x.is_rational or size.is_rational):
+            message = f"{what}: found {_show(x)}, expected a number without pi in this unit"
+            raise source.error(message, at)
+        if not (found := x * size).is_moderate:
+            raise source.error(
+                f"{what}: found {_show(x)} in this unit, "
+                "expected zero or 1e-300 to 1e300 in SI units",
+                at,
+            )
+        return found
 
-def _in_si(
-    source: TomlSource, entry: Mapping[str, Any], name: str, what: str, size: Exact, where: Where
-) -> Exact:
-    """A number of a table, times the size of its unit."""
-    x = _number(source, what, entry[name], (*where, name))
-    if not (x.is_rational or size.is_rational):
-        raise source.error(
-            f"{what}: found {_show(x)}, expected a number without pi in this unit", (*where, name)
-        )
-    one, by = (x, size.rational) if size.is_rational else (size, x.rational)
-    found = Exact(one.rational * by, one.pi_multiple * by)
-    if not found.is_moderate:
-        raise source.error(
-            f"{what}: found {_show(x)} in this unit, expected zero or 1e-300 to 1e300 in SI units",
-            (*where, name),
-        )
-    return found
-
-
-def _read_uncertainty(
-    source: TomlSource, entry: dict[str, Any], parameter: Parameter, where: Where
-) -> Exact:
-    """The standard deviation beside a value, in its unit."""
-    what, size = f"uncertainty of {where[-1]}", _size_of_unit(source, entry, parameter, where)
-    x = _in_si(source, entry, "uncertainty", what, size, where)
-    where = (*where, "uncertainty")
+    value = in_si("value", key)
+    if "uncertainty" not in entry:
+        return value, None
+    what = f"uncertainty of {key}"
+    x = in_si("uncertainty", what)
+    expected = ""
     if not x.is_rational and not parameter.takes_pi:
-        raise source.error(f"{what}: found {_show(x)}, expected a number without pi", where)
-    if x.sign < 0:
-        raise source.error(
-            f"{what}: found {_show(x)} {parameter.unit}, expected zero or more", where
-        )
-    return x
+        expected = ", expected a number without pi"
+    elif x.sign < 0:
+        expected = f" {parameter.unit}, expected zero or more"
+    if expected:
+        raise source.error(f"{what}: found {_show(x)}{expected}", (*where, "uncertainty"))
+    return value, x
 
 
 def _number(source: TomlSource, key: str, entry: object, where: Where) -> Exact:
@@ -468,28 +449,17 @@ def _number(source: TomlSource, key: str, entry: object, where: Where) -> Exact:
 def _check_range(
     source: TomlSource, symbol: str, x: Exact, parameter: Parameter, where: Where
 ) -> None:
-    """Refuse what the model cannot use; the comparisons are exact."""
-    expected = ""
+    """Refuse what the model cannot use."""
+    found = ""
     if not x.is_rational and not parameter.takes_pi:
-        raise source.error(
-            f"{symbol}: found {_show(x)}, expected a number without pi", (*where, "value")
-        )
-    if parameter.positive and x.sign <= 0:
-        expected = "a positive number"
-    elif parameter.nonnegative and x.sign < 0:
-        expected = "zero or more"
-    elif parameter.half_turns is not None:
-        limit = parameter.half_turns
-        below = Exact(x.rational, x.pi_multiple - limit).sign < 0
-        above = Exact(x.rational, x.pi_multiple + limit).sign > 0
-        if not (below and above):
-            expected = f"less than {'pi' if limit == 1 else 'pi/2'} either way"
-    if expected:
-        raise source.error(
+        found = f"{symbol}: found {_show(x)}, expected a number without pi"
+    elif not _RANGES[parameter.expected](x):
+        found = (
             f"{symbol} ({parameter.description}): found {_show(x)} {parameter.unit}, "
-            f"expected {expected}",
-            (*where, "value"),
+            f"expected {parameter.expected}"
         )
+    if found:
+        raise source.error(found, (*where, "value"))
 
 
 def _show(x: Exact) -> str:
@@ -524,7 +494,7 @@ def _inertia(values: Mapping[str, Exact], letter: str) -> tuple[Fraction, ...]:
 
 
 def _inertia_warnings(values: Mapping[str, Exact]) -> Iterator[str]:
-    """What no solid body has: allowed, because idealised bicycles need it."""
+    """Yield a warning for inertias that no solid body has; idealised bicycles need them."""
     for letter in "BH":
         xx, yy, zz, xz = _inertia(values, letter)
         if xx * zz == xz * xz or yy == 0:

@@ -11,7 +11,7 @@ import difflib
 import re
 import stat
 import tomllib
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -134,11 +134,12 @@ class TomlSource:
 
     def refuse_unknown(
         self, tree: dict[str, Any], known: Collection[str], where: Where,
-        needed: Collection[str] = (),
+        needed: Mapping[str, str] | Collection[str] = (),
     ) -> None:  # fmt: skip
         """Raise an error that names the first entry not among those known, or one that is missing.
 
-        Of an entry in ``[[key]]`` the error says in which of them it is missing.
+        Of an entry in ``[[key]]`` the error says in which of them it is missing. `needed` may say
+        what each entry is.
         """
         for key in tree:
             if key in known:
@@ -153,7 +154,8 @@ class TomlSource:
         for key in needed:
             if key not in tree:
                 of = f" in {where[0]} {int(where[1]) + 1}" if where else ""
-                raise self.error(f"found no entry '{key}'{of}, expected one", where)
+                what = f" ({needed[key]})" if isinstance(needed, Mapping) else ""
+                raise self.error(f"found no entry '{key}'{of}, expected one{what}", where)
 
     def error(self, message: str, where: Where) -> InputError:
         """An `InputError` at an entry, or at the nearest thing around it that the file has."""
@@ -214,12 +216,9 @@ class TomlSource:
             raise self._error_at(message, len(self.text)) from None
 
     def _check_lines(self) -> None:
-        at = 0
-        for line in self.text.split("\n"):
-            if len(line) > _MAX_LINE:
-                message = f"found a line of {len(line)} characters, expected at most {_MAX_LINE}"
-                raise self._error_at(message, at + _MAX_LINE)
-            at += len(line) + 1
+        if line := re.search(rf"[^\n]{{{_MAX_LINE + 1},}}", self.text):
+            message = f"found a line of {len(line[0])} characters, expected at most {_MAX_LINE}"
+            raise self._error_at(message, line.start() + _MAX_LINE)
 
     def _parse(self) -> None:
         try:
@@ -233,7 +232,7 @@ class TomlSource:
             raise self._syntax_error(str(e)) from None
 
     def _syntax_error(self, what: str) -> InputError:
-        """What tomllib said, and the text at which it stopped; duplicates in plain words."""
+        """Return the error of tomllib with the text where it stopped; duplicates in plain words."""
         at = len(self.text)
         if place := re.search(r" \(at (?:line (\d+), column (\d+)|end of document)\)\Z", what):
             what = what[: place.start()]
@@ -260,7 +259,7 @@ class TomlSource:
 
 
 def kind(value: object) -> str:
-    """What a TOML value is, in words."""
+    """Return the type of a TOML value in words."""
     names = {
         bool: "a boolean",
         int: "an integer",

@@ -105,7 +105,7 @@ def _document(
     folder: str | Path, proved: Mapping[str, Sequence[str]], computed: Mapping[str, str],
     *, maneuvers: Sequence[Mapping[str, Any]] = (), facts: Sequence[Mapping[str, str]] = (),
 ) -> dict[str, Any]:  # fmt: skip
-    """What ``certify-1.schema.json`` describes."""
+    """Return the document that ``certify-1.schema.json`` describes."""
     return {
         "schema_version": 1, "version": __version__, "folder": str(folder), "proved": dict(proved),
         "computed": dict(computed), "maneuvers": list(maneuvers), "facts": list(facts),

@@ -1,4 +1,4 @@
-"""How to cite the program, its data and what they rest on; CITATION.cff says the same.
+"""Citations of the program, its data and what they rest on, as in CITATION.cff.
 
 ``citation.bib`` has the works as entries of BibTeX, each below what it is to the reader.
 """

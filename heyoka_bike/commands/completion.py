@@ -26,7 +26,7 @@ class PrintCompletion(argparse.Action):
 
 
 def completion(parser: argparse.ArgumentParser, shell: str) -> str:
-    """What a shell reads: commands, options and formats by name, files and folders as they are.
+    """Return a completion script: commands, options and formats by name, files and folders.
 
     The parser is of no other use afterwards.
     """
@@ -46,6 +46,6 @@ def _actions(parser: argparse.ArgumentParser) -> Iterator[argparse.Action]:
         yield action
         if isinstance(action, argparse._SubParsersAction):
             for command in action._choices_actions:
-                # What a shell shows beside the name.
+                # A shell shows it beside the name.
                 action.choices[command.dest].description = command.help
                 yield from _actions(action.choices[command.dest])

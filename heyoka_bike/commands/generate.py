@@ -165,7 +165,7 @@ def _print(
 
 
 def _document(sets: Sequence[Any], failed: Mapping[Path, Exception]) -> dict[str, Any]:
-    """Return what ``generate-1.schema.json`` describes."""
+    """Return the document that ``generate-1.schema.json`` describes."""
     left = [
         {"folder": str(folder), "message": str(error), "exit_code": _code(error)}
         for folder, error in failed.items()

@@ -76,7 +76,7 @@ def run(args: argparse.Namespace) -> int:
 
 
 def _format(args: argparse.Namespace) -> str:
-    """Of the output; that of a file follows from its suffix."""
+    """Return the format of the output; that of a file follows from its suffix."""
     if args.output is None:
         return args.format or "table"
     found = args.format or _SUFFIXES.get(Path(args.output).suffix.lower())

@@ -1,4 +1,4 @@
-"""What commands print: documents, tables of checks, JSON, and lines of what failed."""
+"""Output of commands: documents, tables of checks, JSON, and lines about failures."""
 
 from __future__ import annotations
 

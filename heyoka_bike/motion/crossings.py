@@ -125,7 +125,7 @@ def _groups(spans: Iterable[_Span], before: int) -> Iterator[tuple[list[_Span], 
 
 
 def _joined(group: Sequence[_Span], before: int, after: int) -> Crossing | None:
-    """What is shown of spans that touch; None if they hold no zero."""
+    """Return the crossing that touching spans show; None if they hold no zero."""
     way, *others = {span.way for span in group}
     is_monotone = bool(way) and not others
     if is_monotone and (before == way or after == -way):
@@ -242,7 +242,7 @@ class _Along:
             yield _Span(high, span.high, way)
 
     def _is_lost(self, piece: int, low: Fraction, high: Fraction, rate: flint.arb) -> bool:
-        """Whether what is unknown in the middle of a span hides what happens over it."""
+        """True if the uncertainty in the middle of a span exceeds the change over it."""
         here = self.value(piece, (low + high) / 2)
         change = abs(rate) * exact_ball((high - low) / 2)
         hidden = here.contains(0) and change.upper() <= here.rad() / 8

@@ -1,4 +1,4 @@
-"""How long a maneuver is integrated: as it says, for another time, or until the bicycle falls.
+"""The end of a run: the maneuver's duration, another time, or the fall of the bicycle.
 
 A set of rows ends at the last row that the motion reaches. Where that is sooner than was asked for
 the maneuver's name says so, and with it every file.

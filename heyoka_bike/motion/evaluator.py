@@ -17,7 +17,7 @@ from heyoka_bike.numbers.rounding import upward_ball
 
 @dataclass(frozen=True)
 class Drift:
-    """How far a run leaves what the exact motion keeps, the worst over the rows, rounded up.
+    """Largest drift, over the rows, of quantities that the exact motion conserves, rounded up.
 
     Attributes
     ----------

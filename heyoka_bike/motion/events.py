@@ -37,7 +37,7 @@ FALL = "fall"
 """The first of `REAR_LIFT`, `FRONT_LIFT` and `SINGULAR`."""
 
 LONGEST = Fraction(1000)
-"""How long a fall is waited for [s]."""
+"""Longest time that is searched for a fall [s]."""
 
 _GUARD_BITS = 64
 _FIRST_LOOK, _LONGER = Fraction(16), 4
@@ -59,7 +59,7 @@ KINDS: Mapping[str, Quantity] = {
     REAR_LIFT: lambda equations, state: forces(equations, state).rear.normal,
     FRONT_LIFT: lambda equations, state: forces(equations, state).front.normal,
 }
-"""What is zero at an event: roll [rad], its rate [rad/s], the normal forces [N].
+"""The functions that vanish at events: roll [rad], its rate [rad/s], the normal forces [N].
 
 At a greatest lean the roll angle has a maximum in magnitude, at a least lean a minimum that is not
 zero; in between there may be an upright.

@@ -205,20 +205,12 @@ class Native:
             self.type = hy.real128
 
     def from_integer(self, n: int, grid: int) -> Any:
-        """The value n 2^-grid, correctly rounded to the precision."""
-        # Round to the significand first: then every step below is exact.
-        extra = n.bit_length() - self.bits
-        if extra > 0:
-            low = n & ((1 << extra) - 1)
-            half = 1 << (extra - 1)
-            n >>= extra
-            if low > half or (low == half and n & 1):
-                n += 1
-            grid -= extra
+        """Return the value n 2^-grid, correctly rounded to the precision."""
+        # Conversions of integers are correctly rounded, and the scaling is exact.
+        if self.type is float:
+            return n / (1 << grid) if grid > 0 else float(n << -grid)
         if self.is_mpfr:
             x, scale = self.type(n, self.bits), self.type(1 << abs(grid), self.bits)
-        elif self.type is float:
-            x, scale = float(n), float(1 << abs(grid))
         else:
             # Through text: NumPy would pass a Python integer through binary64.
             x, scale = self.type(str(n)), self.type(str(1 << abs(grid)))

@@ -81,7 +81,7 @@ class Trajectory(Displayed):
 
     @property
     def words(self) -> tuple[str, str]:
-        """What it is of, and how it was computed."""
+        """Bicycle and maneuver, and the method of the run."""
         form = "regular" if self.is_regular else "with few products"
         return (
             f"trajectory of {self.bicycle.name}, {self.maneuver.name}",
@@ -124,7 +124,7 @@ class Trajectory(Displayed):
         return [[c * unit for c in p(line).coeffs()[:terms]] for p in self._piece(piece)]
 
     def _place(self, t: Fraction | flint.arb, piece: int) -> flint.arb:
-        """Where a time is in a piece: 0 at its begin, 1 at its end."""
+        """Return the place of a time in a piece: 0 at its begin, 1 at its end."""
         a, b = self.breaks[piece], self.breaks[piece + 1]
         if isinstance(t, Fraction):
             return exact_ball((t - a) / (b - a))

@@ -12,18 +12,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from fractions import Fraction
 from typing import Any
 
 import flint
 import numpy as np
 
-from heyoka_bike.numbers.arithmetic import Arithmetic, Balls, Number
-from heyoka_bike.numbers.exact import Exact
+from heyoka_bike.numbers.arithmetic import Balls, Number
 from heyoka_bike.numbers.samples import each
 
 
-class PowerSeries(Arithmetic):
+class PowerSeries(Balls):
     """Taylor series of a fixed length with ball coefficients.
 
     flint reads coefficients beyond a series' own precision as zero and keeps the greatest length
@@ -31,14 +29,14 @@ class PowerSeries(Arithmetic):
     """
 
     def __init__(self, bits: int, length: int) -> None:
-        self.bits, self.length = bits, length
-        self.balls = Balls(bits)
+        super().__init__(bits)
+        self.length = length
 
     @contextmanager
     def precision(self) -> Iterator[None]:
         """Set flint's precision and series length."""
         before = flint.ctx.cap
-        with flint.ctx.workprec(self.bits):
+        with super().precision():
             flint.ctx.cap = self.length
             try:
                 yield
@@ -66,14 +64,11 @@ class PowerSeries(Arithmetic):
         found = list(s.coeffs())
         return found + [flint.arb(0)] * (self.length - len(found))
 
-    def number(self, value: Exact | Fraction | int) -> flint.arb:
-        return self.balls.number(value)
-
     def elementary(self, name: str, x: Number) -> Number:
         return getattr(self._checked(x), name)()
 
     def atan2(self, y: Number, x: Number) -> Number:
-        """Angle of a point with positive x, as the arc tangent."""
+        """Return the angle of a point with positive x, as the arc tangent."""
         return self._checked(y / x).atan()
 
     def _checked(self, x: Number) -> Number:
@@ -84,7 +79,7 @@ class NotAnalyticError(ArithmeticError):
     """A divisor or radicand whose real part could not be shown to keep its sign."""
 
 
-class Rim(Arithmetic):
+class Rim(Balls):
     """Complex balls on arcs of a circle, with a record of the sign of every divisor and radicand.
 
     The signs must be the same on all arcs of a circle: use one `Rim` for the circle and call
@@ -100,8 +95,7 @@ class Rim(Arithmetic):
     """
 
     def __init__(self, bits: int) -> None:
-        self.bits = bits
-        self.balls = Balls(bits)
+        super().__init__(bits)
         self._signs: list[int] = []
 
     def start(self, arcs: int) -> None:
@@ -135,9 +129,6 @@ class Rim(Arithmetic):
         """A complex ball, or an array of them, as a watched number."""
         return Value(x, self)
 
-    def number(self, value: Exact | Fraction | int) -> flint.arb:
-        return self.balls.number(value)
-
     def elementary(self, name: str, x: Number) -> Number:
         if not isinstance(x, Value):
             return getattr(x, name)()
@@ -157,6 +148,10 @@ class Rim(Arithmetic):
         self._require(is_off, "an arc tangent may meet its branch point")
         return Value(each(flint.acb.atan, ratio), self)
 
+    def sum(self, terms: Iterable[Number]) -> Number:
+        # An array of zeros to begin with would cost as much as a term.
+        return sum(terms)
+
 
 def _all(x: Number) -> Iterable[flint.acb]:
     """Every number of an array, or the one number."""
@@ -164,7 +159,7 @@ def _all(x: Number) -> Iterable[flint.acb]:
 
 
 def _is_positive(x: Number) -> Any:
-    """Whether real parts are, one by one."""
+    """Tell, for each number, whether its real part is positive."""
     return np.array([z.real > 0 for z in _all(x)])
 
 

@@ -22,7 +22,7 @@ Number = Any
 
 
 class Arithmetic:
-    """What the equations need besides ``+ - * /``.
+    """The operations of the equations besides ``+ - * /``.
 
     Most number types take all functions of one number in the same way: `elementary` says how.
     """

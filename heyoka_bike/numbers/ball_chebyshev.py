@@ -38,7 +38,7 @@ class Nodes:
 
     @property
     def lebesgue(self) -> flint.arb:
-        """How much larger than at the nodes a polynomial of lower degree can be in between."""
+        """Largest ratio of a polynomial of lower degree in between to its values at the nodes."""
         count = len(self.x)
         return (2 * flint.arb(count).log() / flint.arb.pi() + 1).upper()
 
@@ -62,7 +62,7 @@ def _angles(count: int) -> list[flint.fmpq]:
 
 
 def in_between(degree: int, count: int) -> flint.arb:
-    """How much larger than at more nodes than its degree a polynomial can be in between."""
+    """Largest ratio of a polynomial in between to its values at `count` nodes, count > degree."""
     return (1 / flint.arb.cos_pi_fmpq(flint.fmpq(degree, 2 * count))).upper()
 
 

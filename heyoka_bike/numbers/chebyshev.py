@@ -1,8 +1,22 @@
-"""Evaluation of piecewise Chebyshev polynomials in double-double arithmetic (NumPy only).
+"""Evaluation of piecewise Chebyshev polynomials, in binary64 or double-double (NumPy only).
 
-A double-double number is the exact sum hi + lo of two binary64 ones, about 32 digits. Error-free
-sums and products: Dekker (1971), doi:10.1007/BF01397083; recurrence: Clenshaw (1955).
+A double-double number is the exact sum hi + lo of two binary64 ones, about 32 digits. `clenshaw`
+is the recurrence, for few times. For very many times the columns of a piece are C T(x): their
+coefficients times the Chebyshev polynomials of all times. `plain_sums` is that product in binary64.
+`double_sums` gives hi + lo: T is computed once for all columns in double-double arithmetic, C and T
+are cut into slices of 21 bits, and the products of the leading slices are exact, whatever the order
+in which a library sums them.
+
+References
+----------
+C. W. Clenshaw (1955), A note on the summation of Chebyshev series (the recurrence).
+T. J. Dekker (1971), doi:10.1007/BF01397083 (error-free sums and products).
+K. Ozaki, T. Ogita, S. Oishi, S. M. Rump (2012), Error-free transformations of matrix
+multiplication, doi:10.1007/s11075-011-9478-1.
 """
+
+from collections.abc import Iterator
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -84,3 +98,105 @@ def _clenshaw(c: Double, piece: NDArray[np.intp], x: Double) -> Double:
         b2, b2_lo = b1, b1_lo
         b1, b1_lo = fast_two_sum(total, total_rest)
     return b1, b1_lo
+
+
+# Times together: their polynomials stay in the processor's cache.
+_TIMES = 4096
+_SLICE = 21
+
+
+def plain_sums(breaks: Array, c: Array, t: Array) -> Array:
+    """Sums c_k T_k(x) in binary64, to about 1e-15 of the largest coefficient.
+
+    Parameters
+    ----------
+    breaks : ndarray, shape (P + 1,)
+    c : ndarray, shape (columns, P, N)
+    t : ndarray, shape (n,)
+        Sorted.
+
+    Returns
+    -------
+    ndarray, shape (columns, n)
+    """
+    found = np.empty((len(c), len(t)))
+    for rows, pieces, piece in _blocks(breaks, (t, np.zeros_like(t))):
+        a, b = breaks[piece], breaks[piece + 1]
+        x = ((t[rows] - a) - (b - t[rows])) / (b - a)
+        polynomials = np.empty((c.shape[-1], len(x)))
+        polynomials[0], polynomials[1] = 1.0, x
+        for k in range(2, len(polynomials)):
+            polynomials[k] = 2.0 * x * polynomials[k - 1] - polynomials[k - 2]
+        for p, i, j in pieces:
+            found[:, rows.start + i : rows.start + j] = c[:, p] @ polynomials[:, i:j]
+    return found
+
+
+def double_sums(breaks: Array, c: Double, t: Double) -> Double:
+    """Sums c_k T_k(x) as hi + lo, to about 1e-27 of the largest coefficient.
+
+    Parameters and returned pair as for `plain_sums`, each as hi + lo.
+    """
+    columns, count = len(c[0]), len(t[0])
+    found = np.empty((columns, count)), np.empty((columns, count))
+    # Coefficients in units of the power of two above the largest of each column and piece.
+    largest = np.max(np.abs(c[0]), axis=-1, keepdims=True)
+    unit = np.exp2(np.ceil(np.log2(np.where(largest > 0, largest, 1.0))))
+    slices = _slices((c[0] / unit, c[1] / unit))
+    for rows, pieces, piece in _blocks(breaks, t):
+        x = argument(breaks, piece, (t[0][rows], t[1][rows]))
+        polynomials = _polynomials(x, c[0].shape[-1])
+        t1, t2, t3 = _slices(polynomials)
+        t23 = t2 + t3
+        for p, i, j in pieces:
+            c1, c2, c3 = (part[:, p] for part in slices)
+            of = slice(i, j)
+            # The first two are exact, at most 48 bits each; the last one is 2^-38 of the first.
+            leading = c1 @ t1[:, of]
+            middle = c1 @ t2[:, of] + c2 @ t1[:, of]
+            last = c1 @ t3[:, of] + c2 @ t23[:, of] + c3 @ polynomials[0][:, of]
+            hi, lo = two_sum(leading, middle)
+            hi, lo = fast_two_sum(hi, lo + last)
+            to = slice(rows.start + i, rows.start + j)
+            found[0][:, to], found[1][:, to] = hi * unit[:, p], lo * unit[:, p]
+    return found
+
+
+_Pieces = list[tuple[int, int, int]]
+
+
+def _blocks(breaks: Array, t: Double) -> Iterator[tuple[slice, _Pieces, NDArray[np.intp]]]:
+    """Rows of each block, the stretches of it (piece, start, end), and each row's piece."""
+    piece = locate(breaks, t)
+    for start in range(0, len(piece), _TIMES):
+        of = piece[start : start + _TIMES]
+        ends = [0, *(np.flatnonzero(np.diff(of)) + 1), len(of)]
+        pieces = [(int(of[i]), i, j) for i, j in pairwise(ends)]
+        yield slice(start, start + len(of)), pieces, of
+
+
+def _polynomials(x: Double, count: int) -> Double:
+    """T_0 .. T_(count - 1) of the arguments, hi + lo of shape (count, n)."""
+    hi, lo = np.empty((count, len(x[0]))), np.empty((count, len(x[0])))
+    hi[0], lo[0] = 1.0, 0.0
+    hi[1], lo[1] = x
+    times, times_lo = 2.0 * x[0], 2.0 * x[1]
+    high, low = split(times)
+    for k in range(2, count):
+        product = times * hi[k - 1]
+        t_high, t_low = split(hi[k - 1])
+        rest = ((high * t_high - product) + high * t_low + low * t_high) + low * t_low
+        rest += times * lo[k - 1] + times_lo * hi[k - 1]
+        total, total_rest = two_sum(product, -hi[k - 2])
+        total_rest += rest - lo[k - 2]
+        hi[k], lo[k] = fast_two_sum(total, total_rest)
+    return hi, lo
+
+
+def _slices(a: Double) -> tuple[Array, Array, Array]:
+    """Numbers up to 1 as 21 bits, the next 21 bits, and the rest."""
+    one, two = 2.0**_SLICE, 2.0 ** (2 * _SLICE)
+    first = np.rint(a[0] * one) / one
+    rest = a[0] - first
+    second = np.rint(rest * two) / two
+    return first, second, (rest - second) + a[1]

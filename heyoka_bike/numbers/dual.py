@@ -86,21 +86,14 @@ class Duals(Arithmetic):
             )
         return self.inner.number(value)
 
-    def sin(self, x: Number) -> Number:
-        if isinstance(x, Dual):
-            return x.chain(self.inner.sin(x.value), self.inner.cos(x.value))
-        return self.inner.sin(x)
-
-    def cos(self, x: Number) -> Number:
-        if isinstance(x, Dual):
-            return x.chain(self.inner.cos(x.value), -self.inner.sin(x.value))
-        return self.inner.cos(x)
-
-    def sqrt(self, x: Number) -> Number:
-        if isinstance(x, Dual):
-            root = self.inner.sqrt(x.value)
-            return x.chain(root, 1 / (2 * root))
-        return self.inner.sqrt(x)
+    def elementary(self, name: str, x: Number) -> Number:
+        a = self.inner
+        if not isinstance(x, Dual):
+            return getattr(a, name)(x)
+        value = getattr(a, name)(x.value)
+        if name == "sqrt":
+            return x.chain(value, 1 / (2 * value))
+        return x.chain(value, a.cos(x.value) if name == "sin" else -a.sin(x.value))
 
     def atan2(self, y: Number, x: Number) -> Number:
         if not isinstance(x, Dual) or not isinstance(y, Dual):

@@ -87,6 +87,14 @@ class Exact:
         except ValueError as e:
             raise InputError(f"{name}: {e}") from None
 
+    def __add__(self, other: Exact) -> Exact:
+        return Exact(self.rational + other.rational, self.pi_multiple + other.pi_multiple)
+
+    def __mul__(self, other: Exact) -> Exact:
+        """Return the product; raise `ValueError` where both contain pi."""
+        x, by = (self, other) if other.is_rational else (other, self)
+        return Exact(by.fraction() * x.rational, by.rational * x.pi_multiple)
+
     @property
     def is_rational(self) -> bool:
         return self.pi_multiple == 0
@@ -97,7 +105,7 @@ class Exact:
 
     @property
     def is_moderate(self) -> bool:
-        """Whether both parts are zero or between 1e-300 and 1e300, of at most 640 digits."""
+        """True if both parts are zero or from 1e-300 to 1e300, of at most 640 digits."""
         return all(
             part == 0
             or (
@@ -144,6 +152,7 @@ class Exact:
 
 
 ZERO = Exact(Fraction(0))
+_SIGNS = {"+": Exact(Fraction(1)), "-": Exact(Fraction(-1))}
 
 
 def shortest_decimal(x: Fraction, digits: int) -> str:
@@ -224,12 +233,7 @@ class _Parser:
     def _sum(self) -> Exact:
         value = self._product()
         while sign := self._take("+-"):
-            term = self._product()
-            factor = 1 if sign == "+" else -1
-            value = Exact(
-                value.rational + factor * term.rational,
-                value.pi_multiple + factor * term.pi_multiple,
-            )
+            value += self._product() * _SIGNS[sign]
         return value
 
     def _product(self) -> Exact:
@@ -241,20 +245,17 @@ class _Parser:
                     raise _ExpressionError("a division by zero, expected a nonzero divisor")
                 if not factor.is_rational:
                     raise _ExpressionError("a division by pi, expected an expression linear in pi")
-                value = _scaled(value, 1 / factor.rational)
-            elif factor.is_rational:
-                value = _scaled(value, factor.rational)
-            elif value.is_rational:
-                value = _scaled(factor, value.rational)
-            else:
+                factor = Exact(1 / factor.rational)
+            elif not (value.is_rational or factor.is_rational):
                 raise _ExpressionError("a product of pi and pi, expected one linear in pi")
+            value *= factor
         return value
 
     def _signed(self) -> Exact:
-        factor = 1
+        factor = _SIGNS["+"]
         while sign := self._take("+-"):
-            factor = factor if sign == "+" else -factor
-        return _scaled(self._atom(), Fraction(factor))
+            factor *= _SIGNS[sign]
+        return self._atom() * factor
 
     def _atom(self) -> Exact:
         token = self.next
@@ -275,10 +276,6 @@ class _Parser:
         if not self._take(")"):
             raise _ExpressionError("expected a closing bracket")
         return value
-
-
-def _scaled(x: Exact, factor: Fraction) -> Exact:
-    return Exact(factor * x.rational, factor * x.pi_multiple)
 
 
 def _decimal(literal: str) -> Fraction:

@@ -18,7 +18,7 @@ _INDENT = "    "
 
 @dataclass(frozen=True, slots=True)
 class Language:
-    """How a language writes functions.
+    """The syntax of functions in a language.
 
     Attributes
     ----------

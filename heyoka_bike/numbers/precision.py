@@ -20,7 +20,7 @@ class Precision:
 
     @property
     def digits(self) -> float:
-        """How many decimal digits the significand is worth."""
+        """Decimal digits that correspond to the bits of the significand."""
         return self.bits * log10(2)
 
     @classmethod

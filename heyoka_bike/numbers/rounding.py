@@ -16,7 +16,7 @@ import flint
 from heyoka_bike.errors import UndecidedError
 
 Value = flint.arb | Fraction
-"""Of a column: enclosed, or known exactly."""
+"""A value of a column: enclosed, or known exactly."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +37,8 @@ class Enclosure:
 
     def binary64(self) -> float | None:
         """The binary64 nearest to every number of the enclosure; None if there is not just one."""
-        low, high = _to_float(self.low, self.grid), _to_float(self.high, self.grid)
+        # A quotient of integers is correctly rounded.
+        low, high = self.low / (1 << self.grid), self.high / (1 << self.grid)
         return low if low == high else None
 
     def minus(self, x: float) -> Enclosure:
@@ -54,12 +55,9 @@ class Enclosure:
         return _upward(max(abs(self.low), abs(self.high)), 1 << self.grid)
 
     def decimal(self, digits: int) -> str | None:
-        """The number to significant digits; None if the enclosure does not decide them."""
-        context = Context(prec=digits, rounding=ROUND_HALF_EVEN, Emin=-9999, Emax=9999)
-        low, high = (
-            context.divide(Decimal(end), Decimal(1 << self.grid)) for end in (self.low, self.high)
-        )
-        return format_decimal(low, digits) if low == high else None
+        """Return the number to significant digits; None if the enclosure does not decide them."""
+        low, high = (_decimal(end, 1 << self.grid, digits) for end in (self.low, self.high))
+        return low if low == high else None
 
 
 def hi_lo(x: Enclosure | Fraction, name: str) -> tuple[float, float]:
@@ -92,24 +90,18 @@ def decimal_digits(x: Enclosure | Fraction, digits: int, name: str) -> str:
         The enclosure does not decide the last digit.
     """
     if isinstance(x, Fraction):
-        context = Context(prec=digits, rounding=ROUND_HALF_EVEN, Emin=-9999, Emax=9999)
-        # Exact: one division, correctly rounded.
-        return format_decimal(context.divide(Decimal(x.numerator), Decimal(x.denominator)), digits)
+        return _decimal(x.numerator, x.denominator, digits)
     text = x.decimal(digits)
     if text is None:
         raise UndecidedError(f"{name}: the digits at hand do not decide {digits} decimal digits")
     return text
 
 
-def format_decimal(x: Decimal, digits: int) -> str:
-    """Scientific notation with exactly `digits` significant digits; ``0`` for zero."""
-    if x == 0:
-        return "0"
-    return f"{x:.{digits - 1}e}"
-
-
-def _to_float(n: int, grid: int) -> float:
-    return n / (1 << grid)  # int / int is correctly rounded
+def _decimal(n: int, d: int, digits: int) -> str:
+    """Return a quotient to significant digits, by one rounding, as ``1.50e+00``; ``0`` for zero."""
+    context = Context(prec=digits, rounding=ROUND_HALF_EVEN, Emin=-9999, Emax=9999)
+    x = context.divide(Decimal(n), Decimal(d))
+    return f"{x:.{digits - 1}e}" if x else "0"
 
 
 def upward(x: Fraction) -> float:

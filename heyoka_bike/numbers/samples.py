@@ -9,8 +9,6 @@ Where f is analytic for abs(s) <= R, R > 1, and at most M there, Cauchy's estima
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from contextlib import AbstractContextManager
-from fractions import Fraction
 from functools import cache
 from math import ceil, log2
 from typing import Any
@@ -18,34 +16,27 @@ from typing import Any
 import flint
 import numpy as np
 
-from heyoka_bike.numbers.arithmetic import Arithmetic, Balls, Number
+from heyoka_bike.numbers.arithmetic import Balls, Number
 from heyoka_bike.numbers.ball_matrices import total
-from heyoka_bike.numbers.exact import Exact
 
 _FOLDED_BITS = 64
-"""What is folded is below 2^-64 of what a series of the same length leaves out."""
+"""The folded terms are below 2^-64 of the remainder of a series of the same length."""
 
 
-class AtPoints(Arithmetic):
+class AtPoints(Balls):
     """Values of functions at some points: a number is an array of real or complex balls."""
 
-    def __init__(self, bits: int) -> None:
-        self.balls = Balls(bits)
-
-    def precision(self) -> AbstractContextManager[None]:
-        """Context manager that sets flint's working precision."""
-        return self.balls.precision()
-
-    def number(self, value: Exact | Fraction | int) -> flint.arb:
-        return self.balls.number(value)
-
     def elementary(self, name: str, x: Number) -> Number:
-        """A root is that with positive real part; its radicand has one."""
+        """Return the values; a root is that with positive real part, and its radicand has one."""
         return each(lambda z: getattr(z, name)(), x)
 
     def atan2(self, y: Number, x: Number) -> Number:
-        """Angle of a point with positive x, as the arc tangent."""
+        """Return the angle of a point with positive x, as the arc tangent."""
         return self.elementary("atan", y / x)
+
+    def sum(self, terms: Iterable[Number]) -> Number:
+        # An array of zeros to begin with would cost as much as a term.
+        return sum(terms)
 
 
 class Samples(AtPoints):
@@ -70,7 +61,7 @@ class Samples(AtPoints):
         self.length, self.radius = length, radius
         half = (length + ceil(_FOLDED_BITS / log2(radius)) + 1) // 2
         count = 2 * half
-        with self.balls.precision():
+        with self.precision():
             angles = [flint.fmpq(2 * j, count) for j in range(count)]
             cos = [flint.arb.cos_pi_fmpq(x) for x in angles]
             sin = [flint.arb.sin_pi_fmpq(x) for x in angles]

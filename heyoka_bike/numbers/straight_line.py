@@ -11,6 +11,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
+from functools import partialmethod
 
 from heyoka_bike.numbers.arithmetic import Arithmetic, Number
 from heyoka_bike.numbers.exact import Exact
@@ -28,34 +29,8 @@ class Recorded:
 
     @property
     def is_negative(self) -> bool:
-        """Whether it is a negative literal or the negative of a name."""
+        """True for a negative literal and for the negative of a name."""
         return self.text.startswith("-")
-
-    def __add__(self, other: Operand) -> Recorded:
-        return self._with("+", other)
-
-    def __radd__(self, other: Fraction | int) -> Recorded:
-        return self._after("+", other)
-
-    def __sub__(self, other: Operand) -> Recorded:
-        return self._with("-", other)
-
-    def __rsub__(self, other: Fraction | int) -> Recorded:
-        return self._after("-", other)
-
-    def __mul__(self, other: Operand) -> Recorded:
-        return self._with("*", other)
-
-    __rmul__ = __mul__
-
-    def __truediv__(self, other: Operand) -> Recorded:
-        return self._with("/", other)
-
-    def __rtruediv__(self, other: Fraction | int) -> Recorded:
-        return self._after("/", other)
-
-    def __neg__(self) -> Recorded:
-        return self.code.negative(self)
 
     def _with(self, sign: str, other: Operand) -> Recorded:
         if not isinstance(other, Operand):
@@ -67,9 +42,20 @@ class Recorded:
             return NotImplemented
         return self.code.operation(sign, self.code.literal(float(other)), self)
 
+    def __neg__(self) -> Recorded:
+        return self.code.negative(self)
+
+    __add__ = partialmethod(_with, "+")
+    __radd__ = partialmethod(_after, "+")
+    __sub__ = partialmethod(_with, "-")
+    __rsub__ = partialmethod(_after, "-")
+    __mul__ = __rmul__ = partialmethod(_with, "*")
+    __truediv__ = partialmethod(_with, "/")
+    __rtruediv__ = partialmethod(_after, "/")
+
 
 Operand = Recorded | Fraction | int
-"""What a recorded number is combined with."""
+"""The operands of a recorded number."""
 
 
 class StraightLine(Arithmetic):

@@ -89,23 +89,17 @@ class Traces(Arithmetic):
     def number(self, value: Exact | Fraction | int) -> Number:
         return self.inner.number(value)
 
-    def sin(self, x: Number) -> Number:
+    def elementary(self, name: str, x: Number) -> Number:
         a = self.inner
         if not isinstance(x, Traced):
-            return a.sin(x)
-        return Traced(a.sin(x.value), (x, lambda s: s * a.cos(x.value)))
-
-    def cos(self, x: Number) -> Number:
-        a = self.inner
-        if not isinstance(x, Traced):
-            return a.cos(x)
-        return Traced(a.cos(x.value), (x, lambda s: -(s * a.sin(x.value))))
-
-    def sqrt(self, x: Number) -> Number:
-        if not isinstance(x, Traced):
-            return self.inner.sqrt(x)
-        root = self.inner.sqrt(x.value)
-        return Traced(root, (x, lambda s: s / (2 * root)))
+            return getattr(a, name)(x)
+        value = getattr(a, name)(x.value)
+        shares: dict[str, Share] = {
+            "sin": lambda s: s * a.cos(x.value),
+            "cos": lambda s: -(s * a.sin(x.value)),
+            "sqrt": lambda s: s / (2 * value),
+        }
+        return Traced(value, (x, shares[name]))
 
     def atan2(self, y: Number, x: Number) -> Number:
         if not isinstance(x, Traced) or not isinstance(y, Traced):

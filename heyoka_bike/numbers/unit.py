@@ -67,7 +67,7 @@ def size(unit: str) -> _Size | None:
 
 
 def factor(unit: str, si: str) -> Exact | None:
-    """What a value in a unit is multiplied by to be in the SI unit.
+    """Return the factor from a unit to the SI unit.
 
     None if the unit is not understood, or measures something else.
     """

@@ -11,8 +11,7 @@ import numpy as np
 
 from heyoka_bike.display import Displayed, Held, shown_by
 from heyoka_bike.errors import unknown_word
-from heyoka_bike.numbers.chebyshev import argument, clenshaw, locate
-from heyoka_bike.numbers.chebyshev_products import double_sums, plain_sums
+from heyoka_bike.numbers.chebyshev import argument, clenshaw, double_sums, locate, plain_sums
 from heyoka_bike.numbers.double import Array, Double
 
 if TYPE_CHECKING:
@@ -64,7 +63,7 @@ class Values(Displayed, Held[str, Array]):
         MissingPackageError
             pandas is not installed.
         """
-        return shown_by("formats.frame").of_columns(self.time, self.hi)
+        return shown_by("formats.csv").of_columns(self.time, self.hi)
 
     def scale(self, name: str) -> float:
         """Largest absolute value of a column."""

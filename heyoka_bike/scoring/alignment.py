@@ -1,4 +1,4 @@
-"""Which maneuver a file holds, and which of its rows lie within the run of the reference."""
+"""Lay a result file beside the reference: its maneuvers, columns and rows within the run."""
 
 from __future__ import annotations
 
@@ -98,7 +98,7 @@ class Part:
         return replace(self, values=_only(self.values, keys))
 
     def has_values(self) -> bool:
-        """Whether there is a finite number in any column."""
+        """True if there is a finite number in any column."""
         return any(np.isfinite(v).any() for v in self.values.values())
 
     def sample(self) -> NDArray[np.intp]:
@@ -273,7 +273,7 @@ def _as_meant(results: Results, reference: Reference) -> Results:
 def _evidence(
     results: Results, reference: Reference, open_: Mapping[str, Sequence[str]]
 ) -> dict[str, dict[str, float]]:
-    """How far each column is from each of its meanings that no other column has for sure."""
+    """Return the distance of each column from each meaning that no other column surely has."""
     taken = {key for rows in results.maneuvers for key in rows.values} - open_.keys()
     known = reference[1].definitions.keys() - taken
     return {
@@ -380,7 +380,7 @@ def _of_another(
 
 
 def _another_order(part: Part) -> dict[str, str]:
-    """What the columns are by their values, if each is another of them; else nothing."""
+    """Return the keys that the values fit, by key, if that is a permutation; else nothing."""
     pick = spread(len(part.time), _FEW)
     keys = [key for key in part.values if key in BENCHMARK_COLUMNS]
     expected = part.reference.approximate(part.time[pick], keys)
@@ -407,7 +407,7 @@ def _in_order(part: Part, order: Mapping[str, str]) -> Part:
 
 
 def _distances(rows: Rows, reference: Reference, numbers: Iterable[int]) -> dict[int, float]:
-    """How far rows are from each of the maneuvers, see `_distance`."""
+    """Return the distance of the rows from each of the maneuvers, see `_distance`."""
     return {n: _distance(_within(rows, n, reference[n])[0]) for n in numbers}
 
 

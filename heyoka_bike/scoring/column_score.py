@@ -17,7 +17,7 @@ _CLAIMED = 20.0
 
 @dataclass(frozen=True, slots=True)
 class Measures:
-    """How far a column is from the reference; None where nothing could be compared.
+    """Distances of a column from the reference; None where nothing could be compared.
 
     Formulas and sources are in docs/measures.md.
 
@@ -193,7 +193,7 @@ class ColumnScore:
 
     @property
     def is_known(self) -> bool:
-        """Whether the odds of the definition against one that is not known are 20 to 1 or more.
+        """True if the odds of the definition against one that is not known are 20 to 1 or more.
 
         If they are not, the one that the column is compared with is the nearest.
         """
@@ -252,7 +252,7 @@ class ColumnScore:
 
     @property
     def is_right(self) -> bool:
-        """Whether it has six correct digits, and is written with as many."""
+        """True if it has six correct digits, and is written with as many."""
         return self.grade == Grade.RIGHT
 
     def shown(self, metric: str) -> float | None:
@@ -276,13 +276,13 @@ class ColumnScore:
         return f"<{self.key} ({self.definition}): {found}>"
 
     def is_at_floor(self, times: float = 1.0) -> bool:
-        """Whether the error is no more than so many times what the digits written allow."""
+        """True if the error is no more than so many times what the digits written allow."""
         error = self.as_understood.measures.max_abs_error
         return error is not None and self.floor is not None and error <= times * self.floor
 
 
 def odds(c: ColumnScore) -> str:
-    """How sure the definition of a column is: the odds against the likeliest other one."""
+    """Return the odds of a column's definition against the likeliest other one, in words."""
     told = [
         (a.log10_odds, a.definition)
         for a in c.alternatives
@@ -297,7 +297,7 @@ def odds(c: ColumnScore) -> str:
 
 
 def open_words(columns: Sequence[ColumnScore]) -> str:
-    """Which other definitions a column may have, by what its maneuvers leave open, or nothing."""
+    """Name the other definitions that the maneuvers leave open; empty if there is none."""
     names = dict.fromkeys(name for c in columns for name in c.indistinguishable)
     others = [name for name in names if name != columns[0].definition]
     return f"may also be {' or '.join(others)}" if others else ""

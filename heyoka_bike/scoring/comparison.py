@@ -6,12 +6,12 @@ digits only where the error is so small that this would show: the error of a col
 to a tenth of a percent of its largest.
 """
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
 from heyoka_bike.numbers.double import Array, Double, two_sum
+from heyoka_bike.reference.values import Values
 from heyoka_bike.scoring.alignment import Part
 
 FEW = 100_000
@@ -23,67 +23,50 @@ _PLAIN_WILL_DO, _MANY_WILL_DO = 1e-12, 1e-24
 _BLOCK = 32_768
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Candidate:
-    """Values [SI] and the column of the reference that they are compared with.
-
-    Attributes
-    ----------
-    values : pair of ndarray, shape (n,)
-        hi + lo; NaN where there is none.
-    name
-        Column of the reference.
-    """
-
-    values: Double
-    name: str
-
-
 def is_small(part: Part) -> bool:
-    """Whether a part has few values."""
+    """True if a part has few values."""
     return len(part.time) * len(part.values) <= FEW
 
 
-def errors(part: Part, candidates: Sequence[Candidate]) -> list[Array]:
-    """Values minus the reference at each row, of shape (n,); NaN where there is no value."""
-    time: Double = (part.time, part.time_lo)
-    names = list(dict.fromkeys(c.name for c in candidates))
+def errors(part: Part, values: Double, name: str) -> Array:
+    """Return values minus a column of the reference [SI unit], NaN where there is no value.
+
+    Parameters
+    ----------
+    part : Part
+        With the times of the values.
+    values : pair of ndarray, shape (n,)
+        Hi + lo [SI unit].
+    name
+        Column of the reference.
+    """
+    reference = part.reference
     if is_small(part):
-        exact = part.reference.continued(time, names)
-        return [_difference(c.values, (exact[c.name], exact.lo[c.name])) for c in candidates]
-    found = [np.empty(len(part.time)) for _ in candidates]
-    for rows in _blocks(part):
-        near = part.reference.approximate(part.time[rows], names)
-        for c, error in zip(candidates, found, strict=True):
-            np.subtract(c.values[0][rows], near[c.name], out=error[rows])
-    for evaluate, will_do in (
-        (part.reference.evaluate_many, _PLAIN_WILL_DO),
-        (part.reference.continued, _MANY_WILL_DO),
-    ):
-        close = [
-            i
-            for i, c in enumerate(candidates)
-            if _largest(found[i]) < will_do * part.reference.scale(c.name)
+        return _errors(part, values, name, reference.continued)
+    error = np.concatenate(
+        [
+            values[0][rows] - reference.approximate(part.time[rows], [name])[name]
+            for rows in _blocks(part)
         ]
-        names = list(dict.fromkeys(candidates[i].name for i in close))
-        for rows in _blocks(part) if close else ():
-            exact = evaluate((time[0][rows], time[1][rows]), names)
-            for i in close:
-                c = candidates[i]
-                values = c.values[0][rows], c.values[1][rows]
-                found[i][rows] = _difference(values, (exact[c.name], exact.lo[c.name]))
-    return found
+    )
+    for evaluate, will_do in (
+        (reference.evaluate_many, _PLAIN_WILL_DO),
+        (reference.continued, _MANY_WILL_DO),
+    ):
+        if _largest(error) < will_do * reference.scale(name):
+            error = np.concatenate(
+                [_errors(part, values, name, evaluate, rows) for rows in _blocks(part)]
+            )
+    return error
 
 
-def largest_errors(part: Part, candidates: Sequence[Candidate]) -> list[float]:
-    """Largest absolute error of each candidate, in plain binary64."""
-    names = list(dict.fromkeys(c.name for c in candidates))
-    found = [0.0] * len(candidates)
+def largest_errors(part: Part, values: Array, names: Sequence[str]) -> list[float]:
+    """Return the largest absolute error against each column, in plain binary64."""
+    found = np.zeros(len(names))
     for rows in _blocks(part):
         near = part.reference.approximate(part.time[rows], names)
-        for i, c in enumerate(candidates):
-            found[i] = max(found[i], _largest(c.values[0][rows] - near[c.name]))
-    return found
+        found = np.maximum(found, [_largest(values[rows] - near[name]) for name in names])
+    return [float(x) for x in found]
 
 
 def _blocks(part: Part) -> Iterator[slice]:
@@ -91,9 +74,16 @@ def _blocks(part: Part) -> Iterator[slice]:
         yield slice(start, start + _BLOCK)
 
 
-def _difference(values: Double, exact: Double) -> Array:
-    difference, rest = two_sum(values[0], -exact[0])
-    error: Array = difference + (rest + (values[1] - exact[1]))
+def _errors(
+    part: Part,
+    values: Double,
+    name: str,
+    evaluate: Callable[[Double, Sequence[str]], Values],
+    rows: slice = slice(None),
+) -> Array:
+    exact = evaluate((part.time[rows], part.time_lo[rows]), [name])
+    difference, rest = two_sum(values[0][rows], -exact[name])
+    error: Array = difference + (rest + (values[1][rows] - exact.lo[name]))
     return error
 
 

@@ -1,4 +1,4 @@
-"""What is said about a result file besides numbers: one record each, the same in every format."""
+"""Findings: remarks about a result file, one record each, the same in every format."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -7,10 +7,10 @@ from typing import Any
 
 
 class Severity(StrEnum):
-    """How much a finding matters."""
+    """Importance of a finding."""
 
     INFO = "info"
-    """How the file was understood; nothing is wrong."""
+    """Tells how the file was understood; nothing is wrong."""
     WARNING = "warning"
     """Part of the file could not be used, or it disagrees with itself."""
 
@@ -47,7 +47,7 @@ def warning(code: str, message: str, **evidence: Any) -> Finding:
 
 
 def maneuvers(numbers: Iterable[int]) -> str:
-    """Which maneuvers a finding is of, as it begins: ``maneuver 2``, ``maneuvers 1, 2, 3``."""
+    """Return the beginning of a finding: ``maneuver 2``, ``maneuvers 1, 2, 3``."""
     listed = [str(n) for n in numbers]
     return f"maneuver{'s' * (len(listed) > 1)} {', '.join(listed)}"
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Consistency:
-    """How well the file agrees with itself; None where that cannot be asked of it.
+    """Agreement of the file with itself; None where that cannot be asked of it.
 
     Attributes
     ----------
@@ -140,13 +140,16 @@ class ManeuverScore(Displayed, Held[str, ColumnScore]):
         columns = {c.key: c for c in self.columns if c.values}
         total = columns.get("mechanical_energy")
         parts = [columns[k] for k in ("potential_energy", "kinetic_energy") if k in columns]
+        energy = [total] if total else parts
         scale = self.part.reference.scale("mechanical_energy")
         apart, floor = self.consistency.energy_sum, self.consistency.energy_sum_floor
-        explained = (
-            verdict.SUM_ROUNDING * (inf if floor is None else floor) + verdict.ARITHMETIC * scale
-        )
-        if total is None or (apart is not None and apart <= explained):
+        rounding = inf if floor is None else floor
+        explained = verdict.SUM_ROUNDING * rounding + verdict.ARITHMETIC * scale
+        if total is None:
             apart = 0.0
+        elif apart is not None and apart <= explained:
+            # Parts that are written more coarsely than the limit do not tell.
+            apart = 0.0 if 100 * rounding <= limit * scale else None
         true_error = (total and total.max_abs_error) or 0.0
         if total and "potential_energy" not in columns:
             # Any constant has another zero, if its parts do not show which.
@@ -154,14 +157,15 @@ class ManeuverScore(Displayed, Held[str, ColumnScore]):
         return verdict.performance(
             self.performance,
             limit,
-            resolution=200 * sum(c.resolution for c in ([total] if total else parts)) / scale,
+            resolution=200 * sum(c.resolution for c in energy) / scale,
             sum_error=apart,
             true_error=100 * true_error / scale,
+            start=abs(float(sum(c.trace.value[0] for c in energy))) / scale,
         )
 
     @property
     def is_own_energy(self) -> bool:
-        """Whether eq. (1) is of the file's own energy, or of the true one, whatever the limit."""
+        """True if eq. (1) is of the file's own energy, or of the true one, whatever the limit."""
         return not self.claim(inf)[1]
 
     @property
@@ -199,7 +203,7 @@ class Requirement:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Curve:
-    """What an explanation leaves of the error of one column.
+    """The error of one column before and after an explanation.
 
     Attributes
     ----------
@@ -301,7 +305,7 @@ class Report(Scored, Held[int, ManeuverScore]):
 
     @property
     def passed(self) -> bool:
-        """Whether every requirement is met: true without any, however wrong the file is.
+        """True if every requirement is met: without any too, however wrong the file is.
 
         Whether it is right is said by `is_right`.
         """
@@ -309,7 +313,7 @@ class Report(Scored, Held[int, ManeuverScore]):
 
     @property
     def is_right(self) -> bool:
-        """Whether the verdict is that the file is right, over the whole run.
+        """True if the verdict is that the file is right, over the whole run.
 
         Every column has six correct digits and is written with as many, and no signs contradict
         each other. Columns that are not in the file are not asked for.
@@ -323,14 +327,14 @@ class Report(Scored, Held[int, ManeuverScore]):
 
     @property
     def is_whole(self) -> bool:
-        """Whether all of the run was compared, and all that the file has under known names."""
+        """True if all of the run was compared, and all that the file has under known names."""
         has_gaps = any(c.missing for m in self.maneuvers for c in m.columns)
         is_covered = all(m.coverage >= WHOLE for m in self.maneuvers)
         return is_covered and not has_gaps and not self.not_compared
 
     @property
     def not_compared(self) -> dict[str, str]:
-        """What was never filled in, or is one too many beside a column that was compared.
+        """The columns never filled in, and those beside another of the same quantity.
 
         By its name in the file, or its place (``2.roll_angle``), the key of the column.
         """
@@ -440,5 +444,5 @@ class Series(Scored):
 
     @property
     def passed(self) -> bool:
-        """Whether every requirement is met by every run."""
+        """True if every requirement is met by every run."""
         return all(run.report.passed for run in self.runs)

@@ -93,7 +93,7 @@ def parse(text: str) -> Parsed:
 
 
 def check(text: str, report: Report) -> Requirement:
-    """Whether a report meets a requirement.
+    """Hold a requirement against a report.
 
     Raises
     ------
@@ -185,7 +185,7 @@ def _left_out(r: Parsed, report: Report) -> str:
 
 
 def _is_left_out(column: str | None, report: Report) -> bool:
-    """Whether the file has a column that the reference does not."""
+    """True if the file has a column that the reference does not."""
     return any(
         column in f.evidence["columns"]
         for f in report.findings

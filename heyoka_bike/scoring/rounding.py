@@ -1,4 +1,4 @@
-"""What rounding to the digits written does to the values of a column, each row by its own digits.
+"""Rounding errors of a column that the digits written allow, each row by its own digits.
 
 Digits are counted on some rows of a long file, and others may have more: those are not rounded.
 Digits that are zero in every row of a column that varies are no digits, however many are written.
@@ -50,13 +50,17 @@ def rounding(part: Part, key: str, unit: str) -> tuple[Array, float | None]:
 
 
 def _in_common(values: Array, largest: float) -> float:
-    """The power of ten of which all values are multiples; 0 if there is none."""
-    if not np.ptp(values):
-        return 0.0
+    """The power of ten of which all values are multiples; 0 if there is none.
+
+    Values that are all the same multiple, within what binary64 can tell, show no such digits.
+    """
+    varies = np.ptp(values)
     for places in range(_MOST_PLACES):
         unit = 10.0**-places
-        if largest / unit < _TOLD and all(
-            _are_multiples(some, unit).all() for some in (values[:_FIRST_ROWS], values)
+        if (
+            varies > unit / 2
+            and largest / unit < _TOLD
+            and all(_are_multiples(some, unit).all() for some in (values[:_FIRST_ROWS], values))
         ):
             return unit
     return 0.0

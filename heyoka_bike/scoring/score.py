@@ -19,7 +19,7 @@ from heyoka_bike.reference.manifest import CUSTOM
 from heyoka_bike.scoring import measures
 from heyoka_bike.scoring.alignment import SUMMED, Alignment, Part, align, merge
 from heyoka_bike.scoring.column_score import Alternative, ColumnScore, Reading, Trace
-from heyoka_bike.scoring.comparison import Candidate, errors, is_small, largest_errors
+from heyoka_bike.scoring.comparison import errors, is_small, largest_errors
 from heyoka_bike.scoring.definitions import ZEROED, Understanding, Understandings, plain, understand
 from heyoka_bike.scoring.judge import judged
 from heyoka_bike.scoring.judge.consistency import consistency
@@ -129,7 +129,12 @@ def scored(
 
 
 def _score_maneuver(part: Part, understood: Understandings, limit: float | None) -> ManeuverScore:
-    columns = _score_columns(part, understood)
+    # In the benchmark's order; without a usable value nothing is understood of a column.
+    columns = tuple(
+        _score_column(part, key, understood.get(key) or plain(key))
+        for key in part.reference.definitions
+        if key in part.values
+    )
     steps = np.diff(part.time) + np.diff(part.time_lo)
     start, end, coverage, gap = _coverage(part)
     return ManeuverScore(
@@ -179,55 +184,39 @@ def _energy(part: Part, understood: Understandings, columns: Sequence[ColumnScor
     return add(energy, more[0]) if more else energy
 
 
-def _score_columns(part: Part, understood: Understandings) -> tuple[ColumnScore, ...]:
-    """Verdicts on the columns, in the benchmark's order."""
-    definitions = part.reference.definitions
-    keys = [key for key in definitions if key in part.values]
-    # Without a usable value nothing is understood of a column.
-    taken = {key: understood.get(key) or plain(key) for key in keys}
-    values = {key: _as_understood(_double(part, key), u) for key, u in taken.items()}
-    moved = [key for key, u in taken.items() if not u.is_plain()]
-    best = [Candidate(values[key], u.column.name) for key, u in taken.items()]
-    found = errors(part, best + [Candidate(_double(part, key), key) for key in moved])
-    traces = {
-        key: _trace(part.time, c.values[0], e) for key, c, e in zip(keys, best, found, strict=False)
-    }
-    as_written = {
-        key: _reading(part, _trace(part.time, part.values[key], e), plain(key))
-        for key, e in zip(moved, found[len(best) :], strict=True)
-    }
-    others = [(key, c) for key, u in taken.items() for c in definitions[key] if c is not u.column]
-    far = largest_errors(part, [Candidate(values[key], c.name) for key, c in others])
-    alternatives: dict[str, list[Alternative]] = {key: [] for key in keys}
-    for (key, c), distance in zip(others, far, strict=True):
-        has_values = len(traces[key].time) > 0
-        odds = taken[key].odds.get(c.definition)
-        alternatives[key].append(Alternative(c.definition, distance if has_values else None, odds))
-    duration = float(part.reference.duration)
-    scores = []
-    for (key, u), error in zip(taken.items(), found, strict=False):
-        trace, reading = traces[key], _reading(part, traces[key], u)
-        half, floor = rounding(part, key, u.unit)
-        scores.append(
-            ColumnScore(
-                key=key,
-                unit=u.column.unit,
-                as_written=as_written.get(key, reading),
-                as_understood=reading,
-                floor=floor,
-                alternatives=tuple(alternatives[key]),
-                indistinguishable=u.indistinguishable,
-                growth=measures.growth(trace.time, trace.error, duration),
-                values=len(trace.time),
-                missing=int(np.count_nonzero(~np.isfinite(part.values[key]))),
-                trace=trace,
-                scale=part.reference.scale(u.column.name),
-                unexplained=float(np.fmax.reduce(np.abs(error) - half, initial=0.0)),
-                resolution=float(np.max(half)),
-                none_odds=u.none,
-            )
-        )
-    return tuple(scores)
+def _score_column(part: Part, key: str, u: Understanding) -> ColumnScore:
+    """Compare one column with the definition that it is taken as, with the default, and others."""
+    written = _double(part, key)
+    values = _as_understood(written, u)
+    error = errors(part, values, u.column.name)
+    trace = _trace(part.time, values[0], error)
+    reading = as_written = _reading(part, trace, u)
+    if not u.is_plain():
+        plain_trace = _trace(part.time, written[0], errors(part, written, key))
+        as_written = _reading(part, plain_trace, plain(key))
+    others = [c for c in part.reference.definitions[key] if c is not u.column]
+    far = largest_errors(part, values[0], [c.name for c in others]) if others else []
+    half, floor = rounding(part, key, u.unit)
+    return ColumnScore(
+        key=key,
+        unit=u.column.unit,
+        as_written=as_written,
+        as_understood=reading,
+        floor=floor,
+        alternatives=tuple(
+            Alternative(c.definition, x if len(trace.time) else None, u.odds.get(c.definition))
+            for c, x in zip(others, far, strict=True)
+        ),
+        indistinguishable=u.indistinguishable,
+        growth=measures.growth(trace.time, trace.error, float(part.reference.duration)),
+        values=len(trace.time),
+        missing=int(np.count_nonzero(~np.isfinite(written[0]))),
+        trace=trace,
+        scale=part.reference.scale(u.column.name),
+        unexplained=float(np.fmax.reduce(np.abs(error) - half, initial=0.0)),
+        resolution=float(np.max(half)),
+        none_odds=u.none,
+    )
 
 
 def _with_exact_zero(understood: Understandings, parts: Sequence[Part]) -> Understandings:
@@ -240,8 +229,7 @@ def _with_exact_zero(understood: Understandings, parts: Sequence[Part]) -> Under
     for part in parts:
         if key not in part.values:
             continue
-        candidate = Candidate(_as_understood(_double(part, key), u), u.column.name)
-        (error,) = errors(part, [candidate])
+        error = errors(part, _as_understood(_double(part, key), u), u.column.name)
         error = error[np.isfinite(error)]
         if not len(error):
             continue
@@ -274,7 +262,7 @@ def _double(part: Part, key: str) -> Double:
 
 
 def _trace(time: Array, values: Array, error: Array) -> Trace:
-    """What is finite of a column."""
+    """Return the finite values of a column."""
     good = np.isfinite(error)
     if good.all():
         return Trace(time, values, error)

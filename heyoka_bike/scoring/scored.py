@@ -1,4 +1,4 @@
-"""What a report and a series can be asked for: a verdict, a file, a dictionary, a data frame."""
+"""Forms of a report and a series: a verdict, a file, a dictionary, a data frame."""
 
 from os import PathLike
 from pathlib import Path
@@ -65,7 +65,7 @@ class Scored(Displayed):
         MissingPackageError
             pandas is not installed.
         """
-        return shown_by("formats.frame").frame(self)
+        return shown_by("formats.csv").frame(self)
 
     def __str__(self) -> str:
         return str(shown_by("formats.output").render(self, "table"))

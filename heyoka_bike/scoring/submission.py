@@ -57,7 +57,7 @@ class RankedProblem:
 
     @property
     def inputs(self) -> tuple[str, str]:
-        """What its set is made of."""
+        """Names of the bicycle and the maneuvers that its set is made of."""
         return self.bicycle, self.maneuvers
 
 
@@ -91,7 +91,7 @@ class SubmittedFile:
 
 @dataclass(frozen=True, slots=True)
 class Submission:
-    """What a submission says of itself.
+    """The entries of a submission.
 
     Attributes
     ----------
@@ -114,7 +114,7 @@ class Submission:
 
     @property
     def name(self) -> str:
-        """What it is called."""
+        """Its entry ``name``."""
         return self.said["name"]
 
 

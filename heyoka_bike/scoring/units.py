@@ -34,7 +34,7 @@ def tried(si: str, named: str | None) -> tuple[str, ...]:
 
 @cache
 def factor(unit: str) -> tuple[float, float]:
-    """What a value in a unit is multiplied by to be in SI units, as hi + lo.
+    """Return the factor from a unit to SI units, as hi + lo.
 
     A number is a factor: ``0.3 m rad s-1`` is the speed of a wheel that turns by 1 rad/s.
     """

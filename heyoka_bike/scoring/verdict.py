@@ -1,4 +1,4 @@
-"""What is right, decided once: every word about a result says what these functions say.
+"""The one decision of what is right: every word about a result follows these functions.
 
 A column is *right* if each of its values is within 1e-6 of the column's largest value of the exact
 one, six correct digits, and is written finely enough to show that. What the digits written leave
@@ -9,7 +9,7 @@ nothing, and signs that contradict each other are wrong whatever the digits are.
 A file is right if every column is, of every maneuver, over the whole run, and nothing that it holds
 under a known name was left out. Eq. (1) is met by an energy that is the file's own potential plus
 kinetic energy within rounding, or the true one where one of these is not there, and that is written
-finely enough to show the limit.
+finely enough to show the limit. It is a part of the true energy, whatever the first value is.
 """
 
 from collections.abc import Iterable
@@ -76,7 +76,7 @@ def grade(
     scale: float,
     is_contradicted: bool = False,
 ) -> Grade:
-    """What a column is.
+    """Decide what a column is.
 
     Parameters
     ----------
@@ -104,7 +104,7 @@ def grade(
 
 
 def is_right(grades: Iterable[Grade], *, is_whole: bool) -> bool:
-    """Whether a file is right: all that could be compared, and that is the whole of it."""
+    """True if a file is right: all that could be compared, and that is the whole of it."""
     return is_whole and max(grades, default=Grade.UNKNOWN) == Grade.RIGHT
 
 
@@ -115,6 +115,7 @@ def performance(
     resolution: float,
     sum_error: float | None,
     true_error: float,
+    start: float = 1.0,
 ) -> tuple[float, str]:
     """Eq. (1) as it may be claimed, and why that is not what was measured; all in percent.
 
@@ -128,16 +129,20 @@ def performance(
         The smallest change that the digits written can show.
     sum_error
         How far the energy is from potential plus kinetic energy, beyond rounding; None if one of
-        these is not there.
+        these is not there, or written so coarsely that this says nothing about the limit.
     true_error
         How far it is from the exact one.
+    start
+        The first value of the energy, in exact ones (1, not percent).
     """
     if change is None:
         return inf, "there is no mechanical energy to judge"
     if sum_error:
         return inf, "its energy is not its own potential plus kinetic energy"
     if sum_error is None and change < limit <= true_error:
-        return true_error, "its energy is not the true one, and its parts are not in the file"
+        return true_error, "its energy is not the true one, and its parts do not show otherwise"
+    if change < limit <= change * start:
+        return change * start, "its energy does not begin with the true one"
     if change < limit < resolution:
         return resolution, "it cannot be told at the digits written"
     return change, ""

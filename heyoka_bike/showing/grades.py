@@ -1,4 +1,4 @@
-"""How good a result is, by its true error alone: the grade of a column and of a file.
+"""Grades of columns and files, by their true error alone, in words, signs and colours.
 
 A grade is shown by a sign and a colour beside the digits; tables that show the signs say what they
 mean.
@@ -45,23 +45,13 @@ def file_grade(report: Report) -> Grade:
     return max(report.grades, default=Grade.UNKNOWN)
 
 
-def is_part(report: Report) -> bool:
-    """Whether a part of the run that matters, or of what the file holds, was not compared."""
-    return not report.is_whole
-
-
-def is_start(report: Report) -> bool:
-    """Whether all rows are at time 0."""
-    return not any(m.part.time.any() for m in report.maneuvers)
-
-
 def judgement(report: Report) -> str:
-    """What a file is, in a word or a few; empty if nothing was compared."""
+    """Return the grade of a file in a word or a few; empty if nothing was compared."""
     found = file_grade(report)
     word = WORDS.get(found, "")
-    if not word or found == Grade.WRONG or not is_part(report):
+    if not word or found == Grade.WRONG or report.is_whole:
         return word
-    if is_start(report):
+    if not any(m.part.time.any() for m in report.maneuvers):
         return f"only the start is there, which the benchmark gives: {word}"
     if report.not_compared:
         return f"not all of it was compared, the rest is {word}"

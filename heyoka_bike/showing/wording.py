@@ -4,8 +4,6 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
-
 from heyoka_bike.errors import printable
 from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.findings import Finding, Severity, named
@@ -74,16 +72,8 @@ def reports(scored: Report | Series) -> tuple[Report, ...]:
     return (scored,) if isinstance(scored, Report) else tuple(r.report for r in scored.runs)
 
 
-def scale(column: ColumnScore) -> float | None:
-    """Scale of a column, by which its relative error is divided; None if unknown or 0."""
-    m = column.as_understood.measures
-    if m.max_abs_error and m.max_rel_error:
-        return m.max_abs_error / m.max_rel_error
-    return float(np.max(np.abs(column.trace.reference), initial=0.0)) or None
-
-
 def is_default(column: ColumnScore) -> bool:
-    """Whether a column is understood as the default definition."""
+    """True if a column is understood as the default definition."""
     return column.as_understood.definition == column.as_written.definition
 
 
@@ -93,7 +83,7 @@ def mark(column: ColumnScore) -> str:
 
 
 def mark_meanings(columns: Sequence[ColumnScore]) -> list[str]:
-    """What the marks of some columns mean, those that occur."""
+    """Return the meanings of the marks that occur in some columns."""
     found = []
     if not all(map(is_default, columns)):
         found.append("* is not the default definition")
@@ -107,7 +97,7 @@ def mark_meanings(columns: Sequence[ColumnScore]) -> list[str]:
 
 
 def notes(column: ColumnScore) -> tuple[str, ...]:
-    """How else a column is understood in another way than by default: sign, unit, offset."""
+    """Return sign, unit and offset of a column that are not the default ones."""
     r = column.as_understood
     found = []
     if not column.is_known:
@@ -135,7 +125,7 @@ def by_severity(findings: tuple[Finding, ...]) -> list[Finding]:
 
 
 def warnings_words(report: Report) -> str:
-    """How many warnings there are; empty without any."""
+    """Return the number of warnings in words; empty without any."""
     count = sum(f.severity == Severity.WARNING for f in report.said)
     return f"{count} warning{'s' if count > 1 else ''}" if count else ""
 
@@ -146,13 +136,13 @@ def fewest_digits(m: ManeuverScore) -> float | None:
 
 
 def worst_place(report: Report) -> str:
-    """Which column is the worst."""
+    """Return the worst column and its maneuver."""
     found = report.worst
     return f"{label(found.column)} of maneuver {found.maneuver}" if found else "nothing compared"
 
 
 def worst_words(report: Report) -> str:
-    """How good the worst column is."""
+    """Return the correct digits of the worst column."""
     found = report.worst
     if found is None:
         return PHRASES["nothing"]
@@ -168,19 +158,12 @@ def worst_words(report: Report) -> str:
     return f"{said} ({where}{limit})"
 
 
-def coverage_words(report: Report) -> str:
-    """How much of the reference's runs is covered; empty if all of it."""
-    short = [m for m in report.maneuvers if m.coverage < 1]
-    if not short:
-        return ""
-    m = min(short, key=lambda m: m.coverage)
-    # Rounded down: what is not complete must not read as 100 %.
-    return f"covers {percent(m.coverage)} of maneuver {m.maneuver}"
-
-
 def caveats(report: Report) -> list[str]:
-    """What is to be known beside the digits: the part covered, columns left out, odd senses."""
-    signs, left_out = "", list(report.not_compared)
+    """Return restrictions of the verdict: part covered, columns left out, contradictory signs."""
+    signs, covered, left_out = "", "", list(report.not_compared)
+    least = min(report.maneuvers, key=lambda m: m.coverage, default=None)
+    if least is not None and least.coverage < 1:
+        covered = f"covers {percent(least.coverage)} of maneuver {least.maneuver}"
     for f in report.findings:
         if f.code == "senses_opposed":
             signs = "roll and steer have opposite senses, see the warning"
@@ -190,55 +173,36 @@ def caveats(report: Report) -> list[str]:
             left_out += f.evidence["columns"]
     names = [printable(name) for name in dict.fromkeys(left_out)]
     lost = f"{named(names, _MOST_LEFT_OUT)} not compared" if names else ""
-    return [said for said in (coverage_words(report), lost, signs) if said]
+    return [said for said in (covered, lost, signs) if said]
 
 
 def percent(part: float) -> str:
-    """A part of the whole, rounded down: 100 % is all of it."""
+    """A part of the whole, rounded down: what is not complete does not read as 100 %."""
     return f"{math.floor(1000 * part) / 10:g} %"
-
-
-def is_judged(m: ManeuverScore) -> bool:
-    """Whether the benchmark has a limit for the maneuver's eq. (1)."""
-    return m.performance_limit is not None
-
-
-def is_whole(m: ManeuverScore) -> bool:
-    """Whether a maneuver is judged over its whole run, or nearly."""
-    return m.coverage >= WHOLE
 
 
 def performance_words(m: ManeuverScore) -> str:
     """Eq. (1) of a maneuver and what the benchmark says to it."""
-    text = f"{readable(m.performance)} %" if m.performance is not None else "no energy to judge"
-    verdict = m.meets_limit
-    if verdict is None:
-        return text
-    if why := _no_claim(m):
-        return f"{text} (does not count: {why})"
-    so_far = "so far " if verdict and not is_whole(m) else ""
-    return f"{text} ({so_far}{'passes, below' if verdict else 'FAILS, not below'} {limit_text(m)})"
+    if m.performance is None:
+        return "no energy to judge"
+    outcome = _outcome(m)
+    return f"{readable(m.performance)} %{f' ({outcome})' if outcome else ''}"
 
 
-def _no_claim(m: ManeuverScore) -> str:
-    """Why eq. (1) of a maneuver does not count, whatever it is."""
-    return m.claim(m.performance_limit)[1] if m.performance_limit else ""
-
-
-def limit_text(m: ManeuverScore) -> str:
-    """What the benchmark allows for eq. (1) of a maneuver."""
-    assert m.performance_limit is not None
-    return f"{m.performance_limit:.0e} %".replace("e-0", "e-")
-
-
-def digits_words(report: Report) -> str:
-    """How many digits the file was written with."""
-    digits = report.file.significant_digits
-    return "unknown digits" if digits is None else f"{digits} digits written"
+def _outcome(m: ManeuverScore) -> str:
+    """Return the benchmark's verdict on eq. (1) of a maneuver; empty if it has no limit."""
+    if m.performance_limit is None:
+        return ""
+    # Eq. (1) may not count, whatever it is.
+    if why := m.claim(m.performance_limit)[1]:
+        return f"does not count: {why}"
+    so_far = " so far" if m.meets_limit and m.coverage < WHOLE else ""
+    limit = f"{m.performance_limit:.0e} %".replace("e-0", "e-")
+    return f"{'passes' if m.meets_limit else 'FAILS'}{so_far}: less than {limit} is asked for"
 
 
 def requirement_words(scored: Report | Series) -> str:
-    """How many requirements are met; empty without any."""
+    """Return the number of requirements that are met; empty without any."""
     every = [r for report in reports(scored) for r in report.requirements]
     if not every:
         return ""
@@ -251,7 +215,7 @@ def requirement_words(scored: Report | Series) -> str:
 
 
 def graded(report: Report) -> str:
-    """What the file is worth by its true error: the judgement, and its worst column.
+    """Return the verdict by true error: the judgement, and the worst column.
 
     First goes what may be said of a file whose motion is right: signs that contradict each other,
     and a definition that is not known here.
@@ -276,10 +240,12 @@ def verdict(report: Report) -> str:
 
 
 def contents(report: Report) -> str:
-    """What the file holds, in a few words."""
+    """Return rows, times, digits and format of a file."""
     f = report.file
-    parts = [f"{f.rows} rows", f"{plain(f.t_start)} to {plain(f.t_end)} s", digits_words(report)]
-    return ", ".join([*parts, f"{printable(f.format)} file"])
+    digits = f.significant_digits
+    written = "unknown digits" if digits is None else f"{digits} digits written"
+    times = f"{plain(f.t_start)} to {plain(f.t_end)} s"
+    return f"{f.rows} rows, {times}, {written}, {printable(f.format)} file"
 
 
 def worst_error_words(report: Report) -> str:
@@ -298,27 +264,25 @@ def worst_error_words(report: Report) -> str:
 
 
 def performance_remark(report: Report) -> str:
-    """What eq. (1) says of the maneuver that the benchmark judges by it, and what it sees.
+    """Return eq. (1) of the maneuver that the benchmark judges by it, and what it sees.
 
-    Empty without such a maneuver, or without an energy.
+    Empty without such a maneuver, or without an energy. What it sees is left out where the file is
+    right, and where a warning says it.
     """
-    judged = [m for m in report.maneuvers if is_judged(m)]
+    judged = [m for m in report.maneuvers if m.performance_limit is not None]
     if all(m.performance is None for m in judged):
         return ""
-    said = ", ".join(_judged_words(m) for m in judged)
-    return (
-        f"eq. (1), the benchmark's own measure, {said}. It sees only whether the file's own energy "
-        "stays constant; angles, rates and speed may be wrong all the same"
+    said = ", ".join(
+        f"is {readable(m.performance)} % in maneuver {m.maneuver}, which {_outcome(m)}"
+        for m in judged
     )
-
-
-def _judged_words(m: ManeuverScore) -> str:
-    found = m.meets_limit
-    so_far = " so far" if found and not is_whole(m) else ""
-    outcome = f"{'passes' if found else 'FAILS'}{so_far}: less than {limit_text(m)} is asked for"
-    if why := _no_claim(m):
-        outcome = f"does not count: {why}"
-    return f"is {readable(m.performance)} % in maneuver {m.maneuver}, which {outcome}"
+    found = f"eq. (1), the benchmark's own measure, {said}"
+    if report.is_right or any(f.code == "energy_hides_error" for f in report.findings):
+        return found
+    return (
+        f"{found}. It sees only whether the file's own energy stays constant; angles, rates and "
+        "speed may be wrong all the same"
+    )
 
 
 def series_verdict(series: Series) -> str:
@@ -370,7 +334,7 @@ def size_text(run: Run) -> str:
 
 
 def size_heading(series: Series) -> str:
-    """What `size_text` is of the runs of a series; empty if it is nothing."""
+    """Return the quantity that `size_text` gives of the runs of a series; empty without any."""
     if any(run.step is not None for run in series.runs):
         return "step [s]"
     return "tolerance" if any(run.tolerance is not None for run in series.runs) else ""

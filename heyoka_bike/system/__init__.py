@@ -1,1 +1,1 @@
-"""What the computer gives: files, processes, the folders of the package."""
+"""Resources of the computer: files, processes, the folders of the package."""

@@ -1,4 +1,4 @@
-"""What somebody at a terminal sees: bars, and a word while something takes long.
+"""Progress bars of a terminal, and a word while something takes long.
 
 rich draws them, and is imported when there is something to draw.
 """
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 
 
 def has_colors(is_terminal: bool) -> bool:
-    """Whether text may be coloured, as ``NO_COLOR`` (https://no-color.org) or ``FORCE_COLOR`` says.
+    """True if text may be coloured, by ``NO_COLOR`` (https://no-color.org) or ``FORCE_COLOR``.
 
     Parameters
     ----------
     is_terminal
-        Whether it goes to one, which decides if neither is set.
+        True if it goes to one, which decides if neither is set.
     """
     if os.environ.get("NO_COLOR"):
         return False

@@ -45,7 +45,7 @@ class ProgressFuture(Future[Any]):
     progress : tuple of (str, float), or None
         The stage and how far it is, as the call reported them last.
     is_unwanted : bool
-        Whether nobody waits for it any more.
+        True if nobody waits for it any more.
     """
 
     progress: tuple[str, float] | None = None
@@ -58,7 +58,7 @@ class ProgressFuture(Future[Any]):
 
 
 class RemoteError(Exception):
-    """What a process says of an exception of its call: the traceback, or the place if limited."""
+    """Cause of an exception that a process reports: its traceback, or the place if limited."""
 
 
 class InlineExecutor(Executor):
@@ -76,7 +76,7 @@ class InlineExecutor(Executor):
 
 @dataclass(frozen=True, slots=True)
 class ProcessLimits:
-    """What a call may take.
+    """Limits of a call.
 
     Attributes
     ----------
@@ -187,7 +187,7 @@ class ProcessExecutor(Executor):
             future.set_exception(e)
 
     def _result(self, future: ProgressFuture, call: _Call) -> Any:
-        """What a call returns, from a process that is free, or else from a new one."""
+        """Return the result of a call, from a process that is free, or else from a new one."""
         try:
             worker = self._idle.pop()
         except IndexError:
@@ -215,7 +215,7 @@ class _Worker:
         theirs.close()
 
     def result(self, future: ProgressFuture, call: _Call) -> Any:
-        """What a call returns, or raises; its progress goes to the future on the way."""
+        """Return the result of a call, or raise its error; pass its progress to the future."""
         end = monotonic() + (self._limits.seconds if self._limits else inf)
         try:
             self._pipe.send(call)
@@ -233,7 +233,7 @@ class _Worker:
         raise CancelledError if future.is_unwanted else TimeoutError
 
     def _heard(self) -> tuple[str, Any]:
-        """What the process says, if it says something soon."""
+        """Receive a message, if one comes soon: its kind, empty if none does, and its content."""
         if not self._pipe.poll(_LOOK):
             return "", None
         if self._limits is None:
@@ -255,7 +255,7 @@ class _Worker:
 
 
 def _work(pipe: Connection, limits: ProcessLimits | None) -> None:
-    """What a worker does: calls, one after the other."""
+    """Carry out calls in a worker, one after the other."""
     # An interrupt from the keyboard reaches all processes; the parent answers it.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if hasattr(os, "setsid"):

@@ -8,7 +8,7 @@ from secrets import token_hex
 from heyoka_bike.errors import InputError
 
 UNFINISHED = ".part"
-"""How names of files end that are not yet in their place; they begin with a dot."""
+"""Suffix of files that are not yet in their place; their names begin with a dot."""
 
 
 def write_output(path: Path, data: bytes) -> None:

@@ -15,7 +15,7 @@ Report = Callable[[str, float], None]
 """Called by a job with its stage, and the time that it has reached in the motion [s]."""
 
 reporting: ContextVar[Report] = ContextVar("reporting", default=lambda stage, t: None)
-"""Where the progress of a job goes: an executor that can pass it on sets it in its workers."""
+"""Receiver of a job's progress; an executor that can pass it on sets it in its workers."""
 
 _INTERVAL = 0.1  # [s]
 _one_at_a_time = Lock()
@@ -67,12 +67,12 @@ class Job:
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """How a job ended.
+    """End of a job: its value or its error.
 
     Attributes
     ----------
     value
-        What it gave.
+        The result.
     seconds : float
         Processor time that it took [s].
     error : Exception or None

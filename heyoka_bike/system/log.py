@@ -1,4 +1,4 @@
-"""What the package says of its work on its way: shown to those who ask.
+"""Log of the package: messages about its work, shown on request.
 
 The loggers of `logging` are called like the modules, below ``heyoka_bike``. INFO is what is done,
 DEBUG why so; a warning is none of them, it stands in the result.
@@ -53,7 +53,7 @@ def shown(level: str) -> Iterator[None]:
 
 
 def fault(error: BaseException) -> str:
-    """What an error is and where it was raised: nothing of what a file holds or is called."""
+    """Return kind and place of an error, and nothing of the contents or names of files."""
     place = error.__traceback__
     if place is None:
         return type(error).__name__

@@ -1,4 +1,4 @@
-"""What numbers depend on besides inputs: the computer, versions of packages, and of this code."""
+"""Conditions of a measurement or result: the computer, versions of packages and of this code."""
 
 import hashlib
 import os
@@ -11,7 +11,7 @@ from typing import Any
 from heyoka_bike.version import __version__
 
 PACKAGES = ("heyoka", "python-flint", "h5py", "numpy", "mpmath")
-"""Those whose version may change a digit."""
+"""Packages whose version may change a digit."""
 
 
 def machine() -> dict[str, Any]:

@@ -96,7 +96,7 @@ def _executor(count: int) -> AbstractContextManager[Executor]:
 
 
 def processors() -> int:
-    """How many this process may use."""
+    """Return the number of processors that this process may use."""
     try:
         return len(os.sched_getaffinity(0))
     except AttributeError:
@@ -134,7 +134,7 @@ def all_of(
     progress: Progress | None = None,
     done: Callable[[int], None] = lambda count: None,
 ) -> dict[Job, Outcome]:
-    """What jobs gave that all have to succeed: see `carry_out` and `side_by_side`."""
+    """Return outcomes of jobs that all have to succeed; see `carry_out` and `side_by_side`."""
     found: dict[Job, Outcome] = {}
 
     def ended(job: Job, outcome: Outcome) -> Iterable[Job]:
@@ -175,7 +175,7 @@ def carry_out(
 
 
 class _Schedule:
-    """What is left to do, what runs, and what has ended and is needed still."""
+    """Jobs that wait, those that run, and outcomes that others still need."""
 
     def __init__(
         self, jobs: Iterable[Job], ended: Callable[[Job, Outcome], Iterable[Job]],
@@ -213,7 +213,7 @@ class _Schedule:
                 _log.info("%s: is there from before, or cannot be", job.words)
                 self.end(job, found)
             elif self.submit(executor, job).done():
-                # What an executor does at once is known before the next is begun.
+                # An executor that works at once has ended it before the next is begun.
                 return
 
     def submit(self, executor: Executor, job: Job) -> Future[Outcome]:
@@ -271,6 +271,6 @@ class _Schedule:
             for stage in job.stages:
                 self.report(job, stage, job.duration)
         self.add(self.tell_ended(job, outcome))
-        # What nothing needs any more is let go.
+        # Outcomes that no job needs any more are let go.
         needed = {x for job in self.waiting for x in job.arguments if isinstance(x, Job)}
         self.outcomes = {x: o for x, o in self.outcomes.items() if x in needed}

@@ -1,4 +1,4 @@
-"""Where the files that come with the project are: in the wheel, or beside it in a checkout."""
+"""Places of the files that come with the project: in the wheel, or beside it in a checkout."""
 
 from pathlib import Path
 from typing import Literal

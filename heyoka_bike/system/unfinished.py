@@ -1,4 +1,4 @@
-"""What an unfinished run has finished, in a folder beside the one that it writes.
+"""Finished parts of an unfinished run, in a folder beside the one that it writes.
 
 A result is a file of JSON, in which arrays are NumPy's ``.npy`` in base 64. Nothing in it is code,
 whoever wrote it: of what is read only arrays, numbers and the classes that are told are made.
@@ -76,7 +76,7 @@ class Unfinished:
         self.place, self.classes = place, classes
 
     def at(self, *parts: Any) -> KeptResult:
-        """Where a result is kept that follows from these parts, which JSON can write."""
+        """Return the place of a result that follows from these parts, which JSON can write."""
         # And from versions.
         text = json.dumps([versions(), *parts], sort_keys=True)
         return KeptResult(self.place / _HASH(text.encode()).hexdigest(), self.classes)
@@ -89,7 +89,7 @@ class Unfinished:
                     file.unlink()
 
     def __len__(self) -> int:
-        """How many results there are."""
+        """Count the results."""
         return sum(file.name != _LOCK for file in self.place.iterdir())
 
 
@@ -110,7 +110,7 @@ class KeptResult:
     def load(self) -> Any:
         """The result; None where it is not there, or not whole."""
         size = _HASH().digest_size
-        # Whatever is wrong with it, it can be made again.
+        # A damaged result can be made again.
         with suppress(Exception):
             data = self.file.read_bytes()
             if _HASH(data[size:]).digest() == data[:size]:
@@ -127,7 +127,7 @@ class KeptResult:
 
 
 def _plain(x: Any) -> Any:
-    """What JSON can write: what it cannot is an object of one key, the kind, and its arguments."""
+    """Return a value for JSON; other types are an object of one key, the kind, and arguments."""
     if isinstance(x, np.ndarray):
         file = BytesIO()
         np.save(file, x, allow_pickle=False)
@@ -142,7 +142,7 @@ def _plain(x: Any) -> Any:
 
 
 def _made(x: Any, kinds: Mapping[str, Callable[..., Any]]) -> Any:
-    """What `_plain` wrote; lists are tuples."""
+    """Return the value that `_plain` was given; lists are tuples."""
     if isinstance(x, dict):
         ((kind, arguments),) = x.items()
         return kinds[kind](**{key: _made(y, kinds) for key, y in arguments.items()})

@@ -20,7 +20,7 @@ _LABEL = 17
 
 
 def failure(checked: Sequence[Requirement], scored: Report, diagnosis: Sequence[str]) -> str:
-    """What there is to say about results that are not good enough.
+    """Return the message about results that are not good enough.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def _explained(p: Parsed, scored: Report) -> Iterator[tuple[str, str]]:
 
 
 def _badness(p: Parsed, c: ColumnScore) -> float:
-    """How bad a column is by the metric of a requirement, or by its digits."""
+    """Rank a column by the metric of a requirement, or by its digits; the largest is worst."""
     metric = p.metric if p.metric in OF_COLUMN else "scd"
     value = getattr(c.as_understood.measures, metric)
     if value is None:
@@ -110,7 +110,7 @@ def _taken_as(c: ColumnScore) -> str:
 def _departure(p: Parsed, m: ManeuverScore, c: ColumnScore) -> str:
     """Since when the error is more than what is allowed, and since when it can be seen."""
     said = []
-    scale = words.scale(c)
+    scale = c.scale or None
     allowed = {
         "scd": None if scale is None else scale * 10.0**-p.number,
         "max_rel_error": None if scale is None else scale * p.number,

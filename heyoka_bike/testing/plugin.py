@@ -37,7 +37,7 @@ _MOST_DIAGNOSES = 3
 
 @dataclass(slots=True)
 class _Settings:
-    """What the command line, or else the configuration file, says.
+    """Settings of the command line, or else of the configuration file.
 
     Attributes
     ----------
@@ -46,7 +46,7 @@ class _Settings:
     reference
         Folder of the reference; None for the published one.
     diagnose
-        Whether failures are diagnosed.
+        True if failures are diagnosed.
     diagnoses_left
         How many of them in this process.
     """
@@ -86,7 +86,7 @@ def pytest_configure(config: pytest.Config) -> None:
         raise pytest.UsageError(f"{when_from}: found {when!r}, expected {' or '.join(_DIAGNOSE)}")
     reference = None
     if folder:
-        # What a file says is meant from where it is, not from where pytest was started.
+        # A path in a file is relative to that file, not to where pytest was started.
         is_option = folder_from.startswith("--")
         base = config.invocation_params.dir if is_option else config.rootpath
         reference = base / Path(folder).expanduser()
@@ -164,7 +164,7 @@ def pytest_pycollect_makeitem(collector: pytest.Collector) -> Generator[None, ob
 
 
 def _marked(item: pytest.Item) -> tuple[Asked, ...]:
-    """What the markers nearest to a test ask for: its own, or else its class's, or its module's."""
+    """Return the requirements of a test's own markers, or else its class's, or its module's."""
     marks = list(item.iter_markers_with_node(_MARKER))
     nearest = [mark for node, mark in marks if node is marks[0][0]]
     if not nearest:

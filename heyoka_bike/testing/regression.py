@@ -87,7 +87,7 @@ def asked(maneuver: object = None, column: object = None, **metrics: object) -> 
 
 
 def _plain(error: BicycleError) -> str:
-    """What is wrong with a requirement, without saying that it is one."""
+    """Return the message about a requirement, without saying that it is one."""
     return str(error).removeprefix("require: ")
 
 
@@ -146,7 +146,7 @@ class Score:
         return self
 
     def _texts(self, requirements: Sequence[str], own: Asked) -> tuple[str, ...]:
-        """What is required: by the call, or else by the markers, or else by the settings."""
+        """Return the requirements of the call, or else of the markers, or else of the settings."""
         if requirements and (own.maneuver, own.column) != (None, None) and not own.metrics:
             raise InputError(
                 "found maneuver= or column= beside a requirement in words, expected its own there"
@@ -174,7 +174,7 @@ class Score:
             return (f"none: {reason}",)
         try:
             with warnings.catch_warnings():
-                # Whatever becomes of it, what the test is about is that the results are wrong.
+                # The test is about wrong results, whatever becomes of their diagnosis.
                 warnings.simplefilter("ignore")
                 said = diagnosed(self.report, self._reference).diagnosis
         except BicycleError as e:
@@ -188,7 +188,7 @@ class Score:
 
 
 def properties(scored: Report, reference: Reference) -> list[tuple[str, str]]:
-    """What is recorded of a score: the data set, and the digits of each maneuver and column."""
+    """Return what is recorded of a score: data set, digits of each maneuver and column."""
     found = [
         ("bicycle.dataset_version", reference.dataset_version),
         ("bicycle.content_sha256", reference.content_sha256),
@@ -208,7 +208,7 @@ def properties(scored: Report, reference: Reference) -> list[tuple[str, str]]:
 
 
 def _whole(texts: Sequence[str], scored: Report) -> tuple[str, ...]:
-    """That the maneuvers are whole, where nobody has said how much is enough."""
+    """Require that maneuvers are whole, where nobody has said how much is enough."""
     parsed = [parse(text) for text in texts]
     if any(p.metric == "coverage" for p in parsed):
         return ()

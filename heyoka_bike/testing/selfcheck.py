@@ -1,4 +1,4 @@
-"""Whether an installation works: packages, the reference that comes with it, a score, a run."""
+"""Check of an installation: packages, the reference that comes with it, a score, a run."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from heyoka_bike.reference.manifest import Manifest
 
 SCHEMA_VERSION = 1
-"""Of the JSON report."""
+"""Version of the JSON report."""
 
 # Packages, and what each is needed for.
 _REQUIRED = {
@@ -38,13 +38,13 @@ _INTEGRATE = {
 _OPTIONAL = ("matplotlib", "scipy")
 
 MANEUVER = 1
-"""That is integrated."""
+"""Number of the maneuver that is integrated."""
 PRECISIONS = ("binary64", "binary128")
 
 
 @dataclass(frozen=True, slots=True)
 class Selfcheck:
-    """What was found out about an installation.
+    """Result of a check of an installation.
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ class Selfcheck:
 
     @property
     def passed(self) -> bool:
-        """Whether no check failed."""
+        """True if no check failed."""
         return all_passed(self.checks)
 
     def as_dict(self) -> dict[str, Any]:

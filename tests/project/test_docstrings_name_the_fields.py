@@ -1,4 +1,4 @@
-"""The Attributes section of a dataclass names all of its own fields, in their order.
+"""The Attributes section of a dataclass or named tuple names all of its own fields, in their order.
 
 Of the fields of a base class it may say what they are here.
 """
@@ -16,20 +16,24 @@ _NAMES = re.compile(r"^\w.*", re.MULTILINE)
 FEW = 3  # fields that their own names may explain
 
 
-def dataclasses():
+def records():
     """The public ones; a class that is imported elsewhere comes up again."""
     for info in pkgutil.walk_packages(heyoka_bike.__path__, "heyoka_bike."):
         if info.name != "heyoka_bike.__main__":
             for name, thing in vars(import_module(info.name)).items():
-                if isinstance(thing, type) and is_dataclass(thing) and name[0] != "_":
-                    yield thing
+                if isinstance(thing, type) and name[0] != "_":
+                    if is_dataclass(thing):
+                        # Without those of a base class.
+                        own = inspect.get_annotations(thing)
+                        yield thing, own, [f.name for f in fields(thing)]
+                    elif issubclass(thing, tuple) and hasattr(thing, "_fields"):
+                        yield thing, thing._fields, thing._fields
 
 
 def test_attributes_are_the_fields():
     wrong = {}
-    for thing in dataclasses():
-        declared = inspect.get_annotations(thing)  # without those of a base class
-        all_fields = [f.name for f in fields(thing) if f.name[0] != "_"]
+    for thing, declared, names in records():
+        all_fields = [name for name in names if name[0] != "_"]
         own = [name for name in all_fields if name in declared]
         found = _SECTION.search(inspect.getdoc(thing))
         lines = _NAMES.findall(found[1]) if found else ()

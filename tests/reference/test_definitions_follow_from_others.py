@@ -14,7 +14,7 @@ from oracles.vectors import Multiprecision, axes, rotation
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, FOLLOWING
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.errors import InputError
-from heyoka_bike.numbers.doubles import Doubles
+from heyoka_bike.numbers.double import Doubles
 from heyoka_bike.reference.following import FOLLOWS
 
 NAMES = [c.name for c in FOLLOWING]

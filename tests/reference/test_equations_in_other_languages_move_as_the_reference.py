@@ -9,8 +9,8 @@ from support import equation_programs
 from support.equation_programs import SOMEWHERE, export
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
-from heyoka_bike.bicycle.equations.configuration import whole_rates
 from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.bicycle.equations.whole_motion import whole_rates
 from heyoka_bike.bicycle.parameters import read_bicycle
 from heyoka_bike.numbers.arithmetic import Multiprecision
 from heyoka_bike.system.resources import collection, find_input

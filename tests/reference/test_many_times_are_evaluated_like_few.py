@@ -5,7 +5,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from heyoka_bike.numbers.chebyshev_products import double_sums, plain_sums
+from heyoka_bike.numbers.chebyshev import double_sums, plain_sums
 
 
 def exact_sums(breaks, c, t):

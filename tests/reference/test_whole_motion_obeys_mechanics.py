@@ -19,11 +19,10 @@ from oracles.vectors import Balls as OracleBalls
 from oracles.vectors import Matrix, Vector
 from support.tiers import ONE_MANEUVER
 
-from heyoka_bike.bicycle.equations.configuration import INTEGRALS
 from heyoka_bike.bicycle.equations.forces import forces
 from heyoka_bike.bicycle.equations.kinematics import unfold
 from heyoka_bike.bicycle.equations.reduced import Equations
-from heyoka_bike.bicycle.equations.whole_motion import motion_columns
+from heyoka_bike.bicycle.equations.whole_motion import INTEGRALS, motion_columns
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.motion.evaluator import evaluator
 from heyoka_bike.motion.trajectory import Certificate, Trajectory

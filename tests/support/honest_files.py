@@ -248,7 +248,10 @@ def _add_error(random, part, size):
             "potential_energy", "kinetic_energy", "mechanical_energy"}  # fmt: skip
     for key in part.hi:
         if key not in done:
-            part.add(key, size * scale(part.maneuver, key) * f)
+            # The speed hardly varies either: see the maneuvers of data/results.
+            is_speed = key == "forward_speed"
+            moves = np.ptp(part.hi[key]) if is_speed else scale(part.maneuver, key)
+            part.add(key, size * moves * f)
 
 
 def _convert(part, key, factor):
@@ -314,9 +317,12 @@ def known(honest, said):
                 half *= 10
             half /= float(abs(factor))
             if is_zeroed:
-                # The zero itself is known no better than the potential energy is written.
-                v = p.hi["potential_energy" if "potential_energy" in p.hi else k]
-                e += np.copysign(_half_a_digit(v, honest.digits, p.is_rounded) / abs(factor), e)
+                # The zero is known no better than the first potential energy, whose errors are of
+                # rounding alone: in joules, with the zero, and in the unit of the file.
+                v = "potential_energy" if "potential_energy" in p.hi else k
+                half_of_v = _half_a_digit(p.hi[v], honest.digits, p.is_rounded) / abs(factor)
+                first = errors(p.hi[v], p.lo[v], exact[p.maneuver][v], factor, zero)[0]
+                e += np.copysign(max(half_of_v, abs(first)), e)
             size, s = float(np.max(abs(e))), scale(p.maneuver, name)
             if abs(factor) != 1:
                 # Conversions here are good to 19 digits.

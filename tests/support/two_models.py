@@ -14,13 +14,17 @@ from oracles.newton_euler import Motion, move
 from oracles.vectors import Vector, axes, rotation
 
 from heyoka_bike.bicycle.equations.bodies import Bodies
-from heyoka_bike.bicycle.equations.configuration import INTEGRALS, rates_of_integrals, track_speeds
 from heyoka_bike.bicycle.equations.constants import Constants, constants
 from heyoka_bike.bicycle.equations.kinematics import posture, rear_rates, unfold
 from heyoka_bike.bicycle.equations.model import few_products, regular
 from heyoka_bike.bicycle.equations.outputs import columns, energies, yaw_rate
 from heyoka_bike.bicycle.equations.reduced import Equations
-from heyoka_bike.bicycle.equations.whole_motion import motion_columns
+from heyoka_bike.bicycle.equations.whole_motion import (
+    INTEGRALS,
+    motion_columns,
+    rates_of_integrals,
+    track_speeds,
+)
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.arithmetic import Arithmetic
 

@@ -606,6 +606,35 @@ def energy_that_is_bought(random):
     return _of_text([part], _lines(columns), ["mechanical_energy"], fails)
 
 
+def energy_from_far_away(random):
+    """Eq. (1) of an energy that moves, divided by a first value that is far too large."""
+    n = int(random.choice(MANEUVERS))
+    part = correct(n, {k: k for k in EIGHT})
+    moves = 10 ** random.uniform(0.5, 2) * np.sin(random.uniform(1, 5) * part.time)
+    part.hi["potential_energy"] += random.choice([-1, 1]) * 10 ** random.uniform(5, 10) + moves
+    part.set("mechanical_energy", part.hi["potential_energy"] + part.hi["kinetic_energy"])
+    if random.random() < 0.5:
+        del part.hi["mechanical_energy"], part.lo["mechanical_energy"]
+    fails = [f"{n}.performance < 1e-3", "scd >= 6"]
+    return [part], ["potential_energy"], [n], {"fails": fails, "is_sized": False}
+
+
+def energy_of_coarse_parts(random):
+    """Eq. (1) of a constant beside parts of so few digits that it might be their sum."""
+    n = int(random.choice(MANEUVERS))
+    part = correct(n, {k: k for k in EIGHT})
+    moved = _wrong_motion(random, n, part.time)
+    own = moved["potential_energy"] + moved["kinetic_energy"]
+    moved["kinetic_energy"] = moved["kinetic_energy"] + random.uniform(1, 4) * part.time / END
+    off = random.choice([-1, 1]) * random.uniform(0.5, 1.5)
+    moved["mechanical_energy"] = np.full_like(own, own[0] + off)
+    digits = {"potential_energy": 3, "kinetic_energy": 4}
+    columns = [("time", [f"{i / 100:g}" for i in range(1001)])]
+    columns += [(f"m{n}_{k}", [f"{x:.{digits.get(k, 12)}g}" for x in moved[k]]) for k in EIGHT]
+    fails = [f"{n}.performance < 1e-3", "scd >= 6"]
+    return _of_text([part], _lines(columns), ["mechanical_energy"], fails)
+
+
 def zero_of_one_energy(random):
     """A small constant on one of the energies, and none or another on the other."""
     parts = _start(random, keys=list(EIGHT))
@@ -869,7 +898,7 @@ KINDS = {
         a_table_after_the_table, a_field_that_is_none, cut_off, times_of_one_decimal,
         digits_of_every_second_row, rows_where_rounding_is_right, rows_at_whole_numbers,
         another_column_beside, energy_that_is_bought, zero_of_one_energy, zero_that_moves,
-        energy_of_any_zero, speed_of_no_point,
+        energy_of_any_zero, speed_of_no_point, energy_from_far_away, energy_of_coarse_parts,
     )},
 }  # fmt: skip
 

@@ -8,12 +8,10 @@ import subprocess
 import numpy as np
 import pytest
 
-from heyoka_bike.bicycle.equations.configuration import Configuration, rates_of_integrals
 from heyoka_bike.bicycle.equations.forces import forces
 from heyoka_bike.bicycle.equations.kinematics import front_contact_height, lateral_condition
 from heyoka_bike.bicycle.equations.reduced import Equations
-from heyoka_bike.cli import main
-from heyoka_bike.errors import Exit
+from heyoka_bike.bicycle.equations.whole_motion import Configuration, rates_of_integrals
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.workbench.atlas.data import FALLS
 from heyoka_bike.workbench.atlas.page import motion_source as atlas_motion
@@ -172,13 +170,10 @@ def test_a_start_that_cannot_be_is_told(bicycle):
 
 
 @pytest.mark.proof
-def test_replays_come_to_what_the_atlas_says(bicycle, tmp_path):
+def test_replays_come_to_what_the_atlas_says(bicycle, request):
     pytest.importorskip("heyoka")
     pytest.importorskip("zarr")
-    folder = str(tmp_path / "small.zarr")
-    grid = ["--speed", "3:8:6", "--roll-rate", "0.3:3.3:6", "--longest", "60"]
-    assert main(["atlas", *grid, "-o", folder]) == Exit.OK
-    atlas = load_atlas(folder)
+    atlas = load_atlas(request.getfixturevalue("small_atlas"))
     found = atlas.variables
     (speeds, roll_rates) = (axis.values.tolist() for axis in atlas.axes)
     given = [

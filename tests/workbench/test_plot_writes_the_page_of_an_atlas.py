@@ -14,23 +14,18 @@ pytestmark = pytest.mark.skipif(
 )
 
 
-@pytest.fixture(scope="module")
-def store(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("atlas") / "tiny.zarr"
-    grid = ["--speed", "4:5:2", "--roll-rate", "0.5:3:2", "--longest", "20"]
-    assert main(["atlas", *grid, "-o", str(folder)]) == Exit.OK
-    return folder
-
-
 @pytest.mark.proof
-def test_the_page_is_of_that_atlas(store, tmp_path, capsys):
+def test_the_page_is_of_that_atlas(small_atlas, tmp_path, capsys):
     out = tmp_path / "new" / "atlas.html"
-    assert main(["plot", "--figure", "atlas", str(store), "-o", str(out)]) == Exit.OK
+    assert main(["plot", "--figure", "atlas", str(small_atlas), "-o", str(out)]) == Exit.OK
     assert capsys.readouterr().out == f"{out}\n"
     text = out.read_text(encoding="utf-8")
     found = json.loads(re.search(r'id="data">\n(.*?)\n<', text, re.S)[1])
-    assert [axis["values"] for axis in found["axes"]] == [[4.0, 5.0], [0.5, 3.0]]
-    assert main(["plot", "--figure", "atlas", str(store), "-o", str(out)]) == Exit.OK
+    assert [axis["values"] for axis in found["axes"]] == [
+        [3.0, 4.0, 5.0, 6.0, 7.0, 8.0],
+        pytest.approx([0.3, 0.9, 1.5, 2.1, 2.7, 3.3]),
+    ]
+    assert main(["plot", "--figure", "atlas", str(small_atlas), "-o", str(out)]) == Exit.OK
     assert out.read_text(encoding="utf-8") == text
 
 

@@ -8,8 +8,8 @@ frame's are fixed in it, the front frame's in the fork; they coincide where stee
 
 from __future__ import annotations
 
+from collections import namedtuple
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
 from fractions import Fraction
 
 from heyoka_bike.bicycle.parameters import Bicycle
@@ -17,8 +17,9 @@ from heyoka_bike.numbers.arithmetic import Arithmetic, Number
 from heyoka_bike.numbers.vectors import Vector
 
 
-@dataclass(frozen=True, slots=True)
-class Half:
+class Half(
+    namedtuple("Half", "x z m ixx iyy izz ixz pivot_x pivot_z wheel_m wheel_r axial diametral")
+):
     """A frame with its wheel.
 
     Attributes
@@ -36,19 +37,7 @@ class Half:
         Inertias of the wheel [kg m^2].
     """
 
-    x: Number
-    z: Number
-    m: Number
-    ixx: Number
-    iyy: Number
-    izz: Number
-    ixz: Number
-    pivot_x: Number
-    pivot_z: Number
-    wheel_m: Number
-    wheel_r: Number
-    axial: Number
-    diametral: Number
+    __slots__ = ()
 
     def inertia_times(self, v: Vector) -> Vector:
         """The frame's inertia times a vector."""
@@ -60,8 +49,7 @@ class Half:
         return self.diametral * v[0], self.axial * v[1], self.diametral * v[2]
 
 
-@dataclass(frozen=True, slots=True)
-class Bodies:
+class Bodies(namedtuple("Bodies", "rear front sin_tilt cos_tilt g")):
     """The rear frame B with wheel R, the fork H with wheel F.
 
     Attributes
@@ -73,22 +61,11 @@ class Bodies:
         Gravity [m/s^2].
     """
 
-    rear: Half
-    front: Half
-    sin_tilt: Number
-    cos_tilt: Number
-    g: Number
+    __slots__ = ()
 
     def convert(self, make: Callable[[Number], Number]) -> Bodies:
-        """The bodies, each number passed through `make`."""
-
-        def part(x: Half) -> Half:
-            return Half(**{f.name: make(getattr(x, f.name)) for f in fields(x)})
-
-        return Bodies(
-            part(self.rear), part(self.front),
-            make(self.sin_tilt), make(self.cos_tilt), make(self.g),
-        )  # fmt: skip
+        """Return the bodies, each number passed through `make`."""
+        return Bodies(*(Half(*map(make, x)) if isinstance(x, Half) else make(x) for x in self))
 
 
 def bodies(bicycle: Bicycle, a: Arithmetic) -> Bodies:

@@ -11,8 +11,8 @@ angles and their rates are the same in all units.
 
 from __future__ import annotations
 
+from collections import namedtuple
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
@@ -22,8 +22,9 @@ if TYPE_CHECKING:
     from heyoka_bike.bicycle.parameters import Bicycle
 
 
-@dataclass(frozen=True, slots=True)
-class Assembly:
+class Assembly(
+    namedtuple("Assembly", "r m l1 l3 i11 i13 i33 i22 spin mass_v mass_q skew rest"),
+):
     """Constants of one assembly in its frame e (e3 down the steer axis, e2 the axle), from its hub.
 
     Attributes
@@ -44,23 +45,12 @@ class Assembly:
         i13 / i33 and i11 - i13^2 / i33: the square completed in the inertia.
     """
 
-    r: Number
-    m: Number
-    l1: Number
-    l3: Number
-    i11: Number
-    i13: Number
-    i33: Number
-    i22: Number
-    spin: Number
-    mass_v: Number
-    mass_q: Number
-    skew: Number
-    rest: Number
+    __slots__ = ()
 
 
-@dataclass(frozen=True, slots=True)
-class Constants:
+class Constants(
+    namedtuple("Constants", "rear front tilt d1 d2 d3 h0 h1 h2 h3 lever1 lever3 g length mass")
+):
     """Everything the equations need from a bicycle.
 
     Attributes
@@ -81,31 +71,12 @@ class Constants:
         The units of length [m] and mass [kg].
     """
 
-    rear: Assembly
-    front: Assembly
-    tilt: Number
-    d1: Number
-    d2: Number
-    d3: Number
-    h0: Number
-    h1: Number
-    h2: Number
-    h3: Number
-    lever1: Number
-    lever3: Number
-    g: Number
-    length: Number
-    mass: Number
+    __slots__ = ()
 
     def convert(self, make: Callable[[Number], Number]) -> Constants:
-        """The constants, each passed through `make`."""
-
-        def assembly(x: Assembly) -> Assembly:
-            return Assembly(**{f.name: make(getattr(x, f.name)) for f in fields(x)})
-
-        values = {f.name: getattr(self, f.name) for f in fields(self)}
+        """Return the constants, each passed through `make`."""
         return Constants(
-            **{k: assembly(v) if isinstance(v, Assembly) else make(v) for k, v in values.items()}
+            *(Assembly(*map(make, x)) if isinstance(x, Assembly) else make(x) for x in self)
         )
 
 

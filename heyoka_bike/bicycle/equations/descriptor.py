@@ -17,9 +17,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from heyoka_bike.bicycle.equations.bodies import Bodies, Half
-from heyoka_bike.bicycle.equations.configuration import Configuration, whole_rates
 from heyoka_bike.bicycle.equations.forces import forces
 from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.bicycle.equations.whole_motion import Configuration, whole_rates
 from heyoka_bike.numbers.arithmetic import Arithmetic, Number
 from heyoka_bike.numbers.dual import Dual, Duals
 from heyoka_bike.numbers.traced import Traced, Traces
@@ -37,7 +37,7 @@ COORDINATES = (
     "rear_hub_x", "rear_hub_y", "rear_hub_z", "yaw", "roll", "pitch", "steer", "rear_wheel_angle",
     "front_wheel_angle",
 )  # fmt: skip
-"""In the ground frame [m, rad], see `configuration`."""
+"""In the ground frame [m, rad], see `whole_motion`."""
 
 MULTIPLIERS = (
     "rear_longitudinal_force", "rear_lateral_force", "rear_normal_force",
@@ -193,7 +193,7 @@ class Descriptor:
         return [half.contact(self.a)[3] for half in _moving(self.b, self.a, q, zero)]
 
     def residual(self, z: Sequence[Number], rates: Sequence[Number], *, index: int) -> list[Number]:
-        """What vanishes, by the coordinates, their rates and the multipliers, and the derivative.
+        """Return the residual of coordinates, their rates and multipliers, and the derivative.
 
         Parameters
         ----------
@@ -226,7 +226,7 @@ def from_reduced(equations: Equations, y: Sequence[Number]) -> tuple[list[Number
     ----------
     equations : Equations
     y
-        Of their form, with the yaw and `configuration.INTEGRALS`.
+        Of their form, with the yaw and `whole_motion.INTEGRALS`.
     """
     once = Duals(equations.a)
     moving = [Dual(x, (f,)) for x, f in zip(y, whole_rates(equations, y), strict=True)]

@@ -156,7 +156,7 @@ class _Wrench:
 
 @dataclass(frozen=True, slots=True)
 class _JointLoads:
-    """What the motion of a frame and its wheel needs besides their weight, in the frame's axes."""
+    """Loads that the motion of a frame and its wheel needs, less their weight, in its axes."""
 
     frame: _Wrench
     wheel: _Wrench
@@ -164,7 +164,7 @@ class _JointLoads:
 
 @dataclass(frozen=True, slots=True)
 class _Parts:
-    """What both halves of the bicycle need, and how they are turned."""
+    """The loads of both halves of the bicycle, and the axes in which they are given."""
 
     bodies: Bodies
     axes: Axes
@@ -250,5 +250,5 @@ def _contacts(p: _Parts) -> Forces:
 
 
 def _left_by(needed: _Wrench, floor: Vector, floor_moment: Vector) -> Joint:
-    """What a bearing adds to the force of the floor on a wheel, about its hub."""
+    """Return the reaction of a bearing about the hub: the load of a wheel less the floor's."""
     return Joint(minus(needed.force, floor), minus(needed.moment, floor_moment))

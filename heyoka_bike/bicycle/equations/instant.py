@@ -12,13 +12,14 @@ from itertools import product
 
 import flint
 
-from heyoka_bike.bicycle.equations.configuration import (
-    Configuration,
-    rates_of_integrals,
-    wheel_rates,
-)
 from heyoka_bike.bicycle.equations.reduced import Equations
-from heyoka_bike.bicycle.equations.whole_motion import motion_columns
+from heyoka_bike.bicycle.equations.whole_motion import (
+    Configuration,
+    motion_columns,
+    named,
+    wheel_rates,
+    whole_rates,
+)
 from heyoka_bike.bicycle.instant_columns import ANGLES, LEVELS, MASS_MATRIX, MATRICES
 from heyoka_bike.numbers.arithmetic import Number, exact_ball
 from heyoka_bike.numbers.dual import Dual, Duals
@@ -38,7 +39,7 @@ class Instant:
     equations : Equations
         Of the regular form.
     state, rates
-        Its variables with the yaw, then `configuration.INTEGRALS`, and their rates of change.
+        Its variables with the yaw, then `whole_motion.INTEGRALS`, and their rates of change.
     """
 
     equations: Equations
@@ -47,12 +48,11 @@ class Instant:
 
     @classmethod
     def of(cls, equations: Equations, state: Sequence[Number]) -> Instant:
-        """That of a state, moving as the equations say."""
-        rates = [*equations.rates_with_yaw(state[:7]), *rates_of_integrals(equations, state)]
-        return cls(equations, state, rates)
+        """Return the instant of a state that moves by the equations."""
+        return cls(equations, state, whole_rates(equations, state))
 
     def columns(self) -> Values:
-        """Those of the benchmark and of the whole motion, by name."""
+        """Return the columns of the benchmark and of the whole motion, by name."""
         return {
             **self.equations.columns(self.state[:7]),
             **motion_columns(self.equations, self.state),
@@ -84,10 +84,6 @@ def quantities(instant: Instant) -> dict[str, Number]:
     return {c.name: found[c.name] for level in LEVELS[:-1] for c in level.columns}
 
 
-def _named(name: str, v: Sequence[Number]) -> Values:
-    return {f"{name}_{axis}": x for axis, x in zip("xyz", v, strict=False)}
-
-
 def _geometry(equations: Equations) -> Values:
     k, b = equations.k, equations.b
     return {
@@ -114,7 +110,7 @@ def _velocities(instant: Instant, velocities: Mapping[str, Vector]) -> Values:
         "front_wheel_rate": instant.rates[10],
     }
     for name, v in velocities.items():
-        found |= _named(f"{name}_velocity", v)
+        found |= named(f"{name}_velocity", v)
     return found
 
 
@@ -163,7 +159,7 @@ def _momenta(instant: Instant, velocities: Mapping[str, Vector]) -> Values:
             arm = minus(places[name], places["com"])
             moving = minus(velocities[name], velocities["com"])
             total = plus(total, scaled(m, cross(arm, moving)))
-    return {**_named("momentum", momentum), **_named("angular_momentum", total)}
+    return {**named("momentum", momentum), **named("angular_momentum", total)}
 
 
 def _accelerations(instant: Instant) -> Values:
@@ -182,9 +178,9 @@ def _accelerations(instant: Instant) -> Values:
 
 
 def linear_quantities(
-    matrices: Mapping[str, Sequence[Sequence[flint.arb]]], g: flint.arb, speed: Fraction
+    matrices: Mapping[str, Number], g: flint.arb, speed: Fraction
 ) -> dict[str, flint.arb]:
-    """Those of the last level, at a forward speed [m/s]; see `linear.matrices`.
+    """Return the quantities of the last level, at a forward speed [m/s]; see `linear.matrices`.
 
     The eigenvalues are ordered by real, then by imaginary part; without a value where they cannot
     be told apart.

@@ -30,8 +30,8 @@ with s, c the sine and cosine of steer, ``x = v cos(beta)``, ``y = r p + d1 w3``
 from (C1) and (C3) gives the rate q of the rear frame about its axle.
 """
 
+from collections import namedtuple
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from heyoka_bike.bicycle.equations.constants import Constants
 from heyoka_bike.numbers.arithmetic import Arithmetic, Number
@@ -40,9 +40,13 @@ Row = tuple[Number, Number, Number]
 """Coefficients of a dependent speed in the three independent ones."""
 
 
-@dataclass(frozen=True, slots=True)
-class Posture:
-    """What follows from roll, pitch and steer.
+class Posture(
+    namedtuple(
+        "Posture",
+        "sin_roll cos_roll t sb cb s c kappa y tau sb_f cb_f t_f e den trail g1 q x_f y_f",
+    )
+):
+    """Quantities that follow from roll, pitch and steer.
 
     Attributes
     ----------
@@ -66,26 +70,7 @@ class Posture:
         Rear axle rate, and joint velocity along e1 and e2 of the front, per (v, w1, w3).
     """
 
-    sin_roll: Number
-    cos_roll: Number
-    t: Number
-    sb: Number
-    cb: Number
-    s: Number
-    c: Number
-    kappa: Number
-    y: Number
-    tau: Number
-    sb_f: Number
-    cb_f: Number
-    t_f: Number
-    e: Number
-    den: Number
-    trail: Number
-    g1: Number
-    q: Row
-    x_f: Row
-    y_f: Row
+    __slots__ = ()
 
 
 def posture(k: Constants, a: Arithmetic, roll: Number, pitch: Number, steer: Number) -> Posture:
@@ -112,8 +97,7 @@ def posture(k: Constants, a: Arithmetic, roll: Number, pitch: Number, steer: Num
     )  # fmt: skip
 
 
-@dataclass(frozen=True, slots=True)
-class Speeds:
+class Speeds(namedtuple("Speeds", "v w1 q w3 p n nu y v_f w1_f q_f w3_f n_f nu_f y_f steer_rate")):
     """Velocities [rad/s and rear wheel radii per s].
 
     Attributes
@@ -134,22 +118,7 @@ class Speeds:
         Rate of the steer angle.
     """
 
-    v: Number
-    w1: Number
-    q: Number
-    w3: Number
-    p: Number
-    n: Number
-    nu: Number
-    y: Number
-    v_f: Number
-    w1_f: Number
-    q_f: Number
-    w3_f: Number
-    n_f: Number
-    nu_f: Number
-    y_f: Number
-    steer_rate: Number
+    __slots__ = ()
 
 
 def speeds(
@@ -192,7 +161,7 @@ def lateral_condition(o: Posture) -> Row:
 
 
 def turn_divisor(o: Posture) -> Number:
-    """What roll and steer rate are divided by for the turn rate.
+    """Return the divisor of roll and steer rate in the turn rate.
 
     The wheel base in rear wheel radii when upright and straight; where it is zero they do not
     determine the turn rate.

@@ -14,8 +14,8 @@ divides by the mechanical trail; `regular` has (spin, roll rate, steer rate), is
 trail crosses zero, and costs more.
 """
 
+from collections import namedtuple
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 from heyoka_bike.bicycle.equations.constants import Assembly, Constants
 from heyoka_bike.bicycle.equations.kinematics import (
@@ -77,34 +77,23 @@ def regular_rates(
     return [roll_rate, beta_rate, u.steer_rate, roll_acc, steer_acc, v_rate / k.rear.r]
 
 
-@dataclass(frozen=True, slots=True)
-class _Basis:
+class _Basis(namedtuple("_Basis", "w1 w3 w3_f w1_rate w3_rate w3_f_rate")):
     """w1, w3 and w3_f per independent speed, and their rates when those speeds are constant.
 
     v is independent in both forms: its row is (1, 0, 0) and its rate zero.
     """
 
-    w1: Row
-    w3: Row
-    w3_f: Row
-    w1_rate: Number
-    w3_rate: Number
-    w3_f_rate: Number
+    __slots__ = ()
 
 
-@dataclass(frozen=True, slots=True)
-class _DependentRates:
+class _DependentRates(namedtuple("_DependentRates", "q w1_f q_f v_f lateral")):
     """Rates of the dependent speeds when (v, w1, w3) are constant.
 
-    ``along`` and ``lateral`` are what the accelerations of the joint, taken from the rear and from
-    the front, leave over along e1 and e2 of the front.
+    ``lateral`` is what the accelerations of the joint, taken from the rear and from the front,
+    leave over along e2 of the front.
     """
 
-    q: Number
-    w1_f: Number
-    q_f: Number
-    v_f: Number
-    lateral: Number
+    __slots__ = ()
 
 
 def _dependent_rates(k: Constants, a: Arithmetic, o: Posture, u: Speeds) -> _DependentRates:
@@ -130,15 +119,10 @@ def _dependent_rates(k: Constants, a: Arithmetic, o: Posture, u: Speeds) -> _Dep
     )
 
 
-@dataclass(frozen=True, slots=True)
-class _Loads:
+class _Loads(namedtuple("_Loads", "side q v w1 w3")):
     """Forces of one assembly at constant speeds, by generalised direction, gravity included."""
 
-    side: Number
-    q: Number
-    v: Number
-    w1: Number
-    w3: Number
+    __slots__ = ()
 
 
 def _loads(

@@ -25,7 +25,7 @@ class Energies:
 
     @property
     def total(self) -> Number:
-        """What the motion keeps."""
+        """The mechanical energy, which the motion conserves."""
         return self.potential + self.kinetic
 
 
@@ -107,7 +107,7 @@ def columns(
     mass = rear_m + front_m
 
     def heading(x: Number, z: Number) -> Number:
-        """Of a vector with e1 and e3, the part along the rear heading."""
+        """Return the component along the rear heading of a vector with e1 and e3."""
         return x * o.cb + z * o.sb
 
     def global_x(x: Number, y: Number, z: Number) -> Number:

@@ -48,13 +48,13 @@ class Equations:
 
     @classmethod
     def of(cls, bicycle: Bicycle, a: Arithmetic, *, is_regular: bool = True) -> Equations:
-        """Those of a bicycle, with constants in the number type of `a`."""
+        """Return the equations of a bicycle, with constants in the number type of `a`."""
         with _precision(a):
             return cls(bicycle, constants(bicycle, a), bodies(bicycle, a), a, is_regular)
 
     @classmethod
     def binary64(cls, bicycle: Bicycle, *, is_regular: bool = True) -> Equations:
-        """Those with constants computed with 25 digits and rounded to binary64, for arrays."""
+        """Return the equations with constants of 25 digits, rounded to binary64, for arrays."""
         exact = cls.of(bicycle, Multiprecision(_DIGITS), is_regular=is_regular)
         return exact.convert(float, Arrays())
 

@@ -14,7 +14,13 @@ Matrix = tuple[tuple[Number, Number], tuple[Number, Number]]
 
 
 class Matrices(NamedTuple):
-    """Coefficients of M q'' + v C1 q' + (g K0 + v^2 K2) q = 0, q = (roll, steer)."""
+    """Coefficients of M q'' + v C1 q' + (g K0 + v^2 K2) q = 0, q = (roll, steer).
+
+    Attributes
+    ----------
+    M, C1, K0, K2 : Matrix
+        First row: roll equation; second row: steer equation [kg m^2, kg m, kg m, kg].
+    """
 
     M: Matrix
     C1: Matrix

@@ -12,14 +12,16 @@ to rounding.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cache, cached_property, reduce
 from inspect import signature
 from itertools import pairwise, zip_longest
+from typing import Any
 
 import mpmath
+import numpy as np
 
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle
@@ -32,8 +34,9 @@ MIN_DIGITS, MAX_DIGITS = 5, 1000
 
 _GUARD = 15
 
-Rows = Sequence[Sequence[Number]]
 Matrix = tuple[tuple[Number, Number], tuple[Number, Number]]
+Array = np.ndarray[Any, np.dtype[np.object_]]
+"""A matrix of numbers of any type."""
 
 
 @dataclass(frozen=True)
@@ -151,15 +154,14 @@ def linearise(bicycle: Bicycle, digits: int) -> Linearisation:
     a = Multiprecision(_working_digits(digits))
     found = matrices(bicycle, a)
     w = a.number(bicycle["w"])
-    parts = (
-        _map(found["M"], lambda x: x / w), found["C1"], found["K0"],
-        _map(found["K2"], lambda x: x * w),
-    )  # fmt: skip
-    residue = max(_residue(x) for part in parts for row in part for x in row)
-    m, c1, k0, k2 = (_map(part, lambda x: _chopped(x, residue)) for part in parts)
+    parts = found["M"] / w, found["C1"], found["K0"], found["K2"] * w
+    residue = max(_residue(x) for part in parts for x in part.flat)
+    chopped = np.frompyfunc(lambda x: _chopped(x, residue), 1, 1)
+    m, c1, k0, k2 = map(chopped, parts)
 
-    def shown(part: Matrix, unit: Number) -> Matrix:
-        return _map(part, lambda x: _rounded(x * unit, digits))
+    def shown(part: Array, unit: Number) -> Matrix:
+        (a, b), (c, d) = ([_rounded(x, digits) for x in row] for row in part * unit)
+        return (a, b), (c, d)
 
     g = a.number(bicycle["g"])
     return Linearisation(
@@ -168,8 +170,8 @@ def linearise(bicycle: Bicycle, digits: int) -> Linearisation:
     )  # fmt: skip
 
 
-def matrices(bicycle: Bicycle, a: Arithmetic) -> dict[str, Matrix]:
-    """M, C1, K0 and K2 in the number type of `a`, as they come out, with zeros up to rounding.
+def matrices(bicycle: Bicycle, a: Arithmetic) -> dict[str, Array]:
+    """Return M, C1, K0 and K2 in the number type of `a`, unrounded: zeros are up to rounding.
 
     Raises
     ------
@@ -178,17 +180,12 @@ def matrices(bicycle: Bicycle, a: Arithmetic) -> dict[str, Matrix]:
     """
     mass = _mass_matrix(bicycle, a)
     # The derivatives by the angles are linear in g and in v^2, those by the rates in v.
-    weight = _forces(mass, _acceleration_slopes(bicycle, a, g=1, speed=0))
-    motion = _forces(mass, _acceleration_slopes(bicycle, a, g=0, speed=1))
-    return {
-        "M": mass,
-        "C1": _columns(motion, 2),
-        "K0": _columns(weight, 0),
-        "K2": _columns(motion, 0),
-    }
+    weight = -(mass @ _acceleration_slopes(bicycle, a, g=1, speed=0))
+    motion = -(mass @ _acceleration_slopes(bicycle, a, g=0, speed=1))
+    return {"M": mass, "C1": motion[:, 2:], "K0": weight[:, :2], "K2": motion[:, :2]}
 
 
-def _mass_matrix(bicycle: Bicycle, a: Arithmetic) -> Matrix:
+def _mass_matrix(bicycle: Bicycle, a: Arithmetic) -> Array:
     """Hessian of the kinetic energy by roll rate and steer rate."""
     equations = Equations.of(bicycle, a)
     zero = a.number(0)
@@ -204,10 +201,10 @@ def _mass_matrix(bicycle: Bicycle, a: Arithmetic) -> Matrix:
             f"the mass matrix of roll and steer of '{bicycle.name}' is singular, "
             "expected mass or inertia that resists both"
         )
-    return (m11, m12), (m12, m22)
+    return np.array([[m11, m12], [m12, m22]], dtype=object)
 
 
-def _acceleration_slopes(bicycle: Bicycle, a: Arithmetic, *, g: int, speed: int) -> Rows:
+def _acceleration_slopes(bicycle: Bicycle, a: Arithmetic, *, g: int, speed: int) -> Array:
     """Derivatives of roll and steer acceleration by (roll, steer, roll rate, steer rate).
 
     The pitch is fixed: by the symmetry of left and right it is of second order.
@@ -218,20 +215,7 @@ def _acceleration_slopes(bicycle: Bicycle, a: Arithmetic, *, g: int, speed: int)
     zero, spin = a.number(0), speed / equations.k.length
     roll, steer, roll_rate, steer_rate = dual.variables([zero] * 4)
     rates = equations.rates((roll, zero, steer, roll_rate, steer_rate, spin))
-    return rates[3].slopes, rates[4].slopes
-
-
-def _forces(mass: Rows, slopes: Rows) -> Rows:
-    """Minus the mass matrix times the derivatives of the accelerations."""
-    return [[-(row[0] * x + row[1] * y) for x, y in zip(*slopes, strict=True)] for row in mass]
-
-
-def _columns(rows: Rows, first: int) -> Matrix:
-    return (rows[0][first], rows[0][first + 1]), (rows[1][first], rows[1][first + 1])
-
-
-def _map(m: Matrix, make: Callable[[Number], Number]) -> Matrix:
-    return (make(m[0][0]), make(m[0][1])), (make(m[1][0]), make(m[1][1]))
+    return np.array([rates[3].slopes, rates[4].slopes], dtype=object)
 
 
 def _working_digits(digits: int) -> int:
@@ -240,7 +224,7 @@ def _working_digits(digits: int) -> int:
 
 
 def _residue(x: Number) -> Number:
-    """What is zero up to rounding beside x."""
+    """Return the bound below which a number is zero up to rounding beside x."""
     return abs(x) * x.context.eps * 10**_GUARD
 
 
@@ -383,20 +367,20 @@ class _Quartic:
 
     @classmethod
     def of(
-        cls, a: Multiprecision, g: Number, w: Number, m: Matrix, c1: Matrix, k0: Matrix, k2: Matrix
+        cls, a: Multiprecision, g: Number, w: Number, m: Array, c1: Array, k0: Array, k2: Array
     ) -> _Quartic:
         """From M / w, C1, K0 and w K2."""
 
-        def mixed(p: Rows, q: Rows) -> Number:
-            """The part of det(p + q) that is of first order in both."""
-            return p[0][0] * q[1][1] + q[0][0] * p[1][1] - p[0][1] * q[1][0] - q[0][1] * p[1][0]
+        def mixed(p: Array, q: Array) -> Number:
+            """Return the part of det(p + q) that is of first order in both."""
+            return p[0, 0] * q[1, 1] + q[0, 0] * p[1, 1] - p[0, 1] * q[1, 0] - q[0, 1] * p[1, 0]
 
-        mass, damping = (_map(part, lambda p: _Polynomial((p,))) for part in (m, c1))
-        k = tuple(
-            tuple(_Polynomial(pair) for pair in zip(*rows, strict=True))
-            for rows in zip(k0, k2, strict=True)
-        )
-        scale = 1 / (m[0][0] * m[1][1] - m[0][1] * m[1][0])
+        def polynomials(*coefficients: Array) -> Array:
+            make = np.frompyfunc(lambda *c: _Polynomial(c), len(coefficients), 1)
+            return np.asarray(make(*coefficients))
+
+        mass, damping, k = polynomials(m), polynomials(c1), polynomials(k0, k2)
+        scale = 1 / (m[0, 0] * m[1, 1] - m[0, 1] * m[1, 0])
         return cls(
             a=a, g=g, root_w=_sqrt(w),
             b=mixed(mass, damping) * scale,

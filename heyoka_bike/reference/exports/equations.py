@@ -11,7 +11,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
-from heyoka_bike.bicycle.equations.configuration import INTEGRALS, whole_rates
 from heyoka_bike.bicycle.equations.descriptor import (
     COORDINATES,
     MULTIPLIERS,
@@ -21,6 +20,7 @@ from heyoka_bike.bicycle.equations.descriptor import (
 )
 from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.bicycle.equations.whole_motion import INTEGRALS, whole_rates
 from heyoka_bike.bicycle.parameters import PARAMETERS, Bicycle, Maneuver
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.numbers.arithmetic import Balls, Number

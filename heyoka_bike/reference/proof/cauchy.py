@@ -30,7 +30,7 @@ RADII = (4, 3, 2)
 
 RHO = tuple(Fraction(1, 2**k) for k in (8, 8, 8, 6, 6, 6, 8, 8, 8, 8, 8))
 """Radii of the polydisc around the candidate's state: rad for angles, rad/s for rates; then, where
-they are carried along, m and rad for the integrals (see `configuration`)."""
+they are carried along, m and rad for the integrals (see `whole_motion`)."""
 
 SMALLER = (1, 64)
 """The radii over these are tried in turn: where a bicycle is about to fall the formulas' own

@@ -20,8 +20,8 @@ from math import ceil, log2
 
 import flint
 
-from heyoka_bike.bicycle.equations.configuration import INTEGRALS, rates_of_integrals
 from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.bicycle.equations.whole_motion import INTEGRALS, rates_of_integrals
 from heyoka_bike.motion.trajectory import Certificate, Piece, Trajectory
 from heyoka_bike.numbers.arithmetic import Balls, exact_ball, to_grid, upper_fraction
 from heyoka_bike.numbers.ball_matrices import total

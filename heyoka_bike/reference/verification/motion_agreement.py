@@ -9,9 +9,8 @@ from fractions import Fraction
 import flint
 import numpy as np
 
-from heyoka_bike.bicycle.equations.configuration import INTEGRALS
 from heyoka_bike.bicycle.equations.reduced import Equations
-from heyoka_bike.bicycle.equations.whole_motion import NonnegativeRoots, motion_columns
+from heyoka_bike.bicycle.equations.whole_motion import INTEGRALS, NonnegativeRoots, motion_columns
 from heyoka_bike.motion.trajectory import row_times
 from heyoka_bike.numbers.arithmetic import exact_ball
 from heyoka_bike.numbers.rounding import hi_lo

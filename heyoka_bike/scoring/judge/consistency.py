@@ -1,4 +1,4 @@
-"""How well a file agrees with itself, whatever its distance from the reference."""
+"""Agreement of a file with itself, whatever its distance from the reference."""
 
 from collections.abc import Iterator, Mapping, Sequence
 
@@ -139,7 +139,7 @@ def _rate(
 def _distance_left_open(
     reference: ReferenceManeuver, rate: ColumnScore, angle: ColumnScore
 ) -> float:
-    """How far apart the rates are that the two columns may honestly mean, rms [rad/s]."""
+    """Return the distance of the rates that the two columns may honestly mean, rms [rad/s]."""
     names = {c.definition: c.name for c in reference.definitions[rate.key]}
     angles = {(angle.key, other) for other in angle.indistinguishable}
     meant = list(rate.indistinguishable)

@@ -1,4 +1,4 @@
-"""How the columns were understood: axes, units, the zero of the energy, definitions.
+"""Conventions of the columns: axes, units, the zero of the energy, definitions.
 
 Conventions are no errors: they are said in one sentence, and column by column with the errors that
 each choice leaves.
@@ -32,7 +32,7 @@ _UNIT_TOLD = 0.05
 
 
 def conventions(report: Report) -> Iterator[Finding]:
-    """Which conventions a file follows, in one sentence; none if they are those by default."""
+    """Say the conventions of a file in one sentence; nothing if they are those by default."""
     columns = {key: places[0][1] for key, places in report.by_column().items()}
     # Signs that may be errors are no convention.
     contradicted = {key for f in odd_signs(report) for key in f.evidence["columns"]}
@@ -63,7 +63,7 @@ def errors_words(found: Iterable[ColumnScore | Alternative]) -> str:
 
 
 def _senses(turned: Sequence[str]) -> Iterator[str]:
-    """Which way is positive, of the columns with the other sign."""
+    """Say which way is positive, of the columns with the other sign."""
     left = [name for name, keys in _SIDES.items() if set(keys) & set(turned)]
     if left:
         yield f"{' and '.join(left)} {'is' if len(left) == 1 else 'are'} positive to the left"
@@ -87,7 +87,7 @@ def _definitions(meant: Mapping[str, ColumnScore]) -> Iterator[str]:
 
 
 def _is_another(c: ColumnScore) -> bool:
-    """Whether a column is known to have another definition than the default."""
+    """True if a column is known to have another definition than the default."""
     return c.definition != c.as_written.definition and c.is_known
 
 

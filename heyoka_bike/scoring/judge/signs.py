@@ -1,4 +1,4 @@
-"""Which columns turn round together: signs that no choice of axes gives contradict each other.
+"""Contradictions of signs: those that no choice of axes gives.
 
 A program chooses its axes and senses freely: ground axes and those of each frame, which way lean
 and steer are positive, whether a force is that on one body or on the other. Each choice turns round
@@ -92,7 +92,7 @@ def odd_signs(report: Report) -> Iterator[Finding]:
 
 
 def _has_sign(places: Sequence[Place]) -> bool:
-    """Whether most values are nearer to the reference than they would be with another sign."""
+    """True if most values are nearer to the reference than they would be with another sign."""
     for _, c in places:
         some = spread(len(c.trace.time), MOST_SAMPLED)
         if median(np.abs(c.trace.error[some])) >= median(np.abs(c.trace.reference[some])):

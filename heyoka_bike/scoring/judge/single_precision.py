@@ -29,7 +29,7 @@ _MOSTLY = 2 / 3
 
 
 def single_precision(report: Report) -> Iterator[Finding]:
-    """Whether a file was written or computed in single precision, though with more digits."""
+    """Say that a file was written or computed in single precision, though with more digits."""
     every = [(m.part, c) for m in report.maneuvers for c in m.columns]
     # A constant is a number of any precision.
     telling = [(p, c) for p, c in every if c.values >= _FEW_ROWS and np.ptp(c.trace.value)]
@@ -55,7 +55,7 @@ def single_precision(report: Report) -> Iterator[Finding]:
 
 
 def _is_single(part: Part, c: ColumnScore) -> bool:
-    """Whether a column holds numbers of single precision, and more digits than these have."""
+    """True if a column holds numbers of single precision, and more digits than these have."""
     quantum = part.quantum.get(c.key)
     if quantum is None or quantum.base != 2:
         return False
@@ -63,7 +63,7 @@ def _is_single(part: Part, c: ColumnScore) -> bool:
 
 
 def _has_its_noise(c: ColumnScore) -> bool:
-    """Whether the error is noise of the size that rounding to 24 bits leaves.
+    """True if the error is noise of the size that rounding to 24 bits leaves.
 
     Where so few digits are written that their rounding is as large, it says nothing.
     """

@@ -54,7 +54,7 @@ def time_shifted(report: Report) -> Iterator[Finding]:
 
 
 def time_shift(parts: Sequence[Part]) -> float | None:
-    """How much too late the times of a file are [s]; None if they are not shifted.
+    """Return the delay of the times of a file [s]; None if they are not shifted.
 
     Signs and units of the columns are those that fit best, definitions those by default.
     """

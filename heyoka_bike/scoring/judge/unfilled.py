@@ -70,7 +70,7 @@ def _unfilled(part: Part) -> dict[str, float]:
 
 
 def _runs_straight(part: Part) -> bool:
-    """Whether all columns together are those of a bicycle that stays upright and straight."""
+    """True if all columns together are those of a bicycle that stays upright and straight."""
     lateral = [part.values[key] for key in LATERAL if key in part.values]
     others = [
         x for key, x in part.values.items() if key in BENCHMARK_COLUMNS and key not in LATERAL
@@ -83,7 +83,7 @@ def _runs_straight(part: Part) -> bool:
 
 
 def _should_vary(part: Part, key: str, number: float) -> bool:
-    """Whether no definition of the quantity is one number, as far as the digits written show."""
+    """True if no definition of the quantity is one number, as far as the digits written show."""
     names = [c.name for c in part.reference.definitions[key]]
     rows = part.time[part.sample()]
     quantum = part.quantum.get(key)

@@ -76,7 +76,7 @@ def far_worse(m: ManeuverScore, keys: Collection[str]) -> tuple[frozenset[str], 
 
 
 def is_far(c: ColumnScore, limit: float, times: float = _FAR_WORSE) -> bool:
-    """Whether a column is so many times worse than a limit, and than its digits allow."""
+    """True if a column is so many times worse than a limit, and than its digits allow."""
     return _typical(c) > times * limit and not c.is_at_floor(_AT_FLOOR)
 
 

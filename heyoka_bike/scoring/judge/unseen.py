@@ -1,4 +1,4 @@
-"""What a file does not show: rows not there, errors that energy hides, digits not written."""
+"""Gaps of a file: rows not there, errors that energy hides, digits not written."""
 
 from collections.abc import Iterator
 

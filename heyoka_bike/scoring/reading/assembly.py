@@ -35,7 +35,7 @@ from heyoka_bike.scoring.reading.vectors import Vectors
 
 
 @dataclass(frozen=True, slots=True)
-class _Layout:
+class _ColumnLayout:
     """The index of each column, by number of the maneuver (None if that is not told) and key.
 
     Times are in `unit`, s or ms.
@@ -126,7 +126,7 @@ def _by_maneuver(table: Vectors, request: Request) -> list[Vectors]:
     return [table.of_rows(numbers == n, int(n) + 1 - first) for n in np.unique(numbers)]
 
 
-def _one_by_one(table: Vectors, request: Request) -> Iterator[tuple[Vectors, _Layout]]:
+def _one_by_one(table: Vectors, request: Request) -> Iterator[tuple[Vectors, _ColumnLayout]]:
     """A table and what its columns are; of maneuvers below each other, for each of these.
 
     The times then begin again where they began.
@@ -146,7 +146,7 @@ def _one_by_one(table: Vectors, request: Request) -> Iterator[tuple[Vectors, _La
             yield table.of_rows(number == n, None), places
 
 
-def _times(table: Vectors, places: _Layout, request: Request) -> Times:
+def _times(table: Vectors, places: _ColumnLayout, request: Request) -> Times:
     column = table.columns[places.time]
     bad = np.flatnonzero(~np.isfinite(column.values))
     if len(bad):
@@ -185,7 +185,7 @@ def _not_finite(bad: Sequence[_Bad]) -> Finding:
     return warning("not_finite", said, count=count, line=line, column=column)
 
 
-def _layout(vectors: Vectors, request: Request) -> _Layout:
+def _layout(vectors: Vectors, request: Request) -> _ColumnLayout:
     """Find out which column is what.
 
     Names decide if they are all known; else the place does, if there are 9 or 1 + 8 count columns;
@@ -223,7 +223,7 @@ def _by_place(width: int, count: int) -> Sequence[Found] | None:
 
 def _settled(
     names: Sequence[str], found: Sequence[Found], vectors: Vectors, request: Request
-) -> _Layout:
+) -> _ColumnLayout:
     """Each meaning with the one column that has it."""
     candidates: dict[tuple[str, int | None], list[int]] = {}
     for i, f in enumerate(found):
@@ -255,7 +255,7 @@ def _settled(
     findings = _left_out(names, found, {*meant.values()}, request)
     findings += unknown_units({names[i]: key for (key, _), i in meant.items()})
     unit = quantities(unit_in(names[time])[1] or "").get("s", "s")
-    return _Layout(time, maneuvers, tuple(findings), unit)
+    return _ColumnLayout(time, maneuvers, tuple(findings), unit)
 
 
 def _left_out(

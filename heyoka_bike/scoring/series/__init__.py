@@ -197,7 +197,7 @@ def _rows_apart(a: Alignment) -> float | None:
 
 
 def _are_unknown(steps: Sequence[float | None]) -> bool:
-    """Whether the steps do not tell the runs apart."""
+    """True if the steps do not tell the runs apart."""
     known = sorted(step for step in steps if step is not None)
     return len(known) < len(steps) or any(b - a <= _SAME_STEP * b for a, b in pairwise(known))
 

@@ -1,4 +1,4 @@
-"""How the errors of one program fall with its step or tolerance, and why some do not.
+"""Convergence of one program with its step or tolerance, and errors that do not fall.
 
 Each column has an observed order of convergence, and what Richardson's extrapolation leaves.
 
@@ -115,7 +115,7 @@ def nothing_shared(convergence: Sequence[Convergence], what: str) -> list[Findin
 
 
 def falling(runs: Sequence[Run], convergence: Sequence[Convergence]) -> list[Finding]:
-    """What the errors of a series say about its program, the coarsest run first."""
+    """Say what the errors of a series tell of its program, the coarsest run first."""
     pairs = _pairs(runs)
     is_of_tolerances = bool(runs) and runs[-1].step is None
     what = "tolerance" if is_of_tolerances else "step"
@@ -138,7 +138,7 @@ _STAYS = {
     "integrator's, but that of the model, its parameters, the start or the output; ask "
     "heyoka-bike diagnose",
 }
-"""What is said of errors that stay, by the code of the finding."""
+"""Sentences about errors that stay, by the code of the finding."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -185,7 +185,7 @@ def _pairs(runs: Sequence[Run]) -> list[_Pair]:
 
 
 def _is_same(a: ColumnScore, b: ColumnScore) -> bool:
-    """Whether the error of two runs is the same curve at the times of both."""
+    """True if the error of two runs is the same curve at the times of both."""
     _, i, j = np.intersect1d(a.trace.time, b.trace.time, return_indices=True)
     if not len(i):
         return False
@@ -193,7 +193,7 @@ def _is_same(a: ColumnScore, b: ColumnScore) -> bool:
 
 
 def _exponent(found: Sequence[float]) -> Iterator[Finding]:
-    """How the errors follow the tolerance."""
+    """Say with which power the errors follow the tolerance."""
     exponent = float(median(found))
     how = "in proportion to the tolerance"
     if abs(exponent - 1) > _PROPORTION:

@@ -47,7 +47,7 @@ class ChartAxis:
 
     @property
     def offset_text(self) -> str:
-        """What follows the name of the quantity: `` − 8.0`` if that is the offset."""
+        """Return what follows the name of the quantity: `` − 8.0`` if that is the offset."""
         return f" {'−' if self.offset > 0 else '+'} {abs(self.offset)!r}" if self.offset else ""
 
 

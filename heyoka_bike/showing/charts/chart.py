@@ -4,7 +4,7 @@ Across, places are parts of the width; down, they are pixels. The lines lie in a
 stretched. A chart has no colours of its own: each line has a class, which the page gives a look.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from html import escape
 
@@ -32,7 +32,7 @@ class Line:
     unit
         Of y, for the read-out.
     has_points
-        Whether its points are marked however many they are.
+        True if its points are marked however many they are.
     """
 
     name: str
@@ -45,16 +45,11 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Level:
-    """A horizontal line all the way across, with some text at its start, where errors are small."""
+    """A value with some text: a horizontal line, or a notch beside the right end of a chart.
 
-    value: float
-    style: str
-    text: str
-
-
-@dataclass(frozen=True, slots=True)
-class Notch:
-    """A short mark beside the right end of a chart."""
+    The text stands at the start of the line, where errors are small; at a notch it is for who
+    points at it.
+    """
 
     value: float
     style: str
@@ -103,7 +98,7 @@ def chart(
     x_title: str,
     height: int,
     levels: Sequence[Level] = (),
-    notches: Sequence[Notch] = (),
+    notches: Sequence[Level] = (),
     guides: Sequence[Guide] = (),
     marks: Sequence[Mark] = (),
 ) -> str:
@@ -112,29 +107,29 @@ def chart(
     Parameters
     ----------
     about
-        What it shows, for those who do not see it.
+        Its content in words, for those who do not see it.
     title, x_title
         Quantity and unit of the axes.
     height
         Of the area of the lines [px].
     """
+    area = _Area(x, y, height)
+    below = f'x="100%" y="{height + 33}" text-anchor="end"'
     parts = [
-        *_grid(x, y, height),
+        *area.grid(),
         f'<text class="title" x="0" y="-13">{escape(title)}</text>',
-        f'<text class="title" x="100%" y="{height + 33}" text-anchor="end">{escape(x_title)}</text>'
-        if x_title
-        else "",
+        f'<text class="title" {below}>{escape(x_title)}</text>' if x_title else "",
         f'<svg class="lines" width="100%" height="{height}" viewBox="0 0 {_WIDTH} {_HEIGHT}" '
         'preserveAspectRatio="none">',
-        *(_guide(x, y, g) for g in guides),
-        *(_level(y, v) for v in levels),
-        *(_path(x, y, line) for line in lines),
+        *map(area.guide, guides),
+        *map(area.level, levels),
+        *map(area.line, lines),
         "</svg>",
-        *(_points(x, y, line, height) for line in lines),
-        *(_level_text(y, v, height) for v in levels),
-        *(_guide_text(x, y, g, height) for g in guides),
-        *(_notch(y, v, height) for v in notches),
-        *(_mark(x, y, m, height) for m in marks),
+        *map(area.points, lines),
+        *map(area.level_text, levels),
+        *map(area.guide_text, guides),
+        *map(area.notch, notches),
+        *map(area.mark, marks),
     ]
     return (
         f'<div class="plot"><svg role="img" aria-label="{escape(about)}" width="100%" '
@@ -156,111 +151,106 @@ def small(name: str, drawn: str, said: str = "") -> str:
 
 
 def empty(text: str) -> str:
-    """What stands in place of a chart."""
+    """Return the text in place of a chart."""
     return f'<p class="empty">{text}</p>'
 
 
 def _ends(axis: ChartAxis) -> str:
-    """What the read-out needs to find values from places."""
+    """Return the ends of an axis, from which the read-out finds values."""
     return f"{axis.low!r} {axis.high!r} {int(axis.is_log)} {axis.offset!r}"
 
 
-def _grid(x: ChartAxis, y: ChartAxis, height: int) -> list[str]:
-    parts = ['<g class="grid">']
-    parts += [
-        f'<line x1="{100 * at:.5g}%" x2="{100 * at:.5g}%" y1="0" y2="{height}"/>'
-        for at, _ in x.ticks
-    ]
-    parts += [
-        f'<line x1="0" x2="100%" y1="{(1 - at) * height:.5g}" y2="{(1 - at) * height:.5g}"/>'
-        for at, _ in y.ticks
-    ]
-    parts += [f'</g><path class="frame" d="M0 0V{height}"/>']
-    parts += [f'<line class="frame" x1="0" x2="100%" y1="{height}" y2="{height}"/>']
-    parts += [
-        f'<text x="{100 * at:.5g}%" y="{height + 16}" text-anchor="middle">{text}</text>'
-        for at, text in x.ticks
-        if text
-    ]
-    parts += [
-        f'<text x="-7" y="{(1 - at) * height + 4:.5g}" text-anchor="end">{text}</text>'
-        for at, text in y.ticks
-        if text
-    ]
-    return parts
+class _Area:
+    """The area of a chart: across in parts of its width, down in pixels."""
 
+    def __init__(self, x: ChartAxis, y: ChartAxis, height: int) -> None:
+        self._x, self._y, self._height = x, y, height
 
-def _path(x: ChartAxis, y: ChartAxis, line: Line) -> str:
-    """Points as steps from each to the next, in integers."""
-    if not len(line.x):
-        return ""
-    across = np.rint(x.place(line.x) * _WIDTH).astype(int)
-    down = (1 - np.clip(y.place(line.y), -0.05, 1.05)) * _HEIGHT
-    places = np.column_stack((across, np.rint(down).astype(int)))
-    start, steps = places[0].tolist(), np.diff(places, axis=0).tolist()
-    text = "".join(f" {a}{b}" if b < 0 else f" {a} {b}" for a, b in steps)
-    return (
-        f'<path class="{line.style}" data-name="{escape(line.name)}" data-unit='
-        f'"{escape(line.unit)}" d="M{start[0]} {start[1]}{"l" + text[1:] if text else ""}"/>'
-    )
+    def _down(self, at: float) -> float:
+        """Pixels from above of a place on the axis, 0 to 1."""
+        return (1 - at) * self._height
 
+    def grid(self) -> Iterator[str]:
+        height = self._height
+        below = f'y="{height + 16}" text-anchor="middle"'
+        yield '<g class="grid">'
+        for at, _ in self._x.ticks:
+            yield f'<line x1="{100 * at:.5g}%" x2="{100 * at:.5g}%" y1="0" y2="{height}"/>'
+        for at, _ in self._y.ticks:
+            down = f"{self._down(at):.5g}"
+            yield f'<line x1="0" x2="100%" y1="{down}" y2="{down}"/>'
+        yield f'</g><path class="frame" d="M0 0V{height}"/>'
+        yield f'<line class="frame" x1="0" x2="100%" y1="{height}" y2="{height}"/>'
+        for at, text in self._x.ticks:
+            if text:
+                yield f'<text x="{100 * at:.5g}%" {below}>{text}</text>'
+        for at, text in self._y.ticks:
+            if text:
+                yield f'<text x="-7" y="{self._down(at) + 4:.5g}" text-anchor="end">{text}</text>'
 
-def _points(x: ChartAxis, y: ChartAxis, line: Line, height: int) -> str:
-    if len(line.x) > _FEW and not line.has_points:
-        return ""
-    found = zip(x.place(line.x).tolist(), y.place(line.y).tolist(), strict=True)
-    dots = "".join(
-        f'<circle cx="{100 * a:.5g}%" cy="{(1 - max(b, 0.0)) * height:.5g}" r="2.6"/>'
-        for a, b in found
-    )
-    return f'<g class="points {line.style}" data-name="{escape(line.name)}">{dots}</g>'
+    def line(self, line: Line) -> str:
+        """Points as steps from each to the next, in integers."""
+        if not len(line.x):
+            return ""
+        across = np.rint(self._x.place(line.x) * _WIDTH).astype(int)
+        down = (1 - np.clip(self._y.place(line.y), -0.05, 1.05)) * _HEIGHT
+        places = np.column_stack((across, np.rint(down).astype(int)))
+        start, steps = places[0].tolist(), np.diff(places, axis=0).tolist()
+        text = "".join(f" {a}{b}" if b < 0 else f" {a} {b}" for a, b in steps)
+        return (
+            f'<path class="{line.style}" data-name="{escape(line.name)}" data-unit='
+            f'"{escape(line.unit)}" d="M{start[0]} {start[1]}{"l" + text[1:] if text else ""}"/>'
+        )
 
+    def points(self, line: Line) -> str:
+        if len(line.x) > _FEW and not line.has_points:
+            return ""
+        found = zip(self._x.place(line.x).tolist(), self._y.place(line.y).tolist(), strict=True)
+        dots = "".join(
+            f'<circle cx="{100 * a:.5g}%" cy="{self._down(max(b, 0.0)):.5g}" r="2.6"/>'
+            for a, b in found
+        )
+        return f'<g class="points {line.style}" data-name="{escape(line.name)}">{dots}</g>'
 
-def _level(y: ChartAxis, level: Level) -> str:
-    at = round((1 - y.at(level.value)) * _HEIGHT)
-    return f'<path class="{level.style}" d="M0 {at}h{_WIDTH}"/>'
+    def level(self, level: Level) -> str:
+        at = round((1 - self._y.at(level.value)) * _HEIGHT)
+        return f'<path class="{level.style}" d="M0 {at}h{_WIDTH}"/>'
 
+    def level_text(self, level: Level) -> str:
+        at = self._y.at(level.value)
+        if not level.text or not 0 <= at <= 1:
+            return ""
+        # Above its line, but below it at the upper end.
+        down = self._down(at)
+        down += 14 if down < 16 else -5
+        return f'<text class="note" x="0" dx="5" y="{down:.5g}">{escape(level.text)}</text>'
 
-def _level_text(y: ChartAxis, level: Level, height: int) -> str:
-    at = y.at(level.value)
-    if not level.text or not 0 <= at <= 1:
-        return ""
-    # Above its line, but below it at the upper end.
-    down = (1 - at) * height
-    down += 14 if down < 16 else -5
-    text = escape(level.text)
-    return f'<text class="note" x="0" dx="5" y="{down:.5g}">{text}</text>'
+    def notch(self, notch: Level) -> str:
+        down = self._down(min(max(self._y.at(notch.value), 0.0), 1.0))
+        return (
+            f'<svg class="notch" x="100%" y="{down:.5g}"><title>{escape(notch.text)}'
+            f'</title><path class="{notch.style}" d="M2 0h9"/></svg>'
+        )
 
+    def guide(self, guide: Guide) -> str:
+        a, b = (round(self._x.at(v) * _WIDTH) for v in guide.x)
+        c, d = (round((1 - self._y.at(v)) * _HEIGHT) for v in guide.y)
+        return f'<path class="guide" d="M{a} {c}L{b} {d}"/>'
 
-def _guide(x: ChartAxis, y: ChartAxis, guide: Guide) -> str:
-    a, b = (round(x.at(v) * _WIDTH) for v in guide.x)
-    c, d = (round((1 - y.at(v)) * _HEIGHT) for v in guide.y)
-    return f'<path class="guide" d="M{a} {c}L{b} {d}"/>'
+    def guide_text(self, guide: Guide) -> str:
+        a, b = map(self._x.at, guide.x)
+        c, d = map(self._y.at, guide.y)
+        if c < 0:  # where the line leaves the chart
+            a, c = a + (b - a) * c / (c - d), 0.0
+        return (
+            f'<text class="note" x="{100 * a:.5g}%" dx="5" y="{self._down(c) - 5:.5g}">'
+            f"{escape(guide.text)}</text>"
+        )
 
-
-def _guide_text(x: ChartAxis, y: ChartAxis, guide: Guide, height: int) -> str:
-    a, b = (x.at(v) for v in guide.x)
-    c, d = (y.at(v) for v in guide.y)
-    if c < 0:  # where the line leaves the chart
-        a, c = a + (b - a) * c / (c - d), 0.0
-    return (
-        f'<text class="note" x="{100 * a:.5g}%" dx="5" y="{(1 - c) * height - 5:.5g}">'
-        f"{escape(guide.text)}</text>"
-    )
-
-
-def _mark(x: ChartAxis, y: ChartAxis, mark: Mark, height: int) -> str:
-    across, down = f"{100 * x.at(mark.x):.5g}%", (1 - y.at(mark.y)) * height
-    return (
-        f'<g class="points {mark.style}"><title>{escape(mark.about)}</title><circle '
-        f'cx="{across}" cy="{down:.5g}" r="3.4"/><text x="{across}" dx="6" y="{down - 4:.5g}">'
-        f"{escape(mark.text)}</text></g>"
-    )
-
-
-def _notch(y: ChartAxis, notch: Notch, height: int) -> str:
-    at = min(max(y.at(notch.value), 0.0), 1.0)
-    return (
-        f'<svg class="notch" x="100%" y="{(1 - at) * height:.5g}"><title>{escape(notch.text)}'
-        f'</title><path class="{notch.style}" d="M2 0h9"/></svg>'
-    )
+    def mark(self, mark: Mark) -> str:
+        across, down = f"{100 * self._x.at(mark.x):.5g}%", self._down(self._y.at(mark.y))
+        return (
+            f'<g class="points {mark.style}"><title>{escape(mark.about)}</title><circle '
+            f'cx="{across}" cy="{down:.5g}" r="3.4"/><text x="{across}" dx="6" y="{down - 4:.5g}">'
+            f"{escape(mark.text)}</text></g>"
+        )

@@ -1,4 +1,4 @@
-"""Which definition a column follows: its error against each, as a table with a dot for each."""
+"""The error of a column against each of its definitions, as a table with a dot for each."""
 
 import math
 from html import escape
@@ -53,12 +53,9 @@ def _row(
         at = (math.log10(error) - low) / (high - low) if error > 0 else 0.0
         style = "full" if is_it else "open"
         dot = f'<circle class="{style}" cx="{100 * at:.4g}%" cy="9" r="4.5"/>'
-    ticks = "".join(
-        f'<line x1="{100 * n / (high - low):.4g}%" x2="{100 * n / (high - low):.4g}%" y1="0" '
-        'y2="18"/>'
-        for n in range(high - low + 1)
-        if high - low <= 20 or n % 5 == 0
-    )
+    count = high - low
+    places = (f"{100 * n / count:.4g}%" for n in range(0, count + 1, 1 if count <= 20 else 5))
+    ticks = "".join(f'<line x1="{at}" x2="{at}" y1="0" y2="18"/>' for at in places)
     said = escape(printable(name.replace("_", " ")))
     if name == c.as_written.definition:
         said += " <i>(default)</i>"

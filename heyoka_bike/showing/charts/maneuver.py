@@ -11,10 +11,10 @@ from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.measures import TOLERANCE
 from heyoka_bike.scoring.report import Curve, Explanation, ManeuverScore
 from heyoka_bike.showing.charts import axis
-from heyoka_bike.showing.charts.chart import Level, Line, Notch, chart, empty, small, wide
+from heyoka_bike.showing.charts.chart import Level, Line, chart, empty, small, wide
 from heyoka_bike.showing.charts.decimate import envelope, highest
 from heyoka_bike.showing.document.html import prose
-from heyoka_bike.showing.wording import in_unit, label, number, plain, scale, unit_text
+from heyoka_bike.showing.wording import in_unit, label, number, plain, unit_text
 
 _ALL_HEIGHT, _ONE_HEIGHT = 300, 120
 # Looks of lines in page.css; columns beyond the eight of the benchmark share them.
@@ -51,9 +51,9 @@ def run_time(maneuvers: Sequence[ManeuverScore]) -> axis.ChartAxis:
 
 def all_errors(m: ManeuverScore) -> str:
     """Errors of all columns over time, each relative to its scale."""
-    lines, notches, items, peaks, floors = [], [], [], [], []
+    lines, notches, items, peaks = [], [], [], []
     for c in m.columns:
-        name, style, size = label(c.key), style_of(c.key), scale(c)
+        name, style, size = label(c.key), style_of(c.key), c.scale
         t, error = highest(c.trace.time, np.abs(c.trace.error), _ALL_BINS)
         remark = "" if len(t) else "not compared"
         if size and len(t):
@@ -63,14 +63,13 @@ def all_errors(m: ManeuverScore) -> str:
             else:
                 remark = "no error"
         if c.floor and size and len(t):
-            floors.append(c.floor / size)
-            notches.append(Notch(c.floor / size, style, f"{name}: floor {number(c.floor / size)}"))
+            notches.append(Level(c.floor / size, style, f"{name}: floor {number(c.floor / size)}"))
         items.append((name, style, remark))
     if not lines:
         return empty("Nothing could be compared.")
     if not peaks:
         return empty("The error is exactly 0 in every row of every column.")
-    low, high = min(peaks + floors), max(*peaks, 2 * TOLERANCE)
+    low, high = min(peaks + [n.value for n in notches]), max(*peaks, 2 * TOLERANCE)
     drawn = chart(
         run_time([m]),
         axis.decades(low, high),
@@ -97,7 +96,7 @@ def all_errors(m: ManeuverScore) -> str:
 
 
 def explained(e: Explanation) -> str:
-    """What an explanation leaves of the error, in one column of each maneuver."""
+    """Draw the error that an explanation leaves, in one column of each maneuver."""
     parts = "".join(
         small(f"Maneuver {c.maneuver}, {label(c.key)}", _explained(c)) for c in e.curves
     )
@@ -113,19 +112,18 @@ def explained(e: Explanation) -> str:
 
 def _explained(c: Curve) -> str:
     unit, name = unit_text(c.unit), label(c.key)
-    lines, low, high = [], [], []
-    for called, style, error in (("before", "before", c.before), ("after", "after", c.after)):
+    lines: list[Line] = []
+    ends: list[float] = []
+    for called, error in (("before", c.before), ("after", c.after)):
         t, points = highest(c.time, error, _ALL_BINS)
         if points.any():
-            lines.append(Line(called, style, t, points, unit))
-            ends = _range(t, points)
-            low.append(ends[0])
-            high.append(ends[1])
+            lines.append(Line(called, called, t, points, unit))
+            ends += _range(t, points)
     if not lines:
         return empty("The error is exactly 0 in every row.")
     about = f"Error of the {name} in maneuver {c.maneuver} before and after, logarithmic"
     return chart(
-        axis.times(float(c.time[0]), float(c.time[-1])), axis.decades(min(low), max(high), 6),
+        axis.times(float(c.time[0]), float(c.time[-1])), axis.decades(min(ends), max(ends), 6),
         lines, about=about, title=f"absolute error [{unit}]", x_title="time [s]",
         height=_ONE_HEIGHT,
     )  # fmt: skip
@@ -161,15 +159,12 @@ def _one_column(m: ManeuverScore, c: ColumnScore) -> str:
 
 def _overlay(time: axis.ChartAxis, c: ColumnScore, name: str, unit: str) -> str:
     t = c.trace
-    both = [envelope(t.time, v, _ONE_BINS) for v in (t.reference, t.value)]
-    y = axis.values(
-        min(float(v.min()) for _, v in both), max(float(v.max()) for _, v in both)
-    )  # fmt: skip
-    styles = (("reference", "reference"), ("result", "result"))
     lines = [
-        Line(called, style, *points, unit)
-        for (called, style), points in zip(styles, both, strict=True)
+        Line(called, called, *envelope(t.time, values, _ONE_BINS), unit)
+        for called, values in (("reference", t.reference), ("result", t.value))
     ]
+    low, high = min(line.y.min() for line in lines), max(line.y.max() for line in lines)
+    y = axis.values(float(low), float(high))
     about = f"{name} over time: the result on top of the reference"
     return chart(
         time, y, lines, about=about, title=f"{name}{y.offset_text} [{unit}]", x_title="",
@@ -188,10 +183,10 @@ def _error(time: axis.ChartAxis, c: ColumnScore, name: str, unit: str) -> str:
         low, high = min(low, c.floor), max(high, c.floor)
     low = max(low, high * 10.0**-_MOST_DECADES)
     levels = [Level(c.floor, "floor", "")] if c.floor and c.floor >= low else []
-    size = scale(c)
-    if size and high > 0.01 * TOLERANCE * size:
-        high = max(high, TOLERANCE * size)
-        levels.append(Level(TOLERANCE * size, "tolerance", "1e-3 of the scale"))
+    tolerance = TOLERANCE * c.scale
+    if high > 0.01 * tolerance > 0:
+        high = max(high, tolerance)
+        levels.append(Level(tolerance, "tolerance", "1e-3 of the scale"))
     about = f"Absolute error of the {name} over time, logarithmic"
     return chart(
         time, axis.decades(low, high, 6), [Line("error", "error", t, error, unit)], about=about,
@@ -200,7 +195,7 @@ def _error(time: axis.ChartAxis, c: ColumnScore, name: str, unit: str) -> str:
 
 
 def _range(t: Array, error: Array) -> tuple[float, float]:
-    """What to show of an error that is not all 0: not all the way down where it crosses zero.
+    """Return the range to show of an error that is not all 0, cut where it crosses zero.
 
     Nor do the first few rows count, which are exact or nearly so: they leave the chart below.
     """

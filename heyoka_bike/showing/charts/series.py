@@ -9,10 +9,10 @@ from heyoka_bike.scoring.column_score import ColumnScore
 from heyoka_bike.scoring.measures import TOLERANCE
 from heyoka_bike.scoring.report import Convergence, Run, Series
 from heyoka_bike.showing.charts import axis
-from heyoka_bike.showing.charts.chart import Guide, Level, Line, Notch, chart, empty, small, wide
+from heyoka_bike.showing.charts.chart import Guide, Level, Line, chart, empty, small, wide
 from heyoka_bike.showing.charts.decimate import highest
 from heyoka_bike.showing.charts.maneuver import legend, run_time, style_of
-from heyoka_bike.showing.wording import label, number, run_name, scale
+from heyoka_bike.showing.wording import label, number, run_name
 
 _HEIGHT, _SMALL = 280, 160
 _BINS = 125
@@ -58,11 +58,10 @@ def side_by_side(series: Series, maneuver: int) -> str:
 def _error_lines(series: Series, c: Convergence) -> Iterator[Line]:
     for i, run in enumerate(series.runs):
         found = _column(run, c.maneuver, c.key)
-        size = found and scale(found)
-        if found is not None and size and found.trace.error.any():
+        if found is not None and found.scale and found.trace.error.any():
             t, error = highest(found.trace.time, np.abs(found.trace.error), _BINS)
             style = f"s{_APART[i % len(_APART)]}"
-            yield Line(run_name(series, run), style, t, error / size)
+            yield Line(run_name(series, run), style, t, error / found.scale)
 
 
 def _over_time(key: str, time: axis.ChartAxis, lines: Sequence[Line]) -> str:
@@ -89,7 +88,7 @@ def _column(run: Run, maneuver: int, key: str) -> ColumnScore | None:
 def _drawing(series: Series, maneuver: int, across: Sequence[float | None], is_step: bool) -> str:
     lines, items, notches = [], [], []
     for c in [c for c in series.convergence if c.maneuver == maneuver]:
-        size = _scale(series, c)
+        size = max(s.scale for run in series.runs if (s := _column(run, maneuver, c.key)))
         points = _points(across, c.errors, size)
         remark = "" if points else "no error" if set(c.errors) == {0.0} else "not compared"
         items.append((label(c.key), style_of(c.key), remark))
@@ -98,7 +97,7 @@ def _drawing(series: Series, maneuver: int, across: Sequence[float | None], is_s
             lines.append(Line(label(c.key), style_of(c.key), x, y, has_points=True))
         if points and size and c.floor:
             text = f"{label(c.key)}: floor {number(c.floor / size)}"
-            notches.append(Notch(c.floor / size, style_of(c.key), text))
+            notches.append(Level(c.floor / size, style_of(c.key), text))
     if not lines:
         return ""
     every_x = np.concatenate([line.x for line in lines])
@@ -122,27 +121,19 @@ def _drawing(series: Series, maneuver: int, across: Sequence[float | None], is_s
 
 
 def _points(
-    across: Sequence[float | None], errors: Sequence[float | None], size: float | None
+    across: Sequence[float | None], errors: Sequence[float | None], size: float
 ) -> list[tuple[float, float]]:
     """Errors relative to the column's size, where both logarithms exist."""
-    if size is None:
-        return []
-    return [
-        (x, e / size) for x, e in zip(across, errors, strict=True) if x and e and x > 0 and e > 0
-    ]
+    found = zip(across, errors, strict=True)
+    return [(x, e / size) for x, e in found if x and e and size and x > 0 and e > 0]
 
 
 def _guides(
     series: Series, maneuver: int, lines: Sequence[Line], x_axis: axis.ChartAxis
 ) -> list[Guide]:
     """Lines of whole orders around the observed ones, from the largest error downwards."""
-    orders = [
-        p
-        for c in series.convergence
-        if c.maneuver == maneuver
-        for p in c.orders
-        if p is not None and 0.5 <= p <= _MOST_ORDER
-    ]
+    found = (p for c in series.convergence if c.maneuver == maneuver for p in c.orders)
+    orders = [p for p in found if p is not None and 0.5 <= p <= _MOST_ORDER]
     if not orders:
         return []
     wide = max(float(line.x.max()) for line in lines)
@@ -157,9 +148,3 @@ def _guides(
               f"p = {p}")
         for p in chosen
     ]  # fmt: skip
-
-
-def _scale(series: Series, c: Convergence) -> float | None:
-    """Scale of a column, from the first run that knows it."""
-    found = (_column(run, c.maneuver, c.key) for run in series.runs)
-    return next((x for x in (scale(column) for column in found if column) if x), None)

@@ -19,7 +19,7 @@ _STACK = 1 << 20
 
 
 def source() -> str:
-    """What the module is made from: the header without its comment, which names the version."""
+    """Return the source of the module: the header without its comment, which names the version."""
     lines = render(load_reference()).decode("ascii").splitlines(keepends=True)
     return "".join(line for line in lines if not line.startswith("//"))
 

@@ -1,19 +1,22 @@
-"""What is shown, as blocks; `text`, `html` and `notebook` each render them all.
+"""The document model: blocks, which `text`, `html` and `notebook` render.
 
 A report, a leaderboard, a table of checks or the view of an object is declared once, as blocks.
-What is only for one medium says so; words that are shorter on a terminal are `Words`.
+A block for some media only says so (`only`); words that are shorter on a terminal are `Words`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Self
 
 from heyoka_bike.showing.grades import Grade
 
-TEXT, HTML = "text", "html"
+TEXT, HTML, PAGE, NOTEBOOK = "text", "html", "page", "notebook"
+"""Media; a page and a notebook are both HTML."""
+
+_SHOWN = {TEXT: ("", TEXT), PAGE: ("", HTML, PAGE), NOTEBOOK: ("", HTML, NOTEBOOK)}
 
 
 class Words(str):
@@ -51,7 +54,7 @@ class Paragraph:
     note
         In small letters below.
     only
-        The medium that it is for; empty for all.
+        `TEXT`, `HTML`, or one of HTML's two; empty for all media.
     """
 
     text: str
@@ -75,7 +78,7 @@ class Item:
     mark
         Stands in front.
     typed
-        What it is about, as it was typed.
+        Its subject, as it was typed.
     """
 
     text: str
@@ -136,7 +139,7 @@ class TableColumn:
     is_prose
         Flush left, and folded.
     leave_out
-        How soon text leaves it out where there is no room, from 1 on; 0 never.
+        Order in which text leaves it out where there is no room, from 1 on; 0 never.
     style
         Class of its cells.
     only
@@ -165,14 +168,14 @@ class TableBlock:
     style
         Its class.
     left
-        How many columns are flush left; numbers stand in the others.
+        Number of columns that are flush left; numbers stand in the others.
     group
         A line is drawn below each so many rows of text; 0 for none.
     in_parts
-        Whether text shows columns below the others if there is no room beside them; those that are
+        True if text shows columns below the others if there is no room beside them; those that are
         flush left stand in each part.
     is_explained
-        Whether a page says what the columns mean.
+        True if a page says what the columns mean.
     note
         Said below.
     only
@@ -193,7 +196,7 @@ class TableBlock:
     def columns_of(self, medium: str) -> list[tuple[int, TableColumn]]:
         """The columns that a medium shows, with their places in the rows."""
         every = (TableColumn(c) if isinstance(c, str | Cell) else c for c in self.columns)
-        return [(i, c) for i, c in enumerate(every) if c.only in ("", medium)]
+        return [(i, c) for i, c in enumerate(every) if c.only in _SHOWN[medium]]
 
     @property
     def grades(self) -> list[Grade]:
@@ -226,7 +229,8 @@ class Chapter:
     anchor, link
         Its place on a page, and how the contents of the page name it.
     is_folded, is_open
-        Whether it can be opened and closed in a notebook, and is open.
+        True if it can be opened and closed in a notebook, and is open. What is folded and not open
+        is a detail, which text may leave out.
     only
         The medium that it is for; empty for all.
     """
@@ -238,6 +242,11 @@ class Chapter:
     is_folded: bool = False
     is_open: bool = False
     only: str = ""
+
+    @property
+    def is_detail(self) -> bool:
+        """True if it is shown to who asks for it."""
+        return self.is_folded and not self.is_open
 
 
 Row = Sequence[str | Cell]
@@ -255,9 +264,9 @@ class Document:
     title
         Of the window.
     heading
-        Of the page, empty if that is the first paragraph; text has none.
+        Of the page; text has none.
     kind
-        What it is, above the heading.
+        Its kind, above the heading.
     blocks
     origin : sequence of (name, text)
         Where it comes from.
@@ -267,25 +276,19 @@ class Document:
     heading: str
     kind: str
     blocks: Sequence[Block]
-    origin: Sequence[tuple[str, str]] = field(default=())
+    origin: Sequence[tuple[str, str]] = ()
 
 
 def of_medium(blocks: Sequence[Block], medium: str) -> list[Block]:
     """The blocks that a medium shows: none that is empty, or for another."""
-    return [b for b in blocks if b.only in ("", medium) and _has_content(b, medium)]
+    return [b for b in blocks if b.only in _SHOWN[medium] and _has_content(b, medium)]
 
 
 def _has_content(block: Block, medium: str) -> bool:
     match block:
-        case Paragraph():
-            return bool(block.text)
-        case Listing():
-            return bool(block.items)
-        case Facts():
-            return bool(block.facts)
-        case TableBlock():
-            return bool(block.rows)
-        case Chart():
-            return bool(block.markup)
-        case Chapter():
-            return bool(of_medium(block.blocks, medium))
+        case Chapter(blocks=blocks):
+            return bool(of_medium(blocks, medium))
+        case Paragraph(text=content) | Chart(markup=content):
+            return bool(content)
+        case Listing(items=parts) | Facts(facts=parts) | TableBlock(rows=parts):
+            return bool(parts)

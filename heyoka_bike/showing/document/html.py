@@ -20,38 +20,31 @@ SCRIPT = Path(__file__).with_name("page.js").read_text(encoding="utf-8")
 _PAGE = Template(Path(__file__).with_name("page.html").read_text(encoding="utf-8"))
 
 # A line must not end within 1e-05, nor before a unit.
-_NUMBER = re.compile(r"-?[0-9.]+(?:e[-+]?[0-9]+)?(?: (?:%|s\b|J\b|rad\b(?:/s)?|m/s))?")
+_UNIT = r" (?:%|s\b|J\b|rad\b(?:/s)?|m/s)"
+_NUMBER = re.compile(rf"(-?[0-9.]+(?:e[-+]?[0-9]+(?:{_UNIT})?|{_UNIT}))")
 
 
 def render(document: doc.Document) -> str:
     """A page that needs nothing else; places that its contents name follow its first blocks."""
-    blocks = doc.of_medium(document.blocks, doc.HTML)
+    blocks = doc.of_medium(document.blocks, doc.PAGE)
     start = next((i for i, b in enumerate(blocks) if isinstance(b, doc.Chapter)), len(blocks))
-    heading = f"<h1>{escape(document.heading)}</h1>" if document.heading else ""
     places = [(b.anchor, b.link) for b in blocks if isinstance(b, doc.Chapter) and b.link]
     items = "".join(f'<li><a href="#{where}">{escape(said)}</a></li>' for where, said in places)
     contents = f'<nav aria-label="Contents"><ul>{items}</ul></nav>' if items else ""
     body = (
-        f'<header><p class="kicker">{escape(document.kind)}</p>{heading}'
+        f'<header><p class="kicker">{escape(document.kind)}</p>'
+        f"<h1>{escape(document.heading)}</h1>"
         f"{markup(blocks[:start])}\n{contents}</header>\n{markup(blocks[start:])}"
     )
     return page(document.title, body, document.origin, styles=(PAGE_STYLE,), script=SCRIPT)
 
 
-def markup(blocks: Sequence[doc.Block], level: int = 2, is_folding: bool = False) -> str:
-    """Blocks as HTML.
-
-    Parameters
-    ----------
-    level
-        Of the headings.
-    is_folding
-        Whether chapters fold that can be folded.
-    """
-    return "\n".join(_block(b, level, is_folding) for b in doc.of_medium(blocks, doc.HTML))
+def markup(blocks: Sequence[doc.Block], level: int = 2, medium: str = doc.PAGE) -> str:
+    """Blocks as HTML of a page or a notebook, with headings from a level on."""
+    return "\n".join(_block(b, level, medium) for b in doc.of_medium(blocks, medium))
 
 
-def _block(block: doc.Block, level: int, is_folding: bool) -> str:
+def _block(block: doc.Block, level: int, medium: str) -> str:
     match block:
         case doc.Paragraph():
             return _paragraph(block)
@@ -60,11 +53,11 @@ def _block(block: doc.Block, level: int, is_folding: bool) -> str:
         case doc.Facts():
             return _facts(block)
         case doc.TableBlock():
-            return _table(block)
+            return _table(block, medium)
         case doc.Chart():
             return block.markup
         case doc.Chapter():
-            return _chapter(block, level, is_folding)
+            return _chapter(block, level, medium)
 
 
 def _paragraph(block: doc.Paragraph) -> str:
@@ -75,11 +68,8 @@ def _paragraph(block: doc.Paragraph) -> str:
         said, where = block.link
         text += f'; <a href="#{where}">{escape(said)}</a>'
     note = f" <span>{escape(block.note)}</span>" if block.note else ""
-    if block.style == "head":
-        return f"<p><b>{escape(block.text)}</b></p>"
     style = f' class="{block.style}"' if block.style else ""
-    tag = "h1" if "heading" in block.style else "p"
-    return f"<{tag}{style}>{sign}{lead}{text}{note}</{tag}>"
+    return f"<p{style}>{sign}{lead}{text}{note}</p>"
 
 
 def _item(item: doc.Item) -> str:
@@ -101,18 +91,21 @@ def _facts(block: doc.Facts) -> str:
     return f'<dl class="facts">{items}</dl>'
 
 
-def _chapter(block: doc.Chapter, level: int, is_folding: bool) -> str:
-    if is_folding and block.is_folded:
-        content = markup(block.blocks, level, is_folding)
+def _chapter(block: doc.Chapter, level: int, medium: str) -> str:
+    title = escape(block.title)
+    if medium == doc.NOTEBOOK and block.is_folded:
+        content = markup(block.blocks, level, medium)
         state = " open" if block.is_open else ""
-        return f"<details{state}><summary>{escape(block.title)}</summary>{content}</details>"
-    content = f"<h{level}>{escape(block.title)}</h{level}>{markup(block.blocks, level + 1)}"
-    return f'<section id="{block.anchor}">{content}</section>' if block.anchor else content
+        return f"<details{state}><summary>{title}</summary>{content}</details>"
+    content = f"<h{level}>{title}</h{level}>{markup(block.blocks, level + 1, medium)}"
+    # Two reports in a notebook would have the same places.
+    is_place = block.anchor and medium == doc.PAGE
+    return f'<section id="{block.anchor}">{content}</section>' if is_place else content
 
 
-def _table(table: doc.TableBlock) -> str:
+def _table(table: doc.TableBlock, medium: str) -> str:
     """A table that scrolls in its box, what its signs mean, and what else is said below."""
-    columns = table.columns_of(doc.HTML)
+    columns = table.columns_of(medium)
     top = "".join(f'<th scope="col"{_class(c)}>{_inline(c.heading)}</th>' for _, c in columns)
     body = []
     for row in table.rows:
@@ -175,20 +168,8 @@ def capital(text: str) -> str:
 
 def prose(text: str) -> str:
     """Text as HTML, every number with its unit kept on one line."""
-    return "".join(
-        f"<bdi>{escape(part)}</bdi>" if is_number else escape(part)
-        for part, is_number in _parts(text)
-    )
-
-
-def _parts(text: str) -> list[tuple[str, bool]]:
-    parts, end = [], 0
-    for found in _NUMBER.finditer(text):
-        if "e" not in found[0] and " " not in found[0]:
-            continue  # nothing to break
-        parts += [(text[end : found.start()], False), (found[0], True)]
-        end = found.end()
-    return [*parts, (text[end:], False)]
+    parts = map(escape, _NUMBER.split(text))
+    return "".join(f"<bdi>{part}</bdi>" if i % 2 else part for i, part in enumerate(parts))
 
 
 def policy(*scripts: str, has_wasm: bool = False) -> str:
@@ -229,7 +210,7 @@ def page(
     data
         JSON for the script, if it needs any.
     has_wasm
-        Whether the script compiles WebAssembly.
+        True if the script compiles WebAssembly.
     """
     given = f'<script type="application/json" id="data">\n{data}\n</script>\n' if data else ""
     return _PAGE.substitute(

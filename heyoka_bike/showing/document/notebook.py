@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from functools import cache
 
 from heyoka_bike.errors import printable
-from heyoka_bike.showing.document import Block, Paragraph
+from heyoka_bike.showing.document import NOTEBOOK, Block, Paragraph
 from heyoka_bike.showing.document.html import PAGE_STYLE, markup
 
 _CLASS = "heyoka-bike"
@@ -25,9 +25,9 @@ def _style() -> str:
 
 def render(blocks: Sequence[Block]) -> str:
     """Blocks as one piece, in which chapters fold."""
-    return f'<div class="{_CLASS}">{_style()}{markup(blocks, is_folding=True)}</div>'
+    return f'<div class="{_CLASS}">{_style()}{markup(blocks, medium=NOTEBOOK)}</div>'
 
 
 def head(title: str, facts: str = "") -> tuple[Paragraph, Paragraph]:
-    """What it is, and some words on it."""
+    """Return a title, and some words on it, as paragraphs."""
     return Paragraph(printable(title), "head"), Paragraph(printable(facts), "facts")

@@ -30,6 +30,9 @@ _LOOKS = {
 _Piece = tuple[str, str]
 """Text, and words of `_CODES`."""
 
+_Columns = Sequence[tuple[int, doc.TableColumn]]
+"""Columns of a table with their places in its rows."""
+
 
 def render(
     shown: doc.Document | Sequence[doc.Block],
@@ -46,9 +49,9 @@ def render(
         Letters of a line; None for those of the terminal. Tables leave out what does not fit, but
         never cut a number.
     has_colors
-        Whether to use the colours of a terminal.
+        True to use the colours of a terminal.
     has_details
-        Whether to show folded chapters, and how the document was made.
+        True to show folded chapters, and the origin of the document.
     """
     page = TextPage(width, has_colors, has_details)
     if isinstance(shown, doc.Document):
@@ -77,7 +80,7 @@ class TextPage:
         """Blocks, one below the other; an empty line before each table and after it."""
         last: doc.Block | None = None
         for block in doc.of_medium(blocks, doc.TEXT):
-            if isinstance(block, doc.Chapter) and block.is_folded and not self._has_details:
+            if isinstance(block, doc.Chapter) and block.is_detail and not self._has_details:
                 continue
             is_apart = isinstance(block, doc.TableBlock) or isinstance(
                 last, doc.TableBlock | doc.Chapter
@@ -133,20 +136,18 @@ class TextPage:
             self._add((f"  {mark:<{_MARK}}", _look(item.style)), (line, ""))
 
     def _table(self, table: doc.TableBlock) -> None:
-        """What does not fit is left out or shown below, and else not cut."""
+        """Leave out or show below what does not fit; cut nothing."""
         columns = table.columns_of(doc.TEXT)
         for order in sorted({c.leave_out for _, c in columns} - {0}):
-            if _Layout(table, columns, self.width).fits:
+            if self._fits(table, columns):
                 break
             columns = [x for x in columns if x[1].leave_out != order]
         left, others = columns[: table.left], columns[table.left :]
         while others:
             count = len(others)
-            while table.in_parts and count > 1:
-                if _Layout(table, left + others[:count], self.width).fits:
-                    break
+            while table.in_parts and count > 1 and not self._fits(table, left + others[:count]):
                 count -= 1
-            for line in _Layout(table, left + others[:count], self.width).lines():
+            for line in _lines(table, left + others[:count], self.width):
                 self._add(*line)
             others = others[count:]
             if others:
@@ -157,6 +158,10 @@ class TextPage:
             self._explained |= set(meanings)
             self.say("; ".join(f"{ASCII_SIGNS[g]} {MEANINGS[g]}" for g in meanings), "dim")
 
+    def _fits(self, table: doc.TableBlock, columns: _Columns) -> bool:
+        (first, *_) = _lines(table, columns, self.width)
+        return sum(len(text) for text, _ in first) <= self.width
+
     def _add(self, *pieces: _Piece) -> None:
         line = ""
         for text, style in pieces:
@@ -165,71 +170,45 @@ class TextPage:
         self._lines.append(line.rstrip())
 
 
-class _Layout:
-    """Some columns of a table, in lines with a rule below the headings."""
-
-    def __init__(
-        self, table: doc.TableBlock, columns: Sequence[tuple[int, doc.TableColumn]], width: int
-    ) -> None:
-        self._group = table.group
-        rows = [[_written(row[i]) for i, _ in columns] for row in table.rows]
-        head = [_written(c.heading)[0] for _, c in columns]
-        height = max(text.count("\n") for text in head)
-        # Headings stand on the rule.
-        top = [("\n" * (height - text.count("\n")) + text, "bold") for text in head]
-        prose = [c.is_prose for _, c in columns]
-        self._is_left = [i < table.left or p for i, p in enumerate(prose)]
-        # Two spaces in front of each number but the first, which follows words of many lengths.
-        self._gaps = [" " * ((i > 0) + (i > table.left)) for i in range(len(columns))]
-        self._widths = [
-            max(len(line) for row in (top, *rows) for line in row[i][0].split("\n"))
-            for i in range(len(columns))
+def _lines(table: doc.TableBlock, columns: _Columns, width: int) -> list[list[_Piece]]:
+    """Some columns of a table, in lines of one length, with a rule below the headings."""
+    head = [_written(c.heading)[0] for _, c in columns]
+    height = max(text.count("\n") for text in head)
+    # Headings stand on the rule.
+    rows = [[("\n" * (height - text.count("\n")) + text, "bold") for text in head]]
+    rows += [[_written(row[i]) for i, _ in columns] for row in table.rows]
+    prose = [i for i, (_, c) in enumerate(columns) if c.is_prose]
+    # Two spaces in front of each number but the first, which follows words of many lengths.
+    gaps = [" " * ((i > 0) + (i > table.left)) for i in range(len(columns))]
+    widths = [
+        max(len(line) for text, _ in cells for line in text.split("\n"))
+        for cells in zip(*rows, strict=True)
+    ]
+    room = width - sum(map(len, gaps))
+    # Prose is folded, the widest column first, until the lines fit or the words are too few.
+    while sum(widths) > room and prose:
+        longest = max(prose, key=widths.__getitem__)
+        if widths[longest] <= _LEAST_WORDS:
+            break
+        widths[longest] -= 1
+    rule = [("-" * (sum(widths) + sum(map(len, gaps))), "")]
+    found = []
+    for n, row in enumerate(rows):
+        cells = [
+            wrap(text, widths[i]) if n and i in prose else text.split("\n")
+            for i, (text, _) in enumerate(row)
         ]
-        self._narrow([i for i, p in enumerate(prose) if p], width)
-        self.fits = self.width <= width
-        self._rows = [
-            [
-                ("\n".join(wrap(text, w)) if p else text, style)
-                for (text, style), w, p in zip(row, self._widths, prose, strict=True)
-            ]
-            for row in rows
-        ]
-        self._top = top
-
-    def _narrow(self, folding: Sequence[int], width: int) -> None:
-        """Fold prose, the widest column first, until the lines fit or the words are too few."""
-        while self.width > width and folding:
-            longest = max(folding, key=self._widths.__getitem__)
-            if self._widths[longest] <= _LEAST_WORDS:
-                break
-            self._widths[longest] -= 1
-
-    @property
-    def width(self) -> int:
-        """Of the longest line."""
-        return sum(self._widths) + sum(map(len, self._gaps))
-
-    def lines(self) -> list[list[_Piece]]:
-        """Each as pieces of text with their style."""
-        rule = [("-" * self.width, "")]
-        found = [*self._row(self._top), rule]
-        for i, row in enumerate(self._rows, start=1):
-            found += self._row(row)
-            if self._group and i % self._group == 0 and i < len(self._rows):
-                found.append(rule)
-        return found
-
-    def _row(self, row: Sequence[_Piece]) -> list[list[_Piece]]:
-        styles = [style for _, style in row]
-        return [
-            [
-                (gap + (text.ljust(width) if is_left else text.rjust(width)), style)
-                for text, gap, width, is_left, style in zip(
-                    texts, self._gaps, self._widths, self._is_left, styles, strict=True
-                )
-            ]
-            for texts in zip_longest(*(text.split("\n") for text, _ in row), fillvalue="")
-        ]
+        for texts in zip_longest(*cells, fillvalue=""):
+            line = []
+            for i, text in enumerate(texts):
+                is_left = i < table.left or i in prose
+                padded = text.ljust(widths[i]) if is_left else text.rjust(widths[i])
+                line.append((gaps[i] + padded, row[i][1]))
+            found.append(line)
+        is_end = table.group and n % table.group == 0 and n < len(table.rows)
+        if n == 0 or is_end:
+            found.append(rule)
+    return found
 
 
 def wrap(text: str, width: int) -> list[str]:

@@ -31,9 +31,9 @@ class Kind:
     module
         Of this package.
     file
-        How its files are called.
+        Name of its files.
     about
-        What is drawn, in a few words.
+        Its content, in a few words.
     shows
         ``each``: a figure for each maneuver; ``all``: a figure with all; ``none``: no motion.
     """
@@ -95,7 +95,7 @@ def plates(
     maneuver
         Only this one, in figures of motions.
     dashes
-        What stands before the name of an argument in a message; on the command line two.
+        Dashes before the name of an argument in a message; on the command line two.
 
     Raises
     ------
@@ -106,14 +106,12 @@ def plates(
         raise InputError(f"{dashes}figure: {unknown_word(name, [*FIGURES, ATLAS, ALL])}")
     if maneuver is not None and maneuver not in reference:
         raise InputError(f"{dashes}maneuver: found {maneuver}, expected 1 to {len(reference)}")
-    if name == ALL:
-        return [plate for kind in FIGURES.values() for plate in _plates(kind, reference, maneuver)]
-    kind = FIGURES[name]
-    if kind.shows == "none" and maneuver is not None:
+    kinds = list(FIGURES.values()) if name == ALL else [FIGURES[name]]
+    if maneuver is not None and all(kind.shows == "none" for kind in kinds):
         raise InputError(
             f"{dashes}maneuver: found {maneuver}, expected none: '{name}' shows no motion"
         )
-    return _plates(kind, reference, maneuver)
+    return [plate for kind in kinds for plate in _plates(kind, reference, maneuver)]
 
 
 def _plates(kind: Kind, reference: Reference, maneuver: int | None) -> list[Plate]:

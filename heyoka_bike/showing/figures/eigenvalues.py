@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from math import floor
 from typing import TYPE_CHECKING, Any
@@ -15,7 +14,7 @@ from heyoka_bike.bicycle.stability.linear import Linearisation, linearise
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.load import Reference
-from heyoka_bike.showing.figures.style import BLACK, BLUE, GREEN, VERMILLION, WIDTH, style
+from heyoka_bike.showing.figures.style import BLACK, BLUE, GREEN, VERMILLION, drawing
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,7 +23,7 @@ if TYPE_CHECKING:
 FASTEST = 10.0
 """[m/s]"""
 
-_SIZE = (WIDTH, 5.0)  # [inch]
+_HEIGHT = 5.0  # [inch]
 _DIGITS = 15
 _DECIMALS = 5
 _POINTS = 100  # of a branch
@@ -34,25 +33,6 @@ _NEAR = 1e-8
 _REAL = (-8.5, 8.5)  # [1/s]; the castering mode leaves it, and nothing happens there
 _SHADE = "#e4efe7"
 _NOTE: dict[str, Any] = {"fontsize": 7.5, "linespacing": 1.25}
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Branch:
-    """One eigenvalue over a range of speeds where as many are real as at any other speed in it.
-
-    Attributes
-    ----------
-    mode
-        weave, capsize or castering; of a bicycle whose eigenvalues meet in another way than the
-        benchmark's real or complex.
-    speed, real, imag : ndarray, shape (n,)
-        [m/s], [1/s], [rad/s]; of a pair the one with positive imaginary part.
-    """
-
-    mode: str
-    speed: Array
-    real: Array
-    imag: Array
 
 
 _LOOKS: dict[str, Any] = {
@@ -84,18 +64,18 @@ def draw(reference: Reference, numbers: Sequence[int] = ()) -> Figure:
         matplotlib is not installed.
     """
     linear = linearise(Bicycle.parse(reference.bicycle, reference.parameters), _DIGITS)
-    with style():
-        from matplotlib.figure import Figure
-
-        figure = Figure(figsize=_SIZE, layout="constrained")
+    with drawing(_HEIGHT) as figure:
         upper, lower = figure.subplots(2, 1, sharex=True, height_ratios=(1.6, 1))
         for low, high in linear.stable_ranges:
             _shade((upper, lower), float(low), FASTEST if high is None else float(high))
-        for branch in branches(linear):
-            upper.plot(branch.speed, branch.real, label=branch.mode, **_LOOKS[branch.mode])
-            if branch.imag.any():
-                lower.plot(branch.speed, branch.imag, **_LOOKS[branch.mode])
-        _mark_critical_speeds(upper, linear)
+        for mode, speed, values in _branches(linear):
+            upper.plot(speed, values.real, label=mode, **_LOOKS[mode])
+            if values.imag.any():
+                lower.plot(speed, values.imag, **_LOOKS[mode])
+        for weave, _ in linear.weave_speeds:
+            _mark_critical_speed(upper, "weave speed", float(weave), -1)
+        for capsize in linear.capsize_speeds:
+            _mark_critical_speed(upper, "capsize speed", float(capsize), 1)
         _mark_maneuvers((upper, lower), reference)
         upper.axhline(0.0, color=BLACK, linewidth=0.6)
         upper.set(xlim=(0.0, FASTEST), ylim=_REAL, ylabel="real part [1/s]")
@@ -121,13 +101,6 @@ def _shade(axes: Sequence[Axes], low: float, high: float) -> None:
         (low + end) / 2, 0.03, "stable", ha="center", transform=axes[0].get_xaxis_transform(),
         **_NOTE,
     )  # fmt: skip
-
-
-def _mark_critical_speeds(ax: Axes, linear: Linearisation) -> None:
-    for speed, _ in linear.weave_speeds:
-        _mark_critical_speed(ax, "weave speed", float(speed), -1)
-    for speed in linear.capsize_speeds:
-        _mark_critical_speed(ax, "capsize speed", float(speed), 1)
 
 
 def _mark_critical_speed(ax: Axes, what: str, speed: float, side: int) -> None:
@@ -158,21 +131,22 @@ def _mark_maneuvers(axes: Sequence[Axes], reference: Reference) -> None:
         )  # fmt: skip
 
 
-def branches(linear: Linearisation) -> list[Branch]:
-    """Eigenvalues from 0 to `FASTEST`, cut where two of them meet."""
+def _branches(linear: Linearisation) -> Iterator[tuple[str, Array, Any]]:
+    """Mode, speeds [m/s] and values [1/s] of each eigenvalue, cut where two of them meet.
+
+    From one cut to the next, from 0 to `FASTEST`, as many eigenvalues are real at every speed. Of a
+    pair it is the one with positive imaginary part. Modes are weave, capsize and castering; of a
+    bicycle whose eigenvalues meet in another way than the benchmark's they are real or complex.
+    """
     meet = [float(v) for v, _ in linear.double_roots]
     edges = [0.0, *(v for v in meet if v < FASTEST), FASTEST]
     ranges = [_eigenvalues(linear, a, b) for a, b in pairwise(edges)]
-    modes = _MODES.get(tuple(pairs.shape[1] for _, _, pairs in ranges), {})
-    return [
-        Branch(mode, speed, values.real, values.imag)
-        for speed, singles, pairs in ranges
-        for mode, values in zip(
-            modes.get(pairs.shape[1], ("real",) * singles.shape[1] + ("complex",) * pairs.shape[1]),
-            [*singles.T, *pairs.T],
-            strict=True,
-        )
-    ]
+    names = _MODES.get(tuple(pairs.shape[1] for _, _, pairs in ranges), {})
+    for speed, singles, pairs in ranges:
+        count = pairs.shape[1]
+        modes = names.get(count, ("real",) * singles.shape[1] + ("complex",) * count)
+        for mode, values in zip(modes, [*singles.T, *pairs.T], strict=True):
+            yield mode, speed, values
 
 
 def _eigenvalues(linear: Linearisation, a: float, b: float) -> tuple[Array, Array, Any]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from heyoka_bike.bicycle.parameters import STATE_INPUTS
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.reference.load import Reference, ReferenceManeuver
-from heyoka_bike.showing.figures.style import BLUE, LINES, WIDTH, style, unit
+from heyoka_bike.showing.figures.style import BLUE, LINES, drawing, unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -52,10 +52,7 @@ def draw(reference: Reference, numbers: Sequence[int]) -> Figure:
     """
     (number,) = numbers
     maneuver = reference[number]
-    with style():
-        from matplotlib.figure import Figure
-
-        figure = Figure(figsize=(WIDTH, _HEIGHT), layout="constrained")
+    with drawing(_HEIGHT) as figure:
         figure.suptitle(_title(maneuver), parse_math=False)
         axes = figure.subplots(3, 2, sharex=True).ravel()
         for ax, (name, label) in zip(axes, _PANELS, strict=False):

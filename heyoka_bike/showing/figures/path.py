@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from heyoka_bike.reference.load import Reference
-from heyoka_bike.showing.figures.style import BLACK, BLUE, WIDTH, style
+from heyoka_bike.showing.figures.style import BLACK, BLUE, drawing
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -38,11 +38,7 @@ def draw(reference: Reference, numbers: Sequence[int]) -> Figure:
     DatasetError
         The set has no motion.h5.
     """
-    with style():
-        from matplotlib.figure import Figure
-
-        height = _ROW_HEIGHT * len(numbers) + _REST_HEIGHT
-        figure = Figure(figsize=(WIDTH, height), layout="constrained")
+    with drawing(_ROW_HEIGHT * len(numbers) + _REST_HEIGHT) as figure:
         grid = figure.subplots(len(numbers), 2, squeeze=False)
         for number, (above, over_time) in zip(numbers, grid, strict=True):
             maneuver = reference[number]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from heyoka_bike.reference.load import Reference
-from heyoka_bike.showing.figures.style import BLACK, BLUE, WIDTH, style, unit
+from heyoka_bike.showing.figures.style import BLACK, BLUE, drawing, unit
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -39,13 +39,8 @@ def draw(reference: Reference, numbers: Sequence[int]) -> Figure:
     MissingPackageError
         matplotlib is not installed.
     """
-    with style():
-        from matplotlib.figure import Figure
-        from matplotlib.layout_engine import ConstrainedLayoutEngine
-
-        height = _ROW_HEIGHT * len(numbers) + _REST_HEIGHT
-        layout = ConstrainedLayoutEngine(w_pad=_PAD, h_pad=_PAD)
-        figure = Figure(figsize=(WIDTH, height), layout=layout)
+    with drawing(_ROW_HEIGHT * len(numbers) + _REST_HEIGHT) as figure:
+        figure.set_layout_engine("constrained", w_pad=_PAD, h_pad=_PAD)
         grid = figure.subplots(len(numbers), len(PORTRAITS), squeeze=False)
         for number, row in zip(numbers, grid, strict=True):
             maneuver = reference[number]

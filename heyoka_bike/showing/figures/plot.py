@@ -32,7 +32,8 @@ def plot(
     Parameters
     ----------
     figure
-        What to draw: ``maneuvers``, ``stability``, ``phase``, or ``all``; ``atlas`` of an atlas.
+        Name of a figure: ``maneuvers``, ``stability``, ``phase``, ``path``, or ``all``; ``atlas``
+        of an atlas.
     path
         A file (.png, .svg, .pdf) for one figure, or a folder, which gets PNG and SVG. By default
         nothing is written.
@@ -84,7 +85,7 @@ def drawn(
     Parameters
     ----------
     reference
-        What `load_reference` takes, or the folder of an atlas.
+        As `load_reference` takes it, or the folder of an atlas.
     output
         A folder, or the file of a single figure; None for no files.
     formats
@@ -129,7 +130,7 @@ def paths_of(
     formats
         For a folder; None if they are not told.
     option, hint
-        What the output is called in a message, and what else would give a single figure.
+        Name of the output in a message, and another way to a single figure.
 
     Raises
     ------

@@ -1,9 +1,10 @@
-"""What all figures share: colours, dashes, fonts, sizes, and how a figure becomes a file."""
+"""Colours, dashes, fonts and sizes of all figures, and their rendering as a file."""
 
 from __future__ import annotations
 
 import io
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -74,6 +75,15 @@ def style() -> Any:
     return required("matplotlib.style", said).context(["default", _STYLE])
 
 
+@contextmanager
+def drawing(height: float) -> Iterator[Figure]:
+    """A new figure of this height [inch], drawn on in the project's style; see `style`."""
+    with style():
+        from matplotlib.figure import Figure
+
+        yield Figure(figsize=(WIDTH, height), layout="constrained")
+
+
 def unit(columns: Mapping[str, str], name: str) -> str:
     """Unit of a column as it is written on an axis, from `ReferenceManeuver.units`."""
     return _UNITS.get(columns[name], columns[name])
@@ -87,7 +97,8 @@ def render(figure: Figure, file_format: str) -> bytes:
     InputError
         Another format.
     """
-    check_format(file_format)
+    if file_format not in FORMATS:
+        raise InputError(f"found format '{file_format}', expected {', '.join(FORMATS)}")
     buffer = io.BytesIO()
     with style():
         from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -105,11 +116,4 @@ def save(figure: Figure, path: Path) -> None:
     InputError
         The suffix is not one of `FORMATS`, or the file cannot be written.
     """
-    data = render(figure, path.suffix.removeprefix(".").lower())
-    write_output(path, data)
-
-
-def check_format(file_format: str) -> None:
-    """Raise `InputError` for a format other than `FORMATS`."""
-    if file_format not in FORMATS:
-        raise InputError(f"found format '{file_format}', expected {', '.join(FORMATS)}")
+    write_output(path, render(figure, path.suffix.removeprefix(".").lower()))

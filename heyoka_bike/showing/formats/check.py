@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import asdict
 from difflib import get_close_matches
 from typing import Any
@@ -11,6 +10,7 @@ from heyoka_bike.bicycle.instant_columns import UNITS
 from heyoka_bike.errors import quoted
 from heyoka_bike.scoring.instants.checked import CheckedColumn, CheckedLevel, CheckedTable
 from heyoka_bike.showing.document import Block, Cell, Item, Listing, Paragraph, TableBlock
+from heyoka_bike.showing.formats.json import clean
 from heyoka_bike.version import __version__
 
 SCHEMA_VERSION = 1
@@ -34,12 +34,12 @@ def document(check: CheckedTable) -> dict[str, Any]:
                 "passed": x.passed,
                 "parameters": list(x.level.parameters),
                 "besides": x.level.besides,
-                "columns": [_finite(asdict(c)) for c in x.columns],
+                "columns": [clean(asdict(c)) for c in x.columns],
             }
             for x in check.levels
         ],
         "failed": failed.level.name if failed else None,
-        "explained_by": [_finite(asdict(x)) for x in check.explained],
+        "explained_by": [clean(asdict(x)) for x in check.explained],
         "left_out": [quoted(name)[1:-1] for name in check.left_out],
         "passed": check.passed,
     }
@@ -141,10 +141,3 @@ def _unknown(name: str) -> str:
     """A name that is not known, and what it is like."""
     like = get_close_matches(name.partition("[")[0].strip(), UNITS, 1)
     return f"{quoted(name)} ({like[0]}?)" if like else quoted(name)
-
-
-def _finite(values: dict[str, Any]) -> dict[str, Any]:
-    return {
-        key: None if isinstance(x, float) and not math.isfinite(x) else x
-        for key, x in values.items()
-    }

@@ -27,9 +27,9 @@ def render(scored: Report | Series) -> str:
 
 
 def document(scored: Report | Series) -> dict[str, Any]:
-    """What `render` writes, as lists and dictionaries."""
+    """Return the document that `render` writes, as lists and dictionaries."""
     found = _report(scored) if isinstance(scored, Report) else _series(scored)
-    return {name: _clean(x) for name, x in found.items()}
+    return {name: clean(x) for name, x in found.items()}
 
 
 def _report(report: Report) -> dict[str, Any]:
@@ -105,7 +105,7 @@ def _fields(x: object, names: Sequence[str]) -> dict[str, Any]:
     return {name: getattr(x, name) for name in names}
 
 
-def _clean(x: Any) -> Any:
+def clean(x: Any) -> Any:
     """A value in the types of JSON: NumPy's numbers as plain ones, no NaN, no infinity."""
     if x is None or isinstance(x, bool):
         return x
@@ -113,13 +113,13 @@ def _clean(x: Any) -> Any:
         # A file name that is not UTF-8 has lone surrogates, which many readers refuse.
         return x.encode("utf-8", "backslashreplace").decode("utf-8")
     if isinstance(x, Mapping):
-        return {str(_clean(k)): _clean(v) for k, v in x.items()}
+        return {str(clean(k)): clean(v) for k, v in x.items()}
     if isinstance(x, Sequence):
-        return [_clean(v) for v in x]
+        return [clean(v) for v in x]
     if isinstance(x, Integral):
         return int(x)
     if isinstance(x, Real):
         return float(x) if math.isfinite(x) else None
     if hasattr(x, "tolist"):  # NumPy's booleans and arrays
-        return _clean(x.tolist())
+        return clean(x.tolist())
     raise TypeError(f"found {x!r:.60}, expected what JSON can hold")

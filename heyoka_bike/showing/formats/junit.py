@@ -5,6 +5,7 @@ The form is Jenkins' junit-10.xsd. Nothing in it depends on when or where it was
 
 import math
 import re
+from collections.abc import Iterator
 from dataclasses import fields
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
@@ -34,39 +35,37 @@ def render(scored: Report | Series) -> str:
 
 
 def _suite(report: Report) -> Element:
-    failures = sum(not r.met for r in report.requirements)
     suite = Element("testsuite", name=printable(report.file.path))
     _add_properties(SubElement(suite, "properties"), report)
     # Readers sort cases by class, and take what is before a dot for the name of a package.
     where = "score." + re.sub(r"[^\w-]", "_", report.file.path)
-    if report.requirements:
-        for r in report.requirements:
-            case = SubElement(suite, "testcase", classname=where, name=printable(r.text), time="0")
-            if not r.met:
-                message = sentence(r.message)
-                failure = SubElement(case, "failure", message=message, type="requirement")
-                failure.text = f"{printable(r.text)}: {message}"
-    else:
-        for m in report.maneuvers:
-            for c in m.columns:
-                name = f"{m.maneuver}.{printable(c.key)}"
-                case = SubElement(suite, "testcase", classname=where, name=name, time="0")
-                if not c.is_right:
-                    said = WORDS.get(c.grade, "nothing compared")
-                    SubElement(case, "skipped", message=f"nothing is required: {said}")
-    skipped = len(suite.findall("testcase/skipped"))
-    counts = {
-        "tests": len(suite) - 1,
-        "failures": failures,
-        "errors": 0,
-        "skipped": skipped,
-        "time": 0,
-    }
-    for key, value in counts.items():
-        suite.set(key, str(value))
+    for name, problem in _cases(report):
+        case = SubElement(suite, "testcase", classname=where, name=name, time="0")
+        if problem is not None:
+            case.append(problem)
+    for key, tag in (("tests", ""), ("failures", "/failure"), ("errors", "/error"),
+                     ("skipped", "/skipped")):  # fmt: skip
+        suite.set(key, str(len(suite.findall(f"testcase{tag}"))))
+    suite.set("time", "0")
     findings = by_severity(report.said)
     _say(suite, [verdict(report)] + [f"{f.severity}: {sentence(f.message)}" for f in findings])
     return suite
+
+
+def _cases(report: Report) -> Iterator[tuple[str, Element | None]]:
+    """Name of each test case, and the element that says why it is not passed."""
+    for r in report.requirements:
+        name, message = printable(r.text), sentence(r.message)
+        failure = Element("failure", message=message, type="requirement")
+        failure.text = f"{name}: {message}"
+        yield name, None if r.met else failure
+    if report.requirements:
+        return
+    for m in report.maneuvers:
+        for c in m.columns:
+            said = WORDS.get(c.grade, "nothing compared")
+            skipped = Element("skipped", message=f"nothing is required: {said}")
+            yield f"{m.maneuver}.{printable(c.key)}", None if c.is_right else skipped
 
 
 def _add_properties(properties: Element, report: Report) -> None:

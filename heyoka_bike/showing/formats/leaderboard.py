@@ -10,7 +10,7 @@ from heyoka_bike.scoring.leaderboard import Entry, Leaderboard
 from heyoka_bike.showing import document as doc
 from heyoka_bike.showing.charts import axis
 from heyoka_bike.showing.charts.chart import Guide, Mark, chart, wide
-from heyoka_bike.showing.formats.origin import Origin, reference_words
+from heyoka_bike.showing.formats.origin import Origin, origin_words
 from heyoka_bike.showing.wording import label, number, readable
 from heyoka_bike.version import __version__
 
@@ -38,8 +38,6 @@ _LOWEST = -1.0
 def document(board: Leaderboard, made: Origin) -> doc.Document:
     """The submissions to each problem, by true error."""
     count = sum(map(len, board.entries.values()))
-    said = [("made", made.date), ("command", made.command)]
-    origin = [(a, b) for a, b in said if b]
     problems = (
         doc.Chapter(
             problem,
@@ -50,18 +48,16 @@ def document(board: Leaderboard, made: Origin) -> doc.Document:
     )
     refused = doc.Listing(tuple(map(doc.Item, board.refused)))
     return doc.Document(
-        "Leaderboard – uncontrolled bicycle", "", "Uncontrolled bicycle: leaderboard",
+        "Leaderboard – uncontrolled bicycle",
+        f"{count} submission{'s' * (count != 1)}, by true error",
+        "Uncontrolled bicycle: leaderboard",
         (
-            doc.Paragraph(
-                f"{count} submission{'s' * (count != 1)}, by true error", "verdict heading",
-                only=doc.HTML,
-            ),
             doc.Paragraph(_ABOUT, only=doc.HTML),
             *problems,
             doc.Paragraph(_ABOUT if board.entries else "", only=doc.TEXT),
             doc.Chapter("Refused", (refused,), "refused", only=doc.HTML),
         ),
-        origin + reference_words("benchmark bicycle", board.dataset_version),
+        origin_words(made, "benchmark bicycle", board.dataset_version),
     )  # fmt: skip
 
 
@@ -140,7 +136,7 @@ def _facts(entry: Entry) -> doc.Facts:
 
 
 def diagnosis(entry: Entry) -> str:
-    """What goes wrong, in the first words that say it; empty without a diagnosis."""
+    """Return the first finding of a diagnosis that names a cause; empty without a diagnosis."""
     found = entry.report.diagnosis
     telling = (f.message for f in found if f.code != "no_mistake_found")
     return next(telling, found[0].message if found else "")

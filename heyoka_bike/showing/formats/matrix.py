@@ -6,7 +6,7 @@ from heyoka_bike.errors import printable
 from heyoka_bike.scoring.column_score import ColumnScore, open_words
 from heyoka_bike.scoring.report import Report, Series
 from heyoka_bike.showing import wording as words
-from heyoka_bike.showing.document import HTML, TEXT, Cell, Row, TableBlock, TableColumn, Words
+from heyoka_bike.showing.document import HTML, Cell, Row, TableBlock, TableColumn, Words
 from heyoka_bike.showing.grades import Grade
 
 _MOST_ROWS = 12  # the benchmark has eight columns, a file of the whole motion up to a hundred
@@ -51,21 +51,16 @@ def of_series(series: Series) -> TableBlock:
     for run in series.runs:
         held = run.report
         cells = (_worst_cell(held[n].columns if n in held else ()) for n in numbers)
-        said = words.worst_place(run.report)
-        # Files without energies have nothing to say of it.
-        if any(m.performance is not None for m in held.values()):
-            drifts = (words.number(held[n].performance) for n in numbers if n in held)
-            said += f"; eq. (1) {' / '.join(drifts)} %"
-        name = words.run_name(series, run)
+        name, said = words.run_name(series, run), words.worst_place(run.report)
         drifts = (words.number(held[n].performance) if n in held else "-" for n in numbers)
-        rows.append([Words(name, words.short_name(name)), *cells, said, *drifts])
+        rows.append([Words(name, words.short_name(name)), *cells, *drifts, said])
     what = "Run" if series.is_one_program else "Program"
     return TableBlock(
         [
             Words(what, "digits of\nworst column"),
             *_maneuvers(numbers),
-            TableColumn("worst column; energy", is_prose=True, style="taken", only=HTML),
-            *(TableColumn(f"eq. (1) [%]\n{n}", leave_out=1, only=TEXT) for n in numbers),
+            *(TableColumn(f"eq. (1) [%]\n{n}", leave_out=1) for n in numbers),
+            TableColumn("worst column", is_prose=True, style="taken", only=HTML),
         ],
         rows,
         about=what,
@@ -100,7 +95,7 @@ def _maneuvers(numbers: Iterable[int]) -> list[Words]:
 
 
 def _cell(column: ColumnScore | None) -> Cell:
-    """What is shown of a column; None where there is none."""
+    """Return the digits and the grade of a column, ``-`` without one."""
     if column is None:
         return Cell("-", grade=Grade.UNKNOWN)
     return Cell(words.one_decimal(column.scd), grade=column.grade)
@@ -119,7 +114,7 @@ def _fewest(columns: Sequence[ColumnScore]) -> float:
 
 
 def taken(columns: Sequence[ColumnScore]) -> str:
-    """How a column was taken, in words: its definition where there is a choice, and `unusual`."""
+    """Return the definition of a column where there is a choice, and `unusual`."""
     c = _compared(columns)[0]
     said = [printable(c.as_understood.definition)] if c.alternatives else []
     return ", ".join([*said, *unusual(columns)])
@@ -131,12 +126,13 @@ def unusual(columns: Sequence[ColumnScore]) -> list[str]:
     c = found[0]
     r = c.as_understood
     said = []
+    others, default = printable(open_words(found)), printable(c.as_written.definition)
     if not c.is_known:
         said.append("the nearest, but its definition is unknown")
-    elif not words.is_default(c):
-        said.append(f"not the default {printable(c.as_written.definition)}")
-    if others := open_words(found):
-        said.append(printable(others))
+    elif not words.is_default(c) and default not in others.split():
+        said.append(f"not the default {default}")
+    if others:
+        said.append(others)
     if r.sign != c.as_written.sign:
         said.append("other sign")
     if r.unit != c.as_written.unit:
@@ -147,7 +143,7 @@ def unusual(columns: Sequence[ColumnScore]) -> list[str]:
 
 
 def conventions(report: Report) -> str:
-    """What the file means otherwise than by default, in one line; none of it is an error."""
+    """Return the conventions of a file that are not the default, in one line; none is an error."""
     said = [
         f"{printable(key)} {taken(columns)}"
         for key, columns in by_key(report).items()

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 
 from heyoka_bike.errors import printable
-from heyoka_bike.scoring.report import Report
 from heyoka_bike.version import __version__
 
 
@@ -45,11 +44,10 @@ def origin(words: Sequence[str] | None = None) -> Origin:
     return Origin(f"{now:%Y-%m-%d %H:%M} UTC", command)
 
 
-def origin_words(report: Report, made: Origin) -> list[tuple[str, str]]:
-    """What to say of it, as names and text."""
+def origin_words(made: Origin, *numbers: str) -> list[tuple[str, str]]:
+    """When and how it was made, and `reference_words` of the numbers."""
     said = [("made", printable(made.date)), ("command", printable(made.command))]
-    numbers = reference_words(report.bicycle, report.dataset_version, report.reference_sha256)
-    return [*((name, text) for name, text in said if text), *numbers]
+    return [*((name, text) for name, text in said if text), *reference_words(*numbers)]
 
 
 def reference_words(bicycle: str, dataset_version: str, sha256: str = "") -> list[tuple[str, str]]:

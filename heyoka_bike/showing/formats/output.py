@@ -63,17 +63,32 @@ def render(
 
 
 def document_of(scored: Report | Series, made: Origin | None = None) -> Document:
-    """All that the report of a file or of a series says; by default made now."""
-    from dataclasses import replace
-
+    """All that is said of a file or of a series; by default made now."""
+    from heyoka_bike.errors import printable
     from heyoka_bike.scoring.report import Report
+    from heyoka_bike.showing import wording as words
+    from heyoka_bike.showing.document import Document
     from heyoka_bike.showing.formats import report, series
     from heyoka_bike.showing.formats.origin import origin, origin_words
-    from heyoka_bike.showing.wording import reports
 
-    found = report.document(scored) if isinstance(scored, Report) else series.document(scored)
-    words = origin_words(reports(scored)[0], origin() if made is None else made)
-    return replace(found, title=f"{found.title} – uncontrolled bicycle", origin=words)
+    if isinstance(scored, Report):
+        title = heading = printable(Path(scored.file.path).name or scored.file.path)
+        blocks = report.blocks(scored)
+    else:
+        names = ", ".join(words.run_name(scored, run) for run in scored.runs)
+        is_one = scored.is_one_program
+        heading = (
+            f"{len(scored.runs)} {'runs of one program' if is_one else 'programs side by side'}"
+        )
+        title = f"{len(scored.runs)} {'runs' if is_one else 'programs'}: {names}"
+        blocks = series.blocks(scored)
+    first = words.reports(scored)[0]
+    return Document(
+        f"{title} – uncontrolled bicycle", heading, "Uncontrolled bicycle: score of", tuple(blocks),
+        origin_words(
+            made or origin(), first.bicycle, first.dataset_version, first.reference_sha256
+        ),
+    )  # fmt: skip
 
 
 def save(scored: Report | Series, path: str | PathLike[str], name: str | None = None) -> Path:

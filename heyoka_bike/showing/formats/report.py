@@ -1,8 +1,7 @@
-"""What a report says, as a document for every medium."""
+"""The report of a file as blocks of a document."""
 
 from collections.abc import Iterator, Sequence
 from functools import partial
-from pathlib import Path
 
 from heyoka_bike.errors import printable
 from heyoka_bike.scoring.column_score import ColumnScore
@@ -15,8 +14,6 @@ from heyoka_bike.showing.charts.maneuver import all_errors, every_column, explai
 from heyoka_bike.showing.document.html import capital
 from heyoka_bike.showing.formats import matrix
 from heyoka_bike.showing.grades import SIGNS, file_grade, style_of
-
-KIND = "Uncontrolled bicycle: score of"
 
 _COLUMNS = (
     doc.TableColumn("column", "the quantity, and its unit"),
@@ -55,40 +52,27 @@ _COLUMNS = (
     doc.TableColumn("values", "how many were compared", only=doc.HTML),
 )
 
-_LEGEND = (
-    "rel. error: largest error / scale, "
-    "the largest absolute value of the reference; scd: correct digits, -log10 of it; mescd: the "
-    "same of error / (1 + value); floor: largest error of correctly rounded values with as many "
-    "digits; above 1e-3: first time at which the error exceeds 1e-3 of the scale"
-)
+_LEGEND = "; ".join(f"{c.heading}: {c.meaning}" for c in _COLUMNS[2:] if not c.only)
 
 
-def document(report: Report) -> doc.Document:
-    """The report of a file."""
-    name = printable(Path(report.file.path).name or report.file.path)
-    return doc.Document(name, name, KIND, tuple(_blocks(report)))
-
-
-def _blocks(report: Report) -> Iterator[doc.Block]:
+def blocks(report: Report) -> Iterator[doc.Block]:
+    """All that is said of a file; in a notebook what follows the digits is folded."""
     yield from verdict_of(report)
     yield doc.Paragraph(words.verdict(report), f"verdict {style_of(report)}", only=doc.TEXT)
     held = filter(None, (words.contents(report), words.warnings_words(report)))
     yield doc.Paragraph(f"  {'; '.join(held)}", only=doc.TEXT)
+    yield folded("Why it differs", findings(report.diagnosis), is_open=True, only=doc.NOTEBOOK)
     yield matrix.of_report(report)
     yield remark(report)
-    required = (requirements(report.requirements),)
-    yield doc.Chapter("Requirements", required, "requirements", "Requirements", only=doc.HTML)
-    every = (findings(report.said),)
-    yield doc.Chapter("Findings", every, "findings", "Findings", only=doc.HTML)
-    for name, severity in (("warnings", Severity.WARNING), ("information", Severity.INFO)):
+    yield folded("Findings", findings(report.said), only=doc.HTML)
+    for name, severity in (("Warnings", Severity.WARNING), ("Information", Severity.INFO)):
         some = findings([f for f in report.said if f.severity == severity])
-        is_folded = severity == Severity.INFO
-        yield doc.Chapter(name, (some,), is_folded=is_folded, only=doc.TEXT)
-    yield doc.Chapter("requirements", required, only=doc.TEXT)
+        yield folded(name, some, is_open=severity == Severity.WARNING, only=doc.TEXT)
+    yield folded("Requirements", requirements(report.requirements), is_open=True)
     if e := report.explanation:
         said = doc.Paragraph(f"{capital(words.sentence(e.says))}.", "said")
         title, charts = "What explains it", doc.Chart(partial(explained, e))
-        yield doc.Chapter(title, (said, charts), "explanation", title, only=doc.HTML)
+        yield doc.Chapter(title, (said, charts), "explanation", title, only=doc.PAGE)
     for m in report.maneuvers:
         yield maneuver(m, is_explained=m is report.maneuvers[0])
     legend = (doc.Paragraph(_LEGEND if report.maneuvers else "", "facts"),)
@@ -96,7 +80,7 @@ def _blocks(report: Report) -> Iterator[doc.Block]:
 
 
 def verdict_of(report: Report) -> Iterator[doc.Block]:
-    """What the file is worth by its true error, then what it holds; for a page."""
+    """Yield the verdict by true error, then rows, times and digits; for a page."""
     text = capital("; ".join([words.graded(report), *words.caveats(report)]))
     sign = SIGNS.get(file_grade(report), "")
     yield doc.Paragraph(f"{text}.", f"verdict {style_of(report)}", sign=sign, only=doc.HTML)
@@ -110,7 +94,7 @@ def verdict_of(report: Report) -> Iterator[doc.Block]:
 
 
 def asked(scored: Report | Series) -> doc.Paragraph:
-    """Whether the requirements are met, for a page."""
+    """Return the number of requirements that are met, for a page."""
     said = words.requirement_words(scored)
     style, sign = ("right", "✓") if scored.passed else ("wrong", "✗")
     text = f"{capital(said)}." if said else ""
@@ -118,14 +102,15 @@ def asked(scored: Report | Series) -> doc.Paragraph:
 
 
 def remark(report: Report) -> doc.Paragraph:
-    """What eq. (1) says, and what it sees."""
+    """Return the value of eq. (1), and what it sees."""
     said = words.performance_remark(report)
     return doc.Paragraph(f"{said}." if said else "", "remark", lead="remark")
 
 
-def titled(name: str) -> doc.Words:
-    """A heading that has a large first letter on a page."""
-    return doc.Words(capital(name), name)
+def folded(name: str, content: doc.Block, *, is_open: bool = False, only: str = "") -> doc.Chapter:
+    """A chapter that a notebook folds, and that the contents of a page name."""
+    place = name.lower()
+    return doc.Chapter(doc.Words(name, place), (content,), place, name, True, is_open, only)
 
 
 def findings(found: Sequence[Finding]) -> doc.Listing:
@@ -150,37 +135,42 @@ def _requirement(r: Requirement) -> doc.Item:
     return doc.Item(f"found {words.sentence(r.message)}", style, mark, printable(r.text))
 
 
-def maneuver(
-    m: ManeuverScore, *, is_explained: bool = False, is_within: bool = False
-) -> doc.Chapter:
+def maneuver(m: ManeuverScore, is_explained: bool = False) -> doc.Chapter:
     """All that is known of a maneuver: scores, charts, definitions.
 
     Parameters
     ----------
     is_explained
-        Whether the columns of its scores are.
-    is_within
-        Whether it is a part of a notebook's piece: without what is better looked at on a page.
+        True if a page says what the columns of its scores mean.
     """
-    title = words.heading(m)
-    facts = f"{m.rows} rows, {words.plain(m.t_start)} to {words.plain(m.t_end)} s"
-    if m.step is not None:
-        facts += f", every {words.plain(m.step)} s"
-    covered = f"{facts}, {words.percent(m.coverage)} of the reference"
-    heading = doc.Words(capital(title), f"{title}: {covered if m.coverage < 1 else facts}")
-    over_time = doc.Chart(partial(all_errors, m))
-    blocks: tuple[doc.Block, ...] = (*scores(m), over_time)
-    if not is_within:
-        blocks = (
-            doc.Paragraph(f"{covered}.", "facts", only=doc.HTML),
-            *scores(m, is_explained),
-            _consistency(m),
-            doc.Chapter("Error over time", (over_time,)),
-            doc.Chapter("Which definition", (doc.Chart(partial(definitions, m)),)),
-            doc.Chapter("Column by column", _column_by_column(m), only=doc.HTML),
-        )
+    blocks = (
+        doc.Paragraph(f"{_covered(m)}.", "facts", only=doc.HTML),
+        *scores(m, is_explained),
+        _consistency(m),
+        doc.Chapter("Error over time", (over_time(m),)),
+        doc.Chapter("Which definition", (doc.Chart(partial(definitions, m)),), only=doc.PAGE),
+        doc.Chapter("Column by column", _column_by_column(m), only=doc.PAGE),
+    )
     anchor, link = f"maneuver-{m.maneuver}", f"Maneuver {m.maneuver}"
-    return doc.Chapter(heading, blocks, anchor, link, is_folded=True)
+    return doc.Chapter(title(m), blocks, anchor, link, is_folded=True)
+
+
+def title(m: ManeuverScore) -> doc.Words:
+    """The heading of a maneuver, in text with its rows."""
+    name = words.heading(m)
+    return doc.Words(capital(name), f"{name}: {_covered(m)}")
+
+
+def _covered(m: ManeuverScore) -> str:
+    """Rows, time and step, and how much of the reference they cover."""
+    step = "" if m.step is None else f", every {words.plain(m.step)} s"
+    times = f"{words.plain(m.t_start)} to {words.plain(m.t_end)} s"
+    return f"{m.rows} rows, {times}{step}, {words.percent(m.coverage)} of the reference"
+
+
+def over_time(m: ManeuverScore) -> doc.Chart:
+    """Errors of all columns of a maneuver."""
+    return doc.Chart(partial(all_errors, m))
 
 
 def scores(m: ManeuverScore, is_explained: bool = False) -> tuple[doc.Block, ...]:
@@ -232,7 +222,7 @@ def _column_by_column(m: ManeuverScore) -> tuple[doc.Block, ...]:
 
 
 def _consistency(m: ManeuverScore) -> doc.Facts:
-    """What the file says about itself, each with its explanation."""
+    """Return the contradictions within the file itself, each with its explanation."""
     c = m.consistency
     eq_1 = doc.Words("eq. (1), 100 (max E − min E) / E₀", "eq. (1), 100 (max E - min E) / E0")
     said = "drift of the file's own mechanical energy, the only thing the benchmark judges"

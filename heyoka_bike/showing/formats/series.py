@@ -1,130 +1,93 @@
-"""What is said of several runs of one program, or of programs side by side, as a document."""
+"""Several runs of one program, or programs side by side, as blocks of a document."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import partial
 
 from heyoka_bike.scoring.findings import Severity
-from heyoka_bike.scoring.report import Convergence, Run, Series
+from heyoka_bike.scoring.report import Convergence, ManeuverScore, Series
 from heyoka_bike.showing import document as doc
 from heyoka_bike.showing import wording as words
 from heyoka_bike.showing.charts import series as charts
 from heyoka_bike.showing.document.html import capital
 from heyoka_bike.showing.formats import matrix, report
-from heyoka_bike.showing.formats.report import maneuver
 from heyoka_bike.showing.grades import style_of
 
 
-def document(series: Series) -> doc.Document:
-    """All that is said about a series, and about its runs."""
-    what, how = (
-        ("runs", "of one program") if series.is_one_program else ("programs", "side by side")
-    )
-    names = ", ".join(words.run_name(series, run) for run in series.runs)
-    count = f"{len(series.runs)} {what}"
-    return doc.Document(f"{count}: {names}", f"{count} {how}", report.KIND, tuple(_blocks(series)))
-
-
-def _blocks(series: Series) -> Iterator[doc.Block]:
+def blocks(series: Series) -> Iterator[doc.Block]:
+    """All that is said about a series; a notebook has each run folded."""
     yield doc.Paragraph(words.series_verdict(series), "head", only=doc.TEXT)
-    yield from verdict_of(series)
-    if series.is_one_program:
-        for run in series.runs:
-            yield doc.Paragraph(f"  {words.verdict(run.report)}", only=doc.TEXT)
-    found = (report.findings(series.findings),)
-    yield doc.Chapter("Findings", found, "findings", only=doc.HTML)
-    yield from _runs(series) if series.is_one_program else _programs(series)
-    yield doc.Chapter("findings", found, only=doc.TEXT)
-    yield from _said_of_runs(series)
-
-
-def verdict_of(series: Series) -> Iterator[doc.Block]:
-    """Verdict, then digits by maneuver."""
     style = f" {style_of(words.chosen(series)[1].report)}" if series.is_one_program else ""
     text = f"{capital(words.series_verdict(series))}."
     yield doc.Paragraph(text, f"verdict{style}", only=doc.HTML)
     yield report.asked(series)
     yield matrix.of_series(series)
+    if series.is_one_program:
+        for run in series.runs:
+            yield doc.Paragraph(f"  {words.verdict(run.report)}", only=doc.TEXT)
+    found = report.findings(series.findings)
+    yield report.folded("Findings", found, only=doc.HTML)
+    for n in sorted({c.maneuver for c in series.convergence}):
+        yield _maneuver(series, n)
+    yield report.folded("Findings", found, is_open=True, only=doc.TEXT)
+    yield from _each_run(series)
 
 
-def maneuvers_of(series: Series) -> list[int]:
-    """Numbers of the maneuvers that runs have in common."""
-    return sorted({c.maneuver for c in series.convergence})
-
-
-def _runs(series: Series) -> Iterator[doc.Block]:
-    has_steps = any(run.step is not None for run in series.runs)
-    compared = "Convergence" if has_steps else "Errors of the runs"
-    name, shown = words.chosen(series)
-    for n in maneuvers_of(series):
+def _maneuver(series: Series, n: int) -> doc.Chapter:
+    """Errors of all runs in a maneuver that they have in common."""
+    title, errors = f"Maneuver {n}", _convergence(series, n)
+    content: tuple[doc.Block, ...]
+    if series.is_one_program:
+        has_steps = any(run.step is not None for run in series.runs)
         between = ", and observed orders between them" if _has_orders(series, n) else ""
-        title = f"{compared}, maneuver {n}"
-        heading = doc.Words(title, f"maneuver {n}: largest errors{between}")
+        brief = f"maneuver {n}: largest errors{between}"
+        title = f"{'Convergence' if has_steps else 'Errors of the runs'}, maneuver {n}"
         drawn = (charts.convergence, charts.work_precision)
-        found: list[doc.Block] = [doc.Chart(partial(f, series, n)) for f in drawn]
-        found.append(convergence(series, n))
-        yield doc.Chapter(heading, found, f"convergence-{n}", title)
-    runs: list[doc.Block] = []
-    for run in series.runs:
-        others = () if run is shown else _scores(run)
-        runs.append(doc.Chapter(words.run_words(run), (*_said(run), *others)))
-    yield doc.Chapter("Runs", tuple(runs), "runs", "Runs", only=doc.HTML)
-    best, title = shown.report.maneuvers, f"{capital(name)} run"
-    every = tuple(maneuver(m, is_explained=m is best[0]) for m in best)
-    whole = f"{title}: {words.run_words(shown)}"
-    yield doc.Chapter(whole, every, "in-full", title, only=doc.HTML)
-
-
-def _programs(series: Series) -> Iterator[doc.Block]:
-    for n in maneuvers_of(series):
-        heading = doc.Words(f"Maneuver {n}", f"maneuver {n}: correct digits")
-        drawn = doc.Chart(partial(charts.side_by_side, series, n))
-        found = (
+        content = (*(doc.Chart(partial(f, series, n)) for f in drawn), errors)
+    else:
+        brief = f"maneuver {n}: correct digits"
+        over_time = doc.Chart(partial(charts.side_by_side, series, n))
+        content = (
             matrix.side_by_side(series, n),
-            doc.Chapter("Error over time", (drawn,)),
-            doc.Chapter("Largest errors", (convergence(series, n),), only=doc.HTML),
+            doc.Chapter("Error over time", (over_time,)),
+            doc.Chapter("Largest errors", (errors,), only=doc.HTML),
         )
-        yield doc.Chapter(heading, found, f"maneuver-{n}", f"Maneuver {n}")
-    for i, run in enumerate(series.runs, start=1):
-        name = words.run_name(series, run)
-        blocks = (doc.Paragraph(words.run_words(run), "facts"), *_said(run), *_scores(run, i == 1))
-        yield doc.Chapter(name, blocks, f"program-{i}", name, only=doc.HTML)
+    return doc.Chapter(doc.Words(title, brief), content, f"all-{n}", title, True, is_open=True)
 
 
-def _said(run: Run) -> tuple[doc.Block, ...]:
-    """What is said of a run on a page."""
-    return (
-        doc.Paragraph(f"{capital(words.graded(run.report))}.", "said"),
-        report.requirements(run.report.requirements),
-        report.findings(run.report.findings),
-    )
-
-
-def _said_of_runs(series: Series) -> Iterator[doc.Block]:
-    """What is said of the runs in text: where they differ from the one that is shown in full."""
-    name, best = words.chosen(series)
-    said = {f.message for f in best.report.findings} if series.is_one_program else set()
-    for run in series.runs:
-        found = run.report.findings
-        if run is not best and series.is_one_program:
+def _each_run(series: Series) -> Iterator[doc.Block]:
+    """A chapter for each run; of one program a page shows the chosen one in full."""
+    kind, best = words.chosen(series)
+    for i, run in enumerate(series.runs):
+        is_best = run is best
+        name, held = words.run_name(series, run), run.report
+        called = words.run_words(run) + (f" ({kind})" if is_best else "")
+        asked = report.requirements(held.requirements)
+        scored: Callable[[ManeuverScore, bool], doc.Chapter] = _scores
+        if is_best and series.is_one_program:
+            scored = report.maneuver
+        content: tuple[doc.Block, ...] = (
+            doc.Paragraph(called, "facts"),
+            doc.Paragraph(f"{capital(words.graded(held))}.", "said"),
+            asked,
+            report.findings(held.findings),
+            *(scored(m, i == j == 0) for j, m in enumerate(held.maneuvers)),
+        )
+        yield doc.Chapter(name, content, f"run-{i + 1}", name, only=doc.PAGE)
+        found = held.findings
+        if series.is_one_program and not is_best:
             # What is found about one run is mostly found about all of them.
-            new = (f for f in found if f.message not in said)
+            known = {f.message for f in best.report.findings}
+            new = (f for f in found if f.message not in known)
             found = tuple(f for f in new if f.severity == Severity.WARNING)
-        yield doc.Chapter(
-            f"{words.run_words(run)}{f' ({name})' if run is best else ''}",
-            (report.findings(found), report.requirements(run.report.requirements)),
-            only=doc.TEXT,
-        )
+        yield doc.Chapter(called, (report.findings(found), asked), only=doc.TEXT)
+        yield doc.Chapter(name, tuple(report.blocks(held)), is_folded=True, only=doc.NOTEBOOK)
 
 
-def _scores(run: Run, is_explained: bool = False) -> tuple[doc.Block, ...]:
-    """Tables of all maneuvers; below the first what their headings mean, if that is asked."""
-    return tuple(
-        doc.Chapter(capital(words.heading(m)), report.scores(m, is_explained and not i))
-        for i, m in enumerate(run.report.maneuvers)
-    )
+def _scores(m: ManeuverScore, is_explained: bool) -> doc.Chapter:
+    return doc.Chapter(capital(words.heading(m)), report.scores(m, is_explained))
 
 
-def convergence(series: Series, maneuver: int) -> doc.TableBlock:
+def _convergence(series: Series, maneuver: int) -> doc.TableBlock:
     """Errors of a maneuver for each run, the observed order between neighbours."""
     columns = [c for c in series.convergence if c.maneuver == maneuver]
     has_cpu = any(run.cpu is not None for run in series.runs)

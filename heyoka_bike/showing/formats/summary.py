@@ -10,9 +10,9 @@ from heyoka_bike.scoring.findings import Severity
 from heyoka_bike.scoring.reading.source import ARRAY
 from heyoka_bike.scoring.report import Report, Run, Series
 from heyoka_bike.showing import wording as words
-from heyoka_bike.showing.document.text import TextPage
+from heyoka_bike.showing.document import Paragraph, text
 from heyoka_bike.showing.formats.matrix import conventions
-from heyoka_bike.showing.grades import Grade, file_grade, is_part, text_color
+from heyoka_bike.showing.grades import Grade, file_grade, text_color
 
 _RUNS = 4  # of a series, each on a line
 _NAMES = 14  # letters at the start of a line
@@ -32,29 +32,27 @@ def render(
     width, has_colors
         See `document.text.render`.
     in_python
-        Whether what to do next is said for Python, not for the command line.
+        True if the next step is said for Python, not for the command line.
     """
-    page = TextPage(width, has_colors)
+    page = text.TextPage(width, has_colors)
     if isinstance(scored, Report):
         page.brief("", _verdict(scored), 2, f"bold {text_color(file_grade(scored))}")
         entries = [*_report(scored), ("next", _next(scored, in_python), 1)]
     else:
         page.brief("", words.series_verdict(scored), 2, "bold")
         entries = [*_series(scored), ("next", _next_of_series(scored, in_python), 1)]
-    for name, text, lines in entries:
-        if text:
-            page.brief(f"  {name:<{_NAMES - 2}}", text, lines)
+    for name, said, lines in entries:
+        if said:
+            page.brief(f"  {name:<{_NAMES - 2}}", said, lines)
     return page.text()
 
 
 def closing(scored: Report | Series, width: int | None, has_colors: bool) -> str:
-    """What to do next, below a report without its details."""
-    page = TextPage(width, has_colors)
+    """Return the next step, below a report without its details."""
     step = _next(scored, False) if isinstance(scored, Report) else _next_of_series(scored, False)
-    page.say("")
-    page.say(f"next: {step}", "", "  ")
-    page.say("errors of each maneuver: --details; with charts: -o report.html", "dim", "  ")
-    return page.text()
+    more = "errors of each maneuver: --details; with charts: -o report.html"
+    blocks = Paragraph(f"next: {step}"), Paragraph(more, "facts")
+    return "\n" + text.render(blocks, width, has_colors)
 
 
 def _report(report: Report) -> Iterator[_Entry]:
@@ -62,8 +60,11 @@ def _report(report: Report) -> Iterator[_Entry]:
         f"maneuver {m.maneuver}: {words.one_decimal(words.fewest_digits(m))}"
         for m in report.maneuvers
     )
-    judged = (f"maneuver {m.maneuver}: {words.performance_words(m)}; it sees the energy only"
-              for m in report.maneuvers if words.is_judged(m))  # fmt: skip
+    judged = (
+        f"maneuver {m.maneuver}: {words.performance_words(m)}, by the energy alone"
+        for m in report.maneuvers
+        if m.performance_limit is not None
+    )
     yield "digits", ", ".join(digits), 1
     yield "worst", words.worst_error_words(report), 1
     yield "conventions", conventions(report), 2
@@ -105,17 +106,19 @@ def _warnings(report: Report) -> str:
 
 
 def _next(report: Report, in_python: bool) -> str:
-    """What to do with the result."""
+    """Return the next step after a report."""
     if report.diagnosis:
         return words.sentence(report.diagnosis[0].message)
     found = file_grade(report)
     if found == Grade.UNKNOWN:
         return "look at the headings and the times of the file: nothing in it could be compared"
     if found in (Grade.WRONG, Grade.CLOSE):
-        return f"why it differs: {_call(report) if in_python else _command('diagnose', report)}"
+        said = _call(report) if in_python else _command("diagnose", report)
+        more = "; a smaller step may do" if found == Grade.CLOSE else ""
+        return f"why it differs: {said}{more}"
     if report.not_compared:
         return "name each column by what it is, and write only what was computed"
-    if is_part(report):
+    if not report.is_whole:
         return "write rows over the whole run, as dense as the motion is fast"
     if found == Grade.UNTOLD:
         return "write 17 digits, to show what the program can do"

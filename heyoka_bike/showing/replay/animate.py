@@ -60,7 +60,7 @@ def animate(
     Parameters
     ----------
     results
-        What `score` takes; without any the reference is shown alone.
+        Results as `score` takes them; without any the reference is shown alone.
     path
         The file to write, .html; by default nothing is written.
     maneuver
@@ -73,7 +73,7 @@ def animate(
     Returns
     -------
     Page or Path
-        What a notebook shows, or the file that is written.
+        The page for a notebook, or the file that is written.
 
     Raises
     ------

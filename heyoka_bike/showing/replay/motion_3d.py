@@ -15,9 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from heyoka_bike.bicycle.equations.configuration import Configuration, track_speeds, wheel_rates
 from heyoka_bike.bicycle.equations.outputs import yaw_rate
 from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.bicycle.equations.whole_motion import Configuration, track_speeds, wheel_rates
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.reference.load import ReferenceManeuver
 
@@ -62,7 +62,7 @@ class Motion3D:
     rear_contact, front_contact : ndarray, shape (n, 3)
         Lowest points of the wheels.
     rear_wheel, front_wheel : ndarray, shape (n,)
-        How far each wheel has turned in its frame or fork, about the y axis: forward is negative.
+        Angle by which a wheel has turned in frame or fork, about the y axis: forward is negative.
     rear_track : ndarray, shape (n,)
         Length of its track [m].
     """

@@ -15,7 +15,7 @@ from heyoka_bike.numbers.double import Array
 from heyoka_bike.showing.charts import axis
 from heyoka_bike.showing.charts.chart import Line, chart
 from heyoka_bike.showing.charts.maneuver import legend
-from heyoka_bike.showing.document.html import PAGE_STYLE, page, prose
+from heyoka_bike.showing.document.html import PAGE_STYLE, capital, page, prose
 from heyoka_bike.showing.formats.origin import reference_words
 from heyoka_bike.showing.replay.motion_3d import Motion3D
 from heyoka_bike.showing.replay.scenes import Replay, Scene
@@ -77,8 +77,8 @@ def _header(replay: Replay, title: str, has_result: bool) -> str:
     kicker = "Uncontrolled bicycle: replay of" if has_result else "Replay of the reference"
     said = ""
     if replay.report is not None:
-        worst = sentence(worst_words(replay.report))
-        said = f'<p class="facts">{prose(worst[:1].upper() + worst[1:])}.</p>'
+        worst = capital(sentence(worst_words(replay.report)))
+        said = f'<p class="facts">{prose(worst)}.</p>'
     return f'<header><p class="kicker">{kicker}</p><h1>{escape(title)}</h1>{said}</header>'
 
 
@@ -90,7 +90,7 @@ def stage(scenes: Sequence[tuple[str, str]], has_result: bool) -> str:
     scenes
         Numbers and names to choose from.
     has_result
-        Whether results are shown beside the reference.
+        True if results are shown beside the reference.
     """
     keys = result = ""
     if has_result:
@@ -133,31 +133,27 @@ def _plots(scenes: Sequence[Scene]) -> str:
 
 
 def _charts(scene: Scene) -> list[str]:
-    result = scene.result
-    time = axis.times(0.0, float(scene.reference.motion.time[-1]))
+    exact, result = scene.reference, scene.result
+    time = axis.times(0.0, float(exact.motion.time[-1]))
     found = []
     for name, title, unit in _PANELS:
-        lines = [_line("reference", "mine", scene.reference.motion, scene.reference.columns[name])]
+        lines = [Line("reference", "mine", exact.motion.time, exact.columns[name])]
         if result is not None and name in result.columns:
-            lines.append(_line("result", "result", result.motion, result.columns[name]))
+            lines.append(Line("result", "result", result.motion.time, result.columns[name]))
         found.append(_chart(scene, time, lines, title, unit))
-    lines = []
+    lines, items = [], []
     for name, said, style in _ENERGIES:
-        energy = scene.reference.columns[name]
-        lines.append(_line(said, style, scene.reference.motion, energy - energy[0]))
+        items.append((said, style, ""))
+        start = exact.columns[name][0]
+        lines.append(Line(said, style, exact.motion.time, exact.columns[name] - start))
         if result is not None and name in result.columns:
-            change = result.columns[name] - energy[0]
-            lines.append(_line(f"{said} of the result", "thin result", result.motion, change))
-    items = [(said, style, "") for _, said, style in _ENERGIES]
-    if any(line.style == "thin result" for line in lines):
+            change = result.columns[name] - start
+            lines.append(Line(f"{said} of the result", "thin result", result.motion.time, change))
+    if len(lines) > len(_ENERGIES):
         items.append(("result", "thin result", ""))
     keys = legend(items)
     found.append(f"{_chart(scene, time, lines, 'change of energy', 'J')}{keys}")
     return [f"<figure>{one}</figure>" for one in found]
-
-
-def _line(name: str, style: str, motion: Motion3D, values: Array) -> Line:
-    return Line(name, style, motion.time, values)
 
 
 def _chart(scene: Scene, time: axis.ChartAxis, lines: Sequence[Line], title: str, unit: str) -> str:
@@ -190,7 +186,7 @@ def _about(replay: Replay, has_result: bool) -> str:
 
 
 def drawing(bicycle: Bicycle) -> dict[str, Any]:
-    """What the script draws of a bicycle, for JSON."""
+    """Return the drawing of a bicycle for the script, as JSON holds it."""
     drawn = shape(bicycle)
     return {
         "points": {name: _rounded(point) for name, point in drawn.points.items()},
@@ -239,7 +235,7 @@ def _scene_data(scene: Scene) -> dict[str, Any]:
 
 
 def _columns(motion: Motion3D, columns: Mapping[str, Array]) -> dict[str, Array]:
-    """What the script draws and says; the rest follows by rigid motion."""
+    """Return the quantities that the script needs; the rest follows by rigid motion."""
     return {
         "yaw": motion.yaw, "pitch": motion.pitch,
         "x": motion.rear_contact[:, 0], "y": motion.rear_contact[:, 1],

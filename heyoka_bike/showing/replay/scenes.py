@@ -1,4 +1,4 @@
-"""What a replay shows: the motion of each maneuver, and beside it that of a result file.
+"""Scenes of a replay: the motion of each maneuver, and beside it that of a result file.
 
 A result file has no pitch, no yaw and no place. They are derived from its own state by the model:
 the pitch from roll and steer, both wheels on the floor; the yaw rate from rolling without slip; the
@@ -33,6 +33,7 @@ from heyoka_bike.showing.replay.motion_3d import (
     motion_3d,
     reference_state,
 )
+from heyoka_bike.showing.wording import label
 
 RATE = 50
 """Frames in a second, unless the runs are so long that there would be too many."""
@@ -74,7 +75,7 @@ class ShownResult(Shown):
     first
         Index of its first frame among those of the reference.
     notes : tuple of str
-        What is taken from where, and where it ends: sentences.
+        Sources of its quantities, and where it ends: sentences.
     """
 
     first: int
@@ -185,7 +186,7 @@ def _result(scene: Scene, found: ManeuverScore, equations: Equations) -> ShownRe
     if not moving:
         return (
             f"The file has no usable column of the motion in maneuver {scene.number} "
-            f"(found none of {', '.join(map(_words, _WRITTEN))})."
+            f"(found none of {', '.join(map(label, _WRITTEN))})."
         )
     finite = np.all([np.isfinite(part.values[name]) for name in moving], axis=0)
     bad = np.flatnonzero(~finite)
@@ -210,16 +211,10 @@ def _result(scene: Scene, found: ManeuverScore, equations: Equations) -> ShownRe
     reference = scene.reference.motion
     x, y, _ = reference.rear_contact[first]
     start = Place(float(x), float(y), float(reference.yaw[first]))
-    motion, near = _in_sight(
-        motion_3d(equations, state, shown, start), scene.reference.motion, first
-    )
+    motion, near = _in_sight(motion_3d(equations, state, shown, start), reference, first)
     shown = shown[:near]
-    exact = part.reference.approximate(shown, list(columns))
-    values = {
-        name: exact[name] + np.interp(shown, *differences[name])
-        for name in columns
-        if name in differences
-    }
+    exact = part.reference.approximate(shown, list(differences))
+    values = {name: exact[name] + np.interp(shown, *differences[name]) for name in differences}
     if near < upright:
         end = f"From {shown[-1]:.2f} s on its bicycle is not shown: it has left the scene."
     elif upright < last + 1 - first:
@@ -287,11 +282,11 @@ def _notes(
     found: ManeuverScore, moving: Sequence[str], columns: Mapping[str, object], start: float,
     end: str,
 ) -> tuple[str, ...]:  # fmt: skip
-    said = [f"Of the file: {_listed([_words(name) for name in moving])}{_understood(found)}."]
+    said = [f"Of the file: {_listed([label(name) for name in moving])}{_understood(found)}."]
     missing = [name for name in _WRITTEN if name not in moving]
     if missing:
         said.append(
-            f"The file has no usable {_listed([_words(name) for name in missing])}: "
+            f"The file has no usable {_listed([label(name) for name in missing])}: "
             "taken from the reference instead."
         )
     if start > 0:
@@ -308,23 +303,18 @@ def _understood(found: ManeuverScore) -> str:
     """Columns that are not taken as written."""
     taken = []
     for c in found.columns:
-        u = c.as_understood
-        if c.key not in _WRITTEN or u == c.as_written:
-            continue
-        how = [u.definition] if u.definition != c.as_written.definition else []
+        u, w = c.as_understood, c.as_written
+        how = [u.definition] if u.definition != w.definition else []
         how += ["the other sign"] if u.sign < 0 else []
-        how += [f"in {u.unit}"] if u.unit != c.as_written.unit else []
-        taken.append(f"{_words(c.key)} taken as {', '.join(how)}")
+        how += [f"in {u.unit}"] if u.unit != w.unit else []
+        if c.key in _WRITTEN and u != w:
+            taken.append(f"{label(c.key)} taken as {', '.join(how)}")
     if not taken:
         return ""
     return (
         f"; {'; '.join(taken)} (a different definition is brought to the default one by its "
         "difference from the reference)"
     )
-
-
-def _words(name: str) -> str:
-    return name.replace("_", " ")
 
 
 def _listed(items: Sequence[str]) -> str:

@@ -1,4 +1,4 @@
-"""What bicycle and rider look like: solids of spheres, fixed in frame or fork.
+"""Shapes of bicycle and rider: solids of spheres, fixed in frame or fork.
 
 The four bodies of the model have no shape. Wheels, steer axis, hubs and the centre of mass B are
 where the parameters say; frame, fork and rider are drawn around them. The rider is rigid with the

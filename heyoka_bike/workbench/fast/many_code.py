@@ -14,8 +14,8 @@ from typing import Any
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.reduced import Equations
-from heyoka_bike.motion.dormand_prince import FIFTH, STAGES, STEP, THIRD, Row
 from heyoka_bike.workbench.fast import vector_code as v
+from heyoka_bike.workbench.fast.dormand_prince import FIFTH, STAGES, STEP, THIRD, Row
 from heyoka_bike.workbench.fast.model_code import ENERGY, call_rates, columns_and_trail, rates_code
 
 ENDS = "ends"

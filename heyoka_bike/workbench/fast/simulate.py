@@ -79,7 +79,7 @@ class Simulation:
         from heyoka_bike.reference.values import Values
         from heyoka_bike.showing.document import Block, Chapter
         from heyoka_bike.showing.document.notebook import head, render
-        from heyoka_bike.showing.views.values import table
+        from heyoka_bike.showing.views import table
 
         shown: list[Block] = list(head(repr(self).strip("<>")))
         for i, columns in enumerate(self.values, start=1):

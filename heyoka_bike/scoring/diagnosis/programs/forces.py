@@ -16,6 +16,7 @@ from functools import cached_property
 import numpy as np
 
 from heyoka_bike.bicycle.equations.axes import Axes
+from heyoka_bike.bicycle.equations.bodies import Half
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.numbers.arithmetic import Number
 from heyoka_bike.numbers.dual import Dual, Duals
@@ -100,7 +101,7 @@ class Moving:
 
     def inertia(self, body: str, v: Vector) -> Vector:
         """The inertia of a body times a vector."""
-        half = self.b.rear if body in "RB" else self.b.front
+        half: Half = self.b.rear if body in "RB" else self.b.front
         if body in "RF":
             return half.wheel_inertia_times(v)
         turning = half.inertia_times(v)

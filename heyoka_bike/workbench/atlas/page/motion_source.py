@@ -11,16 +11,16 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from heyoka_bike.bicycle.equations.bodies import bodies_of
-from heyoka_bike.bicycle.equations.configuration import (
+from heyoka_bike.bicycle.equations.constants import constants_of
+from heyoka_bike.bicycle.equations.forces import forces
+from heyoka_bike.bicycle.equations.kinematics import front_contact_height, lateral_condition
+from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.bicycle.equations.whole_motion import (
     INTEGRALS,
     Configuration,
     track_speeds,
     whole_rates,
 )
-from heyoka_bike.bicycle.equations.constants import constants_of
-from heyoka_bike.bicycle.equations.forces import forces
-from heyoka_bike.bicycle.equations.kinematics import front_contact_height, lateral_condition
-from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.parameters import Bicycle
 from heyoka_bike.numbers.arithmetic import Number
 from heyoka_bike.numbers.languages import Language

@@ -1,0 +1,173 @@
+"""Views of objects in Python and notebooks: blocks, and their text.
+
+A class names its function here as ``_view``, see `display.Displayed`. Notebooks get HTML without a
+script, which is no page of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from heyoka_bike.bicycle.columns import COMPARED
+from heyoka_bike.reference.load import Motion, Reference, ReferenceManeuver
+from heyoka_bike.reference.values import Values
+from heyoka_bike.showing.document import Block, Chapter, Paragraph, TableBlock
+from heyoka_bike.showing.document import text as as_text
+from heyoka_bike.showing.document.notebook import head
+from heyoka_bike.showing.formats.output import WIDTH
+from heyoka_bike.showing.wording import number, plain, unit_text
+
+if TYPE_CHECKING:
+    from heyoka_bike.motion.trajectory import Trajectory
+    from heyoka_bike.scoring.instants.checked import CheckedTable
+    from heyoka_bike.scoring.report import ManeuverScore, Report, Series
+
+_MOST_ROWS = 10
+_MOST_COLUMNS, _COLUMNS_AMONG_OTHERS = 9, 8
+_SHOWN = 10  # significant digits of a value among others
+_UNITS = {c.name: c.unit for columns in COMPARED.values() for c in columns}
+_OF_MANEUVERS = (
+    "maneuver", "name", "speed [m/s]", "roll rate [rad/s]", "ends at [s]", "rows", "columns",
+)  # fmt: skip
+_TIMES = 6  # of a trajectory
+
+
+def text(shown: Any, view: str) -> str:
+    """The text of an object that has a view of this name, without a line feed at its end."""
+    if view == "report":
+        return _report_text(shown)
+    if view == "values":
+        return _values_text(shown)
+    return as_text.render(tuple(globals()[view](shown)), WIDTH).strip("\n")
+
+
+def report(scored: Report | Series) -> Iterable[Block]:
+    """All that is said of results; what follows verdict and digits is folded."""
+    from heyoka_bike.showing.formats.output import document_of
+
+    return document_of(scored).blocks
+
+
+def _report_text(scored: Report | Series) -> str:
+    """Ten lines at most; of a diagnosis what the command of that name prints."""
+    from heyoka_bike.scoring.report import Report
+    from heyoka_bike.showing.formats import diagnosis, summary
+
+    if isinstance(scored, Report) and scored.diagnosis:
+        return diagnosis.render(scored)
+    return summary.render(scored, WIDTH, False, in_python=True).rstrip("\n")
+
+
+def maneuver(m: ManeuverScore) -> Iterable[Block]:
+    """Its scores, and its errors over time."""
+    from heyoka_bike.showing.formats.report import over_time, scores, title
+
+    return Paragraph(title(m), "head"), *scores(m), over_time(m)
+
+
+def check(found: CheckedTable) -> Iterable[Block]:
+    """As ``heyoka-bike check`` prints it."""
+    from heyoka_bike.showing.formats.check import blocks
+
+    return blocks(found)
+
+
+def reference(found: Reference | Motion) -> Iterable[Block]:
+    """The name of a reference set or of its whole motion, and a row for each maneuver."""
+    rows = [
+        (
+            str(n), m.name, _decimal(m.inputs["speed"]), _decimal(m.inputs["roll_rate"]),
+            plain(float(m.duration)), str(len(m.time)), str(len(m.columns)),
+        )
+        for n, m in found.items()
+    ]  # fmt: skip
+    facts = f"content sha256 {found.content_sha256}; {found.folder}"
+    title = "Whole motion"
+    if isinstance(found, Reference):
+        title = f"Reference {found.dataset_version} of {found.bicycle}"
+    return *head(title, facts), TableBlock(_OF_MANEUVERS, rows, "Maneuvers")
+
+
+def _decimal(exact: str) -> str:
+    return plain(float(Fraction(exact)))
+
+
+def reference_maneuver(m: ReferenceManeuver) -> Iterable[Block]:
+    """Initial conditions, first and last rows; the columns unfold."""
+    facts = ", ".join(f"{name.replace('_', ' ')} {text}" for name, text in m.inputs.items())
+    rows = Values(
+        {name: m.rows[name] for name in m.columns[:_COLUMNS_AMONG_OTHERS]}, {}, time=m.time
+    )
+    columns = [(c, unit_text(m.units.get(c, "")), number(m.scale(c), 4)) for c in m.columns]
+    listed = TableBlock(("column", "unit", "largest value"), columns, "Columns")
+    return (
+        *head(m.name, facts),
+        table(rows, _COLUMNS_AMONG_OTHERS, "Rows"),
+        Chapter(f"Columns ({len(columns)})", (listed,), is_folded=True),
+    )
+
+
+def trajectory(run: Trajectory) -> Iterable[Block]:
+    """Return its integrator and its states at even times, up to the end of the run."""
+    end = min(run.maneuver.duration, run.breaks[-1])
+    times = [end * Fraction(i, _TIMES - 1) for i in range(_TIMES)]
+    rows = [(plain(float(t)), *(f"{float(x.mid()):.10g}" for x in run.state(t))) for t in times]
+    return *head(*run.words), TableBlock(("time [s]", *run.states), rows, "States", "numbers")
+
+
+def values(found: Values) -> Iterable[Block]:
+    """Columns at some times as a table; at one time a column is a row, with all its digits."""
+    shown = table(found, _MOST_COLUMNS)
+    return (shown,) if shown.rows else head(_in_a_word(found))
+
+
+def _values_text(found: Values) -> str:
+    """The table with as many columns as fit; a word where there are no times to show it by."""
+    shown = ""
+    for most in range(_MOST_COLUMNS, 0, -1):
+        shown = as_text.render([table(found, most)], WIDTH)
+        if max(map(len, shown.splitlines()), default=0) <= WIDTH:
+            break
+    return shown.rstrip("\n") or _in_a_word(found)
+
+
+def table(found: Values, most: int, about: str = "Values") -> TableBlock:
+    """At most so many columns of the values; nothing without their times."""
+    if found.time is None or any(x.shape != found.time.shape for x in found.hi.values()):
+        return TableBlock((), (), about)
+    if not found.time.shape:
+        return _at_one_time(found)
+    time, shown = found.time.ravel(), list(found)[:most]
+    columns = [time, *(found[name].ravel() for name in shown)]
+    said = []
+    half = _MOST_ROWS // 2
+    is_cut = len(time) > _MOST_ROWS
+    if is_cut:
+        said.append(f"{len(time)} rows")
+        columns = [np.concatenate([x[:half], x[-half:]]) for x in columns]
+    rows = [[f"{x:.{_SHOWN}g}" for x in row] for row in zip(*columns, strict=True)]
+    if is_cut:
+        rows.insert(half, ["..."] * len(columns))
+    if len(found) > len(shown):
+        said.append(f"{len(found) - len(shown)} more columns")
+    names = ["time [s]", *map(_heading, shown)]
+    return TableBlock(names, rows, about, "numbers", note=", ".join(said))
+
+
+def _at_one_time(found: Values) -> TableBlock:
+    lo = {name: float(found.lo.get(name, 0.0)) for name in found}
+    rows = [[_heading(name), repr(float(x)), repr(lo[name])] for name, x in found.items()]
+    names = (f"at {float(found.time or 0.0)!r} s", "value", "+ the rest")
+    return TableBlock(names, rows, "Values", "numbers")
+
+
+def _heading(name: str) -> str:
+    return f"{name} [{unit_text(_UNITS[name])}]" if name in _UNITS else name
+
+
+def _in_a_word(found: Values) -> str:
+    return f"<values of {len(found)} columns>"
