@@ -65,14 +65,15 @@ def _after(args: argparse.Namespace) -> int:
 def _set(args: argparse.Namespace) -> int:
     from heyoka_bike.numbers.rounding import decimal_above
     from heyoka_bike.reference.manifest import read_manifest
-    from heyoka_bike.reference.proof.certificate_file import COLUMNS_PROVED, COMPUTED, entry, proved
+    from heyoka_bike.reference.proof.certificate_file import COMPUTED, entry, proved
     from heyoka_bike.reference.proof.prove_again import certify
+    from heyoka_bike.reference.structure import COLUMNS_OF
     from heyoka_bike.system.resources import reference_folder
 
     folder = args.folder or reference_folder()
     with progress_bars(_SHARES) as progress:
         proofs = certify(args.folder or None, progress=progress)
-    columns = proved(read_manifest(folder).files, COLUMNS_PROVED)
+    columns = proved(read_manifest(folder).files, COLUMNS_OF)
     if args.format == "json":
         said = [{**entry(proof), "cpu_seconds": proof.cpu} for proof in proofs]
         print_json(_document(folder, columns, COMPUTED, maneuvers=said))

@@ -5,7 +5,7 @@ Definitions that are younger than a set, see `columns.FOLLOWING`, are formulas o
 they need no new set.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -23,7 +23,7 @@ Formula = Callable[[Any, Mapping[str, Any], Mapping[str, Any]], Any]
 
 @dataclass(frozen=True, slots=True)
 class Follows:
-    """How a column follows.
+    """Formula of a column that follows from others.
 
     Attributes
     ----------
@@ -53,7 +53,7 @@ def _rear_com(a: Any, c: Mapping[str, Any], p: Mapping[str, Any]) -> tuple[Any, 
 
 
 def _from_the_hub(p: Mapping[str, Any]) -> tuple[Any, Any]:
-    """Where the centre of mass of the upright rear frame is [m], forward and down."""
+    """Centre of mass of the upright rear frame from the rear hub [m], forward and down."""
     return p["xB"], p["zB"] + p["rR"]
 
 
@@ -119,13 +119,15 @@ FOLLOWS: Mapping[str, Follows] = {
 
 
 def with_following(
-    evaluate: Callable[[Sequence[str]], Values], names: Sequence[str], parameters: Mapping[str, str]
-) -> Values:
+    evaluate: Callable[[Sequence[str]], Values], names: Sequence[str],
+    parameters: Mapping[str, str], known: Container[str] = (),
+) -> Values:  # fmt: skip
     """Columns by a function that knows all but those that follow, and these.
 
-    Where `evaluate` gives no lo, they are computed in plain binary64.
+    It knows those of `known` too, whether they follow from others or not. Where `evaluate` gives no
+    lo, they are computed in plain binary64.
     """
-    follow = {name: FOLLOWS[name] for name in names if name in FOLLOWS}
+    follow = {name: FOLLOWS[name] for name in names if name in FOLLOWS and name not in known}
     needed = [n for name in names for n in (follow[name].needs if name in follow else (name,))]
     found = evaluate(list(dict.fromkeys(needed)))
     if not follow:
@@ -143,7 +145,7 @@ def with_following(
 
 
 def following(columns: Mapping[str, Array], parameters: Mapping[str, float]) -> dict[str, Array]:
-    """All that follows from columns of any motion, in plain binary64."""
+    """Compute all columns that follow from those of a motion, in plain binary64."""
     return {
         name: how.formula(np, columns, parameters)
         for name, how in FOLLOWS.items()

@@ -26,7 +26,7 @@ SCALE_ATTRIBUTES = frozenset(("CLASS", "NAME", "REFERENCE_LIST", "DIMENSION_LIST
 """Set by HDF5's dimension scales."""
 
 LOW, BOUND = "_lo", "_bound"
-"""What the names of a column's low part and of its bounds end in."""
+"""Suffixes of the datasets of a column's low part and of its bounds."""
 
 _NO_COLUMNS = frozenset(("time", "breaks", "piece", "order", "dense", "rows"))
 
@@ -43,13 +43,13 @@ class Dataset:
     scales : tuple of str
         The datasets of its group that are the dimension scales of its first axes.
     is_scale : bool
-        Whether it is one itself.
+        True if it is one itself.
     is_column : bool
-        Whether it is one of several that differ in their numbers only.
+        True if it is one of several that differ in their numbers only.
     kind : str
         Its dtype.
     has_nan : bool
-        Whether NaN says that there is no number.
+        True if NaN stands for a missing number.
     """
 
     name: str
@@ -90,7 +90,7 @@ class Group:
 
 
 def by_maneuver(items: Iterable[T]) -> dict[str, T]:
-    """What there is of each maneuver, by the name of its group."""
+    """Return items of the maneuvers by the names of their groups."""
     return {f"maneuver_{i}": item for i, item in enumerate(items, start=1)}
 
 

@@ -1,10 +1,13 @@
 """The files of a reference set: their names, how numbers are stored, and the hash of them."""
 
 import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+
+from heyoka_bike.bicycle.parameters import Maneuver
 
 HDF5 = "uncontrolled-bicycle.h5"
 TEXT = "uncontrolled-bicycle.txt"
@@ -21,7 +24,7 @@ CRATE = "ro-crate-metadata.json"
 
 AFTER_FOLDER = "after-ten-seconds"
 AFTER_FILES = (f"{AFTER_FOLDER}/{AFTER}", f"{AFTER_FOLDER}/{CANDIDATE}")
-"""What is proved of the benchmark's motions after their ten seconds."""
+"""Files with proved statements on the benchmark's motions after their ten seconds."""
 
 FILTERS = {"compression": "gzip", "compression_opts": 9, "shuffle": True, "fletcher32": True}
 
@@ -52,3 +55,34 @@ def _published(group: Mapping[str, Any], where: str = "") -> Iterator[tuple[str,
             yield from _published(item, f"{where}{name}/")
         elif not name.endswith("_bound") and name not in ("piece", "order"):
             yield where + name, item
+
+
+@dataclass(frozen=True, slots=True)
+class TextFile:
+    """One of the text files of a set.
+
+    Attributes
+    ----------
+    name : str
+    numbers : tuple of int
+        The maneuvers it holds, from 1.
+    is_long : bool
+        True if its numbers have 50 digits.
+    """
+
+    name: str
+    numbers: tuple[int, ...]
+    is_long: bool
+
+
+def text_files(maneuvers: Sequence[Maneuver]) -> tuple[TextFile, ...]:
+    """The text files of a set: for all maneuvers, or one for each that has its own time grid."""
+    numbers = tuple(range(1, len(maneuvers) + 1))
+    both = ((TEXT, False), (TEXT_50, True))
+    if len({(m.rows, m.spacing) for m in maneuvers}) == 1:
+        return tuple(TextFile(name, numbers, is_long) for name, is_long in both)
+    return tuple(
+        TextFile(f"-{i}.".join(name.rsplit(".", 1)), (i,), is_long)
+        for name, is_long in both
+        for i in numbers
+    )

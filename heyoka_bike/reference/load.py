@@ -128,26 +128,23 @@ class ReferenceManeuver(Displayed):
         InputError
             A time outside the run, not a number, or a column that is unknown or has rows only.
         """
-        chosen = (columns,) if isinstance(columns, str) else columns
-        if chosen is None:
+        if columns is None:
             known = dict.fromkeys((*self.columns, *FOLLOWS))
-            chosen = [name for name in known if name in self.at_any_time]
-        names = tuple(chosen)
+            columns = [name for name in known if name in self.at_any_time]
+        names = (columns,) if isinstance(columns, str) else tuple(columns)
         for name in names:
             if name not in self.at_any_time | self.rows.hi.keys():
                 raise InputError(unknown_word(name, self.columns, "column "))
             if name not in self.at_any_time:
                 raise InputError(f"{name}: this set has it at the rows only: maneuver[{name!r}]")
         hi, lo = as_double(t)
-        shape = hi.shape
         times: Double = (hi.ravel(), lo.ravel())
         self._check_range(times)
         found = self.continued(times, names)
-        return Values(
-            hi={name: v.reshape(shape) for name, v in found.hi.items()},
-            lo={name: v.reshape(shape) for name, v in found.lo.items()},
-            time=hi,
+        shaped = (
+            {name: x.reshape(hi.shape) for name, x in part.items()} for part in (found.hi, found.lo)
         )
+        return Values(*shaped, time=hi)
 
     def continued(self, times: Double, names: Sequence[str]) -> Values:
         """`evaluate` at times that are not checked, of shape (n,).
@@ -210,52 +207,46 @@ class ReferenceManeuver(Displayed):
             return self._at_rows(names)
 
         def from_pieces(names: Sequence[str]) -> Values:
-            found = [
-                evaluate(dense, t, own)
-                for dense in (self.dense, *self.more)
-                if (own := [name for name in names if name in dense.hi])
-            ]
-            return Values(
-                {name: x for v in found for name, x in v.hi.items()},
-                {name: x for v in found for name, x in v.lo.items()},
-            )
+            hi: dict[str, Array] = {}
+            lo: dict[str, Array] = {}
+            for dense in (self.dense, *self.more):
+                if own := [name for name in names if name in dense.hi]:
+                    found = evaluate(dense, t, own)
+                    hi.update(found.hi)
+                    lo.update(found.lo)
+            return Values(hi, lo)
 
         return with_following(from_pieces, names, self.parameters)
 
     def _at_rows(self, names: Sequence[str]) -> Values:
         """Columns at the rows: those of the set, and those that follow from them."""
+        hi, lo = self._at_rows_known
 
         def stored(names: Sequence[str]) -> Values:
-            return Values(*({n: of[n] for n in names} for of in (self.rows.hi, self.rows.lo)))
+            return Values({n: hi[n] for n in names}, {n: lo[n] for n in names})
 
-        new = [n for n in names if n not in self.rows.hi and n not in self._followed]
-        if new:
-            found = with_following(stored, new, self.parameters)
-            self._followed.update({n: (found.hi[n], found.lo[n]) for n in new})
-        own = stored([n for n in names if n in self.rows.hi])
-        more = {n: self._followed[n] for n in names if n not in self.rows.hi}
-        return Values(
-            {**own.hi, **{n: hi for n, (hi, _) in more.items()}},
-            {**own.lo, **{n: lo for n, (_, lo) in more.items()}},
-        )
+        found = with_following(stored, names, self.parameters, hi)
+        new = [n for n in names if n not in hi]
+        hi.update({n: found.hi[n] for n in new})
+        lo.update({n: found.lo[n] for n in new})
+        return found
 
     @cached_property
-    def _followed(self) -> dict[str, Double]:
-        """Columns at the rows that follow from others, once they were asked for."""
-        return {}
+    def _at_rows_known(self) -> tuple[ChainMap[str, Array], ChainMap[str, Array]]:
+        """Columns at the rows, hi and lo; what follows is added once it was asked for."""
+        rows: Any = self.rows
+        return ChainMap({}, rows.hi), ChainMap({}, rows.lo)
 
     def _check_range(self, t: Double) -> None:
-        end = self.duration
-        end_hi = float(end)
-        end_lo = float(end - Fraction(end_hi))
-        hi, lo = t
+        (hi, lo), end = t, float(self.duration)
+        rest = float(self.duration - Fraction(end))
         bad = ~np.isfinite(hi + lo) | (hi + lo < 0)
-        bad |= (hi > end_hi) | ((hi == end_hi) & (lo > end_lo))
+        bad |= (hi > end) | ((hi == end) & (lo > rest))
         if bad.any():
             first = int(np.flatnonzero(bad)[0])
             raise InputError(
                 f"{self.name}: found time {_show(hi[first], lo[first])} s, "
-                f"expected 0 to {float(end):g} s (nothing is extrapolated)"
+                f"expected 0 to {end:g} s (nothing is extrapolated)"
             )
 
 

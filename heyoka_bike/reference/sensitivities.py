@@ -103,11 +103,9 @@ class Sensitivity:
         found = {}
         for name in self.coefficients if names is None else names:
             coefficients = self.coefficients[name]
-            values = np.empty((len(t), coefficients.shape[2]))
+            found[name] = np.empty((len(t), coefficients.shape[2]))
             for p in np.unique(piece):
-                rows = piece == p
-                values[rows] = basis[rows] @ coefficients[p]
-            found[name] = values
+                found[name][piece == p] = basis[piece == p] @ coefficients[p]
         return found
 
 
@@ -157,13 +155,6 @@ def read_group(group: Any) -> Sensitivity:
     if "rows" not in group:
         (coefficients,) = on_demand(group, ("",))
         return Sensitivity(breaks, dict(coefficients))
-    coefficients, bound = on_demand(group, ("", BOUND))
-    values, values_bound = on_demand(group["rows"], ("", BOUND))
-    return Sensitivity(
-        breaks=breaks,
-        coefficients=dict(coefficients),
-        bound=dict(bound),
-        time=group["rows/time"][:],
-        values=dict(values),
-        values_bound=dict(values_bound),
-    )
+    coefficients, bound = map(dict, on_demand(group, ("", BOUND)))
+    values, values_bound = map(dict, on_demand(group["rows"], ("", BOUND)))
+    return Sensitivity(breaks, coefficients, bound, group["rows/time"][:], values, values_bound)

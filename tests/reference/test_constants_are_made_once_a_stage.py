@@ -7,8 +7,7 @@ import pytest
 
 from heyoka_bike.bicycle.equations import reduced
 from heyoka_bike.reference.proof.enclose import enclose
-from heyoka_bike.reference.proof.integrals import with_integrals
-from heyoka_bike.reference.proof.motion_rows import motion_expansions
+from heyoka_bike.reference.proof.motion_rows import motion_expansions, with_integrals
 
 pytestmark = pytest.mark.proof
 

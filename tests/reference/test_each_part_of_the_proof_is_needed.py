@@ -26,12 +26,12 @@ from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.ball_chebyshev import Nodes
 from heyoka_bike.numbers.dual import Dual, Duals
 from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.reference.proof import dense_bound, enclose, integrals
+from heyoka_bike.reference.proof import cauchy, dense, enclose, motion_rows
 from heyoka_bike.reference.proof.cauchy import Circle, circle_bound, rho
-from heyoka_bike.reference.proof.dense_bound import Expanded, Expansion
+from heyoka_bike.reference.proof.dense import Expanded, Expansion
 from heyoka_bike.reference.proof.error_flow import MATRIX_BITS, SIZE, Carried
 from heyoka_bike.reference.proof.first_row import exact_columns
-from heyoka_bike.reference.proof.integrals import with_integrals
+from heyoka_bike.reference.proof.motion_rows import with_integrals
 from heyoka_bike.reference.proof.rows import round_rows
 
 pytestmark = pytest.mark.proof
@@ -197,7 +197,7 @@ def test_what_is_not_linear_in_the_error(run: Trajectory, sound: Certificate, mo
             return replace(found, values=[x * flint.arb(10) ** 65 for x in found.values])
         return found
 
-    monkeypatch.setattr(enclose, "circle_bound", curved)
+    monkeypatch.setattr(cauchy, "circle_bound", curved)
     with contextlib.suppress(NotCertifiedError):
         assert enclose.enclose(run).worst > 10 * sound.worst
 
@@ -209,19 +209,19 @@ def test_y_that_is_not_resolved(run: Trajectory, monkeypatch: pytest.MonkeyPatch
 
 
 def test_y_that_is_badly_conditioned(run: Trajectory, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(enclose, "_CONDITION", 1.0)
+    monkeypatch.setattr(enclose, "CONDITION", 1.0)
     with pytest.raises(NotCertifiedError, match="Y has condition"):
         enclose.enclose(run)
 
 
 def test_a_halved_piece_has_the_larger_bound(run: Trajectory, monkeypatch: Any) -> None:
     """An error that grows late in a step is in the second half; an early one fades in it."""
-    monkeypatch.setattr(enclose, "DEPTH", 1)
+    monkeypatch.setattr(cauchy, "DEPTH", 1)
     whole = enclose.Prover.whole
 
     def halves_only(self: Any, piece: Any, *rest: Any) -> Any:
         if piece.h == run.piece(piece.step).h:
-            raise enclose.TooLongError("halves are to be tried")
+            raise cauchy.TooLongError("halves are to be tried")
         return whole(self, piece, *rest)
 
     monkeypatch.setattr(enclose.Prover, "whole", halves_only)
@@ -281,14 +281,14 @@ def expansion(run: Trajectory, bound: Fraction) -> Expansion:
 def test_what_the_polynomial_of_a_column_leaves_out(run: Trajectory, monkeypatch: Any) -> None:
     def errors() -> list[tuple[Any, Any]]:
         found = expansion(run, Fraction(0))
-        balls = Balls(dense_bound.BITS)
+        balls = Balls(dense.BITS)
         equations = Equations.of(run.bicycle, balls, is_regular=run.is_regular)
         with balls.precision():
             truth = function(equations, run.state(run.breaks[1], 0))
             pairs = zip(found.polynomials, found.remainders, truth, strict=True)
             return [(abs(x - p(flint.arb(1))), rest) for p, rest, x in pairs]
 
-    monkeypatch.setattr(dense_bound, "_REMAINDER_BITS", 8)
+    monkeypatch.setattr(dense, "_REMAINDER_BITS", 8)
     assert all(error <= rest for error, rest in errors())
     monkeypatch.setattr(samples, "geometric", lambda radius, length: flint.arb(0))
     assert all(error > rest for error, rest in errors())
@@ -348,7 +348,7 @@ def test_what_the_polynomial_of_an_integral_leaves_out(run: Trajectory) -> None:
 
 def test_where_an_integral_begins_may_be_rounded(run: Trajectory) -> None:
     def of_one_that_begins_at(at: Fraction) -> tuple[Fraction, Fraction]:
-        integrator = integrals._Integrator(run)
+        integrator = motion_rows._Integrator(run)
         integrator.at[0] = at
         (stretch,) = integrator.stretches(run.piece(0), (Fraction(0),) * SIZE)
         first = Fraction(stretch.piece.rows[SIZE][0], 2**stretch.piece.grid)

@@ -159,7 +159,7 @@ def test_dense_shape_is_checked_apart_from_the_hash(small_set):
     from heyoka_bike.errors import NotCertifiedError
     from heyoka_bike.reference.load import load_reference
     from heyoka_bike.reference.proof.candidate import read_candidate
-    from heyoka_bike.reference.proof.dense_bound import bound_dense
+    from heyoka_bike.reference.proof.dense import bound_dense
     from heyoka_bike.reference.proof.enclose import enclose
 
     (run,) = read_candidate(small_set)

@@ -20,7 +20,7 @@ from heyoka_bike.numbers.ball_chebyshev import basis
 from heyoka_bike.numbers.ball_matrices import identity, largest, value
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.numbers.samples import AtPoints
-from heyoka_bike.reference.proof import derivatives, sensitivity_rows, variation
+from heyoka_bike.reference.proof import sensitivity_rows, variation
 from heyoka_bike.reference.proof.enclose import enclose
 from heyoka_bike.reference.proof.error_flow import SIZE, Frame
 from heyoka_bike.reference.proof.sensitivity_rows import differentiate
@@ -284,13 +284,13 @@ def test_an_error_at_the_start_stays_inside_the_bound(short, proved, monkeypatch
 def test_what_interpolation_leaves_out_is_bounded(short, monkeypatch):
     """With four coefficients much is left out, and nowhere more than is said."""
     run, certificate = short
-    monkeypatch.setattr(derivatives, "ORDERS", 4)
+    monkeypatch.setattr(sensitivity_rows, "ORDERS", 4)
     equations = Equations.of(run.bicycle, Balls(variation.BITS), is_regular=False)
     unknowns = Unknowns.of(run, equations)
     along = [part for _, part in variation.variations(run, certificate, unknowns)]
-    parts = derivatives.ColumnDerivatives.along(along, unknowns, equations)
+    parts = sensitivity_rows.ColumnDerivatives.along(along, unknowns, equations)
     with flint.ctx.workprec(variation.BITS):
-        fitted = derivatives.Fitted.of(parts)
+        fitted = sensitivity_rows.Fitted.of(parts)
         t0, t1 = ball(fitted.t0), ball(fitted.t1)
         worst = [flint.arb(0)] * len(fitted.left_out)
         for part in parts:
@@ -306,15 +306,15 @@ def test_what_interpolation_leaves_out_is_bounded(short, monkeypatch):
 def test_what_interpolation_between_nodes_leaves_out_is_bounded(short, monkeypatch):
     """With few nodes, against the derivatives at a time between them."""
     run, certificate = short
-    monkeypatch.setattr(derivatives, "_NODE_BITS", 20)
-    monkeypatch.setattr(derivatives, "_nodes", derivatives._nodes.__wrapped__)
+    monkeypatch.setattr(sensitivity_rows, "_NODE_BITS", 20)
+    monkeypatch.setattr(sensitivity_rows, "_nodes", sensitivity_rows._nodes.__wrapped__)
     equations = Equations.of(run.bicycle, Balls(BITS), is_regular=False)
     with flint.ctx.workprec(variation.BITS):
         unknowns = Unknowns.of(
             run, Equations.of(run.bicycle, Balls(variation.BITS), is_regular=False)
         )
     _, part = next(variation.variations(run, certificate, unknowns))
-    (along,) = derivatives.ColumnDerivatives.along([part], unknowns, equations)
+    (along,) = sensitivity_rows.ColumnDerivatives.along([part], unknowns, equations)
     points, u = AtPoints(BITS), [flint.arb("0.3")]
     with points.precision():
         slopes = unknowns.gradients(Equations.every_column, equations, points, part.piece.at(u))

@@ -16,8 +16,8 @@ from heyoka_bike.bicycle.parameters import Maneuver
 from heyoka_bike.cli import main
 from heyoka_bike.errors import DatasetError
 from heyoka_bike.numbers.exact import ZERO, shortest_decimal
+from heyoka_bike.reference.layout import text_files
 from heyoka_bike.reference.manifest import DATASET_VERSION, MANIFEST, read_manifest
-from heyoka_bike.reference.texts import text_files
 from heyoka_bike.reference.verification.hashes import check_files
 from heyoka_bike.reference.verification.schema import SetForm, of_text
 from heyoka_bike.reference.verification.verify import verify

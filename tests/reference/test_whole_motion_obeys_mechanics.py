@@ -28,7 +28,7 @@ from heyoka_bike.motion.evaluator import evaluator
 from heyoka_bike.motion.trajectory import Certificate, Trajectory
 from heyoka_bike.numbers.arithmetic import Balls
 from heyoka_bike.numbers.exact import Exact
-from heyoka_bike.reference.proof.integrals import Stretch, with_integrals
+from heyoka_bike.reference.proof.motion_rows import Stretch, with_integrals
 
 pytestmark = pytest.mark.proof
 

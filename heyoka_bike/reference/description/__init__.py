@@ -1,1 +1,1 @@
-"""What a set says of itself, to people and to machines: attributes, a card, an RO-Crate."""
+"""Metadata of a set, for people and for machines: attributes, a card, an RO-Crate."""

@@ -54,7 +54,7 @@ _HDF5, _TEXT, _JSON = "application/x-hdf5", "text/plain", "application/json"
 
 @dataclass(frozen=True, slots=True)
 class Holding:
-    """What a file of a set holds.
+    """Title, summary and media type of a file of a set.
 
     Attributes
     ----------

@@ -6,7 +6,7 @@ from fractions import Fraction
 
 from heyoka_bike.errors import InputError, quoted
 from heyoka_bike.numbers.double import Array
-from heyoka_bike.reference.exports.selection import Selection, about, commented, filled
+from heyoka_bike.reference.exports.selection import Selection, evaluators
 from heyoka_bike.reference.load import ReferenceManeuver
 
 SUFFIXES = (".c", ".h")
@@ -33,20 +33,13 @@ def render(selection: Selection, stem: str) -> dict[str, bytes]:
         "that fuse products and sums GCC needs -ffp-contract=off to give the last bits of "
         "heyoka_bike's own evaluation)."
     )
-    lines = about(selection, "dense output, piecewise Chebyshev polynomials", use)
     names = "\n".join(f"    BICYCLE_{c.name.upper()}, /* [{c.unit}] */" for c in selection.columns)
     tables = "\n".join(
         _tables(n, m, [c.name for c in selection.columns]) for n, m in selection.maneuvers
     )
     entries = "\n".join(_entry(n, m) for n, m in selection.maneuvers)
-    fields = {
-        "about": commented(lines, "//"),
-        "names": names,
-        "stem": stem,
-        "terms": selection.terms,
-        "data": f"{tables}\nstatic const struct maneuver maneuvers[] = {{\n{entries}\n}};\n",
-    }
-    return {suffix: filled(suffix, fields) for suffix in SUFFIXES}
+    data = f"{tables}\nstatic const struct maneuver maneuvers[] = {{\n{entries}\n}};\n"
+    return evaluators(selection, stem, use, "//", SUFFIXES, {"names": names, "data": data})
 
 
 def _tables(number: int, m: ReferenceManeuver, names: list[str]) -> str:

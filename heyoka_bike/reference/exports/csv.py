@@ -21,7 +21,7 @@ DIGITS = {
     17: "Values read back as the correctly rounded binary64",
     32: "Values are hi + lo of the reference, to 32 digits",
 }
-"""What the digits of a value are, by their number."""
+"""Meaning of the values, by the number of their digits."""
 
 # Of a time that is no decimal, as in the reference's text.
 _TIME_DIGITS = 50
@@ -38,7 +38,9 @@ def _table(selection: Selection, digits: int) -> str:
         "Read: lines that begin with # are comments, as for pandas.read_csv(..., comment='#') and "
         f"heyoka-bike score. {DIGITS[digits]}; times are exact."
     )
-    names, columns = ["time [s]"], [_times(selection.reference[selection.numbers[0]])]
+    first = selection.reference[selection.numbers[0]]
+    times = [shortest_decimal(t, _TIME_DIGITS) for t in row_times(first)]
+    names, columns = ["time [s]"], [times]
     for number, m in selection.maneuvers:
         for column in selection.columns:
             names.append(f"maneuver_{number}_{column.name} [{column.unit}]")
@@ -49,10 +51,6 @@ def _table(selection: Selection, digits: int) -> str:
     writer.writerow(names)
     writer.writerows(zip(*columns, strict=True))
     return text.getvalue()
-
-
-def _times(m: ReferenceManeuver) -> list[str]:
-    return [shortest_decimal(t, _TIME_DIGITS) for t in row_times(m)]
 
 
 def _values(m: ReferenceManeuver, name: str, digits: int) -> list[str]:

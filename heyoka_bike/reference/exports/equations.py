@@ -5,7 +5,6 @@ All functions are written from the one `Equations`, see `numbers.languages`.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -22,19 +21,18 @@ from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.reduced import Equations
 from heyoka_bike.bicycle.equations.whole_motion import INTEGRALS, whole_rates
 from heyoka_bike.bicycle.parameters import PARAMETERS, Bicycle, Maneuver
-from heyoka_bike.errors import InputError, quoted
+from heyoka_bike.errors import quoted
 from heyoka_bike.numbers.arithmetic import Balls, Number
 from heyoka_bike.numbers.dual import Duals
 from heyoka_bike.numbers.exact import Exact, shortest_decimal
 from heyoka_bike.numbers.languages import FORTRAN, JULIA, MATLAB, PYTHON, RUST, C, Language
 from heyoka_bike.numbers.straight_line import StraightLine
 from heyoka_bike.reference.description.facts import COPYRIGHT
-from heyoka_bike.reference.exports.selection import AXES, commented, wrapped
+from heyoka_bike.reference.exports.selection import AXES, check_name, commented, wrapped
 from heyoka_bike.version import __version__
 
 _BITS = 200
 _DIGITS = 17  # of parameters in comments that no decimal equals
-_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,62}")  # MATLAB's namelengthmax
 
 _Vector = Sequence[Number]
 # Name, what is said of it, and the arguments of `Language.function`.
@@ -43,7 +41,7 @@ _Function = tuple[Any, ...]
 
 @dataclass(frozen=True, slots=True)
 class _SourceFile:
-    """How a language writes files.
+    """Form of the source files of a language.
 
     Attributes
     ----------
@@ -53,7 +51,7 @@ class _SourceFile:
     mark
         Begins a comment.
     use
-        How it is compiled or called.
+        The way to compile or call it.
     opening, closing
         Of the file, with ``{about}``, its comment.
     each
@@ -61,7 +59,7 @@ class _SourceFile:
     named
         A function's name outside of the file. It and all others may have the file's ``{stem}``.
     is_descriptor
-        Whether the descriptor form is written too.
+        True if the descriptor form is written too.
     """
 
     language: Language
@@ -140,11 +138,7 @@ def render(
     InputError
         The name cannot be that of a module, or a maneuver cannot start.
     """
-    if not _NAME.fullmatch(stem):
-        raise InputError(
-            f"--output: found {quoted(stem)}, expected the name of a module: a letter, then "
-            "letters, digits and _"
-        )
+    check_name(stem, "module")
     file = LANGUAGES[language]
     about = _about(language, bicycle, file.use.format(stem=stem))
     words = {"stem": stem, "about": commented(wrapped(about), file.mark)}

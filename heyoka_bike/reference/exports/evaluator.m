@@ -4,7 +4,6 @@ function values = $stem(maneuver, column, t)
 % double; NaN at times outside the run.
 %
 $about
-
 persistent tables
 if isempty(tables)
     tables = load_tables();

@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Sequence
 from itertools import accumulate
 
-from heyoka_bike.reference.exports.selection import Selection, about, commented, filled
+from heyoka_bike.reference.exports.selection import Selection, evaluators
 
 SUFFIXES = (".f90",)
 
@@ -20,21 +20,17 @@ def render(selection: Selection, stem: str) -> dict[str, bytes]:
     )
     counts = [len(m.breaks) - 1 for _, m in selection.maneuvers]
     fields = {
-        "about": commented(
-            about(selection, "dense output, piecewise Chebyshev polynomials", use), "!"
-        ),
         "names": "\n".join(
             f"   integer, parameter, public :: bicycle_{c.name} = {i}  ! [{c.unit}]"
             for i, c in enumerate(selection.columns, 1)
         ),
         "columns": len(selection.columns),
         "pieces": sum(counts),
-        "terms": selection.terms,
         "numbers": ", ".join(map(str, selection.numbers)),
         "first": ", ".join(map(str, accumulate(counts, initial=1))),
         "data": "\n".join(_data(selection)),
     }
-    return {suffix: filled(suffix, fields) for suffix in SUFFIXES}
+    return evaluators(selection, stem, use, "!", SUFFIXES, fields)
 
 
 def _data(selection: Selection) -> Iterator[str]:

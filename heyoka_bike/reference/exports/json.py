@@ -36,26 +36,21 @@ def render(selection: Selection, stem: str) -> dict[str, bytes]:
             f"maneuver_{n}": {"name": m.name, **m.inputs} for n, m in selection.maneuvers
         },
         "rows": {
-            f"maneuver_{n}": _lists(
-                {"time": m.time, "time_lo": m.time_lo} | _arrays(selection, m.rows)
-            )
+            f"maneuver_{n}": _lists(selection, m.rows, time=m.time, time_lo=m.time_lo)
             for n, m in selection.maneuvers
         },
         "pieces": {
-            f"maneuver_{n}": _lists({"breaks": m.breaks} | _arrays(selection, m.dense))
+            f"maneuver_{n}": _lists(selection, m.dense, breaks=m.breaks)
             for n, m in selection.maneuvers
         },
     }  # fmt: skip
     return {".json": (json.dumps(document, indent=1, allow_nan=False) + "\n").encode("ascii")}
 
 
-def _arrays(selection: Selection, values: Values) -> dict[str, Array]:
-    found = {}
+def _lists(selection: Selection, values: Values, **times: Array) -> dict[str, list[float]]:
+    """Times and columns by name, hi and lo."""
+    found = dict(times)
     for column in selection.columns:
         found[column.name] = values.hi[column.name]
         found[f"{column.name}_lo"] = values.lo[column.name]
-    return found
-
-
-def _lists(arrays: dict[str, Array]) -> dict[str, list[float]]:
-    return {name: x.tolist() for name, x in arrays.items()}
+    return {name: x.tolist() for name, x in found.items()}

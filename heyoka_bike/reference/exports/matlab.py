@@ -1,15 +1,10 @@
 """MATLAB and GNU Octave: a function file with the dense output and its evaluator."""
 
-import re
 from collections.abc import Iterable, Iterator
 
-from heyoka_bike.errors import InputError, quoted
-from heyoka_bike.reference.exports.selection import Selection, about, commented, filled
+from heyoka_bike.reference.exports.selection import Selection, check_name, evaluators
 
 SUFFIXES = (".m",)
-
-# MATLAB's namelengthmax.
-_FUNCTION = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,62}")
 
 
 def render(selection: Selection, stem: str) -> dict[str, bytes]:
@@ -20,21 +15,10 @@ def render(selection: Selection, stem: str) -> dict[str, bytes]:
     InputError
         The name is not that of a function.
     """
-    if not _FUNCTION.fullmatch(stem):
-        raise InputError(
-            f"--output: found {quoted(stem)}, expected the name of a function: a letter, then "
-            "letters, digits and _"
-        )
+    check_name(stem, "function")
     use = f"Use: put {stem}.m into your folder; {stem}({selection.numbers[0]}, "
     use += f"'{selection.columns[0].name}', 0:0.01:1)"
-    fields = {
-        "about": commented(
-            about(selection, "dense output, piecewise Chebyshev polynomials", use), "%"
-        ).rstrip("\n"),
-        "stem": stem,
-        "data": "\n".join(_data(selection)),
-    }
-    return {suffix: filled(suffix, fields) for suffix in SUFFIXES}
+    return evaluators(selection, stem, use, "%", SUFFIXES, {"data": "\n".join(_data(selection))})
 
 
 def _data(selection: Selection) -> Iterator[str]:

@@ -1,5 +1,6 @@
-"""What is exported, and the comment that every file begins with."""
+"""Selection of the columns to be exported, and the comment at the head of every file."""
 
+import re
 import textwrap
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -21,6 +22,7 @@ AXES = (
 )
 
 _WIDTH = 96
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,62}")  # MATLAB's namelengthmax
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,9 +88,9 @@ def about(selection: Selection, content: str, use: str) -> list[str]:
     ----------
     selection
     content
-        What is in the file.
+        Contents of the file.
     use
-        How it is compiled or read.
+        The way to compile or read it.
     """
     reference = selection.reference
     paragraphs = [
@@ -131,10 +133,40 @@ def commented(lines: list[str], mark: str) -> str:
     return "".join(f"{mark} {line}".rstrip() + "\n" for line in lines)
 
 
-def filled(suffix: str, fields: Mapping[str, object]) -> bytes:
-    """The evaluator of the dense output in the language of a suffix, with its fields."""
-    template = Path(__file__).with_name(f"evaluator{suffix}").read_text("ascii")
-    return Template(template).substitute(fields).encode("ascii")
+def check_name(stem: str, of: str) -> None:
+    """Refuse a name that cannot be that of a function or module.
+
+    Raises
+    ------
+    InputError
+    """
+    if not _NAME.fullmatch(stem):
+        raise InputError(
+            f"--output: found {quoted(stem)}, expected the name of a {of}: a letter, then "
+            "letters, digits and _"
+        )
+
+
+def evaluators(
+    selection: Selection, stem: str, use: str, mark: str, suffixes: Iterable[str],
+    fields: Mapping[str, object],
+) -> dict[str, bytes]:  # fmt: skip
+    """The dense output and its evaluator in a language, by the suffixes of its files.
+
+    Parameters
+    ----------
+    mark
+        Begins a comment.
+    fields
+        Of the language's templates, beside those that all have.
+    """
+    lines = about(selection, "dense output, piecewise Chebyshev polynomials", use)
+    words = {"about": commented(lines, mark), "stem": stem, "terms": selection.terms, **fields}
+    files = {}
+    for suffix in suffixes:
+        template = Path(__file__).with_name(f"evaluator{suffix}").read_text("ascii")
+        files[suffix] = Template(template).substitute(words).encode("ascii")
+    return files
 
 
 def sharing_times(selection: Selection) -> dict[str, Selection]:

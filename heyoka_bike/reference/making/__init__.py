@@ -1,1 +1,1 @@
-"""Everything about a maneuver, and the bytes of each file."""
+"""Making of a set: the numbers of each maneuver, and the bytes of each file."""

@@ -21,15 +21,22 @@ from typing import Any
 
 from heyoka_bike.bicycle.parameters import Bicycle, benchmark, describe_inputs
 from heyoka_bike.errors import DatasetError, InputError
+from heyoka_bike.reference import layout
 from heyoka_bike.reference import manifest as manifest_file
 from heyoka_bike.reference.description.describe import describe
-from heyoka_bike.reference.layout import AFTER_FILES, CANDIDATE, CERTIFICATE
-from heyoka_bike.reference.making.hdf5_files import render_hdf5
+from heyoka_bike.reference.hdf5 import by_maneuver, render, whole_file
 from heyoka_bike.reference.making.tabulate import Table
 from heyoka_bike.reference.proof import candidate
 from heyoka_bike.reference.proof.certificate_file import render_certificate, summarise
 from heyoka_bike.reference.proof.instants import render_states
 from heyoka_bike.reference.proof.rows import render_texts
+from heyoka_bike.reference.structure import (
+    COLUMNS_OF,
+    about,
+    numbers_of_derivatives,
+    numbers_of_table,
+    of_columns,
+)
 from heyoka_bike.system.machine import PACKAGES, installed
 from heyoka_bike.system.resources import reference_folder
 
@@ -47,10 +54,9 @@ def write_dataset(
     """
     inputs = describe_inputs(bicycle, [t.maneuver for t in tables])
     hdf5_version = manifest_file.hdf5_version(dataset_version)
-    hdf5, content = render_hdf5(tables, inputs, hdf5_version)
-    files = {
-        **hdf5,
-        CANDIDATE: candidate.render([t.trajectory for t in tables], inputs, hdf5_version),
+    files, hashes = render_hdf5(tables, inputs, hdf5_version)
+    files |= {
+        layout.CANDIDATE: candidate.render([t.trajectory for t in tables], inputs, hdf5_version),
         **render_texts([t.maneuver for t in tables], [t.rows for t in tables]),
     }
     if bicycle.values == benchmark()[0].values:
@@ -62,13 +68,13 @@ def write_dataset(
         )
         for t in tables
     ]  # fmt: skip
-    files[CERTIFICATE] = render_certificate(proofs, inputs, files)
+    files[layout.CERTIFICATE] = render_certificate(proofs, inputs, files)
     if dataset_version != manifest_file.CUSTOM:
         files |= _after(Path(folder))
     manifest_of = partial(
         manifest_file.render,
         dataset_version=dataset_version,
-        content_sha256=content,
+        content_sha256=hashes[layout.HDF5],
         inputs=inputs,
         made_by={"digits": digits, "packages": _packages()},
     )
@@ -76,10 +82,42 @@ def write_dataset(
     return manifest_file.write_set(folder, files, manifest_of(files=files))
 
 
+def render_hdf5(
+    tables: Sequence[Table], inputs: Mapping[str, Any], version: str
+) -> tuple[dict[str, bytes], dict[str, str]]:
+    """The HDF5 files of the columns, and the hashes of their numbers, both by name.
+
+    Parameters
+    ----------
+    tables
+    inputs
+        As in the manifest.
+    version
+        The one that last changed these files.
+    """
+    files, hashes = {}, {}
+    for name, numbers in {
+        layout.HDF5: [numbers_of_table(t.time, t.time_lo, t.rows, t.dense) for t in tables],
+        layout.SENSITIVITIES: [numbers_of_derivatives(t.sensitivity) for t in tables],
+        layout.MOTION: [
+            numbers_of_table(t.time, t.time_lo, t.motion_rows, t.motion_dense) for t in tables
+        ],
+    }.items():
+        data = by_maneuver(numbers)
+        hashes[name] = layout.content_sha256(data)
+        groups = [
+            of_columns(name, own, COLUMNS_OF[name], stored)
+            for own, stored in zip(inputs["maneuvers"], numbers, strict=True)
+        ]
+        root = about(name, inputs, version, hashes[name])
+        files[name] = render(whole_file(root, groups), data)
+    return files, hashes
+
+
 def _after(folder: Path) -> dict[str, bytes]:
-    """What is proved of the motions after their end: as it is in the folder, or in the package."""
+    """Read the files after ten seconds, from the folder or else from the package."""
     found = {}
-    for name in AFTER_FILES:
+    for name in layout.AFTER_FILES:
         for path in (folder / name, reference_folder() / name):
             if path.is_file():
                 found[name] = path.read_bytes()

@@ -42,9 +42,9 @@ class Generated:
     changed : tuple of str
         Names of the files that were written; those of equal content are left untouched.
     endings : tuple of Ending
-        How each maneuver ended.
+        End of each maneuver.
     tables : tuple of Table
-        What was computed of each maneuver.
+        Computed numbers of each maneuver.
     """
 
     folder: Path
@@ -86,7 +86,7 @@ def generate(
         A time [s] in place of the maneuvers' durations, or ``fall``: to the last row before a wheel
         leaves the floor or the model ends.
     force
-        Whether to replace a set of another version or of other inputs.
+        True to replace a set of another version or of other inputs.
     say
         Called with a line of text for each warning about the bicycle, and where `until` or the end
         of the model shortens a maneuver, before the work begins.
@@ -98,7 +98,7 @@ def generate(
     Returns
     -------
     Generated
-        What was written, and what it was made of.
+        The written files, and the numbers they were made of.
 
     Raises
     ------
@@ -198,7 +198,7 @@ def _endings(
     sets: Mapping[Path, Given], maneuvers: Sequence[Maneuver] | str | Path | None,
     until: str | None, fail: Fail,
 ) -> dict[Path, tuple[Bicycle, Sequence[Maneuver], tuple[Ending, ...]]]:  # fmt: skip
-    """What is given of each set, and how its maneuvers end."""
+    """Read the inputs of each set, and find the ends of its maneuvers."""
     jobs, found = {}, {}
     for folder, given in sets.items():
         try:

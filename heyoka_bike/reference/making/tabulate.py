@@ -1,4 +1,4 @@
-"""Everything published about one maneuver: integrated, certified, rounded, made dense."""
+"""All published numbers of a maneuver: integrated, certified, rounded, interpolated."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -12,8 +12,7 @@ from heyoka_bike.motion.trajectory import Certificate, Trajectory
 from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import Exact
 from heyoka_bike.numbers.precision import Precision
-from heyoka_bike.reference.proof.dense import interpolate
-from heyoka_bike.reference.proof.dense_bound import bound_dense
+from heyoka_bike.reference.proof.dense import bound_dense, interpolate
 from heyoka_bike.reference.proof.enclose import enclosed
 from heyoka_bike.reference.proof.motion_rows import tabulate_motion
 from heyoka_bike.reference.proof.rows import (
@@ -35,19 +34,19 @@ KEPT = (
     Trajectory, Bicycle, Maneuver, Exact, Certificate, Sensitivity, RoundedRows, Values, Dense,
     Drift,
 )  # fmt: skip
-"""What the results of these jobs are made of, see `unfinished`."""
+"""Classes in the results of these jobs, see `unfinished`."""
 
 
 @dataclass(frozen=True)
 class Table:
-    """Everything published about one maneuver.
+    """All published numbers of a maneuver.
 
     Attributes
     ----------
     trajectory : Trajectory
         The candidate.
     certificate : Certificate
-        How far the exact motion may be from it.
+        Bounds on the distance of the exact motion from it.
     drift : Drift
     time, time_lo : ndarray, shape (rows,)
         Time of the rows [s] as hi + lo.
@@ -91,7 +90,7 @@ def tabulating(
     Parameters
     ----------
     name
-        What the maneuver is called while it is made.
+        Name of the maneuver in reports of progress.
     """
     inputs = describe_inputs(bicycle, [maneuver])
 

@@ -17,7 +17,7 @@ from heyoka_bike.motion.trajectory import Trajectory
 from heyoka_bike.reference import hdf5
 from heyoka_bike.reference import manifest as manifest_file
 from heyoka_bike.reference.layout import CANDIDATE
-from heyoka_bike.reference.structure import STATED, about_candidate, trajectory
+from heyoka_bike.reference.structure import STATED, about, trajectory
 
 
 def render(trajectories: Sequence[Trajectory], inputs: Mapping[str, Any], version: str) -> bytes:
@@ -26,13 +26,11 @@ def render(trajectories: Sequence[Trajectory], inputs: Mapping[str, Any], versio
     for run, maneuver in zip(trajectories, inputs["maneuvers"], strict=True):
         form = "regular" if run.is_regular else "few_products"
         values = (json.dumps(run.states), form, run.grid, run.order, run.precision, run.bits)
-        coefficients = _to_bytes(run.pieces)
-        pieces, _, _, width = coefficients.shape
-        stated = dict(zip(STATED, values, strict=True))
-        groups.append(trajectory(maneuver, stated, pieces, width))
         breaks = np.array([float(t) for t in run.breaks])
-        data.append({"breaks": breaks, "coefficients": coefficients})
-    layout = hdf5.whole_file(about_candidate(inputs, version), groups)
+        stored = {"breaks": breaks, "coefficients": _to_bytes(run.pieces)}
+        groups.append(trajectory(maneuver, dict(zip(STATED, values, strict=True)), stored))
+        data.append(stored)
+    layout = hdf5.whole_file(about(CANDIDATE, inputs, version), groups)
     return hdf5.render(layout, hdf5.by_maneuver(data))
 
 

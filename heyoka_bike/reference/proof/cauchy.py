@@ -37,7 +37,7 @@ SMALLER = (1, 64)
 overestimation takes the first for a divisor that vanishes."""
 
 DEPTH = 6
-"""How often a piece is halved where something cannot be shown on the whole of it."""
+"""Largest number of halvings of a piece where something cannot be shown on the whole of it."""
 
 _BITS = 64
 _FIRST_ARCS, _PROBED_ARCS, _MOST_ARCS = 8, 16, 1024
@@ -109,7 +109,7 @@ def rho(variables: int = SIZE) -> list[flint.arb]:
 
 
 def moved(bounds: Sequence[Fraction], polydisc: Sequence[flint.arb]) -> flint.arb:
-    """How far an exact state moves a function from its value on the candidate, over M.
+    """Bound on the change of a function from the candidate to the exact state, over M.
 
     Derivatives by the state are at most M / (rho / 2) where the state is within rho / 2 of the
     candidate, which is checked: it must be so near.
@@ -125,6 +125,15 @@ def moved(bounds: Sequence[Fraction], polydisc: Sequence[flint.arb]) -> flint.ar
     return 2 * total(shares)
 
 
+def defect(row: Sequence[flint.arb], rates: Sequence[flint.arb]) -> flint.arb:
+    """Sum of the absolute coefficients of p' - f: at most so large it is for abs(s) <= 1.
+
+    Coefficients of p and of f by power.
+    """
+    difference = flint.arb_poly(row).derivative() - flint.arb_poly(rates)
+    return total(map(abs, difference.coeffs()))
+
+
 def refused(piece: Piece, why: str) -> NotCertifiedError:
     """The error for a piece that is not certified."""
     run = piece.run
@@ -137,7 +146,7 @@ def refused(piece: Piece, why: str) -> NotCertifiedError:
 def in_parts(
     piece: Piece, attempt: Callable[[Piece, int], _Found], depth: int = 0
 ) -> Iterator[_Found]:
-    """What is found on a piece, or on its halves where that fails, in the order of time.
+    """Yield what `attempt` finds on a piece, or on its halves where it fails, in order of time.
 
     Parameters
     ----------

@@ -10,22 +10,14 @@ import flint
 import numpy as np
 
 from heyoka_bike.bicycle.column import Column
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.instant_columns import QUANTITIES
-from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
 from heyoka_bike.motion.evaluator import Drift
 from heyoka_bike.motion.trajectory import Certificate, Trajectory
 from heyoka_bike.numbers.rounding import decimal_above
-from heyoka_bike.reference.layout import (
-    HDF5,
-    MOTION,
-    SENSITIVITIES,
-    STATES,
-    STATES_HDF5,
-    TEXT,
-    TEXT_50,
-)
+from heyoka_bike.reference.layout import STATES, STATES_HDF5, TEXT, TEXT_50
 from heyoka_bike.reference.sensitivities import Sensitivity
+from heyoka_bike.reference.structure import COLUMNS_OF
 from heyoka_bike.reference.values import Dense, Values
 
 STATEMENT_1_5_0 = (
@@ -68,11 +60,8 @@ def proved(files: Container[str], columns: Mapping[str, Sequence[Column]]) -> di
     return found | {name: list(QUANTITIES) for name in (STATES, STATES_HDF5) if name in files}
 
 
-COLUMNS_PROVED = {HDF5: COLUMNS, MOTION: MOTION_COLUMNS, SENSITIVITIES: COLUMNS}
-"""Columns of the HDF5 files that are proved of a set that this version makes."""
-
 COMPUTED: Mapping[str, str] = {}
-"""What is published beside them and not proved, and how it is made."""
+"""Files that are published without a proof, and the way they are made."""
 
 TRUSTED = (
     "that the equations of motion in heyoka_bike (modules constants, kinematics, model, outputs) "
@@ -88,12 +77,12 @@ TRUSTED = (
     "the modules of heyoka_bike that 'certify' imports, and the Python interpreter that runs them; "
     "NumPy, h5py and HDF5, which read the files",
 )
-"""What is not proved but assumed. heyoka, its tolerance and its rounding are not among it."""
+"""Assumptions of the proof. heyoka, its tolerance and its rounding are not among them."""
 
 
 @dataclass(frozen=True)
 class Proof:
-    """What was proved about one maneuver.
+    """Proved facts about a maneuver.
 
     Attributes
     ----------
@@ -108,7 +97,7 @@ class Proof:
     derivatives : mapping of str to Fraction
         Bound of the derivatives of each column over the largest one, the worst of the unknowns.
     drift : Drift
-        How far the candidate leaves what the exact motion keeps.
+        Drift of the candidate in energy and contact, which the exact motion keeps.
     bits : int
         Of the significand of the run.
     derivative_entries, derivatives_ambiguous : int
@@ -198,7 +187,7 @@ def render_certificate(
         "schema_version": 1,
         "statement": STATEMENT,
         "inputs": inputs,
-        "proved": proved(files, COLUMNS_PROVED),
+        "proved": proved(files, COLUMNS_OF),
         "computed": COMPUTED,
         "maneuvers": [entry(proof) for proof in proofs],
         "trusted": TRUSTED,
@@ -208,7 +197,7 @@ def render_certificate(
 
 
 def entry(proof: Proof) -> dict[str, Any]:
-    """What is said of a maneuver; decimals are bounds."""
+    """Return the entry of a maneuver; decimals are bounds."""
     return {
         "maneuver": proof.name,
         "steps": proof.steps,
@@ -235,7 +224,7 @@ def entry(proof: Proof) -> dict[str, Any]:
 
 
 def kept(drift: Drift, bits: int) -> dict[str, str]:
-    """What is said of a run of so many bits by its own energy and contact."""
+    """Return the entry on energy and contact of a run of so many bits."""
     return {
         "performance_percent": decimal_above(Fraction(drift.performance)),
         "energy": decimal_above(Fraction(drift.energy) / 2**bits),

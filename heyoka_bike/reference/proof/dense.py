@@ -4,20 +4,40 @@ Each piece interpolates the columns at the N Chebyshev nodes of the first kind. 
 until its last coefficients are far below what the dense output promises, so the interpolation error
 (about the first coefficient left out) is smaller still. Coefficients are rounded to a multiple of
 2^-112 of the column's scale and stored as hi + lo.
+
+A rigorous bound on the distance of the dense output from the exact motion: over each piece of the
+candidate every column is expanded as a Taylor series in balls, its
+remainder bounded by Cauchy's estimate on a circle (see `cauchy`). Where a Chebyshev piece overlaps
+it, their difference is written as a polynomial, and that again in a variable u, -1 <= u <= 1, on
+short spans; the absolute values of its coefficients there bound it. The distance of the exact
+motion from the candidate is added through the columns' derivatives by the state, bounded on the
+same circle's polydisc.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from fractions import Fraction
-from math import frexp
+from functools import cache
+from itertools import pairwise
+from math import ceil, frexp, log2
 from typing import Protocol
 
 import flint
 import numpy as np
 
-from heyoka_bike.errors import UndecidedError
+from heyoka_bike.bicycle.columns import COLUMNS
+from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.errors import NotCertifiedError, UndecidedError
+from heyoka_bike.motion.trajectory import Certificate, Piece, Trajectory
 from heyoka_bike.numbers.arithmetic import Balls, exact_ball
-from heyoka_bike.numbers.rounding import Enclosure, hi_lo
+from heyoka_bike.numbers.ball_chebyshev import Nodes, basis, chebyshev_nodes, in_between
+from heyoka_bike.numbers.ball_matrices import largest
+from heyoka_bike.numbers.rounding import Value, hi_lo, upward, upward_ball
+from heyoka_bike.numbers.samples import Samples
 from heyoka_bike.reference.layout import NODES
+from heyoka_bike.reference.proof import cauchy
 from heyoka_bike.reference.values import Dense
 
 _TAIL_BITS = 97  # last coefficients below 2^-97 = 6e-30 of the scale
@@ -27,7 +47,7 @@ _MIN_WIDTH = Fraction(1, 2**24)
 
 
 class Source(Protocol):
-    """What is interpolated: columns that can be evaluated at any time up to an end."""
+    """Columns that can be evaluated at any time up to an end, to be interpolated."""
 
     @property
     def balls(self) -> Balls: ...
@@ -43,7 +63,7 @@ def interpolate(
     source: Source,
     scales: Mapping[str, float],
     constant: Mapping[str, flint.arb | Fraction],
-    progress: Callable[[float], None] | None = None,
+    progress: Callable[[float], None] = lambda _: None,
 ) -> Dense:
     """Chebyshev pieces of some columns from 0 to the end.
 
@@ -57,14 +77,17 @@ def interpolate(
     """
     names = list(scales)
     grids = [_GRID_BITS - frexp(scales[name])[1] for name in names]
-    fit = _ColumnFit(source, names, constant)
-    end = source.end
+    balls, end = source.balls, source.end
     breaks, rows, widths = [Fraction(0)], [], [_FIRST_WIDTH]
-    with source.balls.precision():
+    with balls.precision():
+        nodes = Nodes(NODES)
+        known = {
+            name: balls.number(x) if isinstance(x, Fraction) else x for name, x in constant.items()
+        }
         while breaks[-1] < end:
             a, width = breaks[-1], widths[-1]
             b = min(a + width, end)
-            coefficients = fit(a, b)
+            coefficients = _fit(source, nodes, names, known, a, b)
             if width > _MIN_WIDTH and not _is_resolved(coefficients, scales, names):
                 widths[-1:] = [width / 2, width / 2]
                 continue
@@ -73,8 +96,7 @@ def interpolate(
                 widths = [_FIRST_WIDTH]
             breaks.append(b)
             rows.append(_rounded(coefficients, grids, names, float(a)))
-            if progress is not None:
-                progress(float(b))
+            progress(float(b))
     table = np.array(rows, dtype=np.float64)  # piece, column, order, hi or lo
     return Dense(
         breaks=np.array([float(t) for t in breaks]),
@@ -83,45 +105,22 @@ def interpolate(
     )
 
 
-class _ColumnFit:
-    """Interpolation at the Chebyshev nodes, as a matrix product in ball arithmetic."""
-
-    def __init__(
-        self,
-        source: Source,
-        names: Sequence[str],
-        constant: Mapping[str, flint.arb | Fraction],
-    ) -> None:
-        self.source, self.names = source, names
-        with source.balls.precision():
-            self.constant = {
-                name: source.balls.number(x) if isinstance(x, Fraction) else x
-                for name, x in constant.items()
-            }
-            angle = [flint.fmpq(2 * j + 1, 2 * NODES) for j in range(NODES)]
-            self.nodes = [flint.arb.cos_pi_fmpq(x) for x in angle]
-            self.transform = flint.arb_mat(
-                [
-                    [flint.arb.cos_pi_fmpq(k * x) * (1 if k == 0 else 2) / NODES for x in angle]
-                    for k in range(NODES)
-                ]
-            )
-
-    def __call__(self, a: Fraction, b: Fraction) -> list[list[flint.arb]]:
-        """Coefficients on [a, b] by column and order."""
-        middle, half = (a + b) / 2, (b - a) / 2
-        mid_ball, half_ball = (exact_ball(x) for x in (middle, half))
-        values = []
-        for x in self.nodes:
-            t = mid_ball + half_ball * x
-            row = self.source.near(t, middle + half * Fraction(float(x.mid())))
-            values.append([self.constant.get(name, row[name]) for name in self.names])
-        product = self.transform * flint.arb_mat(values)
-        table = [[product[k, i] for k in range(NODES)] for i in range(len(self.names))]
-        for i, name in enumerate(self.names):
-            if name in self.constant:
-                table[i] = [self.constant[name], *[flint.arb(0)] * (NODES - 1)]
-        return table
+def _fit(
+    source: Source, nodes: Nodes, names: Sequence[str], constant: Mapping[str, flint.arb],
+    a: Fraction, b: Fraction,
+) -> list[list[flint.arb]]:  # fmt: skip
+    """Coefficients on [a, b] by column and order, from values at Chebyshev nodes."""
+    middle, half = (a + b) / 2, (b - a) / 2
+    values = []
+    for x in nodes.x:
+        t = exact_ball(middle) + exact_ball(half) * x
+        row = source.near(t, middle + half * Fraction(float(x.mid())))
+        values.append([row[name] for name in names])
+    table = (nodes.transform * flint.arb_mat(values)).transpose().tolist()
+    return [
+        [constant[name], *[flint.arb(0)] * (NODES - 1)] if name in constant else row
+        for name, row in zip(names, table, strict=True)
+    ]
 
 
 def _is_resolved(
@@ -149,8 +148,176 @@ def _rounded(
                     f"{name}: Chebyshev coefficient {order} of the piece at t = {t:g} s "
                     "is not decided by the digits at hand"
                 )
-            up = max(-grid, 0)
-            exact = Enclosure(int(n) << up, int(n) << up, grid + up)
-            pairs.append(hi_lo(exact, name))
+            pairs.append(hi_lo(Fraction(int(n)) / Fraction(2) ** grid, name))
         out.append(pairs)
     return out
+
+
+BITS = 192
+_REMAINDER_BITS = 128
+
+_DIFFERENCE_BITS = 160
+"""Of the difference from a Chebyshev piece, which is 2^-112 of the column."""
+
+_NODES_PER_DEGREE = 2
+"""Chebyshev nodes at which it is evaluated: so a polynomial is at most 1.42 of what it is there."""
+
+
+def bound_dense(
+    run: Trajectory, certificate: Certificate, dense: Dense, constant: Mapping[str, Value]
+) -> Dense:
+    """The dense output with a certified bound for each piece and column."""
+    # On a circle an energy or an angle is as analytic as the rates.
+    along = Expanded.of(run, Equations.every_column)
+    parts = (
+        expansion
+        for i in range(run.steps)
+        for expansion in expansions(run.piece(i), certificate.pieces[i], along)
+    )
+    return bound_pieces(run, parts, dense, [c.name for c in COLUMNS], constant)
+
+
+def bound_pieces(
+    run: Trajectory, parts: Iterable[Expansion], dense: Dense, names: Sequence[str],
+    constant: Mapping[str, Value],
+) -> Dense:  # fmt: skip
+    """Dense output with a certified bound for each piece and each of the columns `names`.
+
+    `parts` are expansions of these columns along all pieces of the candidate.
+    """
+    _check_shape(run, dense, names)
+    breaks = [Fraction(float(t)) for t in dense.breaks]
+    bound = np.zeros((len(breaks) - 1, len(names)))
+    for expansion in parts:
+        for j, (a, b) in enumerate(pairwise(breaks)):
+            low, high = max(a, expansion.t0), min(b, expansion.t1)
+            if low < high:
+                coefficients = [(dense.hi[name][j], dense.lo[name][j]) for name in names]
+                found = expansion.distances(coefficients, (a, b), (low, high))
+                bound[j] = np.maximum(bound[j], found)
+    for m, name in enumerate(names):
+        if name in constant:
+            bound[:, m] = [
+                _constant_distance(constant[name], hi, lo)
+                for hi, lo in zip(dense.hi[name], dense.lo[name], strict=True)
+            ]
+    by_name = {name: np.ascontiguousarray(bound[:, m]) for m, name in enumerate(names)}
+    return replace(dense, bound=by_name)
+
+
+def _check_shape(run: Trajectory, dense: Dense, names: Sequence[str]) -> None:
+    """Every dense piece must lie in the time of the candidate, or nothing would bound it."""
+    breaks = dense.breaks
+    problem = None
+    if breaks.ndim != 1 or len(breaks) < 2 or not np.isfinite(breaks).all():
+        problem = "its breaks are not at least two numbers"
+    elif breaks[0] != 0 or not (np.diff(breaks) > 0).all():
+        problem = "its breaks do not increase from 0"
+    elif not run.maneuver.duration <= Fraction(float(breaks[-1])) <= run.breaks[-1]:
+        problem = f"it ends at {breaks[-1]:g} s, expected {float(run.maneuver.duration):g} s"
+    else:
+        shape = dense.hi[names[0]].shape
+        for name in names:
+            for x in (dense.hi[name], dense.lo[name]):
+                if x.dtype != np.float64 or x.shape != shape or len(x) != len(breaks) - 1:
+                    problem = f"{name} is not a table of binary64 with a row for each piece"
+                elif not np.isfinite(x).all():
+                    problem = f"{name} has a coefficient that is not finite"
+    if problem:
+        raise NotCertifiedError(f"{run.maneuver.name}: the dense output is not whole: {problem}")
+
+
+def expansions(
+    piece: Piece, state_bound: tuple[Fraction, ...], along: Expanded
+) -> Iterator[Expansion]:
+    """Expansions along a piece, or along parts of it where no circle works for the whole."""
+    return cauchy.in_parts(piece, lambda part, _: Expansion(part, state_bound, along))
+
+
+@dataclass(frozen=True)
+class Expanded:
+    """A function to be expanded along the pieces of a run.
+
+    Attributes
+    ----------
+    function : Function
+    on_circles, at_points : Equations
+        In the precisions of the bounds and of the expansions.
+    """
+
+    function: cauchy.Function
+    on_circles: Equations
+    at_points: Equations
+
+    @classmethod
+    def of(cls, run: Trajectory, function: cauchy.Function) -> Expanded:
+        """With the equations of a run."""
+        balls = Balls(BITS)
+        points = Equations.of(run.bicycle, balls, is_regular=run.is_regular)
+        return cls(function, cauchy.circle_equations(run), points.convert(flint.acb, balls))
+
+
+class Expansion:
+    """Taylor polynomials of columns along one piece of the candidate, with remainders."""
+
+    def __init__(self, piece: Piece, state_bound: tuple[Fraction, ...], along: Expanded) -> None:
+        self.t0, self.t1, self.h = piece.t0, piece.t1, piece.h
+        circle = cauchy.circle_bound(piece, along.function, along.on_circles)
+        length = ceil(_REMAINDER_BITS / log2(circle.radius))
+        a = Samples.of(BITS, length, circle.radius)
+        with a.precision():
+            values = along.function(along.at_points.over(a), piece.samples(a))
+            self.polynomials = list(map(flint.arb_poly, a.coefficients(values)))
+            # What the coefficients leave out, and the exact motion's distance.
+            rest = a.left_out + cauchy.moved(state_bound, circle.rho)
+            self.remainders = [(m * rest).upper() for m in circle.values]
+
+    def distances(
+        self, coefficients: Sequence[tuple[np.ndarray, np.ndarray]],
+        piece: tuple[Fraction, Fraction], span: tuple[Fraction, Fraction],
+    ) -> list[float]:  # fmt: skip
+        """Bounds on the distance of each column from its Chebyshev piece over a span of both.
+
+        The difference of two polynomials is bounded by its values at Chebyshev nodes of the span.
+        """
+        orders = len(coefficients[0][0])
+        degree = max(orders, *map(len, self.polynomials)) - 1
+        with flint.ctx.workprec(_DIFFERENCE_BITS):
+            x, factor = _nodes(degree)
+            (low, high), (a, b) = span, piece
+            middle, half = exact_ball((low + high) / 2), exact_ball((high - low) / 2)
+            times = [middle + half * t for t in x]
+            start, width = exact_ball(self.t0), exact_ball(self.h)
+            powers = [[((t - start) / width) ** m for t in times] for m in range(degree + 1)]
+            centre, reach = exact_ball((a + b) / 2), exact_ball((b - a) / 2)
+            chebyshev = basis([(t - centre) / reach for t in times], orders).transpose()
+            stored = flint.arb_mat(
+                [
+                    [flint.arb(float(p)) + float(q) for p, q in zip(hi, lo, strict=True)]
+                    for hi, lo in coefficients
+                ]
+            )
+            own = [[p[m] for m in range(degree + 1)] for p in self.polynomials]
+            difference = flint.arb_mat(own) * flint.arb_mat(powers) - stored * chebyshev
+            return [
+                upward_ball(largest(map(abs, row)) * factor + rest)
+                for row, rest in zip(difference.tolist(), self.remainders, strict=True)
+            ]
+
+
+@cache
+def _nodes(degree: int) -> tuple[list[flint.arb], flint.arb]:
+    """Nodes, and how much larger than there a polynomial of a degree can be in between."""
+    count = _NODES_PER_DEGREE * degree
+    with flint.ctx.workprec(_DIFFERENCE_BITS):
+        return chebyshev_nodes(count), in_between(degree, count)
+
+
+def _constant_distance(x: Value, hi: np.ndarray, lo: np.ndarray) -> float:
+    """Distance of a constant from a piece, whose coefficients but c_0 should be zero."""
+    rest = sum((abs(Fraction(float(c))) for c in [*hi[1:], *lo[1:]]), Fraction(0))
+    stored = Fraction(float(hi[0])) + Fraction(float(lo[0]))
+    if isinstance(x, Fraction):
+        return upward(abs(x - stored) + rest)
+    with flint.ctx.workprec(4096):
+        return upward_ball(abs(x - exact_ball(stored)) + exact_ball(rest))

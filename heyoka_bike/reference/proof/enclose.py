@@ -28,6 +28,7 @@ bound obtained for e is not above eps. Statement and proof are in docs/proof.md.
 
 from collections.abc import Callable, Sequence
 from fractions import Fraction
+from functools import reduce
 from itertools import pairwise
 from math import ceil
 
@@ -40,23 +41,21 @@ from heyoka_bike.errors import NotCertifiedError
 from heyoka_bike.motion.trajectory import Certificate, Piece, Trajectory
 from heyoka_bike.numbers.analytic import NotAnalyticError
 from heyoka_bike.numbers.arithmetic import Balls, exact_ball, upper_fraction
-from heyoka_bike.numbers.ball_matrices import Vector, identity, largest, total
+from heyoka_bike.numbers.ball_matrices import Vector, identity, largest
 from heyoka_bike.numbers.dual import Dual, Duals
 from heyoka_bike.numbers.samples import Samples
-from heyoka_bike.reference.proof.cauchy import (
-    DEPTH,
-    RADII,
-    Circle,
-    TooLongError,
-    circle_bound,
-    circle_equations,
-    refused,
+from heyoka_bike.reference.proof import cauchy
+from heyoka_bike.reference.proof.error_flow import (
+    CONDITION,
+    MATRIX_BITS,
+    RESOLVED,
+    SIZE,
+    Carried,
+    Flow,
+    Frame,
 )
-from heyoka_bike.reference.proof.error_flow import MATRIX_BITS, SIZE, Carried, Flow, Frame
 from heyoka_bike.system.jobs import Report
 
-_RESOLVED = 0.1
-_CONDITION = 1e6
 _TRIALS = 20
 _MATRIX_LENGTHS = (40, 64)
 """Orders tried for Y."""
@@ -124,9 +123,10 @@ class Prover:
         longest = max(len(row) for piece in run.pieces for row in piece)
         # R^-L is below the grid of the candidate for every circle that is tried.
         self.lengths = {
-            radius: max(ceil((run.grid + 16) / np.log2(radius)), longest) + 2 for radius in RADII
+            radius: max(ceil((run.grid + 16) / np.log2(radius)), longest) + 2
+            for radius in cauchy.RADII
         }
-        self.circles = circle_equations(run)
+        self.circles = cauchy.circle_equations(run)
         self.matrix = self._equations(self.matrix_bits)
         self.high = self._equations(self.bits)
 
@@ -144,24 +144,28 @@ class Prover:
         with flint.ctx.workprec(MATRIX_BITS):
             return Frame(identity(SIZE), [x.upper() for x in distance])
 
-    def piece(self, piece: Piece, frame: Frame, depth: int = 0) -> tuple[Vector, Frame]:
+    def piece(self, piece: Piece, frame: Frame) -> tuple[Vector, Frame]:
         """Bound over a piece, and the frame at its end; the piece is halved where that helps."""
-        # What was too long a moment ago is not tried again.
-        if depth == DEPTH or piece.h < self.too_long:
-            try:
-                rim = circle_bound(piece, Equations.rates_with_yaw, self.circles)
-                near = circle_bound(piece, Equations.rates_with_yaw, self.circles, (1,))
-                return self.whole(piece, frame, rim, near)
-            except (TooLongError, NotAnalyticError) as e:
-                if depth == DEPTH:
-                    raise refused(piece, str(e)) from None
-                self.too_long = piece.h
-        left, right = piece.halves()
-        sup_left, frame = self.piece(left, frame, depth + 1)
-        sup_right, frame = self.piece(right, frame, depth + 1)
-        return [x.max(y) for x, y in zip(sup_left, sup_right, strict=True)], frame
+        self.frame = frame
+        parts = zip(*cauchy.in_parts(piece, self._part), strict=True)
+        return [reduce(flint.arb.max, bounds) for bounds in parts], self.frame
 
-    def whole(self, piece: Piece, frame: Frame, rim: Circle, near: Circle) -> tuple[Vector, Frame]:
+    def _part(self, piece: Piece, depth: int) -> Vector:
+        # What was too long a moment ago is not tried again.
+        if depth < cauchy.DEPTH and piece.h >= self.too_long:
+            raise cauchy.TooLongError
+        try:
+            rim = cauchy.circle_bound(piece, Equations.rates_with_yaw, self.circles)
+            near = cauchy.circle_bound(piece, Equations.rates_with_yaw, self.circles, (1,))
+            sup, self.frame = self.whole(piece, self.frame, rim, near)
+        except (cauchy.TooLongError, NotAnalyticError):
+            self.too_long = piece.h
+            raise
+        return sup
+
+    def whole(
+        self, piece: Piece, frame: Frame, rim: cauchy.Circle, near: cauchy.Circle
+    ) -> tuple[Vector, Frame]:
         """Bound over an undivided piece, and the frame at its end, by two circles around it."""
         with flint.ctx.workprec(self.matrix_bits):
             carried = Carried(self.flow(piece, rim), frame)
@@ -180,23 +184,23 @@ class Prover:
                 sup, added = carried.bounds(forces)
                 if all(x < y or x == 0 for x, y in zip(sup, eps, strict=True)):
                     return sup, carried.end(added)
-            raise refused(
+            raise cauchy.refused(
                 piece, f"the error bound is {_show(reach)} of the polydisc's radius, not below 1/2"
             )
 
-    def flow(self, piece: Piece, rim: Circle, lengths: Sequence[int] = ()) -> Flow:
+    def flow(self, piece: Piece, rim: cauchy.Circle, lengths: Sequence[int] = ()) -> Flow:
         """Y and the bounds that go with it, at the first order that resolves it."""
         tried = lengths or _MATRIX_LENGTHS
         for length in tried:
             jacobian, tail = self._jacobian(piece, rim, length)
             flow = Flow.of(jacobian, tail)
-            if not flow.condition < _CONDITION:
-                raise TooLongError(
-                    f"Y has condition {_show(flow.condition)}, not below {_CONDITION}"
+            if not flow.condition < CONDITION:
+                raise cauchy.TooLongError(
+                    f"Y has condition {_show(flow.condition)}, not below {CONDITION}"
                 )
-            if flow.eta * flow.condition**2 < _RESOLVED:
+            if flow.eta * flow.condition**2 < RESOLVED:
                 return flow
-        raise TooLongError(f"Y is not resolved at order {tried[-1]}")
+        raise cauchy.TooLongError(f"Y is not resolved at order {tried[-1]}")
 
     def jump(self, i: int) -> Vector:
         """Distance from the end of piece i to the start of the next."""
@@ -210,28 +214,25 @@ class Prover:
                 for now, after in zip(run.pieces[i], run.pieces[i + 1], strict=True)
             ]
 
-    def _defect(self, piece: Piece, rim: Circle) -> list[flint.arb]:
+    def _defect(self, piece: Piece, rim: cauchy.Circle) -> list[flint.arb]:
         """Bound on abs(p' - h f(p)) over the piece, by state variable."""
         a = Samples.of(self.bits, self.lengths[rim.radius], rim.radius)
         with a.precision():
             unit = flint.arb(2) ** -piece.grid
-            rows = [[c * unit for c in row] for row in piece.rows]
             step = exact_ball(piece.h)
             equations = self.high.convert(flint.acb, a)
             rates = a.coefficients(equations.rates_with_yaw(piece.samples(a)))
             bounds = []
-            for row, rate, biggest in zip(rows, rates, rim.values, strict=True):
-                slopes = [m * c for m, c in enumerate(row)][1:]
-                slopes += [flint.arb(0)] * (len(rate) - len(slopes))
-                inside = total(abs(x - step * c) for x, c in zip(slopes, rate, strict=True))
+            for row, rate, biggest in zip(piece.rows, rates, rim.values, strict=True):
+                inside = cauchy.defect([c * unit for c in row], [step * c for c in rate])
                 bound = (inside + step * biggest * a.left_out).upper()
                 if not bound.is_finite():
-                    raise refused(piece, "the defect is not finite")
+                    raise cauchy.refused(piece, "the defect is not finite")
                 bounds.append(bound)
             return bounds
 
     def _jacobian(
-        self, piece: Piece, rim: Circle, length: int
+        self, piece: Piece, rim: cauchy.Circle, length: int
     ) -> tuple[list[flint.arb_mat], flint.arb_mat]:
         """Taylor coefficients of h J along the piece, and a bound on what they leave out."""
         a = Samples.of(self.matrix_bits, length, rim.radius)

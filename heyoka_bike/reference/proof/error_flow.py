@@ -1,4 +1,4 @@
-"""How an error is carried over one piece, by the variational equation along the candidate."""
+"""Propagation of an error over a piece, by the variational equation along the candidate."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from heyoka_bike.numbers.ball_matrices import (
     norm,
     perron,
     supremum,
+    total,
     turned,
     value,
     weighted,
@@ -21,6 +22,9 @@ from heyoka_bike.numbers.ball_matrices import (
 MATRIX_BITS = 128
 SIZE = 7
 """State variables, the yaw included."""
+
+CONDITION, RESOLVED = 1e6, 0.1
+"""Limits of the condition of Y, and of eta times its square."""
 
 _SPANS = 8
 
@@ -73,15 +77,31 @@ class Flow:
     condition: flint.arb
 
     @classmethod
-    def of(cls, jacobian: list[flint.arb_mat], tail: flint.arb_mat) -> Flow:
-        """From the Taylor coefficients of h J and a bound on what they leave out."""
+    def of(
+        cls, jacobian: list[flint.arb_mat], tail: flint.arb_mat, *, is_centred: bool = False
+    ) -> Flow:
+        """From the Taylor coefficients of h J and a bound on what they leave out.
+
+        The piece is 0 <= s <= 1, or -1 <= s <= 1 where it is centred.
+        """
         weights = perron(jacobian)
         y, defect, v, defect_v = fundamental(jacobian, tail, weights)
-        size_y, size_v = (norm(supremum(p), weights) for p in (y, v))
+        size = size_about_middle if is_centred else _size
+        size_y, size_v = size(y, weights), size(v, weights)
         eta = (defect_v * size_y + size_v * defect).upper()
         # Y^-1 is (V Y)^-1 V, if V Y is so near to 1 that it has an inverse.
         size_inverse = size_v / (1 - eta) if eta < 1 else flint.arb.pos_inf()
         return cls(y, v, weights, defect, size_inverse, eta, size_y * size_v)
+
+
+def size_about_middle(p: list[flint.arb_mat], weights: Vector) -> flint.arb:
+    """Bound on the norm of a polynomial for -1 <= s <= 1, by its coefficients."""
+    return total(norm(m, weights) for m in p)
+
+
+def _size(p: list[flint.arb_mat], weights: Vector) -> flint.arb:
+    """Bound on the norm of a polynomial for 0 <= s <= 1."""
+    return norm(supremum(p), weights)
 
 
 class Carried:

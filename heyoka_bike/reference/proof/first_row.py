@@ -134,9 +134,7 @@ class Element:
         return self * -1
 
     def __sub__(self, other: Element | int) -> Element:
-        if not isinstance(other, Element | int):
-            return NotImplemented
-        return self + -_element(other)
+        return self + -other
 
     def __rsub__(self, other: int) -> Element:
         return _element(other) - self
@@ -184,14 +182,10 @@ class RationalFunctions(Arithmetic):
         return Element(_RING.constant(num), _RING.constant(den))
 
     def sin(self, x: Element) -> Element:
-        if x.is_zero:
-            return _ZERO
         t = self._half_tangent(x)
         return _UNKNOWN if t is None else Element(2 * t, 1 + t * t)
 
     def cos(self, x: Element) -> Element:
-        if x.is_zero:
-            return _element(1)
         t = self._half_tangent(x)
         return _UNKNOWN if t is None else Element(1 - t * t, 1 + t * t)
 
@@ -225,12 +219,12 @@ class RationalFunctions(Arithmetic):
         return total
 
     def _half_tangent(self, x: Element) -> Any:
-        value = x.angle
+        rational = x.rational()
+        value = x.angle if rational is None else Exact(rational)
         if value is None:
-            rational = x.rational()
-            if rational is None:
-                return None
-            value = Exact(rational)
+            return None
+        if value.is_zero:
+            return _RING.constant(0)
         if value not in self._angles:
             if len(self._angles) == 2:
                 return None

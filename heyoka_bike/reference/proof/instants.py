@@ -112,7 +112,7 @@ def render_states(bicycle: Bicycle, inputs: Mapping[str, Any], version: str) -> 
 
 
 def states_differ(name: str, raw: bytes, bicycle: Bicycle) -> Iterator[str]:
-    """What a file of states says otherwise than is proved of its own states, in words."""
+    """Yield, in words, the differences of a file of states from the proved values of its states."""
     found = _read_csv(raw) if name == STATES else _read_hdf5(raw)
     coordinates = zip(*(found.get(key, ()) for key in COORDINATES), strict=True)
     try:

@@ -1,42 +1,28 @@
-"""What is proved about a set: certificate.json, and proving it again from the published files.
+"""Certification of a set: prove again, from the published files, all that certificate.json names.
 
 Proving again needs the folder and python-flint only: candidate.h5 holds the trajectories, and
 everything else follows from them and from the inputs written beside them.
 """
 
 import json
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from heyoka_bike.bicycle.columns import COLUMNS
-from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
 from heyoka_bike.bicycle.parameters import STATE_INPUTS, describe_inputs
 from heyoka_bike.errors import DatasetError, NotCertifiedError
 from heyoka_bike.motion.evaluator import Drift, evaluator
 from heyoka_bike.motion.trajectory import Certificate, Trajectory
-from heyoka_bike.reference import hdf5, structure
+from heyoka_bike.reference import hdf5, layout, structure
 from heyoka_bike.reference import manifest as manifest_file
 from heyoka_bike.reference.description.describe import describe
-from heyoka_bike.reference.hdf5 import SCALE_ATTRIBUTES, Group, by_maneuver, of_maneuvers
-from heyoka_bike.reference.layout import (
-    AFTER_FILES,
-    CANDIDATE,
-    CERTIFICATE,
-    HDF5,
-    MOTION,
-    SENSITIVITIES,
-    STATES,
-    STATES_HDF5,
-    content_sha256,
-)
+from heyoka_bike.reference.hdf5 import BOUND, LOW, SCALE_ATTRIBUTES, Group, of_maneuvers, whole_file
 from heyoka_bike.reference.load import ReferenceManeuver, load_motion, load_reference
 from heyoka_bike.reference.proof.candidate import read_candidate
 from heyoka_bike.reference.proof.certificate_file import (
-    COLUMNS_PROVED,
     COMPUTED,
     STATEMENT,
     STATEMENT_1_5_0,
@@ -46,11 +32,15 @@ from heyoka_bike.reference.proof.certificate_file import (
     proved,
     summarise,
 )
-from heyoka_bike.reference.proof.dense_bound import bound_dense
+from heyoka_bike.reference.proof.dense import bound_dense
 from heyoka_bike.reference.proof.enclose import enclosed
 from heyoka_bike.reference.proof.instants import states_differ
-from heyoka_bike.reference.proof.integrals import with_integrals
-from heyoka_bike.reference.proof.motion_rows import bound_motion, motion_expansions, round_motion
+from heyoka_bike.reference.proof.motion_rows import (
+    bound_motion,
+    motion_expansions,
+    round_motion,
+    with_integrals,
+)
 from heyoka_bike.reference.proof.rows import (
     EVALUATION_BITS,
     constant_columns,
@@ -60,11 +50,13 @@ from heyoka_bike.reference.proof.rows import (
 )
 from heyoka_bike.reference.proof.sensitivity_rows import differentiate
 from heyoka_bike.reference.sensitivities import Sensitivity, load_sensitivities
-from heyoka_bike.reference.texts import text_files
+from heyoka_bike.reference.structure import COLUMNS_OF, numbers_of_derivatives, with_tags
 from heyoka_bike.reference.values import Dense, RoundedRows, Values
 from heyoka_bike.system.jobs import Job, Report
 from heyoka_bike.system.parallel import Progress, all_of
 from heyoka_bike.system.resources import reference_folder
+
+_DENSE = "dense"
 
 
 def certify(
@@ -87,7 +79,7 @@ def certify(
     Returns
     -------
     tuple of Proof
-        What was proved, by maneuver.
+        Proved facts by maneuver.
 
     Raises
     ------
@@ -117,7 +109,7 @@ def certify(
         proofs.append(proof)
         proved_rows.append(rows)
     manifest = manifest_file.read_manifest(where)
-    for name in (STATES, STATES_HDF5):
+    for name in (layout.STATES, layout.STATES_HDF5):
         if name in manifest.files:
             raw = manifest_file.read_file(where, name, manifest)
             for problem in states_differ(name, raw, runs[0].bicycle):
@@ -164,78 +156,75 @@ def read_whole(folder: str | Path) -> tuple[Trajectory, ...]:
         raise DatasetError(f"{folder}: candidate.h5 holds no maneuver")
     maneuvers = [run.maneuver for run in runs]
     inputs = describe_inputs(runs[0].bicycle, maneuvers)
-    about, texts = describe(manifest), [text.name for text in text_files(maneuvers)]
+    about, texts = describe(manifest), [text.name for text in layout.text_files(maneuvers)]
     layouts, stated = _layouts(inputs), {manifest_file.MANIFEST: manifest.inputs}
-    others = {STATES, CERTIFICATE, *COMPUTED, *about}
+    others = {layout.STATES, layout.CERTIFICATE, *COMPUTED, *about}
     if manifest.dataset_version != manifest_file.CUSTOM:
         # Proved by `certify_after`.
-        others |= {*AFTER_FILES}
-    if STATES_HDF5 in raw:
-        layouts[STATES_HDF5] = structure.states(inputs, "", 0)
+        others |= {*layout.AFTER_FILES}
+    if layout.STATES_HDF5 in raw:
+        layouts[layout.STATES_HDF5] = structure.states(inputs, "", 0)
     for name in raw.keys() - {*layouts, *texts, *others}:
         raise NotCertifiedError(f"{name}: found in the manifest, and nothing proves it")
     try:
         # First: of an older set it says so.
-        stated[CERTIFICATE] = _whole_certificate(raw, len(runs))["inputs"]
-        for name, layout in layouts.items():
+        stated[layout.CERTIFICATE] = _whole_certificate(raw, len(runs))["inputs"]
+        for name, built in layouts.items():
             if name not in raw:
                 raise NotCertifiedError(
-                    f"{name}: not in the manifest, expected what {CERTIFICATE} names"
+                    f"{name}: not in the manifest, expected what {layout.CERTIFICATE} names"
                 )
             with hdf5.opened(raw[name]) as f:
-                for extra in sorted(_unknown(f, layout)):
+                for extra in sorted(_unknown(f, built)):
                     raise NotCertifiedError(f"{name}: found {extra}, and nothing proves it")
-                stated[name] = _inputs(f, name, layout.groups)
-        with hdf5.opened(raw[HDF5]) as f:
-            content = content_sha256(f)
+                stated[name] = _inputs(f, name, built.groups)
+        with hdf5.opened(raw[layout.HDF5]) as f:
+            content = layout.content_sha256(f)
     except (OSError, KeyError, ValueError, TypeError) as e:
         raise DatasetError(f"{folder}: a file of the set cannot be read ({e})") from None
     for name, other in stated.items():
-        about_all = {"bicycle": inputs["bicycle"]} if name == STATES_HDF5 else inputs
+        about_all = {"bicycle": inputs["bicycle"]} if name == layout.STATES_HDF5 else inputs
         if other != about_all:
             raise NotCertifiedError(f"{folder}: the inputs in {name} are not those of candidate.h5")
     if content != manifest.content_sha256:
-        raise NotCertifiedError(f"{folder}: content_sha256 is not that of the numbers in {HDF5}")
+        raise NotCertifiedError(
+            f"{folder}: content_sha256 is not that of the numbers in {layout.HDF5}"
+        )
     return runs
 
 
 def _layouts(inputs: Mapping[str, Any]) -> dict[str, Group]:
-    """What the HDF5 files of a set have, by name; lengths and texts do not count."""
+    """Return the layouts of the HDF5 files of a set by name; lengths and texts do not count."""
     own = inputs["maneuvers"][0]
-    stated = dict.fromkeys(structure.STATED, 0)
-    files = {
-        HDF5: (structure.about_reference(inputs, "", ""), structure.table(own, COLUMNS, 0, 0)),
-        MOTION: (
-            structure.about_motion(inputs, "", ""),
-            structure.table(own, MOTION_COLUMNS, 0, 0),
-        ),
-        SENSITIVITIES: (
-            structure.about_sensitivities(inputs, "", ""),
-            structure.sensitivity(own, COLUMNS, 0, 0, 0),
-        ),
-        CANDIDATE: (structure.about_candidate(inputs, ""), structure.trajectory(own, stated, 0, 0)),
+    groups = {
+        name: structure.of_columns(name, own, columns, {}) for name, columns in COLUMNS_OF.items()
     }
-    return {
-        name: Group(about, (), dict.fromkeys(by_maneuver(inputs["maneuvers"]), group))
-        for name, (about, group) in files.items()
-    }
+    groups[layout.CANDIDATE] = structure.trajectory(own, dict.fromkeys(structure.STATED, 0), {})
+    found = {}
+    for name, group in groups.items():
+        content = None if name == layout.CANDIDATE else ""
+        about = structure.about(name, inputs, "", content)
+        found[name] = whole_file(about, [group] * len(inputs["maneuvers"]))
+    return found
 
 
-def _unknown(item: Any, layout: Group, where: str = "") -> Iterator[str]:
-    """Paths of what a group has and its layout has not, attributes included."""
-    yield from (f"{where}{name}" for name in item if name not in layout.members)
-    yield from (f"attribute {where}{name}" for name in item.attrs if name not in layout.attributes)
-    for dataset in layout.datasets:
+def _unknown(item: Any, declared: Group, where: str = "") -> Iterator[str]:
+    """Paths of what a group has and is not declared, attributes included."""
+    yield from (f"{where}{name}" for name in item if name not in declared.members)
+    yield from (
+        f"attribute {where}{name}" for name in item.attrs if name not in declared.attributes
+    )
+    for dataset in declared.datasets:
         known = dataset.attributes.keys() | SCALE_ATTRIBUTES
         attributes = item[dataset.name].attrs if dataset.name in item else ()
         yield from (f"attribute {where}{dataset.name}/{x}" for x in attributes if x not in known)
-    for name, inner in layout.groups.items():
+    for name, inner in declared.groups.items():
         if name in item:
             yield from _unknown(item[name], inner, f"{where}{name}/")
 
 
 def _inputs(f: Any, name: str, groups: Mapping[str, Group]) -> dict[str, Any]:
-    """What a file says that it is about; one without groups is about no maneuvers."""
+    """Read the inputs that a file states; a file without groups has no maneuvers."""
     parameters = _json(f.attrs["parameters"], name)
     found: dict[str, Any] = {"bicycle": {"name": f.attrs["bicycle"], "parameters": parameters}}
     if groups:
@@ -259,25 +248,27 @@ def _json(raw: str | bytes, name: str) -> Any:
 
 
 def _whole_certificate(files: Mapping[str, bytes], count: int) -> Any:
-    """What certificate.json says, if it says no more than what is proved of so many maneuvers."""
-    document = _json(files[CERTIFICATE], CERTIFICATE)
+    """Read certificate.json, and refuse what is not proved of so many maneuvers."""
+    document = _json(files[layout.CERTIFICATE], layout.CERTIFICATE)
     is_before_2 = document.get("statement") == STATEMENT_1_5_0
     claims: dict[str, Any] = {
         "statement": STATEMENT_1_5_0 if is_before_2 else STATEMENT,
-        "proved": proved(files, COLUMNS_PROVED),
+        "proved": proved(files, COLUMNS_OF),
         "computed": dict(COMPUTED),
         "trusted": list(TRUSTED),
     }
     others = {"schema_version", "inputs", "maneuvers", "software"}
     for key in document.keys() - claims.keys() - others:
-        raise NotCertifiedError(f"{CERTIFICATE}: found {key!r:.60}, and nothing proves it")
+        raise NotCertifiedError(f"{layout.CERTIFICATE}: found {key!r:.60}, and nothing proves it")
     for key, said in claims.items():
         if document.get(key) != said:
             older = "; an older set is certified by the version that made it"
-            raise NotCertifiedError(f"{CERTIFICATE}: its {key!r} is not what is proved{older}")
+            raise NotCertifiedError(
+                f"{layout.CERTIFICATE}: its {key!r} is not what is proved{older}"
+            )
     if len(document["maneuvers"]) != count:
         raise NotCertifiedError(
-            f"{CERTIFICATE}: found {len(document['maneuvers'])} maneuvers, expected {count}"
+            f"{layout.CERTIFICATE}: found {len(document['maneuvers'])} maneuvers, expected {count}"
         )
     return document
 
@@ -287,9 +278,9 @@ def _rounded(
 ) -> tuple[RoundedRows, Dense, Drift]:
     """Every number of the columns, and what the run itself keeps."""
     rows = round_rows(run, certificate, lambda t: report("rows", t))
-    _compare(run, _of_rows(run, rows, published))
+    _compare_rows(run, rows, published)
     dense = bound_dense(run, certificate, published.dense, constant_columns(run))
-    _compare(run, _of_dense(dense, published.dense))
+    _compare(run, with_tags(dense), with_tags(published.dense), _DENSE)
     return rows, dense, evaluator(run, run.bits + EVALUATION_BITS).drift()
 
 
@@ -299,9 +290,9 @@ def _moved(
     """Every number of the whole motion."""
     stretches = list(with_integrals(run, certificate))
     rows = round_motion(run, stretches)
-    _compare(run, _of_rows(run, rows, published))
+    _compare_rows(run, rows, published)
     dense = bound_motion(run, list(motion_expansions(stretches)), published.dense)
-    _compare(run, _of_dense(dense, published.dense))
+    _compare(run, with_tags(dense), with_tags(published.dense), _DENSE)
     return rows, dense
 
 
@@ -310,79 +301,69 @@ def _varied(
 ) -> Sensitivity:
     """Every number of the derivatives."""
     sensitivity = differentiate(run, certificate, lambda t: report("vary", t))
-    _compare(run, _of_sensitivity(sensitivity, published))
+    proved, stored = map(numbers_of_derivatives, (sensitivity, published))
+    _compare(run, proved, stored, "derivatives")
     return sensitivity
 
 
-class _Numbers(NamedTuple):
-    """What was proved, and what is published in its place."""
-
-    where: str
-    proved: Any
-    published: Any
-    is_bound: bool = False
-    first: int = 0
+def _compare_rows(run: Trajectory, rows: Values, published: ReferenceManeuver) -> None:
+    time, time_lo = rounded_times(run.maneuver)
+    stored = {"time": published.time, "time_lo": published.time_lo, **with_tags(published.rows)}
+    _compare(run, {"time": time, "time_lo": time_lo, **with_tags(rows)}, stored)
 
 
-def _of_sensitivity(proved: Sensitivity, published: Sensitivity) -> Iterator[_Numbers]:
-    yield _Numbers("breaks of the derivatives, row", proved.breaks, published.breaks)
-    yield _Numbers("time of the derivatives, row", proved.time, published.time)
-    for what, x, stored, is_bound in (
-        ("derivatives", proved.coefficients, published.coefficients, False),
-        ("rows of derivatives", proved.values, published.values, False),
-        ("bound of the derivatives", proved.bound, published.bound, True),
-        ("bound of the rows of derivatives", proved.values_bound, published.values_bound, True),
-    ):
-        for name in x:
-            yield _Numbers(f"{what} of {name}, row", x[name], stored.get(name), is_bound)
+def _compare(
+    run: Trajectory, proved: Mapping[str, Any], published: Mapping[str, Any], inside: str = ""
+) -> None:
+    """Every published number to the bit, but NaN; no bound smaller than proved or infinite.
 
-
-def _of_dense(proved: Dense, published: Dense) -> Iterator[_Numbers]:
-    for name, x in proved.bound.items():
-        yield _Numbers(f"dense {name}, piece", x, published.bound[name], is_bound=True, first=1)
-
-
-def _of_rows(run: Trajectory, rows: Values, published: ReferenceManeuver) -> Iterator[_Numbers]:
-    for name, x in zip(("time", "time_lo"), rounded_times(run.maneuver), strict=True):
-        yield _Numbers(f"{name}, row", x, getattr(published, name))
-    stored = published.rows
-    for name in rows.hi:
-        yield _Numbers(f"{name}, row", rows.hi[name], stored.hi[name])
-        yield _Numbers(f"{name}_lo, row", rows.lo[name], stored.lo[name])
-        yield _Numbers(f"{name}_bound, row", rows.bound[name], stored.bound[name], is_bound=True)
-
-
-def _compare(run: Trajectory, numbers: Iterable[_Numbers]) -> None:
-    """Every published number to the bit, but NaN; no bound smaller than proved or infinite."""
-    for x in numbers:
-        where = f"{run.maneuver.name}: {x.where}"
-        if x.published is None:
+    Both are arrays by the names of their datasets, in groups by name; `inside` says of what.
+    """
+    for name, right in proved.items():
+        if isinstance(right, dict):
+            _compare(run, right, published[name], f"{name} of {inside}")
+            continue
+        where, found = f"{run.maneuver.name}: {_in_words(name, inside)}", published.get(name)
+        if found is None:
             raise NotCertifiedError(f"{where}: not in the file")
-        if x.published.dtype != np.float64 or x.published.shape != x.proved.shape:
+        if found.dtype != np.float64 or found.shape != right.shape:
             raise NotCertifiedError(
-                f"{where}: found {x.published.shape} of {x.published.dtype}, "
-                f"expected {x.proved.shape} of float64"
+                f"{where}: found {found.shape} of {found.dtype}, expected {right.shape} of float64"
             )
-        found, proved = (np.ascontiguousarray(part) for part in (x.published, x.proved))
-        kept = found.view("i8") == proved.view("i8")
-        if x.is_bound:
-            kept = (found >= proved) & np.isfinite(found)
-        kept |= np.isnan(found) & np.isnan(proved)
+        found, right = np.ascontiguousarray(found), np.ascontiguousarray(right)
+        kept = found.view("i8") == right.view("i8")
+        if name.endswith(BOUND):
+            kept = (found >= right) & np.isfinite(found)
+        kept |= np.isnan(found) & np.isnan(right)
         if not kept.all():
             place = np.unravel_index(int(np.argmin(kept)), kept.shape)
-            at = ", ".join(str(i + x.first) for i in place)
+            # Pieces are counted from 1.
+            at = ", ".join(str(i + (inside == _DENSE)) for i in place)
             raise NotCertifiedError(
-                f"{where} {at}: published {float(found[place])!r}, proved {float(proved[place])!r}"
+                f"{where} {at}: published {float(found[place])!r}, proved {float(right[place])!r}"
             )
+
+
+def _in_words(name: str, inside: str) -> str:
+    """Return the name of a dataset in words, up to the index in it."""
+    stem = name.removesuffix(LOW).removesuffix(BOUND)
+    if inside == _DENSE:
+        return f"{inside} {stem}, piece"
+    if not inside:
+        return f"{name}, row"
+    if name in ("breaks", "time"):
+        return f"{name} of the derivatives, row"
+    bound = "bound of the " if name.endswith(BOUND) else ""
+    return f"{bound}{inside} of {stem}, row"
 
 
 def _compare_certificate(folder: str | Path, number: int, proof: Proof) -> None:
-    """What certificate.json says of a maneuver: no bound smaller than proved, all else equal."""
-    raw = manifest_file.read_file(folder, CERTIFICATE, manifest_file.read_manifest(folder))
+    """Compare certificate.json with the proof: no bound smaller than proved, all else equal."""
+    raw = manifest_file.read_file(folder, layout.CERTIFICATE, manifest_file.read_manifest(folder))
     document, found = json.loads(raw), entry(proof)
     if document["statement"] == STATEMENT_1_5_0:
         del found["integration"]
-    _covers(document["maneuvers"][number - 1], found, f"{CERTIFICATE}, {proof.name}")
+    _covers(document["maneuvers"][number - 1], found, f"{layout.CERTIFICATE}, {proof.name}")
 
 
 def _covers(published: Any, proved: Any, where: str) -> None:

@@ -1,7 +1,8 @@
 """The rows of a table: enclosures of the exact values, and their correct rounding."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from fractions import Fraction
+from typing import Any
 
 import flint
 import numpy as np
@@ -17,8 +18,8 @@ from heyoka_bike.numbers.arithmetic import Balls, exact_ball
 from heyoka_bike.numbers.double import Array, Double
 from heyoka_bike.numbers.exact import shortest_decimal
 from heyoka_bike.numbers.rounding import Enclosure, Value, decimal_digits, hi_lo, upward
+from heyoka_bike.reference.layout import text_files
 from heyoka_bike.reference.proof.first_row import exact_columns
-from heyoka_bike.reference.texts import text_files
 from heyoka_bike.reference.values import RoundedRows
 
 TEXT_DIGITS = 50
@@ -45,7 +46,7 @@ def constant_columns(run: Trajectory) -> dict[str, Value]:
 
 
 def round_rows(
-    run: Trajectory, certificate: Certificate, progress: Progress | None = None
+    run: Trajectory, certificate: Certificate, progress: Progress = lambda _: None
 ) -> RoundedRows:
     """Round every entry of the rows.
 
@@ -61,15 +62,8 @@ def round_rows(
     first = exact_columns(run.bicycle, run.maneuver)
     constant = constant_columns(run)
     enclosed = enclose_rows(at, first, constant, progress)
-    hi: dict[str, list[float]] = {c.name: [] for c in COLUMNS}
-    lo: dict[str, list[float]] = {c.name: [] for c in COLUMNS}
-    bound: dict[str, list[float]] = {c.name: [] for c in COLUMNS}
-    for i, row in enumerate(enclosed):
-        for name, x in row.items():
-            a, b = hi_lo(x, f"{run.maneuver.name}: {name}, row {i}")
-            hi[name].append(a)
-            lo[name].append(b)
-            bound[name].append(distance(x, a, b))
+    names = [c.name for c in COLUMNS]
+    rounded = round_columns(run.maneuver, names, enclosed, _nearest)
     text = {
         name: tuple(
             decimal_digits(row[name], TEXT_DIGITS, f"{run.maneuver.name}: {name}, row {i}")
@@ -77,7 +71,26 @@ def round_rows(
         )
         for name in BENCHMARK_COLUMNS
     }
-    return RoundedRows(_arrays(hi), _arrays(lo), _arrays(bound), text=text)
+    return RoundedRows(*rounded, text=text)
+
+
+def round_columns(
+    maneuver: Maneuver, names: Sequence[str], rows: Iterable[Mapping[str, Any]],
+    rounded: Callable[[Any, str], tuple[float, float, float]],
+) -> Sequence[dict[str, Array]]:  # fmt: skip
+    """Columns of hi, lo and bound, by `rounded` of a value and what it is called."""
+    table = np.array(
+        [
+            [rounded(row[name], f"{maneuver.name}: {name}, row {i}") for name in names]
+            for i, row in enumerate(rows)
+        ]
+    ).transpose(2, 1, 0)
+    return [dict(zip(names, np.ascontiguousarray(part), strict=True)) for part in table]
+
+
+def _nearest(x: Enclosure | Fraction, name: str) -> tuple[float, float, float]:
+    hi, lo = hi_lo(x, name)
+    return hi, lo, distance(x, hi, lo)
 
 
 def render_texts(maneuvers: Sequence[Maneuver], rows: Sequence[RoundedRows]) -> dict[str, bytes]:
@@ -105,7 +118,7 @@ def distance(x: Enclosure | Fraction, hi: float, lo: float) -> float:
 
 def enclose_rows(
     at: Evaluator, first: Mapping[str, Fraction], constant: Mapping[str, Value],
-    progress: Progress | None = None, *, is_proof: bool = True,
+    progress: Progress = lambda _: None, *, is_proof: bool = True,
 ) -> Sequence[dict[str, Enclosure | Fraction]]:  # fmt: skip
     """Every column of every row as far as it is known: row 0 and constants, then the others.
 
@@ -127,8 +140,7 @@ def enclose_rows(
             rows.append(
                 {name: x if isinstance(x, Fraction) else Enclosure.of(x) for name, x in row.items()}
             )
-            if progress is not None:
-                progress(float(t))
+            progress(float(t))
     return rows
 
 
@@ -136,7 +148,3 @@ def rounded_times(maneuver: Maneuver) -> Double:
     """Times of the rows [s], of shape (rows,)."""
     hi, lo = np.array([hi_lo(t, "time") for t in row_times(maneuver)]).T
     return hi.copy(), lo.copy()
-
-
-def _arrays(table: Mapping[str, Sequence[float]]) -> dict[str, Array]:
-    return {name: np.array(values) for name, values in table.items()}

@@ -28,7 +28,7 @@ COUNT = len(PARAMETERS) + len(START)
 
 @dataclass(frozen=True)
 class Varied:
-    """What a motion follows from, as dual numbers by the unknowns.
+    """Constants and initial state of a motion, as dual numbers by the unknowns.
 
     Attributes
     ----------
@@ -61,7 +61,7 @@ class Varied:
         return replace(equations, k=self.k, a=Duals(equations.a)).columns(self.state)
 
     def is_smooth(self, unknown: int) -> bool:
-        """Whether the equations have a derivative by an unknown.
+        """True if the equations have a derivative by an unknown.
 
         They are in the ratio of two inertias of an assembly. Where all of its mass is on a line
         along the steer axis both are zero, and what moves one of them has no limit.

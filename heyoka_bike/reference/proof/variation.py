@@ -37,24 +37,23 @@ from heyoka_bike.numbers.arithmetic import Balls, Number, exact_ball
 from heyoka_bike.numbers.ball_matrices import (
     Vector,
     abs_times,
-    fundamental,
     identity,
     largest,
     norm,
-    perron,
     solution,
     total,
     value,
 )
 from heyoka_bike.numbers.samples import Samples
-from heyoka_bike.reference.proof.cauchy import (
-    TooLongError,
-    circle_bound,
-    circle_equations,
-    in_parts,
-    moved,
+from heyoka_bike.reference.proof import cauchy
+from heyoka_bike.reference.proof.error_flow import (
+    CONDITION,
+    RESOLVED,
+    SIZE,
+    Flow,
+    Frame,
+    size_about_middle,
 )
-from heyoka_bike.reference.proof.error_flow import SIZE, Frame
 from heyoka_bike.reference.proof.unknowns import Unknowns
 
 _RADII = (10, 8, 6, 4)
@@ -67,13 +66,11 @@ BITS = 192
 """A coefficient is as uncertain at a high order as at a low one: these must be many."""
 
 _TAIL_BITS = 164
-"""What the expansions leave out, as far as constants matter, is below 2^-164."""
+"""As far as constants matter, the truncation error of the expansions is below 2^-164."""
 
 _SMALL, _SMALLER = 2, 64
 """After so many halvings it is taken over this: where a bicycle is about to fall, see `cauchy`."""
 
-_CONDITION = 1e6
-_RESOLVED = 0.1
 _YAW_RATE = [c.name for c in COLUMNS].index("yaw_rate")
 
 
@@ -127,38 +124,12 @@ def variations(
             yield i, variation
 
 
-@dataclass(frozen=True)
-class _Flow:
-    """Y of a piece and bounds on it, see `error_flow.Flow`, by the coefficients of a = h J."""
-
-    a: list[flint.arb_mat]
-    tail: flint.arb_mat
-    y: list[flint.arb_mat]
-    weights: Vector
-    defect: flint.arb
-    size_y: flint.arb
-    size_inverse: flint.arb
-
-    @classmethod
-    def of(cls, a: list[flint.arb_mat], tail: flint.arb_mat) -> _Flow:
-        """From `a` and a bound on what its coefficients leave out."""
-        weights = perron(a)
-        y, defect, v, defect_v = fundamental(a, tail, weights)
-        size_y, size_v = (total(norm(m, weights) for m in p) for p in (y, v))
-        if not size_y * size_v < _CONDITION:
-            raise TooLongError("Y is badly conditioned")
-        eta = (defect_v * size_y + size_v * defect).upper()
-        if not eta * (size_y * size_v) ** 2 < _RESOLVED:
-            raise TooLongError("Y is not resolved")
-        return cls(a, tail, y, weights, defect, size_y, size_v / (1 - eta))
-
-
 class _Prover:
     """Carries the derivatives, exact numbers, and the frame of their errors."""
 
     def __init__(self, run: Trajectory, unknowns: Unknowns) -> None:
         self.unknowns = unknowns
-        self.circles = circle_equations(run)
+        self.circles = cauchy.circle_equations(run)
         balls = Balls(BITS)
         equations = Equations.of(run.bicycle, balls, is_regular=run.is_regular)
         self.at_points = equations.convert(flint.acb, balls)
@@ -181,7 +152,7 @@ class _Prover:
 
     def piece(self, piece: Piece, bounds: Sequence[Fraction]) -> Iterator[Variation]:
         """The derivatives over a piece, in parts where that is too long."""
-        return in_parts(
+        return cauchy.in_parts(
             piece,
             lambda part, depth: self._whole(part, bounds, _SMALLER if depth >= _SMALL else 1),
         )
@@ -190,7 +161,7 @@ class _Prover:
         """Over a piece, with the radii around the constants over `smaller`."""
         # The right half, whose variable is 0 in the middle and 1 at the end, taken from -1 on.
         _, centred = piece.halves()
-        circle = circle_bound(centred, partial(self._widened, smaller), self.circles, _RADII)
+        circle = cauchy.circle_bound(centred, partial(self._widened, smaller), self.circles, _RADII)
         pull = self.pull * smaller
         steepest = float((largest(circle.values[: SIZE - 1]) * pull).mid())
         length = ceil((_TAIL_BITS + log2(steepest)) / log2(circle.radius))
@@ -198,26 +169,33 @@ class _Prover:
         jacobian, forcing = self._linear(centred, a)
         with flint.ctx.workprec(BITS):
             step = exact_ball(centred.h)
-            off = (a.left_out + 4 * moved(bounds, circle.rho)).upper()
+            off = (a.left_out + 4 * cauchy.moved(bounds, circle.rho)).upper()
             rates = [*range(SIZE - 1), SIZE - 1 + _YAW_RATE]
             sizes = [step * circle.values[i] * off for i in rates]
             tail = flint.arb_mat([[(m / x).upper() for x in circle.rho] for m in sizes])
             tail_g = [(m * pull).upper() for m in sizes]
-            flow = _Flow.of(jacobian, tail)
-        with flint.ctx.workprec(BITS):
-            q, bound = self._carry(flow, forcing, tail_g)
+            flow = Flow.of(jacobian, tail, is_centred=True)
+            if not flow.condition < CONDITION:
+                raise cauchy.TooLongError("Y is badly conditioned")
+            if not flow.eta * flow.condition**2 < RESOLVED:
+                raise cauchy.TooLongError("Y is not resolved")
+            p, force = _solution(jacobian, forcing, tail, tail_g, flow.weights)
+            q, bound = self._carry(flow, p, force)
             sizes = circle.values[SIZE - 1 :]
             return Variation(centred, q, bound, circle.radius, sizes, circle.rho, pull, off)
 
     def _carry(
-        self, flow: _Flow, g: list[flint.arb_mat], tail_g: Vector
+        self, flow: Flow, p: list[flint.arb_mat], force: flint.arb
     ) -> tuple[list[flint.arb_mat], Vector]:
-        """The derivatives over a piece and the bound on their error; goes on to its end."""
-        y, weights, defect, size_y = flow.y, flow.weights, flow.defect, flow.size_y
+        """The derivatives over a piece and the bound on their error; goes on to its end.
+
+        `p` is one solution, which leaves over `force`.
+        """
+        y, weights, defect = flow.y, flow.weights, flow.defect
+        size_y = size_about_middle(y, weights)
         minus, plus = flint.arb(-1), flint.arb(1)
         back = value(y, minus).inv()
-        # One solution, then the one that begins where the last piece ended.
-        p, force = _solution(flow.a, g, flow.tail, tail_g, weights)
+        # The solution that begins where the last piece ended.
         c = (back * (self.q - value(p, minus))).mid()
         q = [m * c + n for m, n in zip(y, p, strict=True)]
         force += defect * _size(c, weights)

@@ -1,4 +1,4 @@
-"""Whether the numbers of a reference set agree with one another, with the model and their bounds.
+"""Checks that the numbers of a set agree with one another, with the model and with their bounds.
 
 No tolerance is chosen here. A number of the set comes with its certified bound, so it is a ball
 [hi + lo - bound, hi + lo + bound] that holds the exact value. Whatever must be zero, or equal, for
@@ -6,9 +6,10 @@ exact values is evaluated on these balls (FLINT/Arb), and the result must hold z
 Each function looks at one maneuver and counts in tallies, to be joined over the maneuvers.
 """
 
+from bisect import bisect_right
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from itertools import pairwise
+from itertools import groupby, pairwise
 from typing import Any
 
 import flint
@@ -18,12 +19,14 @@ from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.initial import initial_state
 from heyoka_bike.bicycle.equations.kinematics import front_contact_height
 from heyoka_bike.bicycle.equations.reduced import Equations
+from heyoka_bike.bicycle.equations.whole_motion import INTEGRALS, NonnegativeRoots, motion_columns
 from heyoka_bike.errors import UndecidedError
 from heyoka_bike.motion.evaluator import evaluator
 from heyoka_bike.motion.trajectory import row_times
 from heyoka_bike.numbers.arithmetic import Balls, exact_ball
-from heyoka_bike.numbers.rounding import Enclosure, decimal_above, decimal_digits, hi_lo, upward
-from heyoka_bike.reference.layout import CANDIDATE, HDF5, NODES, TEXT, TEXT_50
+from heyoka_bike.numbers.ball_chebyshev import basis
+from heyoka_bike.numbers.rounding import Enclosure, decimal_above, decimal_digits, hi_lo
+from heyoka_bike.reference.layout import CANDIDATE, HDF5, MOTION, NODES, TEXT, TEXT_50
 from heyoka_bike.reference.load import ReferenceManeuver
 from heyoka_bike.reference.proof.certificate_file import kept
 from heyoka_bike.reference.proof.first_row import exact_columns
@@ -31,11 +34,13 @@ from heyoka_bike.reference.proof.rows import (
     EVALUATION_BITS,
     TEXT_DIGITS,
     constant_columns,
+    distance,
     enclose_rows,
+    rounded_times,
 )
-from heyoka_bike.reference.values import Values
+from heyoka_bike.reference.values import Dense, Values
 from heyoka_bike.reference.verification.checks import Tally
-from heyoka_bike.reference.verification.contents import StoredManeuver
+from heyoka_bike.reference.verification.outcome import StoredManeuver
 
 BITS = 256
 """Of what is evaluated from hi + lo, which have 32 digits (107 bits): roundoff does not count."""
@@ -90,25 +95,24 @@ def own_state(x: StoredManeuver, contact: Tally, columns: Tally) -> None:
     k = equations.k
     with balls.precision():
         for i in range(x.maneuver.rows):
-            roll, pitch, steer, roll_rate, steer_rate, speed, yaw = (
-                stored_ball(m.rows, name, i) for name in STATE
-            )
-            height = front_contact_height(k, balls, roll, pitch, steer)
+            state = _state(x, i, k.length)
+            height = front_contact_height(k, balls, *state[:3])
             if not contact.counts(holds_zero(height), float(height.mid())):
                 contact.fail(f"{x.at('front wheel', i)}: {_show(height)} m above the floor")
-            state = [roll, pitch, steer, roll_rate, steer_rate, speed / k.length, yaw]
             made = equations.columns(state)
             follows(x, m, i, made, columns, "from what the row's own state gives")
 
 
+def _state(x: StoredManeuver, row: int, length: flint.arb) -> list[flint.arb]:
+    """The state of the regular form in a row, by its columns."""
+    *angles_and_rates, speed, yaw = (stored_ball(x.reference.rows, name, row) for name in STATE)
+    return [*angles_and_rates, speed / length, yaw]
+
+
 def follows(
-    x: StoredManeuver,
-    m: ReferenceManeuver,
-    row: int,
-    made: Mapping[str, flint.arb],
-    tally: Tally,
+    x: StoredManeuver, m: ReferenceManeuver, row: int, made: Mapping[str, flint.arb], tally: Tally,
     what: str,
-) -> None:
+) -> None:  # fmt: skip
     """The columns of a row are those that were made of a state."""
     for name in m.columns:
         off = made[name] - stored_ball(m.rows, name, row)
@@ -167,12 +171,11 @@ def rounded_rows(x: StoredManeuver, rounding: Tally, bounds: Tally, digits: Tall
                         digits.fail(f"{where}: found {written}, expected {token}")
             except UndecidedError as e:
                 rounding.fail(f"{e} (the certificate's bounds are too large)")
-            near, far = _distances(value, *found)
-            bound = float(rows.bound[name][i])
-            is_right = near <= Fraction(bound) <= Fraction(upward(far))
+            bound, largest = float(rows.bound[name][i]), distance(value, *found)
+            is_right = _smallest_distance(value, *found) <= Fraction(bound) and bound <= largest
             if not bounds.counts(is_right, bound / scale(x.reference, name)):
                 bounds.fail(
-                    f"{x.at(f'{name}_bound', i)}: found {bound:.17g}, expected {upward(far):.17g}"
+                    f"{x.at(f'{name}_bound', i)}: found {bound:.17g}, expected {largest:.17g}"
                 )
 
 
@@ -209,42 +212,31 @@ def equations_of_motion(x: StoredManeuver, tally: Tally) -> None:
     its derivative, a polynomial of degree n over a step h, is off by no more than 2 n^2 B / h; what
     B does to the right-hand side is in its ball.
     """
-    run, certificate = x.run, x.certificate
-    balls = Balls(run.bits + EVALUATION_BITS)
-    equations = Equations.of(run.bicycle, balls, is_regular=run.is_regular)
-    with balls.precision():
+    run = x.run
+    at = evaluator(run, run.bits + EVALUATION_BITS, x.certificate)
+    with at.balls.precision():
         unit = flint.arb(2) ** -run.grid
-        slopes: tuple[int, list[flint.arb_poly]] = (-1, [])
-        for i, t in enumerate(row_times(run.maneuver)):
-            piece = run.piece_at(t)
-            a, b = run.breaks[piece], run.breaks[piece + 1]
-            h = exact_ball(b - a)
-            if slopes[0] != piece:
-                slopes = piece, [flint.arb_poly(list(c)).derivative() for c in run.pieces[piece]]
-            s = exact_ball((t - a) / (b - a))
-            bounds = certificate.pieces[piece]
-            state = [
-                flint.arb(value, exact_ball(bound).upper())
-                for value, bound in zip(run.state(t, piece), bounds, strict=True)
-            ]
-            force = equations.rates_with_yaw(state)
-            for name, p, f, bound in zip(run.states, slopes[1], force, bounds, strict=True):
-                off = p(s) * unit / h - f
-                allowed = 2 * run.order**2 * exact_ball(bound) / h
-                if not tally.counts(is_within(off, allowed), float(off.mid())):
-                    tally.fail(
-                        f"{run.maneuver.name}: {name}, row {i}: its derivative is {_show(off)} "
-                        f"off the equations, the bounds allow {_show(allowed)}"
-                    )
+        rows = enumerate(row_times(run.maneuver))
+        for piece, inside in groupby(rows, lambda row: run.piece_at(row[1])):
+            a, bounds = run.breaks[piece], x.certificate.pieces[piece]
+            length = run.breaks[piece + 1] - a
+            slopes = [flint.arb_poly(list(c)).derivative() for c in run.pieces[piece]]
+            for i, t in inside:
+                s, h = exact_ball((t - a) / length), exact_ball(length)
+                force = at.equations.rates_with_yaw(at.state(t, piece))
+                for name, p, f, bound in zip(run.states, slopes, force, bounds, strict=True):
+                    off = p(s) * unit / h - f
+                    allowed = 2 * run.order**2 * exact_ball(bound) / h
+                    if not tally.counts(is_within(off, allowed), float(off.mid())):
+                        tally.fail(
+                            f"{run.maneuver.name}: {name}, row {i}: its derivative is {_show(off)} "
+                            f"off the equations, the bounds allow {_show(allowed)}"
+                        )
 
 
-def dense(x: StoredManeuver, at_rows: Tally, joins: Tally) -> None:
-    """The dense output of the reference: its value at the rows, and how its pieces join."""
-    dense_of(x, x.reference, at_rows, joins)
-
-
-def dense_of(x: StoredManeuver, m: ReferenceManeuver, at_rows: Tally, joins: Tally) -> None:
-    """The dense output of some columns: its value at the rows, and how its pieces join."""
+def dense(x: StoredManeuver, at_rows: Tally, joins: Tally, *, file: str = HDF5) -> None:
+    """The dense output of a file: its value at the rows, and how its pieces join."""
+    m: ReferenceManeuver = x.files[file]
     names = tuple(m.dense.hi)
     breaks = [Fraction(float(t)) for t in m.breaks]
     times = list(row_times(x.maneuver))
@@ -260,39 +252,32 @@ def dense_of(x: StoredManeuver, m: ReferenceManeuver, at_rows: Tally, joins: Tal
             )
 
     with flint.ctx.workprec(BITS):
-        ends = flint.arb_mat([[1] * NODES, [(-1) ** k for k in range(NODES)]])
-        before: list[flint.arb] | None = None
+        ends = [flint.arb(-1), flint.arb(1)]
+        before: list[flint.arb] = []
         for j, (a, b) in enumerate(pairwise(breaks)):
             # A break belongs to the piece on its right, the end to the last.
             is_last = j == len(breaks) - 2
             rows = [i for i, t in enumerate(times) if a <= t and (t < b or (is_last and t == b))]
-            bounds = [float(m.dense.bound[name][j]) for name in names]
-            coefficients = flint.arb_mat(
-                [
-                    [flint.arb(float(m.dense.hi[n][j, c])) + float(m.dense.lo[n][j, c])
-                     for n in names]
-                    for c in range(NODES)
-                ]
-            )  # fmt: skip
-            values = _chebyshev([(2 * times[i] - a - b) / (b - a) for i in rows]) * coefficients
-            for r, i in enumerate(rows):
-                for c, name in enumerate(names):
-                    off = values[r, c] - _sum(m.rows, name, i)
-                    both = bounds[c], float(m.rows.bound[name][i])
-                    compare(at_rows, off, both, name, f"row {i}: differs")
-            end, start = ((ends * coefficients).tolist()[side] for side in (0, 1))
-            if before is not None:
-                where = f"break {j} (t = {float(a):.6g} s): jumps"
-                for c, name in enumerate(names):
-                    both = float(m.dense.bound[name][j - 1]), bounds[c]
-                    compare(joins, start[c] - before[c], both, name, where)
+            arguments = [exact_ball((2 * times[i] - a - b) / (b - a)) for i in rows]
+            coefficients = flint.arb_mat([_coefficients(m.dense, name, j) for name in names])
+            values = basis(arguments + ends, NODES) * coefficients.transpose()
+            *at, start, end = values.tolist()
+            for i, row in zip(rows, at, strict=True):
+                for name, value in zip(names, row, strict=True):
+                    both = float(m.dense.bound[name][j]), float(m.rows.bound[name][i])
+                    compare(at_rows, value - _sum(m.rows, name, i), both, name, f"row {i}: differs")
+            where = f"break {j} (t = {float(a):.6g} s): jumps"
+            for name, now, then in zip(names, start, before or start, strict=True):
+                if before:
+                    both = float(m.dense.bound[name][j - 1]), float(m.dense.bound[name][j])
+                    compare(joins, now - then, both, name, where)
             before = end
     if breaks[-1] < x.maneuver.duration:
         at_rows.fail(f"{x.maneuver.name}: the dense output ends at {float(breaks[-1]):.6g} s")
 
 
 def certified(x: StoredManeuver, tally: Tally) -> None:
-    """What the certificate says of a maneuver, as far as it follows from the other files."""
+    """The entry of a maneuver in the certificate, as far as it follows from the other files."""
     states, run = x.entry["state_bounds"], x.files.get(CANDIDATE)
     if run is not None and set(states) != set(run.states):
         tally.fail(f"{x.maneuver.name}: state_bounds: expected {', '.join(run.states)}")
@@ -308,29 +293,22 @@ def certified(x: StoredManeuver, tally: Tally) -> None:
         "bound": max((s["interval"] for s in states.values()), key=Fraction),
         "bound_end": max((s["end"] for s in states.values()), key=Fraction),
     }
-    found = {key: x.entry[key] for key in expected} | x.entry["dense_relative_bounds"]
-    _same(tally, x, found, expected | _relative_bounds(x.reference))
+    _same(tally, x, x.entry, expected)
+    _same(tally, x, x.entry["dense_relative_bounds"], _relative_bounds(x.reference))
+    # Sets before 1.3.0 say nothing of the whole motion.
+    if MOTION in x.files and (said := x.entry.get("motion")):
+        _same(tally, x, said, {"entries": x.maneuver.rows * len(x.motion.columns)})
+        _same(tally, x, said["dense_relative_bounds"], _relative_bounds(x.motion))
     tally.largest = float(Fraction(x.entry["bound"]))
 
 
 def integration(x: StoredManeuver, tally: Tally) -> None:
-    """How well the candidate keeps its energy, and what the certificate says of that."""
+    """The energy and contact drift of the candidate are those in the certificate."""
     drift = evaluator(x.run, x.run.bits + EVALUATION_BITS).drift()
     # Sets before 2.0.0 say nothing of it.
     said = x.entry.get("integration", {})
     _same(tally, x, said, {key: y for key, y in kept(drift, x.run.bits).items() if key in said})
     tally.counts(True, drift.performance)
-
-
-def certified_motion(x: StoredManeuver, tally: Tally) -> None:
-    """What the certificate says of the whole motion, as far as it follows from motion.h5."""
-    said = x.entry.get("motion")
-    if said is None:  # before 1.3.0
-        return
-    expected: dict[str, Any] = {"entries": x.maneuver.rows * len(x.motion.columns)}
-    found = said["dense_relative_bounds"] | {"entries": said["entries"]}
-    _same(tally, x, found, expected | _relative_bounds(x.motion))
-    tally.largest = float(Fraction(x.entry["bound"]))
 
 
 def _relative_bounds(m: ReferenceManeuver) -> dict[str, str]:
@@ -355,16 +333,10 @@ def scale(m: ReferenceManeuver, name: str) -> float:
     return m.scale(name) or 1.0
 
 
-def _chebyshev(arguments: Sequence[Fraction]) -> flint.arb_mat:
-    """T_0 .. T_(N-1) at each argument, by row."""
-    rows = []
-    for argument in arguments:
-        x = exact_ball(argument)
-        row = [flint.arb(1), x]
-        while len(row) < NODES:
-            row.append(2 * x * row[-1] - row[-2])
-        rows.append(row)
-    return flint.arb_mat(rows) if rows else flint.arb_mat(0, NODES)
+def _coefficients(dense: Dense, name: str, piece: int) -> list[flint.arb]:
+    """Chebyshev coefficients of a column on a piece."""
+    pairs = zip(dense.hi[name][piece].tolist(), dense.lo[name][piece].tolist(), strict=True)
+    return [flint.arb(hi) + lo for hi, lo in pairs]
 
 
 def _stored(values: Values, name: str, row: int) -> tuple[float, float]:
@@ -399,15 +371,12 @@ def _digits(x: Enclosure | Fraction, where: str) -> str:
         return decimal_digits(Fraction(x.low + x.high, 2 << x.grid), TEXT_DIGITS, where)
 
 
-def _distances(x: Enclosure | Fraction, hi: float, lo: float) -> tuple[Fraction, Fraction]:
-    """Smallest and largest distance of an exact number in its enclosure from hi + lo."""
-    stored = Fraction(hi) + Fraction(lo)
+def _smallest_distance(x: Enclosure | Fraction, hi: float, lo: float) -> Fraction:
+    """Smallest distance of an exact number in its enclosure from hi + lo."""
     if isinstance(x, Fraction):
-        return abs(x - stored), abs(x - stored)
-    unit = Fraction(1, 1 << x.grid)
-    low, high = x.low * unit - stored, x.high * unit - stored
-    near = Fraction(0) if low <= 0 <= high else min(abs(low), abs(high))
-    return near, max(abs(low), abs(high))
+        return abs(x - Fraction(hi) - Fraction(lo))
+    rest = x.minus(hi).minus(lo)
+    return Fraction(max(rest.low, -rest.high, 0), 1 << rest.grid)
 
 
 def half_unit(token: str) -> Fraction:
@@ -417,7 +386,7 @@ def half_unit(token: str) -> Fraction:
 
 
 def _same_bits(found: Sequence[float], expected: Sequence[float]) -> bool:
-    """Whether the numbers are the same, the sign of zero included."""
+    """True if the numbers are equal bit by bit, the sign of zero included."""
     return np.array(found).tobytes() == np.array(expected).tobytes()
 
 
@@ -426,14 +395,100 @@ def _pair(hi: float, lo: float) -> str:
 
 
 def holds_zero(x: flint.arb) -> bool:
-    """Whether zero is in the ball; one that is not finite tells nothing, and must not pass."""
+    """True if a ball is finite and holds zero."""
     return bool(x.is_finite() and x.contains(0))
 
 
 def is_within(x: flint.arb, limit: flint.arb | float) -> bool:
-    """Whether a number of the ball is at most so large; one that is not finite must not pass."""
+    """True if a ball is finite and holds a number that is at most so large."""
     return bool(abs(x).lower() <= limit)
 
 
 def _show(x: flint.arb) -> str:
     return f"{float(x.mid()):.2g}"
+
+
+def follows_from_state(x: StoredManeuver, tally: Tally) -> None:
+    """Every column of a row follows from the state in the reference's row, and the integrals."""
+    m = x.motion
+    expected = rounded_times(x.maneuver)
+    if any(a.tobytes() != b.tobytes() for a, b in zip(expected, (m.time, m.time_lo), strict=True)):
+        tally.fail(f"{x.maneuver.name}: its times are not the multiples of the spacing")
+    balls = NonnegativeRoots(BITS)
+    equations = Equations.of(x.bicycle, balls)
+    with balls.precision():
+        for i in range(x.maneuver.rows):
+            integrals = (stored_ball(m.rows, name, i) for name in INTEGRALS)
+            state = [*_state(x, i, equations.k.length), *integrals]
+            made = motion_columns(equations, state)
+            follows(x, m, i, made, tally, f"from what the state in {HDF5} gives")
+
+
+def identities(x: StoredManeuver, tally: Tally) -> None:
+    """Unit quaternions, and wheels whose lowest points are the contact points on the floor."""
+    m = x.motion
+    for i in range(x.maneuver.rows):
+        with flint.ctx.workprec(BITS):
+            at = {name: stored_ball(m.rows, name, i) for name in m.columns}
+            found = {}
+            for end, radius in (("rear", x.bicycle["rR"]), ("front", x.bicycle["rF"])):
+                a, *v = (at[f"{end}_frame_q{j}"] for j in range(4))
+                found[f"{end} quaternion"] = a * a + sum(c * c for c in v) - 1
+                # Of the axle, and how far the wheel's plane is from the vertical.
+                axle = [at[f"{end}_frame_r{j}2"] for j in (1, 2, 3)]
+                arm = exact_ball(radius.rational) / (1 - axle[2] * axle[2]).sqrt()
+                down = [-axle[2] * axle[0], -axle[2] * axle[1], 1 - axle[2] * axle[2]]
+                hub = [at[f"{end}_hub_{axis}"] for axis in "xyz"]
+                contact = [at[f"{end}_contact_x"], at[f"{end}_contact_y"], flint.arb(0)]
+                for axis, h, d, c in zip("xyz", hub, down, contact, strict=True):
+                    found[f"{end} wheel, {axis} of its lowest point"] = h + arm * d - c
+        for what, off in found.items():
+            if not tally.counts(holds_zero(off), float(off.mid())):
+                tally.fail(f"{x.at(what, i)}: off by {float(off.mid()):.2g}")
+
+
+def rolling(x: StoredManeuver, tally: Tally) -> None:
+    """The integrals' dense output changes at the rates that the reference has at its rows.
+
+    A polynomial of degree n that is off by B over a piece of length h has, by Markov's inequality,
+    a derivative off by at most 2 n^2 B / h; what is off here is nearly one.
+    """
+    m = x.motion
+    breaks = [Fraction(float(t)) for t in m.breaks]
+    rows = x.reference.rows
+    with flint.ctx.workprec(BITS):
+        radius = exact_ball(x.bicycle["rR"].rational)
+
+        def piece_of(row: tuple[int, Fraction]) -> int:
+            return min(bisect_right(breaks, row[1]) - 1, len(breaks) - 2)
+
+        for piece, inside in groupby(enumerate(row_times(x.maneuver)), piece_of):
+            a, b = breaks[piece], breaks[piece + 1]
+            slopes = [_derivative(m.dense, name, piece) for name in _ROLLING]
+            for i, t in inside:
+                speed = stored_ball(rows, "forward_speed_contact", i)
+                yaw = stored_ball(rows, "yaw", i)
+                turning = stored_ball(rows, "forward_speed_wheel_spin", i) / radius
+                rates = (speed * yaw.cos(), speed * yaw.sin(), -turning)
+                for name, slope, rate in zip(_ROLLING, slopes, rates, strict=True):
+                    at = exact_ball((2 * t - a - b) / (b - a))
+                    off = slope(at) * 2 / exact_ball(b - a) - rate
+                    allowed = 2 * NODES**2 * float(m.dense.bound[name][piece]) / exact_ball(b - a)
+                    if not tally.counts(is_within(off, allowed), float(off.mid())):
+                        tally.fail(
+                            f"{x.at(f'dense {name}', i)}: its rate is {float(off.mid()):.2g} "
+                            f"{m.units[name]} s-1 off that of the reference"
+                        )
+
+
+_ROLLING = INTEGRALS[:3]
+"""The integrals whose rates are columns of the reference, up to a factor."""
+
+
+def _derivative(dense: Dense, name: str, piece: int) -> flint.arb_poly:
+    """The derivative by the argument of a Chebyshev piece."""
+    polynomials = (
+        c * flint.arb_poly(flint.fmpz_poly.chebyshev_t(order))
+        for order, c in enumerate(_coefficients(dense, name, piece))
+    )
+    return sum(polynomials, flint.arb_poly([])).derivative()

@@ -1,4 +1,4 @@
-"""What was checked: one record for each check, and the counting that leads to it."""
+"""Checks and their outcomes: a record for each check, and the counting that leads to it."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class Check:
     file
         Name of the file that it is about.
     message
-        What was measured, or the first difference found; one line.
+        The measured value, or the first difference found; one line.
     evidence
         The numbers behind it, JSON values only, finite; ``values`` is how many were looked at.
     """
@@ -41,7 +41,7 @@ class Tally:
     check, file
         As in `Check`.
     values, failures
-        How many were looked at, how many were wrong.
+        Numbers of values that were looked at, and of wrong ones.
     first
         The first that was wrong, in words.
     largest
@@ -105,5 +105,5 @@ class NumberCheck:
 
 
 def all_passed(checks: Sequence[Check]) -> bool:
-    """Whether no check failed; one that was not made does not count."""
+    """True if no check failed; one that was not made does not count."""
     return all(c.passed is not False for c in checks)

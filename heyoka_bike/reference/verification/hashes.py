@@ -1,4 +1,4 @@
-"""Whether the files of a reference folder are there and whole: the manifest, sizes and hashes."""
+"""Checks of the manifest of a reference folder, and of the sizes and hashes of its files."""
 
 import json
 import os
@@ -19,7 +19,7 @@ _INSIDE = re.compile(r"[\w-][\w.-]*(/[\w-][\w.-]*)?")
 
 @dataclass(frozen=True, slots=True)
 class Files:
-    """What there is to look into.
+    """The manifest of a folder and the contents of its intact files.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ def check_files(folder: Path, *, is_published: bool = False) -> tuple[Files, lis
     ----------
     folder
     is_published
-        Whether it has to be the published set; else its own manifest says whether it is.
+        True if it has to be the published set; else its own manifest decides.
 
     Raises
     ------
@@ -78,69 +78,64 @@ def _form(raw: bytes) -> Check:
     """The manifest is as `generate` writes it: nothing else could go unnoticed in it."""
     document = json.loads(raw)
     expected = ["schema_version", "dataset_version", "content_sha256", "made_by", "inputs", "files"]
-    message, passed = "is written the way 'heyoka-bike generate' writes it", True
+    names = [str(f["file"]) for f in document.get("files", ())]
+    problem = ""
     if list(document) != expected:
-        message = f"found the entries {', '.join(document)}; expected {', '.join(expected)}"
-        passed = False
+        problem = f"found the entries {', '.join(document)}; expected {', '.join(expected)}"
     elif raw != (json.dumps(document, indent=2, ensure_ascii=False) + "\n").encode():
-        message, passed = "is not written the way 'heyoka-bike generate' writes it", False
-    elif sorted(names := [str(f["file"]) for f in document["files"]]) != names or len(
-        set(names)
-    ) < len(names):
-        message, passed = "its files are not in order, each once", False
-    return Check("manifest", passed, MANIFEST, message, {"values": len(raw)})
+        problem = "is not written the way 'heyoka-bike generate' writes it"
+    elif sorted(set(names)) != names:
+        problem = "its files are not in order, each once"
+    message = problem or "is written the way 'heyoka-bike generate' writes it"
+    return Check("manifest", not problem, MANIFEST, message, {"values": len(raw)})
 
 
 def _known(manifest: Manifest, *, is_published: bool) -> Check:
     """The manifest of a published set is the one whose hash the package knows."""
     version, found = manifest.dataset_version, manifest.sha256
-    passed, short = True, f"sha256 {found[:12]}..."
+    short, last = f"sha256 {found[:12]}...", manifest_file.PUBLISHED_VERSION
+    passed = True
     if found == manifest_file.PUBLISHED_MANIFEST_SHA256:
         message = f"{short} is that of the published set {version}"
     elif found == PUBLISHED_MANIFESTS.get(version) and not is_published:
         message = (
             f"{short} is that of the published set {version}; this version of the package has "
-            f"{manifest_file.PUBLISHED_VERSION}"
+            f"{last}"
         )
     elif version == manifest_file.CUSTOM and not is_published:
         message = f"a set of your own: the package knows no hash to expect (found {short})"
     else:
         passed = False
-        message = (
-            f"found {short} of dataset version {version!r:.40}, expected "
-            f"{manifest_file.PUBLISHED_MANIFEST_SHA256[:12]}... of the published set "
-            f"{manifest_file.PUBLISHED_VERSION}"
-        )
+        expected = f"{manifest_file.PUBLISHED_MANIFEST_SHA256[:12]}... of the published set {last}"
+        message = f"found {short} of dataset version {version!r:.40}, expected {expected}"
     return Check("manifest_hash", passed, MANIFEST, message, {"values": 1, "sha256": found})
 
 
 def _file(folder: Path, name: str, size: int, digest: str) -> tuple[Check, bytes | None]:
     """The check of a file, and its contents if they are what the manifest says."""
     path = folder / name
-    if not _INSIDE.fullmatch(name) or name == MANIFEST:
-        message = f"lists the file {name!r:.60}, expected a name inside the folder"
-        return Check("file", False, MANIFEST, message, {"values": 0}), None
+    about, passed, values, data = name, False, 0, None
     try:
-        found = path.stat().st_size
+        if not _INSIDE.fullmatch(name) or name == MANIFEST:
+            about = MANIFEST
+            message = f"lists the file {name!r:.60}, expected a name inside the folder"
         # The size is looked at first: what is far too long is not read.
-        data = path.read_bytes() if found == size else None
+        elif (found := path.stat().st_size) != size:
+            values, message = found, f"found {found} bytes, expected {size}"
+        elif (other := manifest_file.sha256(raw := path.read_bytes())) != digest:
+            values, message = size, f"found sha256 {other[:12]}..., expected {digest[:12]}..."
+        else:
+            passed, values, data = True, size, raw
+            message = f"sha256 {digest[:12]}... as in the manifest"
     except FileNotFoundError:
-        return Check("file", False, name, "is missing", {"values": 0}), None
+        message = "is missing"
     except (OSError, ValueError) as e:
         message = f"cannot be read: {getattr(e, 'strerror', None) or e}"
-        return Check("file", False, name, message, {"values": 0}), None
-    if data is None:
-        message = f"found {found} bytes, expected {size}"
-        return Check("file", False, name, message, {"values": found}), None
-    if (other := manifest_file.sha256(data)) != digest:
-        message = f"found sha256 {other[:12]}..., expected {digest[:12]}..."
-        return Check("file", False, name, message, {"values": size}), None
-    message = f"sha256 {digest[:12]}... as in the manifest"
-    return Check("file", True, name, message, {"values": size}), data
+    return Check("file", passed, about, message, {"values": values}), data
 
 
 def _others(folder: Path, known: Collection[str], inside: str = "") -> Iterator[str]:
-    """What is there and not known; of a folder in which nothing is known, its name."""
+    """Yield the names of unknown files; of a folder with no known file, the name of the folder."""
     where = folder / inside
     for entry in os.listdir(where) if where.is_dir() else ():
         name = inside + entry
@@ -155,6 +150,5 @@ def _extra(extra: Sequence[str]) -> Check:
     if extra:
         shown = ", ".join(f"{name!r:.60}" for name in extra[:5])
         message = f"also there, not part of the set: {shown}" + (", ..." if extra[5:] else "")
-    return Check(
-        "other_files", True, MANIFEST, message, {"values": len(extra), "files": list(extra)}
-    )
+    evidence = {"values": len(extra), "files": list(extra)}
+    return Check("other_files", True, MANIFEST, message, evidence)

@@ -26,8 +26,7 @@ from heyoka_bike.numbers.precision import MAX_DIGITS, Precision
 from heyoka_bike.reference.layout import HDF5
 from heyoka_bike.reference.verification.agreement import half_unit, scale, stored_ball
 from heyoka_bike.reference.verification.checks import Check, Tally
-from heyoka_bike.reference.verification.contents import StoredManeuver
-from heyoka_bike.reference.verification.outcome import Agreement, Verification
+from heyoka_bike.reference.verification.outcome import Agreement, StoredManeuver, Verification
 from heyoka_bike.system.jobs import Report
 from heyoka_bike.system.parallel import Progress, side_by_side
 
@@ -126,7 +125,7 @@ def agreement(part: StoredManeuver, precision: Precision, report: Report) -> Agr
 
 
 def _may_be_off(certificate: Certificate, run: Trajectory, again: Trajectory) -> Certificate:
-    """What a run of other precision may be off the published one, which the certificate bounds.
+    """Return the expected bound on the distance of a run of other precision from the published one.
 
     The bound over the whole time, for all states alike: the other run has steps, and maybe states,
     of its own.

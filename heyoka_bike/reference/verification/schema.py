@@ -1,4 +1,4 @@
-"""Whether the files of a reference folder are built as docs/files.md says, before they are used.
+"""Checks that the files of a reference folder have the format of docs/files.md.
 
 Every function yields problems, each in words, and `Unchecked` what cannot be compared as the set is
 older. They take bytes, of which nothing is believed but that they are what the manifest says;
@@ -14,29 +14,20 @@ from typing import Any
 import numpy as np
 
 from heyoka_bike.bicycle.column import Column
-from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS, COLUMNS
+from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.bicycle.equations.kinematics import state_names
-from heyoka_bike.bicycle.motion_columns import MOTION_COLUMNS
 from heyoka_bike.bicycle.parameters import Bicycle, Maneuver
+from heyoka_bike.numbers.double import Array
 from heyoka_bike.numbers.exact import shortest_decimal
 from heyoka_bike.numbers.precision import Precision
-from heyoka_bike.reference import structure
-from heyoka_bike.reference.hdf5 import (
-    BOUND,
-    INDEX,
-    SCALE_ATTRIBUTES,
-    Dataset,
-    Group,
-    by_maneuver,
-    columns_of,
-    opened,
-)
+from heyoka_bike.reference import hdf5, structure
 from heyoka_bike.reference.layout import (
     CANDIDATE,
     HDF5,
     MOTION,
     SENSITIVITIES,
     STATES_HDF5,
+    TextFile,
     content_sha256,
 )
 from heyoka_bike.reference.load import NEEDED
@@ -52,14 +43,13 @@ from heyoka_bike.reference.proof.instants import states_differ
 from heyoka_bike.reference.proof.rows import TEXT_DIGITS
 from heyoka_bike.reference.sensitivities import ROWS_APART, read_group
 from heyoka_bike.reference.structure import STATED
-from heyoka_bike.reference.texts import TextFile
-from heyoka_bike.reference.verification.contents import Text
+from heyoka_bike.reference.verification.outcome import Text
 
 DAMAGE = (
     OSError, ArithmeticError, AttributeError, LookupError, MemoryError, RuntimeError, TypeError,
     ValueError,
 )  # fmt: skip
-"""What h5py, json and the rest raise for bytes that are not what they should be: nearly all."""
+"""Errors that h5py, json and others raise on damaged bytes: nearly all there are."""
 
 # Sensitivities are multiples of 2^-50 of their scale, rounded up to a power of two: three of them.
 _GRID = 3 * 2.0**-50
@@ -82,7 +72,7 @@ _REWORDED = {"Conventions", "comment", "dataset_version"}
 
 @dataclass(frozen=True, slots=True)
 class SetForm:
-    """What the files of a set have to say.
+    """Expected contents of the files of a set.
 
     Attributes
     ----------
@@ -91,7 +81,7 @@ class SetForm:
     columns : mapping of str to sequence of Column
         By file, those that it has of those that this version knows, and those that it has to have.
     has_bounds : bool
-        Whether its derivatives are proved; those of sets before 1.4.0 are not.
+        True if its derivatives are proved; those of sets before 1.4.0 are not.
     """
 
     manifest: Manifest
@@ -106,7 +96,7 @@ class SetForm:
 
 
 class Unchecked(str):
-    """What is not compared, as the set is older than the version that added it."""
+    """Something that is not compared, as the set is older than the version that added it."""
 
 
 class _UnusableError(Exception):
@@ -128,16 +118,16 @@ def problems_of(look: Callable[..., Iterator[str]], *arguments: Any) -> list[str
 def expected(
     manifest: Manifest, maneuvers: Sequence[Maneuver], data: Mapping[str, bytes]
 ) -> SetForm:
-    """What a set of these files has to say; of a file that cannot be read, all that is known."""
+    """Return the expected contents of a set; for an unreadable file, all columns are expected."""
     columns: dict[str, Sequence[Column]] = {}
     has_bounds = True
-    for name, known in _COLUMNS.items():
+    for name, known in structure.COLUMNS_OF.items():
         columns[name] = known
         try:
-            with opened(data[name]) as f:
+            with hdf5.opened(data[name]) as f:
                 group = next(iter(f.values()))
                 has_bounds &= name != SENSITIVITIES or "rows" in group
-                stored = {*NEEDED, *columns_of(group)}
+                stored = {*NEEDED, *hdf5.columns_of(group)}
                 columns[name] = [c for c in known if c.name in stored]
         except DAMAGE:
             continue
@@ -146,31 +136,34 @@ def expected(
 
 def of_groups(raw: bytes, e: SetForm, name: str) -> Iterator[str]:
     """Problems of an HDF5 file: attributes, its groups by maneuver, and the hash of its numbers."""
-    about, look = _GROUPS[name]
     inputs, version = e.manifest.inputs, e.version
-    with opened(raw) as f:
+    with hdf5.opened(raw) as f:
         said = f.attrs.get("content_sha256")
         is_older = "keywords" not in f.attrs
-        stated = () if name == CANDIDATE else (e.manifest.content_sha256 if name == HDF5 else said,)
-        root = about(inputs, version, *stated)
+        content = e.manifest.content_sha256 if name == HDF5 else said
+        root = structure.about(name, inputs, version, None if name == CANDIDATE else content)
         if is_older:
             yield Unchecked("attributes of version 1.5.0")
             root = {key: text for key, text in root.items() if key not in _REWORDED}
-        if lacks := len(_COLUMNS.get(name, ())) - len(e.columns.get(name, ())):
+        if lacks := len(structure.COLUMNS_OF.get(name, ())) - len(e.columns.get(name, ())):
             yield Unchecked(f"columns that it lacks ({lacks})")
         yield from _attributes(f, root, is_older=is_older)
-        groups = by_maneuver(zip(e.maneuvers, inputs["maneuvers"], strict=True))
+        groups = hdf5.by_maneuver(zip(e.maneuvers, inputs["maneuvers"], strict=True))
         yield from _names(f, list(groups))
         if set(f) == set(groups):
             for group, (maneuver, own) in groups.items():
-                yield from look(f[group], maneuver, own, e, is_older)
+                if name == CANDIDATE:
+                    yield from _trajectory(f[group], maneuver, own, is_older=is_older)
+                else:
+                    layout = structure.of_columns(name, own, e.columns[name], f[group])
+                    yield from _columns(f[group], layout, maneuver, e, name, is_older=is_older)
         if name in (MOTION, SENSITIVITIES) and said != content_sha256(f):
             yield "attribute content_sha256: is not that of the numbers"
 
 
 def content_differs(raw: bytes, e: SetForm) -> Iterator[str]:
     """A content_sha256 that is not that of the numbers."""
-    with opened(raw) as f:
+    with hdf5.opened(raw) as f:
         found = content_sha256(f)
     if found != e.manifest.content_sha256:
         yield (
@@ -179,42 +172,31 @@ def content_differs(raw: bytes, e: SetForm) -> Iterator[str]:
         )
 
 
-def _table(name: str) -> Callable[..., Iterator[str]]:
-    """Of a file of rows and dense output."""
-
-    def look(
-        group: Any, maneuver: Maneuver, inputs: Mapping[str, Any], e: SetForm, is_older: bool
-    ) -> Iterator[str]:
-        pieces = _pieces(group, "dense/breaks")
-        layout = structure.table(inputs, e.columns[name], maneuver.rows, pieces)
-        if name == MOTION and is_older and "dense" in group:
-            # Before 1.3.0 some of its columns have rows only.
-            dense, stored = layout.groups["dense"], set(group["dense"])
-            there = tuple(x for x in dense.datasets if not x.is_column or x.name in stored)
-            if there != dense.datasets:
-                yield Unchecked("dense output that it lacks")
-            layout = replace(layout, groups={"dense": replace(dense, datasets=there)})
-        yield from _group(group, layout, is_older=is_older)
-        yield from _increase(group["dense/breaks"])
-
-    return look
-
-
-def _sensitivity(
-    group: Any, maneuver: Maneuver, inputs: Mapping[str, Any], e: SetForm, is_older: bool
+def _columns(
+    group: Any, layout: hdf5.Group, maneuver: Maneuver, e: SetForm, name: str, *, is_older: bool
 ) -> Iterator[str]:
-    columns = e.columns[SENSITIVITIES]
-    first = columns[0].name
-    orders = group[first].shape[1] if first in group else 0
-    rows = len(range(0, maneuver.rows, ROWS_APART))
-    pieces = _pieces(group, "breaks")
-    layout = structure.sensitivity(inputs, columns, pieces, orders, rows)
-    if not e.has_bounds:
+    """Problems of a group of columns; a set may be older than some of its layout."""
+    breaks = "breaks" if name == SENSITIVITIES else "dense/breaks"
+    if name == MOTION and is_older and "dense" in group:
+        # Before 1.3.0 some of its columns have rows only.
+        dense, stored = layout.groups["dense"], set(group["dense"])
+        there = tuple(x for x in dense.datasets if not x.is_column or x.name in stored)
+        if there != dense.datasets:
+            yield Unchecked("dense output that it lacks")
+        layout = replace(layout, groups={"dense": replace(dense, datasets=there)})
+    if name == SENSITIVITIES and not e.has_bounds:
         yield Unchecked("bounds and rows of derivatives")
-        coefficients = (x for x in layout.datasets if not x.name.endswith(BOUND))
-        layout = Group(inputs, tuple(coefficients))
+        coefficients = (x for x in layout.datasets if not x.name.endswith(hdf5.BOUND))
+        layout = hdf5.Group(layout.attributes, tuple(coefficients))
     yield from _group(group, layout, is_older=is_older)
-    yield from _increase(group["breaks"])
+    if not _do_increase(group[breaks][:]):
+        yield f"{group.name}/{breaks}: the breaks do not increase from 0"
+    if name == SENSITIVITIES:
+        yield from _derivatives_differ(group, maneuver, e)
+
+
+def _derivatives_differ(group: Any, maneuver: Maneuver, e: SetForm) -> Iterator[str]:
+    """Derivatives that do not agree with one another."""
     if e.has_bounds:
         yield from _rows_differ(group, maneuver)
     energies = [group[f"{name}_energy"][:] for name in ("potential", "kinetic", "mechanical")]
@@ -241,17 +223,12 @@ def _rows_differ(group: Any, maneuver: Maneuver) -> Iterator[str]:
                     yield f"{group.name}/rows/{name}: differs from the pieces beyond the bounds"
 
 
-def _pieces(group: Any, breaks: str) -> int:
-    return max(group[breaks].size - 1, 1) if breaks in group else 1
+def _do_increase(breaks: Array) -> bool:
+    """True if breaks increase from 0."""
+    return bool(breaks[0] == 0 and (np.diff(breaks) > 0).all())
 
 
-def _increase(breaks: Any) -> Iterator[str]:
-    times = breaks[:]
-    if times[0] != 0 or not (np.diff(times) > 0).all():
-        yield f"{breaks.name}: the breaks do not increase from 0"
-
-
-def _group(group: Any, layout: Group, *, is_older: bool) -> Iterator[str]:
+def _group(group: Any, layout: hdf5.Group, *, is_older: bool) -> Iterator[str]:
     """Problems of a group, and of the groups in it."""
     yield from _attributes(group, layout.attributes, is_older=is_older)
     yield from _names(group, layout.members)
@@ -271,7 +248,7 @@ def _names(group: Any, expected: Sequence[str]) -> Iterator[str]:
         yield f"{group.name}: has {name!r:.60}, which is not part of a set"
 
 
-def _dataset(group: Any, item: Dataset, *, is_older: bool) -> Iterator[str]:
+def _dataset(group: Any, item: hdf5.Dataset, *, is_older: bool) -> Iterator[str]:
     """Problems of a dataset: type, shape, attributes, dimension scales, its numbers."""
     dataset, kind = group[item.name], np.dtype(item.kind)
     if dataset.dtype != kind or dataset.shape != item.shape:
@@ -287,7 +264,7 @@ def _dataset(group: Any, item: Dataset, *, is_older: bool) -> Iterator[str]:
     values = dataset[:]
     if np.isinf(values).any() or (np.isnan(values).any() and not item.has_nan):
         yield f"{dataset.name}: found a number that is not finite"
-    if item.kind == INDEX and not np.array_equal(values, np.arange(values.size)):
+    if item.kind == hdf5.INDEX and not np.array_equal(values, np.arange(values.size)):
         yield f"{dataset.name}: found other numbers than 0, 1, 2, ..."
     if item.name.endswith("_bound") and (values < 0).any():
         yield f"{dataset.name}: found a negative bound"
@@ -295,7 +272,7 @@ def _dataset(group: Any, item: Dataset, *, is_older: bool) -> Iterator[str]:
 
 def _attributes(item: Any, expected: Mapping[str, Any], *, is_older: bool) -> Iterator[str]:
     """Attributes that are missing, not known, or say something else."""
-    found = set(item.attrs) - SCALE_ATTRIBUTES
+    found = set(item.attrs) - hdf5.SCALE_ATTRIBUTES
     if is_older:
         found -= {"axis"} | (_REWORDED - expected.keys())
         expected = {name: text for name, text in expected.items() if name in found}
@@ -309,8 +286,9 @@ def _attributes(item: Any, expected: Mapping[str, Any], *, is_older: bool) -> It
 
 
 def _trajectory(
-    group: Any, maneuver: Maneuver, inputs: Mapping[str, Any], _: SetForm, is_older: bool
+    group: Any, maneuver: Maneuver, inputs: Mapping[str, Any], *, is_older: bool
 ) -> Iterator[str]:
+    """Problems of a candidate."""
     said = {name: group.attrs.get(name) for name in STATED}
     yield from _attributes(group, {**inputs, **said}, is_older=False)
     form = said["form"]
@@ -331,25 +309,11 @@ def _trajectory(
     # A state of more than 2^64 would be no motion of a bicycle.
     if width > (grid + 64) // 8 + 1:
         raise _UnusableError(f"{coefficients.name} has integers of {width} bytes")
-    layout = structure.trajectory(inputs, said, _pieces(group, "breaks"), width)
+    layout = structure.trajectory(inputs, said, group)
     yield from _group(group, replace(layout, attributes=dict(group.attrs)), is_older=is_older)
     times = group["breaks"][:]
-    if times[0] != 0 or not (np.diff(times) > 0).all() or times[-1] < maneuver.duration:
+    if not _do_increase(times) or times[-1] < maneuver.duration:
         yield f"{group.name}/breaks: do not increase from 0 to {float(maneuver.duration):g} s"
-
-
-_COLUMNS: Mapping[str, Sequence[Column]] = {
-    HDF5: COLUMNS, MOTION: MOTION_COLUMNS, SENSITIVITIES: COLUMNS,
-}  # fmt: skip
-"""The columns that this version knows, by file."""
-
-_GROUPS: Mapping[str, tuple[Callable[..., dict[str, str]], Callable[..., Iterator[str]]]] = {
-    HDF5: (structure.about_reference, _table(HDF5)),
-    MOTION: (structure.about_motion, _table(MOTION)),
-    SENSITIVITIES: (structure.about_sensitivities, _sensitivity),
-    CANDIDATE: (structure.about_candidate, _trajectory),
-}
-"""Attributes of each HDF5 file, and what looks at a group of it."""
 
 
 def of_certificate(raw: bytes, e: SetForm) -> Iterator[str]:
@@ -379,12 +343,12 @@ def of_certificate(raw: bytes, e: SetForm) -> Iterator[str]:
 
 
 def _is_before_2(certificate: Mapping[str, Any]) -> bool:
-    """Whether it says nothing of the integration and of states."""
+    """True if a certificate has the statement of the sets before 2.0.0."""
     return bool(certificate["statement"] == STATEMENT_1_5_0)
 
 
 def _entry(e: SetForm, found: Mapping[str, Any], later: Sequence[str]) -> dict[str, Any]:
-    """How an entry is built; what came later it may lack."""
+    """Return the form of an entry, which may lack the keys of later versions."""
     bounds = {name: {c.name: _BOUND for c in e.columns[name] if c.is_dense} for name in e.columns}
     form: dict[str, Any] = {
         **dict.fromkeys(("maneuver", "steps", "entries", "ambiguous"), _ANY),
@@ -403,7 +367,7 @@ def _entry(e: SetForm, found: Mapping[str, Any], later: Sequence[str]) -> dict[s
 
 
 def _differences(found: Any, form: Any, where: str = "") -> Iterator[str]:
-    """Where a document is not of a form: other entries, another text, or a bound that is none."""
+    """Yield the differences of a document from a form: entries, texts, and bounds that are none."""
     if isinstance(form, dict):
         if list(found) != list(form):
             raise _UnusableError(f"{where}expected the entries {', '.join(form)}")
@@ -422,9 +386,9 @@ def _differences(found: Any, form: Any, where: str = "") -> Iterator[str]:
 
 
 def of_states(raw: bytes, e: SetForm, name: str, bicycle: Bicycle) -> Iterator[str]:
-    """What a file of single instants says otherwise than is proved of its states."""
+    """Yield the problems of a file of single instants: its form, and values that are not proved."""
     if name == STATES_HDF5:
-        with opened(raw) as f:
+        with hdf5.opened(raw) as f:
             layout = structure.states(e.manifest.inputs, e.version, f["state"].size)
             yield from _group(f, layout, is_older=False)
     yield from states_differ(name, raw, bicycle)

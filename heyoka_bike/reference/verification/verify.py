@@ -1,4 +1,4 @@
-"""Everything about a reference folder that can be checked in seconds, without heyoka.
+"""Check a reference folder: all that takes seconds and does not need heyoka.
 
 First the bytes: every file against the manifest, the manifest against the hash that the package
 knows. Then, in files that are whole, their structure (`verify_schema`), and in files that are built
@@ -36,16 +36,21 @@ from heyoka_bike.reference.layout import (
     STATES_HDF5,
     TEXT,
     TEXT_50,
+    TextFile,
+    text_files,
 )
 from heyoka_bike.reference.load import load_motion, load_reference
 from heyoka_bike.reference.manifest import MANIFEST, Manifest
 from heyoka_bike.reference.proof.candidate import read_candidate
-from heyoka_bike.reference.texts import TextFile, text_files
-from heyoka_bike.reference.verification import agreement, motion_agreement, schema
+from heyoka_bike.reference.verification import agreement, schema
 from heyoka_bike.reference.verification.checks import Check, NumberCheck, Tally
-from heyoka_bike.reference.verification.contents import BOUNDS, StoredManeuver, bounds_of
 from heyoka_bike.reference.verification.hashes import check_files
-from heyoka_bike.reference.verification.outcome import Verification
+from heyoka_bike.reference.verification.outcome import (
+    BOUNDS,
+    StoredManeuver,
+    Verification,
+    bounds_of,
+)
 from heyoka_bike.reference.verification.rerun import run_again
 from heyoka_bike.system.jobs import Report
 from heyoka_bike.system.parallel import Progress, side_by_side
@@ -76,25 +81,24 @@ MEASURED: Mapping[str, str] = {
     "digits": "all 50 digits are the candidate's, correctly rounded",
     "numbers": "",
 }
-"""What a check says when nothing is wrong; ``{largest}`` is what was measured."""
+"""Message of each check that passes; ``{largest}`` is the largest measured value."""
 
 CHECKS = (
     NumberCheck(agreement.row_zero, (HDF5,), {"row_zero": HDF5}),
     NumberCheck(agreement.energies_add_up, (HDF5,), {"energy": HDF5}),
     NumberCheck(agreement.own_state, (HDF5,), {"contact": HDF5, "columns": HDF5}),
-    NumberCheck(motion_agreement.follows_from_state, (HDF5, MOTION), {"motion_state": MOTION}),
-    NumberCheck(motion_agreement.identities, (HDF5, MOTION), {"motion_identities": MOTION}),
-    NumberCheck(motion_agreement.rolling, (HDF5, MOTION), {"rolling": MOTION}),
+    NumberCheck(agreement.follows_from_state, (HDF5, MOTION), {"motion_state": MOTION}),
+    NumberCheck(agreement.identities, (HDF5, MOTION), {"motion_identities": MOTION}),
+    NumberCheck(agreement.rolling, (HDF5, MOTION), {"rolling": MOTION}),
     NumberCheck(agreement.dense, (HDF5,), {"dense_rows": HDF5, "dense_joins": HDF5}),
     NumberCheck(
-        motion_agreement.motion_dense, (HDF5, MOTION), {"dense_rows": MOTION, "dense_joins": MOTION}
+        partial(agreement.dense, file=MOTION),
+        (HDF5, MOTION),
+        {"dense_rows": MOTION, "dense_joins": MOTION},
     ),
     NumberCheck(agreement.text_17, (HDF5, TEXT), {"text": TEXT}),
     NumberCheck(agreement.text_50, (HDF5, TEXT_50), {"text": TEXT_50}),
     NumberCheck(agreement.certified, (HDF5, CERTIFICATE), {"certificate": CERTIFICATE}),
-    NumberCheck(
-        agreement.certified_motion, (HDF5, MOTION, CERTIFICATE), {"certificate": CERTIFICATE}
-    ),
     NumberCheck(agreement.integration, (CANDIDATE, CERTIFICATE), {"integration": CANDIDATE}),
     NumberCheck(agreement.candidate_joins, (CANDIDATE,), {"candidate_joins": CANDIDATE}),
     NumberCheck(agreement.equations_of_motion, (BOUNDS,), {"equations_of_motion": CANDIDATE}),
@@ -104,12 +108,12 @@ CHECKS = (
         {"rounding": HDF5, "row_bounds": HDF5, "digits": TEXT_50},
     ),
 )
-"""All that is looked at in the numbers of a maneuver."""
+"""The checks of the numbers of a maneuver."""
 
 
 @dataclass(frozen=True, slots=True)
 class Content:
-    """What is in the files of a set.
+    """Contents of the files of a set.
 
     Attributes
     ----------
@@ -142,7 +146,7 @@ def verify(
     folder
         The set; by default the published one that comes with the package.
     rerun
-        Whether to integrate again too, if nothing else is wrong, and count the digits that agree:
+        Integrate again too, if nothing else is wrong, and count the digits that agree:
         at the precision of the set and 20 digits more, or at binary128 and 40 digits.
     progress
         Called while integrating again with the maneuver and precision, the stage (``waiting``,
@@ -183,15 +187,15 @@ def _verified(folder: str | Path | None) -> Verification:
 
 @dataclass(frozen=True, slots=True)
 class _File:
-    """A file of a set: what it is called in `CHECKS`, how it is built, and what it has.
+    """A file of a set: how it is built, what it has, and what it is called in `CHECKS`.
 
-    `check` is the name of the check that looks for problems.
+    `check` is the name of the check that looks for problems; `kind` is by default the name.
     """
 
     name: str
-    kind: str
     problems: Callable[[bytes, schema.SetForm], Iterator[str]]
     read: Callable[[], Iterable[tuple[int, Any]]] = tuple
+    kind: str = ""
     is_optional: bool = False
     check: str = "schema"
 
@@ -225,17 +229,18 @@ def read_content(
     for file in files:
         if file.is_optional and file.name not in manifest.files:
             continue
-        names[file.kind] = (*names.get(file.kind, ()), file.name)
-        check = _structure(file.check, file, data, expected)
+        kind = file.kind or file.name
+        names[kind] = (*names.get(kind, ()), file.name)
+        check = _structure(file.check, file.name, file.problems, data, expected)
         checks.append(check)
         if check.passed:
             sound.add(file.name)
             for number, content in file.read():
-                found[number - 1][file.kind] = content
+                found[number - 1][kind] = content
         if check.passed and file.name == HDF5:
             # The numbers are looked at even where their hash is another one.
-            hashed = _File(HDF5, HDF5, schema.content_differs)
-            checks.append(_structure("content_sha256", hashed, data, expected))
+            differs = schema.content_differs
+            checks.append(_structure("content_sha256", HDF5, differs, data, expected))
     parts = []
     for number, (maneuver, of_files) in enumerate(zip(maneuvers, found, strict=True), start=1):
         if of_files.keys() >= {CANDIDATE, CERTIFICATE}:
@@ -249,53 +254,46 @@ def _files(
     folder: Path, bicycle: Bicycle, data: Mapping[str, bytes], expected: schema.SetForm
 ) -> Iterator[_File]:
     """The files that a set has, or may have, in the order in which they are looked at."""
-    manifest = expected.manifest
 
-    def groups(
-        name: str, read: Callable[[], Iterable[tuple[int, Any]]] = tuple, *,
-        is_optional: bool = False,
-    ) -> _File:  # fmt: skip
-        return _File(name, name, partial(schema.of_groups, name=name), read, is_optional)
+    def groups(name: str) -> Callable[[bytes, schema.SetForm], Iterator[str]]:
+        return partial(schema.of_groups, name=name)
 
-    def text(file: TextFile) -> _File:
-        def read() -> Iterable[tuple[int, Any]]:
-            return dict.fromkeys(file.numbers, schema.read_text(data[file.name], file)).items()
+    def read_text(file: TextFile) -> Iterable[tuple[int, Any]]:
+        return dict.fromkeys(file.numbers, schema.read_text(data[file.name], file)).items()
 
-        kind = TEXT_50 if file.is_long else TEXT
-        return _File(file.name, kind, partial(schema.of_text, file=file), read)
-
-    yield groups(HDF5, lambda: load_reference(folder).items())
-    yield groups(CANDIDATE, lambda: enumerate(read_candidate(folder), start=1))
+    yield _File(HDF5, groups(HDF5), lambda: load_reference(folder).items())
+    yield _File(CANDIDATE, groups(CANDIDATE), lambda: enumerate(read_candidate(folder), start=1))
     yield _File(
-        CERTIFICATE, CERTIFICATE, schema.of_certificate,
+        CERTIFICATE, schema.of_certificate,
         lambda: enumerate(json.loads(data[CERTIFICATE])["maneuvers"], start=1),
     )  # fmt: skip
-    yield from map(text, text_files(expected.maneuvers))
+    for file in text_files(expected.maneuvers):
+        kind, problems = TEXT_50 if file.is_long else TEXT, partial(schema.of_text, file=file)
+        yield _File(file.name, problems, partial(read_text, file), kind)
     # Sets of older versions have none of these.
-    yield groups(SENSITIVITIES, is_optional=True)
-    yield groups(MOTION, lambda: load_motion(folder).items(), is_optional=True)
+    optional = partial(_File, is_optional=True)
+    yield optional(SENSITIVITIES, groups(SENSITIVITIES))
+    yield optional(MOTION, groups(MOTION), lambda: load_motion(folder).items())
     for name in (STATES, STATES_HDF5):
-        problems = partial(schema.of_states, name=name, bicycle=bicycle)
-        yield _File(name, name, problems, is_optional=True, check="states")
-    for name, said in describe(manifest, expected.columns[HDF5]).items():
-        problems = partial(schema.of_description, text=said)
-        yield _File(name, name, problems, is_optional=True)
+        differ = partial(schema.of_states, name=name, bicycle=bicycle)
+        yield optional(name, differ, check="states")
+    for name, said in describe(expected.manifest, expected.columns[HDF5]).items():
+        yield optional(name, partial(schema.of_description, text=said))
 
 
 def _structure(
-    check: str, file: _File, data: Mapping[str, bytes], expected: schema.SetForm
-) -> Check:
+    check: str, name: str, look: Callable[..., Iterator[str]], data: Mapping[str, bytes],
+    expected: schema.SetForm,
+) -> Check:  # fmt: skip
     """A check of how a file is built."""
-    name = file.name
     if name not in data:
         message = f"not checked: {name} is not what the manifest says"
         return Check(check, None, name, message, {"values": 0})
-    tally = Tally(check, name, values=len(data[name]))
-    message, unchecked = MEASURED[check], []
-    for problem in schema.problems_of(file.problems, data[name], expected):
-        if isinstance(problem, schema.Unchecked):
-            unchecked.append(problem)
-        else:
+    tally, message = Tally(check, name, values=len(data[name])), MEASURED[check]
+    problems = schema.problems_of(look, data[name], expected)
+    unchecked = [x for x in problems if isinstance(x, schema.Unchecked)]
+    for problem in problems:
+        if not isinstance(problem, schema.Unchecked):
             tally.fail(problem)
     if unchecked:
         message += f"; not checked, as it is older: {', '.join(dict.fromkeys(unchecked))}"
@@ -322,14 +320,11 @@ def _file_list(manifest: Manifest, files: Sequence[_File]) -> Check:
     missing = [name for name in expected if name not in manifest.files]
     known = {*(file.name for file in files), *AFTER_FILES}
     extra = [n for n in manifest.files if n not in known]
-    message = "lists the files of a set"
-    if missing or extra:
-        message = ", ".join(
-            [f"has no entry for {name}" for name in missing]
-            + [f"has an entry for {name!r:.60}, which is not part of a set" for name in extra]
-        )
-    evidence = {"values": len(expected), "failures": len(missing) + len(extra)}
-    return Check("file_list", not (missing or extra), MANIFEST, message, evidence)
+    problems = [f"has no entry for {name}" for name in missing]
+    problems += [f"has an entry for {n!r:.60}, which is not part of a set" for n in extra]
+    message = ", ".join(problems) or "lists the files of a set"
+    evidence = {"values": len(expected), "failures": len(problems)}
+    return Check("file_list", not problems, MANIFEST, message, evidence)
 
 
 def _look(part: StoredManeuver, _: Report) -> list[Tally]:
