@@ -60,25 +60,36 @@ class Moving:
     def __init__(self, equations: Equations, state: Sequence[Number], still: Number = 0.0) -> None:
         self.equations, self.state, self.b = equations, state, equations.b
         self._still = still
-        zero = 0.0 * state[0]
         self.axes = Axes.of(equations.b, equations.unfold(state)[0])
         self.now = _velocities(equations, state)
-        self.units = [
-            _velocities(
-                equations,
-                [*state[:3], *(zero + float(i == j) for j in INDEPENDENT), state[6]],
-            )
-            for i in INDEPENDENT
-        ]
         self.masses = dict(
             zip("RBHF", (self.b.rear.wheel_m, self.b.rear.m, self.b.front.m, self.b.front.wheel_m),
                 strict=True)
         )  # fmt: skip
+
+    @cached_property
+    def units(self) -> list[dict[str, Vector]]:
+        """Velocities at unit independent speeds."""
+        zero, state = 0.0 * self.state[0], self.state
+        speeds = ([zero + float(i == j) for j in INDEPENDENT] for i in INDEPENDENT)
+        return [_velocities(self.equations, [*state[:3], *x, state[6]]) for x in speeds]
+
+    @cached_property
+    def mass(self) -> list[list[Number]]:
+        """The mass matrix of the independent speeds."""
         half = [[self.product(u, w) for w in self.units[: i + 1]] for i, u in enumerate(self.units)]
-        self.mass = [[half[max(i, j)][min(i, j)] for j in INDEPENDENT] for i in INDEPENDENT]
-        self.rates = equations.rates_with_yaw(state)
-        if np.any(still):
-            self.rates[3:6] = self.added(self.free())
+        return [[half[max(i, j)][min(i, j)] for j in INDEPENDENT] for i in INDEPENDENT]
+
+    @cached_property
+    def rates(self) -> list[Number]:
+        """The rates of the state, without forces."""
+        if not np.any(self._still):
+            return self._right
+        return [*self._right[:3], *self.added(self.free()), self._right[6]]
+
+    @cached_property
+    def _right(self) -> list[Number]:
+        return self.equations.rates_with_yaw(self.state)
 
     def product(self, one: Linear, other: Linear) -> Number:
         """Twice the kinetic energy's bilinear form."""
@@ -108,11 +119,11 @@ class Moving:
     def bias(self) -> Linear:
         """Rates of change of the velocities at constant independent speeds, in their axes."""
         dual = self.equations.over(Duals(self.equations.a))
-        angles = [Dual(q, (rate,)) for q, rate in zip(self.state[:3], self.rates[:3], strict=True)]
+        angles = [Dual(q, (rate,)) for q, rate in zip(self.state[:3], self._right[:3], strict=True)]
         moved = _velocities(dual, [*angles, *self.state[3:]])
         found = {name: (_slope(x), _slope(y), _slope(z)) for name, (x, y, z) in moved.items()}
         # Those of the centres as seen from the ground: heading axes turn.
-        turn: Vector = (0.0, 0.0, self.rates[6])
+        turn: Vector = (0.0, 0.0, self._right[6])
         for body in "RBHF":
             found[f"v_{body}"] = plus(found[f"v_{body}"], cross(turn, self.now[f"v_{body}"]))
         return found
