@@ -175,7 +175,7 @@ def test_errors_of_integrators_are_no_parameters(reference, simulator, name):
     assert found.causes.fitted == ()
     said = findings(found, score(file, reference))
     (nothing,) = (f for f in said if f.code == "no_mistake_found")
-    assert "nor do one, two or three parameters" in nothing.message
+    assert "show no changed parameter, force or initial condition" in nothing.message
 
 
 def test_a_mistake_of_the_library_is_not_called_a_parameter(reference, simulator):

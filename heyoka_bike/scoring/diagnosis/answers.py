@@ -350,12 +350,9 @@ def _no_mistake(
         for m, c in columns
     )
     text = (
-        f"No usual mistake, alone or with another ({diagnosis.tried} such programs were tried), "
-        f"explains the difference (largest {worst:.2g} of the scale, {where})"
+        f"No usual mistake explains the difference, alone or with another: {diagnosis.tried} such "
+        f"programs were tried. The largest error is {worst:.2g} of the scale, {where}"
     )
     if diagnosis.causes is not None and diagnosis.causes.is_shown:
-        text += (
-            ", nor do one, two or three parameters, forces or starts that differ: put into the "
-            "equations of motion, the file's own motion shows none of these"
-        )
+        text += ". The equations of motion show no changed parameter, force or initial condition"
     return info("no_mistake_found", text, tried=diagnosis.tried, max_rel_error=worst)

@@ -167,8 +167,8 @@ def columns_apart(report: Report) -> Finding | None:
         f"Only {only} {are} wrong"
         + (", and mechanical_energy with it" if with_sum else "")
         + "".join(f": {key} is {fit.says(wrong[key][0][1].unit)}" for key, fit in fits.items())
-        + f". All other columns are right to {rest:.1g} of their scales, so the motion is right, "
-        "and neither the integrator nor the equations are to blame. Look at how "
+        + f". All other columns are right to {rest:.1g} of their scales, so neither the "
+        "integrator nor the equations are to blame. Look at how "
         f"{these} computed and written",
         columns=found,
         max_rel_error_of_others=rest,

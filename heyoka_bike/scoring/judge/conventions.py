@@ -48,7 +48,7 @@ def conventions(report: Report) -> Iterator[Finding]:
     yield info(
         "conventions",
         f"The file follows conventions of its own, which are no errors: {'; '.join(said)}. All "
-        f"{others} is as by default, and every error is that after these are taken into account",
+        f"{others} is as by default. Errors are stated with these conventions applied",
         signs=turned,
         units=units,
         offsets=zeros,

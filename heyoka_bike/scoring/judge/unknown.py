@@ -43,9 +43,9 @@ def unknown(report: Report) -> Iterator[Finding]:
         yield warning(
             "definition_unknown",
             f"{key}: a definition of its own? None that is known here gives this column{sure}; "
-            f"the other columns have {floor(others)} digits or more, so the motion is right. The "
-            f"nearest definition is {nearest}, with errors {errors_words(columns)}. It is of "
-            "another point or axis, or written wrongly: say what it is",
+            f"the other columns have {floor(others)} digits or more. The nearest definition is "
+            f"{nearest}, with errors {errors_words(columns)}. This column is of another point or "
+            "axis, or written wrongly: say what it is",
             column=key,
             nearest=nearest,
             max_abs_error=[c.max_abs_error for c in columns],
