@@ -143,28 +143,37 @@ def _together(
     """
     asked = [mistakes for mistakes in proposed if len(mistakes) > 1]
     ranked = sorted((h for h in found if h.gain > 1.0), key=lambda h: -h.log_odds)
-    leaders = [] if ranked and ranked[0].leaves_nothing else ranked[:_LEADERS]
-    if leaders and has_one_speed:
-        # What linear programs have in common, whatever else is wrong with them.
-        leaders += [h for h in ranked[_LEADERS:] if h.codes == (LINEARISED,)]
-    for leader in leaders:
-        (first,), others = leader.mistakes, [*_OF_OUTPUT, *file.order_beside(leader)]
-        is_best = leader is ranked[0]
-        if is_best:
+    for leader in _leaders(ranked, has_one_speed):
+        (first,) = leader.mistakes
+        others = [*_OF_OUTPUT, *file.order_beside(leader)]
+        if leader is ranked[0]:
             others += file.starts_like_its_own(_OF_START, causes.motions if causes else ())
-        if is_best and first.kind == "output":
+        if leader is ranked[0] and first.kind == "output":
             others += [h.mistakes[0] for h in found if h.mistakes[0].kind == "model"]
         elif causes is None or causes.is_blown_up or not causes.is_shown:
             others += [h.mistakes[0] for h in ranked[:_RIVALS]]
-        asked += [
-            in_order((first, m)) for m in others if m != first and {m.kind, first.kind} != {"start"}
-        ]
+        asked += _with_others(first, others)
     alone = {h.mistakes[0].code: h for h in found}
-    return [
-        h
-        for h in file.judged(asked)
-        if all(_log_odds(file, h, alone[c]) > WEIGHTS.said for c in h.codes if c in alone)
-    ]
+
+    def is_likelier(pair: Hypothesis) -> bool:
+        each = [alone[c] for c in pair.codes if c in alone]
+        return all(_log_odds(file, pair, one) > WEIGHTS.said for one in each)
+
+    return [*filter(is_likelier, file.judged(asked))]
+
+
+def _leaders(ranked: Sequence[Hypothesis], has_one_speed: bool) -> list[Hypothesis]:
+    """The best mistakes; where the speed is constant, what linear programs have in common, too."""
+    leaders = [] if ranked and ranked[0].leaves_nothing else [*ranked[:_LEADERS]]
+    if leaders and has_one_speed:
+        leaders += [h for h in ranked[_LEADERS:] if h.codes == (LINEARISED,)]
+    return leaders
+
+
+def _with_others(first: Mistake, others: Iterable[Mistake]) -> list[tuple[Mistake, ...]]:
+    """Pairs of a mistake with others, of which only one may be of the initial conditions."""
+    kinds = {"start"}
+    return [in_order((first, m)) for m in others if m != first and {m.kind, first.kind} != kinds]
 
 
 def _of_start(file: SeenFile, causes: Causes) -> list[Hypothesis]:

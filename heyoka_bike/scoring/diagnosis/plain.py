@@ -4,7 +4,7 @@ A bicycle that falls over, rows that stand still, columns of another maneuver, a
 another one, and columns that are wrong beside a motion that is right.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -145,8 +145,8 @@ def _other_starts(maneuvers: Sequence[ManeuverScore]) -> Iterator[Finding]:
 def columns_apart(report: Report) -> Finding | None:
     """Some columns are wrong, and all others show that the motion is right: look at those alone."""
     each = {m.maneuver: far_worse(m, [c.key for c in m.columns]) for m in report.maneuvers}
-    apart = {key for keys, _ in each.values() for key in keys}
-    if not apart or any(not keys and limit > RIGHT for keys, limit in each.values()):
+    apart = _apart(each)
+    if not apart:
         return None
     with_sum = _SUM in apart and bool(apart & _PARTS)
     apart -= {_SUM} if with_sum else set()
@@ -157,20 +157,32 @@ def columns_apart(report: Report) -> Finding | None:
     }
     fits = {key: fit for key, places in wrong.items() if (fit := scaled([c for _, c in places]))}
     rest = max(limit for _, limit in each.values())
-    only = ", ".join(
-        key if len(numbers) == len(each) else f"{key} of {of_maneuvers(numbers)}"
-        for key, numbers in found.items()
-    )
-    are, these = ("is", "this column is") if len(found) == 1 else ("are", "these columns are")
+    scales = "".join(f": {key} is {fit.says(wrong[key][0][1].unit)}" for key, fit in fits.items())
+    these = "this column is" if len(found) == 1 else "these columns are"
     return warning(
         "columns_apart",
-        f"Only {only} {are} wrong"
+        _only(found, len(each))
         + (", and mechanical_energy with it" if with_sum else "")
-        + "".join(f": {key} is {fit.says(wrong[key][0][1].unit)}" for key, fit in fits.items())
-        + f". All other columns are right to {rest:.1g} of their scales, so neither the "
+        + f"{scales}. All other columns are right to {rest:.1g} of their scales, so neither the "
         "integrator nor the equations are to blame. Look at how "
         f"{these} computed and written",
         columns=found,
         max_rel_error_of_others=rest,
         factors={key: fit.factor for key, fit in fits.items()},
     )
+
+
+def _apart(each: Mapping[int, tuple[frozenset[str], float]]) -> set[str]:
+    """Columns far worse than all others; none if the others of a maneuver are not right."""
+    if any(not keys and limit > RIGHT for keys, limit in each.values()):
+        return set()
+    return {key for keys, _ in each.values() for key in keys}
+
+
+def _only(found: Mapping[str, Sequence[int]], count: int) -> str:
+    """The first words about wrong columns, by their maneuvers, of so many maneuvers in all."""
+    only = ", ".join(
+        key if len(numbers) == count else f"{key} of {of_maneuvers(numbers)}"
+        for key, numbers in found.items()
+    )
+    return f"Only {only} {'is' if len(found) == 1 else 'are'} wrong"

@@ -100,6 +100,12 @@ def _drawing(series: Series, maneuver: int, across: Sequence[float | None], is_s
             notches.append(Level(c.floor / size, style_of(c.key), text))
     if not lines:
         return ""
+    return legend(items) + _chart(series, maneuver, lines, notches, is_step)
+
+
+def _chart(
+    series: Series, maneuver: int, lines: Sequence[Line], notches: Sequence[Level], is_step: bool
+) -> str:
     every_x = np.concatenate([line.x for line in lines])
     every_y = np.concatenate([line.y for line in lines])
     low, high = float(every_y.min()), float(every_y.max())
@@ -107,7 +113,7 @@ def _drawing(series: Series, maneuver: int, across: Sequence[float | None], is_s
     x_axis = axis.spread(float(every_x.min()), float(every_x.max()))
     guides = _guides(series, maneuver, lines, x_axis) if is_step else []
     what = "step size" if is_step else "processor time"
-    return legend(items) + chart(
+    return chart(
         x_axis,
         axis.decades(low, high * 2),
         lines,

@@ -172,25 +172,12 @@ class TextPage:
 
 def _lines(table: doc.TableBlock, columns: _Columns, width: int) -> list[list[_Piece]]:
     """Some columns of a table, in lines of one length, with a rule below the headings."""
-    head = [_written(c.heading)[0] for _, c in columns]
-    height = max(text.count("\n") for text in head)
-    # Headings stand on the rule.
-    rows = [[("\n" * (height - text.count("\n")) + text, "bold") for text in head]]
+    rows = [_headings(columns)]
     rows += [[_written(row[i]) for i, _ in columns] for row in table.rows]
     prose = [i for i, (_, c) in enumerate(columns) if c.is_prose]
     # Two spaces in front of each number but the first, which follows words of many lengths.
     gaps = [" " * ((i > 0) + (i > table.left)) for i in range(len(columns))]
-    widths = [
-        max(len(line) for text, _ in cells for line in text.split("\n"))
-        for cells in zip(*rows, strict=True)
-    ]
-    room = width - sum(map(len, gaps))
-    # Prose is folded, the widest column first, until the lines fit or the words are too few.
-    while sum(widths) > room and prose:
-        longest = max(prose, key=widths.__getitem__)
-        if widths[longest] <= _LEAST_WORDS:
-            break
-        widths[longest] -= 1
+    widths = _widths(rows, prose, width - sum(map(len, gaps)))
     rule = [("-" * (sum(widths) + sum(map(len, gaps))), "")]
     found = []
     for n, row in enumerate(rows):
@@ -209,6 +196,27 @@ def _lines(table: doc.TableBlock, columns: _Columns, width: int) -> list[list[_P
         if n == 0 or is_end:
             found.append(rule)
     return found
+
+
+def _headings(columns: _Columns) -> list[_Piece]:
+    """Headings, which stand on the rule below them."""
+    head = [_written(c.heading)[0] for _, c in columns]
+    height = max(text.count("\n") for text in head)
+    return [("\n" * (height - text.count("\n")) + text, "bold") for text in head]
+
+
+def _widths(rows: Sequence[Sequence[_Piece]], prose: Sequence[int], room: int) -> list[int]:
+    """Width of each column; prose is folded, the widest column first, until the lines fit."""
+    widths = [
+        max(len(line) for text, _ in cells for line in text.split("\n"))
+        for cells in zip(*rows, strict=True)
+    ]
+    while sum(widths) > room and prose:
+        longest = max(prose, key=widths.__getitem__)
+        if widths[longest] <= _LEAST_WORDS:
+            break
+        widths[longest] -= 1
+    return widths
 
 
 def wrap(text: str, width: int) -> list[str]:
