@@ -3,11 +3,12 @@
 import hashlib
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from heyoka_bike.bicycle.parameters import Maneuver
+if TYPE_CHECKING:
+    from heyoka_bike.bicycle.parameters import Maneuver
 
 HDF5 = "uncontrolled-bicycle.h5"
 TEXT = "uncontrolled-bicycle.txt"
@@ -75,7 +76,7 @@ class TextFile:
     is_long: bool
 
 
-def text_files(maneuvers: Sequence[Maneuver]) -> tuple[TextFile, ...]:
+def text_files(maneuvers: Sequence["Maneuver"]) -> tuple[TextFile, ...]:
     """The text files of a set: for all maneuvers, or one for each that has its own time grid."""
     numbers = tuple(range(1, len(maneuvers) + 1))
     both = ((TEXT, False), (TEXT_50, True))
