@@ -1,11 +1,13 @@
 """Run the benchmark with the programs of `field.toml`, and score what they give.
 
-``python data/peers/field.py mujoco`` runs all settings of MuJoCo and prints their true errors;
-``--all`` runs every program that is here, one after the other. ``-o docs/field.json`` writes
-what was measured, from which ``python docs/_site/field_page.py`` makes the page and the figures;
-what stands there already of this machine and these versions is kept. ``--submit`` also writes the
-best and the default run into ``data/results``. ``--problem H4`` runs a problem of the harder tier
-instead, whose reference is below ``--sets`` (docs/harder-tier.md has the line that makes it). A
+``python data/peers/field.py mujoco`` runs MuJoCo by the rules of PROTOCOL.md and prints its true
+errors; ``--all`` runs every program that is here, one after the other. ``-o docs/field.json``
+writes what was measured, from which ``python docs/_site/field_page.py`` makes the pages; what
+stands there already of this machine and these versions is kept. ``--submit`` also writes the best
+and the default run into ``data/results``. ``--race`` then times the cheapest run of each program
+that passes eq. (1); alone with ``-o`` it runs nothing else, for a machine that is quiet later.
+``--problem H4`` runs a problem of the harder tier instead, at the best and the default settings of
+the JSON; its reference is below ``--sets`` (docs/harder-tier.md has the line that makes it). A
 program is a folder here with a script ``bicycle.py``, whose ``simulate`` gives the rows of a
 maneuver, the processor time and, where it can tell, the number of its steps or calls; or with
 ``bicycle.cpp`` or ``bicycle.mjs``, which reads lines "name value" from standard input and writes
@@ -16,7 +18,7 @@ import argparse
 import gzip
 import hashlib
 import importlib.util
-import json
+import os
 import shutil
 import signal
 import subprocess
@@ -29,19 +31,9 @@ from pathlib import Path
 
 import numpy as np
 from apart import AbsentError, Apart, FailedError
-from measured import (
-    H1,
-    Document,
-    described,
-    fingerprint,
-    lacking,
-    named,
-    settings,
-    submitted,
-    write,
-)
-from peer import Peer
+from measured import BUDGET, H1, Document, best, described, fingerprint, lacking, told
 from problem import ALL_DIGITS, Problem, problems
+from race import race
 
 from heyoka_bike.errors import BicycleError
 from heyoka_bike.system.console import stage_bar
@@ -51,7 +43,11 @@ HERE = Path(__file__).resolve().parent
 RESULTS = HERE.parent / "results"
 SUBMITTED = ("program", "version", "method", "coordinates", "precision", "model", "contact")
 COUNTED = ("steps", "calls")
-LIMIT = 900  # of a run of all maneuvers, and of deriving or compiling a program [s]
+LIMIT = 300  # of a run of all maneuvers, and of deriving or compiling a program [s]
+# A sweep ends after so many refinements in a row that fail, or gain less than this [digits].
+IDLE, GAIN = 2, 0.15
+# By how much a step or a tolerance is divided, and the finest [s] and without unit.
+STEP, TOLERANCE = (2, 1e-6), (10, np.finfo(float).eps)
 
 
 def simulator(folder, build):
@@ -88,49 +84,22 @@ def _built(line, place):
     subprocess.run(line, cwd=place, check=True, capture_output=True, text=True)
 
 
-def run(simulate, name, setting, digits):
-    """Text of a result file of a problem; of each maneuver processor time, steps or calls."""
+def run(simulate, name, setting, only=None):
+    """Text of a result file of a problem; of each maneuver processor time, steps or calls.
+
+    Only one of its maneuvers, if one is named.
+    """
     problem = Problem.of(name)
     # Rows are 0.01 s apart unless a script is told otherwise.
     more = {} if problem.rate == 100 else {"rate": problem.rate}
-    found = [simulate(problem.bicycle, *start, **setting, **more) for start in problem.starts]
+    starts = problem.starts if only is None else [problem.starts[only - 1]]
+    found = [simulate(problem.bicycle, *start, **setting, **more) for start in starts]
     for rows, *_ in found:
         if len(rows) != problem.rows:
             raise ArithmeticError(f"ends at {(len(rows) - 1) / problem.rate:g} s")
     values = np.hstack([rows for rows, *_ in found]) + 0.0
-    text = problem.text(values, [digits] * values.shape[1])
+    text = problem.text(values, [ALL_DIGITS] * values.shape[1])
     return text, [{"cpu": cpu} | dict(*counted) for _, cpu, *counted in found]
-
-
-def submit(entry, name, problem, setting, text, line):
-    """Write a result file and its submission."""
-    kind, path = line["kind"], result_file(name, line["kind"], problem.name)
-    path.parent.mkdir(exist_ok=True)
-    path.write_bytes(gzip.compress(text.encode(), 9, mtime=0))
-    said = {key: entry.get(f"{kind}_{key}", entry[key]) for key in SUBMITTED}
-    said["name"] = f"{entry['program']}, {kind}: {entry[kind + '_words']}"
-    said["problem"] = problem.name
-    measure = "step" if entry["measure"] == "step" else "tolerance"
-    said[measure] = f"{setting[entry['measure']]:.10g}"
-    said["processor_time"] = f"{line['cpu']:.3g}"
-    said |= {key: str(line[key]) for key in COUNTED if key in line}
-    m = machine()
-    said["machine"] = f"{m['cpu']}, 1 of {m['cores']} processors, {m['system']}"
-    said["licence"] = "CC0-1.0"
-    lines = [f'{key} = "{value}"' for key, value in said.items()]
-    sha256 = hashlib.sha256(path.read_bytes()).hexdigest()
-    lines += ["", "[[file]]", f'path = "{path.name}"', f'sha256 = "{sha256}"']
-    lines += [f"maneuver = {problem.only}"] if problem.only else []
-    path.with_name(path.name.replace(".txt.gz", ".toml")).write_text(
-        "\n".join(lines) + "\n", encoding="utf-8"
-    )
-
-
-def result_file(name, kind, problem=H1):
-    """Where a submission's rows are."""
-    if problem == H1:
-        return RESULTS / f"{name}-{kind}.txt.gz"
-    return RESULTS / "harder" / f"{problem}-{name}-{kind}.txt.gz"
 
 
 def running(name):
@@ -147,20 +116,11 @@ def read_field():
     return tomllib.loads((HERE / "field.toml").read_text(encoding="utf-8"))
 
 
-def digits(entry, kind, problem=H1):
-    """How many are written of each number: some more than are right."""
-    return entry.get(f"{kind}_digits", entry["digits"]) if problem == H1 else ALL_DIGITS
-
-
-def measure(entry, run, problem, kind, setting, reference):
+def measure(entry, run, problem, setting, reference):
     """What a run gives, or why it fails; and the text of its result file."""
-    written = digits(entry, kind, problem.name)
     try:
-        text, costs = run(problem.name, setting, written)
+        text, costs = run(problem.name, setting)
         found = problem.judge(text, reference)
-        if kind != "sweep":
-            text = problem.shortened(text, reference, written)
-            found = problem.judge(text, reference)
     except (FailedError, BicycleError) as e:
         return {"failure": str(e)}, ""
     of_all = Counter()
@@ -177,82 +137,188 @@ def significant(seconds):
     return float(f"{seconds:.4g}")
 
 
-def is_submitted(name, problem, line):
-    """Whether the result file of a run is that of this line."""
-    path = result_file(name, line["kind"], problem)
+def sweep(measure, family, tried):
+    """Refine the settings of a family as far as that helps, and as the budget allows.
+
+    ``tried`` gives the line of a value of the step or tolerance. A step is halved until that gains
+    nothing more, a tolerance divided by 10 down to the rounding unit: where steps end at the rows,
+    a loose one does not act. Failures before the first run that comes to its end do not count: a
+    coarse step may be too coarse for a program.
+    """
+    factor, finest = STEP if measure == "step" else TOLERANCE
+    value, most, idle, before = family["from"], -np.inf, 0, None
+    while value > finest and idle < IDLE:
+        line = tried(value)
+        if line["failure"] is not None:
+            idle += most > -np.inf
+        else:
+            gains = line["digits"] - most >= GAIN or measure != "step"
+            idle = 0 if gains else idle + 1
+            most, cpu = max(most, line["digits"]), line["cpu"]
+            growth = 2 if measure == "step" else cpu / (before or cpu)
+            if cpu * growth > BUDGET:
+                return
+            before = cpu
+        value = float(f"{value / factor:.12g}")
+
+
+class Runs:
+    """Runs of one program, each written down when it is there.
+
+    Parameters
+    ----------
+    name, entry
+        Of the program.
+    program : Apart
+        That runs it.
+    document : Document
+    again
+        Whether runs that are written down are run anew.
+    tell
+        Is given what is done, and the line of it.
+    """
+
+    def __init__(self, name, entry, program, document, again, tell):
+        self.name, self.entry, self.program = name, entry, program
+        self.document, self.again, self.tell = document, again, tell
+        self.said = described(entry, HERE / entry.get("folder", name))
+
+    def line(self, problem, reference, about, fresh=False):
+        """The line of a run and its text; the text is empty if the line was there."""
+        of = () if problem.name == H1 else (problem.name,)
+        made_of = fingerprint(self.said, about["setting"], *of)
+        line, text = None, ""
+        if not (self.again or fresh):
+            line = self.document.line(self.name, problem.name, made_of)
+        if line is None:
+            self.tell(f"{self.entry['program']}, {problem.name}, {about['kind']}", None)
+            self.program.start()
+            found, text = measure(self.entry, self.program, problem, about["setting"], reference)
+            line = {"started": self.document.started, "made_of": made_of, **found}
+        line = {**about, **line, **about}
+        self.tell(f"{self.entry['program']}, {problem.name}, {about['kind']}", line)
+        return line, text
+
+    def benchmark(self, problem, reference):
+        """Lines of the default and of every sweep; a setting that two have is run once."""
+        lines = []
+
+        def tried(kind, family, value):
+            about = told(self.entry, kind, family, value)
+            line = next((x for x in lines if x["setting"] == about["setting"]), None)
+            if line is None:
+                line, _ = self.line(problem, reference, about)
+                lines.append(line)
+                self.document.keep_runs(self.name, self.said, lines)
+            return line
+
+        default = self.entry["default"]
+        tried("default", default, default["at"])
+        for family in self.entry["sweep"]:
+            sweep(self.entry["measure"], family, partial(tried, "sweep", family))
+        return lines
+
+    def harder(self, problem, reference, submit):
+        """Lines of the best and the default setting, as far as the program is to do the problem."""
+        known = self.document.content["programs"].get(self.name, {"runs": []})
+        lines, asked = [], self.entry.get("harder", {})
+        for kind, line in published(known["runs"]).items():
+            if problem.name.startswith(tuple(asked.get(kind, ()))):
+                of = ("words", "family", "setting", "language")
+                about = {"kind": kind, **{key: line[key] for key in of}}
+                found, text = self.line(problem, reference, about)
+                found["beside"] = line["digits"]
+                wanted = tuple(asked.get("submitted", ()))
+                if submit and kind == "best" and problem.name.startswith(wanted):
+                    self.submit(problem, reference, found, kind, text)
+                lines.append(found)
+                self.document.keep_harder(self.name, self.said, problem.name, lines)
+
+    def submit(self, problem, reference, line, kind, text=""):
+        """Write a result file and its submission, unless they are there."""
+        path, entry, about = result_file(self.name, kind, problem.name), self.entry, line
+        if is_submitted(path, line):
+            return
+        if not text:
+            _, text = self.line(problem, reference, about, fresh=True)
+        text = problem.shortened(text, reference)
+        found = problem.judge(text, reference)
+        for old, new in zip(line["maneuvers"], found.pop("maneuvers"), strict=True):
+            old |= new
+        line |= found | {"sha256": hashlib.sha256(text.encode()).hexdigest()}
+        path.parent.mkdir(exist_ok=True)
+        path.write_bytes(gzip.compress(text.encode(), 9, mtime=0))
+        of = [*entry["sweep"], entry["default"]]
+        family = next(x for x in of if x["words"] == line["family"])
+        said = {key: family.get(key, entry[key]) for key in SUBMITTED}
+        said["name"] = f"{entry['program']}, {kind}: {line['words']}"
+        said["problem"] = problem.name
+        measure = "step" if entry["measure"] == "step" else "tolerance"
+        said[measure] = f"{line['setting'][entry['measure']]:.10g}"
+        said["processor_time"] = f"{line['cpu']:.3g}"
+        said |= {key: str(line[key]) for key in COUNTED if key in line}
+        m = machine()
+        said["machine"] = f"{m['cpu']}, 1 of {m['cores']} processors, {m['system']}"
+        said["licence"] = "CC0-1.0"
+        lines = [f'{key} = "{value}"' for key, value in said.items()]
+        sha256 = hashlib.sha256(path.read_bytes()).hexdigest()
+        lines += ["", "[[file]]", f'path = "{path.name}"', f'sha256 = "{sha256}"']
+        lines += [f"maneuver = {problem.only}"] if problem.only else []
+        path.with_name(path.name.replace(".txt.gz", ".toml")).write_text(
+            "\n".join(lines) + "\n", encoding="utf-8"
+        )
+
+
+def published(runs):
+    """The best and the default run that came to their end, by kind."""
+    default = next((r["setting"] for r in runs if r["kind"] == "default"), None)
+    chosen = {"best": best(runs), "default": default}
+    ended = [r for r in runs if r["failure"] is None]
+    return {kind: r for kind, x in chosen.items() for r in ended if r["setting"] == x}
+
+
+def result_file(name, kind, problem=H1):
+    """Where a submission's rows are."""
+    if problem == H1:
+        return RESULTS / f"{name}-{kind}.txt.gz"
+    return RESULTS / "harder" / f"{problem}-{name}-{kind}.txt.gz"
+
+
+def is_submitted(path, line):
+    """Whether a result file is that of a line."""
     if not path.is_file():
         return False
-    return hashlib.sha256(gzip.decompress(path.read_bytes())).hexdigest() == line["sha256"]
+    return hashlib.sha256(gzip.decompress(path.read_bytes())).hexdigest() == line.get("sha256")
 
 
-def judge_again(path, reference):
-    """Judge the published result files of the benchmark, and write what each maneuver has.
-
-    Only of a run whose file is still that of its line, and whose digits are still those; gives a
-    line for each. Nothing is run.
-    """
-    content = json.loads(path.read_text(encoding="utf-8"))
-    problem, said = Problem.of(H1), []
-    for name, program in content["programs"].items():
-        for line in program["runs"]:
-            if line["failure"] or line["kind"] == "sweep" or not is_submitted(name, H1, line):
-                continue
-            text = gzip.decompress(result_file(name, line["kind"]).read_bytes()).decode()
-            found, of = problem.judge(text, reference), f"{program['program']}, {line['kind']}"
-            if found["digits"] != line["digits"]:
-                said.append(f"{of}: found {found['digits']} digits, expected {line['digits']}")
-                continue
-            known = {m["maneuver"]: m for m in line.get("maneuvers", ())}
-            line["maneuvers"] = [known.get(m["maneuver"], {}) | m for m in found["maneuvers"]]
-            digits = ", ".join(f"{m['digits']:.2f}" for m in line["maneuvers"])
-            said.append(f"{of}: {digits} digits in maneuvers 1, 2, 3")
-    write(path, content)
-    return said
-
-
-def all_runs(name, entry, problem, reference, asked, document, tell, against):
-    """Run the settings of a program that are not written down already, and write them down.
-
-    Gives why not, if it is not here.
-    """
-    said = described(entry, HERE / entry.get("folder", name))
-    lines = []
+def all_runs(name, entry, todo, asked, document, tell):
+    """Run a program on problems, with their references; give why not, if it is not here."""
     with Apart(asked.limit, running, name) as program:
-        for kind, setting in settings(entry, problem.name):
-            is_sent = asked.submit and kind in submitted(entry, problem.name)
-            of = () if problem.name == H1 else (problem.name,)
-            made_of = fingerprint(said, setting, digits(entry, kind, problem.name), *of)
-            line = None if asked.again else document.line(name, problem.name, kind, made_of)
-            if line is None or (is_sent and not is_submitted(name, problem.name, line)):
-                tell(f"{entry['program']}, {problem.name}, {kind}", None)
-                try:
-                    program.start()
-                except AbsentError as e:
-                    document.absent(name, said, str(e))
-                    return str(e)
-                found, text = measure(entry, program, problem, kind, setting, reference)
-                line = {"kind": kind, "started": document.started, "made_of": made_of, **found}
-                if line["failure"] is None:
-                    line |= against.beside(line["cpu"], problem.seconds)
-                    line |= {"sha256": hashlib.sha256(text.encode()).hexdigest()}
-                    if is_sent:
-                        submit(entry, name, problem, setting, text, line)
-            about = named(entry, kind, setting)
-            lines.append({**about, **line, **about})
-            document.keep_runs(name, said, problem.name, lines)
-            tell(f"{entry['program']}, {problem.name}, {kind}", lines[-1])
+        runs = Runs(name, entry, program, document, asked.again, tell)
+        try:
+            for problem, reference in todo:
+                if problem.name != H1:
+                    runs.harder(problem, reference, asked.submit)
+                    continue
+                lines = runs.benchmark(problem, reference)
+                if asked.submit:
+                    for kind, line in published(lines).items():
+                        runs.submit(problem, reference, line, kind)
+                    document.keep_runs(name, runs.said, lines)
+        except AbsentError as e:
+            document.absent(name, runs.said, str(e))
+            return str(e)
     return None
 
 
 def words(line):
     """A run in a line."""
     if line["failure"]:
-        return f"{line['kind']} {line['setting']} fails: {line['failure']}"
-    worst, drifts = line["worst"], " ".join(f"{x:.1e}" for x in line["performance"])
+        return f"{line['kind']} {line['words']} fails: {line['failure']}"
+    worst, drifts = line["worst"], " ".join(f"{m['performance']:.1e}" for m in line["maneuvers"])
     return (
-        f"{line['kind']} {line['setting']} {line['digits']:.2f} digits ({worst['column']} of "
-        f"{worst['maneuver']}), eq. (1) {drifts}, CPU {line['cpu']:.3g} s, {line['ratio']:g} times "
-        f"the peer's, {line['definitions']}"
+        f"{line['kind']} {line['words']}: {line['digits']:.2f} digits ({worst['column']} of "
+        f"{worst['maneuver']}), eq. (1) {drifts}, CPU {line['cpu']:.3g} s, {line['definitions']}"
     )
 
 
@@ -266,10 +332,7 @@ def main():
     parser.add_argument("-o", "--output", metavar="FILE", type=Path, help="write this JSON")
     parser.add_argument("--again", action="store_true", help="keep nothing that the JSON has")
     parser.add_argument("--submit", action="store_true", help="best and default into data/results")
-    parser.add_argument(
-        "--judge", action="store_true",
-        help="run nothing: judge the files of data/results, write the digits of each maneuver",
-    )  # fmt: skip
+    parser.add_argument("--race", action="store_true", help="time the cheapest runs that pass")
     parser.add_argument(
         "--problem", action="append", choices=["H1", "H2", "H3", "H4"], default=[],
         help="of the harder tier, may be repeated (default: H1, the benchmark)",
@@ -284,52 +347,41 @@ def main():
         "digits: minutes or seconds in place of hours",
     )  # fmt: skip
     parser.add_argument(
-        "--limit", type=float, default=LIMIT, metavar="SECONDS", help="of a run (default: 900)"
-    )
+        "--limit", type=float, default=LIMIT, metavar="SECONDS",
+        help=f"of a run, and of what is compiled before (default: {LIMIT})",
+    )  # fmt: skip
     asked, field = parser.parse_args(), read_field()
-    if asked.judge:
-        if asked.output is None or not asked.output.exists():
-            parser.error("--judge: found no file, expected -o with the JSON of an earlier run")
-        print(*judge_again(asked.output, Problem.of(H1).reference(asked.sets)), sep="\n")
-        return
     names = list(field) if asked.all else asked.names
     if unknown := [x for x in names if x not in field]:
         parser.error(f"found '{unknown[0]}', expected some of {', '.join(field)}")
-    if not names:
+    if not names and not (asked.race and asked.output):
         parser.error("found no program, expected --all or some of " + ", ".join(field))
     # Ended from outside, it ends what it runs.
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(143))
-    todo = [Problem.of(x) for wanted in asked.problem or [H1] for x in problems(wanted)]
+    # One core for all, so that nothing is moved while it is timed.
+    os.sched_setaffinity(0, {max(os.sched_getaffinity(0))})
+    wanted = [Problem.of(x) for name in asked.problem or [H1] for x in problems(name)]
     try:
-        references = [problem.reference(asked.sets, asked.rows) for problem in todo]
+        todo = [(problem, problem.reference(asked.sets, asked.rows)) for problem in wanted]
     except BicycleError as e:
         parser.error(str(e))
-    against = Peer()
-    document = Document.of(asked.output, machine(), against.said(), list(field))
-    total = sum(len(settings(field[x], problem.name)) for x in names for problem in todo)
-    done, absent = 0, {}
+    document = Document.of(asked.output, machine(), list(field))
+    absent = {}
     with stage_bar() as bar:
+        for done, name in enumerate(names):
 
-        def tell(doing, line):
-            nonlocal done
-            if line is not None:
-                done += 1
-                print(doing.rpartition(",")[0], words(line), flush=True)
-            bar(doing, done / total)
+            def tell(doing, line, done=done):
+                if line is not None:
+                    print(doing.rpartition(",")[0], words(line), flush=True)
+                bar(doing, done / len(names))
 
-        for name in names:
-            for problem, reference in zip(todo, references, strict=True):
-                why = all_runs(
-                    name, field[name], problem, reference, asked, document, tell, against
-                )
-                if why:
-                    absent[name] = (
-                        f"{field[name]['program']} is not here ({field[name]['install']})"
-                    )
-                    print(absent[name], why, sep=": ", flush=True)
-                    break
+            if why := all_runs(name, field[name], todo, asked, document, tell):
+                absent[name] = f"{field[name]['program']} is not here ({field[name]['install']})"
+                print(absent[name], why, sep=": ", flush=True)
     for line in absent.values():
         print(line, file=sys.stderr)
+    if asked.race:
+        race(document, partial(Apart, asked.limit, running), names or list(field))
 
 
 if __name__ == "__main__":

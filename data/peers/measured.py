@@ -1,4 +1,4 @@
-"""What was measured of the field: a JSON file, what of it still holds, and orders."""
+"""What was measured of the field: a JSON file, what of it still holds, the best run, and orders."""
 
 import hashlib
 import json
@@ -16,11 +16,17 @@ from heyoka_bike.system.files import write_output
 
 H1 = "H1"
 """The benchmark; its runs are kept apart from those of the harder tier."""
+BUDGET = 30
+"""Processor time that the best run may take, all maneuvers [s]."""
 # Of a program: what is said of it, as field.toml has it.
-_SAID = ("program", "kind", "version", "install", "model", "default_model", "measure", "follows",
-         "digits", "default_digits")  # fmt: skip
+_SAID = ("program", "kind", "version", "install", "model", "measure")
 # Neighbours whose steps differ by less show rounding, not an order.
 _LEAST_RATIO = 1.2
+
+
+def now():
+    """The time, to the minute."""
+    return datetime.now(UTC).strftime("%Y-%m-%dT%H:%MZ")
 
 
 @dataclass(frozen=True)
@@ -33,6 +39,8 @@ class Document:
         None if nothing is to be written.
     order : list of str
         Of the programs.
+    machine : dict
+        This one.
     content : dict
     before : dict
         Its programs as they were at the start.
@@ -42,89 +50,89 @@ class Document:
 
     path: Path | None
     order: list[str]
+    machine: dict[str, Any]
     content: dict[str, Any]
     before: dict[str, Any]
     started: str
 
     @classmethod
-    def of(cls, path, machine, peer, order):
-        """With what the file holds already, if it is of this machine and beside this peer."""
-        started = datetime.now(UTC).strftime("%Y-%m-%dT%H:%MZ")
-        content = {"machine": machine, "peer": peer, "started": [], "programs": {}}
+    def of(cls, path, machine, order):
+        """With what the file holds already; its runs of the benchmark if they are of this machine.
+
+        Those of the harder tier have a machine of their own.
+        """
+        content = {"machine": machine, "started": [], "programs": {}}
         if path is not None and path.exists():
             before = json.loads(path.read_text(encoding="utf-8"))
-            if (before["machine"], before["peer"]) == (machine, peer):
+            if before["machine"] == machine:
                 content = before
-        return cls(path, order, content, content["programs"], started)
+            elif "harder" in before:
+                content["harder"] = before["harder"]
+        return cls(path, order, machine, content, content["programs"], now())
 
-    def line(self, name, problem, kind, made_of):
+    def line(self, name, problem, made_of):
         """A run that was written down and holds still; None if there is none."""
-        said = self.before.get(name, {})
-        runs = said.get("runs", []) if problem == H1 else said.get("harder", {}).get(problem, [])
-        same = (r for r in runs if (r["kind"], r["made_of"]) == (kind, made_of))
-        return next((r for r in same if r["failure"] is None), None)
-
-    def keep_runs(self, name, said, problem, lines):
-        """Write the runs of a problem down, with what is said of their program."""
-        found = {"runs": lines, "orders": orders(lines, said["measure"])}
+        runs = self.before.get(name, {}).get("runs", [])
         if problem != H1:
-            others = self.content["programs"].get(name, {}).get("harder", {})
-            found = {"harder": dict(sorted((others | {problem: lines}).items()))}
+            tier = self.content.get("harder", {"machine": None})
+            runs = []
+            if tier["machine"] == self.machine:
+                runs = tier["programs"].get(name, {}).get("problems", {}).get(problem, [])
+        return next((r for r in runs if r["made_of"] == made_of and r["failure"] is None), None)
+
+    def keep_runs(self, name, said, lines):
+        """Write the runs of the benchmark down, with what is said of their program."""
+        found = {"runs": lines, "orders": orders(lines, said["measure"]), "best": best(lines)}
         self.keep(name, said | {"missing": None} | found)
+
+    def keep_harder(self, name, said, problem, lines):
+        """Write the runs of a problem of the harder tier down."""
+        tier = self.content.get("harder")
+        if tier is None or tier["machine"] != self.machine:
+            tier = self.content["harder"] = {"machine": self.machine, "programs": {}}
+        known = tier["programs"].setdefault(name, {"program": said["program"], "problems": {}})
+        known["problems"] = dict(sorted((known["problems"] | {problem: lines}).items()))
+        self.write()
 
     def absent(self, name, said, why):
         """Write down that a program is not here; what is known of it stays."""
-        known = self.content["programs"].get(name, said)
-        self.keep(name, known | {"missing": why})
+        self.keep(name, self.content["programs"].get(name, said) | {"missing": why})
 
     def keep(self, name, found):
         """Write down what was found of a program; what else is known of it stays."""
         programs = self.content["programs"]
-        known = programs.get(name, {"missing": None, "runs": [], "orders": []})
+        known = programs.get(name, {"missing": None, "runs": [], "orders": [], "best": None})
         programs = programs | {name: known | found}
         self.content["programs"] = {x: programs[x] for x in self.order if x in programs}
         runs = [r for p in self.content["programs"].values() for r in p["runs"]]
         # One time: all of it was measured in one run.
         self.content["started"] = sorted({r["started"] for r in runs})
+        self.write()
+
+    def write(self):
+        """Write the file, whole."""
         if self.path is not None:
-            write(self.path, self.content)
+            text = json.dumps(self.content, indent=1, ensure_ascii=False, allow_nan=False)
+            write_output(self.path, text.encode() + b"\n")
 
 
-def write(path, content):
-    """The file, whole."""
-    text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
-    write_output(path, text.encode() + b"\n")
+def best(runs):
+    """Setting of the most right run within the budget; None if no run came to its end."""
+    ended = [r for r in runs if r["failure"] is None and r["cpu"] <= BUDGET]
+    return max(ended, key=lambda r: r["digits"])["setting"] if ended else None
 
 
-def settings(entry, problem=H1):
-    """Kind and setting of each run of a program, none twice.
-
-    Of the benchmark the default, the best and the sweep; of the harder tier those that it is said
-    to do.
-    """
-    kept = [(kind, entry[kind]) for kind in ("default", "best") if kind in entry]
-    if problem != H1:
-        return [x for x in kept if _named(entry, x[0], problem)]
-    others = [x for x in entry["sweep"] if x not in [setting for _, setting in kept]]
-    return kept + [("sweep", x) for x in others]
-
-
-def submitted(entry, problem):
-    """Kinds of the runs of a problem whose results are published."""
-    if problem == H1:
-        return ("default", "best")
-    return ("best",) if _named(entry, "submitted", problem) else ()
-
-
-def _named(entry, what, problem):
-    """Whether a program is said to do a problem of the harder tier, of which H3 is six."""
-    return problem.startswith(tuple(entry.get("harder", {}).get(what, ())))
-
-
-def named(entry, kind, setting):
-    """What a run is."""
-    words = entry.get(f"{kind}_words")
-    return {"kind": kind, "setting": setting, "words": words, "family": family(entry, setting)}
+def told(entry, kind, family, value):
+    """What a run is: its setting, and that in words."""
+    symbol = "h" if entry["measure"] == "step" else entry["measure"]
+    words = f"{family['words']}, {symbol} = {value:.3g}" if family["words"] else f"h = {value:.3g}"
+    return {
+        "kind": kind,
+        "words": words,
+        "family": family["words"],
+        "setting": {entry["measure"]: value, **family.get("set", {})},
+        "language": family.get("language", entry["language"]),
+    }
 
 
 def described(entry, folder):
@@ -139,14 +147,14 @@ def described(entry, folder):
 
 
 def _hash(folder, text):
-    """Of the files of a program, with the models beside it that its script or build uses."""
-    words, beside = (
-        set(re.findall(r"(?:from |import |\.\./)([\w-]+)", text)),
-        sorted(folder.parent.iterdir()),
-    )
+    """Of the files of a program, with what its script or build uses of here and of the package."""
+    words = set(re.findall(r"(?:from |import |\.\./)([\w-]+)", text))
+    beside = sorted(folder.parent.iterdir())
     folders = [folder, *(p for p in beside if p.is_dir() and p.name in words - {folder.name})]
     files = [p for x in folders for p in sorted(x.iterdir()) if p.is_file()]
     files += [p for p in beside if p.suffix == ".py" and p.stem in words - {"field"}]
+    if "heyoka_bike" in words:
+        files += sorted((folder.parent.parent.parent / "heyoka_bike").rglob("*.py"))
     return hashlib.sha256(b"".join(p.read_bytes() for p in files)).hexdigest()
 
 
@@ -197,21 +205,6 @@ def _of_apt(name):
         return None
 
 
-def family(entry, setting):
-    """What neighbouring settings have in common: all but the step or tolerance.
-
-    An entry that ``follows`` the step is taken in steps, by the number it begins with; one that is
-    set ``beside`` it makes no other family.
-    """
-    measure, follows = entry["measure"], entry.get("follows")
-    others = {measure, *entry.get("beside", ())}
-    rest = {key: x for key, x in setting.items() if key not in others}
-    if follows in rest:
-        first, _, more = str(rest[follows]).partition(" ")
-        rest[follows] = f"{float(first) / setting[measure]:.6g} {more}"
-    return rest
-
-
 def orders(runs, measure):
     """Order between neighbouring settings of a family, from the coarse to the fine.
 
@@ -220,7 +213,7 @@ def orders(runs, measure):
     families = {}
     for run in runs:
         if run["failure"] is None:
-            families.setdefault(json.dumps(run["family"], sort_keys=True), []).append(run)
+            families.setdefault(run["family"], []).append(run)
     found = []
     for members in families.values():
         members.sort(key=lambda run: -run["setting"][measure])

@@ -1,4 +1,4 @@
-"""The code with which processor times are compared, measured right after each run."""
+"""The code beside which processor times are given: the classical Runge-Kutta method in C."""
 
 import time
 
@@ -20,21 +20,15 @@ RUNS = 20
 class Peer:
     """The method of `heyoka-bike bench` on this project's equations, compiled here."""
 
-    def __init__(self):
+    def __init__(self, number):
         reference, bicycle = load_reference(), read_bicycle(benchmark_bicycle())
-        maneuvers = read_maneuvers(benchmark_maneuvers())
-        self._seconds = float(sum(m.duration for m in maneuvers))
-        numbered = enumerate(maneuvers, start=1)
-        self._problems = [ReferenceProblem(bicycle, m, reference[i]) for i, m in numbered]
-        self._starts = [p.start(float) for p in self._problems]
+        maneuver = read_maneuvers(benchmark_maneuvers())[number - 1]
+        self._problem = ReferenceProblem(bicycle, maneuver, reference[number])
+        self._start = self._problem.start(float)
         self._compiled = CompiledPeers(bicycle)
 
-    def said(self):
-        """Its name, and the correct digits of its worst value."""
-        return {"name": NAME, "digits": round(float(min(self._digits())), 1)}
-
     def time(self):
-        """Processor time of the three maneuvers, all columns included [s]."""
+        """Processor time of the maneuver, all columns included [s]."""
         times = []
         for _ in range(RUNS):
             begin = time.process_time()
@@ -42,23 +36,13 @@ class Peer:
             times.append(time.process_time() - begin)
         return min(times)
 
-    def beside(self, cpu, seconds):
-        """Its time, and that of a run over its own for as many seconds of motion.
-
-        Its steps are all of one size: its time grows as the motion does.
-        """
-        beside = self.time()
-        ratio = cpu / beside * self._seconds / seconds
-        return {"peer": round(beside, 5), "ratio": float(f"{ratio:.3g}")}
+    def digits(self):
+        """The correct digits of its worst value."""
+        rows = self._problem.reference.rows.hi
+        return min(
+            round(float(-np.log10(np.abs(found - rows[name]).max() / np.abs(rows[name]).max())), 1)
+            for name, found in zip(BENCHMARK_COLUMNS, self._columns(), strict=True)
+        )
 
     def _columns(self):
-        return [
-            self._compiled.solve("RK4", start, problem.times, STEP)[1]
-            for problem, start in zip(self._problems, self._starts, strict=True)
-        ]
-
-    def _digits(self):
-        for problem, found in zip(self._problems, self._columns(), strict=True):
-            for name, column in zip(BENCHMARK_COLUMNS, found, strict=True):
-                right = problem.reference.rows.hi[name]
-                yield -np.log10(np.abs(column - right).max() / np.abs(right).max())
+        return self._compiled.solve("RK4", self._start, self._problem.times, STEP)[1]

@@ -128,7 +128,7 @@ class Problem:
         scores = correct_digits(report)
         worst = min(scores, key=scores.__getitem__)
         drifts = [m.performance for m in report.maneuvers]
-        if not np.isfinite([scores[worst], *drifts]).all():
+        if None in drifts or not np.isfinite([scores[worst], *drifts]).all():
             raise FailedError(f"{worst[1]} of maneuver {worst[0]}, or its energy, is infinite")
         return {
             "digits": round(scores[worst], 3),
@@ -137,13 +137,15 @@ class Problem:
                 key: round(min(x for (_, k), x in scores.items() if k == key), 3)
                 for key in BENCHMARK_COLUMNS
             },
-            "performance": drifts,
-            "maneuvers": [_worst_of(m.maneuver, scores) for m in report.maneuvers],
+            "maneuvers": [
+                {**_worst_of(m.maneuver, scores), "performance": m.performance}
+                for m in report.maneuvers
+            ],
             "definitions": other_definitions(report),
         }
 
-    def shortened(self, text, reference, written):
-        """A result file with the digits that are right and two more, at most those written.
+    def shortened(self, text, reference):
+        """A result file with the digits that are right and two more.
 
         The mechanical energy has those that show eq. (1) as well.
         """
@@ -154,7 +156,7 @@ class Problem:
             for key in BENCHMARK_COLUMNS:
                 here = right[m.maneuver, key]
                 told = max(here, constant) if key == "mechanical_energy" else here
-                digits.append(min(max(math.ceil(told) + SPARE, FEWEST), written))
+                digits.append(min(max(math.ceil(told) + SPARE, FEWEST), ALL_DIGITS))
         rows = ([float(x) for x in line.split()[1:]] for line in text.splitlines())
         return self.text(rows, digits)
 

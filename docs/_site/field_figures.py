@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from textwrap import fill
 
 import numpy as np
+from field_harder import LEAST, largest
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from placed_labels import Label, place
@@ -27,14 +28,9 @@ RIGHT, PASSES = 3, 1e-3
 """Digits of a motion that is right to a thousandth, and the benchmark's limit of eq. (1) [%]."""
 
 
-def largest_drift(run):
-    """Eq. (1) [%] of the maneuver in which it is largest."""
-    return max(run["performance"])
-
-
 def is_blind(run):
     """Whether a run passes eq. (1) in every maneuver and is not right to a thousandth."""
-    return largest_drift(run) < PASSES and run["digits"] < RIGHT
+    return largest(run) < PASSES and run["digits"] < RIGHT
 
 
 LOWEST = -1.0
@@ -62,15 +58,13 @@ KINDS: Mapping[str, Kind] = {
 OTHER = Kind("other", BLACK, "P")
 
 
-def costs(programs, unit):
+def costs(programs):
     """Correct digits against processor time: a line for each program, to its best run.
 
     Parameters
     ----------
     programs : sequence of Shown
         Of field_page.
-    unit : mapping
-        Name and digits of the peer, whose time is 1.
     """
     with style():
         figure = Figure(figsize=_SIZE, layout="constrained")
@@ -78,11 +72,11 @@ def costs(programs, unit):
         labels, lines = [], []
         for p in programs:
             look = {"color": p.kind.colour, "marker": p.kind.marker}
-            line = [(r["ratio"], _clipped(r)) for r in p.family]
+            line = [(r["cpu"], _clipped(r)) for r in p.family]
             if line:
                 ax.plot(*zip(*line, strict=True), markersize=3.5, linewidth=1.1, **look)
             if p.default and p.default not in p.family:
-                first = p.default["ratio"], _clipped(p.default)
+                first = p.default["cpu"], _clipped(p.default)
                 way = [first, *line[:1]]
                 ax.plot(
                     *zip(*way, strict=True), linewidth=0.7, linestyle=(0, (1, 2)),
@@ -91,25 +85,22 @@ def costs(programs, unit):
                 lines.append(way)
             if p.default:
                 ax.plot(
-                    p.default["ratio"], _clipped(p.default), markersize=4.5,
+                    p.default["cpu"], _clipped(p.default), markersize=4.5,
                     markerfacecolor="white", linestyle="", **look,
                 )  # fmt: skip
             lines.append(line)
             if p.top:
                 name = fill(p.name, _LONGEST)
-                labels.append(Label(p.top["ratio"], _clipped(p.top), name, p.kind.colour))
-        ax.plot(1, unit["digits"], marker="*", color=BLACK, markersize=6, linestyle="")
-        labels.append(Label(1, unit["digits"], unit["name"].replace(", ", ",\n"), BLACK))
-        lines.append([(1, unit["digits"])])
+                labels.append(Label(p.top["cpu"], _clipped(p.top), name, p.kind.colour))
         ax.set_xscale("log")
-        ax.set_xlabel(f"processor time, over that of {unit['name']}")
+        ax.set_xlabel("processor time of the three maneuvers [s], beside other work")
         ax.margins(x=0.1, y=0.06)
         _finish(figure, ax, programs)
         place(figure, ax, labels, lines)
     return figure
 
 
-def drifts(programs, _):
+def drifts(programs):
     """Correct digits against the largest eq. (1) of the maneuvers: a dot for each run."""
     with style():
         figure = Figure(figsize=_SIZE, layout="constrained")
@@ -117,15 +108,15 @@ def drifts(programs, _):
         labels, dots = [], []
         for p in programs:
             for r in p.runs:
-                x, y = max(largest_drift(r), p.least(r)), _clipped(r)
+                x, y = max(largest(r), LEAST), _clipped(r)
                 dots.append([(x, y)])
                 ax.plot(
                     x, y, color=p.kind.colour, marker=p.kind.marker, linestyle="",
-                    markerfacecolor="white" if r["kind"] == "default" else p.kind.colour,
-                    markersize=3 if r["kind"] == "sweep" else 5,
+                    markerfacecolor="white" if r is p.default else p.kind.colour,
+                    markersize=5 if r in (p.best, p.default) else 3,
                 )  # fmt: skip
-                if r["kind"] != "sweep" and is_blind(r):
-                    how = {"default": "default settings", "best": "best run"}[r["kind"]]
+                if r in (p.best, p.default) and is_blind(r):
+                    how = "default settings" if r is p.default else "best run"
                     labels.append(Label(x, y, f"{p.name}, {how}", p.kind.colour))
         ax.set_xscale("log")
         ax.margins(x=0.06, y=0.06)
@@ -136,7 +127,7 @@ def drifts(programs, _):
         ax.fill_between([ends[0], PASSES], LOWEST - 1, RIGHT, color=VERMILLION, alpha=0.09, lw=0)
         ax.set_xlim(ends)
         ax.set_ylim(None, top)
-        ax.set_xlabel("eq. (1), largest of the maneuvers [%], at least what the digits can show")
+        ax.set_xlabel("eq. (1), largest of the maneuvers [%]")
         _finish(figure, ax, programs, [("small: other settings", {"markersize": 3})])
         ax.text(
             ends[0] * 2, LOWEST - 0.2, "passes eq. (1), and is not right to a thousandth",

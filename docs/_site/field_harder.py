@@ -1,6 +1,8 @@
 """The extended problem set in docs/reference/compared-software.md, from docs/field.json."""
 
+import json
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from speed_page import table
@@ -9,6 +11,12 @@ from heyoka_bike.showing.wording import label, number, one_decimal
 
 ALONE, EDGE = ("H2", "H4"), tuple(f"H3{x}" for x in "abcdef")
 """Problems with a table of their own, and those that share one."""
+TIER = Path(__file__).parent.parent / "harder-tier.json"
+ON_SYMBRIM = {
+    "SymBRiM, SciPy solve_ivp", "GNU Scientific Library", "Boost.odeint", "SUNDIALS CVODE",
+    "RADAU of Hairer and Wanner", "diffrax",
+}  # fmt: skip
+"""Programs that integrate SymBRiM's equations."""
 KINDS = {"best": "", "default": ", default settings"}
 # Of eq. (1) [%]: what a last digit of an energy in binary64 makes.
 LEAST = 2e-14
@@ -22,11 +30,12 @@ def harder(document):
         "H3": edge(document),
         "harder machine": when(document),
         "harder beside": beside(document),
+        "harder H2": longer(document),
         "harder left out": left_out(document),
     }
 
 
-def runs(document: Mapping[str, Any], problem: str) -> Sequence[tuple[Mapping[str, Any], Run]]:
+def runs(document: Mapping[str, Any], problem: str) -> Sequence[tuple[str, Run]]:
     """Programs and runs of a problem that came to their end, the most right first."""
     found = _all(document, problem)
     return sorted((x for x in found if not x[1]["failure"]), key=lambda x: -x[1]["digits"])
@@ -46,11 +55,11 @@ def times(ratio):
 def alone(document, problem):
     """The table of a problem."""
     return table(
-        ("program", "run", "digits", "worst column", "eq. (1) [%]", "time", "steps or calls"),
+        ("program", "run", "digits", "worst column", "eq. (1) [%]", "time [s]", "steps or calls"),
         [
-            (said["program"] + KINDS[r["kind"]], r["words"], _digits(r), _place(r),
-             _drift(max(r["performance"])), times(r["ratio"]), counted(r))
-            for said, r in runs(document, problem)
+            (name + KINDS[r["kind"]], r["words"], _digits(r), _place(r),
+             drift(largest(r)), seconds(r["cpu"]), counted(r))
+            for name, r in runs(document, problem)
         ],
         left=2,
     )  # fmt: skip
@@ -60,15 +69,15 @@ def edge(document):
     """The table of H3: digits of each of its problems, and what all of them cost."""
     rows = {}
     for problem in EDGE:
-        for said, r in _all(document, problem):
-            rows.setdefault((said["program"], r["kind"]), {})[problem] = r
+        for name, r in _all(document, problem):
+            rows.setdefault((name, r["kind"]), {})[problem] = r
     ordered = sorted(rows.items(), key=lambda x: [-r.get("digits", -99) for r in x[1].values()])
     return table(
-        ("program", "run", *EDGE, "time"),
+        ("program", "run", *EDGE, "time [s]"),
         [
             (program + KINDS[kind], next(iter(found.values()))["words"],
              *(_digits(found[p]) if p in found else "" for p in EDGE),
-             times(max(r.get("ratio", 0) for r in found.values())))
+             seconds(max(r.get("cpu", 0) for r in found.values())))
             for (program, kind), found in ordered
         ],
         left=2,
@@ -78,27 +87,30 @@ def edge(document):
 def when(document):
     """Days of the runs."""
     days = {r["started"].partition("T")[0] for p in (*ALONE, *EDGE) for _, r in _all(document, p)}
-    return f"Measured on the same machine, {' to '.join(sorted({min(days), max(days)}))}."
+    m = document["harder"]["machine"]
+    same = "the same machine as above" if m == document["machine"] else "another machine than above"
+    return (
+        f"Measured on {m['cpu']}, {m['cores']} cores, {m['system']}, {same}, "
+        f"{' to '.join(sorted({min(days), max(days)}))}."
+    )
 
 
 def left_out(document):
     """Runs that came to no end."""
     failed = {}
     for problem in (*ALONE, *EDGE):
-        for said, r in _all(document, problem):
+        for name, r in _all(document, problem):
             if r["failure"]:
-                failed.setdefault(said["program"] + KINDS[r["kind"]], []).append(problem)
+                failed.setdefault(name + KINDS[r["kind"]], []).append(problem)
     listed = "; ".join(f"{name} ({', '.join(found)})" for name, found in failed.items())
     return f"Came to no end: {listed}." if listed else "Every run came to its end."
 
 
 def beside(document):
-    """How far what a program reaches in H4 is from what it reaches in H1, at its best."""
-    found = []
-    for said, r in runs(document, "H4"):
-        h1 = next((x for x in said["runs"] if x["kind"] == r["kind"] == "best"), None)
-        if h1 and not h1["failure"]:
-            found.append((r["digits"] - h1["digits"], said["program"]))
+    """How far what a program reaches in H4 is from what it reaches in H1, at the same setting."""
+    found = [
+        (r["digits"] - r["beside"], name) for name, r in runs(document, "H4") if r["kind"] == "best"
+    ]
     least, most = min(found), max(found)
     return (
         f"At their best the {len(found)} programs reach in H4 between {-least[0]:.1f} digits less "
@@ -106,9 +118,25 @@ def beside(document):
     )
 
 
+def longer(document):
+    """What rounding leaves in SymBRiM's equations over 100 s, and in those of this project."""
+    ends = [
+        r["digits"] for name, r in runs(document, "H2")
+        if r["kind"] == "best" and name in ON_SYMBRIM
+    ]  # fmt: skip
+    ours = json.loads(TIER.read_text(encoding="utf-8"))["H2"]["maneuvers"]
+    [digits] = [m["codes"]["heyoka binary64"]["scd"] for m in ours.values()]
+    return (
+        f"- In H2 the {len(ends)} integrators on SymBRiM's equations end at "
+        f"{one_decimal(min(ends))} to {one_decimal(max(ends))} digits: that is what rounding "
+        f"leaves in these equations over 100 s. heyoka keeps {one_decimal(digits)} digits in "
+        "binary64, on [equations of its own](harder-tier.md#how-hard-they-are)."
+    )
+
+
 def _all(document, problem):
-    programs = document["programs"].values()
-    return [(said, r) for said in programs for r in said.get("harder", {}).get(problem, ())]
+    programs = document["harder"]["programs"].values()
+    return [(said["program"], r) for said in programs for r in said["problems"].get(problem, ())]
 
 
 def _digits(run):
@@ -122,5 +150,16 @@ def _place(run):
     return f"{label(worst['column'])}, {worst['maneuver']}"
 
 
-def _drift(drift):
-    return number(drift) if drift >= LEAST else f"< {LEAST:.0e}"
+def largest(run):
+    """Eq. (1) [%] of the maneuver in which it is largest."""
+    return max(m["performance"] for m in run["maneuvers"])
+
+
+def drift(value):
+    """An eq. (1) [%] in words."""
+    return number(value) if value >= LEAST else f"< {LEAST:.0e}"
+
+
+def seconds(cpu):
+    """A processor time [s], in two digits."""
+    return times(float(f"{cpu:.2g}"))

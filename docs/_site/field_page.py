@@ -2,11 +2,12 @@
 
 The pages are docs/field.md and docs/reference/compared-software.md; the README has one sentence.
 
-Run as a script, this writes them: first ``python data/peers/field.py --all -o docs/field.json``,
-on a machine that has nothing else to do.
+Run as a script, this writes them: first ``python data/peers/field.py --all -o docs/field.json
+--race``.
 """
 
 import json
+import tomllib
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -14,29 +15,28 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from field_figures import KINDS, OTHER, RIGHT, Kind, costs, drifts, is_blind, largest_drift
-from field_harder import counted, harder, times
-from field_race import race
+from field_figures import KINDS, OTHER, RIGHT, Kind, costs, drifts, is_blind
+from field_harder import counted, drift, harder, largest, seconds
+from field_race import judged, race
 from speed_page import filled, table
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.showing.figures.style import render
-from heyoka_bike.showing.wording import label, number, one_decimal
+from heyoka_bike.showing.wording import label, one_decimal
 
 DOCS = Path(__file__).parent.parent
 PAGE, RUN = DOCS / "field.md", DOCS / "field.json"
 TABLES = DOCS / "reference" / "compared-software.md"
 _IN_TABLES = {"best", "default", "H2", "H3", "H4", "harder machine", "harder left out"}
 README = DOCS.parent / "README.md"
+BLIND = DOCS.parent / "data" / "peers" / "blind.toml"
 FIGURES = {"field.svg": costs, "field-drift.svg": drifts}
-# Maneuver 2, which the benchmark judges by eq. (1).
-JUDGED = 1
+# The maneuver that the benchmark judges by eq. (1).
+JUDGED = 2
 # Of eq. (1) [%]: motions whose energy is about equally constant.
 ALIKE = 1e-5, 1e-4
 # Digits between the last two runs of a program whose error still falls.
 FALLS = 0.15
-# Of processor time that the best run may take, all maneuvers; PROTOCOL.md says why [s].
-BUDGET = 60
 
 Run = Mapping[str, Any]
 
@@ -85,11 +85,6 @@ class Shown:
         """The run that its name stands beside."""
         return self.best or self.default
 
-    def least(self, run):
-        """Eq. (1) [%] that the digits of a run's file make if the energy is constant."""
-        digits = self.said.get(f"{run['kind']}_digits", self.said["digits"])
-        return 100 * 10.0 ** (1 - digits)
-
     @property
     def order(self):
         """What halving the step or tolerance gives, where the error still falls; None if unknown.
@@ -110,9 +105,8 @@ def shown(document):
     found = []
     for said in document["programs"].values():
         runs = [r for r in said["runs"] if r["failure"] is None]
-        best, default = (
-            next((r for r in runs if r["kind"] == kind), None) for kind in ("best", "default")
-        )
+        best = next((r for r in runs if r["setting"] == said["best"]), None)
+        default = next((r for r in runs if r["kind"] == "default"), None)
         family = [r for r in runs if best and r["family"] == best["family"]]
         family.sort(key=lambda r: -r["setting"][said["measure"]])
         kind = KINDS.get(said.get("kind"), OTHER)
@@ -126,8 +120,7 @@ def parts(document):
     programs = shown(document)
     return {
         "machine": machine(document),
-        "race": race([p for p in programs if p.said["kind"] != "linear"]),
-        "better": better(programs),
+        "race": race(document, [p for p in programs if p.said["kind"] != "linear"]),
         "digits": digits_table(programs),
         "best": best_table(programs),
         "falling": falling(programs),
@@ -136,6 +129,8 @@ def parts(document):
         "passing": passing(programs),
         "columns": columns(programs),
         "contact": contact(programs),
+        "textbook": textbook(programs),
+        "blind": blind(),
         "apart": apart(programs),
         **harder(document),
     }
@@ -146,10 +141,8 @@ def machine(document):
     when = "in one run" if len(started) == 1 else f"in {len(started)} runs"
     days = sorted({x.partition("T")[0] for x in started})
     return (
-        f"Measured on {m['cpu']}, {m['cores']} cores, {m['system']}, {when}, "
-        f"{' to '.join(sorted({days[0], days[-1]}))}. Times are processor times of all three "
-        f"maneuvers, over those of {document['peer']['name']}, measured right after each; that "
-        f"code gives {document['peer']['digits']:.1f} digits."
+        f"Measured on one of {m['cores']} cores of {m['cpu']}, {m['system']}, {when}, "
+        f"{' to '.join(sorted({days[0], days[-1]}))}."
     )
 
 
@@ -166,10 +159,10 @@ def digits_table(programs):
 
 def best_table(programs):
     return table(
-        ("program", "what it is", "best run", "digits", "worst column", "eq. (1) [%]", "time",
+        ("program", "what it is", "best run", "digits", "worst column", "eq. (1) [%]", "time [s]",
          "steps or calls", "order", "definitions"),
         [
-            (_link(p), p.kind.words, p.best["words"] or "", *_result(p, p.best), counted(p.best),
+            (_link(p), p.kind.words, p.best["words"], *_result(p.best), counted(p.best),
              _order(p), _definitions(p.best))
             for p in programs if p.best
         ],
@@ -184,23 +177,7 @@ def falling(programs):
         ends = [r["digits"] for r in p.family[-2:]]
         if len(ends) == 2 and ends[1] - ends[0] > FALLS:
             names.append(p.name)
-    return f"Their error still fell at the finest setting that was run: {'; '.join(names)}."
-
-
-def better(programs):
-    """Runs of a sweep that are more right than the best run, and were done within its budget."""
-    found = []
-    for p in programs:
-        within = [r for r in p.runs if r["cpu"] <= BUDGET]
-        most = max(within, key=lambda r: r["digits"], default=None)
-        if p.best and most and most["digits"] > p.best["digits"] + FALLS:
-            found.append(f"{p.name}, {one_decimal(most['digits'])} at {_setting(p.said, most)}")
-    return (
-        f"More right than the best run in the table, within {BUDGET} s of processor time: "
-        f"{'; '.join(found)}."
-        if found
-        else f"No run within {BUDGET} s of processor time is more right than the best one."
-    )
+    return f"Their error still fell at the end of the sweep: {'; '.join(names)}."
 
 
 def left_out(document):
@@ -208,26 +185,21 @@ def left_out(document):
     programs = document["programs"].values()
     absent = [f"{p['program']} (`{p['install']}`)" for p in programs if p["missing"]]
     failed = [
-        f"{p['program']} ({', '.join(settings)})" for p in programs
-        if (settings := [_setting(p, r) for r in p["runs"] if r["failure"]])
+        f"{p['program']} ({'; '.join(words)})" for p in programs
+        if (words := [r["words"] for r in p["runs"] if r["failure"]])
     ]  # fmt: skip
     said = [f"Not here in this run: {'; '.join(absent)}."] if absent else []
     said += [f"Runs that came to no end: {'; '.join(failed)}."] if failed else []
     return " ".join(said) or "Every program was here, and every run came to its end."
 
 
-def _setting(said, run):
-    measure = said["measure"]
-    return f"{'h' if measure == 'step' else measure} = {run['setting'][measure]:g}"
-
-
 def default_table(programs):
     ordered = sorted((p for p in programs if p.default), key=lambda p: -p.default["digits"])
     return table(
-        ("program", "default settings", "digits", "worst column", "eq. (1) [%]", "time",
+        ("program", "default settings", "digits", "worst column", "eq. (1) [%]", "time [s]",
          "steps or calls"),
         [
-            (p.name, p.default["words"] or "", *_result(p, p.default), counted(p.default))
+            (p.name, p.default["words"], *_result(p.default), counted(p.default))
             for p in ordered
         ],
         left=2,
@@ -239,13 +211,13 @@ def _link(p):
     return f"[{p.name}](../../data/peers/{said['script']}) {said['version'].partition(',')[0]}"
 
 
-def _result(p, run):
-    worst, drift = run["worst"], run["performance"][JUDGED]
+def _result(run):
+    worst = run["worst"]
     return (
         one_decimal(run["digits"]),
         f"{label(worst['column'])}, {worst['maneuver']}",
-        number(drift) if drift >= p.least(run) else f"< {p.least(run):.0e}",
-        times(run["ratio"]),
+        drift(judged(run, JUDGED)["performance"]),
+        seconds(run["cpu"]),
     )
 
 
@@ -292,7 +264,7 @@ def claim(programs):
     }  # fmt: skip
     blind = sorted((x for x in errors.items() if x[1]), key=lambda x: -x[1][0])
     low, high = ALIKE
-    alike = [r["digits"] for p in counted for r in p.runs if low <= largest_drift(r) < high]
+    alike = [r["digits"] for p in counted for r in p.runs if low <= largest(r) < high]
     return Claim(len(names), dict(blind), sorted(alike))
 
 
@@ -301,14 +273,17 @@ def _claimed(found):
     most = max(errors[0] for errors in found.blind.values())
     return (
         f"{len(found.blind)} of {found.programs} programs have a run that passes eq. (1) in all "
-        f"three maneuvers and is off by more than 0.1 %, by up to {most:.2g} %"
+        f"three maneuvers and is off by more than 0.1 % of a column's largest value, by up to "
+        f"{most:.2g} %"
     )
 
 
 def passing(programs):
     found = claim(programs)
     named = "; ".join(f"{name} {_among(errors)}" for name, errors in found.blind.items())
-    return f"{_claimed(found)}: {named}. {_range(found)}"
+    typical = [p.name for p in programs if p.program and p.default and is_blind(p.default)]
+    told = f" As they come: {'; '.join(typical)}." if typical else ""
+    return f"{_claimed(found)}: {named}.{told} {_range(found)}"
 
 
 def readme_claim(programs):
@@ -334,7 +309,7 @@ def _among(errors):
 def columns(programs):
     submitted = [r for p in programs for r in (p.best, p.default) if r]
     worst = Counter(r["worst"]["column"] for r in submitted).most_common()
-    blind = [r for p in programs for r in p.runs if is_blind(r)]
+    blind = [r for p in programs if p.program for r in p.runs if is_blind(r)]
     wrong = {key: sum(r["scd"][key] < RIGHT for r in blind) for key in BENCHMARK_COLUMNS}
     said = ", ".join(f"{label(key)} {n}" for key, n in worst)
     listed = ", ".join(f"{label(key)} {n}" for key, n in sorted(wrong.items(), key=lambda x: -x[1]))
@@ -346,26 +321,40 @@ def columns(programs):
 
 
 def contact(programs):
-    """What a contact that yields costs: runs of one step and several stiffnesses."""
-    said = []
-    for p in programs:
-        key, measure = p.said.get("follows"), p.said["measure"]
-        groups = {}
-        for r in p.runs:
-            if key in r["setting"]:
-                rest = {k: x for k, x in r["setting"].items() if k != key}
-                groups.setdefault(json.dumps(rest, sort_keys=True), []).append(r)
-        for group in groups.values():
-            if len(group) > 1:
-                group.sort(key=lambda r: float(str(r["setting"][key]).split()[0]))
-                times = ", ".join(str(r["setting"][key]).split()[0] for r in group)
-                digits = ", ".join(one_decimal(r["digits"]) for r in group)
-                step = group[0]["setting"][measure]
-                said.append(
-                    f"{p.name}, steps of {step:g} s: time constants of the contact of {times} s "
-                    f"give {digits} digits."
-                )
-    return " ".join(said)
+    """What a contact that yields costs: families of MuJoCo at the shortest step that all have."""
+    [p] = [p for p in programs if p.folder == "mujoco"]
+    by_step = {}
+    for r in p.runs:
+        if r["family"].startswith("implicit, elliptic cone, contact time constant"):
+            by_step.setdefault(r["setting"]["step"], []).append(r)
+    most = max(map(len, by_step.values()))
+    step, runs = min((h, found) for h, found in by_step.items() if len(found) == most)
+    said = "; ".join(
+        f"{r['family']}: {one_decimal(r['digits'])}"
+        for r in sorted(runs, key=lambda r: -r["digits"])
+    )
+    return f"Correct digits of MuJoCo with steps of {step:.3g} s: {said}."
+
+
+def textbook(programs):
+    """The runs of the plain code of this project that pass eq. (1) everywhere and are wrong."""
+    [p] = [p for p in programs if p.folder == "maximal"]
+    said = [
+        f"{r['words']}: eq. (1) up to {drift(largest(r))} %, "
+        f"off by {100 * 10 ** -r['digits']:.2g} %"
+        for r in p.runs if is_blind(r)
+    ]  # fmt: skip
+    return f"{'; '.join(said)}. At its best it reaches {one_decimal(p.best['digits'])} digits."
+
+
+def blind():
+    """The first files of new codes, and what the judge said of them."""
+    told = tomllib.loads(BLIND.read_text(encoding="utf-8"))["file"]
+    return table(
+        ("program", "first file", "`score`", "`diagnose`", "in truth"),
+        [tuple(x[key] for key in ("program", "run", "score", "diagnose", "truth")) for x in told],
+        left=5,
+    )
 
 
 def apart(programs):
@@ -388,7 +377,7 @@ def pages(document):
 
 def figures(document):
     programs = shown(document)
-    return {name: render(draw(programs, document["peer"]), "svg") for name, draw in FIGURES.items()}
+    return {name: render(draw(programs), "svg") for name, draw in FIGURES.items()}
 
 
 if __name__ == "__main__":

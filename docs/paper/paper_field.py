@@ -4,7 +4,9 @@ import math
 from functools import cache
 
 from field_figures import PASSES, RIGHT, is_blind
-from field_page import ALIKE, claim, shown
+from field_harder import LEAST
+from field_page import ALIKE, JUDGED, claim, shown
+from field_race import judged
 from paper_fact import among, document, fact, part, power, text_of
 
 from heyoka_bike.workbench.bench.race import CLASSES
@@ -32,7 +34,8 @@ def _programs():
 
 
 def _runs():
-    return [r for p in _programs() for r in p.runs]
+    """Those of the programs that are counted."""
+    return [r for p in _programs() if p.program for r in p.runs]
 
 
 @fact("docs/field.json", FIELD)
@@ -40,7 +43,10 @@ def field(what):
     """Counts: programs, those with a run that passes eq. (1) and is wrong, runs alike in it."""
     submitted = [r for p in _programs() for r in (p.best, p.default) if r]
     found = claim(_programs())
+    best = sorted(p.best["digits"] for p in _programs() if p.program and p.best)
     return {
+        "lowest": lambda: f"{best[0]:.1f}",
+        "highest": lambda: f"{best[-1]:.1f}",
         "programs": lambda: f"{found.programs}",
         "ways": lambda: f"{len(_programs())}",
         "blind": lambda: f"{sum(map(is_blind, _runs()))}",
@@ -101,7 +107,7 @@ def programs():
         cells = [
             f"{p.name} {p.said['version'].partition(',')[0]}", ROLLING[p.said["kind"]],
             *(_digits(r) for r in (p.best, p.default)),
-            *(_drift(p, r) for r in (p.best, p.default)), _order(p),
+            *(_drift(r) for r in (p.best, p.default)), _order(p),
         ]  # fmt: skip
         lines.append(f"| {' | '.join(cells)} |")
     return "\n".join(lines)
@@ -111,12 +117,12 @@ def _digits(run):
     return f"${run['digits']:.1f}$" if run else ""
 
 
-def _drift(program, run):
+def _drift(run):
     if not run:
         return ""
-    found, least = run["performance"][1], program.least(run)
-    # A file of few digits shows no energy more constant than these.
-    words = f"below {power(least, 1)}" if found < least else power(found)
+    found = judged(run, JUDGED)["performance"]
+    # Less is what the last digit of an energy in binary64 makes.
+    words = f"below {power(LEAST, 1)}" if found < LEAST else power(found)
     return f"{words} {BLIND}" if is_blind(run) else words
 
 

@@ -1,13 +1,18 @@
 """Each program of the field that is here gives the error that data/results holds of it."""
 
 import gzip
-import tomllib
+import json
 
 import numpy as np
 import pytest
 from support.peers import apart, field, measured, on_path, problem
 
 FIELD, H1 = field.read_field(), problem.Problem.of("H1")
+DOCUMENT = field.HERE.parent.parent / "docs" / "field.json"
+RUNS = {
+    name: said["runs"]
+    for name, said in json.loads(DOCUMENT.read_text(encoding="utf-8"))["programs"].items()
+}
 # The same version on the same kind of processor gives the same bytes, of MuJoCo, PyBullet,
 # Pinocchio, Drake, Simbody, ODE and IDA as measured. Other processors, compilers and libraries
 # round otherwise, which moves steps and iterations that are chosen by comparing errors with a
@@ -23,17 +28,12 @@ def _modules_are_found():
 
 
 def cheaper(name):
-    """The run of the two that are published that takes less time; None if none is."""
-    times, entry = {}, FIELD[name]
-    for kind in ("default", "best"):
-        if kind in entry and field.result_file(name, kind).is_file():
-            said = tomllib.loads(
-                (field.RESULTS / f"{name}-{kind}.toml").read_text(encoding="utf-8")
-            )
-            # A setting that is to take its place is measured with the next run of the field.
-            if float(said.get("step") or said["tolerance"]) == entry[kind][entry["measure"]]:
-                times[kind] = float(said["processor_time"])
-    return min(times, key=times.__getitem__, default=None)
+    """The run of the two that are published that takes less time, and its kind; None if none is."""
+    known = [
+        (kind, line) for kind, line in field.published(RUNS.get(name, ())).items()
+        if field.is_submitted(field.result_file(name, kind), line)
+    ]  # fmt: skip
+    return min(known, key=lambda x: x[1]["cpu"], default=(None, None))
 
 
 def judged(name, kind, reference):
@@ -55,7 +55,7 @@ def further_apart(found, published):
 @pytest.mark.parametrize("name", FIELD)
 def test_a_program_gives_what_is_published(name, reference):
     entry = FIELD[name]
-    kind = cheaper(name)
+    kind, line = cheaper(name)
     if kind is None:
         pytest.skip(f"{entry['program']}: no result of it is published yet")
     with apart.Apart(SECONDS, field.running, name) as program:
@@ -70,7 +70,7 @@ def test_a_program_gives_what_is_published(name, reference):
         others = {x: v for x, v in here.items() if wanted.get(x, v) != v}
         if others:
             pytest.skip(f"{entry['program']} is here with {others}: {entry['install']}")
-        text, _ = program("H1", entry[kind], field.digits(entry, kind))
+        text, _ = program("H1", line["setting"])
     found, published = H1.judge(text, reference), judged(name, kind, reference)
     assert not further_apart(found, published), (found, published)
 

@@ -11,11 +11,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from support.peers import PEERS, apart, field, measured, on_path, problem
+from support.peers import PEERS, apart, field, measured, on_path, problem, race
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 
-FIELD = PEERS / "field.py"
+FIELD, FIELD_TOML = PEERS / "field.py", field.read_field()
 
 
 @pytest.fixture(autouse=True)
@@ -67,70 +67,151 @@ def test_what_is_not_here_says_so():
         called("first")
 
 
-def test_orders_are_those_between_neighbours_of_a_family():
-    def run(digits, **setting):
-        same = measured.family(
-            {"measure": "step", "follows": "stiffness", "beside": ["newton"]}, setting
-        )
-        return {"setting": setting, "digits": digits, "failure": None, "family": same}
+def line(entry, family, value, **found):
+    """A run as it is written down."""
+    about = measured.told(entry, "sweep", family, value)
+    return (
+        about | {"started": "2026-11-24T12:00Z", "failure": None, "cpu": 1.0, "digits": 3.0} | found
+    )
 
+
+STEPS = {"measure": "step", "language": "C"}
+
+
+def test_orders_are_those_between_neighbours_of_a_family():
+    even, other = {"words": "even"}, {"words": "other", "set": {"method": "other"}}
     runs = [
-        run(2.0, step=0.1, stiffness="0.2 1"),
-        run(6.0, step=0.001, stiffness="0.002 1", newton=1e-12),
-        run(4.0, step=0.01, stiffness="0.02 1"),
-        run(5.0, step=0.01, stiffness="0.2 1"),
-        run(1.0, step=0.01, method="other"),
-        run(0.0, step=0.01, stiffness="0.02 1") | {"failure": "crashed"},
-    ]
+        line(STEPS, even, 0.1, digits=2.0), line(STEPS, even, 0.001, digits=6.0),
+        line(STEPS, even, 0.01, digits=4.0), line(STEPS, other, 0.01, digits=1.0),
+        line(STEPS, even, 0.01, digits=0.0, failure="crashed"),
+    ]  # fmt: skip
     found = measured.orders(runs, "step")
     assert [(x["from"], x["to"], x["order"]) for x in found] == [(0.1, 0.01, 2), (0.01, 0.001, 2)]
 
 
+def test_a_run_is_told_by_its_family_and_its_step():
+    found = measured.told(STEPS, "sweep", {"words": "Euler", "set": {"mu": 1}}, 1 / 3)
+    assert found["words"] == "Euler, h = 0.333"
+    assert found["setting"] == {"step": 1 / 3, "mu": 1}
+    assert measured.told(STEPS, "default", {"words": ""}, 0.5)["words"] == "h = 0.5"
+    assert measured.told(STEPS, "default", {"words": "x", "language": "D"}, 1)["language"] == "D"
+
+
+def test_the_best_run_is_the_most_right_one_within_the_budget():
+    family = {"words": "x"}
+    runs = [
+        line(STEPS, family, 4.0, digits=2.0), line(STEPS, family, 3.0, digits=5.0),
+        line(STEPS, family, 2.0, digits=9.0, cpu=measured.BUDGET + 1), line(STEPS, family, 1.0),
+    ]  # fmt: skip
+    assert measured.best(runs) == {"step": 3.0}
+    assert measured.best([runs[2]]) is None
+    assert measured.best([line(STEPS, family, 1.0, failure="crashed")]) is None
+
+
+@pytest.mark.parametrize(
+    ("measure", "found", "asked"),
+    [
+        # Two refinements in a row that gain less than 0.15 digits end a sweep.
+        ("step", [1, 2, 2.1, 2.05], [1, 0.5, 0.25, 0.125]),
+        ("step", [1, 0.9, 2, 1.9, 2.1, 9], [1, 0.5, 0.25, 0.125, 0.0625]),
+        # Failures count from the first run on that comes to its end.
+        ("step", [None, None, None, 2, None, 3, None, None], [0.5**i for i in range(8)]),
+        # A tolerance goes down to the rounding unit, or until two runs in a row fail.
+        ("tolerance", [2] * 16, [0.1**i for i in range(16)]),
+        ("tolerance", [1, None, 2, None, None], [0.1**i for i in range(5)]),
+    ],
+)
+def test_a_sweep_ends_where_refining_gains_nothing(measure, found, asked):
+    values = []
+
+    def tried(value):
+        digits = found[len(values)]
+        values.append(value)
+        return {"failure": None if digits else "no end", "digits": digits, "cpu": 0.01}
+
+    field.sweep(measure, {"from": 1}, tried)
+    assert values == pytest.approx(asked)
+
+
+def test_a_sweep_ends_where_the_next_run_would_take_too_long_or_is_beyond_rounding():
+    def tried(costs):
+        values = []
+
+        def run(value):
+            cpu = costs(len(values))
+            values.append(value)
+            return {"failure": None, "digits": float(len(values)), "cpu": cpu}
+
+        return values, run
+
+    values, run = tried(lambda n: 1.1 * 2**n)
+    field.sweep("step", {"from": 1}, run)
+    assert 1.1 * 2 ** len(values) > measured.BUDGET > 1.1 * 2 ** (len(values) - 1)
+    # A tolerance costs as much more as the last one did.
+    values, run = tried(lambda n: 1.1 * 1.5**n)
+    field.sweep("tolerance", {"from": 1e-3}, run)
+    assert 1.1 * 1.5 ** len(values) > measured.BUDGET > 1.1 * 1.5 ** (len(values) - 1)
+    values, run = tried(lambda _: 0.01)
+    field.sweep("tolerance", {"from": 1e-3}, run)
+    assert values[-1] == 1e-15
+
+
 def test_what_is_written_down_is_kept_while_it_holds(tmp_path):
     path = tmp_path / "field.json"
-    entry = {"measure": "step", "default": {"step": 1}, "sweep": [{"step": 1}, {"step": 2}]}
-    assert measured.settings(entry) == [("default", {"step": 1}), ("sweep", {"step": 2})]
-    document = measured.Document.of(path, "here", "peer", ["b", "a"])
-    line, failed = (
-        measured.named(entry, kind, setting)
-        | {"started": document.started, "made_of": "made of this", "failure": failure}
-        for (kind, setting), failure in zip(
-            measured.settings(entry), (None, "crashed"), strict=True
-        )
+    family = {"words": "x"}
+    good, failed = (
+        line(STEPS, family, 1.0, failure=failure) | {"made_of": made_of}
+        for failure, made_of in ((None, "this"), ("crashed", "that"))
     )
-    said = {"measure": "step"}
-    document.keep("a", {"runs": [line, failed]})
-    document.keep_runs("b", said, "H4", [line])
-    document.keep_runs("b", said, "H2", [])
-    assert list(document.content["programs"]["b"]["harder"]) == ["H2", "H4"]
-    assert list(json.loads(path.read_text())["programs"]) == ["b", "a"]
-    again = measured.Document.of(path, "here", "peer", ["b", "a"])
-    assert again.line("a", "H1", "default", "made of this") == line
-    assert again.line("b", "H4", "default", "made of this") == line
-    again.keep("a", {"runs": []})
-    assert again.line("a", "H1", "default", "made of this") == line, "runs that follow are kept too"
-    for name, asked, kind, made_of in (
-        ("a", "H1", "default", "made of that"), ("a", "H1", "sweep", "made of this"),
-        ("a", "H4", "default", "made of this"), ("b", "H1", "default", "made of this"),
-        ("b", "H2", "default", "made of this"),
+    said = {"measure": "step", "program": "A"}
+    document = measured.Document.of(path, "here", ["b", "a"])
+    document.keep_runs("a", said, [good, failed])
+    document.keep_runs("b", said, [])
+    document.keep_harder("b", said, "H4", [good])
+    document.keep_harder("b", said, "H2", [])
+    content = json.loads(path.read_text())
+    assert list(content["programs"]) == ["b", "a"]
+    assert content["programs"]["a"]["best"] == {"step": 1.0}
+    assert list(content["harder"]["programs"]["b"]["problems"]) == ["H2", "H4"]
+    again = measured.Document.of(path, "here", ["b", "a"])
+    assert again.line("a", "H1", "this") == again.line("b", "H4", "this") == good
+    again.keep_runs("a", said, [])
+    assert again.line("a", "H1", "this") == good, "runs that follow are kept too"
+    for name, asked, made_of in (
+        ("a", "H1", "other"), ("a", "H1", "that"), ("a", "H4", "this"), ("b", "H1", "this"),
+        ("b", "H2", "this"),
     ):  # fmt: skip
-        assert again.line(name, asked, kind, made_of) is None
-    elsewhere = measured.Document.of(path, "elsewhere", "peer", [])
-    assert elsewhere.line("a", "H1", "default", "made of this") is None
+        assert again.line(name, asked, made_of) is None
+    # Elsewhere nothing of the benchmark is kept. The harder tier is, of the machine that it names.
+    elsewhere = measured.Document.of(path, "elsewhere", [])
+    assert elsewhere.line("a", "H1", "this") is elsewhere.line("b", "H4", "this") is None
+    assert elsewhere.content["harder"]["machine"] == "here"
+    elsewhere.keep_harder("a", said, "H4", [good])
+    assert elsewhere.content["harder"]["machine"] == "elsewhere"
+    assert list(elsewhere.content["harder"]["programs"]) == ["a"]
 
 
-def test_what_is_done_of_the_harder_tier_is_said():
-    entry = {
-        "default": {"step": 2}, "best": {"step": 1}, "sweep": [{"step": 3}],
-        "harder": {"best": ["H3", "H4"], "default": ["H4"], "submitted": ["H2", "H3d"]},
-    }  # fmt: skip
-    best = ("best", {"step": 1})
-    assert measured.settings(entry, "H4") == [("default", {"step": 2}), best]
-    assert measured.settings(entry, "H3d") == [best]
-    assert measured.settings(entry, "H2") == []
-    assert measured.submitted(entry, "H3d") == ("best",)
-    assert measured.submitted(entry, "H3a") == measured.submitted({}, "H3d") == ()
-    assert measured.submitted(entry, "H1") == ("default", "best")
+class Told:
+    """A program that runs nothing."""
+
+    def start(self):
+        """It is there."""
+
+
+def test_what_is_done_of_the_harder_tier_is_said(monkeypatch):
+    entry = FIELD_TOML["boost"] | {"harder": {"best": ["H3", "H4"], "default": ["H4"]}}
+    document = measured.Document.of(None, "here", [])
+    runs = [line(STEPS, {"words": "x"}, value) for value in (2.0, 1.0)]
+    runs[0]["kind"], runs[1]["digits"] = "default", 7.0
+    document.content["programs"]["boost"] = {"runs": runs}
+    monkeypatch.setattr(field, "measure", lambda *_: ({"failure": None, "digits": 4.0}, "text"))
+    for name, kinds in (("H4", ["best", "default"]), ("H3d", ["best"]), ("H2", [])):
+        told = field.Runs("boost", entry, Told(), document, False, lambda *_: None)
+        told.harder(problem.Problem.of(name), None, False)
+        found = document.content.get("harder", {"programs": {}})["programs"]
+        lines = found.get("boost", {"problems": {}})["problems"].get(name, [])
+        assert [x["kind"] for x in lines] == kinds
+        assert [x["beside"] for x in lines] == [7.0, 3.0][: len(kinds)]
     assert problem.problems("H3") == ["H3a", "H3b", "H3c", "H3d", "H3e", "H3f"]
 
 
@@ -153,7 +234,7 @@ def test_a_file_is_shortened_to_the_digits_that_are_right(reference):
                       for r in reference.values()])  # fmt: skip
     rows[:, 0] += 1e-5 * np.sin(times)
     text = asked.text(rows, [17] * 24)
-    short = asked.shortened(text, reference, 17)
+    short = asked.shortened(text, reference)
     first, *others = (word.lstrip("-0.") for word in short.splitlines()[500].split()[1:])
     # An error of 1e-5 of the largest lean, 0.18 rad: 4.3 digits.
     assert len(first) <= 7 < min(map(len, others))
@@ -166,39 +247,34 @@ def test_a_file_is_shortened_to_the_digits_that_are_right(reference):
     assert whole["maneuvers"][0]["worst"] == whole["worst"]["column"] == "roll_angle"
 
 
-def test_published_files_are_judged_again_without_a_run(reference, tmp_path):
-    """Only a file that is still that of its line, and has its digits."""
-    path, problem_1 = tmp_path / "field.json", problem.Problem.of("H1")
-    found = field.result_file("ode", "best")
-    text = gzip.decompress(found.read_bytes())
-    whole = problem_1.judge(text.decode(), reference)
-    line = {"kind": "best", "failure": None, "sha256": hashlib.sha256(text).hexdigest()}
-    lines = {
-        "ode": line | {"digits": whole["digits"], "maneuvers": [{"maneuver": 2, "cpu": 7.0}]},
-        "dart": line | {"digits": whole["digits"]},  # of another file
+def test_a_published_file_is_that_of_its_line():
+    path = field.result_file("ode", "best")
+    sha256 = hashlib.sha256(gzip.decompress(path.read_bytes())).hexdigest()
+    assert field.is_submitted(path, {"sha256": sha256})
+    assert not field.is_submitted(path, {"sha256": "0"})
+    assert not field.is_submitted(path.with_name("none.txt.gz"), {"sha256": sha256})
+
+
+def test_the_race_is_among_the_cheapest_runs_that_pass_in_maneuver_2():
+    def run(step, cpu, drift, failure=None, family="x"):
+        of = [{"maneuver": n, "performance": drift if n == 2 else 9, "cpu": cpu} for n in (1, 2, 3)]
+        said = {"failure": failure, "maneuvers": of, "family": family}
+        return said | {"setting": {"step": step}}
+
+    def program(script, *runs):
+        return {"script": script, "measure": "step", "runs": runs}
+
+    programs = {
+        "a": program("a/x.py", run(4, 3, 1e-4), run(3, 2, 9e-4), run(9, 1, 2e-3)),
+        # Finer, and faster by chance than the step of 8.
+        "b": program("a/y.py", run(8, 1.6, 1e-4), run(7, 1.5, 1e-4), run(9, 0.5, 0, "crashed"),
+                     run(9, 5, 1e-4, family="y")),
+        "c": program("c/x.py", run(1, 1, 1e-2)),
+    }  # fmt: skip
+    found = race.cheapest(programs)
+    assert {folder: (name, x["setting"]) for folder, (name, x) in found.items()} == {
+        "a": ("b", {"step": 8})
     }
-    content = {"programs": {
-        name: {"program": name, "runs": [x, x | {"kind": "sweep"}, {"failure": "crashed"}]}
-        for name, x in lines.items()
-    }}  # fmt: skip
-    path.write_text(json.dumps(content))
-    said = field.judge_again(path, reference)
-    assert len(said) == 1
-    runs = {name: p["runs"] for name, p in json.loads(path.read_text())["programs"].items()}
-    assert [m["digits"] for m in runs["ode"][0]["maneuvers"]] == [
-        m["digits"] for m in whole["maneuvers"]
-    ]
-    assert runs["ode"][0]["maneuvers"][1]["cpu"] == 7.0
-    assert (runs["ode"][1:], runs["dart"]) == (
-        content["programs"]["ode"]["runs"][1:], content["programs"]["dart"]["runs"]
-    )  # fmt: skip
-    lines["ode"]["digits"] += 1
-    path.write_text(json.dumps(content | {"programs": {"ode": {
-        "program": "ode", "runs": [lines["ode"]]
-    }}}))  # fmt: skip
-    before = path.read_text()
-    assert "expected" in field.judge_again(path, reference)[0]
-    assert json.loads(path.read_text()) == json.loads(before)
 
 
 @pytest.mark.proof
@@ -227,14 +303,12 @@ def ran(*arguments):
 
 @pytest.mark.proof
 def test_a_program_is_run_scored_and_kept(tmp_path):
-    pytest.importorskip("heyoka")
     path = tmp_path / "field.json"
     code, out, err = ran("linear", "-o", path)
     assert (code, err) == (0, "")
     assert "-0.57 digits" in out
     (run,) = json.loads(path.read_text())["programs"]["linear"]["runs"]
-    assert run["performance"][1] == pytest.approx(0.87, rel=0.01)
-    assert run["ratio"] == pytest.approx(run["cpu"] / run["peer"], rel=0.01)
+    assert run["maneuvers"][1]["performance"] == pytest.approx(0.87, rel=0.01)
     before = path.read_text()
     time.sleep(0.01)
     assert ran("linear", "-o", path)[0] == 0

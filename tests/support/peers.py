@@ -28,5 +28,6 @@ with on_path():
     import field
     import measured
     import problem
+    import race
 
-__all__ = ["PEERS", "apart", "field", "measured", "on_path", "problem"]
+__all__ = ["PEERS", "apart", "field", "measured", "on_path", "problem", "race"]

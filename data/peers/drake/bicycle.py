@@ -3,12 +3,13 @@
 ``simulate`` is what `../field.py` calls. With ``contact`` the wheels are thin ellipsoids on a half
 space, in a plant of discrete steps. Without it each wheel gives three rows (its lowest material
 point stands still) to the equations of a continuous plant, for an integrator of Drake with fixed
-steps. Axes: x forward, y left, z up.
+steps, or steps of SciPy's DOP853. Axes: x forward, y left, z up.
 """
 
 import time
 
 import numpy as np
+from outside import one_step
 from pydrake import all as drake
 
 UP, AXLE = np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0])
@@ -66,15 +67,20 @@ class Rolling(drake.LeafSystem):
         self.DeclareContinuousState(plant.num_positions(), plant.num_velocities(), 0)
 
     def DoCalcTimeDerivatives(self, context, derivatives):  # noqa: N802
+        state = context.get_continuous_state_vector().CopyToVector()
+        derivatives.SetFromVector(self.rates(state))
+
+    def rates(self, state):
+        """How q and v change."""
         plant, own, n = self.plant, self.context, self.plant.num_velocities()
-        plant.SetPositionsAndVelocities(own, context.get_continuous_state_vector().CopyToVector())
+        plant.SetPositionsAndVelocities(own, state)
         v = plant.GetVelocities(own)
         rows, drift = (np.concatenate(x) for x in zip(*map(self.rows, self.wheels), strict=True))
         zero = np.zeros((len(rows), len(rows)))
         system = np.block([[plant.CalcMassMatrix(own), rows.T], [rows, zero]])
         force = plant.CalcGravityGeneralizedForces(own) - plant.CalcBiasTerm(own)
         a = np.linalg.solve(system, np.concatenate([force, -drift]))[:n]
-        derivatives.SetFromVector(np.concatenate([plant.MapVelocityToQDot(own, v), a]))
+        return np.concatenate([plant.MapVelocityToQDot(own, v), a])
 
     def rows(self, wheel):
         """Rows of a wheel's constraints, and what they are without accelerations of the joints."""
@@ -100,7 +106,7 @@ def simulate(p, speed, roll_rate, step, contact=None, thin=0.001, scheme="runge_
     """Rows of the eight columns, `rate` a second, and the processor time of the simulation [s].
 
     ``contact`` is Drake's name of a discrete contact approximation, ``scheme`` that of an
-    integrator, for rolling as constraints.
+    integrator, for rolling as constraints, or dop853.
     """
     if contact:
         builder = drake.DiagramBuilder()
@@ -112,13 +118,15 @@ def simulate(p, speed, roll_rate, step, contact=None, thin=0.001, scheme="runge_
     else:
         plant = drake.MultibodyPlant(time_step=0)
         build(plant, p)
-        simulator = drake.Simulator(Rolling(plant, p))
-        drake.ApplySimulatorConfig(
-            drake.SimulatorConfig(
-                integration_scheme=scheme, max_step_size=step, use_error_control=False
-            ),
-            simulator,
-        )
+        rolling = Rolling(plant, p)
+        simulator = drake.Simulator(rolling)
+        if scheme != "dop853":
+            drake.ApplySimulatorConfig(
+                drake.SimulatorConfig(
+                    integration_scheme=scheme, max_step_size=step, use_error_control=False
+                ),
+                simulator,
+            )
         own = plant.CreateDefaultContext()
     frame, hinge = plant.GetBodyByName("B"), plant.GetJointByName
     plant.SetFreeBodyPose(own, frame, drake.RigidTransform([0, 0, p["rR"]]))
@@ -133,10 +141,15 @@ def simulate(p, speed, roll_rate, step, contact=None, thin=0.001, scheme="runge_
     found, cpu = [], 0.0
     for row in range(1001):
         begin = time.process_time()
-        simulator.AdvanceTo(row * (1 / rate))
+        if scheme == "dop853":
+            for _ in range(round(1 / rate / step) if row else 0):
+                state = one_step(rolling.rates, state, step)
+        else:
+            simulator.AdvanceTo(row * (1 / rate))
         cpu += time.process_time() - begin
         if not contact:
-            state = simulator.get_context().get_continuous_state_vector().CopyToVector()
+            if scheme != "dop853":
+                state = simulator.get_context().get_continuous_state_vector().CopyToVector()
             plant.SetPositionsAndVelocities(own, state)
         rotation = frame.EvalPoseInWorld(own).rotation()
         moving = frame.EvalSpatialVelocityInWorld(own)

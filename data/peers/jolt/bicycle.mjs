@@ -72,7 +72,7 @@ const bodies = {}, tensors = {};
 for (const [b, at] of Object.entries(origins)) {
   const xx = p[`I${b}xx`], zz = p[`I${b}zz`] ?? xx, xz = -(p[`I${b}xz`] ?? 0); // z up
   tensors[b] = { xx, yy: p[`I${b}yy`], zz, xz };
-  const half = (p.width ?? 0.02) / 2;
+  const half = (p.width ?? 0.002) / 2;
   const shape = b in hubs
     ? new jolt.CylinderShape(half, p[`r${b}`], 0, null)
     : new jolt.EmptyShapeSettings().Create().Get();

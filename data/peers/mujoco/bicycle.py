@@ -12,7 +12,7 @@ import numpy as np
 MODEL = """
 <mujoco>
   <option timestep="{step}" integrator="{integrator}" gravity="0 0 -{g}" cone="{cone}"
-          impratio="{impratio}" solver="Newton" iterations="100" tolerance="{tolerance}">
+          impratio="{impratio}" solver="{solver}" iterations="100" tolerance="{tolerance}">
     <flag energy="enable"/>
   </option>
   <default>
@@ -50,16 +50,20 @@ MODEL = """
 def simulate(
     p, speed, roll_rate, step, integrator="Euler", stiffness="0.02 1", impedance="0.9 0.95 0.001",
     cone="pyramidal", impratio=1, friction=1, tolerance=1e-8, thin=0.001, settle=0.0,
-    rate=100,
+    softness=None, solver="Newton", rate=100,
 ):  # fmt: skip
     """Rows of the eight columns, `rate` a second, and the processor time of the simulation [s].
 
-    Values by default are MuJoCo's own. ``settle`` [s] lets the standing bicycle sink into the
-    floor before it starts.
+    Values by default are MuJoCo's own. ``softness`` is the time constant of the contact in steps,
+    in place of the stiffness; ``settle`` [s] lets the standing bicycle sink into the floor before
+    it starts.
     """
+    if softness:
+        stiffness = f"{softness * step} 1"
     text = MODEL.format(
         **p, step=step, integrator=integrator, stiffness=stiffness, impedance=impedance,
         cone=cone, impratio=impratio, friction=friction, tolerance=tolerance, thin=thin,
+        solver=solver,
         up_B=-p["zB"] - p["rR"], up_F=p["rF"] - p["rR"], up_H=-p["zH"] - p["rF"],
         ahead_H=p["xH"] - p["w"], trail=p["c"], over_B=-p["IBxz"], over_H=-p["IHxz"],
         axis_x=np.sin(p["lam"]), axis_z=-np.cos(p["lam"]),

@@ -10,7 +10,7 @@ import time
 
 import numpy as np
 import pinocchio as pin
-from scipy.integrate import solve_ivp
+from outside import one_step
 
 UP, AXLE = np.array([0.0, 0.0, 1.0]), np.array([0.0, 1.0, 0.0])
 
@@ -87,18 +87,16 @@ def simulate(p, speed, roll_rate, step, method="rk4", chart=True, rate=100):
         a = acceleration(pin.integrate(model, q, u), v)
         return (np.linalg.solve(pin.dIntegrate(model, q, u, pin.ARG1), v) if chart else v), a
 
-    def one_step(q, v, h):
-        def rates(_, y):
+    def in_chart(q, v, h):
+        def rates(y):
             return np.concatenate(slope(q, y[:n], y[n:]))
 
-        start = np.concatenate([np.zeros(n), v])
-        # So loose that the first step is accepted as it is.
-        y = solve_ivp(rates, (0, h), start, method="DOP853", first_step=h, rtol=1, atol=1).y[:, -1]
+        y = one_step(rates, np.concatenate([np.zeros(n), v]), h)
         return pin.integrate(model, q, y[:n]), y[n:]
 
     def advance(q, v, h):
         if method == "dop853":
-            return one_step(q, v, h)
+            return in_chart(q, v, h)
         if method == "euler":  # semi-implicit
             v = v + h * acceleration(q, v)
             return pin.integrate(model, q, h * v), v

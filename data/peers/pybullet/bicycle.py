@@ -60,7 +60,7 @@ def urdf(p, width):
 
 
 def simulate(
-    p, speed, roll_rate, step, friction=0.5, width=0.02, damping=0.04, iterations=50, erp=0.2,
+    p, speed, roll_rate, step, friction=0.5, width=0.002, damping=0.04, iterations=50, erp=0.2,
     breaking=0.02, residual=1e-7, scale=1, slop=1e-5, polygon=True, rate=100,
 ):  # fmt: skip
     """Rows of the eight columns, `rate` a second, and the processor time of the simulation [s].

@@ -54,7 +54,7 @@ for (const [b, at] of Object.entries(origins)) {
   );
   bodies[b] = body;
   if (b in hubs) {
-    const wheel = RAPIER.ColliderDesc.cylinder((p.width ?? 0.02) / 2, p[`r${b}`]);
+    const wheel = RAPIER.ColliderDesc.cylinder((p.width ?? 0.002) / 2, p[`r${b}`]);
     world.createCollider(wheel.setDensity(0).setFriction(1), body);
   }
   // The whole bicycle turns about the line of the contact points.
