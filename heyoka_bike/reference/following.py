@@ -133,11 +133,12 @@ def with_following(
     if not follow:
         return found
     hi, lo = dict(found.hi), dict(found.lo)
+    # One number for each column: formulas of the same angle share its sine and cosine.
+    exactly = {n: Doubles(hi[n], lo[n]) for n in lo}
     for name, how in follow.items():
         exact = {p: _value(parameters[p]) for p in how.parameters}
         if lo:
-            of = {n: Doubles(hi[n], lo[n]) for n in how.needs}
-            x = how.formula(Doubles, of, {p: Doubles.of(v) for p, v in exact.items()})
+            x = how.formula(Doubles, exactly, {p: Doubles.of(v) for p, v in exact.items()})
             hi[name], lo[name] = x.hi, x.lo
         else:
             hi[name] = how.formula(np, hi, {p: float(v) for p, v in exact.items()})
