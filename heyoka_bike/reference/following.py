@@ -8,6 +8,7 @@ they need no new set.
 from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -159,6 +160,7 @@ def in_binary64(parameters: Mapping[str, str]) -> dict[str, float]:
     return {name: float(_value(text)) for name, text in parameters.items()}
 
 
+@cache
 def _value(text: str) -> Fraction:
     exact = Exact.parse(text)
     return exact.rational + exact.pi_multiple * PI

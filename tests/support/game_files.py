@@ -131,7 +131,9 @@ def in_memory(parts, quantum=None):
 
 def decimal_times(time):
     """Times as the shortest decimals of these binary64 mean them: hi and lo."""
-    lo = [float(Fraction(repr(float(t))) - Fraction(float(t))) for t in time]
+    with localcontext() as context:
+        context.prec = 1100  # digits: no difference of binary64 numbers is rounded
+        lo = [float(Decimal(repr(t)) - Decimal(t)) for t in np.asarray(time, float).tolist()]
     return np.asarray(time, float), np.array(lo)
 
 
