@@ -5,7 +5,6 @@ Nothing here knows how results are judged; only their in-memory form is the pack
 
 from dataclasses import dataclass, field
 from decimal import Decimal, localcontext
-from fractions import Fraction
 from functools import lru_cache
 
 import numpy as np
