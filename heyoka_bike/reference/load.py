@@ -103,7 +103,7 @@ class ReferenceManeuver(Displayed):
         """Ends of the dense pieces [s], shape (P + 1,)."""
         return self.dense.breaks
 
-    @property
+    @cached_property
     def duration(self) -> Fraction:
         """End of the reference [s]."""
         return Fraction(self.inputs["duration"])

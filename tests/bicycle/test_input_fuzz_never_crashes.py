@@ -161,7 +161,7 @@ KINDS = pytest.mark.parametrize("kind", STRATEGIES)
 @READERS
 @KINDS
 def test_input(read, kind, tmp_path_factory):
-    _check(read, tmp_path_factory, STRATEGIES[kind](read), 75)
+    _check(read, tmp_path_factory, STRATEGIES[kind](read), 50)
 
 
 @pytest.mark.slow
