@@ -291,14 +291,14 @@ def small_atlas(made_once: MadeOnce) -> Path:
 
 @pytest.fixture(scope="session")
 def honest_outcomes(made_once: MadeOnce) -> list[Any]:
-    """The first 250 files of the game of honest variations, played once."""
+    """The first 125 files of the game of honest variations, played once."""
     from support.play import play
 
     def fill(place: Path) -> None:
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(Dense, "evaluate", Dense.evaluate)
             keep_values()
-            outcomes = play("honest", range(250), processes=1)
+            outcomes = play("honest", range(125), processes=1)
         (place / "outcomes").write_bytes(pickle.dumps(outcomes))
 
     found: list[Any] = pickle.loads((made_once("honest-game", fill) / "outcomes").read_bytes())

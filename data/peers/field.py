@@ -6,8 +6,9 @@ writes what was measured, from which ``python docs/_site/field_page.py`` makes t
 stands there already of this machine and these versions is kept. ``--submit`` also writes the best
 and the default run into ``data/results``. ``--race`` then times the cheapest run of each program
 that passes eq. (1); alone with ``-o`` it runs nothing else, for a machine that is quiet later.
-``--problem H4`` runs a problem of the harder tier instead, at the best and the default settings of
-the JSON; its reference is below ``--sets`` (docs/harder-tier.md has the line that makes it). A
+``--problem H4`` runs a problem of the extended problem set instead, at the best and the default
+settings of the JSON; its reference is below ``--sets`` (docs/harder-tier.md has the line that makes
+it). A
 program is a folder here with a script ``bicycle.py``, whose ``simulate`` gives the rows of a
 maneuver, the processor time and, where it can tell, the number of its steps or calls; or with
 ``bicycle.cpp`` or ``bicycle.mjs``, which reads lines "name value" from standard input and writes
@@ -335,11 +336,11 @@ def main():
     parser.add_argument("--race", action="store_true", help="time the cheapest runs that pass")
     parser.add_argument(
         "--problem", action="append", choices=["H1", "H2", "H3", "H4"], default=[],
-        help="of the harder tier, may be repeated (default: H1, the benchmark)",
+        help="of the extended problem set, may be repeated (default: H1, the benchmark)",
     )  # fmt: skip
     parser.add_argument(
         "--sets", type=Path, default=Path("sets"), metavar="FOLDER",
-        help="where the references of the harder tier are (default: sets)",
+        help="where the references of the extended problem set are (default: sets)",
     )  # fmt: skip
     parser.add_argument(
         "--rows", choices=["prove", "compute"],

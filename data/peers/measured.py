@@ -15,7 +15,7 @@ from typing import Any
 from heyoka_bike.system.files import write_output
 
 H1 = "H1"
-"""The benchmark; its runs are kept apart from those of the harder tier."""
+"""The benchmark; its runs are kept apart from those of the extended problem set."""
 BUDGET = 30
 """Processor time that the best run may take, all maneuvers [s]."""
 # Of a program: what is said of it, as field.toml has it.
@@ -59,7 +59,7 @@ class Document:
     def of(cls, path, machine, order):
         """With what the file holds already; its runs of the benchmark if they are of this machine.
 
-        Those of the harder tier have a machine of their own.
+        Those of the extended problem set have a machine of their own.
         """
         content = {"machine": machine, "started": [], "programs": {}}
         if path is not None and path.exists():
@@ -86,7 +86,7 @@ class Document:
         self.keep(name, said | {"missing": None} | found)
 
     def keep_harder(self, name, said, problem, lines):
-        """Write the runs of a problem of the harder tier down."""
+        """Write the runs of a problem of the extended problem set down."""
         tier = self.content.get("harder")
         if tier is None or tier["machine"] != self.machine:
             tier = self.content["harder"] = {"machine": self.machine, "programs": {}}

@@ -1,4 +1,4 @@
-"""What is asked of the programs, the benchmark or its harder tier, and how right they are."""
+"""The problem that programs get, of the benchmark or the extended set, and their true errors."""
 
 import math
 import tempfile

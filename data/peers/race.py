@@ -60,10 +60,11 @@ def race(document, apart, names):
         "machine": document.machine, "started": now(), "maneuver": MANEUVER,
         "peer": {"name": NAME, "digits": against.digits()}, "rows": rows,
     }  # fmt: skip
-    for name, line in cheapest(document.content["programs"]).values():
-        kept = earlier.get(name, {})
-        if kept.get("setting") == line["setting"]:
-            rows[name] = kept
+    fastest = cheapest(document.content["programs"]).values()
+    for name, line in fastest:
+        if earlier.get(name, {}).get("setting") == line["setting"]:
+            rows[name] = earlier[name]
+    for name, line in fastest:
         if name not in names:
             continue
         with apart(name) as program:

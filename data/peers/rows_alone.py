@@ -1,4 +1,4 @@
-"""Rows of a problem of the harder tier, without the rest of its reference set.
+"""Rows of a problem of the extended problem set, without the rest of its reference set.
 
 The whole set, with all forces and sensitivities, takes hours of H3. The rows that results are
 compared with are proved in minutes, by the same steps: integrated, enclosed, rounded. Computed,

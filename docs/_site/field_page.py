@@ -282,7 +282,7 @@ def passing(programs):
     found = claim(programs)
     named = "; ".join(f"{name} {_among(errors)}" for name, errors in found.blind.items())
     typical = [p.name for p in programs if p.program and p.default and is_blind(p.default)]
-    told = f" As they come: {'; '.join(typical)}." if typical else ""
+    told = f" At default settings: {'; '.join(typical)}." if typical else ""
     return f"{_claimed(found)}: {named}.{told} {_range(found)}"
 
 

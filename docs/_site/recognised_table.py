@@ -5,6 +5,8 @@ level of the columns' scales added, and diagnosed. Run as a script, this writes 
 """
 
 import sys
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +22,7 @@ from heyoka_bike.scoring.diagnosis.explain import explain
 from heyoka_bike.scoring.diagnosis.mistakes.library import MISTAKES
 from heyoka_bike.scoring.diagnosis.programs.program import clock_mistake, output_mistake
 from heyoka_bike.scoring.diagnosis.programs.simulator import Simulator
+from heyoka_bike.system.parallel import processors
 
 PAGE = Path(__file__).parent.parent / "reference" / "mistakes.md"
 BEGIN, END = "<!-- recognised: begin -->", "<!-- recognised: end -->"
@@ -94,6 +97,18 @@ def outcome(code, level, files, close, reference, simulator):
     return f"wrong: {sorted(first)}" if first else "nothing named"
 
 
+_SHARED = {}
+"""Files, close ones by level, reference and simulator, inherited by the processes."""
+
+
+def _outcome(case):
+    """Outcome of a level and a code."""
+    name, code = case
+    close = _SHARED["close"][name][code]
+    files, reference, simulator = (_SHARED[k] for k in ("files", "reference", "simulator"))
+    return outcome(code, _SHARED["levels"][name], files, close, reference, simulator)
+
+
 def is_right(said):
     return said in ("right", "right class", "not visible")
 
@@ -101,16 +116,22 @@ def is_right(said):
 def table(reference, hypotheses=HYPOTHESES, levels=LEVELS, report=lambda _: None):
     """Of each hypothesis, how far it is from the correct file and what is said at each level."""
     scales = {(n, k): reference[n].scale(k) for n in reference for k in BENCHMARK_COLUMNS}
-    simulator = Simulator()
     files = {"": columns_of(reference, [])}
     files |= {m.code: columns_of(reference, [m]) for m in hypotheses}
-    said, classes = {m.code: {} for m in hypotheses}, {}
-    for name, level in levels.items():
-        close = alike(files, list(files), SEEN * max(level, LEAST), scales)
-        classes[name] = {frozenset(c) for c in close.values() if len(c) > 1}
-        for m in hypotheses:
-            said[m.code][name] = outcome(m.code, level, files, close[m.code], reference, simulator)
-            report(f"{name} {m.code}: {said[m.code][name]}")
+    close = {
+        name: alike(files, list(files), SEEN * max(level, LEAST), scales)
+        for name, level in levels.items()
+    }
+    _SHARED.update(
+        files=files, close=close, levels=levels, reference=reference, simulator=Simulator()
+    )
+    classes = {name: {frozenset(c) for c in x.values() if len(c) > 1} for name, x in close.items()}
+    said = {m.code: {} for m in hypotheses}
+    cases = [(name, m.code) for name in levels for m in hypotheses]
+    with ProcessPoolExecutor(processors(), get_context("fork")) as pool:
+        for (name, code), told in zip(cases, pool.map(_outcome, cases), strict=True):
+            said[code][name] = told
+            report(f"{name} {code}: {told}")
     far = {m.code: distance(files[m.code], files[""], scales) for m in hypotheses}
     return said, far, classes
 

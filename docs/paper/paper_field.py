@@ -84,7 +84,7 @@ def reaches(program, kind="best"):
 
 @fact("docs/field.json", FIELD)
 def between(end):
-    """Digits between programs as they come and at their best: least or most."""
+    """Digits between default settings and the best run: least or most."""
     found = [p.best["digits"] - p.default["digits"] for p in _programs() if p.best and p.default]
     return f"{(min if end == 'least' else max)(found):.1f}"
 

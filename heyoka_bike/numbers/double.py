@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import lru_cache
 from math import factorial
 
 import numpy as np
@@ -131,39 +132,42 @@ class Doubles:
         return Doubles(*root((self.hi, self.lo)))
 
     def sin(self) -> Doubles:
-        return self._sin_cos()[0]
+        return _sin_cos(self)[0]
 
     def cos(self) -> Doubles:
-        return self._sin_cos()[1]
+        return _sin_cos(self)[1]
 
     def arctan2(self, x: Doubles) -> Doubles:
         """The angle of (x, self)."""
         near = np.arctan2(self.hi, x.hi)
         angle = Doubles(near, np.zeros_like(near))
-        sin, cos = angle._sin_cos()
+        sin, cos = _sin_cos(angle)
         # What is left is an angle of the last digit, which is its own sine.
         rest = (self * cos - x * sin) / (x * cos + self * sin)
         return Doubles(*fast_two_sum(near, rest.hi))
 
-    def _sin_cos(self) -> tuple[Doubles, Doubles]:
-        quarters = np.rint(self.hi / float(PI / 2))
-        x = self - Doubles(quarters, np.zeros_like(quarters)) * Doubles.of(PI / 2)
-        x = Doubles(x.hi / 2**_HALVINGS, x.lo / 2**_HALVINGS)
-        one = Doubles.of(1)
-        square, sin, cos = x * x, Doubles.of(0), Doubles.of(0)
-        for n in range(_TERMS, 0, -2):
-            sign = (-1) ** (n // 2)
-            cos = cos * square + Doubles.of(Fraction(sign, factorial(n)))
-            sin = sin * square + Doubles.of(Fraction(-sign, factorial(n - 1)))
-        sin, less = sin * x, -(cos * square)
-        for _ in range(_HALVINGS):
-            # Of 1 - cos, which keeps its digits where the cosine is near one.
-            double = sin * (one - less)
-            sin, less = double + double, (sin * sin) + (sin * sin)
-        cos = one - less
-        turned = [(sin, cos), (cos, -sin), (-sin, -cos), (-cos, sin)]
-        which = quarters.astype(int) % 4
-        return tuple(
-            Doubles(*(np.choose(which, [getattr(x, p) for x in of]) for p in ("hi", "lo")))
-            for of in zip(*turned, strict=True)
-        )  # type: ignore[return-value]
+
+@lru_cache(maxsize=4)
+def _sin_cos(angle: Doubles) -> tuple[Doubles, Doubles]:
+    """Sine and cosine; of the last arguments they are kept, as most formulas take both."""
+    quarters = np.rint(angle.hi / float(PI / 2))
+    x = angle - Doubles(quarters, np.zeros_like(quarters)) * Doubles.of(PI / 2)
+    x = Doubles(x.hi / 2**_HALVINGS, x.lo / 2**_HALVINGS)
+    one = Doubles.of(1)
+    square, sin, cos = x * x, Doubles.of(0), Doubles.of(0)
+    for n in range(_TERMS, 0, -2):
+        sign = (-1) ** (n // 2)
+        cos = cos * square + Doubles.of(Fraction(sign, factorial(n)))
+        sin = sin * square + Doubles.of(Fraction(-sign, factorial(n - 1)))
+    sin, less = sin * x, -(cos * square)
+    for _ in range(_HALVINGS):
+        # Of 1 - cos, which keeps its digits where the cosine is near one.
+        double = sin * (one - less)
+        sin, less = double + double, (sin * sin) + (sin * sin)
+    cos = one - less
+    turned = [(sin, cos), (cos, -sin), (-sin, -cos), (-cos, sin)]
+    which = quarters.astype(int) % 4
+    return tuple(
+        Doubles(*(np.choose(which, [getattr(x, p) for x in of]) for p in ("hi", "lo")))
+        for of in zip(*turned, strict=True)
+    )  # type: ignore[return-value]

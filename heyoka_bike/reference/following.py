@@ -8,6 +8,7 @@ they need no new set.
 from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -133,11 +134,12 @@ def with_following(
     if not follow:
         return found
     hi, lo = dict(found.hi), dict(found.lo)
+    # One number for each column: formulas of the same angle share its sine and cosine.
+    exactly = {n: Doubles(hi[n], lo[n]) for n in lo}
     for name, how in follow.items():
         exact = {p: _value(parameters[p]) for p in how.parameters}
         if lo:
-            of = {n: Doubles(hi[n], lo[n]) for n in how.needs}
-            x = how.formula(Doubles, of, {p: Doubles.of(v) for p, v in exact.items()})
+            x = how.formula(Doubles, exactly, {p: Doubles.of(v) for p, v in exact.items()})
             hi[name], lo[name] = x.hi, x.lo
         else:
             hi[name] = how.formula(np, hi, {p: float(v) for p, v in exact.items()})
@@ -158,6 +160,7 @@ def in_binary64(parameters: Mapping[str, str]) -> dict[str, float]:
     return {name: float(_value(text)) for name, text in parameters.items()}
 
 
+@cache
 def _value(text: str) -> Fraction:
     exact = Exact.parse(text)
     return exact.rational + exact.pi_multiple * PI

@@ -103,7 +103,7 @@ class ReferenceManeuver(Displayed):
         """Ends of the dense pieces [s], shape (P + 1,)."""
         return self.dense.breaks
 
-    @property
+    @cached_property
     def duration(self) -> Fraction:
         """End of the reference [s]."""
         return Fraction(self.inputs["duration"])
@@ -227,6 +227,9 @@ class ReferenceManeuver(Displayed):
 
         found = with_following(stored, names, self.parameters, hi)
         new = [n for n in names if n not in hi]
+        for n in new:
+            found.hi[n].setflags(write=False)
+            found.lo[n].setflags(write=False)
         hi.update({n: found.hi[n] for n in new})
         lo.update({n: found.lo[n] for n in new})
         return found
@@ -364,22 +367,38 @@ def load_reference(folder: Reference | str | PathLike[str] | None = None) -> Ref
             "load_reference gives"
         )
     where, manifest, raw = manifest_file.load_file(None if folder is None else Path(folder), HDF5)
-    with manifest_file.reading(where / HDF5, "a reference file"):
-        f = opened(raw)
-        maneuvers = _read_maneuvers(f, manifest)
-        for m in maneuvers:
-            for key in (*NEEDED, *m.definitions):
-                if key not in m.at_any_time:
-                    raise ValueError(f"{m.name}: no {key}, the default definition of that column")
-        _log.info("%s: %d maneuvers, data %s", where, len(maneuvers), manifest.dataset_version)
-        return Reference(
-            dataset_version=manifest.dataset_version,
-            content_sha256=str(f.attrs["content_sha256"]),
-            bicycle=str(f.attrs["bicycle"]),
-            parameters=json.loads(f.attrs["parameters"]),
-            maneuvers=maneuvers,
-            folder=where,
-        )
+    key = (where, manifest.sha256)
+    reference = _loaded.get(key)
+    if reference is None:
+        with manifest_file.reading(where / HDF5, "a reference file"):
+            reference = _read_reference(where, manifest, opened(raw))
+        if len(_loaded) == _MOST_LOADED:
+            _loaded.clear()
+        _loaded[key] = reference
+    _log.info("%s: %d maneuvers, data %s", where, len(reference), manifest.dataset_version)
+    return reference
+
+
+# Of the same folder and manifest, which has the hash of the file, the reference that was loaded: it
+# keeps what follows from its columns, which takes longer than reading them.
+_loaded: dict[tuple[Path, str], Reference] = {}
+_MOST_LOADED = 2
+
+
+def _read_reference(where: Path, manifest: manifest_file.Manifest, f: Any) -> Reference:
+    maneuvers = _read_maneuvers(f, manifest)
+    for m in maneuvers:
+        for key in (*NEEDED, *m.definitions):
+            if key not in m.at_any_time:
+                raise ValueError(f"{m.name}: no {key}, the default definition of that column")
+    return Reference(
+        dataset_version=manifest.dataset_version,
+        content_sha256=str(f.attrs["content_sha256"]),
+        bicycle=str(f.attrs["bicycle"]),
+        parameters=json.loads(f.attrs["parameters"]),
+        maneuvers=maneuvers,
+        folder=where,
+    )
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -182,7 +182,7 @@ def test_what_is_written_down_is_kept_while_it_holds(tmp_path):
         ("b", "H2", "this"),
     ):  # fmt: skip
         assert again.line(name, asked, made_of) is None
-    # Elsewhere nothing of the benchmark is kept. The harder tier is, of the machine that it names.
+    # Elsewhere nothing of the benchmark is kept. The extended set is, of the machine it names.
     elsewhere = measured.Document.of(path, "elsewhere", [])
     assert elsewhere.line("a", "H1", "this") is elsewhere.line("b", "H4", "this") is None
     assert elsewhere.content["harder"]["machine"] == "here"

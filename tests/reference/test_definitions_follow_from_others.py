@@ -49,7 +49,7 @@ def from_the_oracle(bicycle, state):
     }
 
 
-@pytest.mark.parametrize("time", ["0", "0.07", "1.234567", "7.77", "10"])
+@pytest.mark.parametrize("time", ["0", "1.234567", "10"])
 def test_they_are_those_of_an_independent_model(reference, time):
     bicycle = Bicycle.parse(reference.bicycle, reference.parameters)
     for m in reference.values():

@@ -28,7 +28,7 @@ AMOUNTS = {
 WHEELS = {"": (R, F), "R": (R,), "F": (F,)}
 FRAME = {R: B, F: H, B: B, H: H}
 GRAVITY = 9.81
-# What a force changes in a second, of what the columns are; what may be wrong, of what it changes.
+# What a force changes in that time, of what the columns are; what may be wrong, of what it changes.
 SEEN, RIGHT = 1e-5, 1e-3
 
 
@@ -127,8 +127,8 @@ def applied(name, amount, program):
     return forces
 
 
-def run(name, amount, steps=100, h=0.01):
-    """Columns of a second, by Runge and Kutta."""
+def run(name, amount, steps=60, h=0.01):
+    """Columns of 0.6 s, by Runge and Kutta."""
     right = Program(method=None)
     program = Program(method=None, applied=applied(name, amount, right))
     state = program.start(SPEED, ROLL_RATE)

@@ -95,7 +95,7 @@ def test_another_start_leaves_nothing(reference, equations, code):
     assert not found.is_open
 
 
-@pytest.mark.parametrize("alone", [False, pytest.param(True, marks=pytest.mark.proof)])
+@pytest.mark.parametrize("alone", [pytest.param(False, marks=pytest.mark.proof), True])
 @pytest.mark.parametrize(
     ("method", "step"),
     [

@@ -31,6 +31,12 @@ def _no_heyoka(monkeypatch):
     monkeypatch.setitem(sys.modules, "heyoka", None)
 
 
+@pytest.fixture(scope="module")
+def stability(reference):
+    """The axes of the figure, which takes a second; not to be changed."""
+    return eigenvalues.draw(reference).axes
+
+
 @pytest.mark.proof
 @pytest.mark.parametrize("name", FIGURES)
 def test_every_figure_is_drawn_in_every_format_and_the_same_again(name, reference):
@@ -78,10 +84,10 @@ def test_help_lists_every_figure(capsys):
         assert re.search(rf"^  {name} +{re.escape(kind.about)}$", out, re.MULTILINE), name
 
 
-def test_eigenvalues_are_those_of_the_published_matrices(reference):
+def test_eigenvalues_are_those_of_the_published_matrices(stability):
     published = json.loads((ANCHORS / "linear.json").read_text())["matrices"]
     m, c1, k0, k2 = (np.array(published[x]["printed"], float) for x in ("M", "C1", "K0", "K2"))
-    upper, lower = eigenvalues.draw(reference).axes
+    upper, lower = stability
     drawn = [x for x in upper.lines if x.get_label() in ("weave", "capsize", "castering")]
     of_pair = [x for x in lower.lines if x.get_label() not in ("weave", "capsize", "castering")]
     imaginary = {tuple(x.get_xdata()): x.get_ydata() for x in of_pair if len(x.get_xdata()) > 2}
@@ -104,8 +110,8 @@ def test_eigenvalues_are_those_of_the_published_matrices(reference):
     assert {x.get_label() for x in drawn} == {"weave", "capsize", "castering"}
 
 
-def test_critical_speeds_are_marked_with_their_published_digits(reference):
-    upper, lower = eigenvalues.draw(reference).axes
+def test_critical_speeds_are_marked_with_their_published_digits(stability):
+    upper, lower = stability
     texts = " ".join(t.get_text() for t in upper.texts)
     assert "weave speed\n4.29238… m/s" in texts  # published: 4.292382536341
     assert "capsize speed\n6.02426… m/s" in texts  # published: 6.024262015388

@@ -5,7 +5,6 @@ Nothing here knows how results are judged; only their in-memory form is the pack
 
 from dataclasses import dataclass, field
 from decimal import Decimal, localcontext
-from fractions import Fraction
 from functools import lru_cache
 
 import numpy as np
@@ -131,7 +130,9 @@ def in_memory(parts, quantum=None):
 
 def decimal_times(time):
     """Times as the shortest decimals of these binary64 mean them: hi and lo."""
-    lo = [float(Fraction(repr(float(t))) - Fraction(float(t))) for t in time]
+    with localcontext() as context:
+        context.prec = 1100  # digits: no difference of binary64 numbers is rounded
+        lo = [float(Decimal(repr(t)) - Decimal(t)) for t in np.asarray(time, float).tolist()]
     return np.asarray(time, float), np.array(lo)
 
 

@@ -1,4 +1,4 @@
-"""What the maneuvers do after their ten seconds: one weaves, one comes to run straight, one falls.
+"""Maneuvers after their ten seconds: a limit cycle, steady straight running, and a fall.
 
 The motions are computed in binary64 when the figure is drawn, which takes heyoka and a few seconds.
 Rates and final values are those of the runs themselves, except that of maneuver 2, which the linear
@@ -170,7 +170,7 @@ class Weave:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Straightening:
-    """Maneuver 2, which comes to run straight.
+    """Maneuver 2, which converges to steady straight running.
 
     Attributes
     ----------
@@ -200,7 +200,7 @@ class Straightening:
 
     def draw(self, axes: Mapping[str, Axes]) -> None:
         ax = axes["straight"]
-        _title(ax, f"{self.maneuver.name} comes to run straight")
+        _title(ax, f"{self.maneuver.name} converges to steady straight running")
         rate = f"{self.decay.rate:.4f} 1/s".replace("-", "\N{MINUS SIGN}")
         note = f"line: weave eigenvalue at {self.speed:.4f} m/s,\nreal part {rate}"
         self.decay.draw(ax, note)
@@ -288,7 +288,7 @@ def draw(reference: Reference, numbers: Sequence[int]) -> Figure:
 
 
 def motions(reference: Reference, numbers: Sequence[int]) -> list[Weave | Straightening | Fall]:
-    """What becomes of the maneuvers of the benchmark."""
+    """Long-term behaviour of the maneuvers of the benchmark."""
     bicycle = Bicycle.parse(reference.bicycle, reference.parameters)
     parts = {n: reference[n] for n in numbers}
     return [_KINDS[n](bicycle, Maneuver.parse(m.name, m.inputs)) for n, m in parts.items()]

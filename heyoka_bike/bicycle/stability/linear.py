@@ -261,7 +261,7 @@ def _roots(coefficients: Sequence[mpmath.mpf], digits: int) -> list[mpmath.mpc]:
         return zeros
     size, inverse_size = _root_size(p), _root_size(p[::-1])
     spread = int(mp.log10(size * inverse_size))
-    coarse = Multiprecision(digits + _GUARD + spread).context
+    coarse = _context(digits + _GUARD + spread)
     # A double root comes out with half of the digits, at one bit a step.
     scaled = [q / (p[0] * size**i) for i, q in enumerate(p)]
     options = {"maxsteps": 50 + 4 * mp.prec + coarse.prec, "cleanup": False, "extraprec": mp.prec}

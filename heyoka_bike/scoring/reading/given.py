@@ -8,7 +8,7 @@ from typing import Any
 
 from heyoka_bike.bicycle.columns import BENCHMARK_COLUMNS
 from heyoka_bike.errors import InputError, quoted
-from heyoka_bike.scoring.reading.names.columns import TIME, did_you_mean, is_time, recognise
+from heyoka_bike.scoring.reading.names.headings import TIME, did_you_mean, is_time, recognise
 from heyoka_bike.scoring.reading.results import Results
 from heyoka_bike.scoring.reading.source import read_results
 from heyoka_bike.scoring.scored import Scored

@@ -10,8 +10,8 @@ from typing import Any
 from heyoka_bike.errors import InputError, MissingPackageError, printable
 from heyoka_bike.scoring.reading.arrays.tables import tables
 from heyoka_bike.scoring.reading.assembly import assemble
-from heyoka_bike.scoring.reading.formats import FORMATS, Format, why_not_read
-from heyoka_bike.scoring.reading.names.columns import told
+from heyoka_bike.scoring.reading.formats import FORMATS, why_not_read
+from heyoka_bike.scoring.reading.names.headings import told
 from heyoka_bike.scoring.reading.request import ARGUMENT, OPTION, Request
 from heyoka_bike.scoring.reading.result_file import ResultFile
 from heyoka_bike.scoring.reading.results import Results
@@ -96,22 +96,18 @@ def _read_tables(source: Any, request: Request) -> tuple[list[Vectors], str]:
             if not format_.sniff(file.signature, suffix):
                 continue
             file.request = replace(request, is_ordered=format_.is_ordered)
-            found = _read(format_, file)
+            damage = file.request.damage(format_.expected) if format_.expected else nullcontext()
+            try:
+                with damage:
+                    found = format_.reader()(file)
+            except ImportError:
+                if format_.package is None:
+                    raise
+                raise MissingPackageError(
+                    f"{request.path}: {format_.package}, which reads {format_.label} (or save it "
+                    f"as text), is not installed: pip install {format_.package}"
+                ) from None
             if found is not None:
                 is_read = isinstance(found, list)
                 return found if is_read else tables(found, file.request), format_.name
     raise request.error(why_not_read(file.signature, suffix))
-
-
-def _read(format_: Format, file: ResultFile) -> Any:
-    damage = file.request.damage(format_.expected) if format_.expected else nullcontext()
-    try:
-        with damage:
-            return format_.reader()(file)
-    except ImportError:
-        if format_.package is None:
-            raise
-        raise MissingPackageError(
-            f"{file.request.path}: {format_.package}, which reads {format_.label} (or save it as "
-            f"text), is not installed: pip install {format_.package}"
-        ) from None

@@ -167,9 +167,8 @@ def _series(
 
 
 def _steps_unknown(is_told: bool) -> Finding:
-    why = "several files are given as alike"
-    if not is_told:
-        why = "the rows of several files are equally far apart"
+    apart = "the rows of several files are equally far apart"
+    why = "several files are given as alike" if is_told else apart
     said = (
         f"{why}, so the step sizes do not tell the runs apart; give those of the integrator "
         "(--step) to see the order of convergence, or the tolerances of its solver (--tolerance)"

@@ -103,7 +103,14 @@ function written(file, column) {
     largest = Math.max(largest, Math.abs(number(row[column])));
   }
   const isFixed = fewest === most && most >= 0 && 10 ** -most >= largest * 2 ** -52;
-  return { digits: digits < 17 ? digits : 0, places: isFixed ? most : -1 };
+  const isConstant = new Set(file.rows.map((row) => number(row[column]))).size < 2;
+  return { digits: digits < 17 ? digits : 0, places: isFixed ? most : -1, count: digits, isConstant };
+}
+
+// A constant does not tell its digits: it has those of the most finely written column.
+function evened(columns, time) {
+  const finest = columns.filter((c, i) => i !== time && !c.isConstant).sort((a, b) => b.count - a.count)[0];
+  return columns.map((c) => c.isConstant && finest ? finest : c);
 }
 
 /* ---- Judging ---- */
@@ -144,7 +151,7 @@ function judgeText(text, name, chosen = 0) {
   try {
     const file = read(text, name);
     file.text = text;
-    file.written = Array.from({ length: file.width }, (_, i) => written(file, i));
+    file.written = evened(Array.from({ length: file.width }, (_, i) => written(file, i)), file.columns.time);
     const isOne = file.columns.of.some((c) => !c.maneuver);
     const maneuver = isOne ? chosen || recognised(file) : 0;
     at("which").hidden = !isOne;

@@ -1,4 +1,4 @@
-"""An atlas: what becomes of a bicycle at each point of a grid, and where falling begins.
+"""An atlas: long-term behaviour of a bicycle at each point of a grid, and the basin boundary.
 
 The quantities are those of `VARIABLES`. How each is decided is in `fates`.
 """
@@ -14,13 +14,13 @@ from heyoka_bike.numbers.double import Array
 UNDECIDED, UPRIGHT, CYCLE, LIFTS, FALLS, WEAVES = range(6)
 FATES: Mapping[str, str] = {
     "undecided": "none of the others when the motion was left",
-    "upright": "comes to run straight and upright, both wheels pressed to the floor all the time",
-    "cycle": "comes to a periodic weave, both wheels pressed to the floor all the time",
+    "upright": "converges to steady straight running, both wheels pressed to the floor",
+    "cycle": "approaches a limit cycle, both wheels pressed to the floor",
     "lifts": "a wheel would have to be pulled to the floor; the model recovers all the same",
     "falls": "turns its handlebar by a right angle, or comes to where its equations end",
     "weaves": "weaves without repeating itself as long as it was followed, both wheels pressed",
 }
-"""The fates by name, in the order of their numbers, with what they mean."""
+"""Classes of long-term behaviour by name, in the order of their numbers, with their meaning."""
 
 NO_WHEEL, REAR, FRONT = range(3)
 WHEELS = ("none", "rear", "front")
@@ -48,7 +48,7 @@ class Variable:
 
 
 VARIABLES: Mapping[str, Variable] = {
-    "fate": Variable("what becomes of the bicycle", "1", "int8", tuple(FATES)),
+    "fate": Variable("long-term behaviour", "1", "int8", tuple(FATES)),
     "fate_time": Variable(
         "time after which it is settled, or of the fall, or that it was followed", "s"
     ),

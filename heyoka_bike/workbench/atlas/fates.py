@@ -4,17 +4,17 @@ A motion is followed window by window until one of these is so, or for `LONGEST`
 
 - *It falls*: the handlebar is turned by a right angle either way, or the step size vanishes, as it
   does at a singularity. The first is found as a zero of the Taylor polynomials.
-- *It comes to run straight.* Energy is constant, so the speed of straight running is known from the
-  start, and the eigenvalues of the equations linearised there. If all real parts are negative, and
-  roll, steer and their rates stay so small over a window that terms of third order are below a
-  hundredth of the decay, it has.
-- *It comes to a periodic weave*: over 20 s the lean changes sign, and its greatest magnitudes
+- *It converges to steady motion.* Energy is constant, so the speed of straight running is known
+  from the start, and the eigenvalues of the equations linearised there. If all real parts are
+  negative, and roll, steer and their rates stay so small over a window that terms of third order
+  are below a hundredth of the decay, it has.
+- *It approaches a limit cycle*: over 20 s the lean changes sign, and its greatest magnitudes
   repeat every first, second ... or eighth time, to a thousandth.
 
 A wheel leaves the floor where its normal force passes zero, found from samples, 32 times as many
 where these or the parabolas through three of them say that there is something to be found.
 
-None of this is proved. Where motions are chaotic, and next to the edge of falling, rounding
+None of this is proved. Where motions are chaotic, and next to the basin boundary, rounding
 decides.
 """
 
@@ -46,7 +46,7 @@ LONGEST = 200.0
 """The longest time for which a motion is followed [s]."""
 
 SETTLED = 0.01
-"""Roll and steer angle [rad] below which a motion that comes to run straight has settled."""
+"""Roll and steer angle [rad] below which a motion that converges to steady running has settled."""
 
 _DURATION = WINDOW * SPACING
 _FLAT = 0.03  # against the square root of the decay, see `_is_straight`

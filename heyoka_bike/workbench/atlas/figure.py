@@ -1,4 +1,4 @@
-"""The map of an atlas: where a bicycle comes to run straight, weaves, or falls, and how soon."""
+"""Map of an atlas: where a bicycle converges to steady running, weaves or falls, and how soon."""
 
 from __future__ import annotations
 
@@ -140,7 +140,7 @@ def _draw_map(figure: Figure, ax: Axes, atlas: Atlas) -> None:
     bar.set_label("falls after [s]")
     bar.ax.yaxis.set_major_formatter("{x:g}")
     names = {
-        UPRIGHT: "comes to run straight", CYCLE: "weaves\nfor ever", WEAVES: "weaves\nirregularly",
+        UPRIGHT: "steady straight running", CYCLE: "limit\ncycle", WEAVES: "weaves\nirregularly",
         LIFTS: "lifts a wheel,\nrecovers", UNDECIDED: f"not decided\nafter {longest:g} s",
     }  # fmt: skip
     for number, name in names.items():
@@ -173,7 +173,7 @@ def _draw_edge(ax: Axes, atlas: Atlas) -> None:
     highest = edge.stays >= np.quantile(edge.stays, 0.5)
     i = np.flatnonzero(highest)[np.argmin(edge.stays[highest])]
     ax.annotate(
-        "edge of falling", (edge.at[i], edge.stays[i]),
+        "basin boundary", (edge.at[i], edge.stays[i]),
         (edge.at[i] - 0.06 * (x[-1] - x[0]), edge.stays[i] + 0.1 * (y[-1] - y[0])),
         ha="center", va="center", arrowprops=_ARROW, zorder=4, **_NOTE,
     )  # fmt: skip

@@ -1,7 +1,7 @@
 """Many motions side by side: sampled, with the forces of the floor and the slopes of the rates.
 
 The equations are in their regular form, which passes where the mechanical trail is zero: motions at
-the edge of falling do. Each motion has its own steps, so that what it gets does not depend on those
+the basin boundary do. Each motion has its own steps, so that what it gets does not depend on those
 that share its vector.
 
 heyoka's step law takes the order from a tolerance, and the step from the two last coefficients x

@@ -120,7 +120,7 @@ def _make(folder: Path, design: Design, provenance: Mapping[str, str]) -> Any:
         "parameters": {s: str(design.bicycle[s]) for s in PARAMETERS},
     }
     attributes = {
-        "Conventions": "CF-1.11", "title": "What becomes of a bicycle", "kind": _KIND,
+        "Conventions": "CF-1.11", "title": "Long-term behaviour of a bicycle", "kind": _KIND,
         "bicycle": bicycle, "start": dict(design.start), "provenance": dict(provenance),
         "axes": [a.name for a in design.axes], "side": design.side, "edge": "", "checksums": {},
     }  # fmt: skip
@@ -145,7 +145,7 @@ def _make(folder: Path, design: Design, provenance: Mapping[str, str]) -> Any:
     for name, axis, text in zip(
         _EDGE,
         (first, second, second),
-        ("where the edge of falling is", "neighbour that does not fall", "neighbour that falls"),
+        ("place of the basin boundary", "neighbour that does not fall", "neighbour that falls"),
         strict=True,
     ):
         said = {"units": udunits(axis.unit), "long_name": f"{text}: {axis.long_name}"}

@@ -1,13 +1,13 @@
 """Long-term behaviour of the bicycle, for a grid of initial speed and roll rate.
 
-Follow the bicycle from every point of a grid of starts, and say what becomes of it: it comes to run
-straight, weaves for ever, lifts a wheel on its way, or falls; with the time, the final speed, the
-largest lean and steer, and how much the motion magnifies a small error of its start. The edge
-between falling and recovering is bisected to neighbouring binary64 numbers. The result is a Zarr
-store, which xarray opens; needs heyoka and zarr: pip install "heyoka_bike[atlas]", on Linux.
+Follow the bicycle from every point of a grid of initial conditions. It converges to steady straight
+running, approaches a limit cycle, lifts a wheel on its way, or falls. Each point also has the time
+of this, the final speed, the largest lean and steer, and the factor by which the motion magnifies a
+small initial error. The basin boundary is bisected to neighbouring binary64 numbers. The result is
+a Zarr store, which xarray opens; needs heyoka and zarr: pip install "heyoka_bike[atlas]", on Linux.
 
-The start is upright and straight unless an option says otherwise. A store that was interrupted goes
-on where it was when the same command is given again.
+The bicycle starts upright and straight unless an option says otherwise. A store that was
+interrupted goes on where it was when the same command is given again.
 
 names: speed [m/s], roll_rate [rad/s], roll, steer [rad], steer_rate [rad/s], or a
 parameter of the bicycle by its symbol, such as c (trail), w, lam, mB, xB
@@ -204,5 +204,5 @@ def _summary(made: Atlas) -> None:
         (name, str(count), f"{100 * count / fates.size:.1f} %", about)
         for (name, about), count in zip(FATES.items(), counts, strict=True)
     ]
-    print_table(("fate", "points", "part", TableColumn("meaning", is_prose=True)), rows)
-    print(f"the edge of falling: {len(made.edge.at)} places, to neighbouring binary64 numbers")
+    print_table(("behaviour", "points", "part", TableColumn("meaning", is_prose=True)), rows)
+    print(f"basin boundary: {len(made.edge.at)} places, to neighbouring binary64 numbers")

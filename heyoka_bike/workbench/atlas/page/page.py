@@ -35,8 +35,8 @@ _CURVE = 25  # points of a curve of speeds
 _DIGITS = 15  # of the speeds between which it is stable
 _SAID = {
     "undecided": "not decided",
-    "upright": "comes to run straight",
-    "cycle": "weaves for ever",
+    "upright": "converges to steady running",
+    "cycle": "approaches a limit cycle",
     "lifts": "lifts a wheel, recovers",
     "weaves": "weaves irregularly",
 }
@@ -99,7 +99,7 @@ def _header(atlas: Atlas) -> str:
     across, along = atlas.shape
     return (
         f'<header><p class="kicker">Atlas: {escape(printable(atlas.bicycle.name))}</p>'
-        f"<h1>What becomes of the bicycle, from {across} × {along} starts</h1></header>"
+        f"<h1>Long-term behaviour from {across} × {along} initial conditions</h1></header>"
     )
 
 
@@ -121,7 +121,7 @@ def _map(atlas: Atlas, packed: dict[str, Packed]) -> str:
     quick = f"<span>maneuver {quick}</span>" if quick else ""
     return f"""<section class="sheet" aria-label="Map">
 <form class="choose" autocomplete="off"><label>Colour <select name="shown">\
-<option value="fate">what becomes of it</option>{options}</select></label>
+<option value="fate">long-term behaviour</option>{options}</select></label>
 <span><button type="button" data-zoom="0.5" aria-label="Nearer">+</button>
 <button type="button" data-zoom="2" aria-label="Farther">−</button>
 <button type="button" data-zoom="0">whole</button></span></form>
@@ -149,12 +149,12 @@ def _about(packed: dict[str, Packed]) -> str:
     return f"""<details><summary>What the words mean, how exact it is, and the keys</summary>
 <dl class="facts">{fates}</dl>
 <p>Each point of the map is a start that was computed, and the numbers said are those of the nearest
-one, here rounded: {kept}. The line is the edge of falling, found between neighbouring numbers of
+one, here rounded: {kept}. The line is the basin boundary, found between neighbouring numbers of
 binary64.</p>
 <p>A replay is not read from a file: this page integrates the equations of motion from the start
 that is chosen, which may lie between those computed, by the formulas of Dormand and Prince. For the
 benchmark bicycle its angles, rates and speed are right to 1e-8 rad, rad/s and m/s after 10 s. Next
-to the edge of falling and where a motion weaves without end errors grow from there on, in the map
+to the basin boundary and where a motion weaves without end errors grow from there on, in the map
 as in the replay. Where a wheel would lift the model goes on, as if the floor could pull. A replay
 ends with its fall: where roll or steer come to a right angle, or the equations end.</p>
 <p>On the map: arrow keys go to the next start, with Shift by ten, Enter replays, plus and minus
